@@ -1,0 +1,44 @@
+# Every target does all of its own set-up on a machine that has Python 3.10 to 3.13, make and git.
+SHELL := /bin/bash
+PYTHON ?= python3
+VENV := $(CURDIR)/.venv
+BIN := $(VENV)/bin
+EXECUTABLES := $(wildcard cdp_ident/nodes/[!_]*.py cdp_ident/commands/[!_]*.py)
+# Nodes of tests and demonstrations find each other on this machine only, on a domain of this run's own.
+ROS := export HOME="$${HOME:-/tmp}" ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST ROS_DOMAIN_ID=$$(( $$$$ % 100 + 1 )) \
+       VIRTUAL_ENV="$(VENV)" PATH="$(BIN):$$PATH" AMENT_PREFIX_PATH="$(VENV)"; . install/setup.bash;
+
+.PHONY: demo test check format bench build clean
+
+demo: build  ## the data's whole way, on this machine, in a minute
+	@$(ROS) $(BIN)/python -m cdp_ident demo
+
+test: build  ## all tests, nodes included
+	@$(ROS) $(BIN)/python -m pytest
+
+check: $(VENV)/.ready  ## format, lint and types
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/mypy
+
+format: $(VENV)/.ready  ## what `check` asks for, as far as a tool can do it
+	$(BIN)/ruff format .
+	$(BIN)/ruff check --fix .
+
+bench: build  ## how fast, beside what a user would use instead
+	@$(ROS) $(BIN)/python -m benchmarks
+
+build: install/.ready  ## the ROS 2 package, with colcon
+
+install/.ready: $(VENV)/.ready setup.py setup.cfg package.xml $(EXECUTABLES)
+	export VIRTUAL_ENV="$(VENV)" PATH="$(BIN):$$PATH" AMENT_PREFIX_PATH="$(VENV)"; \
+	colcon --log-base log build --symlink-install --event-handlers console_cohesion- console_stderr-
+	@touch $@
+
+$(VENV)/.ready: requirements.txt requirements-dev.txt
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/pip install --disable-pip-version-check --quiet -r requirements-dev.txt
+	@touch $(VENV)/COLCON_IGNORE $@
+
+clean:
+	rm -rf $(VENV) build install log .mypy_cache .ruff_cache .pytest_cache .hypothesis

@@ -1,0 +1,1 @@
+"""Identification of a cart double pendulum from free-swing trials."""

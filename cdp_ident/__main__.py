@@ -1,0 +1,25 @@
+"""`python3 -m cdp_ident NODE …`: the same as `ros2 run cdp_ident NODE …`, for people without ROS's command line."""
+
+import importlib
+import sys
+
+from cdp_ident.command_line import EXIT_BAD_INPUT, executables
+
+
+def main() -> int:
+    """Run the executable named by the first argument with the arguments after it."""
+    modules = executables()
+    usage = f"usage: python3 -m cdp_ident NODE …   where NODE is one of: {', '.join(sorted(modules))}"
+    if len(sys.argv) < 2 or sys.argv[1] in ("-h", "--help"):
+        print(f"{usage}\n\n`python3 -m cdp_ident NODE --help` tells what each one does.")
+        return 0 if len(sys.argv) > 1 else EXIT_BAD_INPUT
+    name = sys.argv.pop(1)
+    if name not in modules:
+        print(f"cdp_ident: error: there is no node {name!r}; {usage}", file=sys.stderr)
+        return EXIT_BAD_INPUT
+    sys.argv[0] = name
+    return int(importlib.import_module(modules[name]).main())
+
+
+if __name__ == "__main__":
+    sys.exit(main())

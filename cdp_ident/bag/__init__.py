@@ -1,0 +1,1 @@
+"""Reading, writing and completing rosbag2 bags, without ROS."""

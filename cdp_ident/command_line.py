@@ -1,0 +1,49 @@
+"""What every executable of the package shares: how it is found, and how it ends."""
+
+import functools
+import os
+import pkgutil
+import sys
+from collections.abc import Callable, Sequence
+
+from cdp_ident import commands, nodes
+from cdp_ident.errors import CdpIdentError
+
+EXIT_BAD_INPUT = 2
+EXIT_INTERRUPTED = 130
+
+
+def executables() -> dict[str, str]:
+    """Return the module of each executable by its name: the public modules of `nodes` and `commands`."""
+    return {
+        module.name: f"{package.__name__}.{module.name}"
+        for package in (nodes, commands)
+        for module in pkgutil.iter_modules(package.__path__)
+        if not module.name.startswith("_")
+    }
+
+
+def entry_point(body: Callable[[list[str]], int]) -> Callable[[Sequence[str] | None], int]:
+    """Make the entry point of an executable from its body.
+
+    The body takes the arguments after the executable's name and returns the exit code. Bad input, which the body
+    reports by raising a `CdpIdentError`, ends as one line on stderr and exit code 2, never as a traceback.
+    """
+    name = body.__module__.rpartition(".")[2]
+
+    @functools.wraps(body)
+    def main(arguments: Sequence[str] | None = None) -> int:
+        try:
+            return body(list(sys.argv[1:] if arguments is None else arguments))
+        except CdpIdentError as error:
+            print(f"{name}: error: {' '.join(str(error).split())}", file=sys.stderr)
+            return EXIT_BAD_INPUT
+        except KeyboardInterrupt:
+            print(f"{name}: interrupted", file=sys.stderr)
+            return EXIT_INTERRUPTED
+        except BrokenPipeError:
+            # The reader of our output went away (`| head`): nothing more can be said, not even at exit.
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            return 0
+
+    return main

@@ -1,0 +1,28 @@
+"""The errors that this package raises on purpose.
+
+A message says what was wrong, where (file, topic, joint, time), what was expected, and what to do about it.
+"""
+
+
+class CdpIdentError(Exception):
+    """Root of every error that a user can cause and mend; commands print it as one line and exit with code 2."""
+
+
+class OptionError(CdpIdentError):
+    """An option, a parameter or a configuration file does not say something usable."""
+
+
+class BagError(CdpIdentError):
+    """A bag or a file to be made into one cannot be read or written."""
+
+
+class TrialError(CdpIdentError):
+    """A bag is readable, but what it holds is not a trial that parameters can be identified from."""
+
+
+class IdentificationError(CdpIdentError):
+    """The trials are good, but the search or the fit cannot work with them."""
+
+
+class RigError(CdpIdentError):
+    """The rig's serial port or what comes through it is not usable."""

@@ -1,0 +1,1 @@
+"""The mechanical model: its parameters, its equations of motion, and their simulation."""

@@ -1,0 +1,41 @@
+"""Build script of the ROS 2 package, called by colcon."""
+
+from pathlib import Path
+
+from setuptools import find_packages, setup
+
+NAME = "cdp_ident"
+ROOT = Path(__file__).parent
+
+
+def executables() -> list[str]:
+    """Return an entry point for every public module of nodes/ and commands/: the folders are the list."""
+    modules = sorted(path for kind in ("nodes", "commands") for path in Path(NAME, kind).glob("[!_]*.py"))
+    return [f"{path.stem} = {'.'.join(path.with_suffix('').parts)}:main" for path in modules]
+
+
+def shared(folder: str) -> tuple[str, list[str]]:
+    """Return a data_files entry that installs the files of a folder into the package's share directory."""
+    return f"share/{NAME}/{folder}", sorted(str(path) for path in Path(folder).glob("*") if path.is_file())
+
+
+setup(
+    name=NAME,
+    version="0.1.0",
+    packages=find_packages(include=[NAME, f"{NAME}.*"]),
+    package_data={NAME: ["py.typed"]},
+    data_files=[
+        ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
+        (f"share/{NAME}", ["package.xml"]),
+        *(shared(folder) for folder in ("config", "launch", "urdf")),
+    ],
+    # Kept equal to requirements.txt's names; ROS's own packages are not distributions that pip sees.
+    install_requires=["setuptools", "numpy", "scipy", "numba", "pyyaml", "rich", "rosbags", "mcap", "pyserial", "cobs"],
+    extras_require={"test": ["pytest", "hypothesis", "sympy"]},
+    zip_safe=True,
+    maintainer="cdp_ident maintainers",
+    maintainer_email="maintainers@cdp-ident.org",
+    description="Identifies the physical parameters of a cart double pendulum from free-swing trials.",
+    license="Apache-2.0",
+    entry_points={"console_scripts": executables()},
+)
