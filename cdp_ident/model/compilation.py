@@ -1,0 +1,50 @@
+"""How the model's inner loops are compiled, and where the compiled code is kept.
+
+Compiling takes seconds, so numba keeps the result on disk. It looks only at the file of the function it was asked
+for when it decides whether a kept result is still good, while our loops are made of functions from several files.
+Therefore the folder it keeps them in is named after the contents of all those files: a change to any of them starts
+an empty folder.
+"""
+
+import hashlib
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numba
+import numba.core.config
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+_SOURCES = Path(__file__).parent
+
+
+def _cache_folder() -> str:
+    digest = hashlib.sha256()
+    for path in sorted(_SOURCES.rglob("*.py")):
+        digest.update(path.read_bytes())
+    user_cache = os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser()
+    base = numba.core.config.CACHE_DIR or Path(user_cache) / "cdp_ident"
+    return str(Path(base) / digest.hexdigest()[:16])
+
+
+_CACHE_FOLDER = _cache_folder()
+# Floating point as C compilers do it: no exception for a division by zero, sums in any order. Without these two LLVM
+# does not vectorise the loops over lanes, which then take six times as long (docs/performance.md).
+_FLOATING_POINT = {"error_model": "numpy", "fastmath": True}
+
+
+def inlined(function: F) -> F:
+    """Compile a function that becomes a part of each loop that calls it."""
+    return numba.njit(function, inline="always", **_FLOATING_POINT)  # type: ignore[no-any-return]
+
+
+def compiled(function: F) -> F:
+    """Compile an inner loop; it runs without Python's global lock and is kept on disk."""
+    configured = numba.core.config.CACHE_DIR
+    numba.core.config.CACHE_DIR = _CACHE_FOLDER
+    try:
+        return numba.njit(function, nogil=True, cache=True, **_FLOATING_POINT)  # type: ignore[no-any-return]
+    finally:
+        numba.core.config.CACHE_DIR = configured

@@ -1,0 +1,111 @@
+r"""The equations of motion, stated once, for every simulation in the package.
+
+The paper's Eq. (1) for the two rods, divided by A22, with angles theta from upright, angular velocities omega, the
+cart's acceleration u, and s, c the sine and cosine of theta1 - theta2::
+
+    omega1' +  A23 c omega2' = a1 (g sin theta1 - u cos theta1) - A23 s omega2^2 - c1 omega1 - c2 (omega1 - omega2)
+    A23 c omega1' + A33 omega2' = m2 l2 (g sin theta2 - u cos theta2) + A23 s omega1^2 + c2 (omega1 - omega2)
+
+Eq. (1) prints theta2' in C32; it must be theta1', as only then energy is kept without friction (docs/model.md).
+
+The functions here are of scalars and are compiled into loops over time and over the lanes of a vector register, which
+is why they call nothing from outside.
+"""
+
+import math
+
+import numpy as np
+
+from cdp_ident.model.compilation import inlined
+
+_TURN_HIGH = 2.0 * math.pi
+_TURN_LOW = 2.4492935982947064e-16
+"""2 pi = _TURN_HIGH + _TURN_LOW to twice the precision of a double."""
+
+
+@inlined
+def sine_and_cosine(angle):  # type: ignore[no-untyped-def]
+    """Return sine and cosine of an angle [rad], to 1e-15, without a branch or a call.
+
+    The angle is brought into one turn about zero, a quarter of it goes into the Taylor series, and two doublings
+    bring it back.
+    """
+    turns = np.floor(angle * (1.0 / _TURN_HIGH) + 0.5)
+    quarter = ((angle - turns * _TURN_HIGH) - turns * _TURN_LOW) * 0.25
+    q = quarter * quarter
+    sine = quarter * (
+        1.0
+        + q
+        * (
+            -1.0 / 6
+            + q * (1.0 / 120 + q * (-1.0 / 5040 + q * (1.0 / 362880 + q * (-1.0 / 39916800 + q / 6227020800.0))))
+        )
+    )
+    cosine = 1.0 + q * (
+        -1.0 / 2
+        + q
+        * (
+            1.0 / 24
+            + q * (-1.0 / 720 + q * (1.0 / 40320 + q * (-1.0 / 3628800 + q * (1.0 / 479001600 - q / 87178291200.0))))
+        )
+    )
+    half_sine, half_cosine = 2.0 * sine * cosine, 1.0 - 2.0 * sine * sine
+    return 2.0 * half_sine * half_cosine, 1.0 - 2.0 * half_sine * half_sine
+
+
+@inlined
+def accelerations(theta1, theta2, omega1, omega2, u, A23, A33, a1, c1, c2, m2_l2, g):  # type: ignore[no-untyped-def]
+    """Return omega1', omega2' [rad/s^2] by the equations of motion above.
+
+    The last seven arguments are the `COEFFICIENTS`, each relative to A22.
+    """
+    sin1, cos1 = sine_and_cosine(theta1)
+    sin2, cos2 = sine_and_cosine(theta2)
+    s = sin1 * cos2 - cos1 * sin2
+    coupling = A23 * (cos1 * cos2 + sin1 * sin2)
+    joint_friction = c2 * (omega1 - omega2)
+    torque1 = a1 * (g * sin1 - u * cos1) - A23 * s * omega2 * omega2 - c1 * omega1 - joint_friction
+    torque2 = m2_l2 * (g * sin2 - u * cos2) + A23 * s * omega1 * omega1 + joint_friction
+    inverse_determinant = 1.0 / (A33 - coupling * coupling)
+    return (
+        (A33 * torque1 - coupling * torque2) * inverse_determinant,
+        (torque2 - coupling * torque1) * inverse_determinant,
+    )
+
+
+@inlined
+def runge_kutta_step(  # type: ignore[no-untyped-def]
+    theta1, theta2, omega1, omega2, step, u0, u1, u2, A23, A33, a1, c1, c2, m2_l2, g
+):
+    """Return the state after one step of the classical Runge-Kutta method of fourth order.
+
+    u0, u1, u2 are the cart's accelerations at the beginning, the middle and the end of the step.
+    """
+    half = 0.5 * step
+    k1, j1 = accelerations(theta1, theta2, omega1, omega2, u0, A23, A33, a1, c1, c2, m2_l2, g)
+    p1, q1 = omega1 + half * k1, omega2 + half * j1
+    k2, j2 = accelerations(
+        theta1 + half * omega1, theta2 + half * omega2, p1, q1, u1, A23, A33, a1, c1, c2, m2_l2, g
+    )
+    p2, q2 = omega1 + half * k2, omega2 + half * j2
+    k3, j3 = accelerations(theta1 + half * p1, theta2 + half * q1, p2, q2, u1, A23, A33, a1, c1, c2, m2_l2, g)
+    p3, q3 = omega1 + step * k3, omega2 + step * j3
+    k4, j4 = accelerations(theta1 + step * p2, theta2 + step * q2, p3, q3, u2, A23, A33, a1, c1, c2, m2_l2, g)
+    sixth = step / 6.0
+    return (
+        theta1 + sixth * (omega1 + 2.0 * p1 + 2.0 * p2 + p3),
+        theta2 + sixth * (omega2 + 2.0 * q1 + 2.0 * q2 + q3),
+        omega1 + sixth * (k1 + 2.0 * k2 + 2.0 * k3 + k4),
+        omega2 + sixth * (j1 + 2.0 * j2 + 2.0 * j3 + j4),
+    )
+
+
+def energy(state, coefficients):  # type: ignore[no-untyped-def]
+    """Return the mechanical energy over A22 [1/s^2] of states (..., 4): theta1, theta2, omega1, omega2.
+
+    Without friction and with the cart at rest it stays constant; with friction it never grows.
+    """
+    theta1, theta2, omega1, omega2 = np.moveaxis(np.asarray(state, dtype=float), -1, 0)
+    A23, A33, a1, _, _, m2_l2, g = np.moveaxis(np.asarray(coefficients, dtype=float), -1, 0)
+    kinetic = 0.5 * omega1**2 + 0.5 * A33 * omega2**2 + A23 * np.cos(theta1 - theta2) * omega1 * omega2
+    return kinetic + g * (a1 * np.cos(theta1) + m2_l2 * np.cos(theta2))

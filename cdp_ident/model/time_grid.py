@@ -1,0 +1,63 @@
+"""The integrator's own steps, and how to read a motion at measurement times that are not on them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from cdp_ident.errors import OptionError
+
+Array = npt.NDArray[np.float64]
+Indices = npt.NDArray[np.int64]
+
+DEFAULT_STEP = 0.005
+"""The paper's step of the Runge-Kutta method [s] (Section 4.2)."""
+
+
+@dataclass(frozen=True)
+class TimeGrid:
+    """Fixed steps from time 0 to the last measurement, and where among them each measurement lies.
+
+    A motion between two steps is the cubic Hermite polynomial through both ends' angles and velocities, whose error
+    of order step^4 stays below the integrator's own. Measurement j lies in the step `step_of(j)` and is
+    `weights[j] @ (value at its beginning, value at its end, derivative at its beginning, derivative at its end)`.
+    """
+
+    step: float
+    first_sample: Indices
+    """(steps + 1,) index of the first measurement in each step; the last one is the number of measurements."""
+    weights: Array
+    """(n, 4) weights of each measurement; the last two contain the step [s]."""
+
+    @property
+    def steps(self) -> int:
+        """Number of steps."""
+        return len(self.first_sample) - 1
+
+    @classmethod
+    def over(cls, times: Array, step: float = DEFAULT_STEP) -> "TimeGrid":
+        """Lay the grid over measurement times (n,) [s], ascending, none below 0.
+
+        Raises:
+            OptionError: the times are not ascending from 0 on, or the step is not positive.
+        """
+        times = np.ascontiguousarray(times, dtype=float)
+        if not 0.0 < step < np.inf:
+            raise OptionError(f"the step of the integrator is {step} s; it must be positive (0.005 s is usual)")
+        if times.ndim != 1 or len(times) == 0 or not np.all(np.isfinite(times)):
+            raise OptionError("a simulation needs a list of finite times at which to give the motion")
+        if times[0] < 0 or np.any(np.diff(times) < 0):
+            raise OptionError("the times of a simulation must ascend and not lie before its start at 0 s")
+        # A measurement at the end of a step, give or take rounding, belongs to that step: none is made for it alone.
+        index = np.maximum(np.ceil(times / step - 1e-9).astype(np.int64) - 1, 0)
+        steps = int(index[-1]) + 1
+        first_sample = np.searchsorted(index, np.arange(steps + 1)).astype(np.int64)
+        s = times / step - index
+        weights = np.stack(
+            [(1 + 2 * s) * (1 - s) ** 2, s * s * (3 - 2 * s), step * s * (1 - s) ** 2, step * s * s * (s - 1)], axis=1
+        )
+        return cls(float(step), first_sample, weights)
+
+    def half_step_times(self) -> Array:
+        """Return the times (2 steps + 1,) [s] at which the integrator looks at an input."""
+        return np.arange(2 * self.steps + 1) * (0.5 * self.step)
