@@ -1,0 +1,87 @@
+"""The `metadata.yaml` of a rosbag2 folder, in the version that ROS 2 Jazzy writes."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import yaml
+
+METADATA_FILE = "metadata.yaml"
+METADATA_VERSION = 9
+ROS_DISTRO = "jazzy"
+_INFINITE = {"sec": 9223372036, "nsec": 854775807}
+
+OFFERED_QOS_PROFILES: list[dict[str, Any]] = [
+    {
+        "history": "keep_last",
+        "depth": 10,
+        "reliability": "reliable",
+        "durability": "volatile",
+        "deadline": _INFINITE,
+        "lifespan": _INFINITE,
+        "liveliness": "automatic",
+        "liveliness_lease_duration": _INFINITE,
+        "avoid_ros_namespace_conventions": False,
+    }
+]
+"""What `ros2 bag play` shall offer: ROS's default profile, which every subscription can receive."""
+
+
+@dataclass
+class TopicCount:
+    """One topic of a bag and how many messages of it there are."""
+
+    name: str
+    message_type: str
+    type_hash: str
+    message_count: int = 0
+
+
+class _Dumper(yaml.SafeDumper):
+    """YAML without anchors: rosbag2 does not need to follow them, and people read the file."""
+
+    def ignore_aliases(self, data: Any) -> bool:
+        return True
+
+
+def dump_yaml(value: object) -> str:
+    """Return a value as block-style YAML with its keys in the order given."""
+    return yaml.dump(value, Dumper=_Dumper, default_flow_style=False, sort_keys=False, allow_unicode=True)
+
+
+def bag_information(
+    file_name: str, topics: list[TopicCount], start_ns: int, end_ns: int, custom_data: Mapping[str, str]
+) -> dict[str, Any]:
+    """Return what `metadata.yaml` holds under `rosbag2_bagfile_information`, for a bag of one MCAP file.
+
+    `start_ns` and `end_ns` are the times of the first and last message [ns since the epoch]; both 0 if there are none.
+    """
+    start = {"nanoseconds_since_epoch": start_ns}
+    duration = {"nanoseconds": end_ns - start_ns}
+    count = sum(topic.message_count for topic in topics)
+    return {
+        "version": METADATA_VERSION,
+        "storage_identifier": "mcap",
+        "duration": duration,
+        "starting_time": start,
+        "message_count": count,
+        "topics_with_message_count": [
+            {
+                "topic_metadata": {
+                    "name": topic.name,
+                    "type": topic.message_type,
+                    "serialization_format": "cdr",
+                    "offered_qos_profiles": OFFERED_QOS_PROFILES,
+                    "type_description_hash": topic.type_hash,
+                },
+                "message_count": topic.message_count,
+            }
+            for topic in topics
+        ],
+        "compression_format": "",
+        "compression_mode": "",
+        "relative_file_paths": [file_name],
+        "files": [{"path": file_name, "starting_time": start, "duration": duration, "message_count": count}],
+        "custom_data": dict(custom_data) or None,
+        "ros_distro": ROS_DISTRO,
+    }

@@ -1,0 +1,147 @@
+"""Writing a rosbag2 folder: one MCAP file and its `metadata.yaml`."""
+
+import os
+from collections.abc import Mapping
+from contextlib import suppress
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+from mcap.writer import Writer
+from rosbags.typesys.base import TypesysError
+
+from cdp_ident.bag.joint_state import typestore
+from cdp_ident.bag.metadata import METADATA_FILE, OFFERED_QOS_PROFILES, TopicCount, bag_information, dump_yaml
+from cdp_ident.errors import BagError
+
+
+class BagWriter:
+    """Writes messages into a new rosbag2 folder that rosbag2, rosbags and Foxglove read.
+
+    What was written before a `flush` is still there after SIGKILL: the file then lacks its end, which
+    `cdp_ident.bag.salvage` writes. As a context manager it closes the bag, also when an error passes through.
+    """
+
+    def __init__(self, folder: Path, file_name: str | None = None) -> None:
+        """Make the folder, which must not exist, and begin the file `<folder's name>_0.mcap` (or `file_name`) in it.
+
+        Raises BagError where the folder exists or cannot be written.
+        """
+        self.folder = folder
+        self._path = folder / (file_name or f"{folder.resolve().name}_0.mcap")
+        try:
+            folder.mkdir(parents=True)
+            self._stream = self._path.open("xb")
+        except FileExistsError as error:
+            raise BagError(f"{folder} exists already and is not overwritten: give another folder") from error
+        except OSError as error:
+            raise self._failure(error) from error
+        self._writer = Writer(self._stream)
+        self._writer.start(profile="ros2")
+        self._schemas: dict[str, int] = {}
+        self._channels: dict[str, tuple[int, TopicCount]] = {}
+        self._start_ns = self._end_ns = 0
+
+    @property
+    def message_count(self) -> int:
+        """Messages written so far."""
+        return sum(topic.message_count for _, topic in self._channels.values())
+
+    def add_topic(self, topic: str, message_type: str, schema: tuple[str, bytes] | None = None) -> None:
+        """Declare a topic; `write` does so by itself for the message types of ROS's common interfaces.
+
+        `message_type` is the full name (`sensor_msgs/msg/JointState`), `schema` the encoding (`ros2msg`, `ros2idl`) and
+        text of its definition where it is not one of those. Raises BagError where the type is not known, or the topic
+        is there with another type.
+        """
+        if topic in self._channels:
+            known = self._channels[topic][1].message_type
+            if known != message_type:
+                raise BagError(f"topic {topic} of {self.folder} holds {known}: {message_type} cannot go there too")
+            return
+        type_hash = ""
+        if schema is None:
+            try:
+                definition, _ = typestore().generate_msgdef(message_type, ros_version=2)
+                type_hash = typestore().hash_rihs01(message_type)
+            except (TypesysError, KeyError) as error:
+                raise BagError(f"{message_type} of topic {topic} is not a message type of ROS's interfaces") from error
+            schema = ("ros2msg", definition.encode())
+        if message_type not in self._schemas:
+            self._schemas[message_type] = self._writer.register_schema(message_type, *schema)
+        described = {"offered_qos_profiles": dump_yaml(OFFERED_QOS_PROFILES), "topic_type_hash": type_hash}
+        channel = self._writer.register_channel(topic, "cdr", self._schemas[message_type], described)
+        self._channels[topic] = (channel, TopicCount(topic, message_type, type_hash))
+
+    def write(self, topic: str, message_type: str, stamp_ns: int, cdr_bytes: bytes) -> None:
+        """Write one serialised message that was received at `stamp_ns` [ns since the epoch].
+
+        Raises BagError where the disk does not take it or the type does not fit the topic.
+        """
+        if topic not in self._channels or self._channels[topic][1].message_type != message_type:
+            self.add_topic(topic, message_type)
+        if not 0 <= stamp_ns < 2**63:
+            raise BagError(f"a message of topic {topic} has the time {stamp_ns} ns: expected 0 to 2^63 - 1 since 1970")
+        channel, count = self._channels[topic]
+        try:
+            self._writer.add_message(channel, stamp_ns, cdr_bytes, publish_time=stamp_ns, sequence=count.message_count)
+        except OSError as error:
+            raise self._failure(error) from error
+        self._start_ns = min(self._start_ns, stamp_ns) if self.message_count else stamp_ns
+        self._end_ns = max(self._end_ns, stamp_ns)
+        count.message_count += 1
+
+    def flush(self) -> None:
+        """Hand everything written so far to the operating system, as a chunk of its own.
+
+        It then outlives this process, not a power cut: only `close` waits for the disk. Raises BagError where the disk
+        does not take it.
+        """
+        try:
+            # Versions of mcap below 1.5 do this in their `finish` only; later ones offer it as `flush`.
+            self._writer._Writer__finalize_chunk()
+            self._stream.flush()
+        except OSError as error:
+            raise self._failure(error) from error
+
+    def close(self, custom_data: Mapping[str, str] | None = None) -> None:
+        """Complete the file and write `metadata.yaml`, with `custom_data` in it; both are on the disk afterwards.
+
+        Closing again does nothing. Raises BagError where the disk does not take it.
+        """
+        if self._stream.closed:
+            return
+        topics = [topic for _, topic in self._channels.values()]
+        information = bag_information(self._path.name, topics, self._start_ns, self._end_ns, custom_data or {})
+        text = dump_yaml({"rosbag2_bagfile_information": information})
+        try:
+            self.flush()
+            self._writer.add_metadata("rosbag2", {"serialized_metadata": dump_yaml(information)})
+            self._writer.finish()
+            _sync(self._stream)
+            self._stream.close()
+            unfinished = self.folder / f".{METADATA_FILE}"
+            with unfinished.open("w", encoding="utf-8") as stream:
+                stream.write(text)
+                _sync(stream)
+            unfinished.rename(self.folder / METADATA_FILE)
+        except OSError as error:
+            with suppress(OSError):
+                self._stream.close()
+            raise self._failure(error) from error
+
+    def __enter__(self) -> "BagWriter":
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _failure(self, error: OSError) -> BagError:
+        return BagError(f"the bag {self.folder} cannot be written: {error.strerror or error}")
+
+
+def _sync(stream: Any) -> None:
+    stream.flush()
+    os.fsync(stream.fileno())
