@@ -2,8 +2,8 @@
 
 Compiling takes seconds, so numba keeps the result on disk. It looks only at the file of the function it was asked
 for when it decides whether a kept result is still good, while our loops are made of functions from several files.
-Therefore the folder it keeps them in is named after the contents of all those files: a change to any of them starts
-an empty folder.
+Therefore the folder it keeps them in is named after the contents of all files that use this module: a change to any
+of them starts an empty folder.
 """
 
 import hashlib
@@ -17,13 +17,15 @@ import numba.core.config
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-_SOURCES = Path(__file__).parent
+_PACKAGE = Path(__file__).parents[1]
 
 
 def _cache_folder() -> str:
     digest = hashlib.sha256()
-    for path in sorted(_SOURCES.rglob("*.py")):
-        digest.update(path.read_bytes())
+    for path in sorted(_PACKAGE.rglob("*.py")):
+        source = path.read_bytes()
+        if __name__.encode() in source or path == Path(__file__):
+            digest.update(source)
     user_cache = os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser()
     base = numba.core.config.CACHE_DIR or Path(user_cache) / "cdp_ident"
     return str(Path(base) / digest.hexdigest()[:16])

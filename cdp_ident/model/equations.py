@@ -84,9 +84,7 @@ def runge_kutta_step(  # type: ignore[no-untyped-def]
     half = 0.5 * step
     k1, j1 = accelerations(theta1, theta2, omega1, omega2, u0, A23, A33, a1, c1, c2, m2_l2, g)
     p1, q1 = omega1 + half * k1, omega2 + half * j1
-    k2, j2 = accelerations(
-        theta1 + half * omega1, theta2 + half * omega2, p1, q1, u1, A23, A33, a1, c1, c2, m2_l2, g
-    )
+    k2, j2 = accelerations(theta1 + half * omega1, theta2 + half * omega2, p1, q1, u1, A23, A33, a1, c1, c2, m2_l2, g)
     p2, q2 = omega1 + half * k2, omega2 + half * j2
     k3, j3 = accelerations(theta1 + half * p1, theta2 + half * q1, p2, q2, u1, A23, A33, a1, c1, c2, m2_l2, g)
     p3, q3 = omega1 + step * k3, omega2 + step * j3
