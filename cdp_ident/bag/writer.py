@@ -1,5 +1,6 @@
 """Writing a rosbag2 folder: one MCAP file and its `metadata.yaml`."""
 
+import fcntl
 import os
 from collections.abc import Mapping
 from contextlib import suppress
@@ -36,6 +37,8 @@ class BagWriter:
             raise BagError(f"{folder} exists already and is not overwritten: give another folder") from error
         except OSError as error:
             raise self._failure(error) from error
+        with suppress(OSError):  # file systems without locks
+            fcntl.flock(self._stream, fcntl.LOCK_EX | fcntl.LOCK_NB)  # tells `salvage` that the recorder lives
         self._writer = Writer(self._stream)
         self._writer.start(profile="ros2")
         self._schemas: dict[str, int] = {}

@@ -1,0 +1,144 @@
+"""Bags whose recorder was killed become bags again."""
+
+import shutil
+import subprocess
+import sys
+
+import pytest
+import yaml
+from rosbags.highlevel import AnyReader
+
+from cdp_ident.bag.joint_state import MESSAGE_TYPE, serialize_joint_state
+from cdp_ident.bag.mcap_scan import McapScan
+from cdp_ident.bag.salvage import complete_bag, incomplete_bags, is_incomplete
+from cdp_ident.bag.writer import BagWriter
+from cdp_ident.errors import BagError
+
+TOPIC = "/joint_states"
+PERIOD = 5_000_000
+ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
+
+
+@pytest.fixture
+def whole(tmp_path):
+    """A complete bag of 10 chunks with 100 messages each."""
+    with BagWriter(tmp_path / "whole") as writer:
+        for i in range(1000):
+            stamp = (i + 1) * PERIOD
+            writer.write(TOPIC, MESSAGE_TYPE, stamp, serialize_joint_state(["a"], [float(i)], stamp))
+            if i % 100 == 99:
+                writer.flush()
+    return tmp_path / "whole"
+
+
+def killed_at(whole, size):
+    """A copy of the bag as if its recorder had been killed when the file had this many bytes."""
+    killed = whole.parent / "killed"
+    killed.mkdir()
+    (killed / "killed_0.mcap").write_bytes((whole / "whole_0.mcap").read_bytes()[:size])
+    return killed
+
+
+def positions(bag):
+    with AnyReader([bag]) as reader:
+        return [reader.deserialize(raw, c.msgtype).position[0] for c, _, raw in reader.messages()]
+
+
+@pytest.mark.parametrize("share", [0.2, 0.5, 0.7])
+def test_every_complete_chunk_is_kept(whole, share):
+    size = (whole / "whole_0.mcap").stat().st_size
+    killed = killed_at(whole, int(size * share))
+    assert incomplete_bags(whole.parent) == [killed]
+    salvaged = complete_bag(killed)
+    found = positions(killed)
+    assert found == [float(i) for i in range(salvaged.messages)]
+    assert salvaged.messages % 100 == 0
+    assert salvaged.messages > 0
+    assert "bytes at the end are not readable" in salvaged.damage
+    assert salvaged.span == pytest.approx((salvaged.messages - 1) * PERIOD * 1e-9)
+    assert not is_incomplete(killed)
+    metadata = yaml.safe_load((killed / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
+    assert metadata["message_count"] == salvaged.messages
+    assert f"{salvaged.messages} messages" in metadata["custom_data"]["salvaged"]
+    assert sorted(file.name for file in killed.iterdir()) == ["killed_0.mcap", "metadata.yaml"]
+
+
+def test_only_the_metadata_missing_loses_nothing(whole):
+    (whole / "metadata.yaml").unlink()
+    salvaged = complete_bag(whole)
+    assert (salvaged.messages, salvaged.damage) == (1000, "")
+    assert positions(whole) == [float(i) for i in range(1000)]
+
+
+def test_a_damaged_chunk_is_left_out_and_the_old_file_kept(whole):
+    file = whole / "whole_0.mcap"
+    damaged = bytearray(file.read_bytes())
+    compressed = -1
+    for _ in range(4):
+        compressed = damaged.index(ZSTD_MAGIC, compressed + 1)
+    damaged[compressed + 50] ^= 0x10
+    file.write_bytes(damaged)
+    (whole / "metadata.yaml").unlink()
+    salvaged = complete_bag(whole)
+    assert "1 damaged chunk(s)" in salvaged.damage
+    assert salvaged.messages == 900
+    assert len(positions(whole)) == 900
+    assert (whole / "whole_0.mcap.damaged").read_bytes() == damaged
+
+
+def test_a_bag_still_being_recorded_is_left_alone(tmp_path):
+    writer = BagWriter(tmp_path / "live")
+    writer.write(TOPIC, MESSAGE_TYPE, 1, serialize_joint_state(["a"], [0.0], 1))
+    writer.flush()
+    with pytest.raises(BagError, match="still being recorded"):
+        complete_bag(tmp_path / "live")
+    writer.close()
+    assert positions(tmp_path / "live") == [0.0]
+
+
+def test_a_disk_without_room_leaves_the_bag_as_it_was(whole):
+    killed = killed_at(whole, (whole / "whole_0.mcap").stat().st_size // 2)
+    before = (killed / "killed_0.mcap").read_bytes()
+    code = (
+        "import resource, signal, sys; from pathlib import Path; from cdp_ident.bag.salvage import complete_bag\n"
+        "from cdp_ident.errors import BagError\n"
+        "signal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))\n"
+        "try:\n    complete_bag(Path(sys.argv[1]))\nexcept BagError as error:\n    print(error)\n"
+    )
+    done = subprocess.run([sys.executable, "-B", "-c", code, killed], capture_output=True, text=True, check=True)
+    assert "cannot be written" in done.stdout
+    assert [file.name for file in killed.iterdir()] == ["killed_0.mcap"]
+    assert (killed / "killed_0.mcap").read_bytes() == before
+
+
+def test_a_salvage_that_was_itself_killed_is_begun_again(whole):
+    killed = killed_at(whole, (whole / "whole_0.mcap").stat().st_size // 2)
+    shutil.copytree(whole, killed / ".salvage")
+    salvaged = complete_bag(killed)
+    assert len(positions(killed)) == salvaged.messages
+    assert not (killed / ".salvage").exists()
+
+
+def test_a_file_with_nothing_in_it_is_named(tmp_path):
+    (tmp_path / "bag").mkdir()
+    (tmp_path / "bag" / "bag_0.mcap").write_bytes(b"")
+    with pytest.raises(BagError, match=r"bag_0\.mcap is empty"):
+        complete_bag(tmp_path / "bag")
+    assert (tmp_path / "bag" / "bag_0.mcap").exists()
+
+
+def test_a_cut_at_any_byte_gives_a_prefix_of_the_messages(whole, tmp_path):
+    content = (whole / "whole_0.mcap").read_bytes()
+    file = tmp_path / "cut.mcap"
+    counts = []
+    for size in range(17, len(content), max(1, len(content) // 300)):
+        file.write_bytes(content[:size])
+        try:
+            stamps = [stamp for _, stamp, _ in McapScan(file).messages()]
+        except BagError:
+            stamps = []
+        assert stamps == [(i + 1) * PERIOD for i in range(len(stamps))]
+        counts.append(len(stamps))
+    assert counts == sorted(counts)
+    assert counts[-1] == 1000
