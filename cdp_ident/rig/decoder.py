@@ -1,0 +1,119 @@
+"""From a serial port's bytes to verified records: never raises, whatever the bytes are."""
+
+from collections import deque
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from cdp_ident.rig.codec import UNSIGNED_32, ChecksumError, Codec, FrameError
+from cdp_ident.rig.records import Hello, Record, Sample
+
+LONGEST_FRAME = 160
+"""No frame of either codec is longer [bytes]: more bytes without a delimiter are not a frame."""
+_REMEMBERED = 64
+"""So many samples back, one that comes again is known as a duplicate."""
+_LARGEST_LOSS = 1_000_000
+"""A larger jump of the sequence number is believed only when the next sample follows it."""
+
+
+@dataclass
+class Counters:
+    """What happened on the line since the port was first opened."""
+
+    samples: int = 0
+    """Samples that were passed on."""
+    bad_checksum: int = 0
+    """Frames whose checksum did not match."""
+    malformed: int = 0
+    """Stretches of bytes between delimiters that were no frame."""
+    lost: int = 0
+    """Sequence numbers that never came, those of frames dropped as bad included."""
+    duplicates: int = 0
+    """Samples that came again."""
+    resets: int = 0
+    """Times that the device started anew."""
+
+
+@dataclass(frozen=True)
+class Restart:
+    """Passed on between two samples that do not belong to the same run of the device: it was reset."""
+
+
+Event = Sample | Hello | Restart
+
+
+class Decoder:
+    """Decodes a stream of bytes, cut anywhere, into events in the order of arrival.
+
+    A sample is passed on when its frame is intact and its sequence number and time follow those of the sample before.
+    One that does not follow waits until the next sample confirms it, so that a damaged frame whose checksum happens
+    to match (one in 65536) is not taken for a reset.
+    """
+
+    def __init__(self, codec: Codec) -> None:
+        self.counters = Counters()
+        self._codec = codec
+        self._rest = b""
+        self._skipping = True  # the first bytes of a stream are likely the end of a frame
+        self._last: Sample | None = None
+        self._doubtful: Sample | None = None
+        self._recent: deque[Sample] = deque(maxlen=_REMEMBERED)
+
+    def restart_stream(self) -> None:
+        """Forget the unfinished frame: the port was opened anew. The sequence goes on where it was."""
+        self._rest = b""
+        self._skipping = True
+
+    def feed(self, data: bytes) -> list[Event]:
+        """Take the next bytes of the stream; return what they complete."""
+        return [event for record in self._records(data) for event in self._check(record)]
+
+    def _records(self, data: bytes) -> Iterator[Record]:
+        *frames, self._rest = (self._rest + data).split(self._codec.delimiter)
+        for frame in frames:
+            skipping, self._skipping = self._skipping, False
+            if not frame:
+                continue
+            try:
+                yield self._codec.decode(frame)
+            except ChecksumError:
+                self.counters.bad_checksum += not skipping
+            except FrameError:
+                self.counters.malformed += not skipping
+        if len(self._rest) > LONGEST_FRAME:
+            self.counters.malformed += not self._skipping
+            self._rest = b""
+            self._skipping = True
+
+    def _check(self, record: Record) -> Iterator[Event]:
+        if isinstance(record, Hello):
+            yield record
+        elif record in self._recent or record == self._doubtful:
+            self.counters.duplicates += 1
+        elif self._last is not None and _follows(self._last, record):
+            self._doubtful = None
+            self.counters.lost += (record.sequence - self._last.sequence - 1) & UNSIGNED_32
+            yield self._pass(record)
+        elif self._doubtful is not None and _follows(self._doubtful, record):
+            doubtful, self._doubtful = self._doubtful, None
+            if self._last is not None:
+                self.counters.resets += 1
+                yield Restart()
+            self._recent.clear()
+            yield self._pass(doubtful)
+            self.counters.lost += (record.sequence - doubtful.sequence - 1) & UNSIGNED_32
+            yield self._pass(record)
+        else:
+            self._doubtful = record
+
+    def _pass(self, sample: Sample) -> Sample:
+        self.counters.samples += 1
+        self._last = sample
+        self._recent.append(sample)
+        return sample
+
+
+def _follows(before: Sample, after: Sample) -> bool:
+    """Tell whether one sample can come after another in one run of the device, with few enough lost in between."""
+    steps = (after.sequence - before.sequence) & UNSIGNED_32
+    elapsed = (after.time_us - before.time_us) & UNSIGNED_32
+    return 1 <= steps <= _LARGEST_LOSS and 0 < elapsed < 2**31

@@ -1,0 +1,53 @@
+"""What a rig sends: samples of its encoders, and now and then a greeting that says what it is."""
+
+from enum import IntFlag
+from typing import NamedTuple
+
+PROTOCOL_VERSION = 1
+"""Version of the frames that this package speaks; docs/protocol.md describes them byte for byte."""
+
+
+class Status(IntFlag):
+    """Bits of a sample's status flags; the others are reserved and sent as zero."""
+
+    CART_FAULT = 1
+    """The cart's encoder cannot be trusted (no signal, bad quadrature)."""
+    INNER_FAULT = 2
+    """The inner joint's encoder cannot be trusted."""
+    OUTER_FAULT = 4
+    """The outer joint's encoder cannot be trusted."""
+    OVERRUN = 8
+    """The device missed an instant of sampling before this sample."""
+
+
+ENCODER_FAULTS = Status.CART_FAULT | Status.INNER_FAULT | Status.OUTER_FAULT
+
+
+class Sample(NamedTuple):
+    """The counters of all encoders, read at one instant."""
+
+    sequence: int
+    """Number of the sample since the device started, unsigned 32 bit, rolls over."""
+    time_us: int
+    """The device's clock at the instant of reading [us], unsigned 32 bit, rolls over every 71.6 minutes."""
+    cart: int
+    """Counter of the cart's encoder, signed 32 bit, rolls over; likewise the next two."""
+    inner: int
+    outer: int
+    status: int = 0
+    """Bits of `Status`."""
+
+
+class Hello(NamedTuple):
+    """The device's greeting, sent when it starts and about once a second from then on."""
+
+    period_us: int
+    """Time between samples [us], unsigned 32 bit."""
+    inner_counts: int
+    """Counts of the inner encoder per turn, after quadrature decoding, unsigned 32 bit; likewise the next."""
+    outer_counts: int
+    firmware: str
+    """Name and version of the firmware: printable ASCII without `,` and `*`, up to 32 characters."""
+
+
+Record = Sample | Hello

@@ -1,0 +1,109 @@
+"""Both codecs: the bytes that docs/protocol.md promises, and what is refused."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cdp_ident.rig.binary_codec import BinaryCodec
+from cdp_ident.rig.codec import ChecksumError, Codec, FrameError, checksum
+from cdp_ident.rig.decoder import LONGEST_FRAME
+from cdp_ident.rig.records import Hello, Record, Sample
+from cdp_ident.rig.text_codec import TextCodec
+
+CODECS: list[Codec] = [BinaryCodec(), TextCodec()]
+UNSIGNED = st.integers(0, 2**32 - 1)
+POSITIVE = st.integers(1, 2**32 - 1)
+SIGNED = st.integers(-(2**31), 2**31 - 1)
+SAMPLES = st.builds(Sample, UNSIGNED, UNSIGNED, SIGNED, SIGNED, SIGNED, st.integers(0, 255))
+FIRMWARE = st.text(st.sampled_from([chr(code) for code in range(32, 127) if chr(code) not in ",*"]), max_size=32)
+HELLOS = st.builds(Hello, POSITIVE, POSITIVE, POSITIVE, FIRMWARE)
+SAMPLE = Sample(7, 1000000, 0, -2, 4000, 0)
+HELLO = Hello(1000, 8000, 8000, "rig 1.0")
+# The four frames that docs/protocol.md shows.
+BINARY_SAMPLE = "04 01 01 07 01 01 04 40 42 0f 01 01 01 01 07 fe ff ff ff a0 0f 01 01 03 87 d0 00"
+BINARY_HELLO = "02 01 03 e8 03 01 03 40 1f 01 03 40 1f 01 0a 72 69 67 20 31 2e 30 14 eb 00"
+TEXT_SAMPLE = b"$S1,7,1000000,0,-2,4000,0*E762\r\n"
+TEXT_HELLO = b"$H1,1000,8000,8000,rig 1.0*7123\r\n"
+
+
+def test_the_checksum_is_the_documented_one() -> None:
+    assert checksum(b"123456789") == 0x29B1
+
+
+def test_a_binary_sample_is_the_bytes_of_the_documentation() -> None:
+    assert BinaryCodec().encode(SAMPLE).hex(" ") == BINARY_SAMPLE
+
+
+def test_a_binary_greeting_is_the_bytes_of_the_documentation() -> None:
+    assert BinaryCodec().encode(HELLO).hex(" ") == BINARY_HELLO
+
+
+def test_text_is_the_lines_of_the_documentation() -> None:
+    assert TextCodec().encode(SAMPLE) == TEXT_SAMPLE
+    assert TextCodec().encode(HELLO) == TEXT_HELLO
+
+
+@pytest.mark.parametrize("codec", CODECS, ids=lambda codec: codec.name)
+@given(record=SAMPLES | HELLOS)
+def test_every_record_survives_the_way_there_and_back(codec: Codec, record: Record) -> None:
+    frame = codec.encode(record)
+    assert frame.endswith(codec.delimiter)
+    assert codec.delimiter not in frame[:-1]
+    assert len(frame) <= LONGEST_FRAME
+    assert codec.decode(frame[:-1]) == record
+
+
+@pytest.mark.parametrize("codec", CODECS, ids=lambda codec: codec.name)
+@given(frame=st.binary(max_size=200))
+def test_arbitrary_bytes_are_a_frame_error_or_a_record(codec: Codec, frame: bytes) -> None:
+    try:
+        codec.decode(frame)
+    except FrameError:
+        return
+
+
+@pytest.mark.parametrize("codec", CODECS, ids=lambda codec: codec.name)
+@given(record=SAMPLES | HELLOS, data=st.data())
+def test_one_flipped_bit_of_the_text_and_of_a_frame_without_zeros_never_passes(
+    codec: Codec, record: Record, data: st.DataObject
+) -> None:
+    frame = bytearray(codec.encode(record)[:-1])
+    place = data.draw(st.integers(0, len(frame) * 8 - 1))
+    frame[place // 8] ^= 1 << place % 8
+    try:
+        assert codec.decode(bytes(frame)) == record  # as where a hexadecimal digit only changed its case
+    except FrameError:
+        return
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        b"S1,7,1000000,0,-2,4000,256",
+        b"S1,-7,1000000,0,-2,4000,0",
+        b"S1,4294967296,1000000,0,-2,4000,0",
+        b"S1,7,1000000,2147483648,-2,4000,0",
+        b"S1,7,1000000,0,-2,4000",
+        b"S1,7,1000000,0,-2,4000,0,0",
+        b"S1,7,1000000,0,--2,4000,0",
+        b"S1,7,1000000,0,,4000,0",
+        b"S2,7,1000000,0,-2,4000,0",
+        b"X1,7,1000000,0,-2,4000,0",
+        b"H1,0,8000,8000,rig",
+        b"H1,1000,8000,8000," + b"x" * 33,
+    ],
+)
+def test_a_line_with_a_right_checksum_but_wrong_fields_is_refused(line: bytes) -> None:
+    with pytest.raises(FrameError) as caught:
+        TextCodec().decode(b"$%s*%04X\r" % (line, checksum(line)))
+    assert caught.type is FrameError
+
+
+@pytest.mark.parametrize("codec", CODECS, ids=lambda codec: codec.name)
+def test_a_wrong_checksum_is_told_apart_from_a_wrong_form(codec: Codec) -> None:
+    frame = codec.encode(SAMPLE)[:-1]
+    with pytest.raises(ChecksumError):
+        codec.decode(frame[:-1] + bytes([frame[-1] ^ 1]) if codec.name == "binary" else frame.replace(b"4000", b"4001"))
+    with pytest.raises(FrameError) as caught:
+        codec.decode(frame[: len(frame) // 8])
+    assert caught.type is FrameError
