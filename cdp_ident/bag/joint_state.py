@@ -1,6 +1,8 @@
 """`sensor_msgs/msg/JointState` to and from its bytes on the wire (CDR), without ROS."""
 
+import struct
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
@@ -38,3 +40,72 @@ def serialize_joint_state(names: Sequence[str], positions: Sequence[float], stam
         effort=empty,
     )
     return bytes(typestore().serialize_cdr(message, MESSAGE_TYPE))
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Where in the bytes of a JointState its positions are; the same for all messages that begin alike."""
+
+    names: tuple[str, ...]
+    positions: struct.Struct
+    """Reads all positions from `offset` on."""
+    offset: int
+    head: bytes
+    """What stands between the stamp and the positions: frame, names and the number of positions."""
+    stamp: struct.Struct
+    """Reads seconds and nanoseconds from `STAMP_OFFSET` on."""
+    byte_order: bytes
+
+
+STAMP_OFFSET = 4
+HEAD_OFFSET = 12
+
+
+def parse_layout(raw: bytes) -> Layout:
+    """Find the names and positions in the CDR bytes of a JointState.
+
+    Velocity and effort are not looked at: some writers leave stray bytes behind them, which readers of whole messages
+    refuse. Raises ValueError, struct.error or UnicodeDecodeError (a ValueError) where the bytes are no JointState.
+    """
+    if raw[:2] not in (b"\0\0", b"\0\1"):
+        raise ValueError("not plain CDR")
+    order = "<" if raw[1] else ">"
+    count = struct.Struct(f"{order}I")
+    position = HEAD_OFFSET
+
+    def number() -> int:
+        nonlocal position
+        position += -position % 4
+        (value,) = count.unpack_from(raw, position)
+        position += 4
+        return int(value)
+
+    def text() -> str:
+        nonlocal position
+        length = number()
+        value = raw[position : position + length]
+        if len(value) != length:
+            raise ValueError("a text is longer than the message")
+        position += length
+        return value.removesuffix(b"\0").decode()
+
+    text()
+    names = number()
+    if names > len(raw):
+        raise ValueError("more names than bytes")
+    name = tuple(text() for _ in range(names))
+    positions = number()
+    if positions != names:
+        raise ValueError(f"{names} names but {positions} positions")
+    # Eight-byte numbers are aligned from the end of the four bytes that tell the encoding.
+    offset = position + (-(position - 4) % 8 if positions else 0)
+    if offset + 8 * positions > len(raw):
+        raise ValueError("more positions than bytes")
+    return Layout(
+        names=name,
+        positions=struct.Struct(f"{order}{positions}d"),
+        offset=offset,
+        head=raw[HEAD_OFFSET:position],
+        stamp=struct.Struct(f"{order}iI"),
+        byte_order=raw[:2],
+    )

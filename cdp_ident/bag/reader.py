@@ -1,0 +1,225 @@
+"""Reading the joint positions of any rosbag2 bag."""
+
+from __future__ import annotations
+
+import struct
+from array import array
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+import numpy.typing as npt
+import zstandard
+
+from cdp_ident.bag.joint_state import HEAD_OFFSET, MESSAGE_TYPE, NANOSECONDS, STAMP_OFFSET, Layout, parse_layout
+from cdp_ident.bag.mcap_scan import McapScan
+from cdp_ident.bag.sqlite_scan import sqlite_messages, sqlite_topics
+from cdp_ident.errors import BagError
+
+_MESSAGE_TYPES = (MESSAGE_TYPE, "sensor_msgs/JointState")
+_SQLITE_MAGIC = b"SQLite format 3\0"
+_ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
+_LARGEST_MESSAGE = 1 << 20
+_LAYOUTS_AT_HAND = 8
+_MOST_JOINTS = 256
+
+
+@dataclass(frozen=True)
+class JointRecording:
+    """The joint positions that a bag holds on one topic, in the order of their receipt."""
+
+    name: str
+    """What people call the bag."""
+    topic: str
+    joints: tuple[str, ...]
+    """Every joint that is named in any message."""
+    stamps: npt.NDArray[np.int64]
+    """(n,) time of the measurement [ns since the epoch]; see `notes` for where it was taken from."""
+    positions: npt.NDArray[np.float64]
+    """(n, joints) positions as recorded [rad or m]; NaN where a message does not name the joint."""
+    notes: tuple[str, ...]
+    """What was dropped or noticed while reading, in words, with numbers."""
+
+
+def read_joint_states(bag: Path, topic: str) -> JointRecording:
+    """Read the JointState messages on a topic of a rosbag2 bag; the bag itself is not changed.
+
+    `bag` is a folder or one .mcap or .db3 file, also compressed as a whole (.zstd) or by message. `metadata.yaml` is
+    not needed. Of a file whose recorder was killed every complete chunk is read. The time of a sample is its header's
+    stamp; where most messages have none, it is the time of receipt.
+
+    Raises BagError where something cannot be read or the topic holds no JointState.
+    """
+    topic = f"/{topic.lstrip('/')}"
+    joints, notes, types = _JointStates(), [], dict[str, str]()
+    for file in _storage_files(bag):
+        with _uncompressed(file) as plain:
+            notes += _read_file(plain, file, topic, joints, types)
+    if types.get(topic) not in _MESSAGE_TYPES:
+        raise BagError(_wrong_topic(bag, topic, types))
+    return joints.recording(_name(bag), topic, notes)
+
+
+def _storage_files(bag: Path) -> list[Path]:
+    """Return the files that hold the bag's messages, in the order in which they were recorded."""
+    if bag.name == "metadata.yaml":
+        bag = bag.parent
+    try:
+        if bag.is_file():
+            return [bag]
+        if not bag.is_dir():
+            raise BagError(f"there is no bag {bag}")
+        files = [file for file in bag.iterdir() if file.name.removesuffix(".zstd").endswith((".mcap", ".db3"))]
+    except (OSError, ValueError) as error:
+        raise BagError(f"{bag} cannot be read: {error}") from error
+    if not files:
+        raise BagError(f"{bag} is not a rosbag2 bag: it holds no .mcap or .db3 file")
+    # rosbag2 counts the files of a bag at the end of their names: _2 comes before _10.
+    return sorted(files, key=lambda file: (len(file.name), file.name))
+
+
+@contextmanager
+def _uncompressed(file: Path) -> Iterator[Path]:
+    """Give the path of a file's content: itself, or a temporary file if it is compressed as a whole."""
+    if not file.name.endswith(".zstd"):
+        yield file
+        return
+    with TemporaryDirectory() as folder:
+        plain = Path(folder) / file.name.removesuffix(".zstd")
+        try:
+            with file.open("rb") as source, plain.open("wb") as target:
+                zstandard.ZstdDecompressor().copy_stream(source, target)
+        except (OSError, MemoryError, zstandard.ZstdError) as error:
+            raise BagError(f"{file} cannot be decompressed: {error}") from error
+        yield plain
+
+
+def _read_file(file: Path, shown: Path, topic: str, joints: _JointStates, types: dict[str, str]) -> list[str]:
+    """Add the messages of one file to `joints` and its topics to `types`; return what there is to say about it."""
+    try:
+        with file.open("rb") as stream:
+            is_sqlite = stream.read(len(_SQLITE_MAGIC)) == _SQLITE_MAGIC
+    except OSError as error:
+        raise BagError(f"{shown} cannot be read: {error.strerror or error}") from error
+    if is_sqlite:
+        types.update(sqlite_topics(file))
+        if types.get(topic) in _MESSAGE_TYPES:
+            for stamp, data in sqlite_messages(file, topic):
+                joints.add(stamp, data)
+        return []
+    scan = McapScan(file)
+    for channel, stamp, data in scan.messages():
+        if channel.name == topic and channel.message_type in _MESSAGE_TYPES:
+            joints.add(stamp, data)
+    types.update({channel.name: channel.message_type for channel in scan.topics.values()})
+    return [f"{shown.name}: {damage}"] if (damage := scan.damage()) else []
+
+
+def _wrong_topic(bag: Path, topic: str, types: dict[str, str]) -> str:
+    suitable = sorted(name for name, message_type in types.items() if message_type in _MESSAGE_TYPES)
+    if topic in types:
+        found = f"topic {topic} of {bag} holds {types[topic]}, not {MESSAGE_TYPE}"
+    else:
+        found = f"{bag} has no topic {topic}"
+    if suitable:
+        return f"{found}; joint states are on {', '.join(suitable)}: name that topic"
+    return f"{found}; no topic of it holds joint states (it has {', '.join(sorted(types)) or 'no topics at all'})"
+
+
+def _name(bag: Path) -> str:
+    if bag.name == "metadata.yaml":
+        bag = bag.parent
+    if bag.is_dir():
+        return bag.resolve().name
+    return bag.name.removesuffix(".zstd").removesuffix(".mcap").removesuffix(".db3")
+
+
+@dataclass
+class _Alike:
+    """Messages of one layout: their rows in the recording, stamps and positions."""
+
+    layout: Layout
+    rows: array[int] = field(default_factory=lambda: array("q"))
+    stamps: array[int] = field(default_factory=lambda: array("q"))
+    positions: array[float] = field(default_factory=lambda: array("d"))
+
+    def take(self, row: int, raw: bytes) -> bool:
+        """Add a message if it has this layout, and say whether it had."""
+        layout = self.layout
+        fits = raw.startswith(layout.head, HEAD_OFFSET) and raw[:2] == layout.byte_order
+        if not fits or len(raw) < layout.offset + layout.positions.size:
+            return False
+        seconds, nanoseconds = layout.stamp.unpack_from(raw, STAMP_OFFSET)
+        if seconds < 0 or nanoseconds >= NANOSECONDS:
+            raise ValueError("not a time")
+        self.positions.extend(layout.positions.unpack_from(raw, layout.offset))
+        self.stamps.append(seconds * NANOSECONDS + nanoseconds)
+        self.rows.append(row)
+        return True
+
+
+class _JointStates:
+    """Collects messages into arrays; a layout is found once and then serves all messages that begin alike."""
+
+    def __init__(self) -> None:
+        self._receipts = array("q")
+        self._groups: list[_Alike] = []
+        self._at_hand: list[_Alike] = []
+        self._garbled = 0
+
+    def add(self, receipt: int, raw: bytes) -> None:
+        """Add one message: its time of receipt [ns since the epoch] and its bytes."""
+        row = len(self._receipts)
+        try:
+            if raw[:4] == _ZSTD_MAGIC:
+                raw = zstandard.ZstdDecompressor().decompress(raw, max_output_size=_LARGEST_MESSAGE)
+            if not any(group.take(row, raw) for group in self._at_hand):
+                group = _Alike(parse_layout(raw))
+                group.take(row, raw)
+                self._groups.append(group)
+                self._at_hand = [group, *self._at_hand[: _LAYOUTS_AT_HAND - 1]]
+        except (ValueError, struct.error, zstandard.ZstdError, MemoryError):
+            self._garbled += 1
+        else:
+            self._receipts.append(receipt)
+
+    def recording(self, name: str, topic: str, notes: list[str]) -> JointRecording:
+        """Return all messages as one recording, in the order of their receipt."""
+        joints = tuple(dict.fromkeys(joint for group in self._groups for joint in group.layout.names))
+        if len(joints) > _MOST_JOINTS:
+            raise BagError(f"topic {topic} of {name} names {len(joints)} joints: at most {_MOST_JOINTS} are believed")
+        column = {joint: i for i, joint in enumerate(joints)}
+        positions = np.full((len(self._receipts), len(joints)), np.nan)
+        stamps = np.zeros(len(self._receipts), dtype=np.int64)
+        receipts = np.array(self._receipts, dtype=np.int64)
+        for group in self._groups:
+            rows = np.array(group.rows, dtype=np.int64)
+            stamps[rows] = group.stamps
+            values = np.array(group.positions).reshape(len(rows), len(group.layout.names))
+            positions[rows[:, None], [column[joint] for joint in group.layout.names]] = values
+        notes = list(notes)
+        if self._garbled:
+            notes.append(f"{self._garbled} messages on {topic} that are not well-formed joint states are dropped")
+        times, keep, note = _times(stamps, receipts)
+        keep = keep[np.argsort(receipts[keep], kind="stable")]
+        return JointRecording(name, topic, joints, times[keep], positions[keep], (*notes, *note))
+
+
+def _times(
+    stamps: npt.NDArray[np.int64], receipts: npt.NDArray[np.int64]
+) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], list[str]]:
+    """Choose between the stamps of the headers and the times of receipt.
+
+    Returns the times (n,), the samples that have one, and what there is to say about it.
+    """
+    stamped = stamps > 0
+    count = int(np.count_nonzero(stamped))
+    if 2 * count < len(stamps) or not len(stamps):
+        note = ["the messages have no stamp: the time of receipt is used, with its jitter"] if len(stamps) else []
+        return receipts, np.arange(len(stamps)), note
+    unstamped = len(stamps) - count
+    note = [f"{unstamped} messages without a stamp are dropped"] if unstamped else []
+    return stamps, np.flatnonzero(stamped), note

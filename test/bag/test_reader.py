@@ -1,0 +1,283 @@
+"""Any rosbag2 bag is read, or refused with one clear error."""
+
+import sqlite3
+import struct
+
+import numpy as np
+import pytest
+import zstandard
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
+
+from cdp_ident.bag.joint_state import HEAD_OFFSET, MESSAGE_TYPE, parse_layout, serialize_joint_state, typestore
+from cdp_ident.bag.reader import read_joint_states
+from cdp_ident.bag.writer import BagWriter
+from cdp_ident.errors import BagError
+
+NAMES = ("inner_joint", "outer_joint")
+START = 1_700_000_000_000_000_000
+PERIOD = 5_000_000
+COUNT = 60
+STAMPS = START + PERIOD * np.arange(COUNT)
+POSITIONS = np.column_stack([np.linspace(0, 1, COUNT), np.linspace(3, -3, COUNT)])
+
+
+def fill(bag, stamps=STAMPS, positions=POSITIONS, names=NAMES, delay=1000):
+    with BagWriter(bag) as writer:
+        for stamp, position in zip(stamps.tolist(), positions, strict=True):
+            receipt = (stamp or START) + delay
+            writer.write("/joint_states", MESSAGE_TYPE, receipt, serialize_joint_state(names, position, stamp))
+            writer.flush()
+    return bag
+
+
+def expect_all(recording):
+    assert recording.joints == NAMES
+    assert np.array_equal(recording.stamps, STAMPS)
+    assert np.array_equal(recording.positions, POSITIONS)
+    assert recording.notes == ()
+
+
+@pytest.mark.parametrize("storage", list(StoragePlugin))
+@pytest.mark.parametrize("mode", list(CompressionMode))
+@pytest.mark.parametrize("metadata", [True, False])
+def test_bags_of_another_writer_are_read(tmp_path, storage, mode, metadata):
+    if storage is StoragePlugin.SQLITE3 and mode is CompressionMode.STORAGE:
+        pytest.skip("SQLite has no compression of its own")
+    writer = Writer(tmp_path / "bag", version=9, storage_plugin=storage)
+    writer.set_compression(mode, CompressionFormat.ZSTD)
+    with writer:
+        connection = writer.add_connection("/joint_states", MESSAGE_TYPE, typestore=typestore())
+        for stamp, position in zip(STAMPS.tolist(), POSITIONS, strict=True):
+            writer.write(connection, stamp + 7, serialize_joint_state(NAMES, position, stamp))
+    if not metadata:
+        (tmp_path / "bag" / "metadata.yaml").unlink()
+    expect_all(read_joint_states(tmp_path / "bag", "joint_states"))
+
+
+def test_a_bare_file_and_metadata_stand_for_their_bag(tmp_path):
+    fill(tmp_path / "swing")
+    expect_all(read_joint_states(tmp_path / "swing" / "swing_0.mcap", "/joint_states"))
+    recording = read_joint_states(tmp_path / "swing" / "metadata.yaml", "/joint_states")
+    expect_all(recording)
+    assert recording.name == "swing"
+
+
+def test_a_path_with_signs_that_mean_something_to_sqlite_is_read(tmp_path):
+    bag = tmp_path / "50% #1?"
+    with Writer(tmp_path / "plain", version=9, storage_plugin=StoragePlugin.SQLITE3) as writer:
+        connection = writer.add_connection("/joint_states", MESSAGE_TYPE, typestore=typestore())
+        for stamp, position in zip(STAMPS.tolist(), POSITIONS, strict=True):
+            writer.write(connection, stamp, serialize_joint_state(NAMES, position, stamp))
+    (tmp_path / "plain").rename(bag)
+    expect_all(read_joint_states(bag, "joint_states"))
+
+
+def test_messages_still_in_sqlite_s_journal_are_read_and_the_bag_stays_as_it_is(tmp_path):
+    fill(tmp_path / "made")
+    bag = tmp_path / "bag"
+    with Writer(bag, version=9, storage_plugin=StoragePlugin.SQLITE3) as writer:
+        connection = writer.add_connection("/joint_states", MESSAGE_TYPE, typestore=typestore())
+        writer.write(connection, START, serialize_joint_state(NAMES, POSITIONS[0], START))
+    recorder = sqlite3.connect(bag / "bag.db3")
+    recorder.execute("PRAGMA journal_mode=WAL")
+    raw = serialize_joint_state(NAMES, POSITIONS[1], START + PERIOD)
+    recorder.execute("INSERT INTO messages (topic_id, timestamp, data) VALUES (1, ?, ?)", (START + PERIOD, raw))
+    recorder.commit()
+    before = {file.name: file.read_bytes() for file in bag.iterdir()}
+    recording = read_joint_states(bag, "joint_states")
+    assert np.array_equal(recording.stamps, STAMPS[:2])
+    assert {file.name: file.read_bytes() for file in bag.iterdir()} == before
+    recorder.close()
+
+
+def test_a_killed_bag_is_read_up_to_its_last_complete_chunk_and_not_changed(tmp_path):
+    file = fill(tmp_path / "swing") / "swing_0.mcap"
+    content = file.read_bytes()[: file.stat().st_size // 3]
+    file.write_bytes(content)
+    (tmp_path / "swing" / "metadata.yaml").unlink()
+    recording = read_joint_states(tmp_path / "swing", "joint_states")
+    n = len(recording.stamps)
+    assert 5 < n < COUNT
+    assert np.array_equal(recording.positions, POSITIONS[:n])
+    assert "bytes at the end are not readable" in recording.notes[0]
+    assert file.read_bytes() == content
+
+
+def test_the_files_of_a_split_bag_are_read_in_order(tmp_path):
+    fill(tmp_path / "a", STAMPS[:30], POSITIONS[:30])
+    fill(tmp_path / "b", STAMPS[30:], POSITIONS[30:])
+    (tmp_path / "swing").mkdir()
+    (tmp_path / "a" / "a_0.mcap").rename(tmp_path / "swing" / "swing_2.mcap")
+    (tmp_path / "b" / "b_0.mcap").rename(tmp_path / "swing" / "swing_10.mcap")
+    expect_all(read_joint_states(tmp_path / "swing", "joint_states"))
+
+
+def test_joints_of_several_publishers_have_gaps_where_a_message_does_not_name_them(tmp_path):
+    with BagWriter(tmp_path / "swing") as writer:
+        for i in range(20):
+            raw = serialize_joint_state(["arm", "cart"][: i % 2 + 1][::-1], [1.0, 2.0][: i % 2 + 1][::-1], START + i)
+            writer.write("/joint_states", MESSAGE_TYPE, START + i, raw)
+    recording = read_joint_states(tmp_path / "swing", "joint_states")
+    assert recording.joints == ("arm", "cart")
+    assert np.all(recording.positions[:, 0] == 1.0)
+    assert np.all(np.isnan(recording.positions[::2, 1]))
+    assert np.all(recording.positions[1::2, 1] == 2.0)
+
+
+def test_without_stamps_the_time_of_receipt_is_used_and_said(tmp_path):
+    with BagWriter(tmp_path / "swing") as writer:
+        for stamp in STAMPS.tolist():
+            writer.write("/joint_states", MESSAGE_TYPE, stamp, serialize_joint_state(NAMES, (0.0, 1.0), 0))
+    recording = read_joint_states(tmp_path / "swing", "joint_states")
+    assert np.array_equal(recording.stamps, STAMPS)
+    assert "time of receipt" in recording.notes[0]
+
+
+def test_few_messages_without_stamp_are_dropped_and_counted(tmp_path):
+    stamps = STAMPS.copy()
+    stamps[[3, 9]] = 0
+    recording = read_joint_states(fill(tmp_path / "swing", stamps), "joint_states")
+    assert np.array_equal(recording.stamps, np.delete(STAMPS, [3, 9]))
+    assert "2 messages without a stamp" in recording.notes[0]
+
+
+def test_messages_that_are_no_joint_states_are_dropped_and_counted(tmp_path):
+    good = serialize_joint_state(NAMES, (1.0, 2.0), START)
+    count = HEAD_OFFSET + len(parse_layout(good).head) - 4
+    one_position_less = good[:count] + struct.pack("<I", 1) + good[count + 4 :]
+    bad = [b"", b"\0\1\0\0", good[:40], b"\0\7" + good[2:], good[:4] + b"\xff" * 8 + good[12:], one_position_less]
+    with BagWriter(tmp_path / "swing") as writer:
+        for raw in [*bad, good]:
+            writer.write("/joint_states", MESSAGE_TYPE, START, raw)
+    recording = read_joint_states(tmp_path / "swing", "joint_states")
+    assert len(recording.stamps) == 1
+    assert f"{len(bad)} messages" in recording.notes[0]
+
+
+def test_what_rclpy_serialises_is_read(tmp_path):
+    # It leaves stray bytes behind an empty last array, which readers of whole messages refuse.
+    serialization = pytest.importorskip("rclpy.serialization")
+    messages = pytest.importorskip("sensor_msgs.msg")
+    message = messages.JointState(name=list(NAMES), position=[1.5, -2.5])
+    layout = parse_layout(serialization.serialize_message(message))
+    assert layout.names == NAMES
+    assert layout.positions.unpack_from(serialization.serialize_message(message), layout.offset) == (1.5, -2.5)
+
+
+@given(
+    st.lists(st.tuples(st.text(max_size=9).filter(lambda t: "\0" not in t), st.floats(allow_nan=False)), max_size=5),
+    st.text(max_size=9).filter(lambda t: "\0" not in t),
+    st.sampled_from(["little", "big"]),
+)
+def test_positions_are_found_wherever_names_put_them(joints, frame, order):
+    types = typestore().types
+    message = types[MESSAGE_TYPE](
+        header=types["std_msgs/msg/Header"](stamp=types["builtin_interfaces/msg/Time"](1, 2), frame_id=frame),
+        name=[name for name, _ in joints],
+        position=np.array([position for _, position in joints]),
+        velocity=np.zeros(2),
+        effort=np.zeros(0),
+    )
+    raw = bytes(typestore().serialize_cdr(message, MESSAGE_TYPE, little_endian=order == "little"))
+    layout = parse_layout(raw)
+    assert layout.names == tuple(message.name)
+    assert layout.positions.unpack_from(raw, layout.offset) == tuple(message.position)
+
+
+def test_a_missing_bag_is_named(tmp_path):
+    with pytest.raises(BagError, match=r"there is no bag .*nowhere"):
+        read_joint_states(tmp_path / "nowhere", "joint_states")
+
+
+def test_a_folder_without_recording_is_named(tmp_path):
+    with pytest.raises(BagError, match=r"holds no \.mcap or \.db3"):
+        read_joint_states(tmp_path, "joint_states")
+
+
+def test_a_wrong_topic_is_answered_with_the_right_ones(tmp_path):
+    fill(tmp_path / "swing")
+    with pytest.raises(BagError, match="no topic /joints; joint states are on /joint_states"):
+        read_joint_states(tmp_path / "swing", "joints")
+
+
+def test_a_topic_of_another_type_is_named(tmp_path):
+    with BagWriter(tmp_path / "swing") as writer:
+        writer.add_topic("/chatter", "std_msgs/msg/String")
+        writer.write("/chatter", "std_msgs/msg/String", 1, b"\0\1\0\0\1\0\0\0\0")
+    with pytest.raises(BagError, match=r"holds std_msgs/msg/String, not .*no topic of it holds joint states"):
+        read_joint_states(tmp_path / "swing", "chatter")
+
+
+def test_a_file_that_is_no_recording_is_named(tmp_path):
+    (tmp_path / "notes.mcap").write_text("not a recording at all, but long enough to be looked at")
+    with pytest.raises(BagError, match=r"notes\.mcap is not an MCAP file"):
+        read_joint_states(tmp_path / "notes.mcap", "joint_states")
+
+
+def test_a_compressed_file_that_is_none_is_named(tmp_path):
+    (tmp_path / "swing.mcap.zstd").write_bytes(b"nonsense")
+    with pytest.raises(BagError, match="cannot be decompressed"):
+        read_joint_states(tmp_path / "swing.mcap.zstd", "joint_states")
+
+
+@pytest.fixture(scope="module")
+def contents(tmp_path_factory):
+    """The bytes of a good file of each kind."""
+    folder = tmp_path_factory.mktemp("good")
+    with Writer(folder / "bag", version=9, storage_plugin=StoragePlugin.SQLITE3) as writer:
+        connection = writer.add_connection("/joint_states", MESSAGE_TYPE, typestore=typestore())
+        for stamp, position in zip(STAMPS.tolist(), POSITIONS, strict=True):
+            writer.write(connection, stamp, serialize_joint_state(NAMES, position, stamp))
+    mcap = (fill(folder / "swing") / "swing_0.mcap").read_bytes()
+    return {
+        "swing.mcap": mcap,
+        "bag.db3": (folder / "bag" / "bag.db3").read_bytes(),
+        "swing.mcap.zstd": zstandard.compress(mcap),
+    }
+
+
+def read_or_refuse(file):
+    try:
+        recording = read_joint_states(file, "joint_states")
+    except BagError:
+        return None
+    assert recording.positions.shape == (len(recording.stamps), len(recording.joints))
+    return recording
+
+
+HOSTILE = settings(deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=150)
+
+
+@HOSTILE
+@given(st.data())
+def test_a_file_cut_anywhere_is_read_or_refused(tmp_path, contents, data):
+    name = data.draw(st.sampled_from(sorted(contents)))
+    (tmp_path / name).write_bytes(contents[name][: data.draw(st.integers(0, len(contents[name])))])
+    read_or_refuse(tmp_path / name)
+
+
+@HOSTILE
+@given(st.data())
+def test_a_file_with_changed_bytes_is_read_or_refused(tmp_path, contents, data):
+    name = data.draw(st.sampled_from(sorted(contents)))
+    content = bytearray(contents[name])
+    changes = st.tuples(st.integers(0, len(content) - 1), st.integers(0, 255))
+    for position, value in data.draw(st.lists(changes, min_size=1, max_size=8)):
+        content[position] = value
+    (tmp_path / name).write_bytes(content)
+    recording = read_or_refuse(tmp_path / name)
+    if recording is not None and name == "swing.mcap" and recording.joints == NAMES:
+        # What passed the checksums is what was written.
+        kept = np.isin(recording.stamps, STAMPS)
+        assert np.all(kept)
+
+
+@HOSTILE
+@given(st.data())
+def test_random_bytes_behind_a_good_start_are_read_or_refused(tmp_path, contents, data):
+    name = data.draw(st.sampled_from(sorted(contents)))
+    start = contents[name][: data.draw(st.sampled_from([0, 8, 16, 100, 400]))]
+    (tmp_path / name).write_bytes(start + data.draw(st.binary(max_size=300)))
+    read_or_refuse(tmp_path / name)
