@@ -1,0 +1,149 @@
+"""When a sample was measured: the device's clock mapped to the host's, past the delays of the line."""
+
+from collections import deque
+from itertools import pairwise
+
+import numpy as np
+
+ROLL_OVER_US = 2**32
+
+_BUCKET = 0.25
+"""The least delayed arrival in each stretch this long is what the fit sees [s]."""
+_WARM_UP = 1.0
+"""Before this much is seen, the first delays could be mistaken for the offset [s]."""
+_WINDOW = 60.0
+"""How far back the fit looks: crystals drift with temperature over minutes [s]."""
+_LARGEST_RATE = 0.01
+"""Ceramic resonators are off by up to 0.5 %."""
+_SETTLE, _LARGEST_SETTLING = 5.0, 5e-4
+"""A better offset is approached with this time constant [s], and by no more than this much per second."""
+_EARLY, _LATE, _LATE_FOR = 0.02, 0.05, 5.0
+"""An arrival this much before its own measurement [s], or nothing but arrivals this late for so long, say that one
+of the clocks was set: the fit starts anew."""
+_GAP = 1.0
+"""A silence of the device this long starts the fit anew [s]."""
+
+Point = tuple[float, float]
+
+
+class DeviceClock:
+    """Maps the device's 32-bit microsecond clock to the host's nanoseconds by a running fit of offset and rate.
+
+    A message can be late but never early, so the truth is a line below all points (device time, arrival - device
+    time) that touches the least delayed ones. It is the edge of the lower convex hull over the middle of the window:
+    the line below all points with the smallest sum of distances to them (Moon, Skelly and Towsley 1999, "Estimation
+    and removal of clock skew from network delay measurements"). Between updates, four a second, the mapping is a
+    straight line, and it has no steps: stamps keep the device's spacing. After a reset, make a new one.
+    """
+
+    def __init__(self) -> None:
+        self._origin_ns: int | None = None
+        self._last_us: int | None = None
+        self._unrolled_us = 0
+        self._bucket_end = 0.0
+        self._best: Point | None = None
+        self._buckets: deque[Point] = deque()
+        self._late_buckets = 0
+        self._anchor: Point | None = None
+        self._rate = 0.0
+
+    @property
+    def ready(self) -> bool:
+        """Whether enough is seen for `stamp` to be used."""
+        return self._anchor is not None
+
+    def is_new_run(self, time_us: int, arrival_ns: int) -> bool:
+        """Tell whether a sample cannot belong to this mapping, so that a new one is due for it.
+
+        That is so after a long silence of the device, or when one of the clocks was set.
+        """
+        if self._last_us is None:
+            return False
+        if ((time_us - self._last_us) % ROLL_OVER_US) * 1e-6 > _GAP or self._late_buckets * _BUCKET > _LATE_FOR:
+            return True
+        device = self._device(time_us)
+        return self._anchor is not None and self._offset(device) - self._delay(device, arrival_ns) > _EARLY
+
+    def observe(self, time_us: int, arrival_ns: int) -> None:
+        """Take the device's time of a sample and the host's time when it arrived, in the order of the device."""
+        if self._origin_ns is None:
+            self._origin_ns = arrival_ns
+        device = self._device(time_us)
+        self._unrolled_us += 0 if self._last_us is None else (time_us - self._last_us) % ROLL_OVER_US
+        self._last_us = time_us
+        point = (device, self._delay(device, arrival_ns))
+        if device >= self._bucket_end:
+            if self._best is not None:
+                self._close_bucket(device)
+            self._bucket_end = device + _BUCKET
+            self._best = point
+        elif self._best is None or point[1] < self._best[1]:
+            self._best = point
+
+    def stamp(self, time_us: int) -> int:
+        """Return the host's time [ns] of a device time that is at most half a roll-over from the last observed one."""
+        if self._origin_ns is None or self._last_us is None:
+            raise ValueError("nothing observed yet")
+        ahead = (time_us - self._last_us + ROLL_OVER_US // 2) % ROLL_OVER_US - ROLL_OVER_US // 2
+        device_us = self._unrolled_us + ahead
+        return self._origin_ns + device_us * 1000 + round(self._offset(device_us * 1e-6) * 1e9)
+
+    def _device(self, time_us: int) -> float:
+        """Return device time since the first sample of this run [s]."""
+        elapsed = 0 if self._last_us is None else (time_us - self._last_us) % ROLL_OVER_US
+        return (self._unrolled_us + elapsed) * 1e-6
+
+    def _delay(self, device: float, arrival_ns: int) -> float:
+        return (arrival_ns - (self._origin_ns or 0)) * 1e-9 - device
+
+    def _offset(self, device: float) -> float:
+        if self._anchor is None:
+            return min((delay for _, delay in self._buckets), default=self._best[1] if self._best else 0.0)
+        return self._anchor[1] + (device - self._anchor[0]) * self._rate
+
+    def _close_bucket(self, now: float) -> None:
+        assert self._best is not None
+        self._buckets.append(self._best)
+        while self._buckets[0][0] < now - _WINDOW:
+            self._buckets.popleft()
+        if now < _WARM_UP or len(self._buckets) < 2:
+            return
+        rate, offset = _line_below(list(self._buckets), now)
+        if self._anchor is None:
+            self._anchor = (now, offset)
+            self._rate = rate
+            return
+        late = self._best[1] - self._offset(self._best[0]) > _LATE
+        self._late_buckets = self._late_buckets + 1 if late else 0
+        self._anchor = (now, self._offset(now))
+        settling = (offset - self._anchor[1]) / _SETTLE
+        self._rate = rate + float(np.clip(settling, -_LARGEST_SETTLING, _LARGEST_SETTLING))
+
+
+def _line_below(points: list[Point], at: float) -> tuple[float, float]:
+    """Return slope and height at `at` of the line below all points that is nearest to them.
+
+    The slope is shrunk towards none as far as the delays could have feigned it, which they easily do at first.
+    """
+    hull = _lower_hull(points)
+    first, last = points[0][0], points[-1][0]
+    left, right = next(edge for edge in pairwise(hull) if edge[1][0] >= 0.5 * (first + last))
+    slope = float(np.clip((right[1] - left[1]) / (right[0] - left[0]), -_LARGEST_RATE, _LARGEST_RATE))
+    delays = [delay - left[1] - slope * (device - left[0]) for device, delay in points]
+    feigned = 2.0 * float(np.median(delays)) / (last - first)
+    slope *= slope**2 / (slope**2 + feigned**2 + 1e-12)
+    return slope, min(delay + slope * (at - device) for device, delay in points)
+
+
+def _lower_hull(points: list[Point]) -> list[Point]:
+    """Return the lower convex hull of points in ascending order (Andrew 1979)."""
+    hull: list[Point] = []
+    for point in points:
+        while len(hull) > 1 and _turns_right(hull[-2], hull[-1], point):
+            hull.pop()
+        hull.append(point)
+    return hull
+
+
+def _turns_right(first: Point, second: Point, third: Point) -> bool:
+    return (second[0] - first[0]) * (third[1] - first[1]) <= (second[1] - first[1]) * (third[0] - first[0])

@@ -1,0 +1,120 @@
+"""The mapping of clocks against delays of the kinds that serial lines and USB have."""
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from cdp_ident.rig.device_clock import ROLL_OVER_US, DeviceClock
+
+EPOCH_NS = 1_760_000_000_000_000_000
+
+
+def stamps(
+    clock: DeviceClock, device_us: NDArray[np.int64], arrivals_ns: NDArray[np.int64]
+) -> tuple[NDArray[np.int64], list[int]]:
+    """Return the stamp of each sample as the driver makes it, and where the fit was started anew."""
+    result: list[int] = []
+    waiting: list[int] = []
+    restarted = []
+    for index, (time_us, arrival) in enumerate(
+        zip((device_us % ROLL_OVER_US).tolist(), arrivals_ns.tolist(), strict=True)
+    ):
+        if clock.is_new_run(time_us, arrival):
+            result += [clock.stamp(time) for time in waiting]
+            waiting = []
+            clock.restart()
+            restarted.append(index)
+        clock.observe(time_us, arrival)
+        waiting.append(time_us)
+        if clock.ready:
+            result += [clock.stamp(time) for time in waiting]
+            waiting = []
+    result += [clock.stamp(time) for time in waiting]
+    return np.array(result), restarted
+
+
+def line(seconds: float, rate: float, skew: float, start_us: int = 0) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """Return device times [us] and the host's true times [s] of a device whose clock is fast by `skew`."""
+    true = np.arange(int(seconds * rate)) / rate
+    return start_us + np.round(true * (1 + skew) * 1e6).astype(np.int64), true
+
+
+def arrive(true: NDArray[np.float64], delay: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Return arrival times [ns]: a message waits behind those before it."""
+    return EPOCH_NS + np.round(np.maximum.accumulate(true + delay) * 1e9).astype(np.int64)
+
+
+DELAYS = {
+    "uniform": lambda generator, true: generator.uniform(0.0, 0.015, len(true)),
+    "usb frames of 16 ms": lambda _, true: 0.016 - true % 0.016,
+    "mostly late": lambda generator, true: 0.015 * generator.beta(4.0, 1.5, len(true)),
+    "bursts": lambda generator, true: generator.exponential(0.001, len(true)) + 0.3 * (true % 7.0 < 0.3),
+}
+
+
+@pytest.mark.parametrize("skew", [0.0, 1e-4, -1e-4])
+@pytest.mark.parametrize("rate", [200.0, 1000.0])
+@pytest.mark.parametrize("kind", DELAYS)
+def test_stamps_keep_the_devices_even_spacing_while_arrivals_jitter(kind: str, rate: float, skew: float) -> None:
+    device, true = line(40.0, rate, skew, start_us=ROLL_OVER_US - 9_000_000)
+    arrivals = arrive(true, DELAYS[kind](np.random.default_rng(1), true))
+    result, restarted = stamps(DeviceClock(), device, arrivals)
+    assert restarted == []
+    assert len(result) == len(device)
+    stretch = np.diff(result) / (np.diff(device) * 1000.0) - 1.0
+    error = (result - EPOCH_NS) * 1e-9 - true
+    print(
+        kind,
+        rate,
+        skew,
+        np.abs(stretch + skew).max(),
+        np.abs(stretch[int(10 * rate) :] + skew).max(),
+        error.min(),
+        error.max(),
+        np.ptp(error),
+        np.ptp(error[int(10 * rate) :]),
+    )
+
+
+def test_a_ceramic_resonator_is_followed() -> None:
+    device, true = line(60.0, 500.0, 4e-3)
+    arrivals = arrive(true, np.random.default_rng(2).uniform(0.0, 0.01, len(true)))
+    result, _ = stamps(DeviceClock(), device, arrivals)
+    late = slice(15000, None)
+    slope = np.polyfit(true[late], (result[late] - EPOCH_NS) * 1e-9, 1)[0]
+    assert slope == pytest.approx(1.0, abs=2e-4)
+
+
+def test_a_silence_restarts_the_fit_and_stamps_go_on_at_the_right_time() -> None:
+    device, true = line(30.0, 500.0, 5e-5)
+    keep = (true < 10.0) | (true > 12.0)
+    device, true = device[keep], true[keep]
+    arrivals = arrive(true, np.random.default_rng(3).uniform(0.0, 0.015, len(true)))
+    result, restarted = stamps(DeviceClock(), device, arrivals)
+    assert restarted == [5000]
+    assert len(result) == len(device)
+    assert np.abs((result - EPOCH_NS) * 1e-9 - true).max() < 2e-3
+
+
+@pytest.mark.parametrize("step", [-0.5, 0.5])
+def test_a_host_clock_that_is_set_restarts_the_fit(step: float) -> None:
+    device, true = line(30.0, 500.0, 0.0)
+    true = true + step * (true > 10.0)
+    result, restarted = stamps(DeviceClock(), device, EPOCH_NS + np.round(true * 1e9).astype(np.int64))
+    assert len(restarted) == 1
+    error = (result - EPOCH_NS) * 1e-9 - true
+    assert np.abs(error[:5000]).max() < 1e-3
+    assert np.abs(error[10000:]).max() < 1e-3
+
+
+def test_a_stall_that_is_caught_up_is_only_a_delay() -> None:
+    device, true = line(20.0, 500.0, 0.0)
+    delay = np.where((true > 10.0) & (true < 12.0), 12.0 - true, 0.0)
+    result, restarted = stamps(DeviceClock(), device, arrive(true, delay))
+    assert restarted == []
+    assert np.abs((result - EPOCH_NS) * 1e-9 - true).max() < 1e-3
+
+
+def test_nothing_is_stamped_before_anything_was_observed() -> None:
+    with pytest.raises(ValueError, match="nothing observed"):
+        DeviceClock().stamp(0)
