@@ -1,5 +1,7 @@
 """The mapping of clocks against delays of the kinds that serial lines and USB have."""
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -9,10 +11,9 @@ from cdp_ident.rig.device_clock import ROLL_OVER_US, DeviceClock
 EPOCH_NS = 1_760_000_000_000_000_000
 
 
-def stamps(
-    clock: DeviceClock, device_us: NDArray[np.int64], arrivals_ns: NDArray[np.int64]
-) -> tuple[NDArray[np.int64], list[int]]:
+def stamps(device_us: NDArray[np.int64], arrivals_ns: NDArray[np.int64]) -> tuple[NDArray[np.int64], list[int]]:
     """Return the stamp of each sample as the driver makes it, and where the fit was started anew."""
+    clock = DeviceClock()
     result: list[int] = []
     waiting: list[int] = []
     restarted = []
@@ -22,7 +23,7 @@ def stamps(
         if clock.is_new_run(time_us, arrival):
             result += [clock.stamp(time) for time in waiting]
             waiting = []
-            clock.restart()
+            clock = DeviceClock()
             restarted.append(index)
         clock.observe(time_us, arrival)
         waiting.append(time_us)
@@ -44,7 +45,8 @@ def arrive(true: NDArray[np.float64], delay: NDArray[np.float64]) -> NDArray[np.
     return EPOCH_NS + np.round(np.maximum.accumulate(true + delay) * 1e9).astype(np.int64)
 
 
-DELAYS = {
+Delays = Callable[[np.random.Generator, NDArray[np.float64]], NDArray[np.float64]]
+DELAYS: dict[str, Delays] = {
     "uniform": lambda generator, true: generator.uniform(0.0, 0.015, len(true)),
     "usb frames of 16 ms": lambda _, true: 0.016 - true % 0.016,
     "mostly late": lambda generator, true: 0.015 * generator.beta(4.0, 1.5, len(true)),
@@ -58,28 +60,21 @@ DELAYS = {
 def test_stamps_keep_the_devices_even_spacing_while_arrivals_jitter(kind: str, rate: float, skew: float) -> None:
     device, true = line(40.0, rate, skew, start_us=ROLL_OVER_US - 9_000_000)
     arrivals = arrive(true, DELAYS[kind](np.random.default_rng(1), true))
-    result, restarted = stamps(DeviceClock(), device, arrivals)
+    result, restarted = stamps(device, arrivals)
     assert restarted == []
     assert len(result) == len(device)
     stretch = np.diff(result) / (np.diff(device) * 1000.0) - 1.0
     error = (result - EPOCH_NS) * 1e-9 - true
-    print(
-        kind,
-        rate,
-        skew,
-        np.abs(stretch + skew).max(),
-        np.abs(stretch[int(10 * rate) :] + skew).max(),
-        error.min(),
-        error.max(),
-        np.ptp(error),
-        np.ptp(error[int(10 * rate) :]),
-    )
+    assert np.abs(stretch + skew).max() < 4e-3  # arrivals are off by up to 15 periods
+    assert np.abs(stretch[int(10 * rate) :] + skew).max() < 1e-3
+    assert error.min() > -1e-3
+    assert np.ptp(error[int(10 * rate) :]) < 4e-3
 
 
 def test_a_ceramic_resonator_is_followed() -> None:
     device, true = line(60.0, 500.0, 4e-3)
     arrivals = arrive(true, np.random.default_rng(2).uniform(0.0, 0.01, len(true)))
-    result, _ = stamps(DeviceClock(), device, arrivals)
+    result, _ = stamps(device, arrivals)
     late = slice(15000, None)
     slope = np.polyfit(true[late], (result[late] - EPOCH_NS) * 1e-9, 1)[0]
     assert slope == pytest.approx(1.0, abs=2e-4)
@@ -90,17 +85,17 @@ def test_a_silence_restarts_the_fit_and_stamps_go_on_at_the_right_time() -> None
     keep = (true < 10.0) | (true > 12.0)
     device, true = device[keep], true[keep]
     arrivals = arrive(true, np.random.default_rng(3).uniform(0.0, 0.015, len(true)))
-    result, restarted = stamps(DeviceClock(), device, arrivals)
+    result, restarted = stamps(device, arrivals)
     assert restarted == [5000]
     assert len(result) == len(device)
-    assert np.abs((result - EPOCH_NS) * 1e-9 - true).max() < 2e-3
+    assert np.abs((result - EPOCH_NS) * 1e-9 - true).max() < 4e-3
 
 
 @pytest.mark.parametrize("step", [-0.5, 0.5])
 def test_a_host_clock_that_is_set_restarts_the_fit(step: float) -> None:
     device, true = line(30.0, 500.0, 0.0)
     true = true + step * (true > 10.0)
-    result, restarted = stamps(DeviceClock(), device, EPOCH_NS + np.round(true * 1e9).astype(np.int64))
+    result, restarted = stamps(device, EPOCH_NS + np.round(true * 1e9).astype(np.int64))
     assert len(restarted) == 1
     error = (result - EPOCH_NS) * 1e-9 - true
     assert np.abs(error[:5000]).max() < 1e-3
@@ -110,7 +105,7 @@ def test_a_host_clock_that_is_set_restarts_the_fit(step: float) -> None:
 def test_a_stall_that_is_caught_up_is_only_a_delay() -> None:
     device, true = line(20.0, 500.0, 0.0)
     delay = np.where((true > 10.0) & (true < 12.0), 12.0 - true, 0.0)
-    result, restarted = stamps(DeviceClock(), device, arrive(true, delay))
+    result, restarted = stamps(device, arrive(true, delay))
     assert restarted == []
     assert np.abs((result - EPOCH_NS) * 1e-9 - true).max() < 1e-3
 
