@@ -4,6 +4,7 @@ import functools
 import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from itertools import pairwise
 
 
 @functools.cache
@@ -26,7 +27,7 @@ def share_out(work: Callable[[int, int], None], count: int) -> None:
         work(0, count)
         return
     bounds = [count * part // parts for part in range(parts + 1)]
-    futures = [_pool().submit(work, first, last) for first, last in zip(bounds[1:-1], bounds[2:], strict=True)]
+    futures = [_pool().submit(work, first, last) for first, last in pairwise(bounds[1:])]
     work(bounds[0], bounds[1])
     for future in futures:
         future.result()
