@@ -1,0 +1,208 @@
+"""Reads the rig's encoders from its serial port and publishes the joints' positions."""
+
+import argparse
+import array
+import math
+import os
+import time
+from pathlib import Path
+from typing import Any
+
+import rclpy.clock
+import rclpy.qos
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from sensor_msgs.msg import JointState
+from std_srvs.srv import Trigger
+
+from cdp_ident.command_line import entry_point
+from cdp_ident.errors import OptionError, RigError
+from cdp_ident.nodes._node import Parameters, parse_arguments, run_node
+from cdp_ident.rig.binary_codec import BinaryCodec
+from cdp_ident.rig.health import Level, PortState, assess
+from cdp_ident.rig.joints import Calibration
+from cdp_ident.rig.measurement import Measurement, MeasurementStream
+from cdp_ident.rig.port import PortReader
+from cdp_ident.rig.text_codec import TextCodec
+from cdp_ident.rig.zero import load_zero, save_zero
+
+DESCRIPTION = """\
+Read the encoders of a cart double pendulum from a serial port (docs/protocol.md) and publish their positions.
+
+publishes  joint_states (sensor_msgs/JointState)           stamped with the time of the measurement
+           /diagnostics (diagnostic_msgs/DiagnosticArray)  once a second
+serves     ~/zero_hanging (std_srvs/Trigger)               takes a second of rest as hanging, and keeps it
+
+The port may be missing at the start, unplugged and plugged in again: it is tried until it works.
+`ros2 param describe /driver NAME` tells about each parameter; config/rig.yaml lists all."""
+
+QUEUE_DEPTH = 2000
+"""Two seconds at 1 kHz: what a busy subscriber may be behind without loss."""
+
+
+class Driver:
+    """The driver on its node."""
+
+    exit_code: int | None = None
+
+    def __init__(self, node: Any, parameters: Parameters) -> None:
+        self._node = node
+        port = parameters.declare("port", "/dev/ttyACM0", "serial port, or a pattern such as /dev/serial/by-id/usb-*")
+        baud = parameters.declare("baud", 460800, "speed of the line", unit="baud", minimum=1200, maximum=12_000_000)
+        codec = parameters.declare("codec", "binary", "how the rig writes its frames", choices=("binary", "text"))
+        calibration = _declare_calibration(parameters)
+        names = [
+            parameters.declare("cart_joint", "cart_joint", "name of the cart's joint; empty if it has no encoder"),
+            parameters.declare("inner_joint", "inner_joint", "name of the joint between cart and inner rod"),
+            parameters.declare("outer_joint", "outer_joint", "name of the joint between the rods"),
+        ]
+        survives = parameters.declare(
+            "counters_survive_reset", False, "true for absolute encoders: the zero still holds after a device reset"
+        )
+        self._zero_file = Path(
+            parameters.declare("zero_file", _default_zero_file(node), "where the hanging position is kept")
+        ).expanduser()
+        self._stale_after = parameters.declare(
+            "stale_after", 0.5, "without a sample for this long the rig is stale", unit="s", minimum=0.01, maximum=60.0
+        )
+        if not all(names[1:]):
+            raise OptionError("inner_joint and outer_joint need a name: only the cart may be without an encoder")
+
+        self._calibration = calibration
+        self._first_joint = 0 if names[0] else 1
+        self._stream = MeasurementStream(
+            TextCodec() if codec == "text" else BinaryCodec(), calibration, load_zero(self._zero_file), survives
+        )
+        reliable = rclpy.qos.QoSProfile(depth=QUEUE_DEPTH, reliability=rclpy.qos.ReliabilityPolicy.RELIABLE)
+        self._joint_states = node.create_publisher(JointState, "joint_states", reliable)
+        self._diagnostics = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
+        node.create_service(Trigger, "~/zero_hanging", self._zero_hanging)
+        self._message = JointState(name=names[self._first_joint :])
+        self._clock = node.get_clock()
+        self._level: Level | None = None
+        self._before = self._stream.totals()
+        self._assessed = time.monotonic()
+        # Steady: it goes on where use_sim_time is set and no clock runs.
+        self._steady = rclpy.clock.Clock(clock_type=rclpy.clock.ClockType.STEADY_TIME)
+        node.create_timer(1.0, self._report, clock=self._steady)
+        self._reader = PortReader(port, baud, self._stream.port_was_opened, self._take, node.get_logger().info)
+        self._reader.start()
+
+    def close(self) -> None:
+        """Close the port."""
+        self._reader.stop()
+
+    def _take(self, data: bytes) -> None:
+        for measurement in self._stream.feed(data, self._clock.now().nanoseconds):
+            self._publish(measurement)
+
+    def _publish(self, measurement: Measurement) -> None:
+        message = self._message
+        message.header.stamp.sec, message.header.stamp.nanosec = divmod(measurement.stamp_ns, 1_000_000_000)
+        message.position = array.array("d", measurement.positions[self._first_joint :])
+        self._joint_states.publish(message)
+
+    def _report(self) -> None:
+        now, instant = self._stream.totals(), time.monotonic()
+        silence = (self._clock.now().nanoseconds - now.last_arrival_ns) * 1e-9 if now.last_arrival_ns else math.inf
+        port = PortState(self._reader.port, self._reader.problem, self._reader.unplugged)
+        health = assess(
+            self._before,
+            now,
+            instant - self._assessed,
+            silence,
+            self._stale_after,
+            port,
+            self._calibration,
+        )
+        self._before, self._assessed = now, instant
+        status = DiagnosticStatus(
+            level=bytes([health.level]),
+            name=f"{self._node.get_name()}: rig",
+            message=health.message,
+            hardware_id=now.hello.firmware if now.hello else "",
+            values=[KeyValue(key=key, value=value) for key, value in health.values.items()],
+        )
+        message = DiagnosticArray(status=[status])
+        message.header.stamp = self._clock.now().to_msg()
+        self._diagnostics.publish(message)
+        if health.level != self._level and (self._level is not None or health.level == Level.WARN):
+            self._node.get_logger().info(f"{health.level.name}: {health.message}")
+        self._level = health.level
+
+    def _zero_hanging(self, _request: Any, response: Any) -> Any:
+        try:
+            zero = self._stream.take_zero()
+            cart, inner, outer = zero.counts
+            response.success = True
+            response.message = f"hanging is at the counts {cart:.1f} (cart), {inner:.1f} (inner), {outer:.1f} (outer)"
+            save_zero(self._zero_file, zero)
+        except RigError as error:
+            response.message = f"{response.message}; but {error}" if response.success else str(error)
+            response.success = False
+        self._node.get_logger().info(response.message)
+        return response
+
+
+def _declare_calibration(parameters: Parameters) -> Calibration:
+    def sign(joint: str) -> int:
+        value = parameters.declare(
+            f"{joint}_sign", 1, f"-1 if the {joint} counter runs against +x", minimum=-1, maximum=1
+        )
+        if value == 0:
+            raise OptionError(f"parameter '{joint}_sign' is 0; expected 1 or -1")
+        return value
+
+    def counts(joint: str) -> int:
+        return parameters.declare(
+            f"{joint}_counts_per_turn",
+            0,
+            f"counts of the {joint} encoder per turn, four a line; 0: what the rig's greeting says",
+            minimum=0,
+            maximum=2**31,
+        )
+
+    slew, rest = "faster motion is dropped as a fault", "moves less than this in a second at rest"
+    defaults = Calibration()
+    return Calibration(
+        signs=(sign("cart"), sign("inner"), sign("outer")),
+        metres_per_count=parameters.declare(
+            "metres_per_count",
+            defaults.metres_per_count,
+            "the cart's way for one count",
+            unit="m",
+            minimum=1e-9,
+            maximum=1.0,
+        ),
+        inner_counts_per_turn=counts("inner"),
+        outer_counts_per_turn=counts("outer"),
+        slew_limits=(
+            parameters.declare("cart_slew_limit", 20.0, f"cart: {slew}", unit="m/s", minimum=0.01, maximum=1e6),
+            parameters.declare(
+                "inner_slew_limit", 100.0, f"inner joint: {slew}", unit="rad/s", minimum=0.1, maximum=1e6
+            ),
+            parameters.declare(
+                "outer_slew_limit", 100.0, f"outer joint: {slew}", unit="rad/s", minimum=0.1, maximum=1e6
+            ),
+        ),
+        rest_limits=(
+            parameters.declare("cart_rest_limit", 0.001, f"cart: {rest}", unit="m", minimum=0.0, maximum=1.0),
+            parameters.declare("inner_rest_limit", 0.01, f"inner joint: {rest}", unit="rad", minimum=0.0, maximum=1.0),
+            parameters.declare("outer_rest_limit", 0.01, f"outer joint: {rest}", unit="rad", minimum=0.0, maximum=1.0),
+        ),
+    )
+
+
+def _default_zero_file(node: Any) -> str:
+    home = os.environ.get("ROS_HOME") or "~/.ros"
+    return f"{home}/cdp_ident/{node.get_fully_qualified_name().strip('/').replace('/', '.')}_zero.yaml"
+
+
+@entry_point
+def main(arguments: list[str]) -> int:
+    """Run the driver."""
+    parser = argparse.ArgumentParser(prog="driver", description=DESCRIPTION)
+    parser.epilog = (
+        "example:\n  ros2 run cdp_ident driver --ros-args -p port:=/dev/ttyACM0 -p codec:=text -p baud:=115200"
+    )
+    parse_arguments(parser, arguments)
+    return run_node("driver", Driver, arguments)

@@ -1,0 +1,118 @@
+"""How the rig is doing, in the levels and words of `/diagnostics`."""
+
+import math
+from dataclasses import dataclass
+from enum import IntEnum
+
+from cdp_ident.rig.joints import Calibration
+from cdp_ident.rig.measurement import Totals
+
+
+class Level(IntEnum):
+    """Levels of a diagnostic status, as REP 107 has them."""
+
+    OK = 0
+    WARN = 1
+    ERROR = 2
+    STALE = 3
+
+
+@dataclass(frozen=True)
+class PortState:
+    """What the port's reader says of it."""
+
+    name: str | None
+    """The open port, None while none is open."""
+    problem: str
+    """Why none is open."""
+    unplugged: int
+    """How often an open port went away."""
+
+
+@dataclass(frozen=True)
+class Health:
+    """One report."""
+
+    level: Level
+    message: str
+    values: dict[str, str]
+
+
+def assess(
+    before: Totals, now: Totals, seconds: float, silence: float, stale_after: float, port: PortState, told: Calibration
+) -> Health:
+    """Judge the time since the totals `before`, which were taken `seconds` ago.
+
+    `silence` is the time since the last verified sample [s], `stale_after` its limit, `told` what the user says of
+    the encoders.
+    """
+    rate = (now.line.samples - before.line.samples) / seconds if seconds > 0 else 0.0
+    expected = 1e6 / now.hello.period_us if now.hello else None
+    level, message = _judge(before, now, rate, expected, silence, stale_after, port, told)
+    values = {
+        "port": port.name or "none",
+        "port state": "open" if port.name else port.problem,
+        "times unplugged": str(port.unplugged),
+        "firmware": now.hello.firmware if now.hello else "unknown",
+        "rate [Hz]": f"{rate:.1f}",
+        "expected rate [Hz]": f"{expected:.1f}" if expected else "unknown",
+        "samples": str(now.line.samples),
+        "published": str(now.measurements),
+        "lost": str(now.line.lost),
+        "bad checksum": str(now.line.bad_checksum),
+        "malformed": str(now.line.malformed),
+        "duplicates": str(now.line.duplicates),
+        "device resets": str(now.line.resets),
+        "device overruns": str(now.overruns),
+        "encoder faults": str(now.encoder_faults),
+        "impossible jumps": str(now.jumps),
+        "dropped without greeting": str(now.unsent),
+        "clock fits begun anew": str(now.clock_restarts),
+        "zero": now.zero or "taken",
+    }
+    return Health(level, message, values)
+
+
+def _judge(
+    before: Totals,
+    now: Totals,
+    rate: float,
+    expected: float | None,
+    silence: float,
+    stale_after: float,
+    port: PortState,
+    told: Calibration,
+) -> tuple[Level, str]:
+    if port.name is None:
+        return Level.ERROR, f"no port: {port.problem}"
+    if silence > stale_after:
+        damaged = now.line.bad_checksum + now.line.malformed - before.line.bad_checksum - before.line.malformed
+        if damaged:
+            return Level.ERROR, f"{damaged} frames came but none was intact: are codec and baud right?"
+        since = f"for {silence:.1f} s" if math.isfinite(silence) else "yet"
+        return Level.STALE, f"no sample {since}"
+    if told.needs_greeting() and now.hello is None:
+        return Level.ERROR, "nothing is published: no greeting told the counts per turn; set them as parameters"
+    happened = {
+        "lost": now.line.lost - before.line.lost,
+        "bad checksum": now.line.bad_checksum - before.line.bad_checksum,
+        "device resets": now.line.resets - before.line.resets,
+        "device overruns": now.overruns - before.overruns,
+        "encoder faults": now.encoder_faults - before.encoder_faults,
+        "impossible jumps": now.jumps - before.jumps,
+    }
+    problems = [f"{name}: {count}" for name, count in happened.items() if count]
+    if expected and rate < 0.95 * expected and not happened["lost"]:
+        problems.append(f"{rate:.0f} Hz instead of {expected:.0f} Hz")
+    if now.hello:
+        for joint, said, count in (
+            ("inner", told.inner_counts_per_turn, now.hello.inner_counts),
+            ("outer", told.outer_counts_per_turn, now.hello.outer_counts),
+        ):
+            if said and said != count:
+                problems.append(f"{joint} encoder: the rig says {count} counts per turn, the parameter {said}")
+    if now.zero:
+        problems.append(f"zero: {now.zero}; let it hang and call ~/zero_hanging")
+    if problems:
+        return Level.WARN, "; ".join(problems)
+    return Level.OK, f"{rate:.0f} Hz"

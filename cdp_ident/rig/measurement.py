@@ -1,0 +1,163 @@
+"""From a serial port's bytes to stamped joint positions: everything of the driver but the port and ROS."""
+
+import threading
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from cdp_ident.errors import RigError
+from cdp_ident.rig.codec import Codec
+from cdp_ident.rig.decoder import Counters, Decoder, Restart
+from cdp_ident.rig.device_clock import DeviceClock
+from cdp_ident.rig.joints import Calibration, JointTracker, Triple
+from cdp_ident.rig.records import ENCODER_FAULTS, Hello, Sample, Status
+from cdp_ident.rig.zero import Zero
+
+_MOST_WAITING = 20_000
+"""Samples that wait for the clock's warm-up or the greeting at most; older ones are dropped."""
+
+
+class Measurement(NamedTuple):
+    """The pendulum's position at one instant."""
+
+    stamp_ns: int
+    """Host's time of the measurement [ns]."""
+    positions: Triple
+    """Cart [m], inner joint [rad], outer joint relative to the inner rod [rad]; zero upright."""
+
+
+@dataclass
+class Totals:
+    """What has happened since the start."""
+
+    line: Counters
+    hello: Hello | None = None
+    last_arrival_ns: int | None = None
+    """When the last verified sample arrived (host's time)."""
+    measurements: int = 0
+    encoder_faults: int = 0
+    """Samples dropped because the device said that an encoder is faulty."""
+    jumps: int = 0
+    """Samples dropped because a joint seemed to move faster than its slew limit."""
+    overruns: int = 0
+    """Samples before which the device missed a reading."""
+    clock_restarts: int = 0
+    """How often the mapping of the device's clock was begun anew."""
+    unsent: int = 0
+    """Samples dropped because no greeting told the counts per turn."""
+    zero: str = "none was ever taken"
+    """What is wrong with the zero, in words; empty if nothing is."""
+
+
+class MeasurementStream:
+    """Turns bytes into measurements. Samples wait while the clock warms up after a start or reset; none is lost by it.
+
+    One thread feeds it; any thread may ask for totals and take a zero.
+    """
+
+    def __init__(self, codec: Codec, calibration: Calibration, zero: Zero | None, survives_reset: bool = False) -> None:
+        """`survives_reset` is for absolute encoders, whose counts mean the same after the device was reset."""
+        self._decoder = Decoder(codec)
+        self._calibration = calibration
+        self._zero = zero
+        self._survives_reset = survives_reset
+        self._totals = Totals(self._decoder.counters, zero="" if zero else "none was ever taken")
+        self._lock = threading.Lock()
+        self._clock = DeviceClock()
+        self._tracker: JointTracker | None = None
+        self._waiting: list[Sample] = []
+        self._zero_is_judged = zero is None or survives_reset
+        self._last: tuple[Sample, int] | None = None
+
+    def port_was_opened(self) -> None:
+        """Forget the unfinished frame of the connection before."""
+        with self._lock:
+            self._decoder.restart_stream()
+
+    def feed(self, data: bytes, arrival_ns: int) -> list[Measurement]:
+        """Take bytes that arrived at `arrival_ns` (host's time) or before; return the measurements they complete."""
+        with self._lock:
+            result: list[Measurement] = []
+            for event in self._decoder.feed(data):
+                if isinstance(event, Hello):
+                    self._totals.hello = event
+                elif isinstance(event, Restart):
+                    result += self._begin_anew()
+                    self._totals.jumps += self._tracker.jumps_dropped if self._tracker else 0
+                    self._tracker = None
+                    if not self._survives_reset:
+                        self._totals.zero = "the device was reset since it was taken"
+                        self._zero_is_judged = True
+                else:
+                    result += self._take(event, arrival_ns)
+            self._totals.measurements += len(result)
+            return result
+
+    def totals(self) -> Totals:
+        """Return a copy of what has happened since the start."""
+        with self._lock:
+            jumps = self._totals.jumps + (self._tracker.jumps_dropped if self._tracker else 0)
+            return Totals(**{**vars(self._totals), "line": Counters(**vars(self._totals.line)), "jumps": jumps})
+
+    def take_zero(self) -> Zero:
+        """Take the last second as hanging, from now on, and return it to be kept. Raises `RigError` while it moves."""
+        with self._lock:
+            if self._tracker is None or self._last is None:
+                raise RigError("no samples have come: check the port in /diagnostics")
+            counts = self._tracker.resting_counts()
+            sample, stamp = self._last
+            self._zero = Zero(counts, sample.sequence, stamp)
+            self._tracker.zero = counts
+            self._totals.zero = ""
+            self._zero_is_judged = True
+            return self._zero
+
+    def _take(self, sample: Sample, arrival_ns: int) -> list[Measurement]:
+        result: list[Measurement] = []
+        self._totals.last_arrival_ns = arrival_ns
+        if self._clock.is_new_run(sample.time_us, arrival_ns):
+            result += self._begin_anew()
+        self._clock.observe(sample.time_us, arrival_ns)
+        self._waiting.append(sample)
+        if self._clock.ready and (self._totals.hello or not self._calibration.needs_greeting()):
+            result += self._stamp_waiting()
+        elif len(self._waiting) > _MOST_WAITING:
+            self._totals.unsent += len(self._waiting) // 2
+            del self._waiting[: len(self._waiting) // 2]
+        return result
+
+    def _begin_anew(self) -> list[Measurement]:
+        """Send what waits, and begin the clock's mapping anew."""
+        result = self._stamp_waiting()
+        self._clock = DeviceClock()
+        self._totals.clock_restarts += 1
+        return result
+
+    def _stamp_waiting(self) -> list[Measurement]:
+        if self._calibration.needs_greeting() and self._totals.hello is None:
+            self._totals.unsent += len(self._waiting)
+            self._waiting.clear()
+        result = []
+        for sample in self._waiting:
+            stamp = self._clock.stamp(sample.time_us)
+            positions = self._positions(sample, stamp)
+            if positions is not None:
+                result.append(Measurement(stamp, positions))
+        self._waiting.clear()
+        return result
+
+    def _positions(self, sample: Sample, stamp: int) -> Triple | None:
+        if not self._zero_is_judged and self._zero and self._totals.hello:
+            self._zero_is_judged = True
+            if not self._zero.is_of_this_run(sample.sequence, stamp, self._totals.hello.period_us):
+                self._totals.zero = "the device was reset since it was taken"
+        self._last = (sample, stamp)
+        self._totals.overruns += bool(sample.status & Status.OVERRUN)
+        if sample.status & ENCODER_FAULTS:
+            self._totals.encoder_faults += 1
+            return None
+        if self._tracker is None:
+            scales = self._calibration.scales(self._totals.hello)
+            self._tracker = JointTracker(
+                scales, self._calibration, self._zero.counts if self._zero else (0.0, 0.0, 0.0)
+            )
+        return self._tracker.positions(sample)
