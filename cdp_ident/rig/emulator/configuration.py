@@ -1,0 +1,87 @@
+"""The YAML file that describes an emulated rig."""
+
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import yaml
+
+from cdp_ident.errors import OptionError
+from cdp_ident.model.parameters import NOMINAL, physical_coefficients
+from cdp_ident.rig.emulator.device import Encoders
+from cdp_ident.rig.emulator.script import DEFAULT_SCRIPT, Command, number, parse_script
+from cdp_ident.spelling import refuse_unknown
+
+
+@dataclass(frozen=True)
+class EmulatedRig:
+    """A rig and what is done with it; the default is the paper's pendulum (Table 2), let go once."""
+
+    parameters: dict[str, float] = field(default_factory=lambda: dict(NOMINAL))
+    """Physical parameters by the paper's symbols."""
+    encoders: Encoders = field(default_factory=Encoders)
+    rate: float = 200.0
+    """Samples a second [Hz]."""
+    clock_error: float = 0.0
+    """By how much the device's clock is fast (1e-4: 100 ppm)."""
+    script: tuple[Command, ...] = DEFAULT_SCRIPT
+
+    def coefficients(self) -> npt.NDArray[np.float64]:
+        """Return what `simulate` takes. Raises `OptionError` where the parameters are no mechanism."""
+        return physical_coefficients(self.parameters)
+
+
+_KEYS = ("parameters", "effects", "encoders", "rate", "clock_error", "script", "repeat")
+
+
+def load_rig(path: Path) -> EmulatedRig:
+    """Return the rig that a YAML file describes; what it leaves out is as in `EmulatedRig()`.
+
+    Raises `OptionError` for a file that cannot be read, an unknown key (naming the nearest known one), or a value
+    that is not possible.
+    """
+    try:
+        content: Any = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        raise OptionError(f"the rig's file {path} cannot be read: {error}") from error
+    content = _mapping(content, str(path), _KEYS)
+    rig = EmulatedRig()
+    if content.get("effects"):
+        # Here the catalogue of effects plugs in, when there is one.
+        raise OptionError(f"{path}: effects are not available yet: remove the key")
+    parameters = {
+        symbol: number(value, f"{path}: parameters: {symbol}", minimum=0.0)
+        for symbol, value in _mapping(content.get("parameters", {}), f"{path}: parameters", tuple(NOMINAL)).items()
+    }
+    script = parse_script(content["script"], f"{path}: script") if "script" in content else rig.script
+    rig = replace(
+        rig,
+        parameters=rig.parameters | parameters,
+        encoders=_encoders(content.get("encoders", {}), f"{path}: encoders"),
+        rate=number(content.get("rate", rig.rate), f"{path}: rate", minimum=1.0, maximum=5000.0),
+        clock_error=number(content.get("clock_error", 0.0), f"{path}: clock_error", minimum=-0.01, maximum=0.01),
+        script=script * int(number(content.get("repeat", 1), f"{path}: repeat", minimum=1, maximum=10_000)),
+    )
+    rig.coefficients()
+    return rig
+
+
+def _encoders(content: Any, where: str) -> Encoders:
+    encoders = Encoders()
+    values = _mapping(content, where, tuple(vars(encoders)))
+    return replace(
+        encoders,
+        **{
+            key: type(getattr(encoders, key))(number(value, f"{where}: {key}", minimum=0.0, maximum=2**31))
+            for key, value in values.items()
+        },
+    )
+
+
+def _mapping(content: Any, where: str, known: tuple[str, ...]) -> dict[str, Any]:
+    if not isinstance(content, dict):
+        raise OptionError(f"{where}: expected keys ({', '.join(known)}) with values, found {content!r}")
+    refuse_unknown(map(str, content), known, f"key in {where}")
+    return content

@@ -1,0 +1,93 @@
+"""The emulated microcontroller: reads the emulated encoders and writes frames."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from cdp_ident.rig.codec import UNSIGNED_32, Codec
+from cdp_ident.rig.records import Hello, Sample
+
+Array = npt.NDArray[np.float64]
+
+_HELLO_EVERY = 1.0
+"""Time between greetings [s]."""
+
+
+@dataclass(frozen=True)
+class Encoders:
+    """The encoders of an emulated rig."""
+
+    metres_per_count: float = 1e-5
+    inner_counts_per_turn: int = 8000
+    outer_counts_per_turn: int = 8000
+    noise: float = 0.0
+    """Standard deviation of a joint's angle before it is counted [rad]."""
+
+
+class Device:
+    """Turns positions into the bytes that a rig's firmware would send.
+
+    Its encoders are incremental: their counters are at `first_count` where the pendulum is at power-up, and at 0
+    where it is after a reset.
+    """
+
+    def __init__(
+        self,
+        codec: Codec,
+        encoders: Encoders,
+        rate: float,
+        generator: np.random.Generator,
+        first_count: int = 0,
+        first_time_us: int = 0,
+        clock_error: float = 0.0,
+    ) -> None:
+        """`rate` is in Hz; `clock_error` is by how much the device's clock is fast (1e-4: 100 ppm)."""
+        self._codec = codec
+        self._encoders = encoders
+        self._period_us = round(1e6 / rate)
+        self._clock_period_us = 1e6 / rate * (1.0 + clock_error)
+        self._generator = generator
+        self._first_count = first_count
+        self._time_us = float(first_time_us)
+        self._sequence = 0
+        self._origin: npt.NDArray[np.int64] | None = None
+        self._hello_due = 0
+
+    def reset(self) -> None:
+        """Start anew, as at power-up."""
+        self._first_count, self._time_us, self._sequence, self._origin, self._hello_due = 0, 0.0, 0, None, 0
+
+    def send(self, positions: Array) -> list[bytes]:
+        """Return the frames for samples (n, 3): cart [m], theta1 and theta2 [rad]; one entry a sample."""
+        return [self._frames(counts) for counts in self._counts(positions)]
+
+    def _counts(self, positions: Array) -> npt.NDArray[np.int64]:
+        x, theta1, theta2 = positions.T
+        joints = np.stack([theta1, theta2 - theta1], axis=1)
+        if self._encoders.noise:
+            joints = joints + self._generator.normal(0.0, self._encoders.noise, joints.shape)
+        turns = joints / math.tau * (self._encoders.inner_counts_per_turn, self._encoders.outer_counts_per_turn)
+        counts = np.floor(np.column_stack([x / self._encoders.metres_per_count, turns])).astype(np.int64)
+        if self._origin is None:
+            self._origin = counts[0] - self._first_count
+        result: npt.NDArray[np.int64] = counts - self._origin
+        return result
+
+    def _frames(self, counts: npt.NDArray[np.int64]) -> bytes:
+        frames = b""
+        if self._sequence >= self._hello_due:
+            self._hello_due = self._sequence + round(_HELLO_EVERY * 1e6 / self._period_us)
+            hello = Hello(
+                self._period_us,
+                self._encoders.inner_counts_per_turn,
+                self._encoders.outer_counts_per_turn,
+                "cdp_ident emulator 1",
+            )
+            frames = self._codec.encode(hello)
+        cart, inner, outer = ((int(count) + 2**31) % 2**32 - 2**31 for count in counts)
+        sample = Sample(self._sequence & UNSIGNED_32, round(self._time_us) & UNSIGNED_32, cart, inner, outer)
+        self._sequence += 1
+        self._time_us += self._clock_period_us
+        return frames + self._codec.encode(sample)

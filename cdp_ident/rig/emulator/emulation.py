@@ -1,0 +1,129 @@
+"""The emulated rig as a whole: physics, microcontroller and cable, run at the pace of the clock on the wall."""
+
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from cdp_ident.rig.codec import Codec
+from cdp_ident.rig.emulator.configuration import EmulatedRig
+from cdp_ident.rig.emulator.device import Device
+from cdp_ident.rig.emulator.faults import Faults, Line
+from cdp_ident.rig.emulator.motion import Motion
+from cdp_ident.rig.emulator.pseudo_terminal import PseudoTerminal
+
+_TICK = 0.002
+"""The loop wakes this often at most [s]; faster samples come in twos and more, as through USB."""
+_AHEAD = 256
+"""So many samples of motion are computed at once."""
+
+
+@dataclass(frozen=True)
+class Events:
+    """What happens to the emulated rig at which time since its start [s]."""
+
+    resets: Sequence[float] = ()
+    """The microcontroller is reset."""
+    unplugs: Sequence[float] = ()
+    """The cable is unplugged, and plugged in again `unplugged_for` [s] later."""
+    unplugged_for: float = 2.0
+    replug_as: Path | None = None
+    """Name of the port after it was plugged in again, None for the same."""
+    first_count: int = 0
+    """Where the counters begin; likewise the device's clock [us]."""
+    first_time_us: int = 0
+
+
+@dataclass
+class Emulation:
+    """Runs an emulated rig behind the link `link` until told to stop.
+
+    `speed` makes the rig's time run faster than the wall's; `on_tick` is told the rig's time [s] before the bytes of
+    that time are sent.
+    """
+
+    rig: EmulatedRig
+    link: Path
+    codec: Codec
+    generator: np.random.Generator
+    faults: Faults = field(default_factory=Faults)
+    events: Events = field(default_factory=Events)
+    speed: float = 1.0
+    on_tick: Callable[[float], None] = lambda _: None
+
+    def __post_init__(self) -> None:
+        """Make the parts, the port included. Raises `RigError` where the link cannot be made."""
+        rig = self.rig
+        self._motion = Motion(rig.coefficients(), rig.script, 1.0 / rig.rate)
+        self._ready = deque(self._motion.advance(_AHEAD))  # compiles, before anyone reads the port
+        self._device = Device(
+            self.codec,
+            rig.encoders,
+            rig.rate,
+            self.generator,
+            self.events.first_count,
+            self.events.first_time_us,
+            rig.clock_error,
+        )
+        self._line = Line(self.faults, self.generator)
+        self._terminal: PseudoTerminal | None = PseudoTerminal(self.link)
+        self._resets = deque(sorted(self.events.resets))
+        self._unplugs = deque(sorted(self.events.unplugs))
+        self._plug_at = 0.0
+        self._stop = threading.Event()
+        self._sent = 0
+        self.end_of_script: float | None = None
+        """The rig's time at which the script had come to its end [s], None before."""
+
+    @property
+    def stopped(self) -> bool:
+        """Whether `stop` was called."""
+        return self._stop.is_set()
+
+    def stop(self) -> None:
+        """Make `run` return."""
+        self._stop.set()
+
+    def run(self) -> None:
+        """Run until `stop`; then unplug."""
+        began = time.monotonic()
+        tick = max(_TICK, 1.0 / (self.rig.rate * self.speed))
+        wakes = 0
+        try:
+            while not self._stop.is_set():
+                self._advance_to((time.monotonic() - began) * self.speed)
+                wakes = max(wakes + 1, int((time.monotonic() - began) / tick))
+                self._stop.wait(max(0.0, began + wakes * tick - time.monotonic()))
+        finally:
+            if self._terminal:
+                self._terminal.unplug()
+
+    def _advance_to(self, now: float) -> None:
+        self.on_tick(now)
+        while self._resets and self._resets[0] <= now:
+            self._resets.popleft()
+            self._device.reset()
+        if self._terminal and self._unplugs and self._unplugs[0] <= now:
+            self._plug_at = self._unplugs.popleft() + self.events.unplugged_for
+            self._terminal.unplug()
+            self._terminal = None
+        elif self._terminal is None and now >= self._plug_at:
+            self._terminal = PseudoTerminal(self.events.replug_as or self.link)
+        due = int(now * self.rig.rate) + 1 - self._sent
+        if due > 0:
+            self._line.send(b"".join(self._device.send(self._next_positions(due))), now)
+            self._sent += due
+        arrived = self._line.receive(now)
+        if arrived and self._terminal:
+            self._terminal.write(arrived)
+
+    def _next_positions(self, count: int) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
+        while len(self._ready) < count:
+            self._ready.extend(self._motion.advance(_AHEAD))
+            if self._motion.finished and self.end_of_script is None:
+                self.end_of_script = (self._sent + len(self._ready)) / self.rig.rate
+        return np.array([self._ready.popleft() for _ in range(count)])

@@ -1,0 +1,105 @@
+"""Where the pendulum and the cart are while the script goes on: led by the hand, or free by the equations of motion."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from cdp_ident.model.simulation import simulate
+from cdp_ident.model.time_grid import TimeGrid
+from cdp_ident.rig.emulator.script import Command, Hold, LetGo, MoveCart, Wait
+
+Array = npt.NDArray[np.float64]
+
+_LONGEST_STEP = 0.002
+"""Step of the integration [s]: its error stays far below an encoder's count."""
+_HANGING = np.array([math.pi, math.pi, 0.0, 0.0])
+
+
+@dataclass(frozen=True)
+class _Path:
+    """A smooth way of one or more coordinates to rest: the polynomial of fifth degree through both ends."""
+
+    begin: float
+    """Time at which it begins [s]."""
+    duration: float
+    start: Array
+    speed: Array
+    """Speed at the beginning."""
+    goal: Array
+
+    def at(self, times: Array) -> tuple[Array, Array, Array]:
+        """Return position, speed and acceleration (n, coordinates) at times (n,); after the end it rests."""
+        T = self.duration
+        s = np.clip((times - self.begin) / T, 0.0, 1.0)[:, None]
+        way, lead = self.goal - self.start, self.speed * T
+        a, b, c = 10 * way - 6 * lead, -15 * way + 8 * lead, 6 * way - 3 * lead
+        position = self.start + s * (lead + s**2 * (a + s * (b + s * c)))
+        speed = (lead + s**2 * (3 * a + s * (4 * b + s * 5 * c))) / T
+        acceleration = s * (6 * a + s * (12 * b + s * 20 * c)) / T**2
+        return position, speed, np.where(s < 1.0, acceleration, 0.0)
+
+
+class Motion:
+    """The motion that a script makes, sample by sample; after its end the last command goes on."""
+
+    def __init__(self, coefficients: Array, script: Sequence[Command], period: float) -> None:
+        """`coefficients` are those of `simulate`, `period` is the time between samples [s]."""
+        self._coefficients = coefficients
+        self._commands = iter(script)
+        self._period = period
+        self._step = period / math.ceil(period / _LONGEST_STEP)
+        self._now = 0
+        self._left = 0
+        self._state = _HANGING
+        self._hand: _Path | None = None
+        self._cart = _Path(0.0, 1.0, np.zeros(1), np.zeros(1), np.zeros(1))
+        self.finished = False
+        """Whether the script has come to its end."""
+
+    def advance(self, count: int) -> Array:
+        """Return the next samples (count, 3): the cart [m], theta1 and theta2 from upright [rad]."""
+        parts = []
+        while count:
+            while not self._left and not self.finished:
+                self._begin_next()
+            length = count if self.finished else min(count, self._left)
+            parts.append(self._move(length))
+            self._now += length
+            self._left -= min(length, self._left)
+            count -= length
+        return np.concatenate(parts)
+
+    def _begin_next(self) -> None:
+        command = next(self._commands, None)
+        begin = self._now * self._period
+        if isinstance(command, Wait):
+            self._left = round(command.seconds / self._period)
+        elif isinstance(command, Hold):
+            goal = np.array([command.theta1, command.theta2])
+            self._hand = _Path(begin, command.within, self._state[:2], self._state[2:], goal)
+            self._left = round(command.within / self._period)
+        elif isinstance(command, LetGo):
+            self._hand = None
+        elif isinstance(command, MoveCart):
+            position, speed, _ = self._cart.at(np.array([begin]))
+            self._cart = _Path(begin, command.within, position[0], speed[0], np.array([command.to]))
+            self._left = round(command.within / self._period)
+        else:
+            self.finished = True
+
+    def _move(self, count: int) -> Array:
+        begin = self._now * self._period
+        ahead: Array = np.asarray(np.arange(1, count + 1) * self._period, dtype=np.float64)
+        x = self._cart.at(begin + ahead)[0]
+        if self._hand is not None:
+            angles, speeds, _ = self._hand.at(begin + ahead)
+            states = np.hstack([angles, speeds])
+        else:
+            grid = TimeGrid.over(ahead, self._step)
+            u = self._cart.at(begin + grid.half_step_times())[2][:, 0]
+            states = simulate(self._coefficients, self._state, ahead, u, self._step)
+        self._state = states[-1]
+        return np.hstack([x, states[:, :2]])
