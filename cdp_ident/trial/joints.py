@@ -1,0 +1,75 @@
+"""From a bag's joints to the model's: which column is which, and what the numbers mean."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from cdp_ident.bag.reader import JointRecording
+from cdp_ident.errors import TrialError
+from cdp_ident.trial.options import TrialOptions
+
+Array = npt.NDArray[np.float64]
+
+_BELIEVED = 1e6
+"""Largest position [rad or m] that is taken for a measurement."""
+
+
+@dataclass(frozen=True)
+class Samples:
+    """The samples of the joints that matter, as recorded."""
+
+    stamps: npt.NDArray[np.int64]
+    """(n,) time of each sample [ns since the epoch]."""
+    angles: Array
+    """(n, 2) positions of the inner and outer joint [rad]."""
+    cart: Array | None
+    """(n,) position of the cart [m]."""
+
+
+def select_joints(recording: JointRecording, options: TrialOptions) -> tuple[Samples, list[str]]:
+    """Pick the joints that the options name; samples without a usable number are dropped.
+
+    Returns the samples and what there is to say about them. Raises TrialError where a joint is missing.
+    """
+    notes = []
+    wanted = [options.inner_joint, options.outer_joint]
+    if missing := [joint for joint in wanted if joint not in recording.joints]:
+        there = ", ".join(recording.joints) or "no joint at all"
+        raise TrialError(
+            f"{recording.name}: topic {recording.topic} has no joint {' and no joint '.join(missing)}; it has {there}: "
+            "name the joints by inner_joint and outer_joint"
+        )
+    angles = recording.positions[:, [recording.joints.index(joint) for joint in wanted]]
+    usable = np.all(_usable(angles), axis=1)
+    if dropped := int(np.count_nonzero(~usable)):
+        notes.append(f"{dropped} of {len(usable)} samples have no usable number for both rods and are dropped")
+    if not np.any(usable):
+        raise TrialError(
+            f"{recording.name}: no message on {recording.topic} has a usable number for both {' and '.join(wanted)}"
+        )
+    cart = None
+    if options.cart_joint in recording.joints:
+        position = recording.positions[:, recording.joints.index(options.cart_joint)]
+        known = _usable(position)
+        if np.any(known):
+            # A cart published in messages of its own is taken at the times of the rods' samples.
+            order = np.argsort(recording.stamps[known], kind="stable")
+            times = (recording.stamps - recording.stamps[0]).astype(float)
+            cart = np.interp(times[usable], times[known][order], position[known][order])
+    elif options.cart_joint:
+        notes.append(f"there is no joint {options.cart_joint}: the cart is taken to be at rest")
+    return Samples(recording.stamps[usable], angles[usable], cart), notes
+
+
+def model_angles(angles: Array, options: TrialOptions) -> Array:
+    """Return theta1, theta2 (n, 2) [rad] of the continuous angles of the inner and outer joint (n, 2) [rad]."""
+    offset = np.pi if options.zero == "hanging" else 0.0
+    theta1 = options.inner_sign * angles[:, 0] + offset
+    outer = options.outer_sign * angles[:, 1]
+    return np.column_stack([theta1, outer + (theta1 if options.outer_angle == "relative" else offset)])
+
+
+def _usable(values: Array) -> npt.NDArray[np.bool_]:
+    with np.errstate(invalid="ignore"):
+        return np.abs(values) <= _BELIEVED

@@ -1,0 +1,72 @@
+"""What the loading of a trial can be told; each field has the project's convention as its default."""
+
+import math
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+from cdp_ident.errors import OptionError
+
+OuterAngle = Literal["relative", "absolute"]
+Zero = Literal["upright", "hanging"]
+Conventions = Literal["refuse", "warn"]
+
+
+@dataclass(frozen=True)
+class TrialOptions:
+    """How a bag's joint states are to be understood, and what of them is taken.
+
+    Raises OptionError where a value makes no sense.
+    """
+
+    topic: str = "joint_states"
+    """Topic of the sensor_msgs/JointState messages."""
+    inner_joint: str = "inner_joint"
+    """Name of the joint between cart and inner rod."""
+    outer_joint: str = "outer_joint"
+    """Name of the joint between the rods."""
+    cart_joint: str = "cart_joint"
+    """Name of the cart's joint; the cart is taken to be at rest where a bag lacks it. Empty: do not look for it."""
+    outer_angle: OuterAngle = "relative"
+    """Whether the outer joint's position is the angle relative to the inner rod, or absolute."""
+    zero: Zero = "upright"
+    """Where the absolute angles are zero. A relative outer angle is zero with the rods in line."""
+    inner_sign: int = 1
+    """1 if the inner joint counts positive towards the cart's +x, -1 if the other way."""
+    outer_sign: int = 1
+    """The same for the outer joint."""
+    cart_sign: int = 1
+    """1 if the cart's joint counts positive towards +x, -1 if the other way."""
+    start: float = 0.0
+    """Nothing earlier after the first sample is used [s]."""
+    stop: float = math.inf
+    """Nothing later after the first sample is used [s]."""
+    longest_gap: float = 0.1
+    """A longer gap between samples [s] parts the recording: across it turns could be lost."""
+    cart_limit: float = 0.01
+    """A cart that moves further within half a second [m] is being driven or pushed; less is measured motion."""
+    hand_torque: float = 0.05
+    """A torque on a rod beyond gravity and friction, as a share of gravity's largest on it, of a hand [1]."""
+    rest_amplitude: float = 0.01
+    """A second in which neither rod moves more than this about its mean [rad rms] is rest."""
+    shortest: float = 2.0
+    """Zero-input motion shorter than this [s] is no trial."""
+    conventions: Conventions = "refuse"
+    """What to do where the data contradict zero, outer_angle or the signs: refuse the bag, or only warn."""
+
+    def __post_init__(self) -> None:
+        for name, kind in (("outer_angle", OuterAngle), ("zero", Zero), ("conventions", Conventions)):
+            if getattr(self, name) not in get_args(kind):
+                raise OptionError(f"{name} is {getattr(self, name)!r}: expected one of {', '.join(get_args(kind))}")
+        for name in ("inner_sign", "outer_sign", "cart_sign"):
+            if getattr(self, name) not in (1, -1):
+                raise OptionError(f"{name} is {getattr(self, name)!r}: expected 1 or -1")
+        for name in ("longest_gap", "cart_limit", "hand_torque", "rest_amplitude", "shortest"):
+            if not 0 < getattr(self, name) < math.inf:
+                raise OptionError(f"{name} is {getattr(self, name)!r}: expected a positive number")
+        if not 0 <= self.start < self.stop:
+            raise OptionError(f"start {self.start} s and stop {self.stop} s leave nothing: expected 0 <= start < stop")
+        if not (self.topic.strip("/") and self.inner_joint and self.outer_joint):
+            raise OptionError("topic, inner_joint and outer_joint must not be empty")
+        joints = [self.inner_joint, self.outer_joint, self.cart_joint]
+        if len(set(joints)) < len(joints):
+            raise OptionError(f"inner, outer and cart joint must be different joints, not {', '.join(joints)}")

@@ -1,0 +1,164 @@
+"""Finding the zero-input part of a recording: no hand at the rods, the cart not driven, and still moving."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy.ndimage import maximum_filter1d, minimum_filter1d
+
+from cdp_ident.errors import TrialError
+from cdp_ident.trial.balance import SPACING, WINDOW, Motion, residual
+from cdp_ident.trial.conventions import Balance
+from cdp_ident.trial.options import TrialOptions
+
+Array = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
+
+_REST_WINDOW = round(1.0 / SPACING)
+_CART_WINDOW = round(0.5 / SPACING)
+_KNOCK = round(0.1 / SPACING)
+"""A torque that acts for no longer than this [grid points] is a knock, not a hand."""
+_NOISE = 6.0
+"""A torque must exceed the spread of the others by this factor."""
+_SMALLEST_GRAVITY = 0.1
+"""A rod whose gravity torque is less than this share of the other's is measured against that share."""
+
+FREE, REST, CART, HAND = range(4)
+_CAUSES = {REST: "the rods are still", CART: "the cart is driven", HAND: "a hand is at the rods"}
+
+
+@dataclass(frozen=True)
+class Part:
+    """A stretch of one motion to which one cause, or none, applies."""
+
+    motion: int
+    """Index of the motion."""
+    cause: int
+    """FREE, REST, CART or HAND."""
+    start: float
+    """Time of its beginning [s]."""
+    stop: float
+    """Time of its end [s]."""
+
+    @property
+    def duration(self) -> float:
+        """Its length [s]."""
+        return self.stop - self.start
+
+
+def at_rest(motion: Motion, amplitude: float) -> Mask:
+    """Return which grid points (m,) lie in a second in which neither rod moves more than `amplitude` [rad rms]."""
+    deviation = motion.angles - np.median(motion.angles, axis=0)
+    width = min(_REST_WINDOW, len(deviation))
+    mean = np.ones(width) / width
+    moments = [np.convolve(values, mean, mode="valid") for values in (*deviation.T, *(deviation**2).T)]
+    variance: Array = np.maximum(moments[2] - moments[0] ** 2, moments[3] - moments[1] ** 2)
+    return _covered(variance <= amplitude**2, width)
+
+
+def cart_driven(motion: Motion, limit: float) -> Mask:
+    """Return near which grid points (m,) the cart moves further than `limit` [m] within half a second."""
+    travel = maximum_filter1d(motion.cart, _CART_WINDOW) - minimum_filter1d(motion.cart, _CART_WINDOW)
+    return np.asarray(travel > limit)
+
+
+def moving_windows(motion: Motion, options: TrialOptions) -> Mask:
+    """Return which windows of the balance show the motion well: fast, for this motion, and the cart not driven."""
+    idle = at_rest(motion, options.rest_amplitude) | cart_driven(motion, options.cart_limit)
+    speed = np.linalg.norm(motion.rates, axis=1)
+    if np.all(idle):
+        return np.zeros(max(0, len(speed) - WINDOW + 1), dtype=bool)
+    slow = speed < 0.4 * np.quantile(speed[~idle], 0.9)
+    centre = slice(WINDOW // 2, len(speed) - WINDOW // 2)
+    return np.asarray(~(_covering(idle, WINDOW) | slow[centre]))
+
+
+def find_parts(
+    motions: Sequence[Motion], balance: Balance | None, options: TrialOptions
+) -> tuple[list[Part], list[str]]:
+    """Part motions of the recorded joints by what acts in them; the second value tells of knocks in free parts."""
+    parts, notes = [], []
+    threshold, torques = _torques(balance, options.hand_torque) if balance else (np.inf, [])
+    for i, motion in enumerate(motions):
+        causes = np.full(len(motion.time), FREE)
+        causes[at_rest(motion, options.rest_amplitude)] = REST
+        if balance:
+            hand, knocks = _lasting(torques[i] > threshold)
+            causes[_covered(hand, WINDOW)] = HAND
+            notes += [_knock(motion.time[at + WINDOW // 2]) for at in knocks if causes[at + WINDOW // 2] == FREE]
+        causes[cart_driven(motion, options.cart_limit)] = CART
+        changes = [0, *(np.flatnonzero(np.diff(causes)) + 1).tolist()]
+        edges = [*motion.time[changes].tolist(), float(motion.time[-1]) + SPACING]
+        parts += [Part(i, int(causes[at]), *edges[k : k + 2]) for k, at in enumerate(changes)]
+    return parts, notes
+
+
+def choose_part(parts: Sequence[Part], shortest: float) -> tuple[Part, list[str]]:
+    """Take the longest free part; the notes say what is cut and why.
+
+    Raises TrialError where there is none of at least `shortest` [s].
+    """
+    free = [part for part in parts if part.cause == FREE]
+    longest = max(free, key=lambda part: part.duration, default=None)
+    if longest is None or longest.duration < shortest:
+        found = f"the longest has {longest.duration:.2f} s" if longest else "there is none"
+        causes = ", ".join(_describe(part) for part in parts if part.cause != FREE and part.duration > 0.05)
+        raise TrialError(
+            f"no zero-input motion of at least {shortest} s: {found} ({causes or 'nothing else is there'})"
+        )
+    notes = [f"cut {_describe(part)}" for part in parts if part.cause != FREE]
+    notes += [
+        f"another zero-input part from {part.start:.2f} to {part.stop:.2f} s is not used: the longest is taken"
+        for part in free
+        if part is not longest and part.duration >= shortest
+    ]
+    return longest, notes
+
+
+def _torques(balance: Balance, hand_torque: float) -> tuple[float, list[Array]]:
+    """Return the unexplained torque in each window as a share of gravity's, and from where on it is a hand's."""
+    gravity = np.abs(balance.lumped.values[4:])
+    gravity = np.maximum(gravity, _SMALLEST_GRAVITY * gravity.max())
+    torques = [
+        np.max(np.abs(residual(*windows, balance.lumped.values)) / gravity, axis=1) for windows in balance.windows
+    ]
+    spread = 1.4826 * float(np.median(np.concatenate(torques)))
+    return max(hand_torque, _NOISE * spread), torques
+
+
+def _lasting(flags: Mask) -> tuple[Mask, list[int]]:
+    """Separate lasting torques from knocks: returns the windows of the former, and the middle of each of the latter.
+
+    What acts for an instant shows in every window around it, so a knock is as long as a window and a little more. At
+    the ends of a motion everything counts as lasting: there it cannot be told.
+    """
+    lasting, knocks = np.zeros(len(flags), dtype=bool), []
+    for run in np.split(np.arange(len(flags)), np.flatnonzero(np.diff(flags)) + 1):
+        if len(run) and flags[run[0]]:
+            at_an_end = run[0] == 0 or run[-1] == len(flags) - 1
+            if at_an_end or len(run) > WINDOW + _KNOCK:
+                lasting[run] = True
+            else:
+                knocks.append(int(run[len(run) // 2]))
+    return lasting, knocks
+
+
+def _covered(flags: Mask, width: int) -> Mask:
+    """Return which points lie in a flagged window, of windows of `width` points that start at each flag."""
+    return np.asarray(np.convolve(flags, np.ones(width), mode="full") > 0.5)
+
+
+def _covering(points: Mask, width: int) -> Mask:
+    """Return which windows of `width` points hold a flagged point."""
+    return np.asarray(np.convolve(points, np.ones(width), mode="valid") > 0.5)
+
+
+def _describe(part: Part) -> str:
+    return f"{part.start:.2f} to {part.stop:.2f} s ({_CAUSES[part.cause]})"
+
+
+def _knock(time: float) -> str:
+    return (
+        f"near {time:.2f} s something other than gravity and friction acts for an instant (a knock, lost counts?): kept"
+    )

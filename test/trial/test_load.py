@@ -1,0 +1,247 @@
+"""From a bag to the zero-input motion in it."""
+
+import gzip
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cdp_ident.errors import BagError, TrialError
+from cdp_ident.trial.load import load_trial
+from cdp_ident.trial.options import TrialOptions
+
+MEASURED = Path(__file__).parents[3] / "shared/data/multiarm_free_swing/free_swing_8s_56s_1kHz.csv.gz"
+START = 1_700_000_000_000_000_000
+
+
+def bag_of(make_bag, recording, **joints):
+    return make_bag(recording.stamps(), recording.joints(**joints))
+
+
+def test_a_release_from_rest_gives_the_free_motion_in_the_model_s_angles(recording, make_bag):
+    made = recording().carry(2.0, 2.5, 1.5).hold(1.0)
+    release = made.now
+    made.swing(20)
+    bag = bag_of(make_bag, made)
+    trial = load_trial(bag)
+    assert trial.name == bag.name
+    assert release - 0.01 <= trial.start <= release + 0.3
+    assert trial.start + trial.duration == pytest.approx(made.now - 1 / made.rate, abs=1e-6)
+    first = round(trial.start * made.rate)
+    truth = np.concatenate(made.theta)[first:]
+    assert np.abs(trial.theta - truth).max() < 2e-3
+    assert np.allclose(np.diff(trial.time), 1 / made.rate)
+    assert trial.cart is None
+    assert any("a hand is at the rods" in note for note in trial.notes)
+
+
+def test_a_hand_that_lets_go_of_moving_rods_is_cut(recording, make_bag):
+    made = recording().carry(2.2, 2.0, 1.0)
+    release = made.now
+    trial = load_trial(bag_of(make_bag, made.swing(12, (-2.0, -1.0))))
+    assert release - 0.01 <= trial.start <= release + 0.3
+
+
+def test_a_bag_that_begins_and_ends_swinging_is_taken_whole(recording, make_bag):
+    made = recording().carry(1.0, 1.2, 1.0).swing(15)
+    late = made.now - 14
+    trial = load_trial(bag_of(make_bag, made), TrialOptions(start=late))
+    assert trial.start == pytest.approx(late, abs=0.01)
+    assert trial.duration == pytest.approx(14, abs=0.02)
+
+
+def test_of_two_swings_the_longer_is_taken_and_the_other_named(recording, make_bag):
+    made = recording().carry(2.0, 2.2, 1.0).hold(0.5).swing(8).carry(2.5, 3.0, 0.7).hold(1).carry(1.5, 1.0, 1).hold(1)
+    release = made.now
+    trial = load_trial(bag_of(make_bag, made.swing(15)))
+    assert release - 0.01 <= trial.start <= release + 0.3
+    assert any("another zero-input part from" in note for note in trial.notes)
+
+
+def test_the_rest_at_the_end_is_cut(recording, make_bag):
+    made = recording({**recording().values, "c1": 0.02, "c2": 0.01}).carry(2.0, 2.2, 1.0).hold(0.5).swing(60)
+    trial = load_trial(bag_of(make_bag, made))
+    assert 5 < trial.duration < 50
+    assert any("the rods are still" in note for note in trial.notes)
+    end = trial.theta[trial.time > trial.duration - 1]
+    assert 0.001 < np.abs(end - np.pi).max() < 0.05
+
+
+@pytest.mark.parametrize("seconds", [0.5, 10.0])
+def test_however_long_the_hand_holds_it_is_not_part_of_the_trial(recording, make_bag, seconds):
+    made = recording().carry(2.6, 2.4, 1.0).hold(seconds)
+    release = made.now
+    trial = load_trial(bag_of(make_bag, made.swing(12), noise=2e-3))
+    assert release - 0.03 <= trial.start <= release + 0.3
+    assert trial.start + trial.duration == pytest.approx(made.now, abs=0.02)
+
+
+def test_a_knock_stays_in_the_trial_and_is_noted(recording, make_bag):
+    made = recording().carry(2.0, 2.5, 1.0).hold(0.5).swing(6)
+    knock = made.now
+    trial = load_trial(bag_of(make_bag, made.swing(8, (1.5, 0.0))))
+    assert trial.start < knock - 4
+    assert trial.duration > 12
+    note = next(note for note in trial.notes if "a knock" in note)
+    assert float(note.split()[1]) == pytest.approx(knock, abs=0.1)
+
+
+@pytest.fixture
+def swing(recording):
+    return recording().carry(2.0, 2.5, 1.0).hold(0.5).swing(10)
+
+
+def test_wrapped_angles_are_unwrapped(recording, make_bag):
+    made = recording().carry(0.4, 0.2, 1.0).hold(0.5).swing(10)
+    joints = made.joints()
+    whole = load_trial(make_bag(made.stamps(), joints))
+    wrapped = load_trial(make_bag(made.stamps(), np.mod(joints, 2 * np.pi)))
+    turns = (wrapped.theta - whole.theta) / (2 * np.pi)
+    assert np.ptp(whole.theta[:, 1]) > 2 * np.pi  # the outer rod does go over the top
+    assert np.allclose(turns, np.round(turns[0]), atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("options", "change"),
+    [
+        ({"outer_angle": "absolute"}, lambda inner, outer: (inner, inner + outer)),
+        ({"zero": "hanging"}, lambda inner, outer: (inner - np.pi, outer)),
+        ({"zero": "hanging", "outer_angle": "absolute"}, lambda inner, outer: (inner - np.pi, inner + outer - np.pi)),
+        ({"inner_sign": -1, "outer_sign": -1}, lambda inner, outer: (-inner, -outer)),
+        ({"outer_sign": -1}, lambda inner, outer: (inner, -outer)),
+        ({"inner_sign": -1, "zero": "hanging"}, lambda inner, outer: (np.pi - inner, outer)),
+    ],
+)
+def test_other_conventions_give_the_same_trial_and_are_refused_where_the_options_deny_them(
+    swing, make_bag, options, change
+):
+    bag = make_bag(swing.stamps(), np.column_stack(change(*swing.joints().T)))
+    truth = load_trial(make_bag(swing.stamps(), swing.joints()))
+    trial = load_trial(bag, TrialOptions(**options))
+    assert np.allclose(trial.theta, truth.theta)
+    mirror = {"inner_sign": -1, "outer_sign": -1}
+    if options != mirror:  # a pendulum in a mirror is a pendulum
+        with pytest.raises(TrialError, match="contradict"):
+            load_trial(bag)
+
+
+def test_an_outer_zero_half_a_turn_off_is_refused(swing, make_bag):
+    with pytest.raises(TrialError, match="the zero of the outer joint is half a turn"):
+        load_trial(make_bag(swing.stamps(), swing.joints() + np.array([0, np.pi])))
+
+
+def test_contradicted_conventions_may_be_insisted_on(swing, make_bag):
+    trial = load_trial(make_bag(swing.stamps(), swing.joints()), TrialOptions(zero="hanging", conventions="warn"))
+    assert any("contradict zero: hanging" in note for note in trial.notes)
+
+
+def test_what_is_no_pendulum_is_refused(make_bag):
+    time = np.arange(2000) * 0.005
+    noise = np.random.default_rng(3).normal(size=(2000, 2))
+    wander = np.cumsum(np.cumsum(noise, axis=0), axis=0) * 1e-3 + np.column_stack([np.sin(7 * time), np.cos(11 * time)])
+    with pytest.raises(TrialError, match=r"not that of a free double pendulum|no double pendulum|contradict"):
+        load_trial(make_bag(START + np.arange(2000) * 5_000_000, wander))
+
+
+def test_a_small_cart_motion_stays_and_is_part_of_the_trial(swing, make_bag):
+    joints = swing.joints()
+    cart = 0.002 * np.sin(np.arange(len(joints)) * 0.01)
+    names = ("slider", "a", "b")
+    bag = make_bag(swing.stamps(), np.column_stack([cart, joints]), names)
+    options = TrialOptions(inner_joint="a", outer_joint="b", cart_joint="slider", cart_sign=-1)
+    trial = load_trial(bag, options)
+    first = round(trial.start * swing.rate)
+    assert np.allclose(trial.cart, -cart[first : first + len(trial.cart)])
+
+
+def test_where_the_cart_is_driven_the_trial_ends(swing, make_bag):
+    joints = swing.joints()
+    time = np.arange(len(joints)) / swing.rate
+    cart = np.where(time > 9.0, 0.1 * (1 - np.cos(3 * (time - 9.0))), 0.0)
+    bag = make_bag(swing.stamps(), np.column_stack([joints, cart]), ("inner_joint", "outer_joint", "cart_joint"))
+    trial = load_trial(bag)
+    assert 8.5 < trial.start + trial.duration <= 9.3
+    assert any("the cart is driven" in note for note in trial.notes)
+
+
+def test_duplicates_late_samples_and_nan_are_dropped_and_counted(swing, make_bag):
+    stamps, joints = swing.stamps(), swing.joints()
+    joints[700:703] = np.nan
+    stamps[900] = stamps[899]
+    stamps[1200] = stamps[1190]
+    trial = load_trial(make_bag(stamps, joints))
+    notes = "; ".join(trial.notes)
+    assert "3 of " in notes
+    assert "1 samples with a stamp that was there already" in notes
+    assert "1 samples with a stamp earlier" in notes
+    assert np.all(np.diff(trial.time) > 0)
+    assert not np.any(np.isnan(trial.theta))
+
+
+def test_a_long_gap_parts_the_recording_and_the_longer_part_is_taken(swing, make_bag):
+    stamps, joints = swing.stamps(), swing.joints()
+    keep = np.ones(len(stamps), dtype=bool)
+    keep[1000:1060] = False
+    trial = load_trial(make_bag(stamps[keep], joints[keep]))
+    assert trial.start == pytest.approx(1060 / swing.rate)
+    assert any("a gap of 0.305 s" in note for note in trial.notes)
+
+
+def test_stamps_are_taken_as_they_are(swing, make_bag):
+    jitter = np.random.default_rng(5).integers(-1_000_000, 1_000_000, len(swing.stamps()))
+    stamps = swing.stamps() + jitter
+    trial = load_trial(make_bag(stamps, swing.joints()))
+    first = np.flatnonzero(np.isclose((stamps - stamps[0]) * 1e-9, trial.start, atol=1e-9))[0]
+    assert np.allclose(trial.time, (stamps[first:] - stamps[first]) * 1e-9, atol=1e-12)
+
+
+def test_rods_at_rest_are_no_trial(recording, make_bag):
+    with pytest.raises(TrialError, match="the rods are still"):
+        load_trial(bag_of(make_bag, recording().hold(10)))
+
+
+def test_a_short_bag_is_no_trial(recording, make_bag):
+    made = recording().carry(2.0, 2.5, 0.2).swing(1.0)
+    with pytest.raises(TrialError, match=r"hold no stretch of 2\.0 s"):
+        load_trial(bag_of(make_bag, made))
+
+
+def test_a_motion_that_is_soon_caught_is_no_trial(recording, make_bag):
+    made = recording().carry(2.0, 2.5, 1.0).hold(2).swing(1.5).carry(2.5, 2.5, 0.5).hold(5)
+    with pytest.raises(TrialError, match=r"no zero-input motion of at least 2\.0 s.*the rods are still"):
+        load_trial(bag_of(make_bag, made))
+
+
+def test_missing_joints_are_named_with_those_that_are_there(swing, make_bag):
+    bag = make_bag(swing.stamps(), swing.joints(), ("arm", "forearm"))
+    with pytest.raises(TrialError, match="no joint inner_joint and no joint outer_joint; it has arm, forearm"):
+        load_trial(bag)
+
+
+def test_joints_that_never_come_together_are_no_trial(swing, make_bag):
+    joints = swing.joints()
+    joints[::2, 0] = np.nan
+    joints[1::2, 1] = np.nan
+    with pytest.raises(TrialError, match="usable number for both"):
+        load_trial(make_bag(swing.stamps(), joints))
+
+
+def test_an_empty_topic_is_no_trial(make_bag):
+    with pytest.raises((BagError, TrialError)):
+        load_trial(make_bag(np.empty(0, dtype=np.int64), np.empty((0, 2))))
+
+
+def test_a_time_range_outside_the_bag_is_refused(swing, make_bag):
+    with pytest.raises(TrialError, match="no sample lies between start"):
+        load_trial(bag_of(make_bag, swing), TrialOptions(start=1000.0))
+
+
+@pytest.mark.skipif(not MEASURED.exists(), reason="the measured swing is not beside the repository")
+def test_a_measured_swing_is_free_motion_from_end_to_end(make_bag):
+    with gzip.open(MEASURED, "rt") as stream:
+        table = np.loadtxt(stream, delimiter=",", skiprows=1)[::5]
+    bag = make_bag(START + np.round(table[:, 0] * 1e9).astype(np.int64), table[:, 1:])
+    trial = load_trial(bag, TrialOptions(outer_angle="absolute"))
+    assert np.allclose(trial.theta, table[:, 1:])
+    with pytest.raises(TrialError, match="outer_angle: absolute leaves"):
+        load_trial(bag)
