@@ -69,6 +69,10 @@ def assess(
         "dropped without greeting": str(now.unsent),
         "clock fits begun anew": str(now.clock_restarts),
         "zero": now.zero or "taken",
+        "zero counts": ", ".join(f"{count:g}" for count in now.zero_counts),
+        "counts per turn": ", ".join(str(counts or "unknown") for counts in told.counts_per_turn(now.hello)),
+        "metres per count": f"{told.metres_per_count:g}",
+        "signs": ", ".join(str(sign) for sign in told.signs),
     }
     return Health(level, message, values)
 
@@ -102,7 +106,7 @@ def _judge(
         "impossible jumps": now.jumps - before.jumps,
     }
     problems = [f"{name}: {count}" for name, count in happened.items() if count]
-    if expected and rate < 0.95 * expected and not happened["lost"]:
+    if expected and before.line.samples and rate < 0.95 * expected and not happened["lost"]:
         problems.append(f"{rate:.0f} Hz instead of {expected:.0f} Hz")
     if now.hello:
         for joint, said, count in (

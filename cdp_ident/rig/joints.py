@@ -34,14 +34,18 @@ class Calibration:
     rest_limits: Triple = (0.001, 0.01, 0.01)
     """Within these [m, rad, rad] over a second, the pendulum is at rest (or within 2 counts if those are more)."""
 
+    def counts_per_turn(self, hello: Hello | None) -> tuple[int, int]:
+        """Return the counts per turn of the inner and outer encoder, 0 where neither user nor rig has told."""
+        said = (hello.inner_counts, hello.outer_counts) if hello else (0, 0)
+        return self.inner_counts_per_turn or said[0], self.outer_counts_per_turn or said[1]
+
     def needs_greeting(self) -> bool:
         """Tell whether the rig's greeting is needed to know the counts per turn."""
-        return 0 in (self.inner_counts_per_turn, self.outer_counts_per_turn)
+        return 0 in self.counts_per_turn(None)
 
     def scales(self, hello: Hello | None) -> Triple:
         """Return what one count is, with its sign [m, rad, rad]. Raises `RigError` where that is not known."""
-        inner = self.inner_counts_per_turn or (hello.inner_counts if hello else 0)
-        outer = self.outer_counts_per_turn or (hello.outer_counts if hello else 0)
+        inner, outer = self.counts_per_turn(hello)
         if not inner or not outer:
             raise RigError("the counts per turn are not known: the rig sent no greeting, so set them as parameters")
         sizes = (self.metres_per_count, math.tau / inner, math.tau / outer)

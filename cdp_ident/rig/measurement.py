@@ -46,6 +46,8 @@ class Totals:
     """Samples dropped because no greeting told the counts per turn."""
     zero: str = "none was ever taken"
     """What is wrong with the zero, in words; empty if nothing is."""
+    zero_counts: Triple = (0.0, 0.0, 0.0)
+    """The counts that are taken as hanging: cart, inner, outer."""
 
 
 class MeasurementStream:
@@ -60,7 +62,9 @@ class MeasurementStream:
         self._calibration = calibration
         self._zero = zero
         self._survives_reset = survives_reset
-        self._totals = Totals(self._decoder.counters, zero="" if zero else "none was ever taken")
+        self._totals = Totals(self._decoder.counters)
+        if zero:
+            self._totals.zero, self._totals.zero_counts = "", zero.counts
         self._lock = threading.Lock()
         self._clock = DeviceClock()
         self._tracker: JointTracker | None = None
@@ -107,7 +111,7 @@ class MeasurementStream:
             sample, stamp = self._last
             self._zero = Zero(counts, sample.sequence, stamp)
             self._tracker.zero = counts
-            self._totals.zero = ""
+            self._totals.zero, self._totals.zero_counts = "", counts
             self._zero_is_judged = True
             return self._zero
 

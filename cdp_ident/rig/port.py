@@ -7,7 +7,7 @@ from pathlib import Path
 
 import serial
 
-_FIRST_PAUSE, _LONGEST_PAUSE = 0.2, 5.0
+_FIRST_PAUSE, _LONGEST_PAUSE = 0.2, 2.0
 """Between attempts to open the port; each pause doubles the one before [s]."""
 _READ_TIMEOUT = 0.1
 """A read that brings nothing ends after this, to look whether to stop [s]."""

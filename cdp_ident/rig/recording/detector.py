@@ -1,0 +1,115 @@
+"""When the pendulum is let go, and when it has come to rest."""
+
+import math
+from collections import deque
+from dataclasses import dataclass
+from enum import Enum
+
+from cdp_ident.rig.joints import HANGING
+
+_HOLD_SECONDS, _REST_SECONDS = 0.3, 1.0
+_RELEASE_WITHIN = 1.0
+"""A hand that moves the pendulum more slowly than this [s] out of its hold has not let it go."""
+
+
+class End(Enum):
+    """Why a trial ended."""
+
+    AT_REST = "the pendulum came to rest"
+    TIME_OUT = "it lasted as long as it may"
+    SILENCE = "no joint states came any more"
+    STOPPED = "it was stopped"
+    FAILED = "the disk did not take it"
+
+
+@dataclass(frozen=True)
+class TrialLimits:
+    """What counts as held, let go and at rest."""
+
+    hold: float = 0.03
+    """Held: both joints stay within this for 0.3 s [rad] …"""
+    away: float = 0.15
+    """… while a rod is at least this far from hanging [rad]."""
+    release: float = 0.1
+    """Let go: a joint is this far from where it was held [rad]."""
+    rest: float = 0.01
+    """At rest: both joints stay within this for 1 s, and both rods hang [rad]."""
+    longest: float = 60.0
+    """A trial ends after this, wherever the pendulum is [s]."""
+
+
+class SlidingRange:
+    """The difference between the largest and the smallest value of the last so many seconds."""
+
+    def __init__(self, seconds: float) -> None:
+        self._span_ns = round(seconds * 1e9)
+        self._first_ns: int | None = None
+        self._low: deque[tuple[int, float]] = deque()
+        self._high: deque[tuple[int, float]] = deque()
+
+    def update(self, stamp_ns: int, value: float) -> float:
+        """Take the next value; return the range, infinity while less than the span was seen."""
+        if self._first_ns is None or stamp_ns < self._first_ns:
+            self._first_ns = stamp_ns
+        for extremes, sign in ((self._low, 1.0), (self._high, -1.0)):
+            while extremes and sign * extremes[-1][1] >= sign * value:
+                extremes.pop()
+            extremes.append((stamp_ns, value))
+            while extremes[0][0] < stamp_ns - self._span_ns:
+                extremes.popleft()
+        if stamp_ns - self._first_ns < self._span_ns:
+            return math.inf
+        return self._high[0][1] - self._low[0][1]
+
+
+class ReleaseDetector:
+    """Notices that the pendulum was held away from hanging and is let go."""
+
+    def __init__(self, limits: TrialLimits) -> None:
+        self._limits = limits
+        self._ranges = (SlidingRange(_HOLD_SECONDS), SlidingRange(_HOLD_SECONDS))
+        self._held: tuple[int, float, float] | None = None
+
+    def update(self, stamp_ns: int, inner: float, outer: float) -> bool:
+        """Take the next positions [rad]; return whether this is the first one seen to be free."""
+        still = (
+            max(moved.update(stamp_ns, value) for moved, value in zip(self._ranges, (inner, outer), strict=True))
+            <= self._limits.hold
+        )
+        if still:
+            away = _from_hanging(inner, outer) > self._limits.away
+            self._held = (stamp_ns, inner, outer) if away else None
+            return False
+        if self._held is None:
+            return False
+        since, held_inner, held_outer = self._held
+        if stamp_ns - since > _RELEASE_WITHIN * 1e9:
+            self._held = None
+            return False
+        return max(abs(inner - held_inner), abs(outer - held_outer)) > self._limits.release
+
+
+class EndDetector:
+    """Notices that a pendulum that moved has come to rest, or that the trial has lasted long enough."""
+
+    def __init__(self, limits: TrialLimits, start_ns: int) -> None:
+        self._limits = limits
+        self._start_ns = start_ns
+        self._first: tuple[float, float] | None = None
+        self._moved = False
+        self._ranges = (SlidingRange(_REST_SECONDS), SlidingRange(_REST_SECONDS))
+
+    def update(self, stamp_ns: int, inner: float, outer: float) -> End | None:
+        """Take the next positions [rad]; return why the trial ends here, None while it goes on."""
+        first = self._first = self._first or (inner, outer)
+        self._moved |= max(abs(inner - first[0]), abs(outer - first[1])) > self._limits.release
+        moved = max(kept.update(stamp_ns, value) for kept, value in zip(self._ranges, (inner, outer), strict=True))
+        if self._moved and moved <= self._limits.rest and _from_hanging(inner, outer) < self._limits.away:
+            return End.AT_REST
+        return End.TIME_OUT if stamp_ns - self._start_ns > self._limits.longest * 1e9 else None
+
+
+def _from_hanging(inner: float, outer: float) -> float:
+    """Return how far the rod is from hanging that is farther from it [rad], whole turns left out."""
+    _, hanging, _ = HANGING
+    return max(abs(math.remainder(inner - hanging, math.tau)), abs(math.remainder(inner + outer - hanging, math.tau)))

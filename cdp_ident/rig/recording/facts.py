@@ -1,0 +1,148 @@
+"""What is known of a trial while it is recorded, and what its user should be told."""
+
+import json
+import math
+import struct
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from cdp_ident.bag.joint_state import HEAD_OFFSET, NANOSECONDS, STAMP_OFFSET, Layout, parse_layout, typestore
+from cdp_ident.rig.recording.detector import End
+
+DIAGNOSTICS_TYPE = "diagnostic_msgs/msg/DiagnosticArray"
+_GAP = 1.5
+"""Two samples more than this many usual periods apart have lost others between them."""
+
+
+@dataclass(frozen=True)
+class JointNames:
+    """Which joints of a JointState are the pendulum's."""
+
+    cart: str = "cart_joint"
+    """Empty if the cart is not measured."""
+    inner: str = "inner_joint"
+    outer: str = "outer_joint"
+
+
+@dataclass(frozen=True)
+class Position:
+    """The pendulum in one message."""
+
+    stamp_ns: int
+    inner: float
+    outer: float
+    cart: float | None
+
+
+class PositionReader:
+    """Reads the pendulum's position from the bytes of JointState messages."""
+
+    def __init__(self, joints: JointNames) -> None:
+        self._joints = joints
+        self._layout: Layout | None = None
+
+    def read(self, raw: bytes) -> Position | None:
+        """Return the position, None where the message does not hold both joints of the pendulum, or no number."""
+        try:
+            if self._layout is None or not raw.startswith(self._layout.head, HEAD_OFFSET):
+                self._layout = parse_layout(raw)
+            layout = self._layout
+            seconds, nanoseconds = layout.stamp.unpack_from(raw, STAMP_OFFSET)
+            values = dict(zip(layout.names, layout.positions.unpack_from(raw, layout.offset), strict=True))
+            inner, outer = values[self._joints.inner], values[self._joints.outer]
+        except (ValueError, KeyError, struct.error):
+            return None
+        if not (math.isfinite(inner) and math.isfinite(outer)):
+            return None
+        return Position(seconds * NANOSECONDS + nanoseconds, inner, outer, values.get(self._joints.cart))
+
+
+def read_rig_status(raw: bytes) -> Mapping[str, str] | None:
+    """Return what the driver says of the rig in the bytes of a DiagnosticArray, None where it says nothing."""
+    try:
+        message: Any = typestore().deserialize_cdr(raw, DIAGNOSTICS_TYPE)
+    except Exception:  # noqa: BLE001  a foreign message: rosbags raises whatever its bytes lead to
+        return None
+    for status in message.status:
+        if status.name.endswith(": rig"):
+            return {"status": status.message, **{value.key: value.value for value in status.values}}
+    return None
+
+
+@dataclass
+class TrialFacts:
+    """Collected from the samples of one trial."""
+
+    cart_limit: float
+    """More motion of the cart than this after the release is not zero-input [m]."""
+    shortest: float
+    """A trial shorter than this is of little use [s]."""
+    released_ns: int
+    """Stamp of the first free sample, or of the start by hand."""
+    started_by_hand: bool
+    rig: dict[str, str] = field(default_factory=dict)
+    stamps: list[int] = field(default_factory=list)
+    cart_low: float = math.inf
+    cart_high: float = -math.inf
+
+    def take(self, position: Position) -> None:
+        """Take the next sample."""
+        self.stamps.append(position.stamp_ns)
+        if position.cart is not None and position.stamp_ns >= self.released_ns:
+            self.cart_low = min(self.cart_low, position.cart)
+            self.cart_high = max(self.cart_high, position.cart)
+
+    @property
+    def cart_motion(self) -> float | None:
+        """How far the cart moved after the release [m], None where it is not measured."""
+        return self.cart_high - self.cart_low if self.cart_high >= self.cart_low else None
+
+    @property
+    def duration(self) -> float:
+        """Time from the release to the last sample [s]."""
+        return (self.stamps[-1] - self.released_ns) * 1e-9 if self.stamps else 0.0
+
+    def lost(self) -> int:
+        """Return how many samples are missing, by the gaps between stamps."""
+        steps = np.diff(np.array(self.stamps, dtype=np.int64))
+        steps = steps[steps > 0]
+        if len(steps) < 2:
+            return 0
+        periods = steps / np.median(steps)
+        return int(np.sum(np.round(periods[periods > _GAP]) - 1))
+
+    def warnings(self) -> list[str]:
+        """Return what is wrong with the trial, in words."""
+        found = []
+        motion, lost = self.cart_motion, self.lost()
+        if motion is not None and motion > self.cart_limit:
+            found.append(f"not zero-input: the cart moved by {motion:.4g} m (limit {self.cart_limit:g} m)")
+        if lost:
+            found.append(f"{lost} of {len(self.stamps) + lost} samples are lost")
+        if self.duration < self.shortest:
+            found.append(f"too short to be useful: {self.duration:.1f} s (at least {self.shortest:g} s are)")
+        if zero := self.rig.get("zero", "").removeprefix("taken"):
+            found.append(f"the zero is uncertain: {zero}")
+        return found
+
+    def as_metadata(self, end: End, parameters: Mapping[str, object]) -> dict[str, str]:
+        """Return the facts as a bag's custom data; `parameters` are the recorder's."""
+        motion = self.cart_motion
+        return {
+            "recorder": "cdp_ident",
+            "released_at_ns": str(self.released_ns),
+            "started": "by hand" if self.started_by_hand else "by release",
+            "ended": end.value,
+            "duration_s": f"{self.duration:.3f}",
+            "samples": str(len(self.stamps)),
+            "samples_lost": str(self.lost()),
+            "cart_at_rest": "not measured" if motion is None else str(motion <= self.cart_limit).lower(),
+            "cart_motion_m": "" if motion is None else f"{motion:.6g}",
+            "warnings": "; ".join(self.warnings()),
+            "zero": self.rig.get("zero", "unknown"),
+            "rig": json.dumps(self.rig),
+            "parameters": json.dumps(dict(parameters)),
+        }

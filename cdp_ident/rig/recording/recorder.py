@@ -1,0 +1,283 @@
+"""Records trials: arms, keeps the time before the release, and writes one bag for each trial."""
+
+import shutil
+import tempfile
+from collections import deque
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, field
+from datetime import datetime
+from pathlib import Path
+from typing import NamedTuple
+
+from cdp_ident.bag.joint_state import MESSAGE_TYPE
+from cdp_ident.bag.salvage import complete_bag, incomplete_bags
+from cdp_ident.bag.writer import BagWriter
+from cdp_ident.errors import BagError, RigError
+from cdp_ident.rig.recording.detector import End, EndDetector, ReleaseDetector, TrialLimits
+from cdp_ident.rig.recording.facts import DIAGNOSTICS_TYPE, JointNames, PositionReader, TrialFacts, read_rig_status
+
+FLUSH_NS = 250_000_000
+"""What is older than this is out of reach of a kill [ns]; a bag has one chunk for each."""
+_SILENCE_NS = 5_000_000_000
+_LEAST_FREE = 50_000_000
+"""With less space on the disk [bytes], arming is refused: ten minutes at 1 kHz need more."""
+
+IDLE, ARMED, RECORDING = "idle", "armed", "recording"
+
+
+@dataclass(frozen=True)
+class RecorderOptions:
+    """What to record, where, and what counts as a trial."""
+
+    folder: Path
+    """Bags go here, each in a folder of its own."""
+    name: str = "trial"
+    """Their names are this and the time."""
+    joints: JointNames = field(default_factory=JointNames)
+    limits: TrialLimits = field(default_factory=TrialLimits)
+    pre_trigger: float = 1.0
+    """How much from before the release is kept [s]."""
+    cart_limit: float = 0.002
+    """More motion of the cart is not zero-input [m]."""
+    shortest: float = 5.0
+    """A shorter trial is of little use [s]."""
+    rearm: bool = False
+    """Whether to arm at the start and after each trial without being asked."""
+
+
+class _Message(NamedTuple):
+    topic: str
+    message_type: str
+    received_ns: int
+    raw: bytes
+
+
+@dataclass
+class _Trial:
+    writer: BagWriter
+    end: EndDetector
+    facts: TrialFacts
+    flushed_ns: int
+
+
+class Recorder:
+    """Records trials from serialised messages. All methods belong to one thread."""
+
+    def __init__(
+        self,
+        options: RecorderOptions,
+        say: Callable[[str], None],
+        on_state: Callable[[str], None] = lambda _: None,
+        on_bag: Callable[[Path], None] = lambda _: None,
+    ) -> None:
+        """Complete the bags that an earlier recorder left unfinished, and arm if so wished.
+
+        `say` is given each thing that people should know, `on_state` each new state, `on_bag` each finished bag.
+        Raises `RigError` where the folder cannot be written.
+        """
+        self.state = IDLE
+        self._options = options
+        self._say, self._on_state, self._on_bag = say, on_state, on_bag
+        self._reader = PositionReader(options.joints)
+        self._release = ReleaseDetector(options.limits)
+        self._before: deque[_Message] = deque()
+        self._rig: dict[str, str] = {}
+        self._trial: _Trial | None = None
+        self._last_sample_ns: int | None = None
+        self._last_stamp_ns = 0
+        self._check_folder()
+        self._complete_unfinished()
+        on_state(self.state)
+        if options.rearm:
+            self.arm()
+
+    def arm(self) -> None:
+        """Wait for the release. Raises `RigError` while a trial is recorded, or where it could not be."""
+        if self.state == RECORDING:
+            raise RigError("a trial is being recorded: stop it first")
+        self._check_folder()
+        self._release = ReleaseDetector(self._options.limits)
+        self._set_state(ARMED)
+
+    def start(self, now_ns: int) -> Path:
+        """Record from now on (and the time before), release or not; return the bag's folder.
+
+        Raises `RigError` while a trial is recorded, where no joint states come, or where the bag cannot be made.
+        """
+        if self.state == RECORDING:
+            raise RigError("a trial is being recorded already")
+        if self._last_sample_ns is None or now_ns - self._last_sample_ns > _SILENCE_NS:
+            raise RigError("no joint states come: is the driver running, and on the same topic?")
+        self._check_folder()
+        return self._begin(self._last_stamp_ns, now_ns, by_hand=True)
+
+    def stop(self) -> Path | None:
+        """End the trial, or the waiting for one; return the bag's folder where there is one.
+
+        Raises `RigError` where there is nothing to stop, or the disk does not take the end of the bag.
+        """
+        if self.state == IDLE:
+            raise RigError("nothing to stop: neither armed nor recording")
+        if self._trial is None:
+            self._set_state(IDLE)
+            return None
+        folder = self._trial.writer.folder
+        self._finish(End.STOPPED)
+        if self.state == ARMED:
+            self._set_state(IDLE)
+        return folder
+
+    def close(self) -> None:
+        """Complete the bag that is being recorded: the process ends."""
+        if self._trial is not None:
+            with suppress(RigError):  # it was said
+                self._finish(End.STOPPED)
+
+    def take(self, topic: str, message_type: str, received_ns: int, raw: bytes) -> None:
+        """Take a serialised JointState or DiagnosticArray that was received at `received_ns` [ns since the epoch]."""
+        message = _Message(topic, message_type, received_ns, raw)
+        if self._trial is not None:
+            self._write(message)
+        self._before.append(message)
+        while self._before[0].received_ns < received_ns - self._options.pre_trigger * 1e9:
+            self._before.popleft()
+        if message_type == MESSAGE_TYPE:
+            self._take_sample(message)
+        elif message_type == DIAGNOSTICS_TYPE and (status := read_rig_status(raw)):
+            self._rig.update(status)
+
+    def tick(self, now_ns: int) -> None:
+        """Bring what was written out of reach of a kill; to be called several times a second."""
+        trial = self._trial
+        if trial is None:
+            return
+        try:
+            trial.writer.flush()
+            trial.flushed_ns = now_ns
+        except BagError as error:
+            self._fail(error)
+            return
+        if self._last_sample_ns is not None and now_ns - self._last_sample_ns > _SILENCE_NS:
+            with suppress(RigError):
+                self._finish(End.SILENCE)
+
+    def _take_sample(self, message: _Message) -> None:
+        position = self._reader.read(message.raw)
+        if position is None:
+            return
+        self._last_sample_ns, self._last_stamp_ns = message.received_ns, position.stamp_ns
+        if self._trial is not None:
+            self._trial.facts.take(position)
+            end = self._trial.end.update(position.stamp_ns, position.inner, position.outer)
+            if end is not None:
+                with suppress(RigError):
+                    self._finish(end)
+        elif self.state == ARMED and self._release.update(position.stamp_ns, position.inner, position.outer):
+            with suppress(RigError):
+                self._begin(position.stamp_ns, message.received_ns, by_hand=False)
+
+    def _begin(self, stamp_ns: int, now_ns: int, by_hand: bool) -> Path:
+        options = self._options
+        try:
+            writer = BagWriter(self._new_folder(now_ns))
+        except BagError as error:
+            self._say(str(error))
+            self._set_state(IDLE)
+            raise RigError(str(error)) from error
+        facts = TrialFacts(options.cart_limit, options.shortest, stamp_ns, by_hand)
+        self._trial = _Trial(writer, EndDetector(options.limits, stamp_ns), facts, now_ns)
+        self._set_state(RECORDING)
+        self._say(f"{'started' if by_hand else 'released'}: recording {writer.folder}")
+        for message in tuple(self._before):
+            self._write(message)
+            if message.message_type == MESSAGE_TYPE and (position := self._reader.read(message.raw)):
+                facts.take(position)
+        self.tick(now_ns)
+        return writer.folder
+
+    def _write(self, message: _Message) -> None:
+        trial = self._trial
+        if trial is None:
+            return
+        try:
+            trial.writer.write(message.topic, message.message_type, message.received_ns, message.raw)
+            if message.received_ns - trial.flushed_ns >= FLUSH_NS:
+                trial.writer.flush()
+                trial.flushed_ns = message.received_ns
+        except BagError as error:
+            self._fail(error)
+
+    def _finish(self, end: End) -> None:
+        trial = self._trial
+        assert trial is not None
+        self._trial = None
+        trial.facts.rig = self._rig
+        try:
+            trial.writer.close(trial.facts.as_metadata(end, self._parameters()))
+        except BagError as error:
+            self._say(f"{error}; what was written is kept, and completed at the recorder's next start")
+            self._set_state(IDLE)
+            raise RigError(str(error)) from error
+        folder = trial.writer.folder
+        self._say(f"{folder}: {end.value} after {trial.facts.duration:.1f} s, {len(trial.facts.stamps)} samples")
+        for warning in trial.facts.warnings():
+            self._say(f"{folder}: {warning}")
+        self._set_state(IDLE)
+        self._on_bag(folder)
+        if self._options.rearm and end is not End.FAILED:
+            with suppress(RigError):
+                self.arm()
+
+    def _fail(self, error: BagError) -> None:
+        """Give up the trial whose bag cannot be written; what is on the disk stays there."""
+        trial, self._trial = self._trial, None
+        self._say(f"{error}; recording stops, what was written is kept")
+        if trial is not None:
+            try:
+                trial.writer.close(trial.facts.as_metadata(End.FAILED, self._parameters()))
+            except BagError:
+                self._say(f"{trial.writer.folder} is completed at the recorder's next start")
+        self._set_state(IDLE)
+
+    def _parameters(self) -> Mapping[str, object]:
+        options = self._options
+        return {
+            **vars(options.limits),
+            "pre_trigger": options.pre_trigger,
+            "cart_limit": options.cart_limit,
+            "shortest": options.shortest,
+        }
+
+    def _new_folder(self, now_ns: int) -> Path:
+        when = datetime.fromtimestamp(now_ns * 1e-9).astimezone().strftime("%Y%m%d_%H%M%S")
+        name = f"{self._options.name}_{when}"
+        folder, number = self._options.folder / name, 1
+        while folder.exists():
+            number += 1
+            folder = self._options.folder / f"{name}_{number}"
+        return folder
+
+    def _check_folder(self) -> None:
+        folder = self._options.folder
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            with tempfile.TemporaryFile(dir=folder):
+                pass
+            free = shutil.disk_usage(folder).free
+        except OSError as error:
+            raise RigError(f"nothing can be recorded in {folder}: {error.strerror or error}") from error
+        if free < _LEAST_FREE:
+            raise RigError(f"nothing can be recorded in {folder}: only {free / 1e6:.0f} MB are free on its disk")
+
+    def _complete_unfinished(self) -> None:
+        for folder in incomplete_bags(self._options.folder):
+            try:
+                self._say(f"completed a bag that was left unfinished: {complete_bag(folder)}")
+            except BagError as error:
+                self._say(f"left as it is: {error}")
+
+    def _set_state(self, state: str) -> None:
+        if state != self.state:
+            self.state = state
+            self._on_state(state)
