@@ -161,7 +161,5 @@ class MeasurementStream:
             return None
         if self._tracker is None:
             scales = self._calibration.scales(self._totals.hello)
-            self._tracker = JointTracker(
-                scales, self._calibration, self._zero.counts if self._zero else (0.0, 0.0, 0.0)
-            )
+            self._tracker = JointTracker(scales, self._calibration, self._totals.zero_counts)
         return self._tracker.positions(sample)

@@ -1,0 +1,73 @@
+"""What `/diagnostics` says in which situation."""
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from cdp_ident.rig.decoder import Counters
+from cdp_ident.rig.health import Level, PortState, assess
+from cdp_ident.rig.joints import Calibration
+from cdp_ident.rig.measurement import Totals
+from cdp_ident.rig.records import Hello
+
+OPEN = PortState("/dev/ttyACM0", "", 0)
+BEFORE = Totals(Counters(samples=1000), Hello(5000, 8000, 8000, "rig 1"), 1, 1000, zero="")
+NOW = replace(BEFORE, line=Counters(samples=1200))
+
+
+def check(
+    now: Totals = NOW,
+    silence: float = 0.0,
+    port: PortState = OPEN,
+    told: Calibration = Calibration(),  # noqa: B008
+) -> tuple[Level, str]:
+    health = assess(BEFORE, now, 1.0, silence, 0.5, port, told)
+    return health.level, health.message
+
+
+def test_a_rig_that_sends_what_it_should_is_ok() -> None:
+    assert check() == (Level.OK, "200 Hz")
+
+
+@pytest.mark.parametrize(
+    ("now", "words"),
+    [
+        (replace(NOW, line=Counters(samples=1197, lost=3)), "lost: 3"),
+        (replace(NOW, line=Counters(samples=1199, bad_checksum=1, lost=1)), "bad checksum: 1"),
+        (replace(NOW, line=Counters(samples=1200, resets=1)), "resets: 1"),
+        (replace(NOW, encoder_faults=4), "encoder faults: 4"),
+        (replace(NOW, jumps=2), "impossible jumps: 2"),
+        (replace(NOW, overruns=2), "overruns: 2"),
+        (replace(NOW, line=Counters(samples=1100)), "100 Hz instead of 200 Hz"),
+        (replace(NOW, zero="none was ever taken"), "zero_hanging"),
+    ],
+)
+def test_what_happened_in_the_last_second_is_a_warning(now: Totals, words: str) -> None:
+    level, message = check(now)
+    assert level is Level.WARN
+    assert words in message
+
+
+def test_counts_per_turn_that_contradict_the_rig_are_a_warning() -> None:
+    level, message = check(told=Calibration(inner_counts_per_turn=4000))
+    assert level is Level.WARN
+    assert "inner encoder: the rig says 8000 counts per turn, the parameter 4000" in message
+
+
+def test_silence_is_stale_and_no_port_an_error() -> None:
+    assert check(BEFORE, silence=2.0) == (Level.STALE, "no sample for 2.0 s")
+    assert check(BEFORE, silence=math.inf) == (Level.STALE, "no sample yet")
+    assert check(port=PortState(None, "no port matches /dev/x", 1)) == (Level.ERROR, "no port: no port matches /dev/x")
+
+
+def test_nothing_but_damaged_frames_asks_for_codec_and_baud() -> None:
+    level, message = check(replace(BEFORE, line=Counters(samples=1000, malformed=70)), silence=2.0)
+    assert level is Level.ERROR
+    assert "codec and baud" in message
+
+
+def test_a_rig_without_greeting_and_parameters_is_an_error() -> None:
+    level, message = check(replace(NOW, hello=None))
+    assert level is Level.ERROR
+    assert "counts per turn" in message

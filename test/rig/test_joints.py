@@ -1,0 +1,114 @@
+"""Counts to positions: scale, sign, zero, roll-over and impossible jumps."""
+
+import math
+from dataclasses import replace
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cdp_ident.errors import RigError
+from cdp_ident.rig.joints import Calibration, JointTracker
+from cdp_ident.rig.records import Hello, Sample
+
+CALIBRATION = Calibration(metres_per_count=1e-4, inner_counts_per_turn=4000, outer_counts_per_turn=8000)
+COUNTS = st.integers(-(2**31), 2**31 - 1)
+
+
+def sample(step: int, cart: int = 0, inner: int = 0, outer: int = 0) -> Sample:
+    def wrapped(count: int) -> int:
+        return (count + 2**31) % 2**32 - 2**31
+
+    return Sample(step, step * 1000, wrapped(cart), wrapped(inner), wrapped(outer))
+
+
+def tracker(calibration: Calibration = CALIBRATION, zero: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> JointTracker:
+    return JointTracker(calibration.scales(None), calibration, zero)
+
+
+def test_the_zero_is_hanging_and_a_turn_is_the_counts_per_turn() -> None:
+    joints = tracker(replace(CALIBRATION, slew_limits=(1e9, 1e9, 1e9)), (10.0, -20.5, 30.0))
+    assert joints.positions(sample(0, 10, -20, 30)) == pytest.approx((0.0, math.pi + math.tau * 0.5 / 4000, 0.0))
+    assert joints.positions(sample(1, 110, 3980, -7970)) == pytest.approx(
+        (0.01, math.pi + math.tau * 4000.5 / 4000, -math.tau)
+    )
+
+
+def test_signs_turn_directions_round() -> None:
+    joints = tracker(replace(CALIBRATION, signs=(-1, -1, -1)))
+    assert joints.positions(sample(0, 100, 2, 4)) == pytest.approx(
+        (-0.01, math.pi - math.tau * 2 / 4000, -math.tau * 4 / 8000)
+    )
+
+
+@given(zero=st.tuples(COUNTS, COUNTS, COUNTS), steps=st.lists(st.integers(-300, 300), min_size=1, max_size=50))
+def test_positions_do_not_notice_that_counters_roll_over(zero: tuple[int, int, int], steps: list[int]) -> None:
+    joints = tracker(
+        zero=(float(zero[0]), float(zero[1]), float(zero[2])),
+        calibration=replace(CALIBRATION, slew_limits=(1e9, 1e9, 1e9)),
+    )
+    moved = 0
+    for number, step in enumerate(steps):
+        moved += step
+        positions = joints.positions(sample(number, zero[0] + moved, zero[1] + moved, zero[2] - moved))
+        assert positions == pytest.approx(
+            (1e-4 * moved, math.pi + math.tau * moved / 4000, -math.tau * moved / 8000), abs=1e-9
+        )
+
+
+def test_one_impossible_jump_is_dropped_and_what_follows_is_untouched() -> None:
+    joints = tracker()
+    inner = [joints.positions(sample(step, inner=count)) for step, count in enumerate([0, 1, 2000, 2, 3])]
+    assert [position is None for position in inner] == [False, False, True, False, False]
+    assert inner[4] == pytest.approx((0.0, math.pi + math.tau * 3 / 4000, 0.0))
+    assert joints.jumps_dropped == 1
+
+
+def test_a_jump_that_lasts_is_believed_after_three_samples() -> None:
+    joints = tracker()
+    inner = [joints.positions(sample(step, inner=count)) for step, count in enumerate([0, 1, 2000, 2001, 2002, 2003])]
+    assert [position is None for position in inner] == [False, False, True, True, False, False]
+    assert joints.jumps_dropped == 2
+
+
+def test_arbitrary_jumps_that_never_agree_are_all_dropped() -> None:
+    joints = tracker()
+    counts = [0, 5000, -9000, 700_000, 3, -80_000, 4]
+    assert [joints.positions(sample(step, inner=count)) is None for step, count in enumerate(counts)] == [
+        False, True, True, True, False, True, False,
+    ]  # fmt: skip
+
+
+def test_resting_counts_are_the_mean_of_the_last_second() -> None:
+    joints = tracker()
+    for step in range(3000):
+        joints.positions(sample(step, 7, 100 + step // 1500, step % 2))
+    assert joints.resting_counts() == pytest.approx((7.0, 101.0, 0.5), abs=1e-3)
+
+
+def test_zeroing_is_refused_while_a_joint_moves_and_the_message_says_which_and_how_far() -> None:
+    joints = tracker()
+    for step in range(1500):
+        joints.positions(sample(step, outer=step // 40))
+    with pytest.raises(RigError, match=r"outer joint moved by 0\.0\d+ rad.*limit 0\.01 rad"):
+        joints.resting_counts()
+
+
+def test_zeroing_is_refused_before_a_second_was_seen() -> None:
+    joints = tracker()
+    with pytest.raises(RigError, match="less than 1 s"):
+        joints.resting_counts()
+    for step in range(500):
+        joints.positions(sample(step))
+    with pytest.raises(RigError, match="less than 1 s"):
+        joints.resting_counts()
+
+
+def test_the_greeting_tells_the_counts_that_the_user_did_not() -> None:
+    hello = Hello(1000, 500, 600, "")
+    half = replace(CALIBRATION, outer_counts_per_turn=0)
+    assert half.counts_per_turn(hello) == (4000, 600)
+    assert half.needs_greeting()
+    assert not CALIBRATION.needs_greeting()
+    with pytest.raises(RigError, match="no greeting"):
+        half.scales(None)
