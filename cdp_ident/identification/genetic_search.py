@@ -43,6 +43,8 @@ class SearchResult:
     """Best error so far after the first population and after each generation [rad^2]."""
     stopped: str
     """Why the search ended."""
+    completed: bool
+    """Whether it ended because all its generations were done."""
 
 
 def genetic_search(
@@ -83,7 +85,8 @@ def genetic_search(
             best, error = population[np.argmin(errors)], float(errors.min())
         history.append(error)
         reason = stop(Progress(generation, search.evaluations, best, error))
-    return SearchResult(best, error, search.evaluations, tuple(history), reason or f"all {generation} generations done")
+    stopped = reason or f"all {generation} generations done"
+    return SearchResult(best, error, search.evaluations, tuple(history), stopped, reason is None)
 
 
 class _Search:

@@ -74,6 +74,57 @@ def accelerations(theta1, theta2, omega1, omega2, u, A23, A33, a1, c1, c2, m2_l2
 
 
 @inlined
+def acceleration_derivatives(  # type: ignore[no-untyped-def]
+    theta1, theta2, omega1, omega2, u, A23, A33, a1, c1, c2, m2_l2, g, by_state, by_coefficient
+):
+    """Return omega1', omega2' and fill in their derivatives.
+
+    `by_state` (2, 4) takes those with respect to theta1, theta2, omega1, omega2, and `by_coefficient` (2, 7) those
+    with respect to the coefficients. The equations are M omega' = N, where M has 1 and A33 on its diagonal and the
+    coupling m = A23 c beside it; a derivative solves M d(omega') = dN - dM omega'.
+    """
+    sin1, cos1 = sine_and_cosine(theta1)
+    sin2, cos2 = sine_and_cosine(theta2)
+    s, c = sin1 * cos2 - cos1 * sin2, cos1 * cos2 + sin1 * sin2
+    m = A23 * c
+    inverse_determinant = 1.0 / (A33 - m * m)
+    # The elements of the inverse of M.
+    i11, i12, i22 = A33 * inverse_determinant, -m * inverse_determinant, inverse_determinant
+    relative = omega1 - omega2
+    push1, push2 = g * sin1 - u * cos1, g * sin2 - u * cos2
+    n1 = a1 * push1 - A23 * s * omega2 * omega2 - c1 * omega1 - c2 * relative
+    n2 = m2_l2 * push2 + A23 * s * omega1 * omega1 + c2 * relative
+    alpha1, alpha2 = i11 * n1 + i12 * n2, i12 * n1 + i22 * n2
+
+    # By theta1: dm = -A23 s.
+    d1 = a1 * (g * cos1 + u * sin1) - A23 * c * omega2 * omega2 + A23 * s * alpha2
+    d2 = A23 * c * omega1 * omega1 + A23 * s * alpha1
+    by_state[0, 0], by_state[1, 0] = i11 * d1 + i12 * d2, i12 * d1 + i22 * d2
+    # By theta2: dm = A23 s.
+    d1 = A23 * c * omega2 * omega2 - A23 * s * alpha2
+    d2 = m2_l2 * (g * cos2 + u * sin2) - A23 * c * omega1 * omega1 - A23 * s * alpha1
+    by_state[0, 1], by_state[1, 1] = i11 * d1 + i12 * d2, i12 * d1 + i22 * d2
+    # By omega1 and by omega2.
+    d1, d2 = -c1 - c2, 2.0 * A23 * s * omega1 + c2
+    by_state[0, 2], by_state[1, 2] = i11 * d1 + i12 * d2, i12 * d1 + i22 * d2
+    d1, d2 = c2 - 2.0 * A23 * s * omega2, -c2
+    by_state[0, 3], by_state[1, 3] = i11 * d1 + i12 * d2, i12 * d1 + i22 * d2
+
+    # By A23: dm = c; by A33: dM has one element, 1.
+    d1, d2 = -s * omega2 * omega2 - c * alpha2, s * omega1 * omega1 - c * alpha1
+    by_coefficient[0, 0], by_coefficient[1, 0] = i11 * d1 + i12 * d2, i12 * d1 + i22 * d2
+    by_coefficient[0, 1], by_coefficient[1, 1] = -i12 * alpha2, -i22 * alpha2
+    # By a1, c1, c2, m2 l2 and g, which stand in N alone.
+    by_coefficient[0, 2], by_coefficient[1, 2] = i11 * push1, i12 * push1
+    by_coefficient[0, 3], by_coefficient[1, 3] = -i11 * omega1, -i12 * omega1
+    by_coefficient[0, 4], by_coefficient[1, 4] = (i12 - i11) * relative, (i22 - i12) * relative
+    by_coefficient[0, 5], by_coefficient[1, 5] = i12 * push2, i22 * push2
+    d1, d2 = a1 * sin1, m2_l2 * sin2
+    by_coefficient[0, 6], by_coefficient[1, 6] = i11 * d1 + i12 * d2, i12 * d1 + i22 * d2
+    return alpha1, alpha2
+
+
+@inlined
 def runge_kutta_step(  # type: ignore[no-untyped-def]
     theta1, theta2, omega1, omega2, step, u0, u1, u2, A23, A33, a1, c1, c2, m2_l2, g
 ):

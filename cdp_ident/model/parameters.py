@@ -70,7 +70,7 @@ GROUPS = (
     Group("c1_over_A22", "c1 / A22", "1/s"),
     Group("c2_over_A22", "c2 / A22", "1/s"),
 )
-"""The five groups. A22 = m1 l1^2 + J1 + (m2 + m0) L^2 is the inertia about the cart's joint, which all are relative to."""
+"""The five groups, all relative to A22 = m1 l1^2 + J1 + (m2 + m0) L^2, the inertia about the cart's joint."""
 
 COEFFICIENTS = (*(group.symbol for group in GROUPS), "m2_l2_over_A22", "g")
 """What one member of the model's family is given by, in the order in which compiled code takes it."""

@@ -1,0 +1,61 @@
+"""How well a model with given values follows measured motion: the errors of the report."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from cdp_ident.identification.motion_model import Frozen, MotionModel
+from cdp_ident.identification.refinement import Fit, refine
+from cdp_ident.identification.windows import Window, cut_into_windows
+from cdp_ident.trial.trial import Trial
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Errors:
+    """Errors of a model over windows whose starts were fitted to them, the parameters held."""
+
+    rmse: float
+    """Root mean square of measured minus simulated angles, theta1 and theta2 together [rad]."""
+    rmse_theta1: float
+    """The same for theta1 alone [rad]."""
+    rmse_theta2: float
+    """The same for theta2 alone [rad]."""
+    free_run: float
+    """Eq. (10): squared error of one simulation of each whole trial from its beginning, over these windows [rad^2]."""
+
+
+def judge(model: MotionModel, values: Array, windows: Sequence[Window], trials: Sequence[Trial]) -> Errors:
+    """Return the errors over windows of trials.
+
+    Args:
+        model: gives the motion.
+        values: (unknowns,) values that are held.
+        windows: what to judge by; their starts are fitted to their own samples.
+        trials: the trials that the windows are of; the free run begins at a trial's beginning.
+    """
+    fit = follow(model, values, windows)
+    free_run = sum(
+        _free_run(model, values, [window for window in windows if window.trial == index], trials[index])
+        for index in sorted({window.trial for window in windows})
+    )
+    return Errors(fit.rmse(), fit.rmse(0), fit.rmse(1), float(free_run))
+
+
+def follow(model: MotionModel, values: Array, windows: Sequence[Window]) -> Fit:
+    """Fit the windows' starts alone."""
+    return refine(Frozen(model, values), np.empty(0), windows)
+
+
+def _free_run(model: MotionModel, values: Array, windows: Sequence[Window], trial: Trial) -> float:
+    """Return the squared error over windows of a trial, simulated as a whole from its first window's start [rad^2]."""
+    (whole,) = cut_into_windows([trial], np.inf)
+    first = cut_into_windows([trial], windows[0].duration)[0]
+    start = follow(model, values, [first]).windows[0].start
+    theta, _ = model.predict(values, start, whole)
+    error = np.concatenate([(whole.theta - theta)[window.samples] for window in windows])
+    squared = float(np.sum(error**2))
+    return squared if np.isfinite(squared) else float("inf")
