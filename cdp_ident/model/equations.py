@@ -25,7 +25,7 @@ _TURN_LOW = 2.4492935982947064e-16
 
 @inlined
 def sine_and_cosine(angle):  # type: ignore[no-untyped-def]
-    """Return sine and cosine of an angle [rad], to 1e-15, without a branch or a call.
+    """Return sine and cosine of an angle [rad], to 1e-14 within a turn, without a branch or a call.
 
     The angle is brought into one turn about zero, a quarter of it goes into the Taylor series, and two doublings
     bring it back.
@@ -38,7 +38,15 @@ def sine_and_cosine(angle):  # type: ignore[no-untyped-def]
         + q
         * (
             -1.0 / 6
-            + q * (1.0 / 120 + q * (-1.0 / 5040 + q * (1.0 / 362880 + q * (-1.0 / 39916800 + q / 6227020800.0))))
+            + q
+            * (
+                1.0 / 120
+                + q
+                * (
+                    -1.0 / 5040
+                    + q * (1.0 / 362880 + q * (-1.0 / 39916800 + q * (1.0 / 6227020800 - q / 1307674368000.0)))
+                )
+            )
         )
     )
     cosine = 1.0 + q * (

@@ -105,12 +105,14 @@ def physical_coefficients(values: Mapping[str, float]) -> Array:
     missing = [symbol for symbol in NOMINAL if symbol not in values]
     if missing:
         raise OptionError(f"parameters {', '.join(missing)} are missing: all of {', '.join(NOMINAL)} are needed")
-    coefficients = coefficients_of(
-        groups_of(np.array([values[symbol] for symbol in SYMBOLS]), values["L"]), values["L"], values["g"]
-    )
+    physical, length = np.array([values[symbol] for symbol in SYMBOLS]), values["L"]
+    negative = [symbol for symbol in SYMBOLS if symbol not in ("l1", "l2") and values[symbol] < 0]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        coefficients = coefficients_of(groups_of(physical, length), length, values["g"])
     coupling, outer_inertia = coefficients[:2]
-    if not np.all(np.isfinite(coefficients)) or outer_inertia <= coupling**2 or values["L"] <= 0:
+    if negative or not np.all(np.isfinite(coefficients)) or outer_inertia <= coupling**2 or length <= 0:
         raise OptionError(
-            "these parameters describe no mechanism: masses, inertias and L must be positive, and A22 A33 > A23^2"
+            "these parameters describe no mechanism: no mass, inertia or friction may be negative, L must be positive, "
+            f"and A22 A33 > A23^2; they are {', '.join(f'{symbol} = {values[symbol]:g}' for symbol in NOMINAL)}"
         )
     return coefficients

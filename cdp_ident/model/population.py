@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from cdp_ident.errors import OptionError
 from cdp_ident.model.compilation import compiled
 from cdp_ident.model.equations import runge_kutta_step
 from cdp_ident.model.parallel import share_out
@@ -36,6 +37,20 @@ class Segment:
     """(n, 2) measured angles [rad]."""
     cart_acceleration: Array | None = None
     """(n,) cart's acceleration u at the samples [m/s^2], or None for a cart at rest."""
+
+    def __post_init__(self) -> None:
+        """Refuse parts that do not fit together, which compiled code would not notice.
+
+        Raises:
+            OptionError: names the shapes.
+        """
+        samples = len(self.time)
+        u = (samples,) if self.cart_acceleration is None else self.cart_acceleration.shape
+        if self.start.shape != (4,) or self.theta.shape != (samples, 2) or u != (samples,):
+            raise OptionError(
+                f"a segment of {samples} samples needs a start (4,), angles ({samples}, 2) and, if any, the cart's "
+                f"acceleration ({samples},); it got {self.start.shape}, {self.theta.shape} and {u}"
+            )
 
 
 class Population:
