@@ -1,0 +1,62 @@
+import collections
+import platform
+import re
+import shutil
+from pathlib import Path
+
+import numba
+import pytest
+
+from cdp_ident.model import compilation, population
+from cdp_ident.model.equations import sine_and_cosine
+
+
+@pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="reads assembly of x86_64")
+def test_the_loop_over_lanes_moves_several_members_with_one_instruction():
+    kernel = population._squared_errors
+    real, reals, table, indices = numba.float64, numba.float64[::1], numba.float64[:, ::1], numba.int64[::1]
+    options = {name: value for name, value in kernel.targetoptions.items() if name != "nopython"}
+    fresh = numba.njit((table, reals, reals, real, indices, table, table, reals), **options)(kernel.py_func)
+    (assembly,) = fresh.inspect_asm().values()
+    arithmetic = re.findall(r"^\s+v?(div|mul|add|sub|fn?m(?:add|sub)\d*)(pd|sd)\b", assembly, re.MULTILINE)
+    count = collections.Counter(arithmetic)
+    packed, scalar = (sum(count[key] for key in count if key[1] == width) for width in ("pd", "sd"))
+    # Each of the four stages of a step divides once; a scalar copy of the loop remains for arrays that overlap.
+    assert count["div", "pd"] >= 4, f"not vectorised: {packed} packed and {scalar} scalar operations"
+    assert packed > 0.6 * scalar
+
+
+@pytest.fixture
+def package(tmp_path, monkeypatch):
+    """A copy of the package whose files may be changed."""
+    copy = tmp_path / "cdp_ident"
+    shutil.copytree(Path(compilation.__file__).parents[1], copy, ignore=shutil.ignore_patterns("__pycache__"))
+    monkeypatch.setattr(compilation, "_PACKAGE", copy)
+    return copy
+
+
+def test_kept_code_is_left_behind_when_any_compiled_file_changes(package):
+    before = compilation._cache_folder()
+    assert compilation._cache_folder() == before
+    with (package / "model" / "equations.py").open("a") as source:
+        source.write("# changed\n")
+    assert compilation._cache_folder() != before
+
+
+def test_kept_code_is_used_again_when_other_files_change(package):
+    before = compilation._cache_folder()
+    with (package / "errors.py").open("a") as source:
+        source.write("# changed\n")
+    assert compilation._cache_folder() == before
+
+
+def test_kept_code_is_where_the_user_keeps_caches(monkeypatch, tmp_path):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    monkeypatch.setattr(numba.core.config, "CACHE_DIR", "")
+    assert Path(compilation._cache_folder()).parent == tmp_path / "cdp_ident"
+
+
+def test_compiling_leaves_numbas_own_setting_alone(monkeypatch, tmp_path):
+    monkeypatch.setattr(numba.core.config, "CACHE_DIR", str(tmp_path))
+    compilation.compiled(lambda angle: sine_and_cosine(angle)[0])
+    assert str(tmp_path) == numba.core.config.CACHE_DIR
