@@ -18,7 +18,8 @@ def refuse_unknown(names: Iterable[str], known: Iterable[str], where: str) -> No
 
 
 def _hint(name: str, known: list[str]) -> str:
-    nearest = difflib.get_close_matches(name, known, n=1, cutoff=0.6)
+    nearest = [other for other in known if other.casefold() == name.casefold()]
+    nearest = nearest or difflib.get_close_matches(name, known, n=1, cutoff=0.6)
     if nearest:
         return f"did you mean {nearest[0]!r}?"
     return f"known are {', '.join(known)}" if known else "none is known here"

@@ -12,6 +12,7 @@ def test_known_names_pass() -> None:
     ("name", "known", "words"),
     [
         ("baudrate", ["baud", "port"], "did you mean 'baud'?"),
+        ("M1", ["m1", "m2"], "did you mean 'm1'?"),
         ("zzz", ["port", "baud"], "known are baud, port"),
         ("zzz", [], "none is known here"),
     ],

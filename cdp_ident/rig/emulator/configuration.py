@@ -52,7 +52,7 @@ def load_rig(path: Path) -> EmulatedRig:
         # Here the catalogue of effects plugs in, when there is one.
         raise OptionError(f"{path}: effects are not available yet: remove the key")
     parameters = {
-        symbol: number(value, f"{path}: parameters: {symbol}", minimum=0.0)
+        symbol: number(value, f"{path}: parameters: {symbol}", minimum=1e-6 if symbol == "L" else 0.0)
         for symbol, value in _mapping(content.get("parameters", {}), f"{path}: parameters", tuple(NOMINAL)).items()
     }
     script = parse_script(content["script"], f"{path}: script") if "script" in content else rig.script

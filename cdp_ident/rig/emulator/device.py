@@ -69,7 +69,7 @@ class Device:
         if self._encoders.noise:
             joints = joints + self._generator.normal(0.0, self._encoders.noise, joints.shape)
         turns = joints / math.tau * (self._encoders.inner_counts_per_turn, self._encoders.outer_counts_per_turn)
-        counts = np.floor(np.column_stack([x / self._encoders.metres_per_count, turns])).astype(np.int64)
+        counts = np.rint(np.column_stack([x / self._encoders.metres_per_count, turns])).astype(np.int64)
         if self._origin is None:
             self._origin = counts[0] - self._first_count
         result: npt.NDArray[np.int64] = counts - self._origin

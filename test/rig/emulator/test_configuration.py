@@ -1,0 +1,66 @@
+"""The emulated rig's YAML file."""
+
+from pathlib import Path
+
+import pytest
+
+from cdp_ident.errors import OptionError
+from cdp_ident.model.parameters import NOMINAL
+from cdp_ident.rig.emulator.configuration import EmulatedRig, load_rig
+
+ROOT = Path(__file__).parents[3]
+
+
+def test_an_empty_mapping_is_the_default_rig(tmp_path: Path) -> None:
+    path = tmp_path / "rig.yaml"
+    path.write_text("{}")
+    assert load_rig(path) == EmulatedRig()
+
+
+def test_what_is_given_replaces_only_itself(tmp_path: Path) -> None:
+    path = tmp_path / "rig.yaml"
+    path.write_text(
+        "parameters: {c1: 0.01}\nencoders: {inner_counts_per_turn: 4096}\nrate: 500\nrepeat: 2\nscript: [wait: 1]"
+    )
+    rig = load_rig(path)
+    assert rig.parameters == NOMINAL | {"c1": 0.01}
+    assert rig.encoders.inner_counts_per_turn == 4096
+    assert isinstance(rig.encoders.inner_counts_per_turn, int)
+    assert rig.encoders.outer_counts_per_turn == 8000
+    assert (rig.rate, len(rig.script)) == (500.0, 2)
+
+
+def test_the_example_file_is_a_rig() -> None:
+    assert load_rig(ROOT / "config" / "emulated_rig.yaml").rate == 200.0
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("parameter: {}", "did you mean 'parameters'?"),
+        ("parameters: {M1: 1.0}", "did you mean 'm1'?"),
+        ("parameters: {m1: heavy}", "parameters: m1 is 'heavy'"),
+        ("parameters: {L: 0}", "parameters: L is 0"),
+        ("parameters: {m2: 0, J2: 0}", "describe no mechanism"),
+        ("parameters: 3", "expected keys"),
+        ("rate: 0", "1 to 5000"),
+        ("rate: 1e9", "rate is"),
+        ("effects: {air_drag: {}}", "effects are not available yet"),
+        ("encoders: {noise: -1}", "noise is -1"),
+        ("script: 3", "expected a list"),
+        ("- 3", "expected keys"),
+        ("{", "cannot be read"),
+        ("", "expected keys"),
+    ],
+)
+def test_what_is_no_rig_is_refused_with_its_place(tmp_path: Path, text: str, words: str) -> None:
+    path = tmp_path / "rig.yaml"
+    path.write_text(text)
+    with pytest.raises(OptionError, match=r"rig\.yaml|no mechanism") as caught:
+        load_rig(path)
+    assert words in str(caught.value)
+
+
+def test_a_missing_file_is_told(tmp_path: Path) -> None:
+    with pytest.raises(OptionError, match="cannot be read"):
+        load_rig(tmp_path / "none.yaml")

@@ -1,0 +1,53 @@
+"""The emulated microcontroller."""
+
+import math
+
+import numpy as np
+
+from cdp_ident.rig.binary_codec import BinaryCodec
+from cdp_ident.rig.decoder import Decoder, Restart
+from cdp_ident.rig.emulator.device import Device, Encoders
+from cdp_ident.rig.records import Hello, Sample
+
+
+def device(rate: float = 200.0, **options: float) -> Device:
+    return Device(BinaryCodec(), Encoders(), rate, np.random.default_rng(0), **options)  # type: ignore[arg-type]
+
+
+def positions(count: int, inner_turns: float = 0.0) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
+    theta = math.pi + math.tau * inner_turns * np.arange(count)
+    return np.column_stack([np.full(count, 0.02), theta, theta])
+
+
+def decode(*frames: bytes) -> list[object]:
+    return list(Decoder(BinaryCodec()).feed(b"".join(frames)))
+
+
+def test_it_greets_at_once_and_then_every_second() -> None:
+    events = decode(*device().send(positions(401)))
+    assert [number for number, event in enumerate(events) if isinstance(event, Hello)] == [0, 201, 402]
+    assert events[0] == Hello(5000, 8000, 8000, "cdp_ident emulator 1")
+
+
+def test_counters_begin_where_told_and_count_turns_and_roll_over() -> None:
+    frames = device(first_count=2**31 - 2, first_time_us=2**32 - 7000).send(positions(4, 0.6 / 8000))
+    samples = [event for event in decode(*frames) if isinstance(event, Sample)]
+    assert [sample.inner for sample in samples] == [2**31 - 2, 2**31 - 1, 2**31 - 1, -(2**31)]
+    assert [sample.time_us for sample in samples] == [4294960296, 4294965296, 3000, 8000]
+
+
+def test_a_reset_starts_sequence_clock_and_counters_anew() -> None:
+    rig = device(first_count=500)
+    before = rig.send(positions(3, 0.1))
+    rig.reset()
+    after = rig.send(positions(3, 0.1))
+    events = decode(*before, *after)
+    assert events[4] == Hello(5000, 8000, 8000, "cdp_ident emulator 1")
+    assert isinstance(events[5], Restart)
+    assert events[6] == Sample(0, 0, 0, 0, 0)
+
+
+def test_a_fast_clock_runs_ahead() -> None:
+    (*_, last) = decode(*device(clock_error=1e-3).send(positions(1001)))
+    assert isinstance(last, Sample)
+    assert last.time_us == 5_005_000

@@ -1,0 +1,135 @@
+"""The emulated rig on a real pseudo-terminal, read by the real port reader and stream."""
+
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cdp_ident.errors import RigError
+from cdp_ident.rig.binary_codec import BinaryCodec
+from cdp_ident.rig.codec import Codec
+from cdp_ident.rig.decoder import Decoder, Event, Restart
+from cdp_ident.rig.emulator.configuration import EmulatedRig
+from cdp_ident.rig.emulator.emulation import Emulation, Events
+from cdp_ident.rig.emulator.faults import Faults
+from cdp_ident.rig.port import PortReader
+from cdp_ident.rig.records import Sample
+from cdp_ident.rig.text_codec import TextCodec
+
+
+def wait_for(condition: Callable[[], bool]) -> None:
+    deadline = time.monotonic() + 60.0
+    while not condition():
+        assert time.monotonic() < deadline, "it did not happen within 60 s"
+        time.sleep(0.01)
+
+
+class Reading:
+    """What comes out of the emulated cable."""
+
+    def __init__(self, pattern: Path, codec: Codec) -> None:
+        self.decoder = Decoder(codec)
+        self.events: list[Event] = []
+        self.reader = PortReader(str(pattern), 115200, self.decoder.restart_stream, self.take, lambda _: None)
+
+    def take(self, data: bytes) -> None:
+        self.events += self.decoder.feed(data)
+
+    @property
+    def samples(self) -> list[Sample]:
+        return [event for event in self.events if isinstance(event, Sample)]
+
+
+@contextmanager
+def reading(pattern: Path, link: Path, codec: Codec, faults: Faults = Faults(), **events: object) -> Iterator[Reading]:  # noqa: B008
+    emulation = Emulation(
+        EmulatedRig(),
+        link,
+        codec,
+        np.random.default_rng(3),
+        faults,
+        Events(**events),  # type: ignore[arg-type]
+    )
+    thread = threading.Thread(target=emulation.run)
+    result = Reading(pattern, codec)
+    thread.start()
+    result.reader.start()
+    try:
+        yield result
+    finally:
+        result.reader.stop()
+        emulation.stop()
+        thread.join()
+    assert not link.exists()
+
+
+@pytest.mark.parametrize("codec", [BinaryCodec(), TextCodec()], ids=lambda codec: codec.name)
+def test_a_good_rig_is_read_without_loss(tmp_path: Path, codec: Codec) -> None:
+    with reading(tmp_path / "tty", tmp_path / "tty", codec) as result:
+        wait_for(lambda: len(result.samples) > 400)
+    assert result.decoder.counters.lost == 0
+    assert np.all(np.diff([sample.time_us for sample in result.samples]) == 5000)
+
+
+@pytest.mark.parametrize("codec", [BinaryCodec(), TextCodec()], ids=lambda codec: codec.name)
+def test_flips_losses_and_bursts_are_counted_and_only_sent_samples_come_through(tmp_path: Path, codec: Codec) -> None:
+    with reading(tmp_path / "tty", tmp_path / "tty", codec, Faults(flips=2e-3, losses=1e-3, bursts=2.0)) as result:
+        wait_for(lambda: len(result.samples) > 300)
+    counters = result.decoder.counters
+    assert counters.lost > 0
+    assert counters.bad_checksum + counters.malformed > 0
+    assert all(sample.time_us == sample.sequence * 5000 for sample in result.samples)
+    assert counters.resets == 0
+
+
+def test_a_reset_and_rolling_over_clock_and_counters_are_noticed(tmp_path: Path) -> None:
+    with reading(
+        tmp_path / "tty",
+        tmp_path / "tty",
+        BinaryCodec(),
+        first_count=2**31 - 1,
+        first_time_us=2**32 - 500_000,
+        resets=[1.5],
+    ) as result:
+        wait_for(lambda: result.decoder.counters.resets == 1)
+    place = next(number for number, event in enumerate(result.events) if isinstance(event, Restart))
+    before = [event for event in result.events[:place] if isinstance(event, Sample)]
+    assert before[-1].time_us < 2_000_000  # it rolled over
+    assert before[0].inner == 2**31 - 1
+    assert result.decoder.counters.lost == 0
+    assert result.samples[len(before)].sequence == 0
+
+
+def test_unplugged_it_comes_back_under_another_name(tmp_path: Path) -> None:
+    with reading(
+        tmp_path / "tty*",
+        tmp_path / "tty0",
+        BinaryCodec(),
+        unplugs=[0.5],
+        unplugged_for=0.3,
+        replug_as=tmp_path / "tty1",
+    ) as result:
+        wait_for(lambda: result.reader.unplugged == 1 and result.reader.port == str(tmp_path / "tty1"))
+        seen = len(result.samples)
+        wait_for(lambda: len(result.samples) > seen + 20)
+    assert result.decoder.counters.resets == 0
+    assert result.decoder.counters.lost > 20
+
+
+def test_a_stall_loses_nothing(tmp_path: Path) -> None:
+    with reading(
+        tmp_path / "tty", tmp_path / "tty", BinaryCodec(), Faults(stall_every=1.0, stall_for=0.4, delay=0.015)
+    ) as result:
+        wait_for(lambda: len(result.samples) > 500)
+    assert result.decoder.counters.lost == 0
+
+
+def test_a_link_never_takes_the_place_of_a_file(tmp_path: Path) -> None:
+    (tmp_path / "tty").write_text("mine")
+    with pytest.raises(RigError, match="no link"):
+        Emulation(EmulatedRig(), tmp_path / "tty", BinaryCodec(), np.random.default_rng(0))
+    assert (tmp_path / "tty").read_text() == "mine"

@@ -1,0 +1,120 @@
+"""The port's reader on real pseudo-terminals."""
+
+import os
+import time
+import tty
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+import serial
+
+from cdp_ident.rig.port import PortReader
+
+
+def wait_for(condition: Callable[[], bool]) -> None:
+    deadline = time.monotonic() + 30.0
+    while not condition():
+        assert time.monotonic() < deadline, "it did not happen within 30 s"
+        time.sleep(0.01)
+
+
+class Cable:
+    """A pseudo-terminal behind a link."""
+
+    def __init__(self, link: Path) -> None:
+        self.link = link
+        self.device, self.computer = os.openpty()
+        tty.setraw(self.computer)
+        link.symlink_to(os.ttyname(self.computer))
+
+    def unplug(self) -> None:
+        self.link.unlink()
+        os.close(self.device)
+        os.close(self.computer)
+
+
+class Listener:
+    def __init__(self, pattern: str, baud: int = 115200) -> None:
+        self.data, self.said, self.opened = b"", [""], 0
+        self.reader = PortReader(pattern, baud, self.on_open, self.on_bytes, self.said.append)
+        self.reader.start()
+
+    def on_open(self) -> None:
+        self.opened += 1
+
+    def on_bytes(self, data: bytes) -> None:
+        self.data += data
+
+
+@pytest.fixture
+def listen() -> Iterator[Callable[..., Listener]]:
+    listeners: list[Listener] = []
+
+    def start(pattern: Path, **options: int) -> Listener:
+        listeners.append(Listener(str(pattern), **options))
+        return listeners[-1]
+
+    yield start
+    for listener in listeners:
+        listener.reader.stop()
+
+
+def test_bytes_come_through_in_order(tmp_path: Path, listen: Callable[..., Listener]) -> None:
+    cable = Cable(tmp_path / "tty")
+    listener = listen(cable.link)
+    wait_for(lambda: listener.opened == 1)
+    sent = b""
+    for number in range(200):
+        sent += (piece := bytes([number]) * (number % 7))
+        os.write(cable.device, piece)
+    wait_for(lambda: len(listener.data) >= len(sent))
+    assert listener.data == sent
+    assert listener.reader.port == str(cable.link)
+
+
+def test_a_missing_port_is_told_once_and_taken_when_it_comes(tmp_path: Path, listen: Callable[..., Listener]) -> None:
+    listener = listen(tmp_path / "tty")
+    wait_for(lambda: len(listener.said) == 2)
+    time.sleep(0.7)  # two more attempts
+    assert len(listener.said) == 2
+    assert "no port matches" in listener.said[1]
+    assert listener.reader.port is None
+    cable = Cable(tmp_path / "tty")
+    wait_for(lambda: listener.opened == 1)
+    assert "reading" in listener.said[2]
+    cable.unplug()
+
+
+def test_a_port_that_comes_back_under_another_name_is_found_by_its_pattern(
+    tmp_path: Path, listen: Callable[..., Listener]
+) -> None:
+    cable = Cable(tmp_path / "ttyACM0")
+    listener = listen(tmp_path / "ttyACM*")
+    wait_for(lambda: listener.opened == 1)
+    cable.unplug()
+    wait_for(lambda: listener.reader.unplugged == 1)
+    cable = Cable(tmp_path / "ttyACM1")
+    wait_for(lambda: listener.opened == 2)
+    os.write(cable.device, b"again")
+    wait_for(lambda: listener.data == b"again")
+    assert listener.reader.port == str(cable.link)
+
+
+def test_access_is_exclusive(tmp_path: Path, listen: Callable[..., Listener]) -> None:
+    cable = Cable(tmp_path / "tty")
+    listener = listen(cable.link)
+    wait_for(lambda: listener.opened == 1)
+    with pytest.raises(serial.SerialException, match="exclusively lock"):
+        serial.Serial(str(cable.link), exclusive=True)
+    second = listen(cable.link)
+    wait_for(lambda: len(second.said) == 2)
+    assert "cannot be opened" in second.said[1]
+    assert second.reader.problem == second.said[1].removesuffix("; trying again until it works")
+
+
+def test_something_that_is_no_serial_port_is_told(tmp_path: Path, listen: Callable[..., Listener]) -> None:
+    (tmp_path / "file").write_text("")
+    listener = listen(tmp_path / "file")
+    wait_for(lambda: len(listener.said) == 2)
+    assert "cannot be opened" in listener.said[1]
