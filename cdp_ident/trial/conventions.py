@@ -16,7 +16,7 @@ import numpy.typing as npt
 from cdp_ident.errors import TrialError
 from cdp_ident.trial.balance import Lumped, Motion, fit_lumped, windows
 from cdp_ident.trial.joints import model_angles
-from cdp_ident.trial.options import OuterAngle, TrialOptions
+from cdp_ident.trial.options import OuterAngle, TrialOptions, Zero
 
 Mask = npt.NDArray[np.bool_]
 
@@ -26,6 +26,8 @@ _MUCH_BETTER = 0.5
 """Another meaning must leave less than this share of the residual to speak against the one given."""
 _GOOD = 0.02
 """Unexplained share of the acceleration that is no evidence against a meaning."""
+_CLEAR = 0.01
+"""A coupling, and one rod's gravity as a share of the other's, that is more than an error of the fit."""
 _NO_PENDULUM = 0.25
 """Unexplained share above which the motion is not that of a free double pendulum."""
 
@@ -95,17 +97,29 @@ def _balance(motions: Sequence[Motion], moving: Sequence[Mask], options: TrialOp
     return Balance(balances, fit_lumped(coefficients, target, np.concatenate(moving)))
 
 
-def _changes(options: TrialOptions, other: TrialOptions) -> str:
-    names = ("outer_angle", "outer_sign")
+def _changes(options: TrialOptions, other: TrialOptions, fit: Lumped) -> str:
+    """Return which options would have to be set to what, for another meaning of the outer angle."""
+    if _is_upside_down(fit):
+        other = replace(other, zero=_opposite(other.zero))
+    names = ("outer_angle", "outer_sign", "zero")
     return " and ".join(
         f"{name}: {getattr(other, name)}" for name in names if getattr(other, name) != getattr(options, name)
     )
 
 
+def _is_upside_down(fit: Lumped) -> bool:
+    A, *_, G1, G2 = fit.values
+    return bool(G1 < 0 and G2 < 0 < A)
+
+
+def _opposite(zero: Zero) -> Zero:
+    return "hanging" if zero == "upright" else "upright"
+
+
 def _better(options: TrialOptions, other: TrialOptions, given: Lumped, fit: Lumped) -> str:
     return (
         f"the data contradict outer_angle: {options.outer_angle} with outer_sign: {options.outer_sign}, which leaves "
-        f"{given.unexplained:.1%} of the inner rod's acceleration unexplained: {_changes(options, other)} leaves "
+        f"{given.unexplained:.1%} of the inner rod's acceleration unexplained: {_changes(options, other, fit)} leaves "
         f"{fit.unexplained:.1%}; set that"
     )
 
@@ -113,7 +127,7 @@ def _better(options: TrialOptions, other: TrialOptions, given: Lumped, fit: Lump
 def _cannot_tell(options: TrialOptions, other: TrialOptions, given: Lumped, fit: Lumped) -> str:
     return (
         f"the data cannot tell outer_angle: {options.outer_angle} ({given.unexplained:.1%} unexplained) from "
-        f"{_changes(options, other)} ({fit.unexplained:.1%}): make sure that it is right"
+        f"{_changes(options, other, fit)} ({fit.unexplained:.1%}): make sure that it is right"
     )
 
 
@@ -121,10 +135,9 @@ def _wrong_signs(options: TrialOptions, given: Lumped) -> str:
     """Say what half a turn of one zero would put right."""
     A, *_, G1, G2 = given.values
     evidence = f"gravity terms of the rods {G1:+.1f} and {G2:+.1f} 1/s^2, coupling {A:+.2f}; all must be positive"
-    if G1 < 0 and G2 < 0 < A:
-        right = "hanging" if options.zero == "upright" else "upright"
-        return f"the data contradict zero: {options.zero} ({evidence}): set zero: {right}"
-    if A < 0 < -G1 * G2:
+    if _is_upside_down(given):
+        return f"the data contradict zero: {options.zero} ({evidence}): set zero: {_opposite(options.zero)}"
+    if A < -_CLEAR and G1 * G2 < -_CLEAR * max(G1**2, G2**2):
         joint = "inner" if G1 < 0 else "outer"
         return f"the zero of the {joint} joint is half a turn from where it is taken to be ({evidence}): set it anew"
     return f"no double pendulum moves like this ({evidence}): check the joints' names, signs and units"

@@ -44,7 +44,7 @@ class TrialOptions:
     """A longer gap between samples [s] parts the recording: across it turns could be lost."""
     cart_limit: float = 0.01
     """A cart that moves further within half a second [m] is being driven or pushed; less is measured motion."""
-    hand_torque: float = 0.05
+    hand_torque: float = 0.1
     """A torque on a rod beyond gravity and friction, as a share of gravity's largest on it, of a hand [1]."""
     rest_amplitude: float = 0.01
     """A second in which neither rod moves more than this about its mean [rad rms] is rest."""

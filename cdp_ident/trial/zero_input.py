@@ -78,7 +78,8 @@ def find_parts(
     motions: Sequence[Motion], balance: Balance | None, options: TrialOptions
 ) -> tuple[list[Part], list[str]]:
     """Part motions of the recorded joints by what acts in them; the second value tells of knocks in free parts."""
-    parts, notes = [], []
+    parts: list[Part] = []
+    instants: list[float] = []
     threshold, torques = _torques(balance, options.hand_torque) if balance else (np.inf, [])
     for i, motion in enumerate(motions):
         causes = np.full(len(motion.time), FREE)
@@ -86,12 +87,12 @@ def find_parts(
         if balance:
             hand, knocks = _lasting(torques[i] > threshold)
             causes[_covered(hand, WINDOW)] = HAND
-            notes += [_knock(motion.time[at + WINDOW // 2]) for at in knocks if causes[at + WINDOW // 2] == FREE]
+            instants += [float(motion.time[at + WINDOW // 2]) for at in knocks if causes[at + WINDOW // 2] == FREE]
         causes[cart_driven(motion, options.cart_limit)] = CART
         changes = [0, *(np.flatnonzero(np.diff(causes)) + 1).tolist()]
         edges = [*motion.time[changes].tolist(), float(motion.time[-1]) + SPACING]
         parts += [Part(i, int(causes[at]), *edges[k : k + 2]) for k, at in enumerate(changes)]
-    return parts, notes
+    return parts, _knocks(instants)
 
 
 def choose_part(parts: Sequence[Part], shortest: float) -> tuple[Part, list[str]]:
@@ -158,7 +159,11 @@ def _describe(part: Part) -> str:
     return f"{part.start:.2f} to {part.stop:.2f} s ({_CAUSES[part.cause]})"
 
 
-def _knock(time: float) -> str:
-    return (
-        f"near {time:.2f} s something other than gravity and friction acts for an instant (a knock, lost counts?): kept"
-    )
+def _knocks(instants: list[float]) -> list[str]:
+    if not instants:
+        return []
+    shown = ", ".join(f"{instant:.2f}" for instant in instants[:5]) + (" …" if len(instants) > 5 else "")
+    return [
+        f"near {shown} s something other than gravity and friction acts for an instant (a knock, lost counts, a "
+        "bearing that sticks?): kept"
+    ]
