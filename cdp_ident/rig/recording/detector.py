@@ -8,7 +8,7 @@ from enum import Enum
 from cdp_ident.rig.joints import HANGING
 
 _HOLD_SECONDS, _REST_SECONDS = 0.3, 1.0
-_RELEASE_WITHIN = 1.0
+_RELEASE_WITHIN = 0.5
 """A hand that moves the pendulum more slowly than this [s] out of its hold has not let it go."""
 
 

@@ -1,0 +1,101 @@
+"""Release and rest, on motions of the model and of a shaky hand."""
+
+import math
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from cdp_ident.model.parameters import NOMINAL, physical_coefficients
+from cdp_ident.rig.emulator.motion import Motion
+from cdp_ident.rig.emulator.script import Command, Hold, LetGo, Wait
+from cdp_ident.rig.recording.detector import End, EndDetector, ReleaseDetector, SlidingRange, TrialLimits
+
+PERIOD = 0.005
+COEFFICIENTS = physical_coefficients(NOMINAL)
+
+
+def joints(*script: Command, tremor: float = 0.0) -> NDArray[np.float64]:
+    """Return inner and outer joint [rad] at 200 Hz for a script, with a hand's slow tremor added before the end."""
+    motion = Motion(COEFFICIENTS, script, PERIOD)
+    parts = []
+    while not motion.finished:
+        parts.append(motion.advance(1))
+    samples = np.concatenate(parts)
+    shake = tremor * np.sin(np.arange(len(samples)) * PERIOD * 2 * math.pi * 3.0)
+    return np.column_stack([samples[:, 1] + shake, samples[:, 2] - samples[:, 1]])
+
+
+def first_release(angles: NDArray[np.float64]) -> float | None:
+    detector = ReleaseDetector(TrialLimits())
+    for number, (inner, outer) in enumerate(angles):
+        if detector.update(round(number * PERIOD * 1e9), inner, outer):
+            return number * PERIOD
+    return None
+
+
+def end(angles: NDArray[np.float64], limits: TrialLimits | None = None) -> tuple[End | None, float]:
+    detector = EndDetector(limits or TrialLimits(), 0)
+    for number, (inner, outer) in enumerate(angles):
+        if (why := detector.update(round(number * PERIOD * 1e9), inner, outer)) is not None:
+            return why, number * PERIOD
+    return None, len(angles) * PERIOD
+
+
+@pytest.mark.parametrize("tremor", [0.0, 0.01])
+@pytest.mark.parametrize(("theta1", "theta2"), [(1.0, 1.0), (math.pi, 2.0), (0.0, 0.0), (-2.6, 2.9), (3.4, 3.4)])
+def test_a_release_is_noticed_within_a_third_of_a_second(theta1: float, theta2: float, tremor: float) -> None:
+    push = Hold(theta1 + 0.02, theta2 + 0.02, 0.2)  # a hand that lets go at the very top would see it stay there
+    angles = joints(Wait(1.0), Hold(theta1, theta2), Wait(2.0), push, LetGo(), Wait(3.0), tremor=tremor)
+    released = first_release(angles)
+    assert released is not None
+    assert 4.5 < released < 5.7 if theta1 == 0.0 else 4.7 < released < 5.1
+
+
+def test_leading_the_pendulum_about_and_hanging_still_are_no_release() -> None:
+    angles = joints(Wait(2.0), Hold(1.0, 1.0, 2.0), Wait(1.0), tremor=0.005)
+    assert first_release(angles) is None
+
+
+def test_putting_it_back_slowly_is_no_release() -> None:
+    angles = joints(Hold(1.0, 1.0, 2.0), Wait(1.0), Hold(math.pi, math.pi, 25.0), Wait(1.0))
+    assert first_release(angles) is None
+
+
+def test_the_end_is_a_second_of_rest() -> None:
+    heavy = physical_coefficients(NOMINAL | {"c1": 0.1, "c2": 0.05})
+    motion = Motion(heavy, (Hold(2.0, 2.0, 0.1), LetGo(), Wait(60.0)), PERIOD)
+    samples = motion.advance(8000)
+    angles = np.column_stack([samples[:, 1], samples[:, 2] - samples[:, 1]])
+    why, when = end(angles)
+    assert why is End.AT_REST
+    last = round(when / PERIOD)
+    assert np.ptp(angles[last - 200 : last + 1], axis=0).max() <= 0.01
+    assert np.ptp(angles[last - 201 : last], axis=0).max() > 0.01
+
+
+def test_started_by_hand_it_does_not_end_before_anything_moved() -> None:
+    why, when = end(joints(Wait(10.0)))
+    assert why is None
+    assert when == pytest.approx(10.0, abs=0.01)
+
+
+def test_held_still_away_from_hanging_is_no_end() -> None:
+    assert end(joints(Hold(2.0, 2.0, 0.5), Wait(5.0)))[0] is None
+
+
+def test_a_trial_does_not_last_longer_than_it_may() -> None:
+    why, when = end(joints(Hold(2.0, 2.0, 0.5), Wait(5.0)), TrialLimits(longest=3.0))
+    assert why is End.TIME_OUT
+    assert when == pytest.approx(3.0, abs=0.01)
+
+
+def test_a_sliding_range_is_what_it_says() -> None:
+    generator = np.random.default_rng(5)
+    stamps = np.cumsum(generator.integers(1, 9, 400)) * 10_000_000
+    values = generator.normal(size=400)
+    window = SlidingRange(0.5)
+    for number, (stamp, value) in enumerate(zip(stamps.tolist(), values.tolist(), strict=True)):
+        recent = values[: number + 1][stamps[: number + 1] >= stamp - 500_000_000]
+        expected = np.ptp(recent) if stamp - stamps[0] >= 500_000_000 else math.inf
+        assert window.update(stamp, value) == expected

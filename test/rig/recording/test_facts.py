@@ -1,0 +1,92 @@
+"""What is said about a trial."""
+
+import json
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cdp_ident.bag.joint_state import serialize_joint_state, typestore
+from cdp_ident.rig.recording.detector import End
+from cdp_ident.rig.recording.facts import (
+    DIAGNOSTICS_TYPE,
+    JointNames,
+    Position,
+    PositionReader,
+    TrialFacts,
+    read_rig_status,
+)
+
+
+def facts(count: int = 2000, cart_step: float = 0.0, missing: frozenset[int] = frozenset()) -> TrialFacts:
+    result = TrialFacts(0.002, 5.0, 1_000_000_000, started_by_hand=False)
+    for number in range(count):
+        if number not in missing:
+            stamp = number * 5_000_000
+            cart = 0.5 if stamp < 1_000_000_000 else cart_step * number
+            result.take(Position(stamp, 3.0, 0.0, cart))
+    return result
+
+
+def test_a_good_trial_has_no_warnings() -> None:
+    good = facts()
+    assert good.warnings() == []
+    metadata = good.as_metadata(End.AT_REST, {"rest": 0.01})
+    assert metadata["cart_at_rest"] == "true"
+    assert (metadata["samples"], metadata["samples_lost"], metadata["duration_s"]) == ("2000", "0", "8.995")
+    assert json.loads(metadata["parameters"]) == {"rest": 0.01}
+    assert all(isinstance(value, str) for value in metadata.values())
+
+
+@pytest.mark.parametrize(
+    ("bad", "words"),
+    [
+        (facts(cart_step=1e-5), "not zero-input: the cart moved by 0.01799 m"),
+        (facts(missing=frozenset({500, 501, 900})), "3 of 2000 samples are lost"),
+        (facts(count=1000), "too short to be useful: 4.0 s"),
+    ],
+)
+def test_what_makes_a_trial_less_useful_is_said(bad: TrialFacts, words: str) -> None:
+    assert len(bad.warnings()) == 1
+    assert words in bad.warnings()[0]
+
+
+def test_an_uncertain_zero_is_said() -> None:
+    doubtful = facts()
+    doubtful.rig = {"zero": "none was ever taken"}
+    assert doubtful.warnings() == ["the zero is uncertain: none was ever taken"]
+    doubtful.rig = {"zero": "taken"}
+    assert doubtful.warnings() == []
+
+
+def test_a_cart_that_is_not_measured_is_not_said_to_be_at_rest() -> None:
+    result = TrialFacts(0.002, 0.0, 0, started_by_hand=True)
+    result.take(Position(0, 3.0, 0.0, None))
+    assert result.as_metadata(End.STOPPED, {})["cart_at_rest"] == "not measured"
+
+
+def test_positions_are_read_by_the_joints_names() -> None:
+    reader = PositionReader(JointNames("c", "a", "b"))
+    assert reader.read(serialize_joint_state(["b", "x", "a"], [2.0, 9.0, 1.0], 7)) == Position(7, 1.0, 2.0, None)
+    assert reader.read(serialize_joint_state(["a", "b", "c"], [1.0, 2.0, 3.0], 8)) == Position(8, 1.0, 2.0, 3.0)
+    assert reader.read(serialize_joint_state(["a"], [1.0], 9)) is None
+    assert reader.read(serialize_joint_state(["a", "b"], [1.0, float("nan")], 9)) is None
+
+
+@given(raw=st.binary(max_size=200))
+def test_arbitrary_bytes_are_no_position_and_no_status(raw: bytes) -> None:
+    assert PositionReader(JointNames()).read(raw) is None
+    assert read_rig_status(raw) is None
+
+
+def test_the_rigs_status_is_found_among_others() -> None:
+    types = typestore().types
+    stamp = types["builtin_interfaces/msg/Time"](sec=1, nanosec=2)
+    header = types["std_msgs/msg/Header"](stamp=stamp, frame_id="")
+    status = types["diagnostic_msgs/msg/DiagnosticStatus"]
+    value = types["diagnostic_msgs/msg/KeyValue"]
+    other = status(level=0, name="camera", message="", hardware_id="", values=[])
+    rig = status(level=1, name="driver: rig", message="lost: 3", hardware_id="", values=[value(key="lost", value="3")])
+    message = types[DIAGNOSTICS_TYPE](header=header, status=[other, rig])
+    raw = bytes(typestore().serialize_cdr(message, DIAGNOSTICS_TYPE))
+    assert read_rig_status(raw) == {"status": "lost: 3", "lost": "3"}

@@ -1,0 +1,213 @@
+"""Trials to bags, read back by a reader of others."""
+
+import resource
+import shutil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+from rosbags.highlevel import AnyReader
+
+from cdp_ident.bag.joint_state import MESSAGE_TYPE, serialize_joint_state, typestore
+from cdp_ident.errors import RigError
+from cdp_ident.model.parameters import NOMINAL, physical_coefficients
+from cdp_ident.rig.emulator.motion import Motion
+from cdp_ident.rig.emulator.script import Hold, LetGo, MoveCart, Wait
+from cdp_ident.rig.recording.detector import TrialLimits
+from cdp_ident.rig.recording.recorder import ARMED, IDLE, RECORDING, Recorder, RecorderOptions
+
+EPOCH_NS = 1_760_000_000_000_000_000
+PERIOD_NS = 5_000_000
+NAMES = ["cart_joint", "inner_joint", "outer_joint"]
+HEAVY = physical_coefficients(NOMINAL | {"c1": 0.1, "c2": 0.05})
+TRIAL = (Wait(1.0), Hold(1.5, 1.5, 1.0), Wait(1.0), LetGo(), Wait(15.0))
+
+
+class Bench:
+    """A recorder that is fed with a script's motion at 200 Hz."""
+
+    def __init__(self, folder: Path, *script: Any, **options: Any) -> None:
+        self.said: list[str] = []
+        self.states: list[str] = []
+        self.bags: list[Path] = []
+        self.sent: list[tuple[int, float]] = []
+        self.motion = Motion(HEAVY, script or TRIAL, PERIOD_NS * 1e-9)
+        self.now_ns = EPOCH_NS
+        self.recorder = Recorder(
+            RecorderOptions(folder, **options), self.said.append, self.states.append, self.bags.append
+        )
+
+    def run(self, seconds: float, silent: bool = False) -> None:
+        for _ in range(round(seconds * 200)):
+            self.now_ns += PERIOD_NS
+            cart, theta1, theta2 = self.motion.advance(1)[0]
+            if not silent:
+                self.sent.append((self.now_ns, theta1))
+                raw = serialize_joint_state(NAMES, [cart, theta1, theta2 - theta1], self.now_ns)
+                self.recorder.take("/joint_states", MESSAGE_TYPE, self.now_ns, raw)
+            if self.now_ns % 250_000_000 == 0:
+                self.recorder.tick(self.now_ns)
+
+
+def read(bag: Path) -> list[tuple[int, float]]:
+    with AnyReader([bag], default_typestore=typestore()) as reader:
+        messages: list[Any] = [reader.deserialize(raw, connection.msgtype) for connection, _, raw in reader.messages()]
+    return [
+        (message.header.stamp.sec * 10**9 + message.header.stamp.nanosec, message.position[1]) for message in messages
+    ]
+
+
+def custom_data(bag: Path) -> dict[str, str]:
+    content = yaml.safe_load((bag / "metadata.yaml").read_text())
+    return dict(content["rosbag2_bagfile_information"]["custom_data"])
+
+
+def test_an_armed_recorder_records_one_trial_from_before_the_release_to_the_rest(tmp_path: Path) -> None:
+    bench = Bench(tmp_path)
+    bench.recorder.arm()
+    bench.run(18.0)
+    (bag,) = bench.bags
+    assert bench.states == [IDLE, ARMED, RECORDING, IDLE]
+    recorded = read(bag)
+    first = bench.sent.index(recorded[0])
+    assert recorded == bench.sent[first : first + len(recorded)]
+    facts = custom_data(bag)
+    released = int(facts["released_at_ns"])
+    assert released - recorded[0][0] == pytest.approx(1e9, abs=2e7)
+    assert 3.0 < (released - EPOCH_NS) * 1e-9 < 3.4
+    assert facts["ended"] == "the pendulum came to rest"
+    assert np.ptp([angle for _, angle in recorded[-200:]]) <= 0.011
+    assert facts["samples"] == str(len(recorded))
+    assert facts["cart_at_rest"] == "true"
+
+
+def test_rearmed_it_records_trial_after_trial_and_never_overwrites(tmp_path: Path) -> None:
+    bench = Bench(tmp_path, *TRIAL, *TRIAL, *TRIAL, rearm=True)
+    bench.run(54.0)
+    assert len(set(bench.bags)) == 3
+    assert all(len(read(bag)) > 500 for bag in bench.bags)
+    assert bench.recorder.state == ARMED
+
+
+def test_two_bags_of_one_second_have_two_names(tmp_path: Path) -> None:
+    bench = Bench(tmp_path)
+    bench.run(0.1)
+    folders = []
+    for _ in range(3):
+        folders.append(bench.recorder.start(EPOCH_NS))
+        bench.recorder.stop()
+    assert len(set(folders)) == 3
+
+
+def test_start_and_stop_by_hand_record_what_is_between_and_a_moment_before(tmp_path: Path) -> None:
+    bench = Bench(tmp_path)
+    bench.run(2.0)
+    bag = bench.recorder.start(bench.now_ns)
+    bench.run(3.0)
+    assert bench.recorder.stop() == bag
+    assert read(bag) == bench.sent[199:]
+    assert custom_data(bag)["started"] == "by hand"
+
+
+def test_a_moving_cart_lost_samples_and_a_short_trial_are_said_and_kept_as_metadata(tmp_path: Path) -> None:
+    bench = Bench(tmp_path, Hold(1.5, 1.5, 1.0), Wait(1.0), LetGo(), Wait(0.5), MoveCart(0.05, 0.5), Wait(9.0))
+    bench.recorder.arm()
+    bench.run(2.8)
+    bench.run(0.1, silent=True)
+    bench.run(1.0)
+    bag = bench.recorder.stop()
+    assert bag is not None
+    warnings = custom_data(bag)["warnings"]
+    for words in ("not zero-input: the cart moved by 0.05 m", "20 of", "too short"):
+        assert words in warnings
+        assert any(words in said for said in bench.said)
+
+
+def test_when_joint_states_stop_the_trial_ends(tmp_path: Path) -> None:
+    bench = Bench(tmp_path)
+    bench.recorder.arm()
+    bench.run(5.0)
+    assert bench.recorder.state == RECORDING
+    bench.run(6.0, silent=True)
+    assert custom_data(bench.bags[0])["ended"] == "no joint states came any more"
+
+
+def test_a_trial_ends_when_it_has_lasted_as_long_as_it_may(tmp_path: Path) -> None:
+    bench = Bench(tmp_path, limits=TrialLimits(longest=2.0))
+    bench.recorder.arm()
+    bench.run(8.0)
+    assert custom_data(bench.bags[0])["ended"] == "it lasted as long as it may"
+
+
+def test_what_cannot_be_done_now_is_refused_with_the_reason(tmp_path: Path) -> None:
+    bench = Bench(tmp_path)
+    with pytest.raises(RigError, match="nothing to stop"):
+        bench.recorder.stop()
+    with pytest.raises(RigError, match="no joint states"):
+        bench.recorder.start(EPOCH_NS)
+    bench.run(0.1)
+    bench.recorder.start(bench.now_ns)
+    with pytest.raises(RigError, match="already"):
+        bench.recorder.start(bench.now_ns)
+    with pytest.raises(RigError, match="being recorded"):
+        bench.recorder.arm()
+
+
+def test_disarmed_it_records_nothing(tmp_path: Path) -> None:
+    bench = Bench(tmp_path)
+    bench.recorder.arm()
+    bench.run(0.5)
+    assert bench.recorder.stop() is None
+    bench.run(17.0)
+    assert bench.bags == []
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_closing_completes_the_bag(tmp_path: Path) -> None:
+    bench = Bench(tmp_path)
+    bench.run(1.0)
+    bag = bench.recorder.start(bench.now_ns)
+    bench.run(0.5)
+    bench.recorder.close()
+    assert read(bag)[-1] == bench.sent[-1]
+
+
+def test_a_folder_that_is_none_is_told_at_once(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(RigError, match="nothing can be recorded in"):
+        Bench(tmp_path / "file")
+
+
+def test_too_little_space_refuses_to_arm(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    bench = Bench(tmp_path)
+    usage = shutil.disk_usage(tmp_path)
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: usage._replace(free=1000))
+    with pytest.raises(RigError, match="only 0 MB are free"):
+        bench.recorder.arm()
+
+
+def test_a_disk_that_takes_no_more_is_said_at_once_and_what_was_written_is_completed_at_the_next_start(
+    tmp_path: Path,
+) -> None:
+    bench = Bench(tmp_path)
+    bench.run(1.0)
+    bag = bench.recorder.start(bench.now_ns)
+    bench.run(2.0)
+    (file,) = bag.glob("*.mcap")
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (file.stat().st_size + 1000, before[1]))
+    try:
+        bench.run(1.0)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert bench.recorder.state == IDLE
+    assert any("cannot be written: File too large" in said for said in bench.said)
+    again = Bench(tmp_path)
+    assert any("completed a bag" in said for said in again.said)
+    kept = read(bag)
+    first = bench.sent.index(kept[0])
+    assert kept == bench.sent[first : first + len(kept)]
+    assert kept[0][0] <= EPOCH_NS + PERIOD_NS * 2
+    assert kept[-1][0] >= EPOCH_NS + 2_700_000_000
