@@ -30,7 +30,13 @@ WINDOW = 25
 """Grid points of a window: 0.24 s from its first to its last."""
 
 _TRIMMED_ROUNDS = 12
-_TRUSTED_SHARE = 0.6
+_STRETCH = 100
+"""Windows of a stretch that the fit may begin with: 1 s of motion."""
+_MOST_STRETCHES = 24
+_AGREEMENT = 0.05
+"""Unexplained torque, as a share of gravity's, with which a window agrees with a fit."""
+_SMALLEST_GRAVITY = 0.1
+"""A rod whose gravity torque is less than this share of the other's is measured against that share."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +62,9 @@ class Lumped:
     values: Array
     """(6,) A, B, c1, c2, G1, G2, relative to A22 [1, 1, 1/s, 1/s, 1/s^2, 1/s^2]."""
     unexplained: float
-    """Share of the inner rod's acceleration that the trusted windows leave unexplained (rms over rms)."""
+    """Share of the inner rod's acceleration that is unexplained in the windows fitted to (rms over rms)."""
+    spread: float
+    """Median of the unexplained `torques` of those windows."""
 
     @property
     def is_mechanism(self) -> bool:
@@ -121,23 +129,34 @@ def windows(motion: Motion) -> tuple[Array, Array]:
 def fit_lumped(coefficients: Array, target: Array, trusted: Mask) -> Lumped:
     """Fit the lumped numbers to the windows of which most agree, whatever the others say.
 
-    Of the windows `trusted` (k,) to show motion, the share that fits worst is left out and the fit repeated (least
-    trimmed squares with concentration steps: Rousseeuw and Van Driessen, 2006).
+    Of the windows `trusted` (k,) to show motion, the half that fits worst is left out (least trimmed squares with
+    concentration steps: Rousseeuw and Van Driessen, 2006). The fit begins with that of the short stretch with which
+    most windows of the recording agree, so that a hand cannot draw it to its own motion.
     """
-    chosen = np.asarray(np.flatnonzero(trusted))
-    keep = max(6, round(_TRUSTED_SHARE * len(chosen)))
-    values: Array = np.zeros(6)
+    coefficients, target = coefficients[trusted], target[trusted]
+    stretches = np.array_split(np.arange(len(target)), max(1, min(_MOST_STRETCHES, len(target) // _STRETCH)))
+    fits = [_least_squares(coefficients[stretch], target[stretch]) for stretch in stretches]
+    values = max(fits, key=lambda fit: np.count_nonzero(torques(coefficients, target, fit) < _AGREEMENT))
+    keep = (len(target) + 1) // 2
+    chosen: npt.NDArray[np.int64] = np.empty(0, dtype=np.int64)
     for _ in range(_TRIMMED_ROUNDS):
-        values = _least_squares(coefficients[chosen], target[chosen])
         error = np.linalg.norm(residual(coefficients, target, values), axis=1)
-        error[~trusted] = np.inf
-        best = np.sort(np.argsort(error, kind="stable")[:keep])
+        best = np.asarray(np.sort(np.argsort(error, kind="stable")[:keep]))
         if np.array_equal(best, chosen):
             break
         chosen = best
+        values = _least_squares(coefficients[chosen], target[chosen])
     left = residual(coefficients[chosen], target[chosen], values)
-    explained = float(np.linalg.norm(target[chosen]))
-    return Lumped(values, float(np.linalg.norm(left)) / explained if explained > 0 else np.inf)
+    whole = float(np.linalg.norm(target[chosen]))
+    spread = float(np.median(torques(coefficients[chosen], target[chosen], values)))
+    return Lumped(values, float(np.linalg.norm(left)) / whole if whole > 0 else np.inf, spread)
+
+
+def torques(coefficients: Array, target: Array, values: Array) -> Array:
+    """Return the torque that is unexplained in each window (k,), as a share of gravity's largest on the same rod."""
+    gravity = np.abs(values[4:])
+    gravity = np.maximum(gravity, max(_SMALLEST_GRAVITY * gravity.max(), 1e-12))
+    return np.asarray(np.max(np.abs(residual(coefficients, target, values)) / gravity, axis=1))
 
 
 def residual(coefficients: Array, target: Array, values: Array) -> Array:

@@ -137,7 +137,8 @@ def _wrong_signs(options: TrialOptions, given: Lumped) -> str:
     evidence = f"gravity terms of the rods {G1:+.1f} and {G2:+.1f} 1/s^2, coupling {A:+.2f}; all must be positive"
     if _is_upside_down(given):
         return f"the data contradict zero: {options.zero} ({evidence}): set zero: {_opposite(options.zero)}"
-    if A < -_CLEAR and G1 * G2 < -_CLEAR * max(G1**2, G2**2):
+    is_clear = A < -_CLEAR and min(abs(G1), abs(G2)) > _CLEAR * max(abs(G1), abs(G2))
+    if is_clear and (G1 < 0) != (G2 < 0):
         joint = "inner" if G1 < 0 else "outer"
         return f"the zero of the {joint} joint is half a turn from where it is taken to be ({evidence}): set it anew"
     return f"no double pendulum moves like this ({evidence}): check the joints' names, signs and units"

@@ -8,7 +8,7 @@ import numpy.typing as npt
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 from cdp_ident.errors import TrialError
-from cdp_ident.trial.balance import SPACING, WINDOW, Motion, residual
+from cdp_ident.trial.balance import SPACING, WINDOW, Motion, torques
 from cdp_ident.trial.conventions import Balance
 from cdp_ident.trial.options import TrialOptions
 
@@ -19,10 +19,8 @@ _REST_WINDOW = round(1.0 / SPACING)
 _CART_WINDOW = round(0.5 / SPACING)
 _KNOCK = round(0.1 / SPACING)
 """A torque that acts for no longer than this [grid points] is a knock, not a hand."""
-_NOISE = 6.0
-"""A torque must exceed the spread of the others by this factor."""
-_SMALLEST_GRAVITY = 0.1
-"""A rod whose gravity torque is less than this share of the other's is measured against that share."""
+_NOISE = 14.0
+"""A torque must exceed the median of the windows fitted to by this factor, which is about eight times their noise."""
 
 FREE, REST, CART, HAND = range(4)
 _CAUSES = {REST: "the rods are still", CART: "the cart is driven", HAND: "a hand is at the rods"}
@@ -80,12 +78,12 @@ def find_parts(
     """Part motions of the recorded joints by what acts in them; the second value tells of knocks in free parts."""
     parts: list[Part] = []
     instants: list[float] = []
-    threshold, torques = _torques(balance, options.hand_torque) if balance else (np.inf, [])
     for i, motion in enumerate(motions):
         causes = np.full(len(motion.time), FREE)
         causes[at_rest(motion, options.rest_amplitude)] = REST
         if balance:
-            hand, knocks = _lasting(torques[i] > threshold)
+            threshold = max(options.hand_torque, _NOISE * balance.lumped.spread)
+            hand, knocks = _lasting(torques(*balance.windows[i], balance.lumped.values) > threshold)
             causes[_covered(hand, WINDOW)] = HAND
             instants += [float(motion.time[at + WINDOW // 2]) for at in knocks if causes[at + WINDOW // 2] == FREE]
         causes[cart_driven(motion, options.cart_limit)] = CART
@@ -115,17 +113,6 @@ def choose_part(parts: Sequence[Part], shortest: float) -> tuple[Part, list[str]
         if part is not longest and part.duration >= shortest
     ]
     return longest, notes
-
-
-def _torques(balance: Balance, hand_torque: float) -> tuple[float, list[Array]]:
-    """Return the unexplained torque in each window as a share of gravity's, and from where on it is a hand's."""
-    gravity = np.abs(balance.lumped.values[4:])
-    gravity = np.maximum(gravity, _SMALLEST_GRAVITY * gravity.max())
-    torques = [
-        np.max(np.abs(residual(*windows, balance.lumped.values)) / gravity, axis=1) for windows in balance.windows
-    ]
-    spread = 1.4826 * float(np.median(np.concatenate(torques)))
-    return max(hand_torque, _NOISE * spread), torques
 
 
 def _lasting(flags: Mask) -> tuple[Mask, list[int]]:

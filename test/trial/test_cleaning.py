@@ -1,0 +1,76 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cdp_ident.trial.cleaning import clean
+from cdp_ident.trial.joints import Samples
+
+MS = 1_000_000
+ORIGIN = 10**18
+
+
+def cleaned(milliseconds, longest_gap=0.1):
+    stamps = ORIGIN + np.array(milliseconds, dtype=np.int64) * MS
+    number = np.arange(len(stamps), dtype=float)
+    pieces, notes = clean(Samples(stamps, np.column_stack([number, number]) * 1e-3, number), longest_gap, ORIGIN)
+    return [piece.cart.astype(int).tolist() for piece in pieces], [piece.time for piece in pieces], "; ".join(notes)
+
+
+def test_good_samples_pass_as_they_are():
+    pieces, times, notes = cleaned([0, 5, 10, 15])
+    assert pieces == [[0, 1, 2, 3]]
+    assert np.allclose(times[0], [0, 0.005, 0.01, 0.015])
+    assert notes == ""
+
+
+def test_of_repeated_stamps_the_first_is_kept():
+    pieces, _, notes = cleaned([0, 5, 5, 5, 10])
+    assert pieces == [[0, 1, 4]]
+    assert "2 samples with a stamp that was there already" in notes
+
+
+def test_a_late_sample_is_dropped():
+    pieces, _, notes = cleaned([0, 5, 10, 7, 15])
+    assert pieces == [[0, 1, 2, 4]]
+    assert "1 samples with a stamp earlier" in notes
+
+
+def test_a_clock_that_is_set_back_parts_the_recording_and_loses_nothing():
+    pieces, times, notes = cleaned([1000, 1005, 1010, *range(500, 540, 5)])
+    assert pieces == [[0, 1, 2], list(range(3, 11))]
+    assert times[1][0] == pytest.approx(0.5)
+    assert "set back by 0.510 s" in notes
+
+
+def test_one_stamp_far_in_the_future_does_not_cost_what_follows():
+    pieces, _, _ = cleaned([0, 5, 3_600_000, *range(10, 100, 5)])
+    assert pieces[-1] == list(range(3, 21))
+
+
+def test_long_gaps_part_the_recording_and_short_ones_are_told():
+    pieces, _, notes = cleaned([0, 5, 10, 50, 55, 300, 305])
+    assert pieces == [[0, 1, 2, 3, 4], [5, 6]]
+    assert "1 gaps of up to 40 ms are kept" in notes
+    assert "a gap of 0.245 s at 0.055 s parts the recording" in notes
+
+
+@given(st.lists(st.integers(0, 10**12), min_size=1, max_size=80))
+def test_whatever_the_stamps_times_increase_and_every_sample_is_used_at_most_once(stamps):
+    samples = Samples(np.array(stamps), np.zeros((len(stamps), 2)), np.arange(len(stamps), dtype=float))
+    pieces, _ = clean(samples, 0.1, stamps[0])
+    used = np.concatenate([piece.cart for piece in pieces])
+    assert np.all(np.diff(used) > 0)
+    for piece in pieces:
+        assert np.all(np.diff(piece.time) > 0)
+        assert np.all(np.diff(piece.time) <= 0.1 + 1e-9)
+        assert np.allclose(piece.time, (np.array(stamps)[piece.cart.astype(int)] - stamps[0]) * 1e-9)
+
+
+@given(st.integers(-40, 40), st.floats(-12, 12))
+def test_angles_wrapped_anywhere_become_continuous(turns, speed):
+    time = np.arange(200) * 5 * MS
+    angle = speed * np.arange(200) * 0.005
+    wrapped = np.mod(angle + turns, 2 * np.pi)
+    pieces, _ = clean(Samples(ORIGIN + time, np.column_stack([wrapped, wrapped]), None), 0.1, ORIGIN)
+    assert np.allclose(np.diff(pieces[0].angles[:, 0]), np.diff(angle), atol=1e-9)

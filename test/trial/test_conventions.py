@@ -1,0 +1,69 @@
+import numpy as np
+import pytest
+
+from cdp_ident.errors import TrialError
+from cdp_ident.trial.balance import motion_on_grid
+from cdp_ident.trial.conventions import check_conventions
+from cdp_ident.trial.options import TrialOptions
+from cdp_ident.trial.zero_input import moving_windows
+
+
+def check(made, change=lambda joints: joints, **options):
+    options = TrialOptions(**options)
+    joints = change(made.joints())
+    motion = motion_on_grid(np.arange(len(joints)) / made.rate, joints, None)
+    return check_conventions([motion], [moving_windows(motion, options)], options)
+
+
+@pytest.fixture
+def swing(recording):
+    return recording().carry(2.0, 2.5, 1.0).hold(0.5).swing(10)
+
+
+def test_right_conventions_pass_without_a_word(swing):
+    balance, warnings = check(swing)
+    assert warnings == []
+    assert balance.lumped.is_mechanism
+    assert balance.lumped.unexplained < 0.01
+
+
+def test_the_refusal_names_everything_that_would_have_to_be_set(swing):
+    def absolute_hanging(joints):
+        return np.column_stack([joints[:, 0], joints.sum(axis=1)]) - np.pi
+
+    with pytest.raises(TrialError, match=r"outer_angle: absolute and zero: hanging leaves 0\.\d%"):
+        check(swing, absolute_hanging)
+
+
+def test_the_refusal_carries_its_evidence(swing):
+    with pytest.raises(TrialError, match=r"gravity terms of the rods -\d+\.\d and -\d+\.\d 1/s\^2"):
+        check(swing, zero="hanging")
+
+
+def test_the_inner_zero_alone_half_a_turn_off_is_told_from_the_outer_s(swing):
+    with pytest.raises(TrialError, match="the zero of the inner joint is half a turn"):
+        check(swing, lambda joints: joints + np.array([np.pi, -np.pi]))
+
+
+def test_without_motion_nothing_can_be_said_and_that_is_said(recording):
+    balance, warnings = check(recording().hold(10))
+    assert balance is None
+    assert "too little motion" in warnings[0]
+
+
+def test_an_outer_rod_that_is_locked_is_no_double_pendulum(recording):
+    made = recording().carry(2.0, 2.5, 1.0).hold(0.5).swing(10)
+    with pytest.raises(TrialError, match=r"double pendulum|contradict"):
+        check(made, lambda joints: np.column_stack([joints[:, 0], np.zeros(len(joints))]))
+
+
+@pytest.mark.parametrize("noise", [1e-3, 5e-3, 10e-3])
+@pytest.mark.parametrize("rate", [50.0, 200.0])
+def test_noise_neither_passes_wrong_conventions_nor_refuses_right_ones(recording, noise, rate):
+    made = recording(rate=rate).carry(2.0, 2.5, 1.0).hold(0.5).swing(10)
+    noisy = made.joints(noise=noise)
+    assert check(made, lambda _: noisy)[0].lumped.is_mechanism
+    with pytest.raises(TrialError):
+        check(made, lambda _: noisy, outer_angle="absolute")
+    with pytest.raises(TrialError):
+        check(made, lambda _: noisy, outer_sign=-1)

@@ -1,0 +1,56 @@
+import numpy as np
+import pytest
+
+from cdp_ident.bag.reader import JointRecording
+from cdp_ident.errors import TrialError
+from cdp_ident.trial.joints import model_angles, select_joints
+from cdp_ident.trial.options import TrialOptions
+
+STAMPS = 10**18 + np.arange(6) * 10**7
+NAN = np.nan
+
+
+def recording(positions, joints=("cart_joint", "inner_joint", "outer_joint")):
+    return JointRecording("swing", "/joint_states", joints, STAMPS, np.array(positions, dtype=float), ())
+
+
+def test_joints_are_found_by_name_whatever_their_order():
+    samples, notes = select_joints(recording([[1, 2, 3]] * 6, ("outer_joint", "other", "inner_joint")), TrialOptions())
+    assert samples.angles.tolist() == [[3, 1]] * 6
+    assert samples.cart is None
+    assert notes == ["there is no joint cart_joint: the cart is taken to be at rest"]
+
+
+def test_a_cart_published_apart_is_taken_at_the_times_of_the_rods():
+    positions = [[0, NAN, NAN], [NAN, 1, 2], [0.2, NAN, NAN], [NAN, 1, 2], [0.4, NAN, NAN], [NAN, 1, 2]]
+    samples, notes = select_joints(recording(positions), TrialOptions())
+    assert np.allclose(samples.cart, [0.1, 0.3, 0.4])
+    assert samples.stamps.tolist() == STAMPS[1::2].tolist()
+    assert "3 of 6 samples" in notes[0]
+
+
+@pytest.mark.parametrize("bad", [NAN, np.inf, -np.inf, 1e300])
+def test_numbers_that_are_no_measurements_are_dropped(bad):
+    samples, notes = select_joints(recording([[0, 1, 2]] * 5 + [[0, bad, 2]]), TrialOptions())
+    assert len(samples.stamps) == 5
+    assert "1 of 6 samples" in notes[0]
+
+
+def test_no_usable_number_at_all_is_an_error():
+    with pytest.raises(TrialError, match="no message on /joint_states has a usable number"):
+        select_joints(recording([[0, NAN, 2]] * 6), TrialOptions())
+
+
+@pytest.mark.parametrize(
+    ("options", "theta"),
+    [
+        ({}, [0.3, 0.8]),
+        ({"outer_angle": "absolute"}, [0.3, 0.5]),
+        ({"zero": "hanging"}, [np.pi + 0.3, np.pi + 0.8]),
+        ({"zero": "hanging", "outer_angle": "absolute"}, [np.pi + 0.3, np.pi + 0.5]),
+        ({"inner_sign": -1}, [-0.3, 0.2]),
+        ({"outer_sign": -1, "zero": "hanging", "outer_angle": "absolute"}, [np.pi + 0.3, np.pi - 0.5]),
+    ],
+)
+def test_angles_of_joints_become_the_model_s(options, theta):
+    assert np.allclose(model_angles(np.array([[0.3, 0.5]]), TrialOptions(**options)), [theta])

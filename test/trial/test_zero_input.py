@@ -1,0 +1,63 @@
+import numpy as np
+import pytest
+
+from cdp_ident.errors import TrialError
+from cdp_ident.trial.balance import SPACING, motion_on_grid
+from cdp_ident.trial.zero_input import CART, FREE, HAND, REST, Part, at_rest, cart_driven, choose_part
+
+TIME = np.arange(2000) * 0.005
+
+
+def motion(angle, cart=None):
+    return motion_on_grid(TIME, np.column_stack([angle, np.zeros(len(TIME))]), cart)
+
+
+def stretch(mask):
+    """First and last time of a mask that is one stretch."""
+    marked = np.flatnonzero(mask)
+    assert np.all(np.diff(marked) == 1)
+    return marked[0] * SPACING, marked[-1] * SPACING
+
+
+def test_rest_is_found_up_to_the_instant_at_which_motion_begins():
+    start, end = stretch(at_rest(motion(np.where(TIME > 4, np.sin(3 * (TIME - 4)), 0.0)), 0.01))
+    assert start == 0
+    assert 3.95 <= end <= 4.1
+
+
+def test_noise_of_an_encoder_is_rest_and_a_small_swing_is_not():
+    noise = np.random.default_rng(2).normal(0, 2e-3, len(TIME))
+    assert np.all(at_rest(motion(noise), 0.01))
+    assert not np.any(at_rest(motion(0.03 * np.sin(4 * TIME) + noise), 0.01))
+
+
+def test_the_turning_points_of_a_slow_swing_are_no_rest():
+    assert not np.any(at_rest(motion(np.sin(1.5 * TIME)), 0.01))
+
+
+def test_a_cart_is_driven_while_it_goes_far_in_a_short_time():
+    cart = np.interp(TIME, [0, 5, 5.5, 10], [0, 0.004, 0.1, 0.104])
+    start, end = stretch(cart_driven(motion(TIME, cart), 0.01))
+    assert 4.5 <= start <= 5.1
+    assert 5.4 <= end <= 6.0
+
+
+def test_a_cart_that_gives_way_a_little_is_not_driven():
+    assert not np.any(cart_driven(motion(TIME, 0.004 * np.sin(8 * TIME)), 0.01))
+
+
+def test_the_longest_free_part_is_taken_and_everything_else_told():
+    parts = [Part(0, HAND, 0, 2), Part(0, FREE, 2, 7), Part(0, CART, 7, 8), Part(1, FREE, 9, 20), Part(1, REST, 20, 30)]
+    part, notes = choose_part(parts, 2.0)
+    assert part == parts[3]
+    assert notes == [
+        "cut 0.00 to 2.00 s (a hand is at the rods)",
+        "cut 7.00 to 8.00 s (the cart is driven)",
+        "cut 20.00 to 30.00 s (the rods are still)",
+        "another zero-input part from 2.00 to 7.00 s is not used: the longest is taken",
+    ]
+
+
+def test_too_short_a_part_is_an_error_that_says_what_fills_the_rest():
+    with pytest.raises(TrialError, match=r"the longest has 1\.00 s \(1\.00 to 9\.00 s \(the rods are still\)\)"):
+        choose_part([Part(0, FREE, 0, 1), Part(0, REST, 1, 9)], 2.0)
