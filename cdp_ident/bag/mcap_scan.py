@@ -9,10 +9,11 @@ from typing import IO
 
 import zstandard
 from mcap.data_stream import ReadDataStream
-from mcap.exceptions import EndOfFile, InvalidMagic, McapError
+from mcap.exceptions import McapError
 from mcap.opcode import Opcode
-from mcap.records import Channel, Chunk, DataEnd, Footer, Message, Schema
-from mcap.stream_reader import StreamReader, get_chunk_data_stream
+from mcap.records import Channel, Chunk, Schema
+from mcap.stream_reader import get_chunk_data_stream
+from mcap.writer import MCAP0_MAGIC
 
 from cdp_ident.errors import BagError
 
@@ -21,6 +22,7 @@ LARGEST_CHUNK = 1 << 30
 
 _RECORD_HEAD = struct.Struct("<BQ")
 _MESSAGE_HEAD = struct.Struct("<HIQQ")
+_HOLDING_MESSAGES = (Opcode.CHUNK, Opcode.MESSAGE, Opcode.SCHEMA, Opcode.CHANNEL)
 # What the record parsers of mcap and its decompressors raise on bytes that are not what they should be.
 _GARBLED = (McapError, struct.error, ValueError, OverflowError, MemoryError, RuntimeError, zstandard.ZstdError)
 
@@ -34,17 +36,6 @@ class Topic:
     serialization: str
     schema: tuple[str, bytes]
     """Encoding and text of the message's definition."""
-
-
-class _Bounded:
-    """A stream that is never asked for more than its file holds: a garbled length must not ask for all memory."""
-
-    def __init__(self, stream: IO[bytes], size: int) -> None:
-        self._stream = stream
-        self._size = size
-
-    def read(self, length: int) -> bytes:
-        return self._stream.read(min(length, self._size))
 
 
 class McapScan:
@@ -75,35 +66,46 @@ class McapScan:
         try:
             with self.path.open("rb") as stream:
                 self.size = self.path.stat().st_size
-                yield from self._records(stream)
+                if stream.read(len(MCAP0_MAGIC)) != MCAP0_MAGIC:
+                    what = "is empty" if self.size == 0 else "is not an MCAP file"
+                    raise BagError(f"{self.path} {what}: expected a rosbag2 recording")
+                # A finished file repeats its topics behind the data: they are then known whatever chunk is damaged.
+                for opcode, record in self._records(stream, (Opcode.SCHEMA, Opcode.CHANNEL)):
+                    self._declare(opcode, record)
+                stream.seek(len(MCAP0_MAGIC))
+                for opcode, record in self._records(stream, _HOLDING_MESSAGES):
+                    if opcode == Opcode.CHUNK:
+                        yield from self._chunk(record)
+                    elif opcode == Opcode.MESSAGE:
+                        yield from self._message(record)
+                    else:
+                        self._declare(opcode, record)
         except OSError as error:
             raise BagError(f"{self.path} cannot be read: {error.strerror or error}") from error
 
-    def _records(self, stream: IO[bytes]) -> Iterator[tuple[Topic, int, bytes]]:
-        reader = StreamReader(_Bounded(stream, self.size), emit_chunks=True, record_size_limit=self.size)
-        readable, all_data = 0, False
-        try:
-            for record in reader.records:
-                readable = stream.tell()
-                if isinstance(record, Chunk):
-                    yield from self._chunk(record)
-                elif isinstance(record, Message):
-                    yield from self._message(record.channel_id, record.log_time, record.data)
-                elif isinstance(record, Schema | Channel):
-                    self._declare(record)
-                elif isinstance(record, DataEnd | Footer):
-                    all_data = True
-        except _GARBLED as error:
-            if readable == 0 and isinstance(error, InvalidMagic | EndOfFile | struct.error):
-                what = "is empty" if self.size == 0 else "is not an MCAP file"
-                raise BagError(f"{self.path} {what}: expected a rosbag2 recording") from error
+    def _records(self, stream: IO[bytes], wanted: tuple[Opcode, ...]) -> Iterator[tuple[int, bytes]]:
+        """Yield kind and content of the complete records of some kinds; the others are passed over unread."""
+        all_data = False
+        end = stream.tell()
+        while len(head := stream.read(_RECORD_HEAD.size)) == _RECORD_HEAD.size:
+            opcode, length = _RECORD_HEAD.unpack(head)
+            # Opcode 0 is no record: a file system that was cut off from its power leaves zeros.
+            if opcode == 0 or length > self.size - end - _RECORD_HEAD.size:
+                break
+            end += _RECORD_HEAD.size + length
+            all_data = all_data or opcode in (Opcode.DATA_END, Opcode.FOOTER)
+            if opcode in wanted:
+                yield opcode, stream.read(length)
+            if opcode == Opcode.FOOTER:
+                break
+            stream.seek(end)
         # Behind the data there is only the index, which this pass does without.
-        self.lost_bytes = 0 if all_data else self.size - readable
+        self.lost_bytes = 0 if all_data else self.size - end
 
-    def _chunk(self, chunk: Chunk) -> Iterator[tuple[Topic, int, bytes]]:
+    def _chunk(self, record: bytes) -> Iterator[tuple[Topic, int, bytes]]:
+        messages = []
         try:
-            data = _uncompressed(chunk)
-            messages = []
+            data = _uncompressed(Chunk.read(ReadDataStream(BytesIO(record))))
             position = 0
             while position < len(data):
                 opcode, length = _RECORD_HEAD.unpack_from(data, position)
@@ -112,32 +114,35 @@ class McapScan:
                 if position > len(data):
                     raise ValueError("a record is longer than its chunk")
                 if opcode == Opcode.MESSAGE:
-                    channel, _, log_time, _ = _MESSAGE_HEAD.unpack_from(data, start)
-                    messages.append((channel, log_time, data[start + _MESSAGE_HEAD.size : position]))
-                elif opcode == Opcode.CHANNEL:
-                    self._declare(Channel.read(ReadDataStream(BytesIO(data[start:position]))))
-                elif opcode == Opcode.SCHEMA:
-                    self._declare(Schema.read(ReadDataStream(BytesIO(data[start:position]))))
+                    messages.append(data[start:position])
+                else:
+                    self._declare(opcode, data[start:position])
         except _GARBLED:
             self.damaged_chunks += 1
             return
         for message in messages:
-            yield from self._message(*message)
+            yield from self._message(message)
 
-    def _declare(self, record: Schema | Channel) -> None:
-        if isinstance(record, Schema):
-            self._schemas[record.id] = record
-            return
-        schema = self._schemas.get(record.schema_id, Schema(id=0, name="", encoding="", data=b""))
-        self.topics[record.id] = Topic(
-            record.topic, schema.name, record.message_encoding, (schema.encoding, schema.data)
-        )
+    def _declare(self, opcode: int, record: bytes) -> None:
+        try:
+            if opcode == Opcode.SCHEMA:
+                schema = Schema.read(ReadDataStream(BytesIO(record)))
+                self._schemas[schema.id] = schema
+            elif opcode == Opcode.CHANNEL:
+                channel = Channel.read(ReadDataStream(BytesIO(record)))
+                schema = self._schemas.get(channel.schema_id, Schema(id=0, name="", encoding="", data=b""))
+                described = (schema.encoding, schema.data)
+                self.topics[channel.id] = Topic(channel.topic, schema.name, channel.message_encoding, described)
+        except _GARBLED:
+            return  # its messages are then counted as orphaned
 
-    def _message(self, channel: int, log_time: int, data: bytes) -> Iterator[tuple[Topic, int, bytes]]:
-        if channel in self.topics and log_time < 2**63:
-            yield self.topics[channel], log_time, data
-        else:
-            self.orphaned_messages += 1
+    def _message(self, record: bytes) -> Iterator[tuple[Topic, int, bytes]]:
+        if len(record) >= _MESSAGE_HEAD.size:
+            channel, _, log_time, _ = _MESSAGE_HEAD.unpack_from(record)
+            if channel in self.topics and log_time < 2**63:
+                yield self.topics[channel], log_time, record[_MESSAGE_HEAD.size :]
+                return
+        self.orphaned_messages += 1
 
     def damage(self) -> str:
         """Return in words what the pass, now at its end, could not read; empty if nothing."""

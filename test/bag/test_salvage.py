@@ -70,11 +70,12 @@ def test_only_the_metadata_missing_loses_nothing(whole):
     assert positions(whole) == [float(i) for i in range(1000)]
 
 
-def test_a_damaged_chunk_is_left_out_and_the_old_file_kept(whole):
+@pytest.mark.parametrize("chunk", [1, 4])
+def test_a_damaged_chunk_is_left_out_and_the_old_file_kept(whole, chunk):
     file = whole / "whole_0.mcap"
     damaged = bytearray(file.read_bytes())
     compressed = -1
-    for _ in range(4):
+    for _ in range(chunk):
         compressed = damaged.index(ZSTD_MAGIC, compressed + 1)
     damaged[compressed + 50] ^= 0x10
     file.write_bytes(damaged)

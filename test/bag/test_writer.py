@@ -9,6 +9,7 @@ import sys
 import pytest
 import yaml
 from mcap.exceptions import EndOfFile
+from mcap.reader import make_reader
 from mcap.records import Message
 from mcap.stream_reader import StreamReader
 from rosbags.highlevel import AnyReader
@@ -46,6 +47,19 @@ def test_a_closed_bag_is_read_by_rosbags(tmp_path):
         messages = [reader.deserialize(raw, c.msgtype) for c, _, raw in reader.messages([connection])]
         assert [m.position[0] for m in messages] == [0.1 * i for i in range(50)]
         assert reader.readers[0].custom_data == {"rig": "twin"}
+
+
+def test_the_file_has_an_index_and_checksums_that_hold(tmp_path):
+    with BagWriter(tmp_path / "swing") as writer:
+        write_samples(writer, 50)
+        writer.flush()
+        write_samples(writer, 50)
+    with (tmp_path / "swing" / "swing_0.mcap").open("rb") as stream:
+        reader = make_reader(stream, validate_crcs=True)
+        assert reader.get_header().profile == "ros2"
+        assert len(reader.get_summary().chunk_indexes) == 2
+        assert reader.get_summary().statistics.message_count == 100
+        assert [message.sequence for _, _, message in reader.iter_messages(log_time_order=False)] == list(range(100))
 
 
 def test_metadata_has_what_rosbag2_of_jazzy_asks_for(tmp_path):
