@@ -59,11 +59,13 @@ class Parameters:
         maximum: float | None = None,
         choices: Sequence[str] = (),
         changeable: bool = False,
+        overridable: bool = True,
     ) -> Value:
         """Declare a parameter and return its value: the user's where one was given, else the default.
 
         The limits hold for numbers and for each number of a list; `choices` for strings. A parameter that is not
-        `changeable` keeps its value while the node runs. Raises `OptionError` where the user's value is not allowed.
+        `changeable` keeps its value while the node runs. One that is not `overridable` has the default whatever the
+        user gave: a result, or what was made of `given()`. Raises `OptionError` where the user's value is not allowed.
         """
         constraint = f"one of: {', '.join(choices)}" if choices else _interval(minimum, maximum, unit)
         descriptor = ParameterDescriptor(
@@ -76,11 +78,14 @@ class Parameters:
             low, high = _limits(int, minimum, maximum)
             descriptor.integer_range = [IntegerRange(from_value=int(low), to_value=int(high), step=0)]
         try:
-            parameter = self._node.declare_parameter(name, default, descriptor)
+            with self._from_inside():
+                parameter = self._node.declare_parameter(name, default, descriptor, ignore_override=not overridable)
         except rclpy.exceptions.InvalidParameterTypeException as error:
             raise OptionError(f"parameter {name!r}: {error}; write it like its default, {default!r}") from error
         except rclpy.exceptions.InvalidParameterValueException as error:
             raise OptionError(f"parameter {name!r}: {error}; expected {constraint}: {description}") from error
+        if not overridable:
+            return default
         value: Value = list(parameter.value) if isinstance(default, list) else parameter.value
         for element in value if isinstance(value, list) else [value]:
             if choices and element not in choices:
@@ -91,29 +96,41 @@ class Parameters:
             self._changeable.add(name)
         return value
 
+    def given(self) -> dict[str, Any]:
+        """Return what the user gave by `-p` and `--params-file`, by name, declared or not."""
+        overrides = self._node._parameter_overrides  # rclpy has no public way to ask for these
+        return {name: overrides[name].value for name in overrides if not name.startswith("qos_overrides.")}
+
     def get(self, name: str) -> Any:
         """Return the present value of a declared parameter."""
         return self._node.get_parameter(name).value
 
     def set(self, values: dict[str, Any]) -> None:
         """Set parameters from inside the node, whether or not they are changeable from outside."""
-        self._own_thread = threading.get_ident()
-        try:
-            for result in self._node.set_parameters([Parameter(name, value=value) for name, value in values.items()]):
-                if not result.successful:
-                    raise OptionError(result.reason)
-        finally:
-            self._own_thread = None
+        with self._from_inside():
+            results = self._node.set_parameters([Parameter(name, value=value) for name, value in values.items()])
+        for result in results:
+            if not result.successful:
+                raise OptionError(result.reason)
 
     def start(self) -> None:
         """End the declarations: refuse what the user gave but nobody declared, and outside changes from now on.
 
+        `run_node` does so before it spins; a body whose work begins while it is made does so before that.
         Raises `OptionError` for an unknown parameter, naming the nearest known one.
         """
-        given = self._node._parameter_overrides  # rclpy has no public way to ask for these
-        names = [name for name in given if not name.startswith("qos_overrides.")]
-        refuse_unknown(names, self._node._parameters, f"parameter of {self._node.get_name()}")
+        if self._started:
+            return
+        refuse_unknown(self.given(), self._node._parameters, f"parameter of {self._node.get_name()}")
         self._started = True
+
+    @contextlib.contextmanager
+    def _from_inside(self) -> Iterator[None]:
+        self._own_thread = threading.get_ident()
+        try:
+            yield
+        finally:
+            self._own_thread = None
 
     def _judge(self, parameters: list[Any]) -> Any:
         if not self._started or self._own_thread == threading.get_ident():

@@ -18,6 +18,7 @@ from cdp_ident.command_line import entry_point
 from cdp_ident.errors import OptionError, RigError
 from cdp_ident.nodes._node import Parameters, parse_arguments, run_node
 from cdp_ident.rig.binary_codec import BinaryCodec
+from cdp_ident.rig.device_clock import EARLY
 from cdp_ident.rig.health import Level, PortState, assess
 from cdp_ident.rig.joints import Calibration
 from cdp_ident.rig.measurement import Measurement, MeasurementStream
@@ -35,6 +36,8 @@ serves     ~/zero_hanging (std_srvs/Trigger)               takes a second of res
 The port may be missing at the start, unplugged and plugged in again: it is tried until it works.
 `ros2 param describe /driver NAME` tells about each parameter; config/rig.yaml lists all."""
 
+_EARLY_SIMULATED = 1.0
+"""Simulated time comes in steps through /clock, which may be late while the bytes are not [s]."""
 QUEUE_DEPTH = 2000
 """Two seconds at 1 kHz: what a busy subscriber may be behind without loss."""
 
@@ -66,11 +69,16 @@ class Driver:
         )
         if not all(names[1:]):
             raise OptionError("inner_joint and outer_joint need a name: only the cart may be without an encoder")
+        parameters.start()
 
         self._calibration = calibration
         self._first_joint = 0 if names[0] else 1
         self._stream = MeasurementStream(
-            TextCodec() if codec == "text" else BinaryCodec(), calibration, load_zero(self._zero_file), survives
+            TextCodec() if codec == "text" else BinaryCodec(),
+            calibration,
+            load_zero(self._zero_file),
+            survives,
+            _EARLY_SIMULATED if parameters.get("use_sim_time") else EARLY,
         )
         reliable = rclpy.qos.QoSProfile(depth=QUEUE_DEPTH, reliability=rclpy.qos.ReliabilityPolicy.RELIABLE)
         self._joint_states = node.create_publisher(JointState, "joint_states", reliable)
@@ -92,7 +100,10 @@ class Driver:
         self._reader.stop()
 
     def _take(self, data: bytes) -> None:
-        for measurement in self._stream.feed(data, self._clock.now().nanoseconds):
+        now_ns = self._clock.now().nanoseconds
+        if now_ns == 0:  # with use_sim_time, before the first /clock
+            return
+        for measurement in self._stream.feed(data, now_ns):
             self._publish(measurement)
 
     def _publish(self, measurement: Measurement) -> None:

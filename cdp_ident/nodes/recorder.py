@@ -46,6 +46,7 @@ class RecorderNode:
         self._node = node
         self._clock = node.get_clock()
         options = _declare_options(parameters)
+        parameters.start()
         latched = rclpy.qos.QoSProfile(depth=1, durability=rclpy.qos.DurabilityPolicy.TRANSIENT_LOCAL)
         self._state = node.create_publisher(String, "~/state", latched)
         self._bag = node.create_publisher(String, "~/bag", latched)

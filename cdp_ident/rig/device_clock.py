@@ -17,7 +17,8 @@ _LARGEST_RATE = 0.01
 """Ceramic resonators are off by up to 0.5 %."""
 _SETTLE, _LARGEST_SETTLING = 5.0, 5e-4
 """A better offset is approached with this time constant [s], and by no more than this much per second."""
-_EARLY, _LATE, _LATE_FOR = 0.02, 0.05, 5.0
+EARLY = 0.02
+_LATE, _LATE_FOR = 0.05, 5.0
 """An arrival this much before its own measurement [s], or nothing but arrivals this late for so long, say that one
 of the clocks was set: the fit starts anew."""
 _GAP = 1.0
@@ -36,7 +37,12 @@ class DeviceClock:
     straight line, and it has no steps: stamps keep the device's spacing. After a reset, make a new one.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, early: float = EARLY) -> None:
+        """`early` is by how much an arrival must precede its measurement to tell that a clock was set [s].
+
+        A simulated host clock goes in steps, so that arrivals seem early by a step or more: it needs a larger one.
+        """
+        self._early = early
         self._origin_ns: int | None = None
         self._last_us: int | None = None
         self._unrolled_us = 0
@@ -62,7 +68,7 @@ class DeviceClock:
         if ((time_us - self._last_us) % ROLL_OVER_US) * 1e-6 > _GAP or self._late_buckets * _BUCKET > _LATE_FOR:
             return True
         device = self._device(time_us)
-        return self._anchor is not None and self._offset(device) - self._delay(device, arrival_ns) > _EARLY
+        return self._anchor is not None and self._offset(device) - self._delay(device, arrival_ns) > self._early
 
     def observe(self, time_us: int, arrival_ns: int) -> None:
         """Take the device's time of a sample and the host's time when it arrived, in the order of the device."""

@@ -7,7 +7,7 @@ from typing import NamedTuple
 from cdp_ident.errors import RigError
 from cdp_ident.rig.codec import Codec
 from cdp_ident.rig.decoder import Counters, Decoder, Restart
-from cdp_ident.rig.device_clock import DeviceClock
+from cdp_ident.rig.device_clock import EARLY, DeviceClock
 from cdp_ident.rig.joints import Calibration, JointTracker, Triple
 from cdp_ident.rig.records import ENCODER_FAULTS, Hello, Sample, Status
 from cdp_ident.rig.zero import Zero
@@ -56,8 +56,19 @@ class MeasurementStream:
     One thread feeds it; any thread may ask for totals and take a zero.
     """
 
-    def __init__(self, codec: Codec, calibration: Calibration, zero: Zero | None, survives_reset: bool = False) -> None:
-        """`survives_reset` is for absolute encoders, whose counts mean the same after the device was reset."""
+    def __init__(
+        self,
+        codec: Codec,
+        calibration: Calibration,
+        zero: Zero | None,
+        survives_reset: bool = False,
+        early: float = EARLY,
+    ) -> None:
+        """`survives_reset` is for absolute encoders, whose counts mean the same after the device was reset.
+
+        `early` is `DeviceClock`'s.
+        """
+        self._early = early
         self._decoder = Decoder(codec)
         self._calibration = calibration
         self._zero = zero
@@ -66,7 +77,7 @@ class MeasurementStream:
         if zero:
             self._totals.zero, self._totals.zero_counts = "", zero.counts
         self._lock = threading.Lock()
-        self._clock = DeviceClock()
+        self._clock = DeviceClock(self._early)
         self._tracker: JointTracker | None = None
         self._waiting: list[Sample] = []
         self._zero_is_judged = zero is None or survives_reset
@@ -132,7 +143,7 @@ class MeasurementStream:
     def _begin_anew(self) -> list[Measurement]:
         """Send what waits, and begin the clock's mapping anew."""
         result = self._stamp_waiting()
-        self._clock = DeviceClock()
+        self._clock = DeviceClock(self._early)
         self._totals.clock_restarts += 1
         return result
 

@@ -1,0 +1,176 @@
+"""Nodes as processes, and a node of the test's own that listens to them."""
+
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+import rclpy
+import rclpy.executors
+import rclpy.qos
+from diagnostic_msgs.msg import DiagnosticArray
+from rcl_interfaces.srv import SetParametersAtomically
+from rclpy.parameter import Parameter
+from sensor_msgs.msg import JointState
+from std_msgs.msg import String
+from std_srvs.srv import Trigger
+
+ROOT = Path(__file__).parents[2]
+PATIENCE = 90.0
+"""Longest wait for anything [s]: the machine may be busy."""
+
+
+class Process:
+    """One node, started as a user would."""
+
+    def __init__(self, log: Path, *arguments: str) -> None:
+        self.log = log
+        with log.open("w") as output:
+            self.popen = subprocess.Popen(
+                [sys.executable, "-m", "cdp_ident", *arguments], stdout=output, stderr=output, cwd=ROOT
+            )
+
+    @property
+    def said(self) -> str:
+        """Everything it printed so far."""
+        return self.log.read_text()
+
+    def end(self, number: int = signal.SIGINT) -> int:
+        """Send a signal, wait for the end and return the exit code."""
+        if self.popen.poll() is None:
+            self.popen.send_signal(number)
+        return self.popen.wait(timeout=PATIENCE)
+
+
+class Listener:
+    """Hears what the nodes publish, and calls their services."""
+
+    def __init__(self) -> None:
+        self.context = rclpy.Context()
+        rclpy.init(context=self.context)
+        self.node = rclpy.create_node("listener", context=self.context)
+        self.joint_states: list[JointState] = []
+        self.diagnostics: list[Any] = []
+        self.states: list[str] = []
+        self.bags: list[Path] = []
+        reliable = rclpy.qos.QoSProfile(depth=20000)
+        latched = rclpy.qos.QoSProfile(depth=10, durability=rclpy.qos.DurabilityPolicy.TRANSIENT_LOCAL)
+        self.node.create_subscription(JointState, "joint_states", self.joint_states.append, reliable)
+        self.node.create_subscription(
+            DiagnosticArray, "/diagnostics", lambda message: self.diagnostics.append(message.status[0]), 100
+        )
+        self.node.create_subscription(String, "/recorder/state", lambda word: self.states.append(word.data), latched)
+        self.node.create_subscription(String, "/recorder/bag", lambda word: self.bags.append(Path(word.data)), latched)
+        self.executor = rclpy.executors.SingleThreadedExecutor(context=self.context)
+        self.executor.add_node(self.node)
+        self.stopping = False
+        self.thread = threading.Thread(target=self._spin)
+        self.thread.start()
+
+    def _spin(self) -> None:
+        while not self.stopping:
+            self.executor.spin_once(timeout_sec=0.05)
+
+    def close(self) -> None:
+        """End listening."""
+        self.stopping = True
+        self.thread.join()
+        self.node.destroy_node()
+        rclpy.shutdown(context=self.context)
+
+    def wait_for(self, condition: Callable[[], Any]) -> None:
+        """Wait until a condition holds."""
+        deadline = time.monotonic() + PATIENCE
+        while not condition():
+            assert time.monotonic() < deadline, f"it did not happen within {PATIENCE:g} s"
+            time.sleep(0.02)
+
+    def call(self, service: str) -> tuple[bool, str]:
+        """Call a Trigger service."""
+        response = self._call(Trigger, service, Trigger.Request())
+        return response.success, response.message
+
+    def set_parameter(self, node: str, name: str, value: Any) -> tuple[bool, str]:
+        """Ask a node to change a parameter."""
+        request = SetParametersAtomically.Request(parameters=[Parameter(name, value=value).to_parameter_msg()])
+        result = self._call(SetParametersAtomically, f"{node}/set_parameters_atomically", request).result
+        return result.successful, result.reason
+
+    def _call(self, kind: Any, service: str, request: Any) -> Any:
+        client = self.node.create_client(kind, service)
+        assert client.wait_for_service(timeout_sec=PATIENCE)
+        future = client.call_async(request)
+        self.wait_for(future.done)
+        self.node.destroy_client(client)
+        return future.result()
+
+    def level(self) -> int | None:
+        """Return the level of the latest diagnostics."""
+        return self.diagnostics[-1].level[0] if self.diagnostics else None
+
+    def value(self, key: str) -> str:
+        """Return a value of the latest diagnostics."""
+        return (
+            next((value.value for value in self.diagnostics[-1].values if value.key == key), "")
+            if self.diagnostics
+            else ""
+        )
+
+    def count(self, key: str) -> int:
+        """Return a counter of the latest diagnostics."""
+        return int(self.value(key) or 0)
+
+
+@pytest.fixture
+def listener() -> Iterator[Listener]:
+    result = Listener()
+    yield result
+    result.close()
+
+
+@pytest.fixture
+def start(tmp_path: Path) -> Iterator[Callable[..., Process]]:
+    """Start nodes; whatever still runs at the end is stopped, and must stop cleanly."""
+    processes: list[Process] = []
+
+    def start_one(*arguments: str) -> Process:
+        processes.append(Process(tmp_path / f"log{len(processes)}", *arguments))
+        return processes[-1]
+
+    yield start_one
+    codes = []
+    for process in reversed(processes):
+        try:
+            codes.append(process.end())
+        except subprocess.TimeoutExpired:
+            process.popen.kill()
+            process.popen.wait()
+            codes.append(-1)
+    assert all(code in (0, 2, -signal.SIGKILL) for code in codes), [process.said for process in processes]
+
+
+@pytest.fixture
+def start_driver(start: Callable[..., Process], tmp_path: Path) -> Callable[..., Process]:
+    """Start a driver for the port tmp_path/tty whose zero is kept in tmp_path/zero.yaml."""
+
+    def start_one(*parameters: str, port: str = "tty") -> Process:
+        given = [f"port:={tmp_path / port}", f"zero_file:={tmp_path / 'zero.yaml'}", *parameters]
+        return start("driver", "--ros-args", *(word for parameter in given for word in ("-p", parameter)))
+
+    return start_one
+
+
+@pytest.fixture
+def start_emulator(start: Callable[..., Process], tmp_path: Path) -> Callable[..., Process]:
+    """Start an emulator behind tmp_path/tty; `rig` is its YAML file's text."""
+
+    def start_one(*options: str, rig: str = "{script: [wait: 1000]}", link: str = "tty") -> Process:
+        (tmp_path / "rig.yaml").write_text(rig)
+        return start("emulator", "--link", str(tmp_path / link), "--rig", str(tmp_path / "rig.yaml"), *options)
+
+    return start_one

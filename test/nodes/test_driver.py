@@ -1,0 +1,156 @@
+"""The driver against the emulated rig: real processes, a real pseudo-terminal, real DDS."""
+
+import math
+import signal
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+OK, WARN, ERROR, STALE = range(4)
+SWING = "{rate: 200, script: [hold: {theta1: 2.0, theta2: 2.0, within: 0.5}, wait: 0.5, let_go, wait: 1000]}"
+Start = Callable[..., Any]
+
+
+def stamps(listener: Any) -> Any:
+    return np.array([state.header.stamp.sec * 10**9 + state.header.stamp.nanosec for state in listener.joint_states])
+
+
+def test_the_drivers_life_with_a_good_rig(
+    listener: Any, start_driver: Start, start_emulator: Start, tmp_path: Path
+) -> None:
+    driver = start_driver()
+    listener.wait_for(lambda: listener.level() == ERROR)
+    assert "no port" in listener.diagnostics[-1].message
+
+    start_emulator("--delay", "0.015")
+    listener.wait_for(lambda: len(listener.joint_states) > 600)
+    state = listener.joint_states[0]
+    assert list(state.name) == ["cart_joint", "inner_joint", "outer_joint"]
+    assert list(state.position) == pytest.approx([0.0, math.pi, 0.0])
+    assert (len(state.velocity), len(state.effort)) == (0, 0)
+    assert np.diff(stamps(listener)) == pytest.approx(5e6, rel=0.005)
+    assert abs(stamps(listener)[-1] * 1e-9 - time.time()) < 60.0
+    listener.wait_for(lambda: listener.level() == WARN)
+    assert "zero_hanging" in listener.diagnostics[-1].message
+
+    success, message = listener.call("/driver/zero_hanging")
+    assert success, message
+    listener.wait_for(lambda: listener.level() == OK)
+    assert listener.value("zero") == "taken"
+    assert listener.value("counts per turn") == "8000, 8000"
+    assert listener.count("lost") == 0
+    assert float(listener.value("rate [Hz]")) == pytest.approx(200, rel=0.2)
+    assert "closed" not in driver.said
+
+    changed, reason = listener.set_parameter("/driver", "baud", 9600)
+    assert not changed
+    assert "restart" in reason
+
+    assert driver.end(signal.SIGTERM) == 0
+    assert "Traceback" not in driver.said
+    listener.diagnostics.clear()
+    start_driver()
+    listener.wait_for(lambda: listener.level() == OK)  # with the zero that was kept
+
+
+def test_zeroing_is_refused_while_the_pendulum_swings(
+    listener: Any, start_driver: Start, start_emulator: Start
+) -> None:
+    start_driver()
+    start_emulator(rig=SWING)
+    listener.wait_for(lambda: len(listener.joint_states) > 500)
+    success, message = listener.call("/driver/zero_hanging")
+    assert not success
+    assert "moved by" in message
+
+
+def test_damage_on_the_line_is_counted_and_never_published(
+    listener: Any, start_driver: Start, start_emulator: Start
+) -> None:
+    start_driver("codec:=text")
+    start_emulator("--codec", "text", "--flips", "0.0005", "--losses", "0.0005", "--bursts", "1", rig=SWING)
+    listener.wait_for(lambda: listener.count("lost") > 20 and len(listener.joint_states) > 800)
+    assert listener.count("bad checksum") > 0
+    assert listener.count("malformed") > 0
+    assert listener.count("device resets") == 0
+    positions = np.array([state.position for state in listener.joint_states])
+    assert np.abs(np.diff(positions, axis=0)).max() < 0.5
+    steps = np.diff(stamps(listener)) / 5e6
+    assert np.round(steps) == pytest.approx(steps, abs=0.05)
+    assert any(status.level[0] == WARN and "lost" in status.message for status in listener.diagnostics)
+
+
+def test_resets_roll_over_and_replugging_under_another_name_are_lived_through(
+    listener: Any, start_driver: Start, start_emulator: Start, tmp_path: Path
+) -> None:
+    start_driver(port="tty*")
+    start_emulator(
+        *("--first-count", "2147483600", "--first-time", "4294000000", "--reset-at", "5", "--unplug-at", "9"),
+        *("--unplugged-for", "1.5", "--replug-as", str(tmp_path / "ttyB")),
+        rig=SWING.replace("theta1: 2.0", "theta1: 3.6"),
+    )
+    listener.wait_for(lambda: listener.count("device resets") == 1)
+    listener.wait_for(
+        lambda: listener.value("times unplugged") == "1" and listener.value("port") == str(tmp_path / "ttyB")
+    )
+    seen = len(listener.joint_states)
+    listener.wait_for(lambda: len(listener.joint_states) > seen + 300)
+    assert listener.count("lost") > 200  # while it was unplugged
+    positions = np.array([state.position for state in listener.joint_states])
+    assert np.sum(np.abs(np.diff(positions, axis=0)).max(axis=1) > 0.3) <= 2  # the reset; being unplugged
+    assert np.all(np.diff(stamps(listener)) > 0)
+
+
+def test_a_silent_rig_is_stale(listener: Any, start_driver: Start, start_emulator: Start) -> None:
+    start_driver()
+    start_emulator("--stall-every", "4", "--stall-for", "3")
+    listener.wait_for(lambda: any(status.level[0] == STALE for status in listener.diagnostics))
+    listener.wait_for(lambda: len(listener.joint_states) > 1200)
+    assert listener.count("lost") == 0
+    assert listener.count("clock fits begun anew") == 0
+
+
+def test_a_kilohertz_comes_through_without_loss(listener: Any, start_driver: Start, start_emulator: Start) -> None:
+    start_driver()
+    start_emulator("--delay", "0.005", rig="{rate: 1000, script: [wait: 1000]}")
+    listener.wait_for(lambda: len(listener.joint_states) > 5000)
+    assert listener.count("lost") == 0
+    assert np.diff(stamps(listener)) == pytest.approx(1e6, rel=0.005)
+
+
+def test_faster_than_real_time_stamps_are_the_rigs_time(
+    listener: Any, start_driver: Start, start_emulator: Start
+) -> None:
+    start_driver("use_sim_time:=true")
+    start_emulator("--speed", "4")
+    listener.wait_for(lambda: len(listener.joint_states) > 2000)
+    assert np.diff(stamps(listener)) == pytest.approx(5e6, rel=0.005)
+    assert listener.count("lost") == 0
+
+
+@pytest.mark.parametrize(
+    ("parameter", "words"),
+    [
+        ("codec:=morse", "one of: binary, text"),
+        ("inner_sign:=0", "inner_sign"),
+        ("inner_joint:=''", "inner_joint"),
+        ("prot:=/dev/ttyUSB0", "did you mean 'port'?"),
+    ],
+)
+def test_a_wrong_parameter_is_one_line_and_exit_code_2(start_driver: Start, parameter: str, words: str) -> None:
+    driver = start_driver(parameter)
+    assert driver.popen.wait(timeout=90) == 2
+    assert driver.said.count("\n") == 1
+    assert words in driver.said
+
+
+def test_a_damaged_zero_file_is_one_line_and_exit_code_2(start_driver: Start, tmp_path: Path) -> None:
+    (tmp_path / "zero.yaml").write_text("nonsense")
+    driver = start_driver()
+    assert driver.popen.wait(timeout=90) == 2
+    assert "zero.yaml" in driver.said
+    assert driver.said.count("\n") == 1

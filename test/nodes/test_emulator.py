@@ -1,0 +1,35 @@
+"""The emulator's command line."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+Start = Callable[..., Any]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--rig", "nowhere.yaml"], "nowhere.yaml cannot be read"),
+        (["--flips", "2"], "not between 0 and 1"),
+        (["--speed", "0"], "not above 0"),
+        ([], "is there and is no link"),
+    ],
+)
+def test_wrong_arguments_are_told_with_exit_code_2(
+    start: Start, tmp_path: Path, arguments: list[str], words: str
+) -> None:
+    (tmp_path / "tty").write_text("")
+    emulator = start("emulator", "--link", str(tmp_path / "tty"), *arguments)
+    assert emulator.popen.wait(timeout=90) == 2
+    assert words in emulator.said
+    assert "Traceback" not in emulator.said
+
+
+def test_help_tells_the_faults(start: Start) -> None:
+    emulator = start("emulator", "--help")
+    assert emulator.popen.wait(timeout=90) == 0
+    for words in ("--unplug-at", "/clock", "--ros-args", "example:"):
+        assert words in emulator.said
