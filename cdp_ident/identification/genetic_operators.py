@@ -11,6 +11,8 @@ Array = npt.NDArray[np.float64]
 Generator = np.random.Generator
 
 _TENTHS = np.arange(11) / 10.0
+_SMALLEST_ERROR = 1e-200
+"""Errors below it count as this one, so that logarithms of fitness and sums of it stay finite."""
 
 
 def roulette(fitness: Array, count: int, rng: Generator) -> npt.NDArray[np.int64]:
@@ -20,7 +22,7 @@ def roulette(fitness: Array, count: int, rng: Generator) -> npt.NDArray[np.int64
 
 def inverse_fitness(errors: Array) -> Array:
     """Return the traditional algorithm's fitness of errors to be minimised, 1 / E."""
-    return 1.0 / np.maximum(errors, np.finfo(float).tiny)
+    return 1.0 / np.maximum(errors, _SMALLEST_ERROR)
 
 
 def single_point_crossover(x: Array, y: Array, points: npt.NDArray[np.int64]) -> tuple[Array, Array]:
@@ -37,10 +39,15 @@ def uniform_mutation(chromosomes: Array, lower: Array, upper: Array, rng: Genera
     return mutants
 
 
+def _on_grid(beta: Array, lower: Array, upper: Array) -> Array:
+    """Return L + beta (U - L), which a rounding must not carry beyond U."""
+    return np.minimum(lower + beta * (upper - lower), upper)
+
+
 def renew_close_relatives(x: Array, y: Array, lower: Array, upper: Array, rng: Generator) -> Array:
     """Return y with each chromosome that differs from its partner in one gene at most made anew (Eqs. 2 and 3)."""
     hamming_distance = np.count_nonzero(x != y, axis=1)
-    anew = lower + rng.choice(_TENTHS, size=y.shape) * (upper - lower)
+    anew = _on_grid(rng.choice(_TENTHS, size=y.shape), lower, upper)
     return np.where((hamming_distance <= 1)[:, None], anew, y)
 
 
@@ -56,8 +63,8 @@ def variable_precision_crossover(
     pairs = np.arange(len(x))
     beta = rng.choice(_TENTHS, size=len(x))
     at_x, at_y = x[pairs, points], y[pairs, points]
-    first[pairs, points] = at_x + beta * (at_y - at_x)
-    second[pairs, points] = lower[points] + beta * (upper[points] - lower[points])
+    first[pairs, points] = np.clip(at_x + beta * (at_y - at_x), lower[points], upper[points])
+    second[pairs, points] = _on_grid(beta, lower[points], upper[points])
     return first, second
 
 
@@ -99,4 +106,4 @@ def feedback_mutation(
 
 def logarithmic_fitness(errors: Array, offset: float, error_limit: float) -> Array:
     """Return H = delta - 10 log10(min(f, C)) (Eq. 7), which narrows the gap between good and poor chromosomes."""
-    return offset - 10.0 * np.log10(np.clip(errors, np.finfo(float).tiny, error_limit))
+    return offset - 10.0 * np.log10(np.clip(errors, _SMALLEST_ERROR, error_limit))

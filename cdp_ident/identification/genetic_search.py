@@ -69,8 +69,13 @@ def genetic_search(
         OptionError: the box is empty or not finite.
     """
     lower, upper = np.asarray(lower, dtype=float), np.asarray(upper, dtype=float)
-    if lower.shape != upper.shape or not np.all(np.isfinite([lower, upper])) or np.any(lower > upper):
-        raise OptionError("each lower limit of the search must be finite and not above its upper limit")
+    if (
+        lower.size == 0
+        or lower.shape != upper.shape
+        or not np.all(np.isfinite([lower, upper]))
+        or np.any(lower > upper)
+    ):
+        raise OptionError("each gene's lower limit of the search must be finite and not above its upper limit")
     search = _Search(objective, lower, upper, options, rng)
     population = rng.uniform(lower, upper, size=(options.population, len(lower)))
     errors = search.errors_of(population)
@@ -101,6 +106,8 @@ class _Search:
         self.evaluations = 0
 
     def errors_of(self, chromosomes: Array) -> Array:
+        if len(chromosomes) == 0:
+            return np.empty(0)
         self.evaluations += len(chromosomes)
         errors = self._objective(chromosomes)
         return np.where(np.isfinite(errors), errors, _USELESS)
@@ -114,6 +121,10 @@ class _Search:
         else:
             offspring = np.concatenate([x, y])[: len(population)]
             experimental, experimental_errors = offspring[:0], np.empty(0)
+        if not self._options.elitist_survival:
+            # Who was not crossed lives on as often as the roulette says.
+            uncrossed = operators.roulette(fitness, len(population) - len(offspring), self._rng)
+            offspring = np.concatenate([offspring, population[uncrossed]])
         mutants = self._mutate(offspring, population[np.argmin(errors)], operators.population_fitness(fitness))
         if not self._options.elitist_survival:
             offspring[: len(mutants)] = mutants
@@ -136,8 +147,8 @@ class _Search:
         return operators.inverse_fitness(errors)
 
     def _cross(self, population: Array, fitness: Array) -> tuple[Array, Array]:
-        pairs = max(round(len(population) * self._options.crossover_rate / 2), 1)
-        x, y = population[operators.roulette(fitness, 2 * pairs, self._rng)].reshape(2, pairs, -1)
+        pairs = _share(len(population), self._options.crossover_rate / 2)
+        x, y = np.split(population[operators.roulette(fitness, 2 * pairs, self._rng)], 2)
         if self._options.hamming_pairing:
             y = operators.renew_close_relatives(x, y, self._lower, self._upper, self._rng)
         points = self._rng.integers(x.shape[1], size=pairs)
@@ -156,9 +167,14 @@ class _Search:
 
     def _mutate(self, offspring: Array, best: Array, alikeness: float) -> Array:
         options = self._options
-        count = min(max(round(options.population * options.mutation_rate), 1), len(offspring))
+        count = min(_share(options.population, options.mutation_rate), len(offspring))
         if options.feedback_mutation and alikeness > options.feedback_threshold:
             return operators.feedback_mutation(
                 best, count, options.feedback_scale, options.feedback_spread, self._lower, self._upper, self._rng
             )
         return operators.uniform_mutation(offspring[:count], self._lower, self._upper, self._rng)
+
+
+def _share(count: int, rate: float) -> int:
+    """Return how many of `count` a rate stands for: one at least, unless the rate is zero."""
+    return max(round(count * rate), int(rate > 0))
