@@ -13,7 +13,7 @@ Where it does not hold with the numbers of the other windows, a hand was at work
 are taken to mean.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -71,6 +71,11 @@ class Lumped:
         """Whether there is a double pendulum with these numbers: positive inertias, and gravity that pulls down."""
         A, B, *_, G1, G2 = self.values
         return bool(A > 0 and A**2 < B and G1 > 0 and G2 > 0)
+
+    @property
+    def is_mechanism_upside_down(self) -> bool:
+        """Whether there is one if gravity pulls up: half a turn of both rods changes the sign of its terms alone."""
+        return replace(self, values=self.values * (1, 1, 1, 1, -1, -1)).is_mechanism
 
 
 def motion_on_grid(time: Array, angles: Array, cart: Array | None) -> Motion:

@@ -22,7 +22,7 @@ Mask = npt.NDArray[np.bool_]
 
 _FEWEST_WINDOWS = 100
 """Windows that show motion, below which nothing can be said: one second's worth."""
-_MUCH_BETTER = 0.5
+_MUCH_BETTER = 0.33
 """Another meaning must leave less than this share of the residual to speak against the one given."""
 _GOOD = 0.02
 """Unexplained share of the acceleration that is no evidence against a meaning."""
@@ -30,6 +30,8 @@ _CLEAR = 0.01
 """A coupling, and one rod's gravity as a share of the other's, that is more than an error of the fit."""
 _NO_PENDULUM = 0.25
 """Unexplained share above which the motion is not that of a free double pendulum."""
+_EVIDENT = 0.05
+"""Unexplained share up to which wrong signs are evidence of a wrong zero, not of a hand."""
 
 
 @dataclass(frozen=True)
@@ -72,18 +74,20 @@ def check_conventions(
         replace(options, outer_angle=outer_angle, outer_sign=outer_sign)
         for outer_angle, outer_sign in itertools.product(get_args(OuterAngle), (1, -1))
     ]
-    others = [(meaning, _balance(motions, moving, meaning)) for meaning in meanings if meaning != options]
-    best, fit = min(others, key=lambda other: other[1].lumped.unexplained)
-    if given.lumped.unexplained > _GOOD and fit.lumped.unexplained < _MUCH_BETTER * given.lumped.unexplained:
-        contradiction = _better(options, best, given.lumped, fit.lumped)
-    elif given.lumped.unexplained > _NO_PENDULUM:
+    fits = [(meaning, _balance(motions, moving, meaning).lumped) for meaning in meanings if meaning != options]
+    possible = [(meaning, fit) for meaning, fit in fits if fit.is_mechanism or fit.is_mechanism_upside_down]
+    other, fit = min(possible, key=lambda pair: pair[1].unexplained, default=(options, given.lumped))
+    if given.lumped.unexplained > _GOOD and fit.unexplained < _MUCH_BETTER * given.lumped.unexplained:
+        contradiction = _better(options, other, given.lumped, fit)
+    elif given.lumped.unexplained > (_NO_PENDULUM if given.lumped.is_mechanism else _EVIDENT):
         contradiction = (
-            f"the motion is not that of a free double pendulum: {given.lumped.unexplained:.0%} of the inner rod's "
-            "acceleration is explained neither by gravity, coupling and friction nor by another meaning of the angles"
+            f"most of the motion is not that of a free double pendulum: {given.lumped.unexplained:.1%} of the inner "
+            "rod's acceleration is explained neither by gravity, coupling and friction nor by another meaning of the "
+            "angles; if a hand moves the rods for long, take the part without it by start and stop"
         )
     elif given.lumped.is_mechanism:
-        ambiguous = fit.lumped.is_mechanism and fit.lumped.unexplained < given.lumped.unexplained / _MUCH_BETTER
-        return given, [_cannot_tell(options, best, given.lumped, fit.lumped)] if ambiguous else []
+        ambiguous = other != options and fit.unexplained < given.lumped.unexplained / _MUCH_BETTER
+        return given, [_cannot_tell(options, other, given.lumped, fit)] if ambiguous else []
     else:
         contradiction = _wrong_signs(options, given.lumped)
     if options.conventions == "refuse":
@@ -99,17 +103,12 @@ def _balance(motions: Sequence[Motion], moving: Sequence[Mask], options: TrialOp
 
 def _changes(options: TrialOptions, other: TrialOptions, fit: Lumped) -> str:
     """Return which options would have to be set to what, for another meaning of the outer angle."""
-    if _is_upside_down(fit):
+    if fit.is_mechanism_upside_down:
         other = replace(other, zero=_opposite(other.zero))
     names = ("outer_angle", "outer_sign", "zero")
     return " and ".join(
         f"{name}: {getattr(other, name)}" for name in names if getattr(other, name) != getattr(options, name)
     )
-
-
-def _is_upside_down(fit: Lumped) -> bool:
-    A, *_, G1, G2 = fit.values
-    return bool(G1 < 0 and G2 < 0 < A)
 
 
 def _opposite(zero: Zero) -> Zero:
@@ -135,7 +134,7 @@ def _wrong_signs(options: TrialOptions, given: Lumped) -> str:
     """Say what half a turn of one zero would put right."""
     A, *_, G1, G2 = given.values
     evidence = f"gravity terms of the rods {G1:+.1f} and {G2:+.1f} 1/s^2, coupling {A:+.2f}; all must be positive"
-    if _is_upside_down(given):
+    if given.is_mechanism_upside_down:
         return f"the data contradict zero: {options.zero} ({evidence}): set zero: {_opposite(options.zero)}"
     is_clear = A < -_CLEAR and min(abs(G1), abs(G2)) > _CLEAR * max(abs(G1), abs(G2))
     if is_clear and (G1 < 0) != (G2 < 0):

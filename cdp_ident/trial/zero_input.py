@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy.ndimage import maximum_filter1d, minimum_filter1d
+from scipy.ndimage import binary_closing, binary_dilation, maximum_filter1d, minimum_filter1d
 
 from cdp_ident.errors import TrialError
 from cdp_ident.trial.balance import SPACING, WINDOW, Motion, torques
@@ -19,6 +19,10 @@ _REST_WINDOW = round(1.0 / SPACING)
 _CART_WINDOW = round(0.5 / SPACING)
 _KNOCK = round(0.1 / SPACING)
 """A torque that acts for no longer than this [grid points] is a knock, not a hand."""
+_NEAR = round(0.5 / SPACING)
+"""A knock or a small torque so near [grid points] a hand is the hand's."""
+_TRACE = 0.3
+"""Torque next to a hand that is the hand's too, as a share of what tells of one."""
 _NOISE = 14.0
 """A torque must exceed the median of the windows fitted to by this factor, which is about eight times their noise."""
 
@@ -82,8 +86,12 @@ def find_parts(
         causes = np.full(len(motion.time), FREE)
         causes[at_rest(motion, options.rest_amplitude)] = REST
         if balance:
-            threshold = max(options.hand_torque, _NOISE * balance.lumped.spread)
-            hand, knocks = _lasting(torques(*balance.windows[i], balance.lumped.values) > threshold)
+            noise = _NOISE * balance.lumped.spread
+            acting = torques(*balance.windows[i], balance.lumped.values)
+            hand, knocks = _lasting(acting > max(options.hand_torque, noise))
+            # A hand that lets go gently, or catches so, pushes less at first: its traces next to it are its own.
+            traces = acting > max(_TRACE * options.hand_torque, noise)
+            hand = np.asarray(binary_dilation(hand, iterations=_NEAR, mask=traces | hand))
             causes[_covered(hand, WINDOW)] = HAND
             instants += [float(motion.time[at + WINDOW // 2]) for at in knocks if causes[at + WINDOW // 2] == FREE]
         causes[cart_driven(motion, options.cart_limit)] = CART
@@ -119,17 +127,24 @@ def _lasting(flags: Mask) -> tuple[Mask, list[int]]:
     """Separate lasting torques from knocks: returns the windows of the former, and the middle of each of the latter.
 
     What acts for an instant shows in every window around it, so a knock is as long as a window and a little more. At
-    the ends of a motion everything counts as lasting: there it cannot be told.
+    the ends of a motion everything counts as lasting: there it cannot be told; and so does a knock shortly before or
+    after a lasting torque, with what is between: that is how a hand catches and lets go.
     """
-    lasting, knocks = np.zeros(len(flags), dtype=bool), []
-    for run in np.split(np.arange(len(flags)), np.flatnonzero(np.diff(flags)) + 1):
-        if len(run) and flags[run[0]]:
-            at_an_end = run[0] == 0 or run[-1] == len(flags) - 1
-            if at_an_end or len(run) > WINDOW + _KNOCK:
-                lasting[run] = True
-            else:
-                knocks.append(int(run[len(run) // 2]))
-    return lasting, knocks
+    runs = [run for run in np.split(np.arange(len(flags)), np.flatnonzero(np.diff(flags)) + 1) if flags[run[0]]]
+    lasting: Mask = np.zeros(len(flags), dtype=bool)
+    for run in runs:
+        if run[0] == 0 or run[-1] == len(flags) - 1 or len(run) > WINDOW + _KNOCK:
+            lasting[run] = True
+    while True:
+        near = [
+            run for run in runs if not lasting[run[0]] and np.any(lasting[max(0, run[0] - _NEAR) : run[-1] + _NEAR])
+        ]
+        if not near:
+            break
+        for run in near:
+            lasting[run] = True
+        lasting = np.asarray(binary_closing(np.pad(lasting, _NEAR), np.ones(_NEAR))[_NEAR:-_NEAR])
+    return lasting, [int(run[len(run) // 2]) for run in runs if not lasting[run[0]]]
 
 
 def _covered(flags: Mask, width: int) -> Mask:

@@ -67,6 +67,19 @@ def test_the_rest_at_the_end_is_cut(recording, make_bag):
     assert 0.001 < np.abs(end - np.pi).max() < 0.05
 
 
+@pytest.mark.parametrize("seed", range(12))
+def test_wherever_and_whenever_the_hand_lets_go_nothing_of_it_stays_and_little_is_lost(recording, make_bag, seed):
+    generator = np.random.default_rng(seed)
+    posture = np.pi + generator.choice([-1, 1], 2) * generator.uniform(0.4, 2.5, 2)
+    made = recording(rate=generator.choice([100.0, 200.0, 500.0])).hold(generator.uniform(0, 3))
+    made.carry(*posture, generator.uniform(0.7, 2.0)).hold(generator.uniform(0.0, 4.0))
+    release = made.now
+    made.swing(generator.uniform(5, 15))
+    trial = load_trial(bag_of(make_bag, made, noise=generator.choice([0, 5e-4, 2e-3]), seed=seed))
+    assert release - 1.5 / made.rate <= trial.start <= release + 0.3
+    assert trial.start + trial.duration == pytest.approx(made.now, abs=1.5 / made.rate)
+
+
 @pytest.mark.parametrize("seconds", [0.5, 10.0])
 def test_however_long_the_hand_holds_it_is_not_part_of_the_trial(recording, make_bag, seconds):
     made = recording().carry(2.6, 2.4, 1.0).hold(seconds)
@@ -74,6 +87,13 @@ def test_however_long_the_hand_holds_it_is_not_part_of_the_trial(recording, make
     trial = load_trial(bag_of(make_bag, made.swing(12), noise=2e-3))
     assert release - 0.03 <= trial.start <= release + 0.3
     assert trial.start + trial.duration == pytest.approx(made.now, abs=0.02)
+
+
+def test_a_hand_that_catches_moving_rods_ends_the_trial(recording, make_bag):
+    made = recording().carry(2.6, 2.9, 1.2).hold(2.0).swing(10)
+    catch = made.now
+    trial = load_trial(bag_of(make_bag, made.carry(3.0, 3.2, 0.4).hold(2)))
+    assert catch - 0.4 <= trial.start + trial.duration <= catch + 0.02
 
 
 def test_a_knock_stays_in_the_trial_and_is_noted(recording, make_bag):
