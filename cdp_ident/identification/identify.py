@@ -14,7 +14,7 @@ from cdp_ident.identification.estimation import PAPER_SPAN, SHORT_IGA, Estimate,
 from cdp_ident.identification.genetic_options import METHODS, GeneticOptions
 from cdp_ident.identification.genetic_search import Progress
 from cdp_ident.identification.judgement import Errors, judge
-from cdp_ident.identification.motion_model import MotionModel
+from cdp_ident.identification.motion_model import Mechanism, MotionModel
 from cdp_ident.identification.noise import noise_of
 from cdp_ident.identification.physical import PhysicalValues, nearest_physical_values
 from cdp_ident.identification.prior import Prior
@@ -72,7 +72,7 @@ class IdentifyOptions:
     @property
     def model(self) -> MotionModel:
         """The model to be fitted."""
-        return MotionModel(self.prior.length, self.prior.gravity, self.length_free, self.gravity_free)
+        return MotionModel(Mechanism.of(self.prior), self.length_free, self.gravity_free)
 
 
 @dataclass(frozen=True)

@@ -10,12 +10,12 @@ import hashlib
 import os
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import numba
 import numba.core.config
 
-F = TypeVar("F", bound=Callable[..., Any])
+Compilable = Callable[..., Any]
 
 _PACKAGE = Path(__file__).parents[1]
 
@@ -37,16 +37,21 @@ _CACHE_FOLDER = _cache_folder()
 _FLOATING_POINT = {"error_model": "numpy", "fastmath": True}
 
 
-def inlined(function: F) -> F:
+def inlined(function: Compilable) -> Compilable:
     """Compile a function that becomes a part of each loop that calls it."""
-    return numba.njit(function, inline="always", **_FLOATING_POINT)  # type: ignore[no-any-return]
+    return numba.njit(function, inline="always", **_FLOATING_POINT)
 
 
-def compiled(function: F) -> F:
+def part(function: Compilable) -> Compilable:
+    """Compile a function that compiled loops call."""
+    return numba.njit(function, nogil=True, **_FLOATING_POINT)
+
+
+def compiled(function: Compilable) -> Compilable:
     """Compile an inner loop; it runs without Python's global lock and is kept on disk."""
     configured = numba.core.config.CACHE_DIR
     numba.core.config.CACHE_DIR = _CACHE_FOLDER
     try:
-        return numba.njit(function, nogil=True, cache=True, **_FLOATING_POINT)  # type: ignore[no-any-return]
+        return numba.njit(function, nogil=True, cache=True, **_FLOATING_POINT)
     finally:
         numba.core.config.CACHE_DIR = configured

@@ -24,7 +24,7 @@ _TURN_LOW = 2.4492935982947064e-16
 
 
 @inlined
-def sine_and_cosine(angle):  # type: ignore[no-untyped-def]
+def sine_and_cosine(angle):
     """Return sine and cosine of an angle [rad], to 1e-14 within a turn, without a branch or a call.
 
     The angle is brought into one turn about zero, a quarter of it goes into the Taylor series, and two doublings
@@ -62,18 +62,19 @@ def sine_and_cosine(angle):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def accelerations(theta1, theta2, omega1, omega2, u, A23, A33, a1, c1, c2, m2_l2, g):  # type: ignore[no-untyped-def]
+def accelerations(theta1, theta2, omega1, omega2, u, A23, A33, a1, c1, c2, m2_l2, g, extra1=0.0, extra2=0.0):
     """Return omega1', omega2' [rad/s^2] by the equations of motion above.
 
-    The last seven arguments are the `COEFFICIENTS`, each relative to A22.
+    A23 to g are the `COEFFICIENTS`, each relative to A22; extra1 and extra2 are the generalised torques of effects
+    that the paper's model lacks, relative to A22 too.
     """
     sin1, cos1 = sine_and_cosine(theta1)
     sin2, cos2 = sine_and_cosine(theta2)
     s = sin1 * cos2 - cos1 * sin2
     coupling = A23 * (cos1 * cos2 + sin1 * sin2)
     joint_friction = c2 * (omega1 - omega2)
-    torque1 = a1 * (g * sin1 - u * cos1) - A23 * s * omega2 * omega2 - c1 * omega1 - joint_friction
-    torque2 = m2_l2 * (g * sin2 - u * cos2) + A23 * s * omega1 * omega1 + joint_friction
+    torque1 = a1 * (g * sin1 - u * cos1) - A23 * s * omega2 * omega2 - c1 * omega1 - joint_friction + extra1
+    torque2 = m2_l2 * (g * sin2 - u * cos2) + A23 * s * omega1 * omega1 + joint_friction + extra2
     inverse_determinant = 1.0 / (A33 - coupling * coupling)
     return (
         (A33 * torque1 - coupling * torque2) * inverse_determinant,
@@ -82,14 +83,16 @@ def accelerations(theta1, theta2, omega1, omega2, u, A23, A33, a1, c1, c2, m2_l2
 
 
 @inlined
-def acceleration_derivatives(  # type: ignore[no-untyped-def]
-    theta1, theta2, omega1, omega2, u, A23, A33, a1, c1, c2, m2_l2, g, by_state, by_coefficient
+def acceleration_derivatives(
+    theta1, theta2, omega1, omega2, u, A23, A33, a1, c1, c2, m2_l2, g, extra1, extra2, by_state, by_coefficient, first
 ):
-    """Return omega1', omega2' and fill in their derivatives.
+    """Return omega1', omega2' and their derivatives by the two generalised torques, and fill in the others.
 
-    `by_state` (2, 4) takes those with respect to theta1, theta2, omega1, omega2, and `by_coefficient` (2, 7) those
-    with respect to the coefficients. The equations are M omega' = N, where M has 1 and A33 on its diagonal and the
-    coupling m = A23 c beside it; a derivative solves M d(omega') = dN - dM omega'.
+    `by_state` (2, 4) takes those with respect to theta1, theta2, omega1, omega2, and `by_coefficient` (2, …), from its
+    column `first` on, those with respect to the seven coefficients, both at constant extra torques. The equations are
+    M omega' = N, where M has 1 and A33 on its diagonal and the coupling m = A23 c beside it; a derivative solves
+    M d(omega') = dN - dM omega'. Those by the torques are the elements of M's inverse: omega1' by the first torque,
+    either one by the other's, omega2' by the second.
     """
     sin1, cos1 = sine_and_cosine(theta1)
     sin2, cos2 = sine_and_cosine(theta2)
@@ -100,8 +103,8 @@ def acceleration_derivatives(  # type: ignore[no-untyped-def]
     i11, i12, i22 = A33 * inverse_determinant, -m * inverse_determinant, inverse_determinant
     relative = omega1 - omega2
     push1, push2 = g * sin1 - u * cos1, g * sin2 - u * cos2
-    n1 = a1 * push1 - A23 * s * omega2 * omega2 - c1 * omega1 - c2 * relative
-    n2 = m2_l2 * push2 + A23 * s * omega1 * omega1 + c2 * relative
+    n1 = a1 * push1 - A23 * s * omega2 * omega2 - c1 * omega1 - c2 * relative + extra1
+    n2 = m2_l2 * push2 + A23 * s * omega1 * omega1 + c2 * relative + extra2
     alpha1, alpha2 = i11 * n1 + i12 * n2, i12 * n1 + i22 * n2
 
     # By theta1: dm = -A23 s.
@@ -120,22 +123,20 @@ def acceleration_derivatives(  # type: ignore[no-untyped-def]
 
     # By A23: dm = c; by A33: dM has one element, 1.
     d1, d2 = -s * omega2 * omega2 - c * alpha2, s * omega1 * omega1 - c * alpha1
-    by_coefficient[0, 0], by_coefficient[1, 0] = i11 * d1 + i12 * d2, i12 * d1 + i22 * d2
-    by_coefficient[0, 1], by_coefficient[1, 1] = -i12 * alpha2, -i22 * alpha2
+    by_coefficient[0, first], by_coefficient[1, first] = i11 * d1 + i12 * d2, i12 * d1 + i22 * d2
+    by_coefficient[0, first + 1], by_coefficient[1, first + 1] = -i12 * alpha2, -i22 * alpha2
     # By a1, c1, c2, m2 l2 and g, which stand in N alone.
-    by_coefficient[0, 2], by_coefficient[1, 2] = i11 * push1, i12 * push1
-    by_coefficient[0, 3], by_coefficient[1, 3] = -i11 * omega1, -i12 * omega1
-    by_coefficient[0, 4], by_coefficient[1, 4] = (i12 - i11) * relative, (i22 - i12) * relative
-    by_coefficient[0, 5], by_coefficient[1, 5] = i12 * push2, i22 * push2
+    by_coefficient[0, first + 2], by_coefficient[1, first + 2] = i11 * push1, i12 * push1
+    by_coefficient[0, first + 3], by_coefficient[1, first + 3] = -i11 * omega1, -i12 * omega1
+    by_coefficient[0, first + 4], by_coefficient[1, first + 4] = (i12 - i11) * relative, (i22 - i12) * relative
+    by_coefficient[0, first + 5], by_coefficient[1, first + 5] = i12 * push2, i22 * push2
     d1, d2 = a1 * sin1, m2_l2 * sin2
-    by_coefficient[0, 6], by_coefficient[1, 6] = i11 * d1 + i12 * d2, i12 * d1 + i22 * d2
-    return alpha1, alpha2
+    by_coefficient[0, first + 6], by_coefficient[1, first + 6] = i11 * d1 + i12 * d2, i12 * d1 + i22 * d2
+    return alpha1, alpha2, i11, i12, i22
 
 
 @inlined
-def runge_kutta_step(  # type: ignore[no-untyped-def]
-    theta1, theta2, omega1, omega2, step, u0, u1, u2, A23, A33, a1, c1, c2, m2_l2, g
-):
+def runge_kutta_step(theta1, theta2, omega1, omega2, step, u0, u1, u2, A23, A33, a1, c1, c2, m2_l2, g):
     """Return the state after one step of the classical Runge-Kutta method of fourth order.
 
     u0, u1, u2 are the cart's accelerations at the beginning, the middle and the end of the step.
@@ -157,7 +158,7 @@ def runge_kutta_step(  # type: ignore[no-untyped-def]
     )
 
 
-def energy(state, coefficients):  # type: ignore[no-untyped-def]
+def energy(state, coefficients):
     """Return the mechanical energy over A22 [1/s^2] of states (..., 4): theta1, theta2, omega1, omega2.
 
     Without friction and with the cart at rest it stays constant; with friction it never grows.

@@ -107,7 +107,7 @@ def input_at_half_steps(segment: Segment, grid: TimeGrid) -> Array:
 
 
 @compiled
-def _squared_errors(lanes, start, u, step, first_sample, weights, theta, errors):  # type: ignore[no-untyped-def]
+def _squared_errors(lanes, start, u, step, first_sample, weights, theta, errors):
     theta1, theta2 = np.empty(_LANES), np.empty(_LANES)
     omega1, omega2 = np.empty(_LANES), np.empty(_LANES)
     before1, before2 = np.empty(_LANES), np.empty(_LANES)

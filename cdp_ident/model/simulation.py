@@ -4,15 +4,20 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.errors import OptionError
-from cdp_ident.model.compilation import compiled
-from cdp_ident.model.equations import accelerations, runge_kutta_step
 from cdp_ident.model.time_grid import DEFAULT_STEP, TimeGrid
+from cdp_ident.model.trajectory import NO_TORQUES, Torques, trajectory
 
 Array = npt.NDArray[np.float64]
 
 
 def simulate(
-    coefficients: Array, start: Array, times: Array, cart_acceleration: Array | None = None, step: float = DEFAULT_STEP
+    coefficients: Array,
+    start: Array,
+    times: Array,
+    cart_acceleration: Array | None = None,
+    step: float = DEFAULT_STEP,
+    torques: Torques = NO_TORQUES,
+    begin: float = 0.0,
 ) -> Array:
     """Return the states (n, 4) at `times`: theta1, theta2 [rad], omega1, omega2 [rad/s].
 
@@ -22,6 +27,8 @@ def simulate(
         times: (n,) ascending times from 0 on [s], on the integrator's steps or anywhere between.
         cart_acceleration: u [m/s^2] at `TimeGrid.over(times, step).half_step_times()`; None for a cart at rest.
         step: step of the fourth-order Runge-Kutta method [s].
+        torques: of effects that the paper's model lacks.
+        begin: time in the trial at time 0 [s], for effects that happen at an instant.
 
     Raises:
         OptionError: an argument is of the wrong size, not finite, or not ascending.
@@ -35,25 +42,4 @@ def simulate(
     u = np.zeros(halves) if cart_acceleration is None else np.ascontiguousarray(cart_acceleration, dtype=float)
     if u.shape != (halves,):
         raise OptionError(f"the cart's acceleration must be given at the {halves} half steps, not {u.shape}")
-    states = np.empty((len(grid.weights), 4))
-    _trajectory(coefficients, start, u, grid.step, grid.first_sample, grid.weights, states)
-    return states
-
-
-@compiled
-def _trajectory(coefficients, start, u, step, first_sample, weights, states):  # type: ignore[no-untyped-def]
-    A23, A33, a1, c1, c2, m2_l2, g = coefficients
-    theta1, theta2, omega1, omega2 = start
-    alpha1, alpha2 = accelerations(theta1, theta2, omega1, omega2, u[0], A23, A33, a1, c1, c2, m2_l2, g)
-    for k in range(len(first_sample) - 1):
-        end1, end2, speed1, speed2 = runge_kutta_step(
-            theta1, theta2, omega1, omega2, step, u[2 * k], u[2 * k + 1], u[2 * k + 2], A23, A33, a1, c1, c2, m2_l2, g
-        )
-        beta1, beta2 = accelerations(end1, end2, speed1, speed2, u[2 * k + 2], A23, A33, a1, c1, c2, m2_l2, g)
-        for j in range(first_sample[k], first_sample[k + 1]):
-            begin, end, begin_slope, end_slope = weights[j, 0], weights[j, 1], weights[j, 2], weights[j, 3]
-            states[j, 0] = begin * theta1 + end * end1 + begin_slope * omega1 + end_slope * speed1
-            states[j, 1] = begin * theta2 + end * end2 + begin_slope * omega2 + end_slope * speed2
-            states[j, 2] = begin * omega1 + end * speed1 + begin_slope * alpha1 + end_slope * beta1
-            states[j, 3] = begin * omega2 + end * speed2 + begin_slope * alpha2 + end_slope * beta2
-        theta1, theta2, omega1, omega2, alpha1, alpha2 = end1, end2, speed1, speed2, beta1, beta2
+    return trajectory(coefficients, start, grid, u, torques, begin)

@@ -35,8 +35,11 @@ class TimeGrid:
         return len(self.first_sample) - 1
 
     @classmethod
-    def over(cls, times: Array, step: float = DEFAULT_STEP) -> "TimeGrid":
-        """Lay the grid over measurement times (n,) [s], ascending, none below 0.
+    def over(cls, times: Array, step: float = DEFAULT_STEP, earliest: float = 0.0) -> "TimeGrid":
+        """Lay the grid over measurement times (n,) [s], ascending, none before `earliest` [s].
+
+        Times before 0 are reached by the first step's polynomial, whose error grows with the fourth power of how far
+        before they are.
 
         Raises:
             OptionError: the times are not ascending from 0 on, or the step is not positive.
@@ -46,7 +49,7 @@ class TimeGrid:
             raise OptionError(f"the step of the integrator is {step} s; it must be positive (0.005 s is usual)")
         if times.ndim != 1 or len(times) == 0 or not np.all(np.isfinite(times)):
             raise OptionError("a simulation needs a list of finite times at which to give the motion")
-        if times[0] < 0 or np.any(np.diff(times) < 0):
+        if times[0] < earliest or np.any(np.diff(times) < 0):
             raise OptionError("the times of a simulation must ascend and not lie before its start at 0 s")
         # A measurement at the end of a step, give or take rounding, belongs to that step: none is made for it alone.
         index = np.maximum(np.ceil(times / step - 1e-9).astype(np.int64) - 1, 0)
@@ -60,4 +63,4 @@ class TimeGrid:
 
     def half_step_times(self) -> Array:
         """Return the times (2 steps + 1,) [s] at which the integrator looks at an input."""
-        return np.arange(2 * self.steps + 1) * (0.5 * self.step)
+        return np.asarray(np.arange(2 * self.steps + 1) * (0.5 * self.step), dtype=float)

@@ -1,0 +1,113 @@
+"""What the encoders do to the angles that they report.
+
+The inner encoder turns by theta1 and the outer one by theta2 - theta1, so an error of the inner one is in both
+absolute angles.
+"""
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from cdp_ident.model.effects.effect import EffectParameter, Joint, SensorEffect
+
+Array = npt.NDArray[np.float64]
+
+
+def _offset(angle: Array, time: Array, values: Array) -> tuple[Array, Array]:
+    added = np.full_like(angle, values[0])
+    return added, np.stack([np.zeros_like(angle), np.ones_like(angle)], axis=1)
+
+
+def _scale(rest: float):
+    def reading(angle: Array, time: Array, values: Array) -> tuple[Array, Array]:
+        turned = angle - rest
+        return values[0] * turned, np.stack([np.full_like(angle, values[0]), turned], axis=1)
+
+    return reading
+
+
+def _eccentricity(angle: Array, time: Array, values: Array) -> tuple[Array, Array]:
+    sine, cosine = np.sin(angle), np.cos(angle)
+    by_angle = values[0] * cosine - values[1] * sine
+    return values[0] * sine + values[1] * cosine, np.stack([by_angle, sine, cosine], axis=1)
+
+
+def _delay(angle: Array, time: Array, values: Array) -> tuple[Array, Array]:
+    return np.zeros_like(angle), np.zeros((len(angle), 2))
+
+
+def _slip(angle: Array, time: Array, values: Array) -> tuple[Array, Array]:
+    after = (time >= values[1]).astype(float)
+    nothing = np.zeros_like(angle)
+    return values[0] * after, np.stack([nothing, after, nothing], axis=1)
+
+
+_RESTS: tuple[tuple[Joint, float], ...] = (("inner", math.pi), ("outer", 0.0))
+
+
+def _each(
+    name: str, description: str, formula: str, source: str, parameters: tuple[EffectParameter, ...], reading
+) -> tuple[SensorEffect, ...]:
+    return tuple(
+        SensorEffect(name, joint, "", description, formula, source, parameters, reading(rest)) for joint, rest in _RESTS
+    )
+
+
+ENCODERS: tuple[SensorEffect, ...] = (
+    *_each(
+        "encoder_offset",
+        "an encoder that is off by an angle",
+        "angle + offset",
+        "zero set while the rod did not hang still, or a loose coupling",
+        (EffectParameter("offset", "rad", -0.3, 0.3, 0.01),),
+        lambda rest: _offset,
+    ),
+    *_each(
+        "encoder_scale",
+        "an encoder whose counts per turn are taken wrongly",
+        "angle + scale (angle - angle at rest)",
+        "a belt or gear between joint and encoder, or a wrong setting",
+        (EffectParameter("scale", "1", -0.1, 0.1, 0.01),),
+        _scale,
+    ),
+    *_each(
+        "encoder_eccentricity",
+        "an encoder disc off its centre",
+        "angle + sine sin(angle) + cosine cos(angle)",
+        "Engelhardt et al., eccentricity error of angle encoders",
+        (
+            EffectParameter("sine", "rad", -0.1, 0.1, 0.01),
+            EffectParameter("cosine", "rad", -0.1, 0.1, 0.01),
+        ),
+        lambda rest: _eccentricity,
+    ),
+    SensorEffect(
+        "time_offset",
+        "outer",
+        "",
+        "an encoder that is read late",
+        "the angle that was there `delay` earlier",
+        "two converters read one after the other, or a filter in one of them",
+        (EffectParameter("delay", "s", -0.03, 0.03, 0.002),),
+        _delay,
+        delays=True,
+    ),
+    *(
+        SensorEffect(
+            "encoder_slip",
+            joint,
+            "",
+            "an encoder that lost counts",
+            "angle + slip from `time` on",
+            "counts lost at high speed or by interference",
+            (
+                EffectParameter("slip", "rad", -0.5, 0.5, 0.01),
+                EffectParameter("time", "s", 0.0, math.inf, 0.0, shape=True),
+            ),
+            _slip,
+            at_an_instant=True,
+        )
+        for joint, _ in _RESTS
+    ),
+)

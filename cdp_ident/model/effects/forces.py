@@ -1,0 +1,161 @@
+"""Forces on the rods and torques in the joints other than friction: the air, springs, cogging, knocks."""
+
+import math
+
+import numpy as np
+
+from cdp_ident.model.compilation import Compilable, part
+from cdp_ident.model.effects.constants import LENGTH, OUTER_LENGTH
+from cdp_ident.model.effects.effect import EffectParameter, Joint, TorqueEffect
+
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
+_STRIPS = tuple(float(node) for node in 0.5 * (_NODES + 1.0))
+_SHARES = tuple(float(weight) for weight in 0.5 * _WEIGHTS)
+"""Gauss-Legendre quadrature along a rod of unit length."""
+_KNOCK = 0.01
+"""Standard deviation in time of a knock [s]."""
+COGGING_PERIODS = tuple(range(2, 25))
+"""How often in a turn a cogging torque may repeat. Once a turn is an unbalance, which gravity's terms hold already."""
+
+
+@part
+def _drag_inner(theta1, theta2, omega1, omega2, time, values, row, constants):
+    return -values[row, 0] * omega1 * abs(omega1), 0.0
+
+
+@part
+def _drag_outer_strips(theta1, theta2, omega1, omega2, time, values, row, constants):
+    # Across the outer rod, its lower joint carries it along at L omega1 cos(theta1 - theta2).
+    lever = constants[LENGTH] * math.cos(theta1 - theta2) / constants[OUTER_LENGTH]
+    carried = lever * omega1
+    torque1, torque2 = 0.0, 0.0
+    for k in range(len(_STRIPS)):
+        speed = carried + _STRIPS[k] * omega2
+        # Four times the mean over strips gives -coefficient omega2 |omega2| where the joint is at rest.
+        force = -4.0 * _SHARES[k] * values[row, 0] * speed * abs(speed)
+        torque1 += lever * force
+        torque2 += _STRIPS[k] * force
+    return torque1, torque2
+
+
+@part
+def _drag_outer_rotation(theta1, theta2, omega1, omega2, time, values, row, constants):
+    return 0.0, -values[row, 0] * omega2 * abs(omega2)
+
+
+@part
+def _spring_inner(theta1, theta2, omega1, omega2, time, values, row, constants):
+    return values[row, 1] - values[row, 0] * (theta1 - math.pi), 0.0
+
+
+@part
+def _spring_outer(theta1, theta2, omega1, omega2, time, values, row, constants):
+    torque = values[row, 1] - values[row, 0] * (theta2 - theta1)
+    return -torque, torque
+
+
+@part
+def _cogging_inner(theta1, theta2, omega1, omega2, time, values, row, constants):
+    angle = values[row, 2] * theta1
+    return values[row, 0] * math.sin(angle) + values[row, 1] * math.cos(angle), 0.0
+
+
+@part
+def _cogging_outer(theta1, theta2, omega1, omega2, time, values, row, constants):
+    angle = values[row, 2] * (theta2 - theta1)
+    torque = values[row, 0] * math.sin(angle) + values[row, 1] * math.cos(angle)
+    return -torque, torque
+
+
+@part
+def _tilt(theta1, theta2, omega1, omega2, time, values, row, constants):
+    tilt, a1, m2_l2, g = values[row, 0], constants[2], constants[5], constants[6]
+    return (
+        a1 * g * (math.sin(theta1 - tilt) - math.sin(theta1)),
+        m2_l2 * g * (math.sin(theta2 - tilt) - math.sin(theta2)),
+    )
+
+
+@part
+def _knock_inner(theta1, theta2, omega1, omega2, time, values, row, constants):
+    late = (time - values[row, 1]) / _KNOCK
+    return values[row, 0] * math.exp(-0.5 * late * late) / (_KNOCK * math.sqrt(2.0 * math.pi)), 0.0
+
+
+@part
+def _knock_outer(theta1, theta2, omega1, omega2, time, values, row, constants):
+    late = (time - values[row, 1]) / _KNOCK
+    return 0.0, values[row, 0] * math.exp(-0.5 * late * late) / (_KNOCK * math.sqrt(2.0 * math.pi))
+
+
+_COGGING: tuple[tuple[Joint, Compilable], ...] = (("inner", _cogging_inner), ("outer", _cogging_outer))
+
+
+def _cogging(periods: int) -> tuple[TorqueEffect, ...]:
+    return tuple(
+        TorqueEffect(
+            "cogging_torque",
+            joint,
+            f"{periods} per turn",
+            f"a torque that repeats {periods} times a turn",
+            "sine sin(periods angle) + cosine cos(periods angle)",
+            "detent torque of a motor or a magnet ring: Hendershot and Miller, 1994",
+            (
+                EffectParameter("sine", "N m", -20.0, 20.0, 0.05, relative_to_inertia=True),
+                EffectParameter("cosine", "N m", -20.0, 20.0, 0.05, relative_to_inertia=True),
+                EffectParameter("periods", "1", float(periods), float(periods), float(periods)),
+            ),
+            torque,
+        )
+        for joint, torque in _COGGING
+    )
+
+
+_DRAG = EffectParameter("coefficient", "N m s^2", 0.0, 2.0, 0.005, relative_to_inertia=True)
+_DRAG_SOURCE = "drag of a cylinder across a flow: Hoerner, Fluid-Dynamic Drag, 1965"
+_SPRING = (
+    EffectParameter("stiffness", "N m/rad", 0.0, 100.0, 0.1, relative_to_inertia=True),
+    EffectParameter("torque", "N m", -20.0, 20.0, 0.01, relative_to_inertia=True),
+)
+_SPRING_SOURCE = "Hooke; a cable across the joint or a seal that does not slip"
+_IMPULSE = (
+    EffectParameter("impulse", "N m s", -50.0, 50.0, 0.05, relative_to_inertia=True),
+    EffectParameter("time", "s", 0.0, math.inf, 0.0, shape=True),
+)
+_IMPULSE_FORMULA = f"a torque pulse about `time`, of {_KNOCK} s standard deviation, whose integral is `impulse`"
+
+FORCES: tuple[TorqueEffect, ...] = (
+    TorqueEffect(
+        "air_drag", "inner", "", "air drag on the rod", "-coefficient omega1 |omega1|", _DRAG_SOURCE, (_DRAG,),
+        _drag_inner,
+    ),
+    TorqueEffect(
+        "air_drag", "outer", "strips", "air drag on the rod",
+        "force across each strip of the rod -v |v|, v the strip's absolute speed; coefficient as for rotation alone",
+        f"strip theory; {_DRAG_SOURCE}", (_DRAG,), _drag_outer_strips,
+    ),
+    TorqueEffect(
+        "air_drag", "outer", "rotation", "air drag on the rod", "-coefficient omega2 |omega2|", _DRAG_SOURCE, (_DRAG,),
+        _drag_outer_rotation,
+    ),
+    TorqueEffect(
+        "joint_spring", "inner", "", "a spring across the joint", "torque - stiffness (theta1 - pi)", _SPRING_SOURCE,
+        _SPRING, _spring_inner,
+    ),
+    TorqueEffect(
+        "joint_spring", "outer", "", "a spring across the joint", "torque - stiffness (theta2 - theta1)",
+        _SPRING_SOURCE, _SPRING, _spring_outer,
+    ),
+    TorqueEffect(
+        "gravity_tilt", "base", "", "a base that is not level", "gravity acts along theta = tilt",
+        "statics; the same motion as with an inner encoder that is off by the tilt",
+        (EffectParameter("tilt", "rad", -0.3, 0.3, 0.01),), _tilt,
+    ),
+    *(effect for periods in COGGING_PERIODS for effect in _cogging(periods)),
+    TorqueEffect(
+        "impulse", "inner", "", "a knock on the rod", _IMPULSE_FORMULA, "", _IMPULSE, _knock_inner, at_an_instant=True
+    ),
+    TorqueEffect(
+        "impulse", "outer", "", "a knock on the rod", _IMPULSE_FORMULA, "", _IMPULSE, _knock_outer, at_an_instant=True
+    ),
+)  # fmt: skip
