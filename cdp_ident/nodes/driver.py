@@ -18,7 +18,6 @@ from cdp_ident.command_line import entry_point
 from cdp_ident.errors import OptionError, RigError
 from cdp_ident.nodes._node import Parameters, parse_arguments, run_node
 from cdp_ident.rig.binary_codec import BinaryCodec
-from cdp_ident.rig.device_clock import EARLY
 from cdp_ident.rig.health import Level, PortState, assess
 from cdp_ident.rig.joints import Calibration
 from cdp_ident.rig.measurement import Measurement, MeasurementStream
@@ -36,8 +35,6 @@ serves     ~/zero_hanging (std_srvs/Trigger)               takes a second of res
 The port may be missing at the start, unplugged and plugged in again: it is tried until it works.
 `ros2 param describe /driver NAME` tells about each parameter; config/rig.yaml lists all."""
 
-_EARLY_SIMULATED = 1.0
-"""Simulated time comes in steps through /clock, which may be late while the bytes are not [s]."""
 QUEUE_DEPTH = 2000
 """Two seconds at 1 kHz: what a busy subscriber may be behind without loss."""
 
@@ -78,7 +75,7 @@ class Driver:
             calibration,
             load_zero(self._zero_file),
             survives,
-            _EARLY_SIMULATED if parameters.get("use_sim_time") else EARLY,
+            bool(parameters.get("use_sim_time")),
         )
         reliable = rclpy.qos.QoSProfile(depth=QUEUE_DEPTH, reliability=rclpy.qos.ReliabilityPolicy.RELIABLE)
         self._joint_states = node.create_publisher(JointState, "joint_states", reliable)

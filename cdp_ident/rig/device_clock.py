@@ -17,8 +17,7 @@ _LARGEST_RATE = 0.01
 """Ceramic resonators are off by up to 0.5 %."""
 _SETTLE, _LARGEST_SETTLING = 5.0, 5e-4
 """A better offset is approached with this time constant [s], and by no more than this much per second."""
-EARLY = 0.02
-_LATE, _LATE_FOR = 0.05, 5.0
+_EARLY, _LATE, _LATE_FOR = 0.02, 0.05, 5.0
 """An arrival this much before its own measurement [s], or nothing but arrivals this late for so long, say that one
 of the clocks was set: the fit starts anew."""
 _GAP = 1.0
@@ -37,12 +36,13 @@ class DeviceClock:
     straight line, and it has no steps: stamps keep the device's spacing. After a reset, make a new one.
     """
 
-    def __init__(self, early: float = EARLY) -> None:
-        """`early` is by how much an arrival must precede its measurement to tell that a clock was set [s].
+    def __init__(self, simulated: bool = False) -> None:
+        """`simulated` is for a host clock that follows the device's by construction (`use_sim_time`).
 
-        A simulated host clock goes in steps, so that arrivals seem early by a step or more: it needs a larger one.
+        Such a clock goes in steps that may come after the bytes, so arrivals can be early and say nothing about
+        rates: the offset found in the warm-up is kept.
         """
-        self._early = early
+        self._simulated = simulated
         self._origin_ns: int | None = None
         self._last_us: int | None = None
         self._unrolled_us = 0
@@ -65,10 +65,13 @@ class DeviceClock:
         """
         if self._last_us is None:
             return False
-        if ((time_us - self._last_us) % ROLL_OVER_US) * 1e-6 > _GAP or self._late_buckets * _BUCKET > _LATE_FOR:
+        if ((time_us - self._last_us) % ROLL_OVER_US) * 1e-6 > _GAP:
             return True
+        if self._anchor is None or self._simulated:
+            return False
         device = self._device(time_us)
-        return self._anchor is not None and self._offset(device) - self._delay(device, arrival_ns) > self._early
+        early = self._offset(device) - self._delay(device, arrival_ns) > _EARLY
+        return early or self._late_buckets * _BUCKET > _LATE_FOR
 
     def observe(self, time_us: int, arrival_ns: int) -> None:
         """Take the device's time of a sample and the host's time when it arrived, in the order of the device."""
@@ -113,6 +116,9 @@ class DeviceClock:
         while self._buckets[0][0] < now - _WINDOW:
             self._buckets.popleft()
         if now < _WARM_UP or len(self._buckets) < 2:
+            return
+        if self._simulated:
+            self._anchor = self._anchor or (now, min(delay for _, delay in self._buckets))
             return
         rate, offset = _line_below(list(self._buckets), now)
         if self._anchor is None:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 from cdp_ident.errors import RigError
 from cdp_ident.rig.codec import Codec
 from cdp_ident.rig.decoder import Counters, Decoder, Restart
-from cdp_ident.rig.device_clock import EARLY, DeviceClock
+from cdp_ident.rig.device_clock import DeviceClock
 from cdp_ident.rig.joints import Calibration, JointTracker, Triple
 from cdp_ident.rig.records import ENCODER_FAULTS, Hello, Sample, Status
 from cdp_ident.rig.zero import Zero
@@ -62,13 +62,13 @@ class MeasurementStream:
         calibration: Calibration,
         zero: Zero | None,
         survives_reset: bool = False,
-        early: float = EARLY,
+        simulated: bool = False,
     ) -> None:
         """`survives_reset` is for absolute encoders, whose counts mean the same after the device was reset.
 
-        `early` is `DeviceClock`'s.
+        `simulated` tells that the host's time is a simulated one, see `DeviceClock`.
         """
-        self._early = early
+        self._simulated = simulated
         self._decoder = Decoder(codec)
         self._calibration = calibration
         self._zero = zero
@@ -77,7 +77,7 @@ class MeasurementStream:
         if zero:
             self._totals.zero, self._totals.zero_counts = "", zero.counts
         self._lock = threading.Lock()
-        self._clock = DeviceClock(self._early)
+        self._clock = DeviceClock(self._simulated)
         self._tracker: JointTracker | None = None
         self._waiting: list[Sample] = []
         self._zero_is_judged = zero is None or survives_reset
@@ -143,7 +143,7 @@ class MeasurementStream:
     def _begin_anew(self) -> list[Measurement]:
         """Send what waits, and begin the clock's mapping anew."""
         result = self._stamp_waiting()
-        self._clock = DeviceClock(self._early)
+        self._clock = DeviceClock(self._simulated)
         self._totals.clock_restarts += 1
         return result
 

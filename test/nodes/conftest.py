@@ -102,12 +102,19 @@ class Listener:
         return result.successful, result.reason
 
     def _call(self, kind: Any, service: str, request: Any) -> Any:
-        client = self.node.create_client(kind, service)
-        assert client.wait_for_service(timeout_sec=PATIENCE)
-        future = client.call_async(request)
-        self.wait_for(future.done)
-        self.node.destroy_client(client)
-        return future.result()
+        """Call a service; ask again where the first request went to a node that was killed but is not yet forgotten."""
+        deadline = time.monotonic() + PATIENCE
+        while time.monotonic() < deadline:
+            client = self.node.create_client(kind, service)
+            assert client.wait_for_service(timeout_sec=PATIENCE)
+            future = client.call_async(request)
+            answer_by = time.monotonic() + 3.0
+            while not future.done() and time.monotonic() < answer_by:
+                time.sleep(0.02)
+            self.node.destroy_client(client)
+            if future.done():
+                return future.result()
+        raise AssertionError(f"{service} did not answer within {PATIENCE:g} s")
 
     def level(self) -> int | None:
         """Return the level of the latest diagnostics."""

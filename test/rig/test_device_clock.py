@@ -113,3 +113,20 @@ def test_a_stall_that_is_caught_up_is_only_a_delay() -> None:
 def test_nothing_is_stamped_before_anything_was_observed() -> None:
     with pytest.raises(ValueError, match="nothing observed"):
         DeviceClock().stamp(0)
+
+
+def test_a_simulated_host_clock_that_goes_in_late_steps_gives_even_stamps() -> None:
+    device, true = line(30.0, 200.0, 0.0)
+    generator = np.random.default_rng(4)
+    steps = np.floor(true / 0.04) * 0.04 - 0.5 * (generator.random(len(true)) < 0.01)
+    clock = DeviceClock(simulated=True)
+    result = []
+    for time_us, arrival in zip(
+        device.tolist(), (EPOCH_NS + np.round(steps * 1e9)).astype(np.int64).tolist(), strict=True
+    ):
+        assert not clock.is_new_run(time_us, arrival)
+        clock.observe(time_us, arrival)
+        if clock.ready:
+            result.append(clock.stamp(time_us))
+    assert len(result) > 5700
+    assert np.all(np.diff(result) == 5_000_000)
