@@ -109,3 +109,5 @@ def _exclusively(file: Path) -> Iterator[None]:
             yield
     except BlockingIOError as error:
         raise BagError(f"{file} is still being recorded: stop its recorder first") from error
+    except OSError as error:
+        raise BagError(f"{file} cannot be read: {error.strerror or error}") from error

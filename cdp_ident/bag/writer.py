@@ -3,7 +3,7 @@
 import fcntl
 import os
 from collections.abc import Mapping
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -29,6 +29,7 @@ class BagWriter:
         Raises BagError where the folder exists or cannot be written.
         """
         self.folder = folder
+        self._failed = False
         self._path = folder / (file_name or f"{folder.resolve().name}_0.mcap")
         try:
             folder.mkdir(parents=True)
@@ -85,6 +86,8 @@ class BagWriter:
             self.add_topic(topic, message_type)
         if not 0 <= stamp_ns < 2**63:
             raise BagError(f"a message of topic {topic} has the time {stamp_ns} ns: expected 0 to 2^63 - 1 since 1970")
+        if self._stream.closed:
+            raise BagError(f"the bag {self.folder} is closed, or a write to it failed before: begin another")
         channel, count = self._channels[topic]
         try:
             self._writer.add_message(channel, stamp_ns, cdr_bytes, publish_time=stamp_ns, sequence=count.message_count)
@@ -100,6 +103,8 @@ class BagWriter:
         It then outlives this process, not a power cut: only `close` waits for the disk. Raises BagError where the disk
         does not take it.
         """
+        if self._stream.closed:
+            return
         try:
             # Versions of mcap below 1.5 do this in their `finish` only; later ones offer it as `flush`.
             self._writer._Writer__finalize_chunk()
@@ -110,15 +115,17 @@ class BagWriter:
     def close(self, custom_data: Mapping[str, str] | None = None) -> None:
         """Complete the file and write `metadata.yaml`, with `custom_data` in it; both are on the disk afterwards.
 
-        Closing again does nothing. Raises BagError where the disk does not take it.
+        Closing again does nothing. Raises BagError where the disk does not take it, or did not take something before:
+        the bag then stays as a killed recorder would leave it.
         """
+        if self._failed:
+            raise BagError(f"the bag {self.folder} is incomplete: a write to it failed before")
         if self._stream.closed:
             return
         topics = [topic for _, topic in self._channels.values()]
         information = bag_information(self._path.name, topics, self._start_ns, self._end_ns, custom_data or {})
         text = dump_yaml({"rosbag2_bagfile_information": information})
         try:
-            self.flush()
             self._writer.add_metadata("rosbag2", {"serialized_metadata": dump_yaml(information)})
             self._writer.finish()
             _sync(self._stream)
@@ -129,8 +136,6 @@ class BagWriter:
                 _sync(stream)
             unfinished.rename(self.folder / METADATA_FILE)
         except OSError as error:
-            with suppress(OSError):
-                self._stream.close()
             raise self._failure(error) from error
 
     def __enter__(self) -> "BagWriter":
@@ -139,9 +144,15 @@ class BagWriter:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
     ) -> None:
-        self.close()
+        with suppress(BagError) if error else nullcontext():
+            self.close()
 
     def _failure(self, error: OSError) -> BagError:
+        """End the writing: behind half a record nothing more could be read, and `salvage` finds what is before it."""
+        self._failed = True
+        if hasattr(self, "_stream"):
+            with suppress(OSError):
+                self._stream.close()
         return BagError(f"the bag {self.folder} cannot be written: {error.strerror or error}")
 
 

@@ -15,6 +15,7 @@ from mcap.stream_reader import StreamReader
 from rosbags.highlevel import AnyReader
 
 from cdp_ident.bag.joint_state import MESSAGE_TYPE, serialize_joint_state, typestore
+from cdp_ident.bag.salvage import is_incomplete
 from cdp_ident.bag.writer import BagWriter
 from cdp_ident.errors import BagError
 
@@ -99,7 +100,12 @@ def test_a_full_disk_is_a_bag_error(tmp_path):
     os.dup2(full, writer._stream.fileno())
     os.close(full)
     with pytest.raises(BagError, match="cannot be written: No space left"):
+        writer.flush()
+    with pytest.raises(BagError, match="a write to it failed before"):
+        write_samples(writer, 1)
+    with pytest.raises(BagError, match="incomplete"):
         writer.close()
+    assert is_incomplete(tmp_path / "swing")
 
 
 @pytest.mark.parametrize("stamp", [-1, 2**63])
@@ -137,13 +143,11 @@ while True:
 
 
 def test_nothing_older_than_the_last_flush_is_lost_to_sigkill(tmp_path):
-    recorder = subprocess.Popen(
-        [sys.executable, "-c", RECORDER, tmp_path / "killed"], stdout=subprocess.PIPE, text=True
-    )
-    for _ in range(7):
-        flushed = int(recorder.stdout.readline())
-    recorder.send_signal(signal.SIGKILL)
-    recorder.wait()
+    command = [sys.executable, "-c", RECORDER, tmp_path / "killed"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as recorder:
+        for _ in range(7):
+            flushed = int(recorder.stdout.readline())
+        recorder.send_signal(signal.SIGKILL)
     found = []
     with (tmp_path / "killed" / "killed_0.mcap").open("rb") as stream, contextlib.suppress(EndOfFile):
         for record in StreamReader(stream).records:
