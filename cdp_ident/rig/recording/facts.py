@@ -3,6 +3,7 @@
 import json
 import math
 import struct
+from array import array
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -84,7 +85,7 @@ class TrialFacts:
     """Stamp of the first free sample, or of the start by hand."""
     started_by_hand: bool
     rig: dict[str, str] = field(default_factory=dict)
-    stamps: list[int] = field(default_factory=list)
+    stamps: "array[int]" = field(default_factory=lambda: array("q"))
     cart_low: float = math.inf
     cart_high: float = -math.inf
 
