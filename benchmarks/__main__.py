@@ -1,0 +1,30 @@
+"""Run the benchmarks: `python -m benchmarks [NAME …]`, all of them without a name."""
+
+import importlib
+import pkgutil
+import sys
+
+from rich.console import Console
+
+import benchmarks
+from cdp_ident.errors import OptionError
+from cdp_ident.spelling import refuse_unknown
+
+
+def main(chosen: list[str]) -> int:
+    topics = [module.name for module in pkgutil.iter_modules(benchmarks.__path__) if not module.name.startswith("_")]
+    try:
+        refuse_unknown(chosen, topics, "benchmark")
+    except OptionError as error:
+        print(f"benchmarks: error: {error}", file=sys.stderr)
+        return 2
+    for topic in chosen or topics:
+        module = importlib.import_module(f"benchmarks.{topic}")
+        summary = (module.__doc__ or "").partition("\n")[0]
+        Console().rule(f"[bold]{topic}[/bold] · {summary}", align="left")
+        module.main()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
