@@ -11,6 +11,7 @@ import yaml
 from cdp_ident.errors import OptionError
 from cdp_ident.model.parameters import NOMINAL, physical_coefficients
 from cdp_ident.rig.emulator.device import Encoders
+from cdp_ident.rig.emulator.effects import NO_EFFECTS, Effects, parse_effects
 from cdp_ident.rig.emulator.script import DEFAULT_SCRIPT, Command, number, parse_script
 from cdp_ident.spelling import refuse_unknown
 
@@ -27,6 +28,8 @@ class EmulatedRig:
     clock_error: float = 0.0
     """By how much the device's clock is fast (1e-4: 100 ppm)."""
     script: tuple[Command, ...] = DEFAULT_SCRIPT
+    effects: Effects = NO_EFFECTS
+    """What its physics have beside the paper's model."""
 
     def coefficients(self) -> npt.NDArray[np.float64]:
         """Return what `simulate` takes. Raises `OptionError` where the parameters are no mechanism."""
@@ -48,9 +51,6 @@ def load_rig(path: Path) -> EmulatedRig:
         raise OptionError(f"the rig's file {path} cannot be read: {error}") from error
     content = _mapping(content, str(path), _KEYS)
     rig = EmulatedRig()
-    if content.get("effects"):
-        # Here the catalogue of effects plugs in, when there is one.
-        raise OptionError(f"{path}: effects are not available yet: remove the key")
     parameters = {
         symbol: number(value, f"{path}: parameters: {symbol}", minimum=1e-6 if symbol == "L" else 0.0)
         for symbol, value in _mapping(content.get("parameters", {}), f"{path}: parameters", tuple(NOMINAL)).items()
@@ -65,7 +65,7 @@ def load_rig(path: Path) -> EmulatedRig:
         script=script * int(number(content.get("repeat", 1), f"{path}: repeat", minimum=1, maximum=10_000)),
     )
     rig.coefficients()
-    return rig
+    return replace(rig, effects=parse_effects(content.get("effects", {}), rig.parameters, f"{path}: effects"))
 
 
 def _encoders(content: Any, where: str) -> Encoders:

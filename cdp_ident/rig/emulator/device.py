@@ -7,6 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.rig.codec import UNSIGNED_32, Codec
+from cdp_ident.rig.joints import HANGING
 from cdp_ident.rig.records import Hello, Sample
 
 Array = npt.NDArray[np.float64]
@@ -29,8 +30,8 @@ class Encoders:
 class Device:
     """Turns positions into the bytes that a rig's firmware would send.
 
-    Its encoders are incremental: their counters are at `first_count` where the pendulum is at power-up, and at 0
-    where it is after a reset.
+    Its encoders are incremental: their counters are at `first_count` where the pendulum hangs and the cart is at 0,
+    which is where it is at power-up, and after a reset they are at 0 wherever it is.
     """
 
     def __init__(
@@ -49,31 +50,30 @@ class Device:
         self._period_us = round(1e6 / rate)
         self._clock_period_us = 1e6 / rate * (1.0 + clock_error)
         self._generator = generator
-        self._first_count = first_count
         self._time_us = float(first_time_us)
         self._sequence = 0
-        self._origin: npt.NDArray[np.int64] | None = None
+        self._origin: npt.NDArray[np.int64] | None = self._raw(np.array([HANGING]))[0] - first_count
         self._hello_due = 0
 
     def reset(self) -> None:
         """Start anew, as at power-up."""
-        self._first_count, self._time_us, self._sequence, self._origin, self._hello_due = 0, 0.0, 0, None, 0
+        self._time_us, self._sequence, self._origin, self._hello_due = 0.0, 0, None, 0
 
     def send(self, positions: Array) -> list[bytes]:
-        """Return the frames for samples (n, 3): cart [m], theta1 and theta2 [rad]; one entry a sample."""
-        return [self._frames(counts) for counts in self._counts(positions)]
-
-    def _counts(self, positions: Array) -> npt.NDArray[np.int64]:
-        x, theta1, theta2 = positions.T
-        joints = np.stack([theta1, theta2 - theta1], axis=1)
+        """Return the frames for positions (n, 3): cart [m], inner and outer joint [rad]; one entry a sample."""
         if self._encoders.noise:
-            joints = joints + self._generator.normal(0.0, self._encoders.noise, joints.shape)
-        turns = joints / math.tau * (self._encoders.inner_counts_per_turn, self._encoders.outer_counts_per_turn)
-        counts = np.rint(np.column_stack([x / self._encoders.metres_per_count, turns])).astype(np.int64)
+            noise = self._generator.normal(0.0, self._encoders.noise, (len(positions), 2))
+            positions = positions + np.column_stack([np.zeros(len(positions)), noise])
+        counts = self._raw(positions)
         if self._origin is None:
-            self._origin = counts[0] - self._first_count
-        result: npt.NDArray[np.int64] = counts - self._origin
-        return result
+            self._origin = counts[0]
+        return [self._frames(row) for row in counts - self._origin]
+
+    def _raw(self, positions: Array) -> npt.NDArray[np.int64]:
+        encoders = self._encoders
+        per_radian = np.array([encoders.inner_counts_per_turn, encoders.outer_counts_per_turn]) / math.tau
+        scales = np.array([1.0 / encoders.metres_per_count, *per_radian])
+        return np.asarray(np.rint(positions * scales), dtype=np.int64)
 
     def _frames(self, counts: npt.NDArray[np.int64]) -> bytes:
         frames = b""

@@ -12,6 +12,7 @@ import numpy as np
 from cdp_ident.rig.codec import Codec
 from cdp_ident.rig.emulator.configuration import EmulatedRig
 from cdp_ident.rig.emulator.device import Device
+from cdp_ident.rig.emulator.effects import Readings
 from cdp_ident.rig.emulator.faults import Faults, Line
 from cdp_ident.rig.emulator.motion import Motion
 from cdp_ident.rig.emulator.pseudo_terminal import PseudoTerminal
@@ -58,7 +59,8 @@ class Emulation:
     def __post_init__(self) -> None:
         """Make the parts, the port included. Raises `RigError` where the link cannot be made."""
         rig = self.rig
-        self._motion = Motion(rig.coefficients(), rig.script, 1.0 / rig.rate)
+        self._motion = Motion(rig.coefficients(), rig.script, 1.0 / rig.rate, rig.effects.torques)
+        self._readings = Readings(rig.effects.sensors, 1.0 / rig.rate)
         self._ready = deque(self._motion.advance(_AHEAD))  # compiles, before anyone reads the port
         self._device = Device(
             self.codec,
@@ -126,4 +128,5 @@ class Emulation:
             self._ready.extend(self._motion.advance(_AHEAD))
             if self._motion.finished and self.end_of_script is None:
                 self.end_of_script = (self._sent + len(self._ready)) / self.rig.rate
-        return np.array([self._ready.popleft() for _ in range(count)])
+        samples = np.array([self._ready.popleft() for _ in range(count)])
+        return np.column_stack([samples[:, 0], self._readings.of(samples[:, 1:])])

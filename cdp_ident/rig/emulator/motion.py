@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from cdp_ident.model.simulation import simulate
 from cdp_ident.model.time_grid import TimeGrid
+from cdp_ident.model.trajectory import NO_TORQUES, Torques
 from cdp_ident.rig.emulator.script import Command, Hold, LetGo, MoveCart, Wait
 
 Array = npt.NDArray[np.float64]
@@ -45,9 +46,12 @@ class _Path:
 class Motion:
     """The motion that a script makes, sample by sample; after its end the last command goes on."""
 
-    def __init__(self, coefficients: Array, script: Sequence[Command], period: float) -> None:
-        """`coefficients` are those of `simulate`, `period` is the time between samples [s]."""
+    def __init__(
+        self, coefficients: Array, script: Sequence[Command], period: float, torques: Torques = NO_TORQUES
+    ) -> None:
+        """`coefficients` and `torques` are those of `simulate`, `period` is the time between samples [s]."""
         self._coefficients = coefficients
+        self._torques = torques
         self._commands = iter(script)
         self._period = period
         self._step = period / math.ceil(period / _LONGEST_STEP)
@@ -60,7 +64,7 @@ class Motion:
         """Whether the script has come to its end."""
 
     def advance(self, count: int) -> Array:
-        """Return the next samples (count, 3): the cart [m], theta1 and theta2 from upright [rad]."""
+        """Return the next samples (count, 5): cart [m], theta1 and theta2 from upright [rad], their speeds [rad/s]."""
         parts = []
         while count:
             while not self._left and not self.finished:
@@ -100,6 +104,6 @@ class Motion:
         else:
             grid = TimeGrid.over(ahead, self._step)
             u = self._cart.at(begin + grid.half_step_times())[2][:, 0]
-            states = simulate(self._coefficients, self._state, ahead, u, self._step)
+            states = simulate(self._coefficients, self._state, ahead, u, self._step, self._torques, begin)
         self._state = states[-1]
-        return np.hstack([x, states[:, :2]])
+        return np.hstack([x, states])

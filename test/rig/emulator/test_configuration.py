@@ -2,10 +2,11 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from cdp_ident.errors import OptionError
-from cdp_ident.model.parameters import NOMINAL
+from cdp_ident.model.parameters import NOMINAL, SYMBOLS, inertia_about_cart
 from cdp_ident.rig.emulator.configuration import EmulatedRig, load_rig
 
 ROOT = Path(__file__).parents[3]
@@ -30,6 +31,21 @@ def test_what_is_given_replaces_only_itself(tmp_path: Path) -> None:
     assert (rig.rate, len(rig.script)) == (500.0, 2)
 
 
+def test_effects_are_chosen_from_the_catalogue_in_physical_units(tmp_path: Path) -> None:
+    path = tmp_path / "rig.yaml"
+    path.write_text("""
+effects:
+  coulomb_friction: {inner: {torque: 0.002}}
+  cogging_torque: {outer: {sine: 0.001, cosine: 0, periods: 7}}
+  encoder_scale: {outer: {scale: 0.01}}
+""")
+    effects = load_rig(path).effects
+    A22 = inertia_about_cart(np.array([NOMINAL[symbol] for symbol in SYMBOLS]), NOMINAL["L"])
+    assert effects.torques.values[:, :3] == pytest.approx(np.array([[0.002 / A22, 0, 0], [0.001 / A22, 0, 7]]))
+    ((effect, values),) = effects.sensors
+    assert (effect.key, values.tolist()) == ("encoder_scale.outer", [0.01])
+
+
 def test_the_example_file_is_a_rig() -> None:
     assert load_rig(ROOT / "config" / "emulated_rig.yaml").rate == 200.0
 
@@ -45,7 +61,13 @@ def test_the_example_file_is_a_rig() -> None:
         ("parameters: 3", "expected keys"),
         ("rate: 0", "1 to 5000"),
         ("rate: 1e9", "rate is"),
-        ("effects: {air_drag: {}}", "effects are not available yet"),
+        ("effects: {air_darg: {inner: {}}}", "did you mean 'air_drag'?"),
+        ("effects: {air_drag: {base: {}}}", "unknown joint"),
+        ("effects: {air_drag: {inner: {}}}", "coefficient [N m s^2] is missing"),
+        ("effects: {air_drag: {inner: {coefficient: -1}}}", "coefficient is -1"),
+        ("effects: {air_drag: {outer: {coefficient: 0, variant: none}}}", "unknown variant"),
+        ("effects: {cogging_torque: {inner: {sine: 0, cosine: 0, periods: 2.5}}}", "not in the catalogue"),
+        ("effects: {time_offset: {outer: {delay: -0.01}}}", "delay is -0.01"),
         ("encoders: {noise: -1}", "noise is -1"),
         ("script: 3", "expected a list"),
         ("- 3", "expected keys"),

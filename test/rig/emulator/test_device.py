@@ -16,7 +16,7 @@ def device(rate: float = 200.0, **options: float) -> Device:
 
 def positions(count: int, inner_turns: float = 0.0) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
     theta = math.pi + math.tau * inner_turns * np.arange(count)
-    return np.column_stack([np.full(count, 0.02), theta, theta])
+    return np.column_stack([np.full(count, 0.02), theta, np.zeros(count)])
 
 
 def decode(*frames: bytes) -> list[object]:

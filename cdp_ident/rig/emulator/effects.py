@@ -1,0 +1,141 @@
+"""Effects of the catalogue in an emulated rig: what its file says of them, and what its encoders make of the motion."""
+
+from collections import deque
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from scipy.interpolate import CubicHermiteSpline
+
+from cdp_ident.errors import OptionError
+from cdp_ident.model.effects.catalogue import CATALOGUE
+from cdp_ident.model.effects.constants import effect_constants
+from cdp_ident.model.effects.effect import Effect, SensorEffect, TorqueEffect
+from cdp_ident.model.parameters import SYMBOLS, inertia_about_cart, physical_coefficients
+from cdp_ident.model.trajectory import NO_TORQUES, Torques
+from cdp_ident.rig.emulator.script import number
+from cdp_ident.spelling import refuse_unknown
+
+Array = npt.NDArray[np.float64]
+
+_LATEST = 0.1
+"""So much of the past is kept for an encoder that is late [s]."""
+
+
+@dataclass(frozen=True)
+class Effects:
+    """The effects that an emulated rig has beside the paper's model."""
+
+    torques: Torques = NO_TORQUES
+    sensors: tuple[tuple[SensorEffect, Array], ...] = ()
+
+
+NO_EFFECTS = Effects()
+
+
+def parse_effects(content: Any, physical: Mapping[str, float], where: str) -> Effects:
+    """Return the effects of a rig's file: `{coulomb_friction: {inner: {torque: 0.002}}, …}`, in physical units.
+
+    Names are those of `CATALOGUE`; of several forms of an effect the first is meant, unless `variant` (or, for
+    `cogging_torque`, `periods`) says otherwise. Times count from the emulator's start. Raises `OptionError` for what
+    is unknown or out of its range.
+    """
+    if content == {}:
+        return NO_EFFECTS
+    A22 = float(inertia_about_cart(np.array([physical[symbol] for symbol in SYMBOLS]), physical["L"]))
+    chosen = [
+        (effect, _values(effect, given, A22, place))
+        for name, joints in _mapping(content, where).items()
+        for effect, given, place in _of_name(name, joints, where)
+    ]
+    mass = physical["m1"] + physical["m2"] + physical["m0"]
+    constants = effect_constants(
+        physical_coefficients(physical),
+        physical["L"],
+        max(physical["L"], 2 * physical["l2"]),
+        mass / A22,
+        physical["m2"] / A22,
+    )
+    torques = [(effect, values.tolist()) for effect, values in chosen if isinstance(effect, TorqueEffect)]
+    sensors = [(effect, values) for effect, values in chosen if isinstance(effect, SensorEffect)]
+    return Effects(Torques.of(torques, constants), tuple(sensors))
+
+
+def _of_name(name: str, joints: Any, where: str) -> list[tuple[Effect, dict[str, Any], str]]:
+    refuse_unknown([name], {effect.name for effect in CATALOGUE}, f"effect in {where}")
+    place = f"{where}: {name}"
+    refuse_unknown(
+        _mapping(joints, place), {effect.joint for effect in CATALOGUE if effect.name == name}, f"joint in {place}"
+    )
+    result: list[tuple[Effect, dict[str, Any], str]] = []
+    for joint, given in joints.items():
+        values = dict(_mapping(given, f"{place}: {joint}"))
+        forms = [effect for effect in CATALOGUE if (effect.name, effect.joint) == (name, joint)]
+        if "variant" in values:
+            variant = values.pop("variant")
+            refuse_unknown([variant], [effect.variant for effect in forms], f"variant of {place}: {joint}")
+            forms = [effect for effect in forms if effect.variant == variant]
+        fitting = [
+            effect
+            for effect in forms
+            if all(values.get(p.name, p.lower) == p.lower for p in effect.parameters if p.fixed)
+        ]
+        if not fitting:
+            raise OptionError(f"{place}: {joint}: {values} is not in the catalogue of effects")
+        result.append((fitting[0], values, f"{place}: {joint}"))
+    return result
+
+
+def _values(effect: Effect, given: dict[str, Any], A22: float, where: str) -> Array:
+    refuse_unknown(given, [p.name for p in effect.parameters], f"key in {where}")
+    values = []
+    for p in effect.parameters:
+        if not p.fixed and p.name not in given:
+            raise OptionError(f"{where}: {p.name} [{p.unit}] is missing")
+        scale = A22 if p.relative_to_inertia else 1.0
+        lower = 0.0 if isinstance(effect, SensorEffect) and effect.delays else p.lower * scale
+        values.append(number(given.get(p.name, p.lower), f"{where}: {p.name}", lower, p.upper * scale) / scale)
+    return np.array(values)
+
+
+def _mapping(content: Any, where: str) -> dict[str, Any]:
+    if not isinstance(content, dict):
+        raise OptionError(f"{where}: expected keys with values, found {content!r}")
+    return content
+
+
+class Readings:
+    """What the encoders of the joints show of the motion, sample by sample."""
+
+    def __init__(self, sensors: tuple[tuple[SensorEffect, Array], ...], period: float) -> None:
+        self._sensors = sensors
+        self._period = period
+        self._now = 0
+        self._past: deque[Array] = deque(maxlen=max(2, round(_LATEST / period)))
+
+    def of(self, states: Array) -> Array:
+        """Return the inner and outer encoder's angles (n, 2) [rad] of the next states (n, 4)."""
+        time = np.asarray((self._now + 1 + np.arange(len(states))) * self._period, dtype=np.float64)
+        angles = [states[:, 0], states[:, 1] - states[:, 0]]
+        for effect, values in self._sensors:
+            if effect.delays:
+                angles[1] = self._late(states, time, float(values[0]))
+        for effect, values in self._sensors:
+            if not effect.delays:
+                joint = ("inner", "outer").index(effect.joint)
+                angles[joint] = angles[joint] + effect.reading(angles[joint], time, values)[0]
+        self._past.extend(states)
+        self._now += len(states)
+        return np.stack(angles, axis=1)
+
+    def _late(self, states: Array, time: Array, delay: float) -> Array:
+        """Return the outer joint's angle as it was before each sample."""
+        past = np.array([*self._past, *states]) if self._past else states
+        begin = len(past) - len(states)
+        stamps = time[0] + (np.arange(len(past)) - begin) * self._period
+        if len(past) < 2:
+            return np.asarray(states[:, 1] - states[:, 0])
+        outer = CubicHermiteSpline(stamps, past[:, 1] - past[:, 0], past[:, 3] - past[:, 2])
+        return np.asarray(outer(np.maximum(time - delay, stamps[0])), dtype=np.float64)

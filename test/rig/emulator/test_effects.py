@@ -1,0 +1,89 @@
+"""Hidden effects in the emulated rig's motion and in what its encoders show."""
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from cdp_ident.model.parameters import NOMINAL, physical_coefficients
+from cdp_ident.rig.emulator.effects import Readings, parse_effects
+from cdp_ident.rig.emulator.motion import Motion
+from cdp_ident.rig.emulator.script import Hold, LetGo, Wait
+
+PERIOD = 0.005
+FRICTIONLESS = NOMINAL | {"c1": 0.0, "c2": 0.0}
+
+
+def states(content: dict[str, Any], parameters: dict[str, float] = NOMINAL) -> NDArray[np.float64]:
+    """Return 10 s of states that begin when the pendulum is let go."""
+    effects = parse_effects(content, parameters, "rig.yaml")
+    script = (Hold(1.5, 1.5, 0.5), LetGo(), Wait(100.0))
+    motion = Motion(physical_coefficients(parameters), script, PERIOD, effects.torques)
+    return np.asarray(motion.advance(2100)[100:, 1:])
+
+
+def readings(content: dict[str, Any], motion: NDArray[np.float64], piece: int = 2000) -> NDArray[np.float64]:
+    shown = Readings(parse_effects(content, NOMINAL, "rig.yaml").sensors, PERIOD)
+    return np.concatenate([shown.of(motion[begin : begin + piece]) for begin in range(0, len(motion), piece)])
+
+
+def test_dry_friction_brings_a_frictionless_pendulum_to_rest() -> None:
+    free, braked = states({}, FRICTIONLESS), states({"coulomb_friction": {"inner": {"torque": 0.05}}}, FRICTIONLESS)
+    assert np.ptp(free[-200:, 0]) > 1.0
+    assert np.ptp(braked[-200:, 0]) < 0.6 * np.ptp(free[-200:, 0])
+
+
+def test_a_tilted_base_moves_where_it_hangs() -> None:
+    heavy = NOMINAL | {"c1": 0.5, "c2": 0.3}
+    assert states({"gravity_tilt": {"base": {"tilt": 0.05}}}, heavy)[-1, :2] == pytest.approx(math.pi + 0.05, abs=2e-3)
+
+
+def test_a_knock_comes_at_its_time() -> None:
+    quiet, knocked = states({}), states({"impulse": {"outer": {"impulse": 0.02, "time": 4.0}}})
+    differ = np.flatnonzero(np.abs(quiet - knocked).max(axis=1) > 1e-6)
+    assert differ[0] * PERIOD + 0.5 == pytest.approx(4.0, abs=0.06)
+
+
+def test_the_motion_with_effects_is_the_same_however_it_is_asked_for() -> None:
+    content = {"impulse": {"outer": {"impulse": 0.02, "time": 1.0}}, "coulomb_friction": {"outer": {"torque": 0.002}}}
+    effects = parse_effects(content, NOMINAL, "rig.yaml")
+    script = (Hold(1.5, 1.5, 0.5), LetGo(), Wait(100.0))
+    motions = [Motion(physical_coefficients(NOMINAL), script, PERIOD, effects.torques) for _ in range(2)]
+    pieces = np.concatenate([motions[1].advance(50) for _ in range(8)])
+    assert pieces == pytest.approx(motions[0].advance(400), abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("content", "expected"),
+    [
+        ({}, lambda inner, outer: (inner, outer)),
+        ({"encoder_offset": {"outer": {"offset": 0.1}}}, lambda inner, outer: (inner, outer + 0.1)),
+        ({"encoder_scale": {"inner": {"scale": 0.02}}}, lambda inner, outer: (inner + 0.02 * (inner - math.pi), outer)),
+        (
+            {"encoder_eccentricity": {"outer": {"sine": 0.03, "cosine": 0.01}}},
+            lambda inner, outer: (inner, outer + 0.03 * np.sin(outer) + 0.01 * np.cos(outer)),
+        ),
+        (
+            {"encoder_slip": {"outer": {"slip": 0.2, "time": 5.0}}},
+            lambda inner, outer: (inner, outer + 0.2 * (np.arange(1, 2001) * PERIOD >= 5.0)),
+        ),
+    ],
+)
+@pytest.mark.parametrize("piece", [2000, 7])
+def test_encoders_show_what_their_effect_says(content: dict[str, Any], expected: Any, piece: int) -> None:
+    motion = states({})
+    shown = readings(content, motion, piece)
+    inner, outer = expected(motion[:, 0], motion[:, 1] - motion[:, 0])
+    assert shown == pytest.approx(np.stack([inner, outer], axis=1))
+
+
+@pytest.mark.parametrize("piece", [2000, 7, 1])
+def test_a_late_encoder_shows_the_past(piece: int) -> None:
+    motion = states({})
+    shown = readings({"time_offset": {"outer": {"delay": 0.0125}}}, motion, piece)
+    outer = motion[:, 1] - motion[:, 0]
+    between = 0.5 * (outer[197:-3] + outer[198:-2])
+    assert shown[200:, 1] == pytest.approx(between, abs=2e-3)
+    assert np.abs(shown[200:, 1] - outer[200:]).max() > 0.05
