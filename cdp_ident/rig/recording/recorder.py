@@ -86,6 +86,7 @@ class Recorder:
         self._trial: _Trial | None = None
         self._last_sample_ns: int | None = None
         self._last_stamp_ns = 0
+        self._told_of_joints = False
         self._check_folder()
         self._complete_unfinished()
         on_state(self.state)
@@ -165,6 +166,13 @@ class Recorder:
     def _take_sample(self, message: _Message) -> None:
         position = self._reader.read(message.raw)
         if position is None:
+            if not self._told_of_joints:
+                self._told_of_joints = True
+                joints = self._options.joints
+                self._say(
+                    f"a message on {message.topic} has no positions of {joints.inner} and {joints.outer}: it is recorded, "
+                    "but tells nothing of release and rest; set the parameters inner_joint and outer_joint"
+                )
             return
         self._last_sample_ns, self._last_stamp_ns = message.received_ns, position.stamp_ns
         if self._trial is not None:

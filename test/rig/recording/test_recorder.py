@@ -165,6 +165,14 @@ def test_disarmed_it_records_nothing(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
+def test_joint_states_without_the_pendulums_joints_are_told_once(tmp_path: Path) -> None:
+    bench = Bench(tmp_path)
+    for stamp in range(3):
+        bench.recorder.take("/joint_states", MESSAGE_TYPE, stamp, serialize_joint_state(["elbow"], [1.0], stamp))
+    (said,) = bench.said
+    assert "no positions of inner_joint and outer_joint" in said
+
+
 def test_closing_completes_the_bag(tmp_path: Path) -> None:
     bench = Bench(tmp_path)
     bench.run(1.0)
