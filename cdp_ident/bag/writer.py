@@ -106,9 +106,7 @@ class BagWriter:
         if self._stream.closed:
             return
         try:
-            # Versions of mcap below 1.5 do this in their `finish` only; later ones offer it as `flush`.
-            self._writer._Writer__finalize_chunk()
-            self._stream.flush()
+            self._writer.flush()
         except OSError as error:
             raise self._failure(error) from error
 
