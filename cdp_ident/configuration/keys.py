@@ -1,0 +1,95 @@
+"""The table of everything that an identification can be told.
+
+The defaults, and most descriptions, are those of the dataclasses that the values end up in.
+"""
+
+import dataclasses
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, Literal, get_args, get_origin, get_type_hints
+
+from cdp_ident.configuration.field_documentation import field_documentation, without_unit
+from cdp_ident.identification.estimation import SHORT_IGA
+from cdp_ident.identification.genetic_options import METHODS, GeneticOptions
+from cdp_ident.identification.identify import IdentifyOptions
+from cdp_ident.model.parameters import CONSTANTS, PARAMETERS
+from cdp_ident.trial.options import TrialOptions
+
+Scalar = bool | int | float | str
+
+
+@dataclass(frozen=True)
+class Key:
+    """One thing that can be told."""
+
+    name: str
+    kind: type[Scalar]
+    """bool, int, float or str."""
+    default: Scalar | None
+    """None: it is not told, or it follows from other keys, as the description says."""
+    description: str
+    unit: str = ""
+    minimum: float | None = None
+    choices: tuple[str, ...] = ()
+    fixed_default: bool = True
+    """Whether the default depends on nothing else."""
+
+
+def _constants() -> Iterator[Key]:
+    for constant in CONSTANTS:
+        yield Key(constant.symbol, float, constant.nominal, constant.description, constant.unit, 0.0)
+
+
+def _physical() -> Iterator[Key]:
+    for parameter in PARAMETERS:
+        symbol, unit = parameter.symbol, parameter.unit
+        yield Key(f"nominal.{symbol}", float, parameter.nominal, f"estimate: {parameter.description}", unit, 0.0)
+    for limit in ("lower", "upper"):
+        for parameter in PARAMETERS:
+            factor = getattr(parameter, f"{limit}_factor")
+            text = (
+                f"{limit} limit of the search for {parameter.symbol}; {factor:g} times its nominal value if not given"
+            )
+            default = parameter.nominal * factor
+            yield Key(f"{limit}.{parameter.symbol}", float, default, text, parameter.unit, 0.0, fixed_default=False)
+    for parameter in PARAMETERS:
+        text = f"weighed or measured, takes the nominal value's place: {parameter.description}"
+        yield Key(f"known.{parameter.symbol}", float, None, text, parameter.unit, 0.0, fixed_default=False)
+    for parameter in PARAMETERS:
+        text = f"standard deviation of known.{parameter.symbol}; 1 % of it if not given"
+        yield Key(f"known_std.{parameter.symbol}", float, None, text, parameter.unit, 0.0, fixed_default=False)
+
+
+def _of_dataclass(of: type[Any], defaults: Any, prefix: str, fixed_defaults: bool = True) -> Iterator[Key]:
+    kinds, documentation = get_type_hints(of), field_documentation(of)
+    for field in dataclasses.fields(of):
+        kind = kinds[field.name]
+        choices = get_args(kind) if get_origin(kind) is Literal else ()
+        if choices:
+            kind = str
+        if kind in (bool, int, float, str):
+            description, unit = without_unit(documentation[field.name])
+            default = getattr(defaults, field.name)
+            yield Key(prefix + field.name, kind, default, description, unit, None, choices, fixed_defaults)
+
+
+def _method() -> Key:
+    text = (
+        "the paper's search in full, by name; empty: the improved one, cut short, as the refinement takes over from it"
+    )
+    return Key("method", str, "", text, choices=("", *METHODS))
+
+
+KEYS = {
+    key.name: key
+    for key in (
+        *_constants(),
+        *_physical(),
+        _method(),
+        *_of_dataclass(IdentifyOptions, IdentifyOptions(), ""),
+        *_of_dataclass(TrialOptions, TrialOptions(), "trial."),
+        # What the search's settings are if not given, depends on the method.
+        *_of_dataclass(GeneticOptions, SHORT_IGA, "search.", fixed_defaults=False),
+    )
+}
+"""Every key by its name."""

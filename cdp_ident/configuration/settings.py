@@ -1,0 +1,102 @@
+"""From names and values to the options that the library takes, and back."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from cdp_ident.configuration.keys import KEYS, Key, Scalar
+from cdp_ident.errors import OptionError
+from cdp_ident.identification.identify import IdentifyOptions
+from cdp_ident.identification.prior import Prior
+from cdp_ident.model.parameters import CONSTANTS, NOMINAL, SYMBOLS
+from cdp_ident.spelling import refuse_unknown
+from cdp_ident.trial.options import TrialOptions
+
+_LARGEST_INTEGER = 2**63 - 1
+_PRIOR = ("nominal", "lower", "upper", "known", "known_std")
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Everything that an identification can be told, beside its bags."""
+
+    identify: IdentifyOptions = field(default_factory=IdentifyOptions)
+    trial: TrialOptions = field(default_factory=TrialOptions)
+
+    @classmethod
+    def of(cls, given: Mapping[str, Any]) -> "Settings":
+        """Make settings of values by name (see `KEYS`); what is not given has its default.
+
+        Raises:
+            OptionError: a name is unknown (the nearest known one is told), or a value is of the wrong type or not
+                possible.
+        """
+        refuse_unknown(given, KEYS, "key of identify")
+        values: dict[str, Any] = {name: _checked(KEYS[name], value) for name, value in given.items()}
+        prior = {group: _below(f"{group}.", values) for group in _PRIOR}
+        prior["nominal"] |= {
+            constant.symbol: values[constant.symbol] for constant in CONSTANTS if constant.symbol in values
+        }
+        for constant in CONSTANTS:
+            if not 0 < values.get(constant.symbol, 1.0) < math.inf:
+                raise OptionError(f"{constant.symbol} is {values[constant.symbol]}; it must be a positive number")
+        top: dict[str, Any] = {
+            name: value for name, value in values.items() if name in IdentifyOptions.__dataclass_fields__
+        }
+        top["method"] = top.get("method") or None
+        if top.get("seed", 0) < 0:
+            raise OptionError(f"seed is {top['seed']}; it must be 0 or more")
+        options = IdentifyOptions(prior=Prior(**prior), **top)
+        if search := _below("search.", values):
+            options = replace(options, genetic=replace(options.search, **search))
+        try:
+            return cls(options, TrialOptions(**_below("trial.", values)))
+        except OptionError as error:
+            raise OptionError(f"trial.{error}") from error
+
+    def values(self) -> dict[str, Scalar]:
+        """Return every value in effect, by name: what these settings can be made of again."""
+        options, prior = self.identify, self.identify.prior
+        values: dict[str, Scalar] = {constant.symbol: prior.constant(constant.symbol) for constant in CONSTANTS}
+        values |= {f"nominal.{symbol}": prior.nominal.get(symbol, NOMINAL[symbol]) for symbol in SYMBOLS}
+        for limit, limits in zip(("lower", "upper"), prior.box, strict=True):
+            values |= {f"{limit}.{symbol}": float(value) for symbol, value in zip(SYMBOLS, limits, strict=True)}
+        for group in ("known", "known_std"):
+            values |= {f"{group}.{symbol}": float(value) for symbol, value in getattr(prior, group).items()}
+        values["method"] = options.method or ""
+        sources = (("", options), ("trial.", self.trial), ("search.", options.search))
+        for name in KEYS:
+            if name not in values:
+                for prefix, source in sources:
+                    attribute = name.removeprefix(prefix)
+                    if name.startswith(prefix) and hasattr(source, attribute):
+                        values[name] = getattr(source, attribute)
+        return values
+
+
+def _below(prefix: str, values: Mapping[str, Any]) -> dict[str, Any]:
+    return {name.removeprefix(prefix): value for name, value in values.items() if name.startswith(prefix)}
+
+
+def _checked(key: Key, value: Any) -> Scalar:
+    """Return a value as the key's type.
+
+    A whole number may stand for a real one; ROS takes `1e-3` for a number, YAML for a string.
+    """
+    checked: Scalar | None = None
+    if key.kind is float and not isinstance(value, bool):
+        try:
+            checked = float(value)
+        except (TypeError, ValueError, OverflowError):
+            checked = None
+    elif type(value) is key.kind:
+        checked = value
+    if checked is None or (isinstance(checked, float) and math.isnan(checked)):
+        kinds = {float: "a number", int: "a whole number", bool: "true or false", str: "text"}
+        raise OptionError(f"{key.name} is {value!r}: expected {kinds[key.kind]} ({key.description})")
+    if type(checked) is int and abs(checked) > _LARGEST_INTEGER:
+        raise OptionError(f"{key.name} is {value}: such a large number is not believed")
+    if key.choices and checked not in key.choices:
+        raise OptionError(f"{key.name} is {value!r}: expected one of {', '.join(map(repr, key.choices))}")
+    return checked
