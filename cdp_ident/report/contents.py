@@ -1,0 +1,202 @@
+"""The contents of `report.json`."""
+
+from collections.abc import Mapping
+from datetime import datetime, timezone
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from cdp_ident.identification.identifiability import Identifiability, Tradeoff, identifiability, is_determined
+from cdp_ident.identification.identify import Data, Identification
+from cdp_ident.identification.judgement import Errors
+from cdp_ident.identification.motion_model import MotionModel
+from cdp_ident.identification.physical import PhysicalValues
+from cdp_ident.identification.warnings import find_warnings
+from cdp_ident.identification.windows import Window
+from cdp_ident.model.parameters import CONSTANTS, GROUPS, PARAMETERS
+from cdp_ident.report.job import Outcome
+from cdp_ident.report.provenance import versions
+
+Array = npt.NDArray[np.float64]
+Section = dict[str, Any]
+
+SCHEMA = "cdp_ident/report/1"
+
+
+def report(outcome: Outcome) -> Section:
+    """Return everything there is to report; plain values, to be written as JSON."""
+    found = outcome.identification
+    model, values = found.options.model, found.fit.values
+    determined = identifiability(
+        found.fit, found.covariance, found.physical, found.options.prior, model.constants(values)[0]
+    )
+    return {
+        "schema": SCHEMA,
+        "trials": _trials(outcome),
+        "noise_rad": {"theta1": float(found.data.noise[0]), "theta2": float(found.data.noise[1])},
+        "search": _search(outcome),
+        "stages": {stage: _errors(found.data, *errors) for stage, errors in found.errors.items()},
+        "before": fit_section(
+            model, values, found.covariance, found.physical, _errors(found.data, *found.errors["refined"])
+        ),
+        "refinement": {
+            "iterations": found.fit.iterations,
+            "simulations": found.fit.simulations,
+            "converged": found.fit.converged,
+            "windows_fitted": len(found.data.fit),
+            "windows_held_out": len(found.data.holdout),
+        },
+        "continuity": _continuity(found),
+        "repeatability": _repeatability(found),
+        "identifiability": _identifiability(determined),
+        "warnings": [
+            {"name": warning.name, "about": list(warning.about), "message": warning.message}
+            for warning in find_warnings(found)
+        ],
+        "run": _run(outcome),
+    }
+
+
+def fit_section(
+    model: MotionModel, values: Array, covariance: Array, physical: PhysicalValues, error: Section
+) -> Section:
+    """Return what a fitted model is: physical values, groups and errors.
+
+    Args:
+        model: the model.
+        values: (unknowns,) its fitted values, the groups first.
+        covariance: (unknowns, unknowns) their covariance.
+        physical: the physical values chosen for the groups.
+        error: its errors, as `_errors` gives them.
+    """
+    std = np.sqrt(np.diag(covariance))
+    numbers = zip(PARAMETERS, physical.values, physical.std, physical.determined, strict=True)
+    section = {
+        parameter.symbol: _quantity(value, deviation, parameter.unit, sure)
+        for parameter, value, deviation, sure in numbers
+    }
+    for constant, value in zip(CONSTANTS, model.constants(values), strict=True):
+        fitted = constant.symbol in model.names
+        deviation = std[model.names.index(constant.symbol)] if fitted else 0.0
+        section[constant.symbol] = _quantity(value, deviation, constant.unit, is_determined(value, deviation))
+    return {
+        "physical": section,
+        "physical_possible": physical.possible,
+        "groups": {
+            group.symbol: _quantity(value, deviation, group.unit, is_determined(value, deviation))
+            for group, value, deviation in zip(GROUPS, values, std, strict=False)
+        },
+        "error": error,
+    }
+
+
+def _quantity(value: float, std: float, unit: str, determined: bool) -> Section:
+    return {"value": float(value), "std": float(std), "unit": unit, "determined": bool(determined)}
+
+
+def _errors(data: Data, fit: Errors, holdout: Errors) -> Section:
+    return {"fit": _error(fit, data.fit), "holdout": _error(holdout, data.holdout)}
+
+
+def _error(errors: Errors, windows: tuple[Window, ...]) -> Section:
+    return {
+        "rmse_rad": errors.rmse,
+        "rmse_theta1_rad": errors.rmse_theta1,
+        "rmse_theta2_rad": errors.rmse_theta2,
+        "window_s": round(float(np.mean([window.duration for window in windows])), 3),
+        "sse_free_run": errors.free_run,
+    }
+
+
+def _trials(outcome: Outcome) -> list[Section]:
+    loaded = outcome.loaded
+    bags = (*loaded.job.bags, *loaded.job.holdout)
+    trials = (*loaded.fit, *loaded.holdout)
+    return [
+        {
+            "bag": str(bag),
+            "name": trial.name,
+            "role": "fit" if index < len(loaded.fit) else "holdout",
+            "samples": len(trial.time),
+            "start_s": trial.start,
+            "duration_s": trial.duration,
+            "warnings": list(trial.notes),
+        }
+        for index, (bag, trial) in enumerate(zip(bags, trials, strict=True))
+    ]
+
+
+def _search(outcome: Outcome) -> Section:
+    found = outcome.identification
+    options, estimate = found.options, found.estimate
+    return {
+        "method": options.method or "iga",
+        "cut_short": options.method is None,
+        "seed": options.seed,
+        "population": options.search.population,
+        "generations": len(estimate.search.history) - 1,
+        "searches": estimate.searches,
+        "evaluations": estimate.evaluations,
+        "sse": estimate.search.error,
+        "seconds": outcome.search_seconds,
+        "history": list(estimate.search.history),
+        "stopped": estimate.search.stopped,
+    }
+
+
+def _continuity(found: Identification) -> Section | None:
+    joined = found.continuity
+    if joined is None:
+        return None
+    return {"rms_rad": joined.rms, "relative": joined.relative, "joints": joined.joints}
+
+
+def _repeatability(found: Identification) -> Section | None:
+    compared = found.repeatability
+    if compared is None:
+        return None
+    names = found.fit.model.names
+    return {
+        "agree": compared.agree,
+        "p_value": compared.p_value,
+        "trials": [
+            {
+                "trial": trial,
+                "groups": {
+                    name: {"value": float(value), "std": float(std)}
+                    for name, value, std in zip(names, values, deviations, strict=True)
+                },
+            }
+            for trial, values, deviations in zip(compared.trials, compared.values, compared.std, strict=True)
+        ],
+    }
+
+
+def _identifiability(found: Identifiability) -> Section:
+    def changes(tradeoffs: tuple[Tradeoff, ...]) -> list[Mapping[str, float]]:
+        return [tradeoff.changes for tradeoff in tradeoffs]
+
+    return {
+        "directions": [
+            {"singular_value": direction.singular_value, "exponents": direction.exponents}
+            for direction in found.directions
+        ],
+        "undetermined": list(found.undetermined),
+        "unseen_changes": changes(found.unseen),
+        "determined_physical": list(found.determined_physical),
+        "physical_changes_without_effect": changes(found.tradeoffs),
+        "to_measure": list(found.to_measure),
+        "words": list(found.words),
+    }
+
+
+def _run(outcome: Outcome) -> Section:
+    loaded = outcome.loaded
+    return {
+        "written_at": datetime.now(timezone.utc).isoformat(timespec="seconds"),
+        "seconds": outcome.seconds,
+        "versions": versions(),
+        "options": loaded.job.settings.values(),
+        "bag_sha256": {str(bag): dict(files) for bag, files in loaded.checksums.items()},
+    }

@@ -1,0 +1,50 @@
+"""The fitted parameters as ROS has them: in `fitted.yaml` and on the node."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from cdp_ident.configuration.parameter_file import parameter_file
+from cdp_ident.model.parameters import CONSTANTS, GROUPS, PARAMETERS
+from cdp_ident.report.contents import Section
+
+
+@dataclass(frozen=True)
+class FittedParameter:
+    """One result under its name on ROS."""
+
+    name: str
+    value: float | bool
+    description: str
+    unit: str
+    minimum: float | None = 0.0
+    """Lowest possible value; None where the value may be infinite, which no range can hold."""
+
+
+def fitted_parameters(fit: Section) -> Iterator[FittedParameter]:
+    """Yield the parameters of a fit (a FIT of the report): first their values.
+
+    Then `std.<name>`, infinite where the trials do not show the parameter at all, and `determined.<name>`: whether
+    trials and measured values determine it.
+    """
+    described = {parameter.symbol: parameter.description for parameter in (*PARAMETERS, *CONSTANTS)}
+    described |= {f"groups.{group.symbol}": group.formula for group in GROUPS}
+    quantities = {**fit["physical"], **{f"groups.{symbol}": quantity for symbol, quantity in fit["groups"].items()}}
+    for name, quantity in quantities.items():
+        yield FittedParameter(name, quantity["value"], f"fitted: {described[name]}", quantity["unit"])
+    for name, quantity in quantities.items():
+        std = np.inf if quantity["std"] is None else quantity["std"]
+        yield FittedParameter(f"std.{name}", std, f"standard deviation of {name}", quantity["unit"], None)
+    for name, quantity in quantities.items():
+        yield FittedParameter(
+            f"determined.{name}", quantity["determined"], f"whether the trials determine {name}", "", None
+        )
+
+
+def fitted_yaml(report: Section) -> str:
+    """Return the text of `fitted.yaml`."""
+    values = {parameter.name: parameter.value for parameter in fitted_parameters(report["before"])}
+    bags = ", ".join(trial["name"] for trial in report["trials"] if trial["role"] == "fit")
+    comments = [f"Fitted by cdp_ident identify from {bags!r}; report.json tells how. SI units, radians."]
+    return parameter_file(values, comments)

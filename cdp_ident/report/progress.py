@@ -1,0 +1,62 @@
+"""How far the search is, shown to people while it runs."""
+
+import time
+from types import TracebackType
+
+from rich.console import Console
+from rich.progress import BarColumn, TextColumn
+from rich.progress import Progress as Display
+
+from cdp_ident.identification.genetic_search import Progress
+
+_SECONDS_BETWEEN_LINES = 2.0
+
+
+class SearchDisplay:
+    """A bar with the best error and the time left; where no person sees a terminal, a line now and then."""
+
+    def __init__(self, console: Console, generations: int) -> None:
+        """Make a display for a search of so many generations; a search that is repeated has twice as many."""
+        self._console = console
+        self._total = generations
+        self._searches = 0
+        self._began = self._told = time.monotonic()
+        self._display = Display(
+            TextColumn("{task.description}"),
+            BarColumn(),
+            TextColumn("{task.fields[state]}"),
+            console=console,
+            transient=True,
+        )
+        self._task = self._display.add_task("searching", total=None, state="")
+
+    def __enter__(self) -> "SearchDisplay":
+        if self._console.is_terminal:
+            self._display.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        self._display.stop()
+
+    def show(self, progress: Progress) -> None:
+        """Take what the search tells after a generation."""
+        now = time.monotonic()
+        if progress.generation == 0:
+            self._searches += 1
+            self._total *= 1 if self._searches == 1 else 2
+            self._began = now
+        done = progress.generation / self._total if self._total else 1.0
+        left = f", about {(now - self._began) * (1 / done - 1):.0f} s left" if 0 < done < 1 else ""
+        state = f"generation {progress.generation} of {self._total}, best error {progress.error:.4g} rad²{left}"
+        what = "refining" if done == 1 else "searching" if self._searches == 1 else f"search {self._searches}"
+        if self._console.is_terminal:
+            self._display.update(self._task, description=what, completed=done, total=1.0, state=state)
+        elif now - self._told > _SECONDS_BETWEEN_LINES or done == 1:
+            self._told = now
+            self._console.print(f"{what}: {state}", highlight=False)
+
+    def say(self, sentence: str) -> None:
+        """Print a sentence above the bar."""
+        self._console.print(sentence, highlight=False)

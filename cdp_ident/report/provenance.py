@@ -1,0 +1,45 @@
+"""What is needed to repeat a run: checksums of the bags, versions of the software."""
+
+import hashlib
+import importlib.metadata
+import platform
+from pathlib import Path
+
+from cdp_ident.errors import BagError
+
+_STORAGE = (".mcap", ".db3", ".mcap.zstd", ".db3.zstd")
+_PACKAGES = ("cdp_ident", "numpy", "scipy", "numba", "rosbags", "mcap")
+
+
+def bag_checksums(bag: Path) -> dict[str, str]:
+    """Return the SHA-256 of each file that holds messages of a bag, by the file's name.
+
+    Raises:
+        BagError: a file cannot be read.
+    """
+    folder = bag.parent if bag.name == "metadata.yaml" else bag
+    try:
+        files = (
+            [file for file in sorted(folder.iterdir()) if file.name.endswith(_STORAGE)] if folder.is_dir() else [bag]
+        )
+        checksums = {}
+        for file in files:
+            with file.open("rb") as stream:
+                digest = hashlib.sha256()
+                while block := stream.read(1 << 20):
+                    digest.update(block)
+            checksums[file.name] = digest.hexdigest()
+    except (OSError, ValueError) as error:
+        raise BagError(f"{bag} cannot be read: {error}") from error
+    return checksums
+
+
+def versions() -> dict[str, str]:
+    """Return the versions of Python and of the packages that numbers depend on."""
+    found = {"python": platform.python_version()}
+    for name in _PACKAGES:
+        try:
+            found[name] = importlib.metadata.version(name)
+        except importlib.metadata.PackageNotFoundError:
+            found[name] = "not installed as a package"
+    return found
