@@ -44,6 +44,7 @@ class Parameters:
     def __init__(self, node: Any) -> None:
         self._node = node
         self._changeable: set[str] = set()
+        self._advice: dict[str, str] = {}
         self._own_thread: int | None = None
         self._started = False
         node.add_on_set_parameters_callback(self._judge)
@@ -60,13 +61,16 @@ class Parameters:
         choices: Sequence[str] = (),
         changeable: bool = False,
         overridable: bool = True,
+        advice: str = "restart it with the new value",
     ) -> Value:
         """Declare a parameter and return its value: the user's where one was given, else the default.
 
         The limits hold for numbers and for each number of a list; `choices` for strings. A parameter that is not
-        `changeable` keeps its value while the node runs. One that is not `overridable` has the default whatever the
-        user gave: a result, or what was made of `given()`. Raises `OptionError` where the user's value is not allowed.
+        `changeable` keeps its value while the node runs; who tries to change it is given the `advice`. One that is not
+        `overridable` has the default whatever the user gave: a result, or what was made of `given()`. Raises
+        `OptionError` where the user's value is not allowed.
         """
+        self._advice[name] = advice
         constraint = f"one of: {', '.join(choices)}" if choices else _interval(minimum, maximum, unit)
         descriptor = ParameterDescriptor(
             description=f"{description} [{unit}]" if unit else description, additional_constraints=constraint
@@ -138,7 +142,7 @@ class Parameters:
         for parameter in parameters:
             if parameter.name not in self._changeable and parameter.name != "use_sim_time":
                 reason = f"{parameter.name} cannot be changed from outside while {self._node.get_name()} runs"
-                return SetParametersResult(successful=False, reason=f"{reason}: restart it with the new value")
+                return SetParametersResult(successful=False, reason=f"{reason}: {self._advice.get(parameter.name, '')}")
         return SetParametersResult(successful=True)
 
 

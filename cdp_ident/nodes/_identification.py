@@ -1,0 +1,87 @@
+"""One identification from the command line's request to the files of its report, without ROS."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+
+from cdp_ident.configuration.parameter_file import read_parameter_file
+from cdp_ident.configuration.settings import Settings
+from cdp_ident.identification.genetic_search import Progress
+from cdp_ident.nodes._interruption import GivenUpError, Interruption
+from cdp_ident.report.contents import Section, report
+from cdp_ident.report.fitted import fitted_yaml
+from cdp_ident.report.folder import FITTED, REPORT, check_folder, json_text, write_files
+from cdp_ident.report.job import Job, LoadedJob, load, run
+from cdp_ident.report.progress import SearchDisplay
+from cdp_ident.report.terminal import print_report
+
+NODE_NAME = "identify"
+DEFAULT_FOLDER = Path("identification")
+
+
+@dataclass(frozen=True)
+class Request:
+    """What the command line asks for."""
+
+    bags: tuple[Path, ...]
+    holdout: tuple[Path, ...]
+    out: Path | None
+    method: str | None
+    seed: int | None
+    config: Path | None
+    force: bool
+
+
+class Identifier:
+    """Identifies what was requested, as often as asked, into the same folder."""
+
+    def __init__(self, request: Request, output: Console, progress: Console) -> None:
+        self._request, self._output, self._progress = request, output, progress
+        self._folder = request.out
+        self._may_replace = request.force
+
+    def load(self, given: Mapping[str, Any]) -> LoadedJob:
+        """Read the configuration and the bags; `given` is what ROS was told.
+
+        Raises `CdpIdentError` for whatever is wrong with them, and for a folder that holds a report already.
+        """
+        request = self._request
+        values = read_parameter_file(request.config, NODE_NAME) if request.config else {}
+        values |= given
+        values |= {name: told for name in ("method", "seed") if (told := getattr(request, name)) is not None}
+        loaded = load(Job(request.bags, request.holdout, Settings.of(values)))
+        self._folder = self._folder or DEFAULT_FOLDER / loaded.fit[0].name
+        check_folder(self._folder, self._may_replace)
+        return loaded
+
+    def finish(self, loaded: LoadedJob, interruption: Interruption) -> Section:
+        """Identify, write the report's files, print it, and return it.
+
+        An interruption ends the search, not the identification. Raises `CdpIdentError`, and `GivenUpError` where the
+        identification was given up.
+        """
+        assert self._folder is not None
+        with SearchDisplay(self._progress, loaded.job.settings.identify.search.generations) as display:
+
+            def stop(progress: Progress) -> str | None:
+                if interruption.given_up:
+                    raise GivenUpError
+                display.show(progress)
+                if not interruption.asked:
+                    return None
+                display.say("the search ends here; its best so far is refined (Ctrl-C again ends at once)")
+                return "interrupted"
+
+            with interruption.searching():
+                outcome = run(loaded, stop)
+        if interruption.given_up:
+            raise GivenUpError
+        content = report(outcome)
+        write_files(self._folder, {REPORT: json_text(content), FITTED: fitted_yaml(content)})
+        self._may_replace = True
+        print_report(self._output, content)
+        self._output.print(f"{self._folder / REPORT} and {FITTED} are written", highlight=False, markup=False)
+        return content

@@ -1,0 +1,122 @@
+"""Identifies the parameters from bags, reports them, and serves them to other nodes."""
+
+import argparse
+import importlib.util
+from pathlib import Path
+from typing import NoReturn
+
+from rich.console import Console
+
+from cdp_ident.command_line import entry_point
+from cdp_ident.errors import OptionError
+from cdp_ident.identification.genetic_options import METHODS
+from cdp_ident.nodes._identification import Identifier, Request
+from cdp_ident.nodes._interruption import Interruption
+
+DESCRIPTION = """\
+Identify the parameters of a cart double pendulum from free-swing bags: find the zero-input motion in each, search,
+refine, judge by motion that the fit has not seen, and write report.json and fitted.yaml (a ROS parameter file). Then
+serve the fitted parameters until Ctrl-C; with --once end, which needs no ROS.
+
+serves     the parameters m1 m2 m0 l1 l2 J1 J2 c1 c2 L g, groups.<group>, std.<each of these>, and the configuration
+           ~/identify_again (std_srvs/Trigger)  read configuration and bags again and identify anew
+publishes  ~/state (std_msgs/String, latched)   identifying, ready, or failed and why
+
+Ctrl-C while it searches ends the search: its best so far is refined, reported and served; once more ends at once."""
+
+EXAMPLE = """\
+examples:
+  ros2 run cdp_ident identify --bag trials/one --bag trials/two --holdout trials/three --config rig.yaml
+  ros2 run cdp_ident identify --bag bags/swing_wide --once
+
+Configuration (config/identify.yaml lists every key): --config FILE, --ros-args --params-file FILE and
+--ros-args -p NAME:=VALUE mean the same; what stands further right here wins, and --method and --seed win over all.
+With --once, ROS is needed only for --ros-args."""
+
+
+_WIDTH = 120
+
+
+class _Parser(argparse.ArgumentParser):
+    def error(self, message: str) -> NoReturn:
+        raise OptionError(f"{message} (identify --help tells more)")
+
+
+@entry_point
+def main(arguments: list[str]) -> int:
+    """Run the node."""
+    uses_ros_arguments = "--ros-args" in arguments
+    if uses_ros_arguments:
+        _require_ros()
+        from cdp_ident.nodes._node import parse_arguments  # noqa: PLC0415 - without ROS there is no such module
+
+        options = parse_arguments(_parser(), arguments)
+    else:
+        options = _parser().parse_args(arguments)
+    request = Request(
+        tuple(options.bag),
+        tuple(options.holdout),
+        options.out,
+        options.method,
+        options.seed,
+        options.config,
+        options.force,
+    )
+    identifier = Identifier(request, _console(), _console(stderr=True))
+    if options.once and not uses_ros_arguments:
+        interruption = Interruption()
+        interruption.install()
+        identifier.finish(identifier.load({}), interruption)
+        return 0
+    _require_ros()
+    from cdp_ident.nodes._identify_node import run_identify_node  # noqa: PLC0415
+
+    return run_identify_node(identifier, options.once, arguments)
+
+
+def _console(stderr: bool = False) -> Console:
+    """Return a console as wide as the terminal, or wide enough for the tables where there is none."""
+    console = Console(stderr=stderr)
+    return console if console.is_terminal else Console(stderr=stderr, width=_WIDTH)
+
+
+def _require_ros() -> None:
+    if importlib.util.find_spec("rclpy") is None:
+        raise OptionError("ROS 2 (rclpy) is not here: set it up, or use --once and --config to do without it")
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = _Parser(
+        prog="identify",
+        description=DESCRIPTION,
+        epilog=EXAMPLE,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+    )
+    parser.add_argument(
+        "--bag",
+        type=Path,
+        action="extend",
+        nargs="+",
+        required=True,
+        metavar="DIR",
+        help="rosbag2 bags, fitted jointly",
+    )
+    parser.add_argument(
+        "--holdout",
+        type=Path,
+        action="extend",
+        nargs="+",
+        default=[],
+        metavar="DIR",
+        help="bags that are only judged by (default: every fourth window of the others)",
+    )
+    parser.add_argument("--out", type=Path, metavar="DIR", help="where the report goes (identification/<bag name>)")
+    parser.add_argument("--force", action="store_true", help="replace a report that is there already")
+    parser.add_argument(
+        "--method", choices=tuple(METHODS), help="the paper's search in full (default: the improved one, cut short)"
+    )
+    parser.add_argument("--seed", type=int, help="of the search's chance (1)")
+    parser.add_argument("--config", type=Path, metavar="FILE", help="ROS parameter file")
+    parser.add_argument("--once", action="store_true", help="end when done instead of serving the parameters")
+    return parser
