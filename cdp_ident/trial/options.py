@@ -33,7 +33,7 @@ class TrialOptions:
     inner_sign: int = 1
     """1 if the inner joint counts positive towards the cart's +x, -1 if the other way."""
     outer_sign: int = 1
-    """The same for the outer joint."""
+    """1 if the outer joint counts positive towards the cart's +x, -1 if the other way."""
     cart_sign: int = 1
     """1 if the cart's joint counts positive towards +x, -1 if the other way."""
     start: float = 0.0
