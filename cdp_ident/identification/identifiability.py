@@ -58,8 +58,6 @@ class Tradeoff:
 
     def __str__(self) -> str:
         names = list(self.changes)
-        if len(names) == 1:
-            return f"{names[0]} can change without a change of the motion that these trials show"
         if len({round(change, 6) for change in self.changes.values()}) == 1:
             return f"{_enumerated(names)} can all be multiplied by one factor without changing the motion"
         example = ", ".join(f"{name} {change:+.2g} %" for name, change in self.changes.items())
@@ -109,11 +107,15 @@ def identifiability(
     hidden = set(undetermined) - {name for tradeoff in unseen for name in tradeoff.changes}
     groups = [index for index, group in enumerate(GROUPS) if group.symbol not in hidden]
     columns = dict(zip(SYMBOLS, logarithmic_derivatives(physical.values, length)[groups].T, strict=True))
-    # A value of zero has no relative change; what is known does not change; an impossible mechanism says nothing.
+    # A value of zero has no relative change; what is known does not change; an impossible mechanism says nothing; and a
+    # friction whose group is not determined stands alone.
     free = {
         symbol: columns[symbol]
         for symbol in _ROD_BY_ROD
-        if physical.possible and symbol not in prior.known and physical.values[SYMBOLS.index(symbol)] > 0
+        if physical.possible
+        and symbol not in prior.known
+        and physical.values[SYMBOLS.index(symbol)] > 0
+        and np.any(np.abs(columns[symbol]) > _RANK_TOLERANCE)
     }
     result = Identifiability(
         directions=directions,
@@ -158,8 +160,8 @@ def _tradeoffs(columns: Mapping[str, Array]) -> Iterator[Tradeoff]:
     names = list(columns)
     found: list[Array] = []
     together = [name for name in _SCALED_TOGETHER if name in columns]
-    candidates: list[Sequence[str]] = [together] if len(together) == len(_SCALED_TOGETHER) else []
-    candidates += [chosen for size in range(1, len(names) + 1) for chosen in combinations(names, size)]
+    candidates: list[Sequence[str]] = [together] if len(together) > 1 else []
+    candidates += [chosen for size in range(2, len(names) + 1) for chosen in combinations(names, size)]
     for chosen in candidates:
         if len(found) == len(names) - _rank([columns[name] for name in names]):
             return

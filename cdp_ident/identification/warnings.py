@@ -122,7 +122,7 @@ def _edges(found: Identification) -> Iterator[FitWarning]:
         return
     for symbol, value, low, high in zip(SYMBOLS, found.physical.values, *found.options.prior.box, strict=True):
         margin = _EDGE * (high - low)
-        if margin == 0.0 or low + margin < value < high - margin:
+        if margin == 0.0 or value == 0.0 or low + margin < value < high - margin:
             continue
         edge, limit = ("lower", low) if value <= low + margin else ("upper", high)
         where = "at" if low - margin <= value <= high + margin else "beyond"
