@@ -226,6 +226,28 @@ def test_every_gene_may_be_fixed():
     np.testing.assert_array_equal(result.best, fixed)
 
 
+def test_mutation_is_by_feedback_where_the_population_is_more_alike_than_alpha():
+    never = search(bowl, replace(IGA, feedback_mutation=False)).history
+    assert search(bowl, replace(IGA, feedback_threshold=1.0)).history == never
+    assert search(bowl, replace(IGA, feedback_threshold=0.0)).history != never
+
+
+def test_feedback_mutants_lie_near_the_best_chromosome_before_them():
+    asked, best = [], []
+
+    def objective(chromosomes):
+        asked.append(chromosomes.copy())
+        return bowl(chromosomes)
+
+    search(objective, replace(IGA, feedback_threshold=0.0), stop=lambda progress: best.append(progress.best))
+    # A generation asks for its experiments, then for its offspring with the mutant at their end.
+    for chromosome, offspring in zip(best[:-1], asked[2::2], strict=True):
+        mutant = offspring[-1]
+        inside = (mutant > BOX[0]) & (mutant < BOX[1])
+        assert np.any(inside)
+        np.testing.assert_allclose(mutant[inside] / chromosome[inside], 1.0, atol=0.05 + 1e-12)
+
+
 def median_error(objective, options, seeds):
     return np.median(
         [genetic_search(objective, LOWER, UPPER, options, np.random.default_rng(seed)).error for seed in seeds]
