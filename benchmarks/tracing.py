@@ -1,0 +1,148 @@
+"""Hidden truths: what the ladder names of the effects that nobody told it of.
+
+`python -m benchmarks.tracing --kinds none,coulomb_friction.outer --seeds 5` takes others; `--weakest` looks for the
+weakest strength of some effects that is still found.
+"""
+
+import argparse
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from cdp_ident.identification.identify import IdentifyOptions, identify
+from cdp_ident.tracing.ladder import Ladder, climb
+from reference.hidden_truths import FIT_TRIALS, KINDS, SINGLE, Answer, Hidden, hidden_truth
+
+NONE_SEEDS = 20
+CHANGED = 1.5
+"""An effect that raises the error by less than this factor may be missed."""
+GOOD = 1.2
+"""The error that is left, over the noise, at the most."""
+
+Identity = tuple[str, str]
+
+
+@dataclass(frozen=True)
+class Result:
+    """What came of one truth."""
+
+    kind: str
+    seed: int
+    answer: Answer
+    named: tuple[str, ...]
+    right: tuple[Hidden, ...]
+    missed: tuple[Hidden, ...]
+    weak: tuple[Hidden, ...]
+    """Missed too, without blame."""
+    false: tuple[str, ...]
+    before: float
+    """Error on the held-out trial without effects, over the noise."""
+    after: float
+    """The same with the effects."""
+    seconds: float
+
+    @property
+    def line(self) -> str:
+        """All of it in a line."""
+        hidden = ", ".join(f"{h.strength:.3g} {h.effect.unit} ({h.visible:.1f})" for h in self.answer.hidden)
+        verdict = "FALSE" if self.false else "MISSED" if self.missed else "weak" if self.weak else "ok"
+        return (
+            f"{verdict:6} {self.kind} {self.seed}: {hidden or 'nothing'} -> {', '.join(self.named) or 'nothing'}; "
+            f"{self.before:.2f} -> {self.after:.2f} x {1e3 * self.answer.floor:.2f} mrad, {self.seconds:.1f} s"
+        )
+
+
+def examine(kind: str, seed: int, visible: float | None = None) -> Result:
+    """Identify one hidden truth, and only then compare with the answer."""
+    trials, answer = hidden_truth(kind, seed, visible)
+    begin = time.perf_counter()
+    identified = identify(trials[:FIT_TRIALS], trials[FIT_TRIALS:], IdentifyOptions())
+    ladder = climb(identified.fit, identified.data.holdout)
+    seconds = time.perf_counter() - begin
+    before, after = (attempt.holdout.rmse() / answer.floor for attempt in (ladder.before, ladder.after))
+    right, missed, weak, false = score(ladder, answer, before)
+    named = tuple(active.effect.key for active in ladder.after.model.effects)
+    return Result(kind, seed, answer, named, right, missed, weak, false, before, after, seconds)
+
+
+def score(
+    ladder: Ladder, answer: Answer, before: float
+) -> tuple[tuple[Hidden, ...], tuple[Hidden, ...], tuple[Hidden, ...], tuple[str, ...]]:
+    """Return what was named right, missed, missed without blame, and named though it is not there."""
+    right: list[Hidden] = []
+    missed: list[Hidden] = []
+    weak: list[Hidden] = []
+    false: list[str] = []
+    names = [_possible(ladder, index) for index in range(len(ladder.after.model.effects))]
+    open_truths = list(answer.hidden)
+    for name, possible in zip((a.effect.key for a in ladder.after.model.effects), names, strict=True):
+        meant = next((hidden for hidden in open_truths if hidden.right & possible), None)
+        if meant is None:
+            false.append(name)
+        else:
+            open_truths.remove(meant)
+            right.append(meant)
+    for hidden in open_truths:
+        alone = len(answer.hidden) == 1 and hidden.effect.trial is None
+        faint = before < CHANGED if alone else np.hypot(1.0, hidden.visible) < CHANGED
+        (weak if faint else missed).append(hidden)
+    return tuple(right), tuple(missed), tuple(weak), tuple(false)
+
+
+def _possible(ladder: Ladder, index: int) -> frozenset[Identity]:
+    """Return the name and joint of an effect that was named, and of those that are said to be as possible."""
+    effect = ladder.after.model.effects[index].effect
+    others = (tuple(other.split()[:2]) for other in ladder.also_possible[index])
+    return frozenset({(effect.name, effect.joint), *((name, joint) for name, joint in others)})
+
+
+def summary(results: Sequence[Result]) -> Table:
+    """Return a table with a row for each kind."""
+    table = Table("hidden", "truths", "right", "missed", "weak", "false", "before", "after", "time [s]")
+    for kind in dict.fromkeys(result.kind for result in results):
+        table.add_row(kind, *_row([result for result in results if result.kind == kind]))
+    table.add_section()
+    table.add_row("all", *_row(results))
+    return table
+
+
+def _row(results: Sequence[Result]) -> list[str]:
+    counts = [sum(len(getattr(r, part)) for r in results) for part in ("right", "missed", "weak", "false")]
+    medians = [float(np.median([getattr(r, part) for r in results])) for part in ("before", "after", "seconds")]
+    return [str(len(results)), *map(str, counts), *(f"{median:.2f}" for median in medians)]
+
+
+def main(arguments: Sequence[str] = ()) -> None:
+    options = argparse.ArgumentParser(prog="python -m benchmarks.tracing")
+    options.add_argument("--kinds", default="", help="kinds of truth, with commas between them (default: all)")
+    options.add_argument("--seeds", type=int, default=1, help="truths of each kind")
+    options.add_argument("--first", type=int, default=0, help="first seed")
+    options.add_argument("--weakest", action="store_true", help="look for the weakest strength that is found")
+    chosen = options.parse_args(arguments)
+    kinds = chosen.kinds.split(",") if chosen.kinds else KINDS
+    kinds = [k for name in kinds for k in (SINGLE if name == "single" else [name])]
+    console = Console()
+    results = []
+    for kind in kinds:
+        seeds = NONE_SEEDS if kind == "none" and not chosen.kinds else chosen.seeds
+        for seed in range(chosen.first, chosen.first + seeds):
+            results.append(examine(kind, seed))
+            print(results[-1].line, flush=True)
+    console.print(summary(results))
+    known = [r for r in results if all(h.known for h in r.answer.hidden)]
+    clean = sum(not r.missed and not r.false for r in known)
+    console.print(
+        f"{clean} of {len(known)} truths of known effects with nothing missed or false; the error left is at most "
+        f"{max((r.after for r in known), default=0.0):.2f} times the noise, below {GOOD} for "
+        f"{sum(r.after < GOOD for r in known)}; longest {max(r.seconds for r in results):.1f} s"
+    )
+
+
+if __name__ == "__main__":
+    import sys
+
+    main(sys.argv[1:])
