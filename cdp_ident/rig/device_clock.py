@@ -9,10 +9,18 @@ ROLL_OVER_US = 2**32
 
 _BUCKET = 0.25
 """The least delayed arrival in each stretch this long is what the fit sees [s]."""
-_WARM_UP = 1.0
-"""Before this much is seen, the first delays could be mistaken for the offset [s]."""
+_WARM_UP, _LONGEST_WARM_UP = 1.0, 5.0
+"""Before this much is seen, first delays could be mistaken for the offset [s]; more while a backlog is caught up."""
+_CATCHING_UP = 0.002
+"""A backlog is being caught up while delays still become shorter by this much [s]."""
 _WINDOW = 60.0
 """How far back the fit looks: crystals drift with temperature over minutes [s]."""
+_RECENT = 10.0
+"""The offset is that of the least delayed arrival in this time [s]: the rate is not sure enough for older ones."""
+_RATE_FROM = 5.0
+"""Before this much is seen, delays say more about the difference in rate than the clocks do [s]."""
+_LEAST_DOUBT = 0.001
+"""Even delays that look constant can change by this much [s] unnoticed."""
 _LARGEST_RATE = 0.01
 """Ceramic resonators are off by up to 0.5 %."""
 _SETTLE, _LARGEST_SETTLING = 5.0, 5e-4
@@ -115,7 +123,7 @@ class DeviceClock:
         self._buckets.append(self._best)
         while self._buckets[0][0] < now - _WINDOW:
             self._buckets.popleft()
-        if now < _WARM_UP or len(self._buckets) < 2:
+        if self._anchor is None and self._is_warming_up(now):
             return
         if self._simulated:
             self._anchor = self._anchor or (now, min(delay for _, delay in self._buckets))
@@ -131,20 +139,28 @@ class DeviceClock:
         settling = (offset - self._anchor[1]) / _SETTLE
         self._rate = rate + float(np.clip(settling, -_LARGEST_SETTLING, _LARGEST_SETTLING))
 
+    def _is_warming_up(self, now: float) -> bool:
+        if now < _WARM_UP or len(self._buckets) < 2:
+            return True
+        *before, (_, last) = self._buckets
+        return now < _LONGEST_WARM_UP and last < min(delay for _, delay in before) - _CATCHING_UP
+
 
 def _line_below(points: list[Point], at: float) -> tuple[float, float]:
     """Return slope and height at `at` of the line below all points that is nearest to them.
 
     The slope is shrunk towards none as far as the delays could have feigned it, which they easily do at first.
     """
-    hull = _lower_hull(points)
     first, last = points[0][0], points[-1][0]
+    if last - first < _RATE_FROM:
+        return 0.0, min(delay for _, delay in points)
+    hull = _lower_hull(points)
     left, right = next(edge for edge in pairwise(hull) if edge[1][0] >= 0.5 * (first + last))
     slope = float(np.clip((right[1] - left[1]) / (right[0] - left[0]), -_LARGEST_RATE, _LARGEST_RATE))
     delays = [delay - left[1] - slope * (device - left[0]) for device, delay in points]
-    feigned = 2.0 * float(np.median(delays)) / (last - first)
-    slope *= slope**2 / (slope**2 + feigned**2 + 1e-12)
-    return slope, min(delay + slope * (at - device) for device, delay in points)
+    feigned = (2.0 * float(np.median(delays)) + _LEAST_DOUBT) / (last - first)
+    slope *= slope**2 / (slope**2 + feigned**2)
+    return slope, min(delay + slope * (at - device) for device, delay in points if device >= at - _RECENT)
 
 
 def _lower_hull(points: list[Point]) -> list[Point]:

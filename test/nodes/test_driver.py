@@ -19,6 +19,15 @@ def stamps(listener: Any) -> Any:
     return np.array([state.header.stamp.sec * 10**9 + state.header.stamp.nanosec for state in listener.joint_states])
 
 
+def uneven(listener: Any, period_ns: float) -> int:
+    """Return between how many samples the stamps keep not the device's spacing, but for restarts of the clock's fit.
+
+    On a busy machine the emulator itself may be so late that the fit has to start anew.
+    """
+    off = np.abs(np.diff(stamps(listener)) / period_ns - 1.0) > 0.005
+    return int(np.sum(off)) - listener.count("clock fits begun anew")
+
+
 def test_the_drivers_life_with_a_good_rig(
     listener: Any, start_driver: Start, start_emulator: Start, tmp_path: Path
 ) -> None:
@@ -32,7 +41,7 @@ def test_the_drivers_life_with_a_good_rig(
     assert list(state.name) == ["cart_joint", "inner_joint", "outer_joint"]
     assert list(state.position) == pytest.approx([0.0, math.pi, 0.0])
     assert (len(state.velocity), len(state.effort)) == (0, 0)
-    assert np.diff(stamps(listener)) == pytest.approx(5e6, rel=0.005)
+    assert uneven(listener, 5e6) <= 0
     assert abs(stamps(listener)[-1] * 1e-9 - time.time()) < 60.0
     listener.wait_for(lambda: listener.level() == WARN)
     assert "zero_hanging" in listener.diagnostics[-1].message
@@ -119,7 +128,7 @@ def test_a_kilohertz_comes_through_without_loss(listener: Any, start_driver: Sta
     start_emulator("--delay", "0.005", rig="{rate: 1000, script: [wait: 1000]}")
     listener.wait_for(lambda: len(listener.joint_states) > 5000)
     assert listener.count("lost") == 0
-    assert np.diff(stamps(listener)) == pytest.approx(1e6, rel=0.005)
+    assert uneven(listener, 1e6) <= 0
 
 
 def test_faster_than_real_time_stamps_are_the_rigs_time(
@@ -128,7 +137,7 @@ def test_faster_than_real_time_stamps_are_the_rigs_time(
     start_driver("use_sim_time:=true")
     start_emulator("--speed", "4")
     listener.wait_for(lambda: len(listener.joint_states) > 2000)
-    assert np.diff(stamps(listener)) == pytest.approx(5e6, rel=0.005)
+    assert uneven(listener, 5e6) <= 0
     assert listener.count("lost") == 0
 
 

@@ -71,6 +71,15 @@ def test_stamps_keep_the_devices_even_spacing_while_arrivals_jitter(kind: str, r
     assert np.ptp(error[int(10 * rate) :]) < 4e-3
 
 
+def test_a_backlog_that_is_caught_up_at_first_is_not_taken_for_the_clock() -> None:
+    device, true = line(20.0, 200.0, 0.0)
+    delay = np.maximum(0.4 - 0.35 * true, 0.0) + np.random.default_rng(6).uniform(0.0, 0.01, len(true))
+    result, restarted = stamps(device, arrive(true, delay))
+    assert restarted == []
+    assert np.abs(np.diff(result) / 5e6 - 1.0).max() < 1e-3
+    assert np.abs((result - EPOCH_NS) * 1e-9 - true).max() < 4e-3
+
+
 def test_a_ceramic_resonator_is_followed() -> None:
     device, true = line(60.0, 500.0, 4e-3)
     arrivals = arrive(true, np.random.default_rng(2).uniform(0.0, 0.01, len(true)))

@@ -1,11 +1,15 @@
 """The emulated cable's end at the computer: a pseudo-terminal behind a link."""
 
 import os
+import time
 import tty
 from contextlib import suppress
 from pathlib import Path
 
 from cdp_ident.errors import RigError
+
+_PATIENCE = 0.5
+"""Bytes wait this long for a computer that takes none [s]: it is busy, or nobody has opened the port."""
 
 
 class PseudoTerminal:
@@ -19,6 +23,8 @@ class PseudoTerminal:
         self._device, self._computer = os.openpty()
         tty.setraw(self._computer)
         os.set_blocking(self._device, False)
+        self._pending = b""
+        self._taken = time.monotonic()
         beside = link.with_name(f".{link.name}.{os.getpid()}")
         try:
             link.parent.mkdir(parents=True, exist_ok=True)
@@ -30,12 +36,15 @@ class PseudoTerminal:
             raise RigError(f"the link {link} cannot be made: {error.strerror}") from error
 
     def write(self, data: bytes) -> None:
-        """Send bytes. What the computer does not take in time is lost, as on a cable."""
-        while data:
-            try:
-                data = data[os.write(self._device, data) :]
-            except BlockingIOError:
-                return
+        """Send bytes. What the computer takes too late is lost, as on a cable that nobody listens to."""
+        self._pending += data
+        try:
+            while self._pending:
+                self._pending = self._pending[os.write(self._device, self._pending) :]
+                self._taken = time.monotonic()
+        except BlockingIOError:
+            if time.monotonic() - self._taken > _PATIENCE:
+                self._pending = b""
 
     def unplug(self) -> None:
         """Take the port away; whoever reads it notices."""

@@ -170,8 +170,8 @@ class Recorder:
                 self._told_of_joints = True
                 joints = self._options.joints
                 self._say(
-                    f"a message on {message.topic} has no positions of {joints.inner} and {joints.outer}: it is recorded, "
-                    "but tells nothing of release and rest; set the parameters inner_joint and outer_joint"
+                    f"a message on {message.topic} has no positions of {joints.inner} and {joints.outer}: it is "
+                    "recorded, but tells nothing of release and rest; set the parameters inner_joint and outer_joint"
                 )
             return
         self._last_sample_ns, self._last_stamp_ns = message.received_ns, position.stamp_ns

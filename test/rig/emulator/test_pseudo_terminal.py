@@ -1,0 +1,61 @@
+"""The emulated port by itself."""
+
+import threading
+from pathlib import Path
+
+import pytest
+import serial
+
+from cdp_ident.errors import RigError
+from cdp_ident.rig.emulator.pseudo_terminal import PseudoTerminal
+
+
+def test_more_than_its_buffer_comes_through_in_order(tmp_path: Path) -> None:
+    terminal = PseudoTerminal(tmp_path / "tty")
+    sent = bytes(range(256)) * 400
+    received = bytearray()
+    done = threading.Event()
+
+    def read() -> None:
+        with serial.Serial(str(tmp_path / "tty"), timeout=1.0) as port:
+            opened.set()
+            while len(received) < len(sent):
+                received.extend(port.read(4096))
+        done.set()
+
+    opened = threading.Event()
+    threading.Thread(target=read, daemon=True).start()
+    assert opened.wait(60.0)
+    terminal.write(sent)
+    while not done.wait(0.01):
+        terminal.write(b"")
+    assert bytes(received) == sent
+    terminal.unplug()
+
+
+def test_what_nobody_reads_is_not_hoarded(tmp_path: Path) -> None:
+    terminal = PseudoTerminal(tmp_path / "tty")
+    terminal._taken -= 10.0
+    for _ in range(1000):
+        terminal.write(b"x" * 1000)
+        terminal._taken -= 10.0
+    assert len(terminal._pending) <= 1000
+    terminal.unplug()
+
+
+def test_a_new_port_takes_the_place_of_a_link_left_behind_and_removes_only_its_own(tmp_path: Path) -> None:
+    link = tmp_path / "tty"
+    link.symlink_to("/nowhere")
+    first = PseudoTerminal(link)
+    second = PseudoTerminal(link)
+    first.unplug()
+    assert link.is_symlink()
+    second.unplug()
+    assert not link.is_symlink()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_link_that_cannot_be_made_is_told(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(RigError, match="cannot be made"):
+        PseudoTerminal(tmp_path / "file" / "tty")
