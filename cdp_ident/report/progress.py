@@ -1,6 +1,7 @@
 """How far the search is, shown to people while it runs."""
 
 import time
+from collections.abc import Callable
 from types import TracebackType
 
 from rich.console import Console
@@ -15,12 +16,12 @@ _SECONDS_BETWEEN_LINES = 2.0
 class SearchDisplay:
     """A bar with the best error and the time left; where no person sees a terminal, a line now and then."""
 
-    def __init__(self, console: Console, generations: int) -> None:
+    def __init__(self, console: Console, generations: int, clock: Callable[[], float] = time.monotonic) -> None:
         """Make a display for a search of so many generations; a search that is repeated has twice as many."""
-        self._console = console
+        self._console, self._clock = console, clock
         self._total = generations
         self._searches = 0
-        self._began = self._told = time.monotonic()
+        self._began = self._told = clock()
         self._display = Display(
             TextColumn("{task.description}"),
             BarColumn(),
@@ -38,11 +39,12 @@ class SearchDisplay:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
     ) -> None:
-        self._display.stop()
+        if self._console.is_terminal:
+            self._display.stop()
 
     def show(self, progress: Progress) -> None:
         """Take what the search tells after a generation."""
-        now = time.monotonic()
+        now = self._clock()
         if progress.generation == 0:
             self._searches += 1
             self._total *= 1 if self._searches == 1 else 2

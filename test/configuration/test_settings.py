@@ -1,0 +1,117 @@
+"""From names and values to options."""
+
+import contextlib
+import math
+from dataclasses import replace
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cdp_ident.configuration.keys import KEYS
+from cdp_ident.configuration.settings import Settings
+from cdp_ident.errors import OptionError
+from cdp_ident.identification.estimation import SHORT_IGA
+from cdp_ident.identification.genetic_options import IGA, TGA
+from cdp_ident.identification.identify import IdentifyOptions
+from cdp_ident.trial.options import TrialOptions
+
+
+def test_without_anything_told_all_is_the_library_s_default():
+    assert Settings.of({}) == Settings(IdentifyOptions(), TrialOptions())
+
+
+def test_the_values_in_effect_make_the_same_settings_again():
+    settings = Settings.of(
+        {
+            "L": 0.3,
+            "known.m1": 0.11,
+            "known_std.m1": 0.001,
+            "method": "tga",
+            "search.population": 50,
+            "trial.zero": "hanging",
+        }
+    )
+    assert Settings.of(settings.values()).values() == settings.values()
+
+
+def test_every_key_has_a_description():
+    assert [key.name for key in KEYS.values() if not key.description] == []
+
+
+def test_values_arrive_where_they_belong():
+    settings = Settings.of(
+        {
+            "g": 9.8,
+            "nominal.m1": 0.1,
+            "lower.m1": 0.05,
+            "upper.m1": 0.3,
+            "window": 2.0,
+            "seed": 5,
+            "trial.inner_sign": -1,
+        }
+    )
+    prior = settings.identify.prior
+    assert (prior.gravity, prior.centre[0], prior.box[0][0], prior.box[1][0]) == (9.8, 0.1, 0.05, 0.3)
+    assert (settings.identify.window, settings.identify.seed, settings.trial.inner_sign) == (2.0, 5, -1)
+
+
+@pytest.mark.parametrize(("method", "base"), [("", SHORT_IGA), ("iga", IGA), ("tga", TGA)])
+def test_the_search_is_that_of_the_method_but_for_what_is_told(method, base):
+    settings = Settings.of({"method": method, "search.population": 44})
+    assert settings.identify.search == replace(base, population=44)
+
+
+def test_a_whole_number_may_stand_for_a_real_one_and_a_number_in_text_too():
+    assert Settings.of({"L": 1}).identify.prior.length == 1.0
+    assert (
+        Settings.of({"nominal.c2": "1e-5"}).identify.prior.centre[-1] == 1e-5
+    )  # YAML reads 1e-5 as text, ROS does not
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        ({"windo": 2.0}, "'windo'; did you mean 'window'"),
+        ({"nominal.l": 2.0}, "nominal.l"),
+        ({"Nominal.m1": 2.0}, "did you mean 'nominal.m1'"),
+        ({"nominal.L": 0.4}, "unknown key"),
+        ({"window": "long"}, "window is 'long': expected a number"),
+        ({"window": True}, "window is True: expected a number"),
+        ({"window": math.nan}, "window is nan: expected a number"),
+        ({"window": [2.0]}, "expected a number"),
+        ({"window": 10**400}, "expected a number"),
+        ({"window": None}, "expected a number"),
+        ({"window": 0.1}, "at least 0.5 s"),
+        ({"seed": 1.5}, "seed is 1.5: expected a whole number"),
+        ({"seed": -1}, "seed is -1; it must be 0 or more"),
+        ({"seed": 10**30}, "not believed"),
+        ({"length_free": 1}, "expected true or false"),
+        ({"trial.topic": 3}, "expected text"),
+        ({"method": "sga"}, "expected one of '', 'iga', 'tga'"),
+        ({"trial.zero": "down"}, "trial.zero is 'down': expected one of 'upright', 'hanging'"),
+        ({"trial.shortest": 0.0}, "trial.shortest is 0.0: expected a positive number"),
+        ({"L": 0.0}, "L is 0.0; it must be a positive number"),
+        ({"g": math.inf}, "g is inf; it must be a positive number"),
+        ({"nominal.m1": -1.0}, "nominal.m1 is -1.0"),
+        ({"lower.m1": 1.0}, "lower.m1 is 1, above upper.m1"),
+        ({"known_std.m1": 0.1}, "known.m1 is not"),
+        ({"search.population": 2}, "population is 2"),
+        ({"search.generations": 5.0}, "expected a whole number"),
+    ],
+)
+def test_what_makes_no_sense_is_refused(values, words):
+    with pytest.raises(OptionError) as refusal:
+        Settings.of(values)
+    assert words in str(refusal.value)
+
+
+SCALARS = st.one_of(
+    st.none(), st.booleans(), st.integers(), st.floats(), st.text(max_size=5), st.lists(st.floats(), max_size=2)
+)
+
+
+@given(st.dictionaries(st.sampled_from(sorted(KEYS)), SCALARS, max_size=4))
+def test_any_values_make_settings_or_a_refusal(values):
+    with contextlib.suppress(OptionError):
+        assert set(values) <= set(Settings.of(values).values())

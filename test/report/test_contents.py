@@ -1,0 +1,111 @@
+"""report.json holds what its readers expect."""
+
+import copy
+import json
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cdp_ident.configuration.settings import Settings
+from cdp_ident.model.parameters import GROUPS, NOMINAL
+from cdp_ident.report.contents import report
+from cdp_ident.report.folder import json_text
+from cdp_ident.report.job import Job, load, run
+
+ERROR = {"rmse_rad", "rmse_theta1_rad", "rmse_theta2_rad", "window_s", "sse_free_run"}
+TRUE_GROUPS = {"A23_over_A22": 0.13128, "A33_over_A22": 0.082410, "a1_over_A22": 2.68854, "c1_over_A22": 0.08241}
+"""Of the example bags' rig (bags/README.md)."""
+
+
+def test_it_has_the_keys_of_its_schema(content):
+    assert content["schema"] == "cdp_ident/report/1"
+    assert [trial["role"] for trial in content["trials"]] == ["fit", "fit", "holdout"]
+    assert set(content["trials"][0]) >= {"bag", "role", "samples", "start_s", "duration_s", "warnings"}
+    assert set(content["noise_rad"]) == {"theta1", "theta2"}
+    search = {"method", "seed", "population", "generations", "evaluations", "sse", "seconds", "history", "stopped"}
+    assert set(content["search"]) >= search
+    before = content["before"]
+    assert list(before["physical"]) == list(NOMINAL)
+    assert list(before["groups"]) == [group.symbol for group in GROUPS]
+    for quantity in (*before["physical"].values(), *before["groups"].values()):
+        assert list(quantity) == ["value", "std", "unit", "determined"]
+    assert set(before["error"]["fit"]) == set(before["error"]["holdout"]) == ERROR
+    assert list(content["stages"]) == ["nominal", "search", "refined"]
+
+
+def test_nothing_that_does_not_exist_yet_is_in_it(content):
+    assert not {"after", "effects", "unexplained", "verdict"} & set(content)
+
+
+def test_the_true_groups_are_in_their_intervals(content):
+    for symbol, truth in TRUE_GROUPS.items():
+        quantity = content["before"]["groups"][symbol]
+        assert quantity["value"] == pytest.approx(truth, rel=1e-3)
+        assert quantity["determined"]
+
+
+def test_the_error_falls_from_stage_to_stage_and_before_is_the_last(content):
+    errors = [stage["holdout"]["rmse_rad"] for stage in content["stages"].values()]
+    assert errors == sorted(errors, reverse=True)
+    assert content["before"]["error"] == content["stages"]["refined"]
+    assert errors[-1] < 2 * max(content["noise_rad"].values())
+
+
+def test_the_search_s_history_is_that_of_the_search(content):
+    search = content["search"]
+    assert len(search["history"]) == search["generations"] + 1
+    assert search["history"][-1] == search["sse"]
+    assert search["cut_short"]
+
+
+def test_a_run_can_be_repeated_from_its_report(content, outcome):
+    options = json.loads(json_text(content["run"]["options"]))
+    options["trial.stop"] = math.inf  # which JSON cannot say: null there
+    bags = [Path(bag) for bag in content["run"]["bag_sha256"]]
+    again = report(run(load(Job(tuple(bags[:2]), tuple(bags[2:]), Settings.of(options))), lambda progress: None))
+    assert without_times(again) == without_times(content)
+
+
+def without_times(content):
+    content = copy.deepcopy(content)
+    del content["search"]["seconds"], content["run"]["seconds"], content["run"]["written_at"]
+    return content
+
+
+def test_the_bags_are_named_by_their_contents(content):
+    sums = content["run"]["bag_sha256"]
+    assert len(sums) == 3
+    assert all(len(digest) == 64 for files in sums.values() for digest in files.values())
+
+
+def test_it_is_strict_json_even_where_a_number_is_not_finite(outcome):
+    found = outcome.identification
+    fit, holdout = found.errors["nominal"]
+    errors = {**found.errors, "nominal": (replace(fit, free_run=math.inf), replace(holdout, free_run=math.nan))}
+    covariance = found.covariance.copy()
+    covariance[0, 0] = np.inf
+    content = report(replace(outcome, identification=replace(found, errors=errors, covariance=covariance)))
+
+    def refuse(constant):
+        raise AssertionError(constant)
+
+    read = json.loads(json_text(content), parse_constant=refuse)
+    assert read["stages"]["nominal"]["fit"]["sse_free_run"] is None
+    assert read["stages"]["nominal"]["holdout"]["sse_free_run"] is None
+    assert read["before"]["groups"]["A23_over_A22"] == {
+        "value": pytest.approx(0.13128, rel=1e-3),
+        "std": None,
+        "unit": "1",
+        "determined": False,
+    }
+
+
+def test_each_trial_s_own_estimate_stands_beside_the_joint_one(content):
+    trials = content["repeatability"]["trials"]
+    assert [trial["trial"] for trial in trials] == ["swing_wide", "swing_folded"]
+    assert content["repeatability"]["agree"]
+    joint = content["before"]["groups"]["a1_over_A22"]["value"]
+    assert all(trial["groups"]["a1_over_A22"]["value"] == pytest.approx(joint, rel=1e-3) for trial in trials)

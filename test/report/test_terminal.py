@@ -1,0 +1,76 @@
+"""A report as text."""
+
+import copy
+import io
+import json
+
+import pytest
+from rich.console import Console
+
+from cdp_ident.report.folder import json_text
+from cdp_ident.report.terminal import print_report, summary, with_std
+
+
+def text_of(content):
+    stream = io.StringIO()
+    print_report(Console(file=stream, width=150), content)
+    return stream.getvalue()
+
+
+def test_the_tables_hold_the_report_s_numbers(content):
+    text = text_of(content)
+    errors = content["stages"]
+    for stage in errors.values():
+        assert f"{1e3 * stage['holdout']['rmse_rad']:.4g}" in text
+    assert with_std(content["before"]["physical"]["l2"]["value"], content["before"]["physical"]["l2"]["std"]) in text
+    assert "no: nearest to nominal" in text
+    assert "given" in text
+    assert all(sentence[:40] in text for sentence in content["identifiability"]["words"])
+    assert "Warnings" not in text
+
+
+def test_a_report_read_from_its_file_gives_the_same_text(content):
+    assert text_of(json.loads(json_text(content))) == text_of(content)
+
+
+def test_warnings_are_printed(content):
+    content = copy.deepcopy(content)
+    content["warnings"] = [{"name": "x", "about": [], "message": "the sky is falling"}]
+    assert "the sky is falling" in text_of(content)
+
+
+def test_what_a_bag_is_called_is_printed_as_it_is(content):
+    content = copy.deepcopy(content)
+    content["trials"][0]["bag"] = "bags/[red]swing[/]"
+    content["repeatability"]["trials"][0]["trial"] = "[bold]x"
+    assert "[red]swing[/]" in text_of(content)
+    assert "[bold]x" in text_of(content)
+
+
+def test_a_number_that_json_cannot_hold_is_printed_as_infinite(content):
+    content = copy.deepcopy(content)
+    content["before"]["groups"]["c2_over_A22"].update(std=None, determined=False)
+    content["stages"]["nominal"]["holdout"]["sse_free_run"] = None
+    text = text_of(content)
+    assert "± inf" in text
+    assert "not determined by these trials" in text
+
+
+def test_the_summary_tells_the_fall_of_the_error(content):
+    before, after = (1e3 * content["stages"][stage]["holdout"]["rmse_rad"] for stage in ("nominal", "refined"))
+    assert f"from {before:.4g}" in summary(content)
+    assert f"to {after:.4g} mrad" in summary(content)
+
+
+@pytest.mark.parametrize(
+    ("value", "std", "text"),
+    [
+        (0.123456, 0.00234, "0.1235 ± 0.0023"),
+        (1234.5, 67.0, "1234 ± 67"),
+        (0.4, 0.0, "0.4"),
+        (0.1, None, "0.1 ± inf"),
+        (0.0, 3e-13, "0 ± 3e-13"),
+    ],
+)
+def test_a_value_is_as_long_as_its_deviation_allows(value, std, text):
+    assert with_std(value, std) == text
