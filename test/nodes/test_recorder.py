@@ -83,7 +83,7 @@ def test_killed_it_loses_nothing_older_than_a_second_and_the_next_start_complete
     start_emulator()
     listener.wait_for(lambda: len(listener.joint_states) > 300)
     killed: list[tuple[Path, int]] = []
-    for delay in (1.3, 2.1, 2.8):
+    for delay in (1.3, 2.4):
         recorder = start_recorder()
         while not (listener.call("/recorder/start")[0] or "started" in recorder.said):
             time.sleep(0.1)
