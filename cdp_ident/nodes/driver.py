@@ -110,6 +110,8 @@ class Driver:
         self._joint_states.publish(message)
 
     def _report(self) -> None:
+        if self._reader.failed:
+            self.exit_code = 1
         now, instant = self._stream.totals(), time.monotonic()
         silence = (self._clock.now().nanoseconds - now.last_arrival_ns) * 1e-9 if now.last_arrival_ns else math.inf
         port = PortState(self._reader.port, self._reader.problem, self._reader.unplugged)

@@ -31,6 +31,8 @@ class PortReader:
         say: Callable[[str], None],
     ) -> None:
         """`on_open`, `on_bytes` and `say` (a sentence for the log) are called in the reading thread."""
+        self.failed = False
+        """Whether reading ended by an error of the program, which no waiting mends."""
         self.unplugged = 0
         """How often an open port went away."""
         self._pattern = str(Path(pattern).absolute())
@@ -61,6 +63,12 @@ class PortReader:
         self._thread.join(timeout=5.0)
 
     def _run(self) -> None:
+        try:
+            self._keep_reading()
+        finally:
+            self.failed = not self._stop.is_set()
+
+    def _keep_reading(self) -> None:
         pause, told = _FIRST_PAUSE, False
         while not self._stop.is_set():
             connection = self._open()

@@ -118,3 +118,20 @@ def test_something_that_is_no_serial_port_is_told(tmp_path: Path, listen: Callab
     listener = listen(tmp_path / "file")
     wait_for(lambda: len(listener.said) == 2)
     assert "cannot be opened" in listener.said[1]
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
+def test_an_error_of_the_program_is_not_taken_for_an_unplugged_port(tmp_path: Path) -> None:
+    cable = Cable(tmp_path / "tty")
+
+    def fail(_: bytes) -> None:
+        raise RuntimeError("a mistake")
+
+    opened: list[int] = []
+    reader = PortReader(str(cable.link), 115200, lambda: opened.append(1), fail, lambda _: None)
+    reader.start()
+    wait_for(lambda: bool(opened))
+    os.write(cable.device, b"x")
+    wait_for(lambda: reader.failed)
+    assert reader.unplugged == 0
+    reader.stop()
