@@ -12,7 +12,7 @@ from cdp_ident.identification.genetic_options import IGA, GeneticOptions
 from cdp_ident.identification.genetic_search import Progress, SearchResult, genetic_search
 from cdp_ident.identification.motion_model import MotionModel
 from cdp_ident.identification.prior import Prior
-from cdp_ident.identification.refinement import Fit, refine
+from cdp_ident.identification.refinement import Fit, refine_from_afar
 from cdp_ident.identification.windows import Window
 from cdp_ident.model.parameters import coefficients_of, groups_of
 from cdp_ident.model.population import Population, Segment
@@ -114,7 +114,7 @@ def estimate(
     for attempt in range(1, _MOST_SEARCHES + 1):
         search = genetic_search(objective, lower, upper, options, rng, stop)
         evaluations += search.evaluations
-        fit = refine(model, model.beginning(groups_of(search.best, prior.length)), windows)
+        fit = refine_from_afar(model, model.beginning(groups_of(search.best, prior.length)), windows)
         before = best.fit.rmse() if best else np.inf
         if best is None or fit.rmse() < before:
             best = Estimate(search, attempt, evaluations, fit)

@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.identification.motion_model import Frozen, MotionModel
-from cdp_ident.identification.refinement import Fit, refine
+from cdp_ident.identification.refinement import Fit, refine_from_afar
 from cdp_ident.identification.windows import Window, cut_into_windows
 from cdp_ident.trial.trial import Trial
 
@@ -47,7 +47,7 @@ def judge(model: MotionModel, values: Array, windows: Sequence[Window], trials: 
 
 def follow(model: MotionModel, values: Array, windows: Sequence[Window]) -> Fit:
     """Fit the windows' starts alone."""
-    return refine(Frozen(model, values), np.empty(0), windows)
+    return refine_from_afar(Frozen(model, values), np.empty(0), windows)
 
 
 def _free_run(model: MotionModel, values: Array, windows: Sequence[Window], trial: Trial) -> float:

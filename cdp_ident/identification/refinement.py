@@ -14,12 +14,16 @@ import numpy.typing as npt
 
 from cdp_ident.errors import IdentificationError
 from cdp_ident.identification.motion_model import STATE, Frozen, MotionModel
-from cdp_ident.identification.windows import Window
+from cdp_ident.identification.windows import Window, split
 from cdp_ident.model.parallel import share_out
 
 Array = npt.NDArray[np.float64]
 
 _MOST_ITERATIONS = 100
+_MOST_FOR_STARTS = 25
+"""Starts alone are found in few iterations, or the values that are held do not fit."""
+_GROWTH = (4, 2)
+"""Into how many parts windows are split before they are fitted whole."""
 _CONVERGED = 1e-7
 """Relative decrease of the cost below which the fit has arrived."""
 _LARGEST_DAMPING = 1e8
@@ -83,7 +87,7 @@ def refine(
     if point is None:
         raise IdentificationError("the model's motion cannot be computed from the parameters to begin with")
     damping, iterations, converged, limit = 1e-3, 0, False, np.inf
-    while iterations < _MOST_ITERATIONS and damping < _LARGEST_DAMPING:
+    while iterations < (_MOST_ITERATIONS if len(values) else _MOST_FOR_STARTS) and damping < _LARGEST_DAMPING:
         iterations += 1
         step = problem.step(point, damping)
         candidate = problem.evaluate(step.values, step.starts, limit)
@@ -110,6 +114,26 @@ def refine(
                 break
             point = reweighted
     return problem.fit(point, iterations, converged)
+
+
+def refine_from_afar(model: MotionModel | Frozen, values: Array, windows: Sequence[Window]) -> Fit:
+    """Refine from values and starts that may be far off, by windows that grow.
+
+    Over a short window the motion is almost linear in everything that is adjusted, so that even a chaotic one is
+    followed from a poor start; what the short windows find is where the longer ones begin.
+
+    Raises:
+        IdentificationError: as `refine`.
+    """
+    for parts in _GROWTH:
+        pieces = [split(window, parts) for window in windows]
+        fit = refine(model, values, [piece for of_window in pieces for piece in of_window])
+        first_pieces = np.cumsum([0, *(len(of_window) for of_window in pieces[:-1])])
+        values = fit.values
+        windows = [
+            replace(window, start=fit.windows[first].start) for window, first in zip(windows, first_pieces, strict=True)
+        ]
+    return refine(model, values, windows)
 
 
 @dataclass(frozen=True)

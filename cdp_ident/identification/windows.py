@@ -90,6 +90,35 @@ def cut_into_windows(
     return windows
 
 
+def split(window: Window, parts: int) -> list[Window]:
+    """Split a window into so many of equal length, each with a start estimated from its own samples.
+
+    The first of them begins with the window's own start; fewer are made where samples are too few.
+    """
+    parts = max(1, min(parts, len(window.theta) // _FEWEST_SAMPLES))
+    bounds = [len(window.theta) * part // parts for part in range(parts + 1)]
+    half_steps = window.grid.half_step_times()
+    pieces = []
+    for first, last in pairwise(bounds):
+        time, theta = window.time[first:last] - window.time[first], window.theta[first:last]
+        grid = TimeGrid.over(time, window.grid.step)
+        angles, velocities = local_motion(time, theta, np.zeros(1))
+        pieces.append(
+            Window(
+                trial=window.trial,
+                first=window.first + first,
+                begin=window.begin + float(window.time[first]),
+                time=time,
+                theta=theta,
+                grid=grid,
+                u=np.interp(grid.half_step_times() + window.time[first], half_steps, window.u),
+                start=np.concatenate([angles[0], velocities[0]]) if first else window.start,
+                start_known=window.start_known and first == 0,
+            )
+        )
+    return pieces
+
+
 def cart_acceleration(trial: Trial) -> Array | None:
     """Return the cart's acceleration u at each sample [m/s^2], or None where the cart is at rest.
 

@@ -1,0 +1,143 @@
+"""The effects that could be added to a model, and a first look at what each would gain.
+
+The first look costs one simulation for all candidates together: each is present with no strength, its sensitivities
+are what the motion would change by, and the residual is projected on them after everything that the model can adjust
+already has been taken out of both.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy.optimize import lsq_linear
+
+from cdp_ident.identification.motion_model import STATE, ActiveEffect, MotionModel
+from cdp_ident.identification.refinement import Fit
+from cdp_ident.model.effects.catalogue import CATALOGUE
+from cdp_ident.model.parallel import share_out
+
+Array = npt.NDArray[np.float64]
+
+_INDEPENDENT = 1e-5
+"""A candidate of whose sensitivity less than this share is left, when the model's own is taken out, is no new one."""
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """An effect that could be added, and what the first look says of it."""
+
+    active: ActiveEffect
+    gain: float
+    """By how much it would lower the squared error of the fit [rad^2]."""
+    strengths: Array
+    """(k,) the values that would do so, of its parameters that are not of shape."""
+
+    @property
+    def values(self) -> Array:
+        """Values of its fitted parameters to begin a refinement with."""
+        strengths = iter(self.strengths)
+        return np.array([p.typical if p.shape else next(strengths) for p in self.active.fitted])
+
+
+def addable(model: MotionModel) -> list[ActiveEffect]:
+    """Return the effects of the catalogue that the model does not have, except those that happen at an instant."""
+    present = {active.effect.key for active in model.effects}
+    return [ActiveEffect(e) for e in CATALOGUE if e.key not in present and not e.at_an_instant]
+
+
+class FirstLook:
+    """The residual and the candidates' sensitivities, freed of what the model can adjust already."""
+
+    def __init__(self, fit: Fit, candidates: Sequence[ActiveEffect]):
+        assert isinstance(fit.model, MotionModel)
+        model, values = fit.model, fit.values
+        self._candidates = tuple(candidates)
+        self._columns: list[npt.NDArray[np.int64]] = []
+        count = STATE + len(model.names)
+        for candidate in candidates:
+            model = model.with_effect(candidate)
+            values = np.concatenate([values, [p.typical if p.shape else 0.0 for p in candidate.fitted]])
+            strengths = [k for k, p in enumerate(candidate.fitted) if not p.shape]
+            self._columns.append(count - STATE + np.array(strengths, dtype=np.int64))
+            count += len(candidate.fitted)
+        own, size = len(fit.values), count - STATE
+        gram, right = np.zeros((len(fit.windows), size, size)), np.zeros((len(fit.windows), size))
+        raw = np.zeros((len(fit.windows), size))
+
+        def work(first: int, last: int) -> None:
+            for index in range(first, last):
+                window, residual, weight = fit.windows[index], fit.residuals[index], fit.weights[index]
+                _, sensitivity = model.predict(values, window.start, window)
+                root = np.sqrt(weight).reshape(-1, 1)
+                rows = sensitivity.reshape(-1, count) * root
+                target = residual.ravel() * root[:, 0]
+                free = rows[:, STATE:]
+                raw[index] = np.sum(free**2, axis=0)
+                if not window.start_known:
+                    basis, _ = np.linalg.qr(rows[:, :STATE])
+                    free = free - basis @ (basis.T @ free)
+                    target = target - basis @ (basis.T @ target)
+                gram[index], right[index] = free.T @ free, free.T @ target
+
+        share_out(work, len(fit.windows))
+        whole, target, size_before = gram.sum(axis=0), right.sum(axis=0), raw.sum(axis=0)
+        kept = np.linalg.pinv(whole[:own, :own], rcond=1e-12, hermitian=True)
+        self._gram = whole - whole[:, :own] @ kept @ whole[:own, :]
+        self._right = target - whole[:, :own] @ kept @ target[:own]
+        self._independent = np.diag(self._gram) > _INDEPENDENT * np.maximum(size_before, np.finfo(float).tiny)
+        self._offset = own
+
+    def ranked(self) -> list[Candidate]:
+        """Return the candidates that would gain something, the best first."""
+        found = [self._candidate(index) for index in range(len(self._candidates))]
+        return sorted((c for c in found if c is not None and c.gain > 0), key=lambda c: -c.gain)
+
+    def pairs(self, most: int) -> list[tuple[Candidate, Candidate, float]]:
+        """Return pairs of candidates and what both together would gain [rad^2], the best first.
+
+        Only pairs that gain more than their members one by one are returned: those that need each other.
+        """
+        single = {index: self._candidate(index) for index in range(len(self._candidates))}
+        alone = {index: c.gain if c else 0.0 for index, c in single.items()}
+        usable = [index for index in single if np.all(self._independent[self._columns[index]])]
+        found = []
+        for place, first in enumerate(usable):
+            for second in usable[place + 1 :]:
+                columns = np.concatenate([self._columns[first], self._columns[second]])
+                matrix, right = self._gram[np.ix_(columns, columns)], self._right[columns]
+                joint = float(right @ np.linalg.pinv(matrix, rcond=1e-8, hermitian=True) @ right)
+                if joint > 1.2 * (alone[first] + alone[second]):
+                    found.append((joint, first, second))
+        found.sort(reverse=True)
+        pairs = []
+        for _, first, second in found[: 4 * most]:
+            gain, strengths = self._solve([first, second])
+            split = len(self._columns[first])
+            one = Candidate(self._candidates[first], alone[first], strengths[:split])
+            two = Candidate(self._candidates[second], alone[second], strengths[split:])
+            if gain > 1.2 * (alone[first] + alone[second]):
+                pairs.append((one, two, gain))
+        return sorted(pairs, key=lambda pair: -pair[2])[:most]
+
+    def _candidate(self, index: int) -> Candidate | None:
+        if not np.all(self._independent[self._columns[index]]):
+            return None
+        gain, strengths = self._solve([index])
+        return Candidate(self._candidates[index], gain, strengths)
+
+    def _solve(self, indices: Sequence[int]) -> tuple[float, Array]:
+        """Return what candidates would gain together [rad^2], with strengths inside their limits, and these."""
+        columns = np.concatenate([self._columns[index] for index in indices])
+        strong = [p for index in indices for p in self._candidates[index].fitted if not p.shape]
+        matrix, right = self._gram[np.ix_(columns, columns)], self._right[columns]
+        scale = 1.0 / np.sqrt(np.maximum(np.diag(matrix), np.finfo(float).tiny))
+        scaled = matrix * np.outer(scale, scale)
+        lower, upper = np.array([p.lower for p in strong]) / scale, np.array([p.upper for p in strong]) / scale
+        # A square root of the matrix turns the quadratic form into the least-squares problem that the solver takes.
+        values, vectors = np.linalg.eigh(scaled)
+        root = np.sqrt(np.maximum(values, 1e-12))[:, None] * vectors.T
+        target = (vectors.T @ (right * scale)) / np.sqrt(np.maximum(values, 1e-12))
+        solution = lsq_linear(root, target, bounds=(lower, upper)).x
+        gain = 2 * solution @ (right * scale) - solution @ scaled @ solution
+        return float(gain), solution * scale

@@ -1,0 +1,99 @@
+"""How much a change of the squared error means, where residuals remember their neighbours."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from cdp_ident.identification.motion_model import MotionModel
+from cdp_ident.identification.refinement import Fit
+from cdp_ident.identification.uncertainty import covariance, memory
+
+Array = npt.NDArray[np.float64]
+
+
+def sluggishness(fit: Fit) -> float:
+    """Return over how many samples the residuals' correlation spreads: 1 for white ones.
+
+    n residuals say as much as n over this number of independent ones: 1 plus twice the sum of the autocorrelations
+    up to the residuals' memory, with Bartlett's weights.
+    """
+    lags = memory(fit)
+    power = sum(float(np.sum(residual**2)) for residual in fit.residuals)
+    total = 1.0
+    for lag in range(1, lags + 1):
+        product = sum(float(np.sum(r[lag:] * r[:-lag])) for r in fit.residuals if len(r) > lag)
+        total += 2.0 * (1.0 - lag / (lags + 1.0)) * product / max(power, np.finfo(float).tiny)
+    return max(total, 1.0)
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """A model refitted, and followed over the windows kept out of that fit."""
+
+    fit: Fit
+    holdout: Fit
+
+    @property
+    def model(self) -> MotionModel:
+        """The model that was fitted."""
+        assert isinstance(self.fit.model, MotionModel)
+        return self.fit.model
+
+    @property
+    def samples(self) -> int:
+        """Angles measured in all windows."""
+        return sum(residual.size for residual in (*self.fit.residuals, *self.holdout.residuals))
+
+    @property
+    def squared_error(self) -> float:
+        """Squared error over all windows [rad^2]."""
+        return self.fit.squared_error + self.holdout.squared_error
+
+    def strength(self, index: int) -> float:
+        """Return the strength of an effect in its own standard deviations (the root of Wald's statistic)."""
+        place = self.model.places(index)
+        strong = [place.start + k for k, p in enumerate(self.model.effects[index].fitted) if not p.shape]
+        spread = covariance(self.fit)[np.ix_(strong, strong)]
+        values = self.fit.values[strong]
+        if not np.all(np.isfinite(spread)):
+            return 0.0
+        wald = float(values @ np.linalg.pinv(spread, hermitian=True) @ values)
+        return float(np.sqrt(max(wald, 0.0)))
+
+    def at_limit(self, index: int) -> bool:
+        """Return whether an effect's fit ran into the limit of a parameter other than zero strength."""
+        place = self.model.places(index)
+        values = self.fit.values[place]
+        for value, parameter in zip(values, self.model.effects[index].fitted, strict=True):
+            margin = 1e-3 * (parameter.upper - parameter.lower) if np.isfinite(parameter.upper) else 0.0
+            if value > parameter.upper - margin or (parameter.lower != 0.0 and value < parameter.lower + margin):
+                return True
+        return False
+
+
+@dataclass(frozen=True)
+class Change:
+    """What replacing one model by another does to the errors, in units of what chance would do."""
+
+    fit: float
+    """Fall of the squared error of the fit, over the variance of the residuals and their sluggishness."""
+    holdout: float
+    """The same over the windows kept out."""
+    bic: float
+    """Difference of Bayes's information criterion over all windows; below zero the new model is the better one."""
+
+
+def change(before: Attempt, after: Attempt) -> Change:
+    """Compare two models, by the residuals that the better one leaves."""
+    reference = min(before, after, key=lambda attempt: attempt.squared_error)
+    spread = sluggishness(reference.fit)
+    samples = reference.samples
+    variance = reference.squared_error / samples * spread
+    more = len(after.fit.values) - len(before.fit.values)
+    effective = samples / spread
+    return Change(
+        fit=(before.fit.squared_error - after.fit.squared_error) / variance,
+        holdout=(before.holdout.squared_error - after.holdout.squared_error) / variance,
+        bic=effective * float(np.log(after.squared_error / before.squared_error)) + more * float(np.log(effective)),
+    )

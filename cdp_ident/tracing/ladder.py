@@ -1,0 +1,292 @@
+"""The ladder: effects are added one by one, each judged on windows that it was not fitted to.
+
+At each rung all candidates get a first look, the promising ones a full refit; the best is added if it helps, and what
+no longer earns its place is dropped. At the end every effect has to stand against the alternatives once more, under
+the model that has all the others.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from cdp_ident.identification.judgement import follow
+from cdp_ident.identification.motion_model import MotionModel
+from cdp_ident.identification.refinement import Fit, refine
+from cdp_ident.identification.windows import Window
+from cdp_ident.tracing.candidates import Candidate, FirstLook, addable
+from cdp_ident.tracing.evidence import Attempt, Change, change, sluggishness
+from cdp_ident.tracing.instants import instants
+
+Array = npt.NDArray[np.float64]
+
+_MOST_EFFECTS = 8
+_REFITS = 6
+"""Candidates that get a full refit at a rung."""
+_WORTH_A_LOOK = 16.0
+"""Gain at the first look, in variances, below which a candidate is not refitted."""
+_FIT_GAIN = 25.0
+"""Least fall of the fit's squared error, in variances. Of chance, over all candidates, once in a thousand times."""
+_HOLDOUT_GAIN = 8.0
+"""Least fall of the squared error over the windows kept out, in variances."""
+_STRENGTH = 4.0
+"""Least strength of an effect in its own standard deviations."""
+_HOLDOUT_SHARE = 0.01
+"""Least fall of the root mean square error over the windows kept out, as a share of it."""
+_INSTANT_GAIN = 60.0
+"""Least fall of the fit's squared error by something that happened once, which the windows kept out cannot judge."""
+_OUTSTANDING, _USUAL = 3.0, 1.7
+"""A window in which something happened has at least so many times the squared error of the others, and at most so many
+times once that is explained."""
+_NEAR_THE_BEST = 0.75
+"""A candidate that gains this share of what the best one does is preferred if it has fewer parameters."""
+_MOST_ROUNDS = 3
+"""How often effects are added after others were exchanged."""
+_INDISTINGUISHABLE = 9.0
+"""Models whose squared errors differ by less, in variances, are both possible."""
+
+
+@dataclass(frozen=True)
+class Tried:
+    """A candidate that was refitted at a rung."""
+
+    effects: tuple[str, ...]
+    """Keys of the effect or, where two only help together, the two."""
+    rmse_fit: float
+    """[rad]"""
+    rmse_holdout: float
+    """[rad]"""
+    change: Change
+
+
+@dataclass(frozen=True)
+class Rung:
+    """One step of the ladder."""
+
+    action: str
+    """What was done: added, dropped or exchanged, and what."""
+    rmse_fit: float
+    """Error of the fit after it [rad]."""
+    rmse_holdout: float
+    """Error over the windows kept out after it [rad]."""
+    tried: tuple[Tried, ...]
+
+
+@dataclass(frozen=True)
+class Ladder:
+    """Where the ladder ended."""
+
+    before: Attempt
+    """The paper's model."""
+    after: Attempt
+    """The model with the effects."""
+    rungs: tuple[Rung, ...]
+    evidence: tuple[Change, ...]
+    """What each effect of `after` is worth: the change from that model without it."""
+    holdout_without: tuple[float, ...]
+    """Error over the windows kept out without each of them [rad]."""
+    also_possible: tuple[tuple[str, ...], ...]
+    """Keys of the effects that could stand in each one's place, as far as the data can tell."""
+    interrupted: bool
+
+
+class _Interrupted(Exception):  # noqa: N818  it is no error
+    pass
+
+
+def climb(
+    fit: Fit,
+    holdout: Sequence[Window],
+    told: Callable[[str], None] = lambda line: None,
+    stop: Callable[[], bool] = lambda: False,
+) -> Ladder:
+    """Add to a fitted model the effects that it lacks.
+
+    Args:
+        fit: the paper's model, fully fitted.
+        holdout: the windows that no fit sees.
+        told: called with a line for people after each step.
+        stop: asked between refits; true ends the climb with the effects found so far.
+    """
+    climber = _Climber(holdout, told, stop)
+    before = Attempt(fit, follow(fit.model, fit.values, holdout))  # type: ignore[arg-type]
+    return climber.run(before)
+
+
+class _Climber:
+    def __init__(self, holdout: Sequence[Window], told: Callable[[str], None], stop: Callable[[], bool]):
+        self._holdout, self._told, self._stop = tuple(holdout), told, stop
+        self._rungs: list[Rung] = []
+        self._stood: dict[str, tuple[Attempt, ...]] = {}
+        """The rivals that each effect has stood against in the end, by its key."""
+
+    def run(self, before: Attempt) -> Ladder:
+        current, interrupted = before, False
+        try:
+            for _ in range(_MOST_ROUNDS):
+                current = self._add_all(current)
+                exchanged = self._exchange(current)
+                if exchanged is current:
+                    break
+                current = self._drop(exchanged)
+        except _Interrupted:
+            interrupted = True
+        evidence, without, alternatives = [], [], []
+        for index, active in enumerate(current.model.effects):
+            removed = self._remove(current, index)
+            evidence.append(change(removed, current))
+            without.append(removed.holdout.rmse())
+            alternatives.append(self._alternatives(current, removed, self._stood.get(active.effect.key, ())))
+        return Ladder(
+            before, current, tuple(self._rungs), tuple(evidence), tuple(without), tuple(alternatives), interrupted
+        )
+
+    def _add_all(self, current: Attempt) -> Attempt:
+        while len(current.model.effects) < _MOST_EFFECTS and (better := self._rung(current)) is not None:
+            better = self._drop(better)
+            if better.squared_error >= current.squared_error:
+                break  # what was added made something else superfluous, and no more came of it
+            current = better
+        return current
+
+    def _rung(self, current: Attempt) -> Attempt | None:
+        """Return the model with the best addition, or None where nothing helps."""
+        look = FirstLook(current.fit, addable(current.model))
+        ranked = [c for c in look.ranked() if c.gain > _WORTH_A_LOOK * _expected(current, c.gain)][:_REFITS]
+        once = [c for c in instants(current.fit) if c.gain > _INSTANT_GAIN * _expected(current, c.gain)][:2]
+        attempts: list[tuple[tuple[Candidate, ...], Attempt]]
+        attempts = [((c,), self._add(current, [c])) for c in (*ranked, *once)]
+        best = self._best(current, attempts)
+        if best is None:
+            pairs = [p for p in look.pairs(_REFITS // 2) if p[2] > 2 * _WORTH_A_LOOK * _expected(current, p[2])]
+            together = len(attempts)
+            attempts += [((one, two), self._add(current, [one, two])) for one, two, _ in pairs]
+            best = self._best(current, attempts[together:])
+        self._note(current, best, attempts)
+        return best
+
+    def _best(self, current: Attempt, attempts: Sequence[tuple[tuple[Candidate, ...], Attempt]]) -> Attempt | None:
+        accepted = [a for _, a in attempts if self._earns_its_place(current, a)]
+        if not accepted:
+            return None
+        # The simplest of those that come near the best: while other effects are still missing, what an effect with
+        # more parameters gains over a simpler one is mostly theirs. The exchange at the end sets it right if not.
+        most = max(current.squared_error - a.squared_error for a in accepted)
+        near = [a for a in accepted if current.squared_error - a.squared_error > _NEAR_THE_BEST * most]
+        return min(near, key=lambda a: (len(a.fit.values), a.squared_error))
+
+    def _earns_its_place(self, before: Attempt, after: Attempt) -> bool:
+        new = range(len(before.model.effects), len(after.model.effects))
+        if any(after.at_limit(index) for index in new):
+            return False
+        if any(after.strength(index) < _STRENGTH for index in new):
+            return False
+        gained = change(before, after)
+        if any(after.model.effects[index].effect.at_an_instant for index in new):
+            return gained.fit > _INSTANT_GAIN and gained.holdout > -_HOLDOUT_GAIN and _stands_out(before, after)
+        share = 1.0 - after.holdout.rmse() / before.holdout.rmse()
+        return gained.fit > _FIT_GAIN and gained.holdout > _HOLDOUT_GAIN and share > _HOLDOUT_SHARE
+
+    def _add(self, current: Attempt, candidates: Sequence[Candidate]) -> Attempt:
+        model, values = current.model, current.fit.values
+        for candidate in candidates:
+            model = model.with_effect(candidate.active)
+            values = np.concatenate([values, candidate.values])
+        return self._refit(model, values, current)
+
+    def _refit(self, model: MotionModel, values: Array, current: Attempt) -> Attempt:
+        if self._stop():
+            raise _Interrupted
+        fit = refine(model, values, current.fit.windows)
+        return Attempt(fit, follow(model, fit.values, current.holdout.windows))
+
+    def _remove(self, current: Attempt, index: int) -> Attempt:
+        model, remain = current.model.without_effect(index)
+        fit = refine(model, current.fit.values[remain], current.fit.windows)
+        return Attempt(fit, follow(model, fit.values, current.holdout.windows))
+
+    def _drop(self, current: Attempt) -> Attempt:
+        """Drop effects that no longer help now that others are there."""
+        for index in reversed(range(len(current.model.effects) - 1)):
+            removed = self._remove(current, index)
+            lost = change(removed, current)
+            if current.strength(index) < _STRENGTH - 1 or lost.fit < _FIT_GAIN / 2 or lost.holdout < 0:
+                key = current.model.effects[index].effect.key
+                current = removed
+                self._rungs.append(Rung(f"dropped {key}", current.fit.rmse(), current.holdout.rmse(), ()))
+                self._told(f"dropped {key}: it no longer helps")
+        return current
+
+    def _exchange(self, current: Attempt) -> Attempt:
+        """Let every effect stand against the alternatives under the model that has the others."""
+        for index, active in enumerate(current.model.effects):
+            removed = self._remove(current, index)
+            rivals = self._rivals(removed, active.effect.key)
+            self._stood[active.effect.key] = tuple(rivals)
+            for rival in rivals:
+                gained = change(current, rival)
+                clearly = gained.fit + gained.holdout > _INDISTINGUISHABLE and gained.holdout > 0
+                if clearly and gained.bic < 0 and self._earns_its_place(removed, rival):
+                    old = current.model.effects[index].effect.key
+                    new = rival.model.effects[-1].effect.key
+                    current = rival
+                    self._rungs.append(
+                        Rung(f"exchanged {old} for {new}", current.fit.rmse(), current.holdout.rmse(), ())
+                    )
+                    self._told(f"{new} explains the motion better than {old}")
+        return current
+
+    def _rivals(self, removed: Attempt, key: str) -> list[Attempt]:
+        look = FirstLook(removed.fit, [a for a in addable(removed.model) if a.effect.key != key])
+        ranked = [c for c in look.ranked() if c.gain > _WORTH_A_LOOK * _expected(removed, c.gain)][: _REFITS - 1]
+        return [self._add(removed, [c]) for c in ranked]
+
+    def _alternatives(self, current: Attempt, removed: Attempt, rivals: Sequence[Attempt]) -> tuple[str, ...]:
+        """Return the rivals that the data cannot tell from the effect whose place they took."""
+        named = {(active.effect.name, active.effect.joint) for active in current.model.effects}
+        found = []
+        for rival in rivals:
+            worse = change(rival, current)
+            effect = rival.model.effects[-1].effect
+            close = worse.fit + worse.holdout < _INDISTINGUISHABLE
+            if close and (effect.name, effect.joint) not in named and self._earns_its_place(removed, rival):
+                found.append(f"{effect.name} {effect.joint}")
+        return tuple(dict.fromkeys(found))
+
+    def _note(
+        self,
+        current: Attempt,
+        best: Attempt | None,
+        attempts: Sequence[tuple[tuple[Candidate, ...], Attempt]],
+    ) -> None:
+        tried = [
+            Tried(tuple(c.active.effect.key for c in candidates), a.fit.rmse(), a.holdout.rmse(), change(current, a))
+            for candidates, a in attempts
+        ]
+        tried.sort(key=lambda attempt: attempt.rmse_holdout)
+        added = [e.effect.key for e in best.model.effects[len(current.model.effects) :]] if best else []
+        after = best or current
+        action = f"added {' and '.join(added)}" if best else "nothing more helps"
+        self._rungs.append(Rung(action, after.fit.rmse(), after.holdout.rmse(), tuple(tried)))
+        self._told(
+            f"{action}: {1e3 * current.holdout.rmse():.3g} -> {1e3 * after.holdout.rmse():.3g} mrad on windows kept out"
+        )
+
+
+def _expected(current: Attempt, gain: float) -> float:
+    """Return the variance that one independent residual would have after a gain [rad^2]."""
+    left = max(current.fit.squared_error - gain, 0.05 * current.fit.squared_error)
+    # How sluggish the residual is now says little of how it will be once the effect is there, but for small gains.
+    small = gain < 0.3 * current.fit.squared_error
+    return left / current.samples * (sluggishness(current.fit) if small else 1.0)
+
+
+def _stands_out(before: Attempt, after: Attempt) -> bool:
+    """Return whether what happened once is in a window that stood out, and made it like the others."""
+    powers = np.array(
+        [[np.mean(b**2), np.mean(a**2)] for b, a in zip(before.fit.residuals, after.fit.residuals, strict=True)]
+    )
+    window = int(np.argmax(powers[:, 0] - powers[:, 1]))
+    usual = np.median(np.delete(powers[:, 1], window)) if len(powers) > 1 else powers[window, 1]
+    return bool(powers[window, 0] > _OUTSTANDING * usual and powers[window, 1] < _USUAL * usual)
