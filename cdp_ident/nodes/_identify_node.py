@@ -56,6 +56,7 @@ class IdentifyNode:
             self._thread.join(_LONGEST_GOODBYE)
         if not self._serves and self.exit_code is None:
             self.exit_code = EXIT_INTERRUPTED
+        self._interruption.remove()
 
     def _again(self, _request: Any, response: Any) -> Any:
         if self._thread.is_alive() or self._outcome is not None:

@@ -25,6 +25,12 @@ class Interruption:
             self._before = before
             signal.signal(signal.SIGINT, self._handle)
 
+    def remove(self) -> None:
+        """Give SIGINT back."""
+        if self._before is not None:
+            signal.signal(signal.SIGINT, self._before)
+            self._before = None
+
     @contextmanager
     def searching(self) -> Iterator[None]:
         """Say that a search runs."""

@@ -64,9 +64,12 @@ def main(arguments: list[str]) -> int:
     )
     identifier = Identifier(request, _console(), _console(stderr=True))
     if options.once and not uses_ros_arguments:
-        interruption = Interruption()
+        loaded, interruption = identifier.load({}), Interruption()
         interruption.install()
-        identifier.finish(identifier.load({}), interruption)
+        try:
+            identifier.finish(loaded, interruption)
+        finally:
+            interruption.remove()
         return 0
     _require_ros()
     from cdp_ident.nodes._identify_node import run_identify_node  # noqa: PLC0415

@@ -1,0 +1,360 @@
+"""The node identify, on real bags: on the command line, and over DDS."""
+
+import json
+import math
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import rclpy.qos
+import yaml
+from rcl_interfaces.msg import ParameterEvent
+from rclpy.parameter_client import AsyncParameterClient
+from std_msgs.msg import String
+
+from cdp_ident.commands.import_csv import main as import_csv
+from cdp_ident.model.parameters import GROUPS, NOMINAL
+from cdp_ident.nodes.identify import main
+
+ROOT = Path(__file__).parents[2]
+WIDE, FOLDED = str(ROOT / "bags/swing_wide"), str(ROOT / "bags/swing_folded")
+MEASURED = ROOT.parent / "shared/data/multiarm_free_swing/free_swing_8s_56s_1kHz.csv.gz"
+ENDLESS = "{identify: {ros__parameters: {method: iga, search.generations: 1000000}}}"
+
+
+@pytest.fixture
+def out(tmp_path):
+    return tmp_path / "out"
+
+
+def report_in(folder):
+    return json.loads((folder / "report.json").read_text())
+
+
+def identify(*arguments):
+    """Run it as a process of its own, to its end."""
+    command = [sys.executable, "-m", "cdp_ident", "identify", *arguments]
+    return subprocess.run(command, cwd=ROOT, check=False, capture_output=True, text=True, timeout=300)
+
+
+# On the command line
+
+
+def test_once_it_identifies_writes_prints_and_ends(out, capsys):
+    assert main(["--bag", WIDE, FOLDED, "--out", str(out), "--once"]) == 0
+    report = report_in(out)
+    assert [trial["bag"] for trial in report["trials"]] == [WIDE, FOLDED]
+    values = yaml.safe_load((out / "fitted.yaml").read_text())["/**"]["ros__parameters"]
+    assert values["m1"] == report["before"]["physical"]["m1"]["value"]
+    printed = capsys.readouterr()
+    assert "Error, measured against simulated" in printed.out
+    assert "best error" in printed.err
+    assert sorted(path.name for path in out.iterdir()) == ["fitted.yaml", "report.json"]
+
+
+def test_once_needs_no_ros(out):
+    code = "import sys; sys.modules['rclpy'] = None; from cdp_ident.nodes.identify import main; sys.exit(main())"
+    command = [sys.executable, "-c", code, "--bag", WIDE, "--out", str(out), "--once"]
+    assert subprocess.run(command, cwd=ROOT, check=False, capture_output=True, timeout=300).returncode == 0
+    assert (out / "report.json").exists()
+
+
+def test_the_folder_is_named_after_the_first_bag(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert main(["--bag", WIDE, "--bag", FOLDED, "--once"]) == 0
+    assert (tmp_path / "identification/swing_wide/report.json").exists()
+
+
+def test_the_command_line_wins_over_the_configuration(out, tmp_path):
+    (tmp_path / "some.yaml").write_text(
+        "identify: {ros__parameters: {seed: 3, method: iga, window: 2.0, search.generations: 2}}"
+    )
+    options = ["--config", str(tmp_path / "some.yaml"), "--seed", "9", "--method", "tga"]
+    assert main(["--bag", WIDE, "--out", str(out), "--once", *options]) == 0
+    options = report_in(out)["run"]["options"]
+    assert (options["seed"], options["method"], options["window"]) == (9, "tga", 2.0)
+
+
+def test_the_same_seed_gives_the_same_report(tmp_path):
+    for name in ("one", "two"):
+        assert main(["--bag", WIDE, "--out", str(tmp_path / name), "--once", "--seed", "7"]) == 0
+    one, two = (report_in(tmp_path / name) for name in ("one", "two"))
+    for report in (one, two):
+        del report["search"]["seconds"], report["run"]["seconds"], report["run"]["written_at"]
+    assert one == two
+    assert (tmp_path / "one/fitted.yaml").read_text() == (tmp_path / "two/fitted.yaml").read_text()
+
+
+def test_configuration_file_and_params_file_and_single_parameters_mean_the_same(tmp_path):
+    values = {"nominal.m1": 0.12, "window": 2.0, "trial.stop": math.inf, "known.m2": 0.1154, "seed": 4}
+    file = tmp_path / "some.yaml"
+    file.write_text(yaml.safe_dump({"identify": {"ros__parameters": values}}))
+    single = [word for name, value in values.items() for word in ("-p", f"{name}:={yaml.safe_dump(value).split()[0]}")]
+    single[single.index("window:=2.0")] = "window:=2"  # a whole number may stand for a real one
+    assert main(["--bag", WIDE, "--out", str(tmp_path / "config"), "--once", "--config", str(file)]) == 0
+    options = [report_in(tmp_path / "config")["run"]["options"]]
+    for way in (["--params-file", str(file)], single):
+        done = identify("--bag", WIDE, "--out", str(tmp_path / way[0]), "--once", "--ros-args", *way)
+        assert done.returncode == 0, done.stderr
+        options.append(report_in(tmp_path / way[0])["run"]["options"])
+    assert options[0] == options[1] == options[2]
+    assert options[0]["known.m2"] == 0.1154
+
+
+def test_the_shipped_configuration_is_accepted_by_ros_too(tmp_path):
+    shipped = ["--ros-args", "--params-file", str(ROOT / "config/identify.yaml")]
+    done = identify("--bag", WIDE, "--out", str(tmp_path / "out"), "--once", *shipped)
+    assert done.returncode == 0, done.stderr
+
+
+def test_a_report_is_replaced_only_by_force_and_the_search_not_even_begun(out, capsys):
+    assert main(["--bag", WIDE, "--out", str(out), "--once"]) == 0
+    before = (out / "report.json").read_text()
+    capsys.readouterr()
+    assert main(["--bag", WIDE, "--out", str(out), "--once", "--seed", "2"]) == 2
+    printed = capsys.readouterr()
+    assert "--force" in printed.err
+    assert printed.err.count("\n") == 1
+    assert (out / "report.json").read_text() == before
+    assert main(["--bag", WIDE, "--out", str(out), "--once", "--seed", "2", "--force"]) == 0
+    assert report_in(out)["search"]["seed"] == 2
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ([], "--bag"),
+        (["--bag", "nowhere"], "nowhere"),
+        (["--bag", __file__], "test_identify.py"),
+        (["--bag", WIDE, WIDE], "given twice"),
+        (["--bag", WIDE, "--holdout", WIDE], "given twice"),
+        (["--bag", WIDE, "--seed", "many"], "--seed"),
+        (["--bag", WIDE, "--seed", "-1"], "seed is -1"),
+        (["--bag", WIDE, "--method", "sga"], "sga"),
+        (["--bag", WIDE, "--nonsense"], "--nonsense"),
+        (["--bag", WIDE, "--config", "nowhere.yaml"], "nowhere.yaml"),
+        (["--bag", WIDE, "--config", __file__], "not YAML"),
+        (["--bag", WIDE, "--out", __file__], "is not a folder"),
+    ],
+)
+def test_bad_input_is_one_line_and_exit_code_2(options, words, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert main([*options, "--once"]) == 2
+    error = capsys.readouterr().err
+    assert error.startswith("identify: error: ")
+    assert error.count("\n") == 1
+    assert words in error
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("identify: {ros__parameters: {nominal: {m3: 1.0}}}", "'nominal.m3'; did you mean 'nominal.m"),
+        ("identify: {ros__parameters: {L: long}}", "L is 'long': expected a number"),
+        ("identify: {ros__parameters: {trial: {zero: down}}}", "trial.zero"),
+        ("identify: {ros__parameters: {trial: {topic: /other}}}", "no topic /other"),
+        ("identify: {ros__parameters: {trial: {inner_joint: elbow}}}", "elbow"),
+        ("identify: {ros__parameters: {trial: {zero: hanging}}}", "zero"),
+        ("identify: {ros__parameters: {trial: {stop: 5.0}}}", "no zero-input motion"),
+        ("identify: {ros__parameters: {search: {population: 1}}}", "population"),
+    ],
+)
+def test_a_bad_configuration_is_one_line_and_exit_code_2(text, words, capsys, tmp_path):
+    (tmp_path / "some.yaml").write_text(text)
+    assert main(["--bag", WIDE, "--config", str(tmp_path / "some.yaml"), "--out", str(tmp_path / "out"), "--once"]) == 2
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    assert words in error
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("parameter", ["nominal.m3:=1.0", "window:=long"])
+def test_a_bad_ros_parameter_is_one_line_and_exit_code_2(parameter, out):
+    done = identify("--bag", WIDE, "--out", str(out), "--ros-args", "-p", parameter)
+    assert done.returncode == 2
+    assert done.stderr.count("\n") == 1, done.stderr
+    assert parameter.partition(":")[0] in done.stderr
+
+
+@pytest.mark.skipif(not MEASURED.exists(), reason="the measured swing is not beside the repository")
+def test_a_measured_swing_is_identified_and_its_errors_printed(tmp_path, capsys):
+    columns = ["--time", "time_s", "--inner", "theta1_rad", "--outer", "theta2_rad", "--outer-angle", "absolute"]
+    assert import_csv([str(MEASURED), "--out", str(tmp_path / "measured"), "--every", "5", *columns]) == 0
+    nominal = {"m1": 0.0938, "m2": 0.1376, "m0": 0.0, "l1": 0.1086, "l2": 0.1168, "J1": 4.4e-4, "J2": 1.27e-3}
+    values = {"L": 0.17272, "nominal": {**nominal, "c1": 2.4e-4, "c2": 1e-5}}
+    (tmp_path / "rig.yaml").write_text(yaml.safe_dump({"identify": {"ros__parameters": values}}))
+    options = ["--config", str(tmp_path / "rig.yaml"), "--out", str(tmp_path / "out"), "--once"]
+    assert main(["--bag", str(tmp_path / "measured"), *options]) == 0
+    report = report_in(tmp_path / "out")
+    errors = [report["before"]["error"][role]["rmse_rad"] for role in ("fit", "holdout")]
+    assert all(error < 3.6e-3 for error in errors)  # the source's own fit leaves 3.8 mrad
+    printed = capsys.readouterr().out
+    assert all(f"{1e3 * error:.4g}" in printed for error in errors)
+    assert "error_above_noise" in [warning["name"] for warning in report["warnings"]]
+
+
+# Interrupted
+
+
+def test_ctrl_c_keeps_the_best_so_far(start, listener, tmp_path, out):
+    (tmp_path / "endless.yaml").write_text(ENDLESS)
+    process = start("identify", "--bag", WIDE, "--out", str(out), "--once", "--config", str(tmp_path / "endless.yaml"))
+    listener.wait_for(lambda: "searching: generation" in process.said)
+    assert process.end(signal.SIGINT) == 0
+    report = report_in(out)
+    assert report["search"]["stopped"] == "interrupted"
+    assert report["warnings"][0]["name"] == "interrupted"
+    assert report["before"]["error"]["holdout"]["rmse_rad"] < report["stages"]["nominal"]["holdout"]["rmse_rad"]
+    assert "the best so far" in process.said or "its best so far" in process.said
+
+
+def test_sigterm_ends_a_search_without_a_report(tmp_path, out):
+    (tmp_path / "endless.yaml").write_text(ENDLESS)
+    command = [sys.executable, "-m", "cdp_ident", "identify", "--bag", WIDE, "--out", str(out)]
+    with subprocess.Popen(
+        [*command, "--config", str(tmp_path / "endless.yaml")], cwd=ROOT, stderr=subprocess.PIPE, text=True
+    ) as process:
+        while "searching: generation" not in process.stderr.readline():
+            pass
+        process.send_signal(signal.SIGTERM)
+        _, error = process.communicate(timeout=90)
+    assert process.returncode == 130
+    assert "Traceback" not in error
+    assert not out.exists()
+
+
+# Over DDS
+
+
+class Client:
+    """Reads the parameters of /identify as any node does."""
+
+    def __init__(self, listener):
+        self.listener = listener
+        self.client = AsyncParameterClient(listener.node, "/identify")
+        self.states = []
+        latched = rclpy.qos.QoSProfile(depth=10, durability=rclpy.qos.DurabilityPolicy.TRANSIENT_LOCAL)
+        listener.node.create_subscription(
+            String, "/identify/state", lambda word: self.states.append(word.data), latched
+        )
+
+    def _result(self, future):
+        self.listener.wait_for(future.done)
+        return future.result()
+
+    def wait_until_it_serves(self):
+        self.listener.wait_for(self.client.services_are_ready)
+        self.listener.wait_for(lambda: "m1" in self.names())
+
+    def names(self):
+        return self._result(self.client.list_parameters()).result.names
+
+    def values(self, *names):
+        values = self._result(self.client.get_parameters(list(names))).values
+        return [value.double_value for value in values]
+
+    def descriptors(self, *names):
+        return self._result(self.client.describe_parameters(list(names))).descriptors
+
+
+@pytest.fixture
+def client(listener):
+    return Client(listener)
+
+
+def test_it_serves_what_it_reports_with_descriptions_units_and_ranges(start, client, out):
+    process = start("identify", "--bag", WIDE, "--out", str(out))
+    client.wait_until_it_serves()
+    names = [*NOMINAL, *(f"groups.{group.symbol}" for group in GROUPS)]
+    fit = report_in(out)["before"]
+    reported = [quantity["value"] for section in ("physical", "groups") for quantity in fit[section].values()]
+    assert client.values(*names) == reported
+    for name, descriptor in zip(names, client.descriptors(*names), strict=True):
+        assert descriptor.description.endswith("]"), name
+        assert descriptor.floating_point_range[0].from_value == 0.0
+    assert {"std.m1", "determined.groups.c1_over_A22", "window", "lower.m1", "trial.zero"} <= set(client.names())
+    client.listener.wait_for(lambda: client.states and client.states[-1].startswith("ready: swing_wide"))
+    assert process.end() == 0
+
+
+def test_it_refuses_to_be_written_from_outside_and_says_why(start, client, listener, out):
+    start("identify", "--bag", WIDE, "--out", str(out))
+    client.wait_until_it_serves()
+    before = client.values("m1", "window")
+    assert listener.set_parameter("/identify", "m1", 9.0) == (
+        False,
+        "m1 cannot be changed from outside while identify runs: it is a result, which ~/identify_again makes anew",
+    )
+    changed, reason = listener.set_parameter("/identify", "window", 2.0)
+    assert not changed
+    assert "--config" in reason
+    assert client.values("m1", "window") == before
+
+
+def test_it_identifies_again_with_what_configuration_and_bags_say_then(start, client, listener, tmp_path, out):
+    config = tmp_path / "some.yaml"
+    config.write_text("identify: {ros__parameters: {window: 2.0, known.m1: 0.13}}")
+    process = start("identify", "--bag", WIDE, "--out", str(out), "--config", str(config))
+    client.wait_until_it_serves()
+    assert client.values("window", "known.m1") == [2.0, 0.13]
+    first = report_in(out)
+
+    config.write_text("identify: {ros__parameters: {window: 3.0, method: iga, search.generations: 1000000}}")
+    assert listener.call("/identify/identify_again") == (True, "identifying: ~/state tells when it is done")
+    assert listener.call("/identify/identify_again")[0] is False
+    assert client.values("m1", "window") == [first["before"]["physical"]["m1"]["value"], 2.0]  # until the new is done
+    assert report_in(out) == first
+    lines = process.said.count("searching: generation")
+    listener.wait_for(lambda: process.said.count("searching: generation") > lines)
+    process.popen.send_signal(signal.SIGINT)
+
+    listener.wait_for(lambda: client.values("window") == [3.0])
+    second = report_in(out)
+    assert second["search"]["stopped"] == "interrupted"
+    assert (
+        client.values("m1")
+        == [second["before"]["physical"]["m1"]["value"]]
+        != [first["before"]["physical"]["m1"]["value"]]
+    )
+    assert "known.m1" not in client.names()
+    assert process.end() == 0
+
+
+def test_what_fails_again_leaves_the_parameters_and_files_of_before(start, client, listener, tmp_path, out):
+    config = tmp_path / "some.yaml"
+    config.write_text("identify: {ros__parameters: {seed: 5}}")
+    process = start("identify", "--bag", WIDE, "--out", str(out), "--config", str(config))
+    client.wait_until_it_serves()
+    before, report = client.values("m1"), report_in(out)
+    config.write_text("identify: {ros__parameters: {seeed: 5}}")
+    assert listener.call("/identify/identify_again")[0]
+    listener.wait_for(lambda: any(state.startswith("failed: unknown key") for state in client.states))
+    assert client.values("m1") == before
+    assert report_in(out) == report
+    config.write_text("identify: {ros__parameters: {seed: 6}}")
+    assert listener.call("/identify/identify_again")[0]
+    listener.wait_for(lambda: report_in(out)["search"]["seed"] == 6)
+    assert process.end() == 0
+
+
+def test_other_nodes_see_the_new_values_as_parameter_events(start, client, listener, tmp_path, out):
+    """A simulator that follows /identify has nothing else to go by."""
+    events = []
+    listener.node.create_subscription(ParameterEvent, "/parameter_events", events.append, 1000)
+    config = tmp_path / "some.yaml"
+    config.write_text("identify: {ros__parameters: {L: 0.4}}")
+    start("identify", "--bag", WIDE, "--out", str(out), "--config", str(config))
+    client.wait_until_it_serves()
+    config.write_text("identify: {ros__parameters: {L: 0.39}}")
+    assert listener.call("/identify/identify_again")[0]
+    listener.wait_for(
+        lambda: any(
+            parameter.name == "L" and parameter.value.double_value == 0.39
+            for event in events
+            if event.node == "/identify"
+            for parameter in event.changed_parameters
+        )
+    )
