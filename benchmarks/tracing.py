@@ -23,6 +23,19 @@ CHANGED = 1.5
 GOOD = 1.2
 """The error that is left, over the noise, at the most."""
 
+WEAKEST_KINDS = (
+    "coulomb_friction.inner",
+    "coulomb_friction.outer",
+    "air_drag.outer",
+    "joint_spring.inner",
+    "cogging_torque.inner",
+    "encoder_offset.outer",
+    "encoder_scale.outer",
+    "time_offset.outer",
+)
+STRONG = 1.6
+"""How visible an effect is at first when its weakest strength is looked for, over the noise."""
+
 Identity = tuple[str, str]
 
 
@@ -116,6 +129,32 @@ def _row(results: Sequence[Result]) -> list[str]:
     return [str(len(results)), *map(str, counts), *(f"{median:.2f}" for median in medians)]
 
 
+def weakest(console: Console, seeds: Sequence[int]) -> None:
+    """Print for some effects the weakest strength that is still named, halving it until it is not."""
+    table = Table(
+        "hidden", "seed", "weakest strength named", "moves angles, over the noise", "noise [mrad]", "not named"
+    )
+    for kind in WEAKEST_KINDS:
+        for seed in seeds:
+            found: Result | None = None
+            visible = STRONG
+            while (result := examine(kind, seed, visible)).right:
+                found, visible = result, visible / 2.0
+                print(result.line, flush=True)
+            print(result.line, flush=True)
+            (lost,) = result.answer.hidden
+            hidden = found.answer.hidden[0] if found else None
+            table.add_row(
+                kind,
+                str(seed),
+                f"{abs(hidden.strength):.2g} {hidden.effect.unit}" if hidden else "none",
+                f"{hidden.visible:.2f}" if hidden else "",
+                f"{1e3 * result.answer.floor:.2f}",
+                f"{abs(lost.strength):.2g} {lost.effect.unit}",
+            )
+    console.print(table)
+
+
 def main(arguments: Sequence[str] = ()) -> None:
     options = argparse.ArgumentParser(prog="python -m benchmarks.tracing")
     options.add_argument("--kinds", default="", help="kinds of truth, with commas between them (default: all)")
@@ -123,9 +162,12 @@ def main(arguments: Sequence[str] = ()) -> None:
     options.add_argument("--first", type=int, default=0, help="first seed")
     options.add_argument("--weakest", action="store_true", help="look for the weakest strength that is found")
     chosen = options.parse_args(arguments)
+    console = Console()
+    if chosen.weakest:
+        weakest(console, range(chosen.first, chosen.first + chosen.seeds))
+        return
     kinds = chosen.kinds.split(",") if chosen.kinds else KINDS
     kinds = [k for name in kinds for k in (SINGLE if name == "single" else [name])]
-    console = Console()
     results = []
     for kind in kinds:
         seeds = NONE_SEEDS if kind == "none" and not chosen.kinds else chosen.seeds

@@ -258,7 +258,9 @@ def eccentricity(joint: str, rng: np.random.Generator) -> HiddenEffect:
 
 def slip(joint: str, trial: int, at: float) -> HiddenEffect:
     """An encoder that misses counts at an instant [s] of one trial."""
-    return _encoder("encoder_slip", joint, "rad", 1e-5, 0.2, lambda angle, time, size: size * (time >= at), trial)
+    return _encoder(
+        "encoder_slip", joint, "rad", 1e-5, 0.2, lambda angle, time, size: np.where(time >= at, size, 0.0), trial
+    )
 
 
 def late() -> HiddenEffect:
