@@ -25,7 +25,8 @@ _WIDEST = 0.5
 """Half width of the interval, as a share of the value, from which on a value counts as not determined."""
 _UNSEEN = 1e-6
 """Singular value, as a share of the largest, below which a combination does not show in the motion at all."""
-_RANK_TOLERANCE = 1e-6
+_RANK_TOLERANCE = 1e-3
+"""What changes the groups by less than this share of itself counts as changing nothing."""
 _ROD_BY_ROD = ("m1", "J1", "l1", "m0", "m2", "l2", "J2", "c1", "c2")
 _BY_EASE_OF_MEASURING = ("m1", "m2", "m0", "l1", "l2", "J1", "J2", "c1", "c2")
 _SCALED_TOGETHER = ("m1", "m2", "m0", "J1", "J2", "c1", "c2")
