@@ -19,6 +19,8 @@ def bag_checksums(bag: Path) -> dict[str, str]:
     """
     folder = bag.parent if bag.name == "metadata.yaml" else bag
     try:
+        if not bag.exists():
+            raise BagError(f"there is no bag {bag}")
         files = (
             [file for file in sorted(folder.iterdir()) if file.name.endswith(_STORAGE)] if folder.is_dir() else [bag]
         )
@@ -30,7 +32,7 @@ def bag_checksums(bag: Path) -> dict[str, str]:
                     digest.update(block)
             checksums[file.name] = digest.hexdigest()
     except (OSError, ValueError) as error:
-        raise BagError(f"{bag} cannot be read: {error}") from error
+        raise BagError(f"{bag} cannot be read: {getattr(error, 'strerror', None) or error}") from error
     return checksums
 
 

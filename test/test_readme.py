@@ -1,0 +1,53 @@
+"""What README.md shows is so."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from cdp_ident.command_line import executables
+from cdp_ident.configuration.parameter_file import read_parameter_file
+from cdp_ident.configuration.settings import Settings
+from cdp_ident.nodes.identify import main
+
+ROOT = Path(__file__).parents[1]
+README = (ROOT / "README.md").read_text()
+DOCUMENTS = [*ROOT.glob("*.md"), *ROOT.glob("docs/*.md"), *ROOT.glob("bags/*.md")]
+
+
+def block(language):
+    return re.search(rf"```{language}\n(.*?)```", README, re.DOTALL)[1]
+
+
+def test_the_library_s_example_runs():
+    done = subprocess.run(
+        [sys.executable, "-c", block("python")], cwd=ROOT, check=False, capture_output=True, text=True
+    )
+    assert "a1_over_A22" in done.stdout, done.stderr
+
+
+def test_the_configuration_is_accepted(tmp_path):
+    (tmp_path / "rig.yaml").write_text(block("yaml"))
+    settings = Settings.of(read_parameter_file(tmp_path / "rig.yaml", "identify"))
+    assert dict(settings.identify.prior.known) == {"m0": 0.208}
+
+
+def test_every_executable_stands_in_the_table():
+    assert set(re.findall(r"(?m)^\| `(\w+)` \|", README)) == set(executables())
+
+
+def test_bad_input_is_answered_as_printed(capsys, monkeypatch):
+    monkeypatch.chdir(ROOT)
+    examples = re.findall(r"(?m)^\$ ros2 run cdp_ident identify (.*)\n(identify: error: .*)\n", README)
+    assert len(examples) == 3
+    for arguments, answer in examples:
+        assert main(arguments.split()) == 2
+        assert capsys.readouterr().err == f"{answer}\n"
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
+def test_links_lead_somewhere(document):
+    for target in re.findall(r"\]\(([^)#:]+)\)", document.read_text()):
+        assert (document.parent / target).exists(), target
