@@ -1,13 +1,13 @@
 """How well a model with given values follows measured motion: the errors of the report."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.identification.motion_model import Frozen, MotionModel
-from cdp_ident.identification.refinement import Fit, refine_from_afar
+from cdp_ident.identification.refinement import Fit, refine, refine_from_afar
 from cdp_ident.identification.windows import Window, cut_into_windows
 from cdp_ident.trial.trial import Trial
 
@@ -48,6 +48,12 @@ def judge(model: MotionModel, values: Array, windows: Sequence[Window], trials: 
 def follow(model: MotionModel, values: Array, windows: Sequence[Window]) -> Fit:
     """Fit the windows' starts alone."""
     return refine_from_afar(Frozen(model, values), np.empty(0), windows)
+
+
+def follow_closely(model: MotionModel, values: Array, windows: Sequence[Window]) -> Fit:
+    """Fit the starts of short windows alone, and return the fit as one of the whole model, all values held."""
+    fit = refine(Frozen(model, values), np.empty(0), windows)
+    return replace(fit, model=model, values=values)
 
 
 def _free_run(model: MotionModel, values: Array, windows: Sequence[Window], trial: Trial) -> float:

@@ -8,10 +8,10 @@ import numpy.typing as npt
 
 from cdp_ident.identification.prior import Prior
 from cdp_ident.identification.windows import Window
-from cdp_ident.model.effects.constants import effect_constants
+from cdp_ident.model.effects.constants import effect_constants, outer_rod_length
 from cdp_ident.model.effects.effect import Effect, EffectParameter, TorqueEffect
 from cdp_ident.model.effects.readings import encoder_readings
-from cdp_ident.model.parameters import COEFFICIENTS, GROUPS, coefficients_of, inertia_about_cart
+from cdp_ident.model.parameters import COEFFICIENTS, GROUPS, SYMBOLS, coefficients_of
 from cdp_ident.model.time_grid import TimeGrid
 from cdp_ident.model.trajectory import DIRECTIONS, Torques, trajectory_with_derivatives
 
@@ -53,17 +53,12 @@ class Mechanism:
     """g [m/s^2], or the value to begin with where it is free."""
     outer_length: float
     """Length of the outer rod [m]."""
-    total_mass: float
-    """m1 + m2 + m0 over A22 [1/m^2]."""
-    outer_mass: float
-    """m2 over A22 [1/m^2]."""
 
     @classmethod
     def of(cls, prior: Prior) -> "Mechanism":
         """Take it from what is known before any trial."""
-        m1, m2, m0, _, l2, *_ = prior.centre
-        A22 = float(inertia_about_cart(prior.centre, prior.length))
-        return cls(prior.length, prior.gravity, max(prior.length, 2 * l2), (m1 + m2 + m0) / A22, m2 / A22)
+        l2 = float(prior.centre[SYMBOLS.index("l2")])
+        return cls(prior.length, prior.gravity, outer_rod_length(prior.length, l2))
 
 
 @dataclass(frozen=True)
@@ -143,10 +138,7 @@ class MotionModel:
                 directions += [(len(chosen), k) for k, p in enumerate(parameters) if not p.fixed]
                 chosen.append((active.effect, active.all_values(values[self.places(index)])))
         length, _ = self.constants(values)
-        rig = self.mechanism
-        constants = effect_constants(
-            self.coefficients(values), length, rig.outer_length, rig.total_mass, rig.outer_mass
-        )
+        constants = effect_constants(self.coefficients(values), length, self.mechanism.outer_length)
         return Torques.of(chosen, constants, directions)
 
     def predict(self, values: Array, start: Array, window: Window) -> tuple[Array, Array]:

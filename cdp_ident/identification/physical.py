@@ -12,6 +12,7 @@ import numpy.typing as npt
 from scipy.optimize import minimize
 
 from cdp_ident.identification.prior import Prior
+from cdp_ident.model.effects.constants import outer_rod_length
 from cdp_ident.model.parameters import GROUPS, SYMBOLS, groups_of
 
 Array = npt.NDArray[np.float64]
@@ -66,7 +67,7 @@ def nearest_physical_values(groups: Array, group_covariance: Array, prior: Prior
         m1, m2, _, l1, l2, J1, J2, *_ = physical(logarithms)
         # Mass spread over an interval varies about its centre by no more than (end - centre)(centre - beginning)
         # (Bhatia and Davis, 2000). The outer rod's length is not a parameter: it is at least twice l2, or L.
-        outer_length = max(length, 2.0 * l2)
+        outer_length = outer_rod_length(length, l2)
         return np.array([np.log(m1 * l1 * max(length - l1, 1e-9) / J1), np.log(m2 * l2 * (outer_length - l2) / J2)])
 
     scale = deviations[searched]

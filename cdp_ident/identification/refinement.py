@@ -24,7 +24,7 @@ _MOST_FOR_STARTS = 25
 """Starts alone are found in few iterations, or the values that are held do not fit."""
 _GROWTH = (4, 2)
 """Into how many parts windows are split before they are fitted whole."""
-_CONVERGED = 1e-7
+_CONVERGED = 1e-6
 """Relative decrease of the cost below which the fit has arrived."""
 _LARGEST_DAMPING = 1e8
 _WILD = 6.0

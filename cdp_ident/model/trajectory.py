@@ -3,7 +3,7 @@
 The derivatives, with respect to the start, to the coefficients and to parameters of effects, are carried forward
 through the same Runge-Kutta steps as the motion itself (the tangent linear model of the integrator), all directions
 side by side in the lanes of vector registers. An effect states only its torque: what is needed of that torque's
-derivatives, in four state variables and its own parameters, is taken by central differences of the torque.
+derivatives, in four state variables and its own parameters, is taken by differences of the torque.
 """
 
 from collections.abc import Sequence
@@ -40,7 +40,7 @@ class Torques:
     constants: Array = field(default_factory=lambda: np.zeros(COUNT))
     """What formulas know of the mechanism: see `effect_constants`."""
     directions: Indices = field(default_factory=lambda: np.empty((0, 2), dtype=np.int64))
-    """(k, 2) effect and parameter of each further direction."""
+    """(k, 2) effect and parameter of each further direction, the effects ascending."""
 
     @classmethod
     def of(
@@ -111,37 +111,38 @@ def _run(
 
 
 _NUDGE = 1e-6
-"""Step of the central differences of effects' torques: [rad], [rad/s], or relative to a parameter of at least 1e-3."""
+"""Step of the differences of effects' torques: [rad], [rad/s], or relative to a parameter of at least 1e-3."""
 
 
 @part
 def _add_effects(state, time, kinds, values, constants, directions, i11, i12, i22, by_state, direct):
     """Add to the accelerations' derivatives what they owe to effects."""
+    j = 0
     for e in range(len(kinds)):
-        if values[e, 0] == 0.0 and values[e, 1] == 0.0:
-            continue  # an effect of no strength is none, wherever the pendulum is
-        for k in range(4):
-            kept = state[k]
-            state[k] = kept + _NUDGE
+        present = values[e, 0] != 0.0 or values[e, 1] != 0.0
+        at1, at2 = 0.0, 0.0
+        if present:
+            at1, at2 = effect_torque(kinds[e], state[0], state[1], state[2], state[3], time, values, e, constants)
+            for k in range(4):
+                kept = state[k]
+                state[k] = kept + _NUDGE
+                up1, up2 = effect_torque(kinds[e], state[0], state[1], state[2], state[3], time, values, e, constants)
+                state[k] = kept
+                d1, d2 = (up1 - at1) / _NUDGE, (up2 - at2) / _NUDGE
+                by_state[0, k] += i11 * d1 + i12 * d2
+                by_state[1, k] += i12 * d1 + i22 * d2
+        # An effect without strength is none, wherever the pendulum is; only its directions are then asked for.
+        while j < len(directions) and directions[j, 0] == e:
+            p = directions[j, 1]
+            kept = values[e, p]
+            nudge = _NUDGE * max(abs(kept), 1e-3)
+            values[e, p] = kept + nudge
             up1, up2 = effect_torque(kinds[e], state[0], state[1], state[2], state[3], time, values, e, constants)
-            state[k] = kept - _NUDGE
-            down1, down2 = effect_torque(kinds[e], state[0], state[1], state[2], state[3], time, values, e, constants)
-            state[k] = kept
-            d1, d2 = (up1 - down1) / (2.0 * _NUDGE), (up2 - down2) / (2.0 * _NUDGE)
-            by_state[0, k] += i11 * d1 + i12 * d2
-            by_state[1, k] += i12 * d1 + i22 * d2
-    for j in range(len(directions)):
-        e, p = directions[j, 0], directions[j, 1]
-        kept = values[e, p]
-        nudge = _NUDGE * max(abs(kept), 1e-3)
-        values[e, p] = kept + nudge
-        up1, up2 = effect_torque(kinds[e], state[0], state[1], state[2], state[3], time, values, e, constants)
-        values[e, p] = kept - nudge
-        down1, down2 = effect_torque(kinds[e], state[0], state[1], state[2], state[3], time, values, e, constants)
-        values[e, p] = kept
-        d1, d2 = (up1 - down1) / (2.0 * nudge), (up2 - down2) / (2.0 * nudge)
-        direct[0, DIRECTIONS + j] = i11 * d1 + i12 * d2
-        direct[1, DIRECTIONS + j] = i12 * d1 + i22 * d2
+            values[e, p] = kept
+            d1, d2 = (up1 - at1) / nudge, (up2 - at2) / nudge
+            direct[0, DIRECTIONS + j] = i11 * d1 + i12 * d2
+            direct[1, DIRECTIONS + j] = i12 * d1 + i22 * d2
+            j += 1
 
 
 @part

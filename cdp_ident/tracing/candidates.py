@@ -52,7 +52,7 @@ class FirstLook:
     def __init__(self, fit: Fit, candidates: Sequence[ActiveEffect]):
         assert isinstance(fit.model, MotionModel)
         model, values = fit.model, fit.values
-        self._candidates = tuple(candidates)
+        self.candidates = tuple(candidates)
         self._columns: list[npt.NDArray[np.int64]] = []
         count = STATE + len(model.names)
         for candidate in candidates:
@@ -90,7 +90,7 @@ class FirstLook:
 
     def ranked(self) -> list[Candidate]:
         """Return the candidates that would gain something, the best first."""
-        found = [self._candidate(index) for index in range(len(self._candidates))]
+        found = [self._candidate(index) for index in range(len(self.candidates))]
         return sorted((c for c in found if c is not None and c.gain > 0), key=lambda c: -c.gain)
 
     def pairs(self, most: int) -> list[tuple[Candidate, Candidate, float]]:
@@ -98,7 +98,7 @@ class FirstLook:
 
         Only pairs that gain more than their members one by one are returned: those that need each other.
         """
-        single = {index: self._candidate(index) for index in range(len(self._candidates))}
+        single = {index: self._candidate(index) for index in range(len(self.candidates))}
         alone = {index: c.gain if c else 0.0 for index, c in single.items()}
         usable = [index for index in single if np.all(self._independent[self._columns[index]])]
         found = []
@@ -114,8 +114,8 @@ class FirstLook:
         for _, first, second in found[: 4 * most]:
             gain, strengths = self._solve([first, second])
             split = len(self._columns[first])
-            one = Candidate(self._candidates[first], alone[first], strengths[:split])
-            two = Candidate(self._candidates[second], alone[second], strengths[split:])
+            one = Candidate(self.candidates[first], alone[first], strengths[:split])
+            two = Candidate(self.candidates[second], alone[second], strengths[split:])
             if gain > 1.2 * (alone[first] + alone[second]):
                 pairs.append((one, two, gain))
         return sorted(pairs, key=lambda pair: -pair[2])[:most]
@@ -124,12 +124,12 @@ class FirstLook:
         if not np.all(self._independent[self._columns[index]]):
             return None
         gain, strengths = self._solve([index])
-        return Candidate(self._candidates[index], gain, strengths)
+        return Candidate(self.candidates[index], gain, strengths)
 
     def _solve(self, indices: Sequence[int]) -> tuple[float, Array]:
         """Return what candidates would gain together [rad^2], with strengths inside their limits, and these."""
         columns = np.concatenate([self._columns[index] for index in indices])
-        strong = [p for index in indices for p in self._candidates[index].fitted if not p.shape]
+        strong = [p for index in indices for p in self.candidates[index].fitted if not p.shape]
         matrix, right = self._gram[np.ix_(columns, columns)], self._right[columns]
         scale = 1.0 / np.sqrt(np.maximum(np.diag(matrix), np.finfo(float).tiny))
         scaled = matrix * np.outer(scale, scale)

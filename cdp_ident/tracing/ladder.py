@@ -11,10 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.identification.judgement import follow
+from cdp_ident.identification.judgement import follow, follow_closely
 from cdp_ident.identification.motion_model import MotionModel
-from cdp_ident.identification.refinement import Fit, refine
-from cdp_ident.identification.windows import Window
+from cdp_ident.identification.refinement import Fit, refine, refine_from_afar
+from cdp_ident.identification.windows import Window, split
 from cdp_ident.tracing.candidates import Candidate, FirstLook, addable
 from cdp_ident.tracing.evidence import Attempt, Change, change, sluggishness
 from cdp_ident.tracing.instants import instants
@@ -24,6 +24,10 @@ Array = npt.NDArray[np.float64]
 _MOST_EFFECTS = 8
 _REFITS = 6
 """Candidates that get a full refit at a rung."""
+_PIECES = 4
+"""Into how many parts windows are split for a first look at motions that are chaotic."""
+_RIVALS = 3
+"""Effects that each one has to stand against in the end."""
 _WORTH_A_LOOK = 16.0
 """Gain at the first look, in variances, below which a candidate is not refitted."""
 _FIT_GAIN = 25.0
@@ -32,6 +36,8 @@ _HOLDOUT_GAIN = 8.0
 """Least fall of the squared error over the windows kept out, in variances."""
 _STRENGTH = 4.0
 """Least strength of an effect in its own standard deviations."""
+_SAFE = 10.0
+"""Strength above which an effect is not asked again whether it helps."""
 _HOLDOUT_SHARE = 0.01
 """Least fall of the root mean square error over the windows kept out, as a share of it."""
 _INSTANT_GAIN = 60.0
@@ -153,13 +159,13 @@ class _Climber:
     def _rung(self, current: Attempt) -> Attempt | None:
         """Return the model with the best addition, or None where nothing helps."""
         look = FirstLook(current.fit, addable(current.model))
-        ranked = [c for c in look.ranked() if c.gain > _WORTH_A_LOOK * _expected(current, c.gain)][:_REFITS]
-        once = [c for c in instants(current.fit) if c.gain > _INSTANT_GAIN * _expected(current, c.gain)][:2]
+        ranked = self._promising(current, look, _REFITS)
+        once = [c for c in instants(current.fit) if c.gain > _INSTANT_GAIN * _expected(current.fit, c.gain)][:2]
         attempts: list[tuple[tuple[Candidate, ...], Attempt]]
         attempts = [((c,), self._add(current, [c])) for c in (*ranked, *once)]
         best = self._best(current, attempts)
         if best is None:
-            pairs = [p for p in look.pairs(_REFITS // 2) if p[2] > 2 * _WORTH_A_LOOK * _expected(current, p[2])]
+            pairs = [p for p in look.pairs(_REFITS // 2) if p[2] > 2 * _WORTH_A_LOOK * _expected(current.fit, p[2])]
             together = len(attempts)
             attempts += [((one, two), self._add(current, [one, two])) for one, two, _ in pairs]
             best = self._best(current, attempts[together:])
@@ -198,7 +204,7 @@ class _Climber:
     def _refit(self, model: MotionModel, values: Array, current: Attempt) -> Attempt:
         if self._stop():
             raise _Interrupted
-        fit = refine(model, values, current.fit.windows)
+        fit = refine_from_afar(model, values, current.fit.windows)
         return Attempt(fit, follow(model, fit.values, current.holdout.windows))
 
     def _remove(self, current: Attempt, index: int) -> Attempt:
@@ -209,6 +215,8 @@ class _Climber:
     def _drop(self, current: Attempt) -> Attempt:
         """Drop effects that no longer help now that others are there."""
         for index in reversed(range(len(current.model.effects) - 1)):
+            if current.strength(index) > _SAFE:
+                continue
             removed = self._remove(current, index)
             lost = change(removed, current)
             if current.strength(index) < _STRENGTH - 1 or lost.fit < _FIT_GAIN / 2 or lost.holdout < 0:
@@ -239,8 +247,23 @@ class _Climber:
 
     def _rivals(self, removed: Attempt, key: str) -> list[Attempt]:
         look = FirstLook(removed.fit, [a for a in addable(removed.model) if a.effect.key != key])
-        ranked = [c for c in look.ranked() if c.gain > _WORTH_A_LOOK * _expected(removed, c.gain)][: _REFITS - 1]
-        return [self._add(removed, [c]) for c in ranked]
+        return [self._add(removed, [c]) for c in self._promising(removed, look, _RIVALS)]
+
+    def _promising(self, current: Attempt, look: FirstLook, most: int) -> list[Candidate]:
+        """Return the candidates that deserve a refit, by a look at the windows and one at short pieces of them.
+
+        Where the motion is chaotic, the residual of a model that lacks something is no longer linear in what it
+        lacks; over short pieces it still is, but small effects drown in noise there.
+        """
+        pieces = [piece for window in current.fit.windows for piece in split(window, _PIECES)]
+        short = follow_closely(current.model, current.fit.values, pieces)
+        nearby = FirstLook(short, look.candidates)
+        seen: dict[str, Candidate] = {}
+        for ranking, fit in ((look.ranked(), current.fit), (nearby.ranked(), short)):
+            worth = [c for c in ranking if c.gain > _WORTH_A_LOOK * _expected(fit, c.gain)]
+            for candidate in worth[:most]:
+                seen.setdefault(candidate.active.effect.key, candidate)
+        return list(seen.values())
 
     def _alternatives(self, current: Attempt, removed: Attempt, rivals: Sequence[Attempt]) -> tuple[str, ...]:
         """Return the rivals that the data cannot tell from the effect whose place they took."""
@@ -274,12 +297,13 @@ class _Climber:
         )
 
 
-def _expected(current: Attempt, gain: float) -> float:
+def _expected(current: Fit, gain: float) -> float:
     """Return the variance that one independent residual would have after a gain [rad^2]."""
-    left = max(current.fit.squared_error - gain, 0.05 * current.fit.squared_error)
+    left = max(current.squared_error - gain, 0.05 * current.squared_error)
     # How sluggish the residual is now says little of how it will be once the effect is there, but for small gains.
-    small = gain < 0.3 * current.fit.squared_error
-    return left / current.samples * (sluggishness(current.fit) if small else 1.0)
+    small = gain < 0.3 * current.squared_error
+    samples = sum(residual.size for residual in current.residuals)
+    return left / samples * (sluggishness(current) if small else 1.0)
 
 
 def _stands_out(before: Attempt, after: Attempt) -> bool:

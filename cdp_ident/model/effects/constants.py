@@ -5,13 +5,16 @@ import numpy.typing as npt
 
 Array = npt.NDArray[np.float64]
 
-LENGTH, OUTER_LENGTH, TOTAL_MASS, OUTER_MASS = 7, 8, 9, 10
-"""Places after the seven coefficients: L [m], the outer rod's length [m], and two masses over A22 [1/m^2]."""
-COUNT = 11
+LENGTH, OUTER_LENGTH = 7, 8
+"""Places after the seven coefficients: L and the outer rod's length [m]."""
+COUNT = 9
 
 
-def effect_constants(
-    coefficients: Array, length: float, outer_length: float, total_mass: float, outer_mass: float
-) -> Array:
-    """Return the constants (11,) of a mechanism; masses are relative to A22 [1/m^2]."""
-    return np.concatenate([coefficients, [length, outer_length, total_mass, outer_mass]])
+def outer_rod_length(length: float, l2: float) -> float:
+    """Return how long the outer rod is taken to be [m]: as long as the inner one, or twice as far as its centre."""
+    return max(length, 2.0 * l2)
+
+
+def effect_constants(coefficients: Array, length: float, outer_length: float) -> Array:
+    """Return the constants (9,) of a mechanism: its coefficients, L and the outer rod's length [m]."""
+    return np.concatenate([coefficients, [length, outer_length]])

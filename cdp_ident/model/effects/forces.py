@@ -14,7 +14,7 @@ _SHARES = tuple(float(weight) for weight in 0.5 * _WEIGHTS)
 """Gauss-Legendre quadrature along a rod of unit length."""
 _KNOCK = 0.01
 """Standard deviation in time of a knock [s]."""
-COGGING_PERIODS = tuple(range(2, 25))
+COGGING_PERIODS = tuple(range(2, 17))
 """How often in a turn a cogging torque may repeat. Once a turn is an unbalance, which gravity's terms hold already."""
 
 

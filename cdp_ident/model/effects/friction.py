@@ -3,7 +3,6 @@
 import math
 
 from cdp_ident.model.compilation import Compilable, inlined, part
-from cdp_ident.model.effects.constants import OUTER_MASS, TOTAL_MASS
 from cdp_ident.model.effects.effect import EffectParameter, Joint, TorqueEffect
 from cdp_ident.model.equations import accelerations
 
@@ -66,7 +65,7 @@ def _load(theta1, theta2, omega1, omega2, constants, mass, inner_moment, outer_m
     A23, A33, a1, c1, c2, m2_l2, g = (
         constants[0], constants[1], constants[2], constants[3], constants[4], constants[5], constants[6],
     )  # fmt: skip
-    alpha1, alpha2 = accelerations(theta1, theta2, omega1, omega2, 0.0, 0.0, 0.0, A23, A33, a1, c1, c2, m2_l2, g)
+    alpha1, alpha2 = accelerations(theta1, theta2, omega1, omega2, 0.0, A23, A33, a1, c1, c2, m2_l2, g)
     sin1, cos1, sin2, cos2 = math.sin(theta1), math.cos(theta1), math.sin(theta2), math.cos(theta2)
     inward1, inward2 = omega1 * omega1, omega2 * omega2
     across = inner_moment * (cos1 * alpha1 - sin1 * inward1) + outer_moment * (cos2 * alpha2 - sin2 * inward2)
@@ -76,13 +75,13 @@ def _load(theta1, theta2, omega1, omega2, constants, mass, inner_moment, outer_m
 
 @part
 def _load_inner(theta1, theta2, omega1, omega2, time, values, row, constants):
-    load = _load(theta1, theta2, omega1, omega2, constants, constants[TOTAL_MASS], constants[2], constants[5])
+    load = _load(theta1, theta2, omega1, omega2, constants, values[row, 1], constants[2], constants[5])
     return -values[row, 0] * load * _direction(omega1), 0.0
 
 
 @part
 def _load_outer(theta1, theta2, omega1, omega2, time, values, row, constants):
-    mass = constants[OUTER_MASS]
+    mass = values[row, 1]
     # The outer rod hangs on a point that moves on a circle of radius L = A23 / (m2 l2).
     carried = mass * constants[0] / constants[5]
     load = _load(theta1, theta2, omega1, omega2, constants, mass, carried, constants[5])
@@ -108,6 +107,8 @@ def _both(
 def _torque(name: str, typical: float) -> EffectParameter:
     return EffectParameter(name, "N m", 0.0, 20.0, typical, relative_to_inertia=True)
 
+
+_LOADED: tuple[tuple[Joint, float, Compilable], ...] = (("inner", 7.0, _load_inner), ("outer", 2.0, _load_outer))
 
 FRICTION: tuple[TorqueEffect, ...] = (
     *_both(
@@ -141,13 +142,21 @@ FRICTION: tuple[TorqueEffect, ...] = (
         _quadratic_inner,
         _quadratic_outer,
     ),
-    *_both(
-        "load_friction",
-        "dry friction that grows with the bearing's load",
-        f"-lever |load| tanh(speed / {SMOOTHING} rad/s)",
-        "Coulomb friction in a loaded bearing: SKF, Rolling Bearings, 2018; load from the constraint forces",
-        (EffectParameter("lever", "m", 0.0, 0.02, 1e-4),),
-        _load_inner,
-        _load_outer,
+    *(
+        TorqueEffect(
+            "load_friction",
+            joint,
+            "",
+            "dry friction that grows with the bearing's load",
+            f"-lever |load| tanh(speed / {SMOOTHING} rad/s), the load from the constraint forces",
+            "Coulomb friction in a loaded bearing: SKF, Rolling Bearings, 2018",
+            (
+                EffectParameter("lever", "m", 0.0, 0.05, 1e-3),
+                # What hangs on the bearing; no zero-input motion of the paper's model shows a mass by itself.
+                EffectParameter("mass", "kg", 0.1, 100.0, mass, relative_to_inertia=True, shape=True),
+            ),
+            torque,
+        )
+        for joint, mass, torque in _LOADED
     ),
 )

@@ -11,7 +11,7 @@ from scipy.interpolate import CubicHermiteSpline
 
 from cdp_ident.errors import OptionError
 from cdp_ident.model.effects.catalogue import CATALOGUE
-from cdp_ident.model.effects.constants import effect_constants
+from cdp_ident.model.effects.constants import effect_constants, outer_rod_length
 from cdp_ident.model.effects.effect import Effect, SensorEffect, TorqueEffect
 from cdp_ident.model.parameters import SYMBOLS, inertia_about_cart, physical_coefficients
 from cdp_ident.model.trajectory import NO_TORQUES, Torques
@@ -50,13 +50,8 @@ def parse_effects(content: Any, physical: Mapping[str, float], where: str) -> Ef
         for name, joints in _mapping(content, where).items()
         for effect, given, place in _of_name(name, joints, where)
     ]
-    mass = physical["m1"] + physical["m2"] + physical["m0"]
     constants = effect_constants(
-        physical_coefficients(physical),
-        physical["L"],
-        max(physical["L"], 2 * physical["l2"]),
-        mass / A22,
-        physical["m2"] / A22,
+        physical_coefficients(physical), physical["L"], outer_rod_length(physical["L"], physical["l2"])
     )
     torques = [(effect, values.tolist()) for effect, values in chosen if isinstance(effect, TorqueEffect)]
     sensors = [(effect, values) for effect, values in chosen if isinstance(effect, SensorEffect)]
