@@ -51,6 +51,8 @@ class Result:
     missed: tuple[Hidden, ...]
     weak: tuple[Hidden, ...]
     """Missed too, without blame."""
+    beyond: tuple[Hidden, ...]
+    """What nobody could name, for the package's catalogue lacks it."""
     false: tuple[str, ...]
     before: float
     """Error on the held-out trial without effects, over the noise."""
@@ -63,6 +65,8 @@ class Result:
         """All of it in a line."""
         hidden = ", ".join(f"{h.strength:.3g} {h.effect.unit} ({h.visible:.1f})" for h in self.answer.hidden)
         verdict = "FALSE" if self.false else "MISSED" if self.missed else "weak" if self.weak else "ok"
+        if self.beyond and not self.false:
+            verdict = "left" if self.after > GOOD else "hidden"
         return (
             f"{verdict:6} {self.kind} {self.seed}: {hidden or 'nothing'} -> {', '.join(self.named) or 'nothing'}; "
             f"{self.before:.2f} -> {self.after:.2f} x {1e3 * self.answer.floor:.2f} mrad, {self.seconds:.1f} s"
@@ -77,33 +81,39 @@ def examine(kind: str, seed: int, visible: float | None = None) -> Result:
     ladder = climb(identified.fit, identified.data.holdout)
     seconds = time.perf_counter() - begin
     before, after = (attempt.holdout.rmse() / answer.floor for attempt in (ladder.before, ladder.after))
-    right, missed, weak, false = score(ladder, answer, before)
     named = tuple(active.effect.key for active in ladder.after.model.effects)
-    return Result(kind, seed, answer, named, right, missed, weak, false, before, after, seconds)
-
-
-def score(
-    ladder: Ladder, answer: Answer, before: float
-) -> tuple[tuple[Hidden, ...], tuple[Hidden, ...], tuple[Hidden, ...], tuple[str, ...]]:
-    """Return what was named right, missed, missed without blame, and named though it is not there."""
     right: list[Hidden] = []
-    missed: list[Hidden] = []
-    weak: list[Hidden] = []
     false: list[str] = []
-    names = [_possible(ladder, index) for index in range(len(ladder.after.model.effects))]
-    open_truths = list(answer.hidden)
-    for name, possible in zip((a.effect.key for a in ladder.after.model.effects), names, strict=True):
-        meant = next((hidden for hidden in open_truths if hidden.right & possible), None)
+    for index, name in enumerate(named):
+        possible = _possible(ladder, index)
+        meant = next((hidden for hidden in answer.hidden if hidden.right & possible and hidden not in right), None)
         if meant is None:
             false.append(name)
         else:
-            open_truths.remove(meant)
             right.append(meant)
-    for hidden in open_truths:
-        alone = len(answer.hidden) == 1 and hidden.effect.trial is None
-        faint = before < CHANGED if alone else np.hypot(1.0, hidden.visible) < CHANGED
-        (weak if faint else missed).append(hidden)
-    return tuple(right), tuple(missed), tuple(weak), tuple(false)
+    unnamed = [hidden for hidden in answer.hidden if hidden not in right]
+    faint = [hidden for hidden in unnamed if hidden.known and _is_faint(hidden, answer, before)]
+    return Result(
+        kind=kind,
+        seed=seed,
+        answer=answer,
+        named=named,
+        right=tuple(right),
+        missed=tuple(hidden for hidden in unnamed if hidden.known and hidden not in faint),
+        weak=tuple(faint),
+        beyond=tuple(hidden for hidden in unnamed if not hidden.known),
+        false=tuple(false),
+        before=before,
+        after=after,
+        seconds=seconds,
+    )
+
+
+def _is_faint(hidden: Hidden, answer: Answer, before: float) -> bool:
+    """Return whether an effect changes the error too little to be blamed on anybody who misses it."""
+    if len(answer.hidden) == 1 and hidden.effect.trial is None:
+        return before < CHANGED
+    return bool(np.hypot(1.0, hidden.visible) < CHANGED)
 
 
 def _possible(ladder: Ladder, index: int) -> frozenset[Identity]:
@@ -115,7 +125,7 @@ def _possible(ladder: Ladder, index: int) -> frozenset[Identity]:
 
 def summary(results: Sequence[Result]) -> Table:
     """Return a table with a row for each kind."""
-    table = Table("hidden", "truths", "right", "missed", "weak", "false", "before", "after", "time [s]")
+    table = Table("hidden", "truths", "right", "missed", "weak", "beyond", "false", "before", "after", "time [s]")
     for kind in dict.fromkeys(result.kind for result in results):
         table.add_row(kind, *_row([result for result in results if result.kind == kind]))
     table.add_section()
@@ -124,7 +134,7 @@ def summary(results: Sequence[Result]) -> Table:
 
 
 def _row(results: Sequence[Result]) -> list[str]:
-    counts = [sum(len(getattr(r, part)) for r in results) for part in ("right", "missed", "weak", "false")]
+    counts = [sum(len(getattr(r, part)) for r in results) for part in ("right", "missed", "weak", "beyond", "false")]
     medians = [float(np.median([getattr(r, part) for r in results])) for part in ("before", "after", "seconds")]
     return [str(len(results)), *map(str, counts), *(f"{median:.2f}" for median in medians)]
 
@@ -182,6 +192,12 @@ def main(arguments: Sequence[str] = ()) -> None:
         f"{max((r.after for r in known), default=0.0):.2f} times the noise, below {GOOD} for "
         f"{sum(r.after < GOOD for r in known)}; longest {max(r.seconds for r in results):.1f} s"
     )
+    strange = [r for r in results if r.beyond]
+    if strange:
+        console.print(
+            f"{sum(r.after > GOOD and not r.false for r in strange)} of {len(strange)} truths beyond the catalogue "
+            f"leave more than the noise and have nothing named; in {sum(bool(r.false) for r in strange)} something is"
+        )
 
 
 if __name__ == "__main__":
