@@ -1,5 +1,6 @@
 """Twins: trials of a pendulum whose parameters are known, measured as a real rig measures."""
 
+import functools
 from collections.abc import Mapping
 
 import numpy as np
@@ -10,6 +11,31 @@ from reference.pendulum import AT_REST, TABLE_3, TABLE_5, Array, Torque, cart_po
 
 TEN_SECONDS = np.arange(2000) / 200.0
 """The paper's trial: 10 s at 200 Hz [s]."""
+
+
+def as_measured(
+    theta: Array, rng: np.random.Generator, noise: float = 2e-3, counts_per_turn: int | None = 8000
+) -> Array:
+    """Return what encoders show of the angles theta1, theta2 (n, 2) [rad]; see `twin`."""
+    theta = theta + rng.normal(scale=noise, size=theta.shape)
+    if counts_per_turn is None:
+        return theta
+    count = 2.0 * np.pi / counts_per_turn
+    joints = np.diff(theta, axis=1, prepend=0.0)
+    return np.asarray(np.cumsum(np.round(joints / count) * count, axis=1))
+
+
+@functools.cache
+def standard_motion() -> Array:
+    """Return the angles (n, 2) of the twin of the paper's trial before any noise [rad], made once and read-only."""
+    theta = motion(TABLE_5, TABLE_3, TEN_SECONDS, tolerance=1e-11)[:, :2]
+    theta.setflags(write=False)
+    return theta
+
+
+def standard_twin(rng: np.random.Generator) -> Trial:
+    """Return the same as `twin(rng)`, the motion of which is made only once."""
+    return Trial("twin", TEN_SECONDS, as_measured(standard_motion(), rng))
 
 
 def twin(
@@ -39,11 +65,6 @@ def twin(
         tolerance: of the integration; see `motion`.
         name: the trial's.
     """
-    theta = motion(values, start, times, cart, torque, tolerance)[:, :2]
-    theta = theta + rng.normal(scale=noise, size=theta.shape)
-    if counts_per_turn is not None:
-        count = 2.0 * np.pi / counts_per_turn
-        joints = np.diff(theta, axis=1, prepend=0.0)
-        theta = np.cumsum(np.round(joints / count) * count, axis=1)
+    theta = as_measured(motion(values, start, times, cart, torque, tolerance)[:, :2], rng, noise, counts_per_turn)
     position = None if cart == AT_REST else cart_position(cart, times)
     return Trial(name, times - times[0], theta, position)
