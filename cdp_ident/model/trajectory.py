@@ -93,6 +93,24 @@ def trajectory_with_derivatives(
     return states, derivatives
 
 
+def accelerations_at(
+    coefficients: Array, states: Array, u: Array, torques: Torques = NO_TORQUES, times: Array | None = None
+) -> Array:
+    """Return the angular accelerations (n, 2) [rad/s^2] in given states (n, 4).
+
+    Args:
+        coefficients: (7,) `COEFFICIENTS` of the pendulum.
+        states: (n, 4) theta1, theta2 [rad], omega1, omega2 [rad/s].
+        u: (n,) the cart's acceleration [m/s^2].
+        torques: of effects.
+        times: (n,) times in the trial [s], for effects that happen at an instant.
+    """
+    rates = np.empty((len(states), 4))
+    times = np.zeros(len(states)) if times is None else times
+    _accelerations_at(coefficients, states, u, times, torques.kinds, torques.values, torques.constants, rates)
+    return rates[:, 2:]
+
+
 def _run(
     coefficients: Array,
     start: Array,
@@ -238,3 +256,12 @@ def _trajectory(
         rates[0] = rates[4]
         tangent[:] = ended
         slopes[0] = slopes[4]
+
+
+@compiled
+def _accelerations_at(coefficients, states, u, times, kinds, values, constants, rates):
+    nothing, directions = np.empty((2, 0)), np.empty((0, 2), dtype=np.int64)
+    for j in range(len(states)):
+        _differentiate(
+            states[j], times[j], u[j], coefficients, kinds, values, constants, directions, rates, j, nothing, nothing
+        )

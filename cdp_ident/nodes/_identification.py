@@ -76,7 +76,7 @@ class Identifier:
                 return "interrupted"
 
             with interruption.searching():
-                outcome = run(loaded, stop)
+                outcome = run(loaded, stop, display.say, lambda: interruption.asked or interruption.given_up)
         if interruption.given_up:
             raise GivenUpError
         content = report(outcome)

@@ -142,7 +142,7 @@ def _fitted_entries(report: Section) -> dict[str, _Entry]:
     advice = "it is a result, which ~/identify_again makes anew"
     return {
         fitted.name: _Entry(fitted.value, fitted.description, fitted.unit, fitted.minimum, (), advice)
-        for fitted in fitted_parameters(report["before"])
+        for fitted in fitted_parameters(report)
     }
 
 

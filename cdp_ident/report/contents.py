@@ -17,6 +17,8 @@ from cdp_ident.identification.windows import Window
 from cdp_ident.model.parameters import CONSTANTS, GROUPS, PARAMETERS
 from cdp_ident.report.job import Outcome
 from cdp_ident.report.provenance import versions
+from cdp_ident.tracing.ladder import Ladder
+from cdp_ident.tracing.trace import FoundEffect
 
 Array = npt.NDArray[np.float64]
 Section = dict[str, Any]
@@ -47,6 +49,22 @@ def report(outcome: Outcome) -> Section:
             "windows_fitted": len(found.data.fit),
             "windows_held_out": len(found.data.holdout),
         },
+        "effects": [_effect(outcome, effect) for effect in outcome.trace.effects],
+        "after": fit_section(
+            outcome.trace.after.model,
+            outcome.trace.after.fit.values,
+            outcome.trace.covariance,
+            outcome.trace.physical,
+            _errors(found.data, *outcome.trace.errors),
+        ),
+        "unexplained": {
+            "significant": outcome.trace.unexplained.significant,
+            "joint": outcome.trace.unexplained.joint,
+            "times_noise": outcome.trace.unexplained.times_noise,
+            "description": outcome.trace.unexplained.description,
+        },
+        "verdict": outcome.trace.verdict,
+        "ladder": _ladder(outcome.trace.ladder),
         "continuity": _continuity(found),
         "repeatability": _repeatability(found),
         "identifiability": _identifiability(determined),
@@ -106,6 +124,56 @@ def _error(errors: Errors, windows: tuple[Window, ...]) -> Section:
         "rmse_theta2_rad": errors.rmse_theta2,
         "window_s": round(float(np.mean([window.duration for window in windows])), 3),
         "sse_free_run": errors.free_run,
+    }
+
+
+def _effect(outcome: Outcome, found: FoundEffect) -> Section:
+    effect, trial = found.active.effect, found.active.trial
+    return {
+        "name": effect.name,
+        "joint": effect.joint,
+        "variant": effect.variant,
+        "trial": None if trial is None else outcome.identification.data.trials[trial].name,
+        "description": effect.description,
+        "formula": effect.formula,
+        "source": effect.source,
+        "parameters": {
+            parameter.description.name: {
+                "value": parameter.value,
+                "std": parameter.std,
+                "unit": parameter.description.unit,
+            }
+            for parameter in found.parameters
+        },
+        "evidence": {
+            "rmse_holdout_before_rad": found.holdout_without,
+            "rmse_holdout_after_rad": found.holdout_with,
+            "delta_bic": found.delta_bic,
+        },
+        "also_possible": list(found.also_possible),
+    }
+
+
+def _ladder(ladder: Ladder) -> Section:
+    return {
+        "interrupted": ladder.interrupted,
+        "rungs": [
+            {
+                "action": rung.action,
+                "rmse_fit_rad": rung.rmse_fit,
+                "rmse_holdout_rad": rung.rmse_holdout,
+                "tried": [
+                    {
+                        "effects": list(tried.effects),
+                        "rmse_fit_rad": tried.rmse_fit,
+                        "rmse_holdout_rad": tried.rmse_holdout,
+                        "delta_bic": tried.change.bic,
+                    }
+                    for tried in rung.tried
+                ],
+            }
+            for rung in ladder.rungs
+        ],
     }
 
 

@@ -15,19 +15,20 @@ class FittedParameter:
     """One result under its name on ROS."""
 
     name: str
-    value: float | bool
+    value: float | bool | str
     description: str
     unit: str
     minimum: float | None = 0.0
     """Lowest possible value; None where the value may be infinite, which no range can hold."""
 
 
-def fitted_parameters(fit: Section) -> Iterator[FittedParameter]:
-    """Yield the parameters of a fit (a FIT of the report): first their values.
+def fitted_parameters(report: Section) -> Iterator[FittedParameter]:
+    """Yield the parameters of the model that a report ends with: first their values.
 
     Then `std.<name>`, infinite where the trials do not show the parameter at all, and `determined.<name>`: whether
-    trials and measured values determine it.
+    trials and measured values determine it; at last the effects, `effects.<name>.<joint>.<parameter>`.
     """
+    fit = report["after"]
     described = {parameter.symbol: parameter.description for parameter in (*PARAMETERS, *CONSTANTS)}
     described |= {f"groups.{group.symbol}": group.formula for group in GROUPS}
     quantities = {**fit["physical"], **{f"groups.{symbol}": quantity for symbol, quantity in fit["groups"].items()}}
@@ -40,11 +41,27 @@ def fitted_parameters(fit: Section) -> Iterator[FittedParameter]:
         yield FittedParameter(
             f"determined.{name}", quantity["determined"], f"whether the trials determine {name}", "", None
         )
+    for effect in report["effects"]:
+        yield from _effect_parameters(effect)
+
+
+def _effect_parameters(effect: Section) -> Iterator[FittedParameter]:
+    prefix = f"effects.{effect['name']}.{effect['joint']}"
+    for name in ("variant", "trial"):
+        if effect[name]:
+            yield FittedParameter(f"{prefix}.{name}", effect[name], f"{name} of {effect['description']}", "", None)
+    for name, quantity in effect["parameters"].items():
+        description = f"{effect['description']}: {effect['formula']}"
+        yield FittedParameter(f"{prefix}.{name}", quantity["value"], description, quantity["unit"], None)
+    for name, quantity in effect["parameters"].items():
+        std = np.inf if quantity["std"] is None else quantity["std"]
+        description = f"standard deviation of {prefix}.{name}"
+        yield FittedParameter(f"std.{prefix}.{name}", std, description, quantity["unit"], None)
 
 
 def fitted_yaml(report: Section) -> str:
     """Return the text of `fitted.yaml`."""
-    values = {parameter.name: parameter.value for parameter in fitted_parameters(report["before"])}
+    values = {parameter.name: parameter.value for parameter in fitted_parameters(report)}
     bags = ", ".join(trial["name"] for trial in report["trials"] if trial["role"] == "fit")
     comments = [f"Fitted by cdp_ident identify from {bags!r}; report.json tells how. SI units, radians."]
     return parameter_file(values, comments)

@@ -10,6 +10,7 @@ from cdp_ident.errors import OptionError
 from cdp_ident.identification.genetic_search import Progress
 from cdp_ident.identification.identify import Identification, identify
 from cdp_ident.report.provenance import bag_checksums
+from cdp_ident.tracing.trace import Trace, trace
 from cdp_ident.trial.load import load_trial
 from cdp_ident.trial.trial import Trial
 
@@ -42,6 +43,7 @@ class Outcome:
 
     loaded: LoadedJob
     identification: Identification
+    trace: Trace
     search_seconds: float
     """Until the last generation of the last search [s]."""
     seconds: float
@@ -75,8 +77,19 @@ def load(job: Job) -> LoadedJob:
     return LoadedJob(job, tuple(trials[:count]), tuple(trials[count:]), checksums)
 
 
-def run(loaded: LoadedJob, stop: Callable[[Progress], str | None]) -> Outcome:
-    """Identify; `stop` is called after each generation of the search and ends it by returning why.
+def run(
+    loaded: LoadedJob,
+    stop: Callable[[Progress], str | None],
+    told: Callable[[str], None] = lambda line: None,
+    stop_tracing: Callable[[], bool] = lambda: False,
+) -> Outcome:
+    """Identify, and trace what the paper's model leaves to effects that it lacks.
+
+    Args:
+        loaded: the job.
+        stop: called after each generation of the search; it ends the search by returning why.
+        told: called with a line for people after each step of the tracing.
+        stop_tracing: asked now and then; true ends the tracing with the effects found so far.
 
     Raises:
         IdentificationError: the trials do not suffice.
@@ -89,4 +102,5 @@ def run(loaded: LoadedJob, stop: Callable[[Progress], str | None]) -> Outcome:
         return stop(progress)
 
     found = identify(loaded.fit, loaded.holdout, loaded.job.settings.identify, clocked)
-    return Outcome(loaded, found, searched - began, time.monotonic() - began)
+    traced = trace(found, told, stop_tracing)
+    return Outcome(loaded, found, traced, searched - began, time.monotonic() - began)

@@ -24,12 +24,8 @@ def print_report(console: Console, report: Section) -> None:
 
 def summary(report: Section) -> str:
     """Return a fit in one sentence."""
-    error, before = report["before"]["error"], report["stages"]["nominal"]["holdout"]
     fitted = [trial["name"] for trial in report["trials"] if trial["role"] == "fit"]
-    return (
-        f"{', '.join(fitted)}: the error on held-out motion fell from {_milliradians(before['rmse_rad'])} with the "
-        f"nominal values to {_milliradians(error['holdout']['rmse_rad'])} mrad with the fitted ones"
-    )
+    return f"{', '.join(fitted)}: {report['verdict']}"
 
 
 def _parts(report: Section) -> Iterator[RenderableType]:
@@ -37,12 +33,15 @@ def _parts(report: Section) -> Iterator[RenderableType]:
     yield _physical(report)
     yield _groups(report)
     yield _errors(report)
+    if report["effects"]:
+        yield _effects(report["effects"])
     yield _sentences("What the trials determine", report["identifiability"]["words"])
     if report["repeatability"]:
         yield _repeatability(report["repeatability"], report["before"]["groups"])
     warnings = [warning["message"] for warning in report["warnings"]]
     if warnings:
         yield _sentences("Warnings", warnings)
+    yield Text(report["verdict"], style="bold")
 
 
 def _trials(report: Section) -> Table:
@@ -59,7 +58,7 @@ def _physical(report: Section) -> Table:
     table = _table("Parameters", "parameter", "nominal", "fitted ± std", "unit", "determined by the trials")
     options = report["run"]["options"]
     constants = [constant.symbol for constant in CONSTANTS]
-    for symbol, quantity in report["before"]["physical"].items():
+    for symbol, quantity in report["after"]["physical"].items():
         known = options.get(f"known.{symbol}")
         nominal = options[symbol] if symbol in constants else options[f"nominal.{symbol}"] if known is None else known
         if quantity["std"] == 0.0:
@@ -75,7 +74,7 @@ def _physical(report: Section) -> Table:
 def _groups(report: Section) -> Table:
     table = _table("Groups, all that a free swing depends on", "group", "fitted ± std", "95 % interval", "unit", "is")
     formulas = {group.symbol: group.formula for group in GROUPS}
-    for symbol, quantity in report["before"]["groups"].items():
+    for symbol, quantity in report["after"]["groups"].items():
         sure = "determined" if quantity["determined"] else "not determined by these trials"
         value, std, unit = quantity["value"], quantity["std"], quantity["unit"]
         table.add_row(formulas[symbol], with_std(value, std), _interval(value, std), "" if unit == "1" else unit, sure)
@@ -86,8 +85,10 @@ def _errors(report: Section) -> Table:
     window = report["before"]["error"]["fit"]["window_s"]
     title = f"Error, measured against simulated, over windows of {window:.3g} s"
     table = _table(title, "", "fit [mrad]", "held out [mrad]", "Eq. (10), held out [rad²]")
-    for stage, label in _STAGES.items():
-        errors = report["stages"][stage]
+    stages = [(label, report["stages"][stage]) for stage, label in _STAGES.items()]
+    if report["effects"]:
+        stages.append(("with the effects below", report["after"]["error"]))
+    for label, errors in stages:
         table.add_row(
             label,
             _milliradians(errors["fit"]["rmse_rad"]),
@@ -96,6 +97,22 @@ def _errors(report: Section) -> Table:
         )
     noise = report["noise_rad"]
     table.add_row("the encoders' noise", f"{_milliradians(noise['theta1'])} and {_milliradians(noise['theta2'])}")
+    return table
+
+
+def _effects(effects: list[Section]) -> Table:
+    table = _table(
+        "Effects that the paper's model lacks", "effect", "joint", "parameter", "fitted ± std", "unit",
+        "held out, without it [mrad]", "also possible",
+    )  # fmt: skip
+    for effect in effects:
+        without = _milliradians(effect["evidence"]["rmse_holdout_before_rad"])
+        first = (effect["name"], effect["joint"])
+        for name, quantity in effect["parameters"].items():
+            value = with_std(quantity["value"], quantity["std"])
+            last = (without, ", ".join(effect["also_possible"])) if first[0] else ("", "")
+            table.add_row(*first, name, value, "" if quantity["unit"] == "1" else quantity["unit"], *last)
+            first = ("", "")
     return table
 
 

@@ -41,9 +41,9 @@ class Candidate:
 
 
 def addable(model: MotionModel) -> list[ActiveEffect]:
-    """Return the effects of the catalogue that the model does not have, except those that happen at an instant."""
-    present = {active.effect.key for active in model.effects}
-    return [ActiveEffect(e) for e in CATALOGUE if e.key not in present and not e.at_an_instant]
+    """Return the effects that could be added: not those that happen at an instant, and one form of each in a joint."""
+    present = {(active.effect.name, active.effect.joint) for active in model.effects}
+    return [ActiveEffect(e) for e in CATALOGUE if (e.name, e.joint) not in present and not e.at_an_instant]
 
 
 class FirstLook:

@@ -1,0 +1,69 @@
+"""The torque that measured motion shows and a model does not have, joint by joint."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from cdp_ident.identification.motion_model import MotionModel
+from cdp_ident.identification.refinement import Fit
+from cdp_ident.model.effects.effect import Joint
+from cdp_ident.model.trajectory import accelerations_at
+from cdp_ident.trial.kinematics import HALF_WIDTH, local_motion
+
+Array = npt.NDArray[np.float64]
+
+JOINTS: tuple[Joint, ...] = ("inner", "outer")
+
+
+@dataclass(frozen=True)
+class TorqueResidual:
+    """The missing torque in each joint, and the motion in which it is missing; columns are the two `JOINTS`.
+
+    Measured accelerations are those of local cubics, so that what is faster than about 0.1 s is smoothed out.
+    """
+
+    trial: npt.NDArray[np.int64]
+    """(n,) which trial a sample is of."""
+    time: Array
+    """(n,) its time in the trial [s]."""
+    angle: Array
+    """(n, 2) angle of each joint: the inner one from hanging, the outer one relative to the inner rod [rad]."""
+    speed: Array
+    """(n, 2) speed of each joint [rad/s]."""
+    torque: Array
+    """(n, 2) missing torque in each joint, over A22 [rad/s^2]."""
+
+
+def torque_residual(fit: Fit) -> TorqueResidual:
+    """Return the torques that a fitted model lacks over its windows (inverse dynamics)."""
+    assert isinstance(fit.model, MotionModel)
+    coefficients = fit.model.coefficients(fit.values)
+    A23, A33 = coefficients[:2]
+    parts = []
+    for window in fit.windows:
+        angles, velocities = local_motion(window.time, window.theta, window.time)
+        _, accelerations = local_motion(window.time, velocities, window.time)
+        # The cubics of the ends are one-sided and poor.
+        middle = (window.time > HALF_WIDTH) & (window.time < window.time[-1] - HALF_WIDTH)
+        states = np.concatenate([angles, velocities], axis=1)[middle]
+        times = window.begin + window.time[middle]
+        u = np.interp(window.time[middle], window.grid.half_step_times(), window.u)
+        torques = fit.model.torques(fit.values, window.trial)
+        lacking = accelerations[middle] - accelerations_at(
+            coefficients, np.ascontiguousarray(states), u, torques, times
+        )
+        coupling = A23 * np.cos(states[:, 0] - states[:, 1])
+        on_inner = lacking[:, 0] + coupling * lacking[:, 1]
+        on_outer = coupling * lacking[:, 0] + A33 * lacking[:, 1]
+        parts.append(
+            (
+                np.full(len(times), window.trial),
+                times,
+                np.stack([states[:, 0] - np.pi, states[:, 1] - states[:, 0]], axis=1),
+                np.stack([states[:, 2], states[:, 3] - states[:, 2]], axis=1),
+                # The outer joint's torque acts on the outer rod and, reversed, on the inner one.
+                np.stack([on_inner + on_outer, on_outer], axis=1),
+            )
+        )
+    return TorqueResidual(*(np.concatenate(column) for column in zip(*parts, strict=True)))

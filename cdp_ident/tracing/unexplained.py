@@ -1,0 +1,121 @@
+"""What remains when the ladder ends: how much, in which joint, and where it is found."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from cdp_ident.model.effects.effect import Joint
+from cdp_ident.tracing.evidence import Attempt, sluggishness
+from cdp_ident.tracing.torque_residual import JOINTS, TorqueResidual, torque_residual
+
+Array = npt.NDArray[np.float64]
+
+_ABOVE_NOISE = 1.2
+"""An error of so many times the noise means that something remains."""
+_WINDOW_ABOVE_OTHERS = 3.0
+"""A window whose error is so many times the others' is where something happened."""
+_BINS = 16
+_FEWEST_IN_BIN = 20
+
+
+@dataclass(frozen=True)
+class Unexplained:
+    """What the model with its effects does not explain."""
+
+    significant: bool
+    """Whether more than noise remains."""
+    joint: Joint
+    """In which joint most of it is."""
+    times_noise: float
+    """The error over the windows kept out, over the encoders' noise."""
+    description: str
+    """Where it is and how much, for people."""
+
+
+def unexplained(attempt: Attempt, noise: Array, trials: Sequence[str], inertia: float) -> Unexplained:
+    """Describe what remains.
+
+    Args:
+        attempt: the model with its effects.
+        noise: (2,) standard deviation of the noise of theta1 and theta2 [rad].
+        trials: names of the trials.
+        inertia: A22 [kg m^2], to give torques in N m.
+    """
+    errors = np.array([max(attempt.fit.rmse(k), attempt.holdout.rmse(k)) for k in range(2)])
+    ratios = errors / noise
+    overall = attempt.holdout.rmse() / float(np.sqrt(np.mean(noise**2)))
+    window = _odd_window(attempt, noise, trials)
+    if np.max(ratios) < _ABOVE_NOISE and window is None:
+        return Unexplained(False, JOINTS[int(np.argmax(ratios))], overall, "nothing but the encoders' noise")
+    residual = torque_residual(attempt.fit)
+    dependence = max(_dependences(residual), key=lambda found: found.share)
+    joint = JOINTS[dependence.joint]
+    remains = (
+        f"{1e3 * attempt.holdout.rmse():.3g} mrad remain on motion kept out of the fit, {overall:.1f} times the noise"
+    )
+    where = dependence.words(inertia)
+    memory = sluggishness(attempt.fit)
+    slow = f"; it changes slowly, over {memory:.0f} samples" if memory > 3 else ""
+    description = "; ".join(filter(None, (remains, where + slow, window)))
+    return Unexplained(True, joint, overall, description)
+
+
+@dataclass(frozen=True)
+class _Dependence:
+    """How the missing torque in a joint varies with something."""
+
+    joint: int
+    regressor: str
+    unit: str
+    share: float
+    """Share of the missing torque's mean square that its mean in bins explains."""
+    low: float
+    high: float
+    torque: float
+    """Mean missing torque in the bin where it is largest, over A22 [rad/s^2]."""
+
+    def words(self, inertia: float) -> str:
+        return (
+            f"most of it goes with the {self.regressor}: a torque of {1e3 * inertia * self.torque:.2g} mN m is missing "
+            f"in the {JOINTS[self.joint]} joint at {self.low:.2g} to {self.high:.2g} {self.unit}"
+        )
+
+
+def _dependences(residual: TorqueResidual) -> Iterator[_Dependence]:
+    for torque_joint in range(2):
+        torque = residual.torque[:, torque_joint]
+        for joint in range(2):
+            wrapped = (residual.angle[:, joint] + np.pi) % (2 * np.pi) - np.pi
+            yield _dependence(torque_joint, f"{JOINTS[joint]} joint's angle", "rad", wrapped, torque)
+            yield _dependence(torque_joint, f"{JOINTS[joint]} joint's speed", "rad/s", residual.speed[:, joint], torque)
+
+
+def _dependence(joint: int, regressor: str, unit: str, values: Array, torque: Array) -> _Dependence:
+    edges = np.unique(np.quantile(values, np.linspace(0, 1, _BINS + 1)))
+    places = np.clip(np.searchsorted(edges, values, side="right") - 1, 0, len(edges) - 2)
+    counts = np.bincount(places, minlength=len(edges) - 1)
+    means = np.bincount(places, weights=torque, minlength=len(edges) - 1) / np.maximum(counts, 1)
+    means[counts < _FEWEST_IN_BIN] = 0.0
+    power = float(np.sum(torque**2))
+    share = float(np.sum(counts * means**2)) / power if power > 0 else 0.0
+    largest = int(np.argmax(np.abs(means)))
+    return _Dependence(
+        joint, regressor, unit, share, float(edges[largest]), float(edges[largest + 1]), float(means[largest])
+    )
+
+
+def _odd_window(attempt: Attempt, noise: Array, trials: Sequence[str]) -> str | None:
+    """Return in words the window that fits far worse than the others, if one does and is above the noise."""
+    fits = ((w, r) for fit in (attempt.fit, attempt.holdout) for w, r in zip(fit.windows, fit.residuals, strict=True))
+    errors = [(float(np.sqrt(np.mean((residual / noise) ** 2))), window) for window, residual in fits]
+    usual = float(np.median([error for error, _ in errors]))
+    worst, window = max(errors, key=lambda pair: pair[0])
+    if len(errors) < 3 or worst < _WINDOW_ABOVE_OTHERS * usual or worst < _WINDOW_ABOVE_OTHERS:
+        return None
+    end = window.begin + window.duration
+    return (
+        f"trial {trials[window.trial]} from {window.begin:.1f} to {end:.1f} s fits {worst / usual:.1f} times worse "
+        "than the other windows: something may have happened there"
+    )
