@@ -19,6 +19,8 @@ Array = npt.NDArray[np.float64]
 
 _FRICTIONS = np.array([symbol in ("c1", "c2") for symbol in SYMBOLS])
 _FRICTION_GROUPS = np.array([group.symbol.startswith("c") for group in GROUPS])
+_FARTHEST = 20.0
+"""No value lies further from what was known before than so many of its standard deviations."""
 _VAGUE = 100.0
 """Standard deviation of a logarithm about which nothing is known."""
 _DETERMINED = 0.2
@@ -36,7 +38,7 @@ class PhysicalValues:
     determined: npt.NDArray[np.bool_]
     """(9,) whether trials and measured values determine the value, or the nominal values had to."""
     possible: bool
-    """Whether a mechanism with these groups, as far from the nominal one as that takes, was found."""
+    """Whether a mechanism with these groups was found; if not, the values are those known before."""
 
 
 def nearest_physical_values(groups: Array, group_covariance: Array, prior: Prior, length: float) -> PhysicalValues:
@@ -77,6 +79,7 @@ def nearest_physical_values(groups: Array, group_covariance: Array, prior: Prior
         np.zeros(count),
         jac=lambda z: 2 * z,
         method="SLSQP",
+        bounds=[(-_FARTHEST, _FARTHEST)] * count,
         constraints=[
             {"type": "eq", "fun": lambda z: mismatch(z * scale)},
             {"type": "ineq", "fun": lambda z: room_for_inertia(z * scale)},
@@ -84,7 +87,7 @@ def nearest_physical_values(groups: Array, group_covariance: Array, prior: Prior
         options={"maxiter": 300, "ftol": 1e-12},
     )
     possible = bool(result.success and np.max(np.abs(mismatch(result.x * scale))) < 1e-6)
-    values = physical(result.x * scale)
+    values = physical(result.x * scale) if possible else centre
     std, determined = _uncertainty(values, groups, group_covariance, prior, length)
     return PhysicalValues(values, std, determined, possible)
 

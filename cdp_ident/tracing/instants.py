@@ -17,8 +17,8 @@ Array = npt.NDArray[np.float64]
 
 _MARGIN = 10
 """Samples at either end of a window between which an instant is looked for: nearer, the start can imitate it."""
-_SHARP, _PEAK = 50, 0.8
-"""What explains the residual almost as well (this share of the gain) more than so many samples away is no instant."""
+_AWAY, _SHARP = 50, 25.0
+"""Where an instant so many samples away explains the residual as well, but for so many variances, none is the one."""
 _READINGS = {"inner": np.array([1.0, 1.0]), "outer": np.array([0.0, 1.0])}
 """How an error of an encoder enters theta1 and theta2."""
 
@@ -78,14 +78,14 @@ def _scan_knocks(fit: Fit, effect: Effect) -> list[_Instant]:
         states, transition = _motion(fit, window)
         angles = transition[:, :2]
         # A change of speed at sample j moves the angles as a start changed by `change[j]` would, from j on.
-        change = np.linalg.solve(transition, _speed_change(fit, states, column)[..., None])[..., 0]
+        change = (np.linalg.pinv(transition) @ _speed_change(fit, states, column)[..., None])[..., 0]
         grams = _from_each_on(np.einsum("nrk,nrl->nkl", angles, angles))
         sums = _from_each_on(np.einsum("nrk,nr->nk", angles, residual))
         from_start = np.einsum("nkl,nl->nk", grams, change)
-        imitation = np.linalg.solve(grams[0], from_start.T).T
+        imitation = from_start @ np.linalg.pinv(grams[0], hermitian=True)
         size = np.einsum("nk,nk->n", change, from_start) - np.einsum("nk,nk->n", from_start, imitation)
         fitting = np.einsum("nk,nk->n", change, sums) - imitation @ sums[0]
-        found.append(_best(window, size, fitting))
+        found.append(_best(fit, window, size, fitting))
     return found
 
 
@@ -112,23 +112,25 @@ def _scan_slips(fit: Fit, effect: Effect) -> list[_Instant]:
             angles = transition[:, :2]
             gram = np.einsum("nrk,nrl->kl", angles, angles)
             from_start = _from_each_on(np.einsum("nrk,r->nk", angles, reading))
-            imitation = np.linalg.solve(gram, from_start.T).T
+            imitation = from_start @ np.linalg.pinv(gram, hermitian=True)
             counts = np.arange(len(residual), 0, -1)
             size = counts * (reading @ reading) - np.einsum("nk,nk->n", from_start, imitation)
             start_sum = np.einsum("nrk,nr->k", angles, residual)
             fitting = _from_each_on(residual @ reading) - imitation @ start_sum
             if len(residual) > 2 * _MARGIN:
-                found.append(_best(window, size + later_size, fitting + later_fitting))
+                found.append(_best(fit, window, size + later_size, fitting + later_fitting))
             later_size, later_fitting = later_size + size[0], later_fitting + fitting[0]
     return found
 
 
-def _best(window: Window, size: Array, fitting: Array) -> _Instant:
+def _best(fit: Fit, window: Window, size: Array, fitting: Array) -> _Instant:
+    squared_error, samples = fit.squared_error, sum(residual.size for residual in fit.residuals)
     inner = slice(_MARGIN, -_MARGIN)
     gains = np.where(size[inner] > 1e-9 * size[inner].max(), fitting[inner] ** 2 / np.maximum(size[inner], 1e-300), 0.0)
     place = int(np.argmax(gains)) + _MARGIN
-    elsewhere = gains[np.abs(np.arange(len(gains)) + _MARGIN - place) > _SHARP]
-    if len(elsewhere) and elsewhere.max() > _PEAK * gains.max():
+    elsewhere = gains[np.abs(np.arange(len(gains)) + _MARGIN - place) > _AWAY]
+    variance = max(squared_error - gains.max(), 0.05 * squared_error) / samples
+    if len(elsewhere) and elsewhere.max() > gains.max() - _SHARP * variance:
         gains = np.zeros_like(gains)  # a residual that no instant in particular explains
     return _Instant(
         float(gains[place - _MARGIN]),

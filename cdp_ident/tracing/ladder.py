@@ -15,6 +15,7 @@ from cdp_ident.identification.judgement import follow, follow_closely
 from cdp_ident.identification.motion_model import MotionModel
 from cdp_ident.identification.refinement import Fit, refine, refine_from_afar
 from cdp_ident.identification.windows import Window, split
+from cdp_ident.model.effects.effect import SensorEffect
 from cdp_ident.tracing.candidates import Candidate, FirstLook, addable
 from cdp_ident.tracing.evidence import Attempt, Change, change, sluggishness
 from cdp_ident.tracing.instants import instants
@@ -42,7 +43,7 @@ _HOLDOUT_SHARE = 0.01
 """Least fall of the root mean square error over the windows kept out, as a share of it."""
 _INSTANT_GAIN = 60.0
 """Least fall of the fit's squared error by something that happened once, which the windows kept out cannot judge."""
-_OUTSTANDING, _USUAL = 3.0, 1.7
+_OUTSTANDING, _USUAL = 2.0, 1.7
 """A window in which something happened has at least so many times the squared error of the others, and at most so many
 times once that is explained."""
 _NEAR_THE_BEST = 0.75
@@ -189,8 +190,11 @@ class _Climber:
         if any(after.strength(index) < _STRENGTH for index in new):
             return False
         gained = change(before, after)
-        if any(after.model.effects[index].effect.at_an_instant for index in new):
-            return gained.fit > _INSTANT_GAIN and gained.holdout > -_HOLDOUT_GAIN and _stands_out(before, after)
+        once = [effect.effect for effect in after.model.effects[new.start :] if effect.effect.at_an_instant]
+        if once:
+            # A knock is in one window, which must stand out; lost counts are in all windows from then on.
+            apart = all(isinstance(effect, SensorEffect) for effect in once) or _stands_out(before, after)
+            return gained.fit > _INSTANT_GAIN and gained.holdout > -_HOLDOUT_GAIN and apart
         share = 1.0 - after.holdout.rmse() / before.holdout.rmse()
         return gained.fit > _FIT_GAIN and gained.holdout > _HOLDOUT_GAIN and share > _HOLDOUT_SHARE
 
