@@ -7,6 +7,7 @@ import numpy.typing as npt
 
 from cdp_ident.identification.motion_model import STATE
 from cdp_ident.identification.refinement import Fit
+from cdp_ident.identification.uncertainty import reduced_sensitivities
 from cdp_ident.model.time_grid import TimeGrid
 
 Array = npt.NDArray[np.float64]
@@ -19,7 +20,7 @@ class Continuity:
     rms: float
     """Root mean square of the jumps [rad]."""
     relative: float
-    """The same in units of what the starts' own uncertainties let expect: about 1 where the model holds."""
+    """The same in units of what the uncertainty of starts and values lets expect: about 1 where the model holds."""
     joints: int
     """How many pairs of neighbouring windows were compared."""
 
@@ -28,6 +29,8 @@ def continuity(fit: Fit) -> Continuity | None:
     """Compare the fitted starts of windows with where their neighbours before them end; None where none have any."""
     jumps, expected = [], []
     variance = fit.rmse() ** 2
+    curvature = sum(np.einsum("nrp,nrq->pq", s, s) for s in reduced_sensitivities(fit))
+    spread_of_values = variance * np.linalg.pinv(curvature, hermitian=True)
     for index, (window, after) in enumerate(zip(fit.windows, fit.windows[1:], strict=False)):
         if window.trial != after.trial or after.first != window.first + len(window.theta):
             continue
@@ -39,6 +42,10 @@ def continuity(fit: Fit) -> Continuity | None:
         carried = sensitivity[0, :, :STATE]
         spread = carried @ _start_covariance(fit, index, variance) @ carried.T
         spread += _start_covariance(fit, index + 1, variance)[:2, :2]
+        by_values = (
+            _starts_by_values(fit, index + 1)[:2] - carried @ _starts_by_values(fit, index) - sensitivity[0, :, STATE:]
+        )
+        spread += by_values @ spread_of_values @ by_values.T
         jumps.append(after.start[:2] - arrival[0])
         expected.append(np.diag(spread))
     if not jumps:
@@ -54,3 +61,9 @@ def continuity(fit: Fit) -> Continuity | None:
 def _start_covariance(fit: Fit, index: int, variance: float) -> Array:
     rows = fit.sensitivities[index][..., :STATE].reshape(-1, STATE)
     return np.asarray(variance * np.linalg.pinv(rows.T @ rows, hermitian=True))
+
+
+def _starts_by_values(fit: Fit, index: int) -> Array:
+    """Return how the fitted start of a window follows the values (4, unknowns)."""
+    rows = fit.sensitivities[index].reshape(-1, STATE + len(fit.values))
+    return np.asarray(-np.linalg.lstsq(rows[:, :STATE], rows[:, STATE:], rcond=None)[0])

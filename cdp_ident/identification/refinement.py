@@ -125,15 +125,17 @@ def refine_from_afar(model: MotionModel | Frozen, values: Array, windows: Sequen
     Raises:
         IdentificationError: as `refine`.
     """
+    iterations, simulations = 0, 0
     for parts in _GROWTH:
         pieces = [split(window, parts) for window in windows]
         fit = refine(model, values, [piece for of_window in pieces for piece in of_window])
         first_pieces = np.cumsum([0, *(len(of_window) for of_window in pieces[:-1])])
-        values = fit.values
+        values, iterations, simulations = fit.values, iterations + fit.iterations, simulations + fit.simulations
         windows = [
             replace(window, start=fit.windows[first].start) for window, first in zip(windows, first_pieces, strict=True)
         ]
-    return refine(model, values, windows)
+    fit = refine(model, values, windows)
+    return replace(fit, iterations=iterations + fit.iterations, simulations=simulations + fit.simulations)
 
 
 @dataclass(frozen=True)
