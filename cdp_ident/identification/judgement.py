@@ -59,9 +59,11 @@ def follow_closely(model: MotionModel, values: Array, windows: Sequence[Window])
 def _free_run(model: MotionModel, values: Array, windows: Sequence[Window], trial: Trial) -> float:
     """Return the squared error over windows of a trial, simulated as a whole from its first window's start [rad^2]."""
     (whole,) = cut_into_windows([trial], np.inf)
-    first = cut_into_windows([trial], windows[0].duration)[0]
+    # A trial cut by itself is the first, but effects that happen once ask which one it is.
+    index = windows[0].trial
+    first = replace(cut_into_windows([trial], windows[0].duration)[0], trial=index)
     start = follow(model, values, [first]).windows[0].start
-    theta, _ = model.predict(values, start, whole)
+    theta, _ = model.predict(values, start, replace(whole, trial=index))
     error = np.concatenate([(whole.theta - theta)[window.samples] for window in windows])
     squared = float(np.sum(error**2))
     return squared if np.isfinite(squared) else float("inf")
