@@ -1,13 +1,15 @@
 """What every executable of the package shares: how it is found, and how it ends."""
 
+import argparse
 import functools
 import os
 import pkgutil
 import sys
 from collections.abc import Callable, Sequence
+from typing import NoReturn
 
 from cdp_ident import commands, nodes
-from cdp_ident.errors import CdpIdentError
+from cdp_ident.errors import CdpIdentError, OptionError
 
 EXIT_BAD_INPUT = 2
 EXIT_INTERRUPTED = 130
@@ -21,6 +23,23 @@ def executables() -> dict[str, str]:
         for module in pkgutil.iter_modules(package.__path__)
         if not module.name.startswith("_")
     }
+
+
+class ArgumentParser(argparse.ArgumentParser):
+    """The arguments of one executable: its help is printed as written, and an error is one line like every other."""
+
+    def __init__(self, name: str, description: str, epilog: str = "") -> None:
+        super().__init__(
+            prog=name,
+            description=description,
+            epilog=epilog,
+            formatter_class=argparse.RawDescriptionHelpFormatter,
+            allow_abbrev=False,
+        )
+
+    def error(self, message: str) -> NoReturn:
+        """Raise `OptionError`, where argparse would print its usage and exit."""
+        raise OptionError(f"{message} ({self.prog} --help tells more)")
 
 
 def entry_point(body: Callable[[list[str]], int]) -> Callable[[Sequence[str] | None], int]:

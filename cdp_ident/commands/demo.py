@@ -1,6 +1,5 @@
 """Shows the whole way from a bag to parameters that other nodes read, on this machine, in a minute."""
 
-import argparse
 import os
 import signal
 import subprocess
@@ -11,7 +10,7 @@ from typing import Any
 
 from rich.console import Console
 
-from cdp_ident.command_line import entry_point
+from cdp_ident.command_line import ArgumentParser, entry_point
 from cdp_ident.errors import CdpIdentError, OptionError
 from cdp_ident.model.parameters import CONSTANTS, GROUPS, SYMBOLS
 
@@ -28,9 +27,7 @@ _PATIENCE = 120.0
 @entry_point
 def main(arguments: list[str]) -> int:
     """Run the demonstration."""
-    parser = argparse.ArgumentParser(
-        prog="demo", description=DESCRIPTION, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = ArgumentParser("demo", DESCRIPTION)
     parser.add_argument("--bags", type=Path, default=Path("bags"), help="folder of the example bags (bags)")
     parser.add_argument("--out", type=Path, default=OUT, help=f"where the report goes ({OUT})")
     options = parser.parse_args(arguments)

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from cdp_ident.bag.csv_file import read_columns
 from cdp_ident.bag.joint_state import MESSAGE_TYPE, NANOSECONDS, serialize_joint_state
 from cdp_ident.bag.writer import BagWriter
-from cdp_ident.command_line import entry_point
+from cdp_ident.command_line import ArgumentParser, entry_point
 from cdp_ident.errors import BagError, OptionError, TrialError
 from cdp_ident.trial.joints import model_angles
 from cdp_ident.trial.load import load_trial
@@ -40,12 +40,9 @@ example: encoder counts in columns 1 and 2, zero where the rods hang, millisecon
 """
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="import_csv",
-        description="Make a rosbag2 bag, which identify takes, of a CSV file with measured angles.",
-        epilog=_EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+def _parser() -> ArgumentParser:
+    parser = ArgumentParser(
+        "import_csv", "Make a rosbag2 bag, which identify takes, of a CSV file with measured angles.", _EPILOG
     )
     parser.add_argument("csv", type=Path, metavar="CSV", help="the file, also compressed with gzip")
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder of the new bag; must not exist")

@@ -18,6 +18,7 @@ import rclpy.utilities
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
 from rclpy.parameter import Parameter
 
+from cdp_ident.command_line import ArgumentParser
 from cdp_ident.errors import OptionError
 from cdp_ident.spelling import refuse_unknown
 
@@ -146,12 +147,11 @@ class Parameters:
         return SetParametersResult(successful=True)
 
 
-def parse_arguments(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> argparse.Namespace:
+def parse_arguments(parser: ArgumentParser, arguments: Sequence[str]) -> argparse.Namespace:
     """Parse what is left of a node's arguments without `--ros-args …`, which `run_node` hands to ROS."""
     parser.epilog = (parser.epilog or "") + (
         "\n\nROS's own arguments follow --ros-args: -p NAME:=VALUE, --params-file FILE, -r OLD:=NEW, --log-level LEVEL."
     )
-    parser.formatter_class = argparse.RawDescriptionHelpFormatter
     with _refusal():
         own = rclpy.utilities.remove_ros_args(list(arguments))
     return parser.parse_args(own)

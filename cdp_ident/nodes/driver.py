@@ -1,6 +1,5 @@
 """Reads the rig's encoders from its serial port and publishes the joints' positions."""
 
-import argparse
 import array
 import math
 import os
@@ -14,7 +13,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
-from cdp_ident.command_line import entry_point
+from cdp_ident.command_line import ArgumentParser, entry_point
 from cdp_ident.errors import OptionError, RigError
 from cdp_ident.nodes._node import Parameters, parse_arguments, run_node
 from cdp_ident.rig.binary_codec import BinaryCodec
@@ -34,6 +33,10 @@ serves     ~/zero_hanging (std_srvs/Trigger)               takes a second of res
 
 The port may be missing at the start, unplugged and plugged in again: it is tried until it works.
 `ros2 param describe /driver NAME` tells about each parameter; config/rig.yaml lists all."""
+
+EXAMPLE = """\
+example:
+  ros2 run cdp_ident driver --ros-args -p port:=/dev/ttyACM0 -p codec:=text -p baud:=115200"""
 
 QUEUE_DEPTH = 2000
 """Two seconds at 1 kHz: what a busy subscriber may be behind without loss."""
@@ -210,9 +213,5 @@ def _default_zero_file(node: Any) -> str:
 @entry_point
 def main(arguments: list[str]) -> int:
     """Run the driver."""
-    parser = argparse.ArgumentParser(prog="driver", description=DESCRIPTION)
-    parser.epilog = (
-        "example:\n  ros2 run cdp_ident driver --ros-args -p port:=/dev/ttyACM0 -p codec:=text -p baud:=115200"
-    )
-    parse_arguments(parser, arguments)
+    parse_arguments(ArgumentParser("driver", DESCRIPTION, EXAMPLE), arguments)
     return run_node("driver", Driver, arguments)

@@ -10,7 +10,7 @@ import numpy as np
 import rclpy.time
 from rosgraph_msgs.msg import Clock
 
-from cdp_ident.command_line import entry_point
+from cdp_ident.command_line import ArgumentParser, entry_point
 from cdp_ident.nodes._node import Parameters, parse_arguments, run_node
 from cdp_ident.rig.binary_codec import BinaryCodec
 from cdp_ident.rig.emulator.configuration import EmulatedRig, load_rig
@@ -89,8 +89,8 @@ def main(arguments: list[str]) -> int:
     return run_node("emulator", make, arguments)
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="emulator", description=DESCRIPTION, epilog=EXAMPLE)
+def _parser() -> ArgumentParser:
+    parser = ArgumentParser("emulator", DESCRIPTION, EXAMPLE)
     parser.add_argument("--link", type=Path, required=True, help="name of the serial port")
     parser.add_argument("--rig", type=Path, help="YAML file with physics, encoders and script")
     parser.add_argument("--codec", choices=("binary", "text"), default="binary", help="how frames are written")

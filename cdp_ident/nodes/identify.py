@@ -1,13 +1,11 @@
 """Identifies the parameters from bags, reports them, and serves them to other nodes."""
 
-import argparse
 import importlib.util
 from pathlib import Path
-from typing import NoReturn
 
 from rich.console import Console
 
-from cdp_ident.command_line import entry_point
+from cdp_ident.command_line import ArgumentParser, entry_point
 from cdp_ident.errors import OptionError
 from cdp_ident.identification.genetic_options import METHODS
 from cdp_ident.nodes._identification import Identifier, Request
@@ -35,11 +33,6 @@ With --once, ROS is needed only for --ros-args."""
 
 
 _WIDTH = 120
-
-
-class _Parser(argparse.ArgumentParser):
-    def error(self, message: str) -> NoReturn:
-        raise OptionError(f"{message} (identify --help tells more)")
 
 
 @entry_point
@@ -88,14 +81,8 @@ def _require_ros() -> None:
         raise OptionError("ROS 2 (rclpy) is not here: set it up, or use --once and --config to do without it")
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = _Parser(
-        prog="identify",
-        description=DESCRIPTION,
-        epilog=EXAMPLE,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        allow_abbrev=False,
-    )
+def _parser() -> ArgumentParser:
+    parser = ArgumentParser("identify", DESCRIPTION, EXAMPLE)
     parser.add_argument(
         "--bag",
         type=Path,

@@ -1,6 +1,5 @@
 """Records free-swing trials as rosbag2 bags, one bag a trial."""
 
-import argparse
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +11,7 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from cdp_ident.bag.joint_state import MESSAGE_TYPE
-from cdp_ident.command_line import entry_point
+from cdp_ident.command_line import ArgumentParser, entry_point
 from cdp_ident.errors import RigError
 from cdp_ident.nodes._node import Parameters, parse_arguments, run_node
 from cdp_ident.rig.recording.detector import TrialLimits
@@ -131,5 +130,5 @@ def _declare_options(parameters: Parameters) -> RecorderOptions:
 @entry_point
 def main(arguments: list[str]) -> int:
     """Run the recorder."""
-    parse_arguments(argparse.ArgumentParser(prog="recorder", description=DESCRIPTION, epilog=EXAMPLE), arguments)
+    parse_arguments(ArgumentParser("recorder", DESCRIPTION, EXAMPLE), arguments)
     return run_node("recorder", RecorderNode, arguments)

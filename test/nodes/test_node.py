@@ -11,8 +11,8 @@ import pytest
 
 SCRIPT = textwrap.dedent(
     """
-    import argparse, sys
-    from cdp_ident.command_line import entry_point
+    import sys
+    from cdp_ident.command_line import ArgumentParser, entry_point
     from cdp_ident.nodes._node import parse_arguments, run_node
 
     class Body:
@@ -44,7 +44,7 @@ SCRIPT = textwrap.dedent(
 
     @entry_point
     def main(arguments):
-        parser = argparse.ArgumentParser(prog="probe", description="A probe.")
+        parser = ArgumentParser("probe", "A probe.")
         parser.add_argument("--once", action="store_true")
         options = parse_arguments(parser, arguments)
         return run_node("probe", lambda node, parameters: Body(node, parameters, options.once), arguments)
