@@ -60,7 +60,7 @@ def continuity(fit: Fit) -> Continuity | None:
 
 def _start_covariance(fit: Fit, index: int, variance: float) -> Array:
     rows = fit.sensitivities[index][..., :STATE].reshape(-1, STATE)
-    return np.asarray(variance * np.linalg.pinv(rows.T @ rows, hermitian=True))
+    return np.asarray(variance * np.linalg.pinv(rows.T @ rows, hermitian=True), dtype=float)
 
 
 def _starts_by_values(fit: Fit, index: int) -> Array:

@@ -27,6 +27,8 @@ _REFITS = 6
 """Candidates that get a full refit at a rung."""
 _PIECES = 4
 """Into how many parts windows are split for a first look at motions that are chaotic."""
+_NEAR_A_RIVAL = 0.5
+"""An effect that gains less than this share of what another one does at first look is no rival of it."""
 _RIVALS = 3
 """Effects that each one has to stand against in the end."""
 _WORTH_A_LOOK = 16.0
@@ -41,6 +43,8 @@ _SAFE = 10.0
 """Strength above which an effect is not asked again whether it helps."""
 _HOLDOUT_SHARE = 0.01
 """Least fall of the root mean square error over the windows kept out, as a share of it."""
+_STRUCTURED, _STRUCTURED_SHARE = 5.0, 0.05
+"""The same where residuals would remain that remember so many samples."""
 _INSTANT_GAIN = 60.0
 """Least fall of the fit's squared error by something that happened once, which the windows kept out cannot judge."""
 _OUTSTANDING, _USUAL = 2.0, 1.7
@@ -196,7 +200,9 @@ class _Climber:
             apart = all(isinstance(effect, SensorEffect) for effect in once) or _stands_out(before, after)
             return gained.fit > _INSTANT_GAIN and gained.holdout > -_HOLDOUT_GAIN and apart
         share = 1.0 - after.holdout.rmse() / before.holdout.rmse()
-        return gained.fit > _FIT_GAIN and gained.holdout > _HOLDOUT_GAIN and share > _HOLDOUT_SHARE
+        # Where more than noise would remain, a small gain may be another effect's.
+        least = _HOLDOUT_SHARE if sluggishness(after.fit) < _STRUCTURED else _STRUCTURED_SHARE
+        return gained.fit > _FIT_GAIN and gained.holdout > _HOLDOUT_GAIN and share > least
 
     def _add(self, current: Attempt, candidates: Sequence[Candidate]) -> Attempt:
         model, values = current.model, current.fit.values
@@ -250,11 +256,15 @@ class _Climber:
         return current
 
     def _rivals(self, removed: Attempt, key: str) -> list[Attempt]:
-        look = FirstLook(removed.fit, [a for a in addable(removed.model) if a.effect.key != key])
-        return [self._add(removed, [c]) for c in self._promising(removed, look, _RIVALS)]
+        """Return the models that have another effect in the place of one, if at first look it comes near that."""
+        look = FirstLook(removed.fit, addable(removed.model))
+        promising = self._promising(removed, look, _RIVALS + 1, key)
+        return [self._add(removed, [c]) for c in promising if c.active.effect.key != key]
 
-    def _promising(self, current: Attempt, look: FirstLook, most: int) -> list[Candidate]:
+    def _promising(self, current: Attempt, look: FirstLook, most: int, rival_of: str = "") -> list[Candidate]:
         """Return the candidates that deserve a refit, by a look at the windows and one at short pieces of them.
+
+        With `rival_of`, the key of one of them, only those that gain at least half of what that one does.
 
         Where the motion is chaotic, the residual of a model that lacks something is no longer linear in what it
         lacks; over short pieces it still is, but small effects drown in noise there.
@@ -264,7 +274,8 @@ class _Climber:
         nearby = FirstLook(short, look.candidates)
         seen: dict[str, Candidate] = {}
         for ranking, fit in ((look.ranked(), current.fit), (nearby.ranked(), short)):
-            worth = [c for c in ranking if c.gain > _WORTH_A_LOOK * _expected(fit, c.gain)]
+            least = _NEAR_A_RIVAL * max((c.gain for c in ranking if c.active.effect.key == rival_of), default=0.0)
+            worth = [c for c in ranking if c.gain > max(_WORTH_A_LOOK * _expected(fit, c.gain), least)]
             for candidate in worth[:most]:
                 seen.setdefault(candidate.active.effect.key, candidate)
         return list(seen.values())

@@ -110,7 +110,7 @@ def _found(ladder: Ladder, index: int, spread: Array, inertia: float) -> FoundEf
     parameters = []
     for parameter in active.effect.parameters:
         value, std = (parameter.typical, 0.0) if parameter.fixed else next(fitted)
-        scale = inertia if parameter.relative_to_inertia else 1.0
+        scale = inertia**parameter.inertia_power
         parameters.append(FoundParameter(parameter, float(value) * scale, float(std) * scale))
     return FoundEffect(
         active=active,

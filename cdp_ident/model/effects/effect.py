@@ -24,8 +24,8 @@ class EffectParameter:
     """Highest plausible value, in the unit of the fit."""
     typical: float
     """A value to begin a fit with, where the effect is present."""
-    relative_to_inertia: bool = False
-    """Whether the fit's value is the physical one over A22, as with all torques of the model."""
+    inertia_power: int = 0
+    """The physical value is the fit's times A22 to this power: 1 for torques, which the model has over A22."""
     shape: bool = False
     """Whether it has no meaning unless another parameter of the effect differs from zero."""
 

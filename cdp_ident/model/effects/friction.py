@@ -105,7 +105,7 @@ def _both(
 
 
 def _torque(name: str, typical: float) -> EffectParameter:
-    return EffectParameter(name, "N m", 0.0, 20.0, typical, relative_to_inertia=True)
+    return EffectParameter(name, "N m", 0.0, 20.0, typical, inertia_power=1)
 
 
 _LOADED: tuple[tuple[Joint, float, Compilable], ...] = (("inner", 7.0, _load_inner), ("outer", 2.0, _load_outer))
@@ -138,7 +138,7 @@ FRICTION: tuple[TorqueEffect, ...] = (
         "friction that grows with the square of the joint's speed",
         "-coefficient speed |speed|",
         "turbulent lubricant or fan drag of the joint: White, Fluid Mechanics, 2011",
-        (EffectParameter("coefficient", "N m s^2", 0.0, 2.0, 0.005, relative_to_inertia=True),),
+        (EffectParameter("coefficient", "N m s^2", 0.0, 2.0, 0.005, inertia_power=1),),
         _quadratic_inner,
         _quadratic_outer,
     ),
@@ -153,7 +153,7 @@ FRICTION: tuple[TorqueEffect, ...] = (
             (
                 EffectParameter("lever", "m", 0.0, 0.05, 1e-3),
                 # What hangs on the bearing; no zero-input motion of the paper's model shows a mass by itself.
-                EffectParameter("mass", "kg", 0.1, 100.0, mass, relative_to_inertia=True, shape=True),
+                EffectParameter("mass", "kg", 0.1, 100.0, mass, inertia_power=1, shape=True),
             ),
             torque,
         )

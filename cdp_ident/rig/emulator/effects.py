@@ -89,7 +89,7 @@ def _values(effect: Effect, given: dict[str, Any], A22: float, where: str) -> Ar
     for p in effect.parameters:
         if not p.fixed and p.name not in given:
             raise OptionError(f"{where}: {p.name} [{p.unit}] is missing")
-        scale = A22 if p.relative_to_inertia else 1.0
+        scale = A22**p.inertia_power
         lower = 0.0 if isinstance(effect, SensorEffect) and effect.delays else p.lower * scale
         values.append(number(given.get(p.name, p.lower), f"{where}: {p.name}", lower, p.upper * scale) / scale)
     return np.array(values)
