@@ -36,8 +36,21 @@ def test_it_has_the_keys_of_its_schema(content):
     assert list(content["stages"]) == ["nominal", "search", "refined"]
 
 
-def test_nothing_that_does_not_exist_yet_is_in_it(content):
-    assert not {"after", "effects", "unexplained", "verdict"} & set(content)
+def test_an_effect_comes_with_its_evidence_and_its_parameters_with_units(content):
+    for effect in content["effects"]:
+        assert effect["joint"] in ("inner", "outer", "base")
+        assert effect["evidence"]["rmse_holdout_after_rad"] < effect["evidence"]["rmse_holdout_before_rad"]
+        assert effect["evidence"]["delta_bic"] < 0
+        assert all(quantity["unit"] and quantity["std"] >= 0 for quantity in effect["parameters"].values())
+    added = [rung["action"] for rung in content["ladder"]["rungs"] if rung["action"].startswith("added")]
+    assert len(added) >= len(content["effects"])
+
+
+def test_after_is_no_worse_than_before_and_the_verdict_says_how_much(content):
+    before, after = (content[name]["error"]["holdout"]["rmse_rad"] for name in ("before", "after"))
+    assert after <= before * (1 + 1e-6)
+    assert f"{1e3 * after:.3g} mrad" in content["verdict"]
+    assert not content["unexplained"]["significant"]
 
 
 def test_the_true_groups_are_in_their_intervals(content):

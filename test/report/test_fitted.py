@@ -10,9 +10,9 @@ from cdp_ident.report.fitted import fitted_parameters, fitted_yaml
 
 
 def test_values_deviations_and_determination_come_under_their_names(content):
-    found = {parameter.name: parameter for parameter in fitted_parameters(content["before"])}
-    assert found["m1"].value == content["before"]["physical"]["m1"]["value"]
-    assert found["std.groups.c1_over_A22"].value == content["before"]["groups"]["c1_over_A22"]["std"]
+    found = {parameter.name: parameter for parameter in fitted_parameters(content)}
+    assert found["m1"].value == content["after"]["physical"]["m1"]["value"]
+    assert found["std.groups.c1_over_A22"].value == content["after"]["groups"]["c1_over_A22"]["std"]
     assert found["determined.L"].value is True
     assert found["determined.m1"].value is False
     assert found["groups.a1_over_A22"].unit == "1/m"
@@ -25,7 +25,7 @@ def test_the_file_is_loaded_by_another_node(content, tmp_path):
     rclpy.init(args=["--ros-args", "--params-file", str(tmp_path / "fitted.yaml")], context=context)
     try:
         node = rclpy.create_node("controller", context=context, automatically_declare_parameters_from_overrides=True)
-        for parameter in fitted_parameters(content["before"]):
+        for parameter in fitted_parameters(content):
             assert node.get_parameter(parameter.name).value == parameter.value
         node.destroy_node()
     finally:
@@ -34,7 +34,7 @@ def test_the_file_is_loaded_by_another_node(content, tmp_path):
 
 def test_what_no_trial_shows_has_an_infinite_deviation_that_ros_reads(content, tmp_path):
     content = copy.deepcopy(content)
-    content["before"]["groups"]["c2_over_A22"]["std"] = math.inf
+    content["after"]["groups"]["c2_over_A22"]["std"] = math.inf
     text = fitted_yaml(content)
     assert yaml.safe_load(text)["/**"]["ros__parameters"]["std.groups.c2_over_A22"] == math.inf
     (tmp_path / "fitted.yaml").write_text(text)

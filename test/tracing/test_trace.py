@@ -1,0 +1,74 @@
+"""The whole way from a residual to the effect that explains it, on a pendulum that the package did not simulate."""
+
+import math
+
+import numpy as np
+import pytest
+
+from cdp_ident.identification.identify import IdentifyOptions, identify
+from cdp_ident.tracing.trace import trace
+from reference.twin import TEN_SECONDS, twin
+
+TORQUE = 0.004
+STARTS = ((math.pi + 1.5, math.pi + 0.8, 0.0, 0.0), (math.pi - 1.1, math.pi + 1.4, 0.0, 0.0), (4.4, 4.0, 0.0, 0.0))
+
+
+def dry_friction_in_the_outer_joint(time, state):
+    torque = -TORQUE * math.tanh((state[3] - state[2]) / 0.01)
+    return -torque, torque
+
+
+@pytest.fixture(scope="module")
+def identified():
+    rng = np.random.default_rng(5)
+    trials = [
+        twin(
+            rng,
+            start=start,
+            times=TEN_SECONDS,
+            noise=5e-4,
+            torque=dry_friction_in_the_outer_joint,
+            tolerance=1e-8,
+            name=f"trial {index}",
+        )
+        for index, start in enumerate(STARTS)
+    ]
+    return identify(trials[:2], trials[2:], IdentifyOptions())
+
+
+@pytest.fixture(scope="module")
+def traced(identified):
+    return trace(identified)
+
+
+def test_the_effect_is_named_in_its_joint_and_no_other(traced):
+    assert [(found.active.effect.name, found.active.effect.joint) for found in traced.effects] == [
+        ("coulomb_friction", "outer")
+    ]
+
+
+def test_its_torque_is_found_up_to_the_inertia_that_no_trial_shows(identified, traced):
+    (parameter,) = traced.effects[0].parameters
+    # The physical values are the nearest to nominal ones; the torque scales with their inertia as all torques do.
+    true_inertia = 0.1296 * 0.2007**2 + 0.0007 + (0.1154 + 0.2192) * 0.4**2
+    m1, m2, m0, l1, _, J1, *_ = traced.physical.values
+    inertia = m1 * l1**2 + J1 + (m2 + m0) * 0.4**2
+    assert parameter.value / inertia == pytest.approx(TORQUE / true_inertia, rel=0.02)
+    assert 0 < parameter.std < 0.05 * parameter.value
+
+
+def test_the_error_on_the_trial_kept_out_falls_to_the_noise(identified, traced):
+    noise = float(np.sqrt(np.mean(identified.data.noise**2)))
+    assert traced.errors[1].rmse < 1.2 * noise < identified.errors["refined"][1].rmse
+    assert not traced.unexplained.significant
+
+
+def test_the_verdict_says_it_in_one_sentence(traced):
+    assert "ry friction in the outer joint" in traced.verdict
+    assert "encoder noise" in traced.verdict
+
+
+def test_a_climb_that_is_stopped_keeps_what_it_has(identified):
+    stopped = trace(identified, stop=lambda: True)
+    assert stopped.ladder.interrupted
+    assert stopped.effects == ()
