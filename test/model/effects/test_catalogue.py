@@ -49,6 +49,7 @@ def test_the_names_are_those_that_reports_promise():
             "cogging_torque", "impulse", "encoder_offset", "encoder_scale", "encoder_eccentricity", "encoder_slip",
         ) for joint in JOINTS),
         ("gravity_tilt", "base"),
+        ("pivot_compliance", "base"),
         ("time_offset", "outer"),
     }  # fmt: skip
 
