@@ -24,8 +24,8 @@ _MOST_FOR_STARTS = 25
 """Starts alone are found in few iterations, or the values that are held do not fit."""
 _GROWTH = (4, 2)
 """Into how many parts windows are split before they are fitted whole."""
-_CONVERGED = 1e-6
-"""Relative decrease of the cost below which the fit has arrived."""
+_ROUGHLY = 1e-3
+"""Tolerance of the fits that only lead to the next longer windows."""
 _LARGEST_DAMPING = 1e8
 _WILD = 6.0
 """Residuals beyond so many robust standard deviations lose weight (Huber, Robust Statistics, 1981)."""
@@ -68,6 +68,7 @@ def refine(
     values: Array,
     windows: Sequence[Window],
     stop: Callable[[float], bool] = lambda rmse: False,
+    tolerance: float = 1e-6,
 ) -> Fit:
     """Adjust the unknowns and the windows' starts until the squared error no longer falls.
 
@@ -76,6 +77,7 @@ def refine(
         values: (unknowns,) values to begin with.
         windows: what to fit; their starts are what to begin with there.
         stop: called with the error [rad] after each iteration; true ends the fit with what it has.
+        tolerance: relative decrease of the cost in an iteration below which the fit has arrived.
 
     Raises:
         IdentificationError: there is no window, or the motion cannot be computed under the first values.
@@ -93,7 +95,7 @@ def refine(
         candidate = problem.evaluate(step.values, step.starts, limit)
         if candidate is None or candidate.cost > point.cost:
             # Rounding leaves the cost where it is once the bottom is reached: that, too, is arrival.
-            if step.expected < _CONVERGED * point.cost:
+            if step.expected < tolerance * point.cost:
                 converged = True
                 break
             damping *= 8.0
@@ -102,7 +104,7 @@ def refine(
         point, damping = candidate, max(damping / 8.0, 1e-12)
         if stop(problem.rmse(point)):
             break
-        if gained < _CONVERGED * point.cost:
+        if gained < tolerance * point.cost:
             # Arrived, under the limit for wild samples so far: does the error now at hand ask for a lower one?
             lower = _WILD * problem.robust_scale(point)
             if limit < np.inf or not problem.any_beyond(point, lower):
@@ -128,7 +130,7 @@ def refine_from_afar(model: MotionModel | Frozen, values: Array, windows: Sequen
     iterations, simulations = 0, 0
     for parts in _GROWTH:
         pieces = [split(window, parts) for window in windows]
-        fit = refine(model, values, [piece for of_window in pieces for piece in of_window])
+        fit = refine(model, values, [piece for of_window in pieces for piece in of_window], tolerance=_ROUGHLY)
         first_pieces = np.cumsum([0, *(len(of_window) for of_window in pieces[:-1])])
         values, iterations, simulations = fit.values, iterations + fit.iterations, simulations + fit.simulations
         windows = [

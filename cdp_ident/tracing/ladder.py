@@ -15,7 +15,7 @@ from cdp_ident.identification.judgement import follow, follow_closely
 from cdp_ident.identification.motion_model import MotionModel
 from cdp_ident.identification.refinement import Fit, refine, refine_from_afar
 from cdp_ident.identification.windows import Window, split
-from cdp_ident.model.effects.effect import SensorEffect
+from cdp_ident.model.effects.effect import SensorEffect, TorqueEffect
 from cdp_ident.tracing.candidates import Candidate, FirstLook, addable
 from cdp_ident.tracing.evidence import Attempt, Change, change, sluggishness
 from cdp_ident.tracing.instants import instants
@@ -194,14 +194,19 @@ class _Climber:
         if any(after.strength(index) < _STRENGTH for index in new):
             return False
         gained = change(before, after)
-        once = [effect.effect for effect in after.model.effects[new.start :] if effect.effect.at_an_instant]
+        once = [active.effect for active in after.model.effects[new.start :] if active.effect.at_an_instant]
         if once:
             # A knock is in one window, which must stand out; lost counts are in all windows from then on.
             apart = all(isinstance(effect, SensorEffect) for effect in once) or _stands_out(before, after)
             return gained.fit > _INSTANT_GAIN and gained.holdout > -_HOLDOUT_GAIN and apart
         share = 1.0 - after.holdout.rmse() / before.holdout.rmse()
-        # Where more than noise would remain, a small gain may be another effect's.
-        least = _HOLDOUT_SHARE if sluggishness(after.fit) < _STRUCTURED else _STRUCTURED_SHARE
+        # Where more than noise would remain, a small gain may be another effect's, and one harmonic a part of what
+        # depends on position in another way.
+        structured = sluggishness(after.fit) > _STRUCTURED
+        added = [active.effect for active in after.model.effects[new.start :]]
+        if structured and any(isinstance(effect, TorqueEffect) and effect.harmonic for effect in added):
+            return False
+        least = _STRUCTURED_SHARE if structured else _HOLDOUT_SHARE
         return gained.fit > _FIT_GAIN and gained.holdout > _HOLDOUT_GAIN and share > least
 
     def _add(self, current: Attempt, candidates: Sequence[Candidate]) -> Attempt:

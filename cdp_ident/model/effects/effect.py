@@ -53,6 +53,8 @@ class TorqueEffect:
     and theta2 over A22 [rad/s^2], with the effect's parameters in `values[row]`."""
     at_an_instant: bool = False
     """Whether it happens once, in one trial, at its parameter `time`."""
+    harmonic: bool = False
+    """Whether it is one of many harmonics of a turn, which can imitate a part of whatever depends on position."""
 
     @property
     def key(self) -> str:

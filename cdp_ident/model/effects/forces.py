@@ -152,6 +152,7 @@ def _cogging(periods: int) -> tuple[TorqueEffect, ...]:
                 EffectParameter("periods", "1", float(periods), float(periods), float(periods)),
             ),
             torque,
+            harmonic=True,
         )
         for joint, torque in _COGGING
     )
