@@ -14,7 +14,7 @@ from rich.console import Console
 from rich.table import Table
 
 from cdp_ident.identification.identify import IdentifyOptions, identify
-from cdp_ident.tracing.ladder import Ladder, climb
+from cdp_ident.tracing.trace import FoundEffect, trace
 from reference.hidden_truths import FIT_TRIALS, KINDS, SINGLE, Answer, Hidden, hidden_truth
 
 NONE_SEEDS = 20
@@ -54,6 +54,8 @@ class Result:
     beyond: tuple[Hidden, ...]
     """What nobody could name, for the package's catalogue lacks it."""
     false: tuple[str, ...]
+    remains: bool
+    """Whether more than noise is said to remain."""
     before: float
     """Error on the held-out trial without effects, over the noise."""
     after: float
@@ -66,10 +68,12 @@ class Result:
         hidden = ", ".join(f"{h.strength:.3g} {h.effect.unit} ({h.visible:.1f})" for h in self.answer.hidden)
         verdict = "FALSE" if self.false else "MISSED" if self.missed else "weak" if self.weak else "ok"
         if self.beyond and not self.false:
-            verdict = "left" if self.after > GOOD else "hidden"
+            verdict = "ok" if self.remains else "UNSEEN" if self.before > CHANGED else "weak"
+        remain = ", more than noise remains" if self.remains else ""
         return (
             f"{verdict:6} {self.kind} {self.seed}: {hidden or 'nothing'} -> {', '.join(self.named) or 'nothing'}; "
-            f"{self.before:.2f} -> {self.after:.2f} x {1e3 * self.answer.floor:.2f} mrad, {self.seconds:.1f} s"
+            f"{self.before:.2f} -> {self.after:.2f} x {1e3 * self.answer.floor:.2f} mrad{remain}, "
+            f"{self.seconds:.1f} s"
         )
 
 
@@ -78,17 +82,16 @@ def examine(kind: str, seed: int, visible: float | None = None) -> Result:
     trials, answer = hidden_truth(kind, seed, visible)
     begin = time.perf_counter()
     identified = identify(trials[:FIT_TRIALS], trials[FIT_TRIALS:], IdentifyOptions())
-    ladder = climb(identified.fit, identified.data.holdout)
+    found = trace(identified)
     seconds = time.perf_counter() - begin
-    before, after = (attempt.holdout.rmse() / answer.floor for attempt in (ladder.before, ladder.after))
-    named = tuple(active.effect.key for active in ladder.after.model.effects)
+    before, after = (attempt.holdout.rmse() / answer.floor for attempt in (found.ladder.before, found.after))
     right: list[Hidden] = []
     false: list[str] = []
-    for index, name in enumerate(named):
-        possible = _possible(ladder, index)
+    for effect in found.effects:
+        possible = _possible(effect)
         meant = next((hidden for hidden in answer.hidden if hidden.right & possible and hidden not in right), None)
         if meant is None:
-            false.append(name)
+            false.append(effect.active.effect.key)
         else:
             right.append(meant)
     unnamed = [hidden for hidden in answer.hidden if hidden not in right]
@@ -97,12 +100,13 @@ def examine(kind: str, seed: int, visible: float | None = None) -> Result:
         kind=kind,
         seed=seed,
         answer=answer,
-        named=named,
+        named=tuple(effect.active.effect.key for effect in found.effects),
         right=tuple(right),
         missed=tuple(hidden for hidden in unnamed if hidden.known and hidden not in faint),
         weak=tuple(faint),
         beyond=tuple(hidden for hidden in unnamed if not hidden.known),
         false=tuple(false),
+        remains=found.unexplained.significant,
         before=before,
         after=after,
         seconds=seconds,
@@ -116,11 +120,11 @@ def _is_faint(hidden: Hidden, answer: Answer, before: float) -> bool:
     return bool(np.hypot(1.0, hidden.visible) < CHANGED)
 
 
-def _possible(ladder: Ladder, index: int) -> frozenset[Identity]:
+def _possible(effect: FoundEffect) -> frozenset[Identity]:
     """Return the name and joint of an effect that was named, and of those that are said to be as possible."""
-    effect = ladder.after.model.effects[index].effect
-    others = (tuple(other.split()[:2]) for other in ladder.also_possible[index])
-    return frozenset({(effect.name, effect.joint), *((name, joint) for name, joint in others)})
+    own = effect.active.effect
+    others = (other.split()[:2] for other in effect.also_possible)
+    return frozenset({(own.name, str(own.joint)), *((name, joint) for name, joint in others)})
 
 
 def summary(results: Sequence[Result]) -> Table:
@@ -195,8 +199,8 @@ def main(arguments: Sequence[str] = ()) -> None:
     strange = [r for r in results if r.beyond]
     if strange:
         console.print(
-            f"{sum(r.after > GOOD and not r.false for r in strange)} of {len(strange)} truths beyond the catalogue "
-            f"leave more than the noise and have nothing named; in {sum(bool(r.false) for r in strange)} something is"
+            f"of {len(strange)} truths beyond the catalogue, {sum(r.remains for r in strange)} are said to leave more "
+            f"than noise, and in {sum(bool(r.false) for r in strange)} something is named"
         )
 
 

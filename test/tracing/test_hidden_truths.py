@@ -1,34 +1,52 @@
 """Trials with something in them that nobody told the package of. The answer sheet is read in the assertions alone."""
 
+import numpy as np
 import pytest
 
 from cdp_ident.identification.identify import IdentifyOptions, identify
-from cdp_ident.tracing.ladder import Ladder, climb
+from cdp_ident.tracing.trace import Trace, trace
 from reference.hidden_truths import FIT_TRIALS, Answer, hidden_truth
 
 FIT_TO_THE_NOISE = 1.2
 
 
-def traced(kind: str, seed: int, visible: float) -> tuple[Ladder, Answer]:
+def test_a_kind_and_a_seed_always_hide_the_same() -> None:
+    (first, *_), answer = hidden_truth("coulomb_friction.outer", 3)
+    (again, *_), other_answer = hidden_truth("coulomb_friction.outer", 3)
+    (another, *_), _ = hidden_truth("coulomb_friction.outer", 4)
+    assert np.array_equal(first.theta, again.theta)
+    assert answer.hidden[0].strength == other_answer.hidden[0].strength
+    assert not np.array_equal(first.theta[0], another.theta[0])
+
+
+def traced(kind: str, seed: int, visible: float) -> tuple[Trace, Answer]:
     trials, answer = hidden_truth(kind, seed, visible)
     identified = identify(trials[:FIT_TRIALS], trials[FIT_TRIALS:], IdentifyOptions())
-    return climb(identified.fit, identified.data.holdout), answer
+    return trace(identified), answer
 
 
-def named(ladder: Ladder) -> set[tuple[str, str]]:
-    return {(active.effect.name, active.effect.joint) for active in ladder.after.model.effects}
+def named(found: Trace) -> set[tuple[str, str]]:
+    return {(active.effect.name, active.effect.joint) for active in found.after.model.effects}
 
 
 @pytest.mark.parametrize("seed", [0, 1])
 def test_nothing_is_named_where_nothing_is_hidden(seed: int) -> None:
-    ladder, answer = traced("none", seed, 0.0)
-    assert named(ladder) == set()
-    assert ladder.after.holdout.rmse() < FIT_TO_THE_NOISE * answer.floor
+    found, answer = traced("none", seed, 0.0)
+    assert named(found) == set()
+    assert not found.unexplained.significant
+    assert found.after.holdout.rmse() < FIT_TO_THE_NOISE * answer.floor
 
 
 @pytest.mark.parametrize("kind", ["coulomb_friction.outer", "air_drag.outer", "encoder_offset.outer"])
 def test_what_is_hidden_is_named_and_explains_all_but_the_noise(kind: str) -> None:
-    ladder, answer = traced(kind, 0, 3.0)
-    assert named(ladder) == {hidden.identity for hidden in answer.hidden}
-    assert ladder.before.holdout.rmse() > 1.5 * answer.floor
-    assert ladder.after.holdout.rmse() < FIT_TO_THE_NOISE * answer.floor
+    found, answer = traced(kind, 0, 3.0)
+    assert named(found) == {hidden.identity for hidden in answer.hidden}
+    assert found.ladder.before.fit.rmse() > 1.5 * answer.floor
+    assert found.after.holdout.rmse() < FIT_TO_THE_NOISE * answer.floor
+
+
+def test_what_no_effect_of_the_catalogue_explains_is_said_to_remain() -> None:
+    found, answer = traced("partial_rub.outer", 0, 2.6)
+    assert found.after.holdout.rmse() > FIT_TO_THE_NOISE * answer.floor
+    assert found.unexplained.significant
+    assert found.unexplained.joint == answer.hidden[0].effect.joint
