@@ -1,0 +1,75 @@
+"""What was hidden in an emulated rig beside what was found."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import yaml
+
+from cdp_ident.model.effects.catalogue import CATALOGUE
+from cdp_ident.model.parameters import GROUPS, SYMBOLS, groups_of, inertia_about_cart
+from cdp_ident.rig.emulator.configuration import load_rig
+
+
+class Compared(NamedTuple):
+    """One number of the rig; None where it has not, or was not found to have, such a number."""
+
+    name: str
+    unit: str
+    hidden: float | None
+    found: float | None
+
+
+def compare(rig: Path, report: dict[str, Any]) -> Iterator[Compared]:
+    """Yield the five groups and then the effects of a rig's file and of `report.json`.
+
+    Torques are given over A22, as the groups are: a free swing shows no more of them.
+    """
+    truth = load_rig(rig).parameters
+    actual = np.array([truth[symbol] for symbol in SYMBOLS])
+    fitted = np.array([report["after"]["physical"][symbol]["value"] for symbol in SYMBOLS])
+    for group, value in zip(GROUPS, groups_of(actual, truth["L"]), strict=True):
+        found = report["after"]["groups"][group.symbol]["value"]
+        yield Compared(group.formula, "" if group.unit == "1" else group.unit, float(value), found)
+    hidden = _over_inertia(_hidden_effects(rig), float(inertia_about_cart(actual, truth["L"])))
+    length = report["after"]["physical"]["L"]["value"]
+    found_effects = _over_inertia(_found_effects(report), float(inertia_about_cart(fitted, length)))
+    for key in dict.fromkeys((*hidden, *found_effects)):
+        name, unit = key
+        yield Compared(name, unit, hidden.get(key), found_effects.get(key))
+
+
+_Effects = Iterator[tuple[str, str, str, float]]
+"""Name, joint, parameter and physical value of each number of the effects."""
+
+
+def _hidden_effects(rig: Path) -> _Effects:
+    content = yaml.safe_load(rig.read_text(encoding="utf-8"))
+    for name, joints in content.get("effects", {}).items():
+        for joint, values in joints.items():
+            yield from ((name, joint, parameter, value) for parameter, value in values.items())
+
+
+def _found_effects(report: dict[str, Any]) -> _Effects:
+    for effect in report["effects"]:
+        for parameter, quantity in effect["parameters"].items():
+            yield effect["name"], effect["joint"], parameter, quantity["value"]
+
+
+def _over_inertia(effects: _Effects, inertia: float) -> dict[tuple[str, str], float]:
+    known = {(str(effect.joint), effect.name, p.name): p for effect in CATALOGUE for p in effect.parameters}
+    values = {}
+    for name, joint, parameter, value in effects:
+        description = known.get((joint, name, parameter))
+        if description is None or description.fixed:  # it only says which form of the effect is meant
+            continue
+        label, unit, power = (
+            f"{name.replace('_', ' ')}, {joint}: {parameter}",
+            description.unit,
+            description.inertia_power,
+        )
+        if power:
+            label, unit = f"{label} / A22{'' if power == 1 else f'^{power}'}", f"{unit}, over A22's"
+        values[label, unit] = value / inertia**power
+    return values
