@@ -19,7 +19,7 @@ from cdp_ident.model.population import Population, Segment
 
 Array = npt.NDArray[np.float64]
 
-SHORT_IGA = replace(IGA, population=64, generations=5)
+SHORT_IGA = replace(IGA, population=64, generations=2)
 """The improved algorithm cut short: from its result the refinement finds the bottom by itself."""
 PAPER_SPAN = 10.0
 """How long one simulation of the paper's search is [s] (Section 4.2)."""
