@@ -115,5 +115,9 @@ def _print_comparison(console: Console, rig: Path, report: dict[str, Any]) -> No
     for name, unit, hidden, found in compare(rig, report):
         off = f"{100 * abs(found / hidden - 1):.2g} %" if hidden and found is not None else ""
         table.add_row(name, *("nothing" if value is None else f"{value:.6g}" for value in (hidden, found)), off, unit)
-    console.print(f"identify was told nothing of {rig}, where these stand:")
+    console.print(f"identify was told nothing of {rig}, where these stand:", soft_wrap=True)
     console.print(table)
+    console.print(
+        "\nTorques are over A22 here: a free swing does not show the factor that masses, inertias and torques share, so all of\n"
+        "them are given for the family member nearest to the nominal values, and may be off by that factor."
+    )

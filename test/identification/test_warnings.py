@@ -1,5 +1,6 @@
 """Every reason for doubt is named."""
 
+import tempfile
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -10,14 +11,13 @@ import pytest
 from cdp_ident.identification.identify import IdentifyOptions, identify
 from cdp_ident.identification.prior import Prior
 from cdp_ident.identification.warnings import find_warnings
-from cdp_ident.trial.load import load_trial
-
-BAGS = Path(__file__).parents[2] / "bags"
+from reference.clean_bags import clean_trials
 
 
 @cache
 def trials():
-    return tuple(load_trial(BAGS / name) for name in ("swing_wide", "swing_folded"))
+    with tempfile.TemporaryDirectory() as folder:
+        return clean_trials(Path(folder))
 
 
 @cache
