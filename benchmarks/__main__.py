@@ -1,4 +1,4 @@
-"""Run the benchmarks: `python -m benchmarks [NAME …]`, all of them without a name."""
+"""Run the benchmarks: `python -m benchmarks [NAME …]`; without a name all of them, those that take long cut short."""
 
 import importlib
 import pkgutil
@@ -22,7 +22,8 @@ def main(chosen: list[str]) -> int:
         module = importlib.import_module(f"benchmarks.{topic}")
         summary = (module.__doc__ or "").partition("\n")[0]
         Console().rule(f"[bold]{topic}[/bold] · {summary}", align="left")
-        module.main()
+        run = module.main if chosen else getattr(module, "short", module.main)
+        run()
     return 0
 
 

@@ -1,6 +1,7 @@
-"""Ten minutes at 1 kHz from the serial port to the bag: rate, jitter, loss, CPU and memory of each node.
+"""1 kHz from the serial port to the bag: rate, jitter, loss, CPU and memory of each node.
 
-`python -m benchmarks.soak SECONDS` takes another time.
+Among the other benchmarks it takes a minute, by its name (`python -m benchmarks soak`) ten, and
+`python -m benchmarks.soak SECONDS` as long as asked.
 """
 
 import os
@@ -124,6 +125,11 @@ def main(seconds: float = 600.0) -> None:
         f"jitter of stamps: standard deviation {np.std(even) / RATE * 1e6:.2f} us, "
         f"at most {np.max(np.abs(even - 1)) / RATE * 1e6:.2f} us"
     )
+
+
+def short() -> None:
+    """Run it for a minute."""
+    main(60.0)
 
 
 if __name__ == "__main__":
