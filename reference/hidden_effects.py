@@ -214,7 +214,7 @@ def knock(joint: str, trial: int, at: float) -> HiddenEffect:
 
 def give_way() -> HiddenEffect:
     """A cart that is held by something soft."""
-    return HiddenEffect("pivot_compliance", "base", "m/N", 1e-5, 1e-3, gives_way=True)
+    return HiddenEffect("pivot_compliance", "base", "m/N", 1e-5, 2e-4, gives_way=True)
 
 
 def cart_acceleration(values: Values, state: State, torque: tuple[float, float], compliance: float) -> float:
