@@ -118,6 +118,6 @@ def _print_comparison(console: Console, rig: Path, report: dict[str, Any]) -> No
     console.print(f"identify was told nothing of {rig}, where these stand:", soft_wrap=True)
     console.print(table)
     console.print(
-        "\nTorques are over A22 here: a free swing does not show the factor that masses, inertias and torques share, so all of\n"
-        "them are given for the family member nearest to the nominal values, and may be off by that factor."
+        "\nTorques stand over A22 here, as the groups do: a free swing does not show by which factor all masses,\n"
+        "inertias and torques are larger or smaller. In N m they are given for the masses nearest to the nominal ones."
     )
