@@ -2,9 +2,12 @@
 
 import json
 import math
+import os
+import shutil
 import signal
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 import pytest
@@ -17,11 +20,21 @@ from std_msgs.msg import String
 from cdp_ident.commands.import_csv import main as import_csv
 from cdp_ident.model.parameters import GROUPS, NOMINAL
 from cdp_ident.nodes.identify import main
+from reference.clean_bags import write_clean_bags
 
 ROOT = Path(__file__).parents[2]
-WIDE, FOLDED = str(ROOT / "bags/swing_wide"), str(ROOT / "bags/swing_folded")
+BAGS = Path(tempfile.gettempdir()) / f"cdp_ident_clean_bags_{os.getpid()}"
+WIDE, FOLDED = str(BAGS / "swing_wide"), str(BAGS / "swing_folded")
 MEASURED = ROOT.parent / "shared/data/multiarm_free_swing/free_swing_8s_56s_1kHz.csv.gz"
 ENDLESS = "{identify: {ros__parameters: {method: iga, search.generations: 1000000}}}"
+
+
+@pytest.fixture(scope="module", autouse=True)
+def clean_bags():
+    """Nothing is hidden in them: what is tested here is not how effects are found, which takes its time."""
+    write_clean_bags(BAGS)
+    yield
+    shutil.rmtree(BAGS)
 
 
 @pytest.fixture
