@@ -10,7 +10,7 @@ ROS := export HOME="$${HOME:-/tmp}" ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST ROS_
 
 .PHONY: demo test check format bench build clean
 
-demo: build  ## the data's whole way, on this machine, in a minute
+demo: build  ## the data's whole way, from an emulated rig to served parameters, in two minutes
 	@$(ROS) $(BIN)/python -m cdp_ident demo
 
 test: build  ## all tests, nodes included

@@ -13,7 +13,7 @@ from scipy.optimize import minimize
 
 from cdp_ident.identification.prior import Prior
 from cdp_ident.model.effects.constants import outer_rod_length
-from cdp_ident.model.parameters import GROUPS, SYMBOLS, groups_of
+from cdp_ident.model.parameters import GROUPS, SYMBOLS, groups_of, inertia_about_cart
 
 Array = npt.NDArray[np.float64]
 
@@ -37,6 +37,8 @@ class PhysicalValues:
     """(9,) their standard deviations, the nominal values' own uncertainties included."""
     determined: npt.NDArray[np.bool_]
     """(9,) whether trials and measured values determine the value, or the nominal values had to."""
+    inertia_relative_std: float
+    """Relative standard deviation of their A22, to which all torques of the model are relative."""
     possible: bool
     """Whether a mechanism with these groups was found; if not, the values are those known before."""
 
@@ -88,8 +90,8 @@ def nearest_physical_values(groups: Array, group_covariance: Array, prior: Prior
     )
     possible = bool(result.success and np.max(np.abs(mismatch(result.x * scale))) < 1e-6)
     values = physical(result.x * scale) if possible else centre
-    std, determined = _uncertainty(values, groups, group_covariance, prior, length)
-    return PhysicalValues(values, std, determined, possible)
+    std, determined, inertia_std = _uncertainty(values, groups, group_covariance, prior, length)
+    return PhysicalValues(values, std, determined, inertia_std, possible)
 
 
 def logarithmic_derivatives(values: Array, length: float) -> Array:
@@ -104,8 +106,8 @@ def logarithmic_derivatives(values: Array, length: float) -> Array:
 
 def _uncertainty(
     values: Array, groups: Array, group_covariance: Array, prior: Prior, length: float
-) -> tuple[Array, npt.NDArray[np.bool_]]:
-    """Return standard deviations (9,) and what is determined, both linearised about the chosen values."""
+) -> tuple[Array, npt.NDArray[np.bool_], float]:
+    """Return standard deviations (9,), what is determined, and the relative one of A22, linearised about the values."""
     derivatives = logarithmic_derivatives(values, length)
     seen = groups > 0
     derivatives = derivatives[seen]
@@ -117,15 +119,23 @@ def _uncertainty(
     def posterior(deviations: Array) -> Array:
         spread = np.diag(deviations**2)
         gain = spread @ derivatives.T @ np.linalg.pinv(derivatives @ spread @ derivatives.T + relative, hermitian=True)
-        return np.sqrt(np.maximum(np.diag(spread - gain @ derivatives @ spread), 0.0))
+        return spread - gain @ derivatives @ spread
+
+    def std_of(covariance: Array) -> Array:
+        return np.sqrt(np.maximum(np.diag(covariance), 0.0))
 
     without_nominal = np.where(prior.is_known, prior.relative_std, _VAGUE)
     # A friction of zero has no logarithm: its deviation is that of its group.
     inertia = values[~_FRICTIONS]
-    std = posterior(prior.relative_std) * values
-    determined = posterior(without_nominal) < _DETERMINED
+    covariance = posterior(prior.relative_std)
+    std = std_of(covariance) * values
+    determined = std_of(posterior(without_nominal)) < _DETERMINED
+    step = np.exp(1e-6 * np.eye(len(values)))
+    by_values = np.log(inertia_about_cart(step * values, length) / inertia_about_cart(values, length)) / 1e-6
+    variance = float(by_values @ covariance @ by_values)
+    inertia_std = float(np.sqrt(max(variance, 0.0)))
     for friction, group in zip(np.flatnonzero(_FRICTIONS), np.flatnonzero(_FRICTION_GROUPS), strict=True):
         if groups[group] <= 0:
             A22 = groups_of(np.array([*inertia, 1.0, 1.0]), length)[group] ** -1
             std[friction] = np.sqrt(group_covariance[group, group]) * A22
-    return std, determined & (prior.centre > 0)
+    return std, determined & (prior.centre > 0), inertia_std

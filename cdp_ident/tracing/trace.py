@@ -87,7 +87,10 @@ def trace(
     count = len(GROUPS)
     physical = nearest_physical_values(values[:count], spread[:count, :count], found.options.prior, length)
     inertia = float(inertia_about_cart(physical.values, length))
-    effects = tuple(_found(ladder, index, spread, inertia) for index in range(len(after.model.effects)))
+    effects = tuple(
+        _found(ladder, index, spread, inertia, physical.inertia_relative_std)
+        for index in range(len(after.model.effects))
+    )
     remains = unexplained(after, found.data.noise, [trial.name for trial in found.data.trials], inertia)
     return Trace(
         ladder=ladder,
@@ -103,7 +106,7 @@ def trace(
     )
 
 
-def _found(ladder: Ladder, index: int, spread: Array, inertia: float) -> FoundEffect:
+def _found(ladder: Ladder, index: int, spread: Array, inertia: float, inertia_std: float) -> FoundEffect:
     after = ladder.after
     active, place = after.model.effects[index], after.model.places(index)
     fitted = iter(zip(after.fit.values[place], np.sqrt(np.diag(spread)[place]), strict=True))
@@ -111,7 +114,9 @@ def _found(ladder: Ladder, index: int, spread: Array, inertia: float) -> FoundEf
     for parameter in active.effect.parameters:
         value, std = (parameter.typical, 0.0) if parameter.fixed else next(fitted)
         scale = inertia**parameter.inertia_power
-        parameters.append(FoundParameter(parameter, float(value) * scale, float(std) * scale))
+        # A torque is seen over A22 only; in N m it is as uncertain as the masses besides.
+        scale_std = abs(parameter.inertia_power * value) * inertia_std
+        parameters.append(FoundParameter(parameter, float(value) * scale, float(np.hypot(std, scale_std)) * scale))
     return FoundEffect(
         active=active,
         parameters=tuple(parameters),

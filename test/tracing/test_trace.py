@@ -54,7 +54,9 @@ def test_its_torque_is_found_up_to_the_inertia_that_no_trial_shows(identified, t
     m1, m2, m0, l1, _, J1, *_ = traced.physical.values
     inertia = m1 * l1**2 + J1 + (m2 + m0) * 0.4**2
     assert parameter.value / inertia == pytest.approx(TORQUE / true_inertia, rel=0.02)
-    assert 0 < parameter.std < 0.05 * parameter.value
+    relative = parameter.std / parameter.value
+    assert relative == pytest.approx(traced.physical.inertia_relative_std, rel=0.05)
+    assert abs(inertia / true_inertia - 1) < 3 * relative
 
 
 def test_the_error_on_the_trial_kept_out_falls_to_the_noise(identified, traced):
