@@ -8,6 +8,7 @@ Marquardt's (1963).
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from itertools import zip_longest
 
 import numpy as np
 import numpy.typing as npt
@@ -128,16 +129,23 @@ def refine_from_afar(model: MotionModel | Frozen, values: Array, windows: Sequen
         IdentificationError: as `refine`.
     """
     iterations, simulations = 0, 0
+    found: list[list[Array]] = []
     for parts in _GROWTH:
-        pieces = [split(window, parts) for window in windows]
+        pieces = [_begun_at(split(window, parts), starts) for window, starts in zip_longest(windows, found)]
         fit = refine(model, values, [piece for of_window in pieces for piece in of_window], tolerance=_ROUGHLY)
-        first_pieces = np.cumsum([0, *(len(of_window) for of_window in pieces[:-1])])
         values, iterations, simulations = fit.values, iterations + fit.iterations, simulations + fit.simulations
-        windows = [
-            replace(window, start=fit.windows[first].start) for window, first in zip(windows, first_pieces, strict=True)
-        ]
+        starts = iter(window.start for window in fit.windows)
+        found = [[next(starts) for _ in of_window] for of_window in pieces]
+    windows = [replace(window, start=starts[0]) for window, starts in zip(windows, found, strict=True)]
     fit = refine(model, values, windows)
     return replace(fit, iterations=iterations + fit.iterations, simulations=simulations + fit.simulations)
+
+
+def _begun_at(pieces: list[Window], starts: list[Array] | None) -> list[Window]:
+    """Return pieces of a window with the starts found for pieces half as long, where there are such."""
+    if starts is None or len(starts) != 2 * len(pieces):
+        return pieces
+    return [replace(piece, start=start) for piece, start in zip(pieces, starts[::2], strict=True)]
 
 
 @dataclass(frozen=True)
