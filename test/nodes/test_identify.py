@@ -319,7 +319,7 @@ def test_it_identifies_again_with_what_configuration_and_bags_say_then(start, cl
     config.write_text("identify: {ros__parameters: {window: 3.0, method: iga, search.generations: 1000000}}")
     assert listener.call("/identify/identify_again") == (True, "identifying: ~/state tells when it is done")
     assert listener.call("/identify/identify_again")[0] is False
-    assert client.values("m1", "window") == [first["before"]["physical"]["m1"]["value"], 2.0]  # until the new is done
+    assert client.values("m1", "window") == [first["after"]["physical"]["m1"]["value"], 2.0]  # until the new is done
     assert report_in(out) == first
     lines = process.said.count("searching: generation")
     listener.wait_for(lambda: process.said.count("searching: generation") > lines)
@@ -330,8 +330,8 @@ def test_it_identifies_again_with_what_configuration_and_bags_say_then(start, cl
     assert second["search"]["stopped"] == "interrupted"
     assert (
         client.values("m1")
-        == [second["before"]["physical"]["m1"]["value"]]
-        != [first["before"]["physical"]["m1"]["value"]]
+        == [second["after"]["physical"]["m1"]["value"]]
+        != [first["after"]["physical"]["m1"]["value"]]
     )
     assert "known.m1" not in client.names()
     assert process.end() == 0
