@@ -102,19 +102,24 @@ class Listener:
         return result.successful, result.reason
 
     def _call(self, kind: Any, service: str, request: Any) -> Any:
-        """Call a service; ask again where the first request went to a node that was killed but is not yet forgotten."""
+        client = self.node.create_client(kind, service)
+        try:
+            assert client.wait_for_service(timeout_sec=PATIENCE)
+            return self.answer(lambda: client.call_async(request))
+        finally:
+            self.node.destroy_client(client)
+
+    def answer(self, ask: Callable[[], Any]) -> Any:
+        """Return a service's answer; ask again where a request went to a node that was killed but not yet forgotten."""
         deadline = time.monotonic() + PATIENCE
         while time.monotonic() < deadline:
-            client = self.node.create_client(kind, service)
-            assert client.wait_for_service(timeout_sec=PATIENCE)
-            future = client.call_async(request)
+            future = ask()
             answer_by = time.monotonic() + 3.0
             while not future.done() and time.monotonic() < answer_by:
                 time.sleep(0.02)
-            self.node.destroy_client(client)
             if future.done():
                 return future.result()
-        raise AssertionError(f"{service} did not answer within {PATIENCE:g} s")
+        raise AssertionError(f"no service answered within {PATIENCE:g} s")
 
     def level(self) -> int | None:
         """Return the level of the latest diagnostics."""

@@ -255,23 +255,19 @@ class Client:
             String, "/identify/state", lambda word: self.states.append(word.data), latched
         )
 
-    def _result(self, future):
-        self.listener.wait_for(future.done)
-        return future.result()
-
     def wait_until_it_serves(self):
         self.listener.wait_for(self.client.services_are_ready)
         self.listener.wait_for(lambda: "m1" in self.names())
 
     def names(self):
-        return self._result(self.client.list_parameters()).result.names
+        return self.listener.answer(self.client.list_parameters).result.names
 
     def values(self, *names):
-        values = self._result(self.client.get_parameters(list(names))).values
+        values = self.listener.answer(lambda: self.client.get_parameters(list(names))).values
         return [value.double_value for value in values]
 
     def descriptors(self, *names):
-        return self._result(self.client.describe_parameters(list(names))).descriptors
+        return self.listener.answer(lambda: self.client.describe_parameters(list(names))).descriptors
 
 
 @pytest.fixture
@@ -308,7 +304,6 @@ def test_it_refuses_to_be_written_from_outside_and_says_why(start, client, liste
     assert client.values("m1", "window") == before
 
 
-@pytest.mark.xfail(strict=False, reason="the second result once took over 90 s; cause not found yet")
 def test_it_identifies_again_with_what_configuration_and_bags_say_then(start, client, listener, tmp_path, out):
     config = tmp_path / "some.yaml"
     config.write_text("identify: {ros__parameters: {window: 2.0, known.m1: 0.13}}")
