@@ -71,5 +71,5 @@ def _over_inertia(effects: _Effects, inertia: float) -> dict[tuple[str, str], fl
         )
         if power:
             label, unit = f"{label} / A22{'' if power == 1 else f'^{power}'}", f"{unit}, over A22's"
-        values[label, unit] = value / inertia**power
+        values[label, unit] = value / description.scale(inertia)
     return values

@@ -101,6 +101,7 @@ def fit_section(
     return {
         "physical": section,
         "physical_possible": physical.possible,
+        "outer_rod_length_m": model.mechanism.outer_length,
         "groups": {
             group.symbol: _quantity(value, deviation, group.unit, is_determined(value, deviation))
             for group, value, deviation in zip(GROUPS, values, std, strict=False)

@@ -1,11 +1,14 @@
 """The fitted parameters as ROS has them: in `fitted.yaml` and on the node."""
 
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
+from cdp_ident.configuration.fitted_model import EFFECT_PREFIX, GROUP_PREFIX, OUTER_ROD_LENGTH, TRIAL
 from cdp_ident.configuration.parameter_file import parameter_file
+from cdp_ident.model.effects.naming import VARIANT
 from cdp_ident.model.parameters import CONSTANTS, GROUPS, PARAMETERS
 from cdp_ident.report.contents import Section
 
@@ -26,12 +29,16 @@ def fitted_parameters(report: Section) -> Iterator[FittedParameter]:
     """Yield the parameters of the model that a report ends with: first their values.
 
     Then `std.<name>`, infinite where the trials do not show the parameter at all, and `determined.<name>`: whether
-    trials and measured values determine it; at last the effects, `effects.<name>.<joint>.<parameter>`.
+    trials and measured values determine it; at last the effects, `effects.<name>.<joint>.<parameter>`. Of an effect
+    that a joint has more than once (knocks), the later ones have a number after the joint: `effects.impulse.inner.2.…`.
     """
     fit = report["after"]
     described = {parameter.symbol: parameter.description for parameter in (*PARAMETERS, *CONSTANTS)}
-    described |= {f"groups.{group.symbol}": group.formula for group in GROUPS}
-    quantities = {**fit["physical"], **{f"groups.{symbol}": quantity for symbol, quantity in fit["groups"].items()}}
+    described |= {f"{GROUP_PREFIX}{group.symbol}": group.formula for group in GROUPS}
+    quantities = {
+        **fit["physical"],
+        **{f"{GROUP_PREFIX}{symbol}": quantity for symbol, quantity in fit["groups"].items()},
+    }
     for name, quantity in quantities.items():
         yield FittedParameter(name, quantity["value"], f"fitted: {described[name]}", quantity["unit"])
     for name, quantity in quantities.items():
@@ -41,13 +48,18 @@ def fitted_parameters(report: Section) -> Iterator[FittedParameter]:
         yield FittedParameter(
             f"determined.{name}", quantity["determined"], f"whether the trials determine {name}", "", None
         )
+    yield FittedParameter(
+        OUTER_ROD_LENGTH, fit["outer_rod_length_m"], "taken to be: length of the outer rod, for air drag along it", "m"
+    )
+    seen: Counter[str] = Counter()
     for effect in report["effects"]:
-        yield from _effect_parameters(effect)
+        prefix = f"{EFFECT_PREFIX}{effect['name']}.{effect['joint']}"
+        seen[prefix] += 1
+        yield from _effect_parameters(effect, prefix if seen[prefix] == 1 else f"{prefix}.{seen[prefix]}")
 
 
-def _effect_parameters(effect: Section) -> Iterator[FittedParameter]:
-    prefix = f"effects.{effect['name']}.{effect['joint']}"
-    for name in ("variant", "trial"):
+def _effect_parameters(effect: Section, prefix: str) -> Iterator[FittedParameter]:
+    for name in (VARIANT, TRIAL):
         if effect[name]:
             yield FittedParameter(f"{prefix}.{name}", effect[name], f"{name} of {effect['description']}", "", None)
     for name, quantity in effect["parameters"].items():

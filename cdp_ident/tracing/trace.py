@@ -113,7 +113,7 @@ def _found(ladder: Ladder, index: int, spread: Array, inertia: float, inertia_st
     parameters = []
     for parameter in active.effect.parameters:
         value, std = (parameter.typical, 0.0) if parameter.fixed else next(fitted)
-        scale = inertia**parameter.inertia_power
+        scale = parameter.scale(inertia)
         # A torque is seen over A22 only; in N m it is as uncertain as the masses besides.
         scale_std = abs(parameter.inertia_power * value) * inertia_std
         parameters.append(FoundParameter(parameter, float(value) * scale, float(np.hypot(std, scale_std)) * scale))

@@ -3,9 +3,11 @@
 import copy
 import math
 
+import numpy as np
 import rclpy
 import yaml
 
+from cdp_ident.configuration.fitted_model import read_fitted_model
 from cdp_ident.report.fitted import fitted_parameters, fitted_yaml
 
 
@@ -52,3 +54,23 @@ def test_a_bag_s_name_cannot_end_the_comment(content):
     content = copy.deepcopy(content)
     content["trials"][0]["name"] = "evil\nm1: 3"
     assert yaml.safe_load(fitted_yaml(content)) == yaml.safe_load(fitted_yaml(content | {"trials": []}))
+
+
+def test_the_file_is_the_model_that_the_identification_ended_with(outcome, content, tmp_path):
+    (tmp_path / "fitted.yaml").write_text(fitted_yaml(content))
+    model, after = read_fitted_model(tmp_path / "fitted.yaml", "simulator"), outcome.trace.after
+    assert after.model.effects  # there is something in the bags to be found
+    assert [active.effect.key for active in model.motion.effects] == [a.effect.key for a in after.model.effects]
+    for window in after.fit.windows:
+        simulated, _ = model.motion.predict(model.values, window.start, window)
+        expected, _ = after.model.predict(after.fit.values, window.start, window)
+        np.testing.assert_allclose(simulated, expected, rtol=0, atol=1e-9)
+
+
+def test_a_second_knock_on_the_same_rod_has_a_name_of_its_own(content):
+    content = copy.deepcopy(content)
+    (effect,) = content["effects"]
+    content["effects"] = [effect, effect]
+    names = [parameter.name for parameter in fitted_parameters(content)]
+    assert {"effects.coulomb_friction.outer.torque", "effects.coulomb_friction.outer.2.torque"} <= set(names)
+    assert len(names) == len(set(names))

@@ -34,6 +34,10 @@ class EffectParameter:
         """Whether it is a part of the effect's definition and not fitted."""
         return self.lower == self.upper
 
+    def scale(self, inertia: float) -> float:
+        """Return its physical value over its value in the fit, for the inertia A22 about the cart's joint [kg m^2]."""
+        return inertia**self.inertia_power
+
 
 @dataclass(frozen=True)
 class TorqueEffect:

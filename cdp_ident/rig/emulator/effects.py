@@ -10,13 +10,11 @@ import numpy.typing as npt
 from scipy.interpolate import CubicHermiteSpline
 
 from cdp_ident.errors import OptionError
-from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.constants import effect_constants, outer_rod_length
 from cdp_ident.model.effects.effect import Effect, SensorEffect, TorqueEffect
+from cdp_ident.model.effects.naming import effect_of
 from cdp_ident.model.parameters import SYMBOLS, inertia_about_cart, physical_coefficients
 from cdp_ident.model.trajectory import NO_TORQUES, Torques
-from cdp_ident.rig.emulator.script import number
-from cdp_ident.spelling import refuse_unknown
 
 Array = npt.NDArray[np.float64]
 
@@ -46,53 +44,25 @@ def parse_effects(content: Any, physical: Mapping[str, float], where: str) -> Ef
         return NO_EFFECTS
     A22 = float(inertia_about_cart(np.array([physical[symbol] for symbol in SYMBOLS]), physical["L"]))
     chosen = [
-        (effect, _values(effect, given, A22, place))
+        _possible_now(*effect_of(name, joint, given, A22, where), f"{where}: {name}: {joint}")
         for name, joints in _mapping(content, where).items()
-        for effect, given, place in _of_name(name, joints, where)
+        for joint, given in _mapping(joints, f"{where}: {name}").items()
     ]
     constants = effect_constants(
         physical_coefficients(physical), physical["L"], outer_rod_length(physical["L"], physical["l2"])
     )
-    torques = [(effect, values.tolist()) for effect, values in chosen if isinstance(effect, TorqueEffect)]
-    sensors = [(effect, values) for effect, values in chosen if isinstance(effect, SensorEffect)]
+    torques = [(effect, values) for effect, values in chosen if isinstance(effect, TorqueEffect)]
+    sensors = [(effect, np.array(values)) for effect, values in chosen if isinstance(effect, SensorEffect)]
     return Effects(Torques.of(torques, constants), tuple(sensors))
 
 
-def _of_name(name: str, joints: Any, where: str) -> list[tuple[Effect, dict[str, Any], str]]:
-    refuse_unknown([name], {effect.name for effect in CATALOGUE}, f"effect in {where}")
-    place = f"{where}: {name}"
-    refuse_unknown(
-        _mapping(joints, place), {effect.joint for effect in CATALOGUE if effect.name == name}, f"joint in {place}"
-    )
-    result: list[tuple[Effect, dict[str, Any], str]] = []
-    for joint, given in joints.items():
-        values = dict(_mapping(given, f"{place}: {joint}"))
-        forms = [effect for effect in CATALOGUE if (effect.name, effect.joint) == (name, joint)]
-        if "variant" in values:
-            variant = values.pop("variant")
-            refuse_unknown([variant], [effect.variant for effect in forms], f"variant of {place}: {joint}")
-            forms = [effect for effect in forms if effect.variant == variant]
-        fitting = [
-            effect
-            for effect in forms
-            if all(values.get(p.name, p.lower) == p.lower for p in effect.parameters if p.fixed)
-        ]
-        if not fitting:
-            raise OptionError(f"{place}: {joint}: {values} is not in the catalogue of effects")
-        result.append((fitting[0], values, f"{place}: {joint}"))
-    return result
-
-
-def _values(effect: Effect, given: dict[str, Any], A22: float, where: str) -> Array:
-    refuse_unknown(given, [p.name for p in effect.parameters], f"key in {where}")
-    values = []
-    for p in effect.parameters:
-        if not p.fixed and p.name not in given:
-            raise OptionError(f"{where}: {p.name} [{p.unit}] is missing")
-        scale = A22**p.inertia_power
-        lower = 0.0 if isinstance(effect, SensorEffect) and effect.delays else p.lower * scale
-        values.append(number(given.get(p.name, p.lower), f"{where}: {p.name}", lower, p.upper * scale) / scale)
-    return np.array(values)
+def _possible_now(effect: Effect, values: list[float], where: str) -> tuple[Effect, list[float]]:
+    """Refuse an encoder that is early: what it would show has not happened yet."""
+    if isinstance(effect, SensorEffect) and effect.delays and values[0] < 0.0:
+        raise OptionError(
+            f"{where}: {effect.parameters[0].name} is {values[0]:g}; an emulated encoder can only be late"
+        )
+    return effect, values
 
 
 def _mapping(content: Any, where: str) -> dict[str, Any]:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from cdp_ident.errors import OptionError
+from cdp_ident.given import number
 from cdp_ident.spelling import refuse_unknown
 
 
@@ -89,11 +90,3 @@ def _numbers(value: Any, needed: tuple[str, ...], where: str) -> dict[str, float
         name: number(entry, f"{where}: {name}", minimum=0.01 if name == "within" else -1000.0)
         for name, entry in value.items()
     }
-
-
-def number(value: Any, where: str, minimum: float, maximum: float = math.inf) -> float:
-    """Return a number of a YAML file as a float. Raises `OptionError` where it is none or out of its range."""
-    if isinstance(value, bool) or not isinstance(value, int | float) or not minimum <= value <= maximum:
-        limit = f"at least {minimum:g}" if math.isinf(maximum) else f"{minimum:g} to {maximum:g}"
-        raise OptionError(f"{where} is {value!r}; expected a number, {limit}")
-    return float(value)

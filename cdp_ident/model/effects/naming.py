@@ -1,0 +1,59 @@
+"""Effects by their names and physical values, as files and parameters give them."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from cdp_ident.errors import OptionError
+from cdp_ident.given import number
+from cdp_ident.model.effects.catalogue import CATALOGUE
+from cdp_ident.model.effects.effect import Effect
+from cdp_ident.spelling import refuse_unknown
+
+VARIANT = "variant"
+"""The key that says which of several forms of an effect is meant."""
+
+
+def effect_of(name: str, joint: str, given: Any, inertia: float, where: str) -> tuple[Effect, list[float]]:
+    """Return an effect of the catalogue, and the values of all its parameters in the unit of the fit.
+
+    Args:
+        name: its name.
+        joint: its joint.
+        given: physical values of its parameters by name. Of several forms of an effect the first is meant, unless
+            `variant`, or the value of a parameter that is a part of its definition, says otherwise.
+        inertia: A22, the inertia about the cart's joint [kg m^2].
+        where: what the values stand in, for messages.
+
+    Raises:
+        OptionError: a name is unknown (the nearest known one is told), or a value is missing, no number or out of its
+            range.
+    """
+    refuse_unknown([name], {effect.name for effect in CATALOGUE}, f"effect in {where}")
+    forms = [effect for effect in CATALOGUE if effect.name == name]
+    refuse_unknown([joint], {effect.joint for effect in forms}, f"joint in {where}: {name}")
+    place = f"{where}: {name}: {joint}"
+    if not isinstance(given, Mapping):
+        raise OptionError(f"{place}: expected parameters with values, found {given!r}")
+    values = dict(given)
+    effect = _form([effect for effect in forms if effect.joint == joint], values, place)
+    refuse_unknown(map(str, values), [p.name for p in effect.parameters], f"key in {place}")
+    found = []
+    for p in effect.parameters:
+        if not p.fixed and p.name not in values:
+            raise OptionError(f"{place}: {p.name} [{p.unit}] is missing")
+        scale = p.scale(inertia)
+        value = number(values.get(p.name, p.lower), f"{place}: {p.name}", p.lower * scale, p.upper * scale)
+        found.append(value / scale)
+    return effect, found
+
+
+def _form(forms: list[Effect], values: dict[str, Any], where: str) -> Effect:
+    """Choose the form that is meant; the key that says so is taken out of the values."""
+    if VARIANT in values:
+        variant = values.pop(VARIANT)
+        refuse_unknown([variant], [effect.variant for effect in forms], f"variant of {where}")
+        forms = [effect for effect in forms if effect.variant == variant]
+    for effect in forms:
+        if all(values.get(p.name, p.lower) == p.lower for p in effect.parameters if p.fixed):
+            return effect
+    raise OptionError(f"{where}: {values} is not in the catalogue of effects")

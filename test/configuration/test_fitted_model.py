@@ -1,0 +1,123 @@
+"""The model that parameters describe."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cdp_ident.configuration.fitted_model import describes_model, fitted_model, read_fitted_model
+from cdp_ident.errors import OptionError
+from cdp_ident.model.effects.catalogue import CATALOGUE
+from cdp_ident.model.parameters import (
+    GROUPS,
+    NOMINAL,
+    SYMBOLS,
+    groups_of,
+    inertia_about_cart,
+    physical_coefficients,
+)
+
+PHYSICAL = np.array([NOMINAL[symbol] for symbol in SYMBOLS])
+A22 = float(inertia_about_cart(PHYSICAL, NOMINAL["L"]))
+GIVEN_GROUPS = {
+    f"groups.{group.symbol}": 1.01 * float(value)
+    for group, value in zip(GROUPS, groups_of(PHYSICAL, NOMINAL["L"]), strict=True)
+}
+
+
+def model_of(values):
+    return fitted_model(NOMINAL | values, "here")
+
+
+def test_physical_values_alone_are_the_model():
+    assert model_of({}).coefficients == pytest.approx(physical_coefficients(NOMINAL), rel=1e-15)
+    assert model_of({}).physical == NOMINAL
+
+
+def test_groups_win_over_the_physical_values_that_they_may_not_belong_to():
+    model = model_of(GIVEN_GROUPS)
+    assert model.values.tolist() == list(GIVEN_GROUPS.values())
+    assert model.coefficients[5] == model.values[0] / NOMINAL["L"]
+
+
+def test_what_is_said_about_the_fit_is_passed_over():
+    about = {"std.m1": math.inf, "determined.groups.c1_over_A22": False, "std.effects.air_drag.inner.coefficient": 1.0}
+    assert model_of(about).values.tolist() == model_of({}).values.tolist()
+    assert not any(map(describes_model, about))
+
+
+@given(st.sampled_from(CATALOGUE), st.floats(0.0, 1.0))
+def test_every_effect_of_the_catalogue_is_read_in_its_physical_unit(effect, share):
+    highest = {p.name: min(p.upper, 100.0) for p in effect.parameters}
+    values = {p.name: p.lower + share * (highest[p.name] - p.lower) for p in effect.parameters}
+    prefix = f"effects.{effect.name}.{effect.joint}."
+    given_values = {prefix + p.name: values[p.name] * A22**p.inertia_power for p in effect.parameters}
+    given_values |= {prefix + "variant": effect.variant} if effect.variant else {}
+    given_values |= {prefix + "trial": "swing"} if effect.at_an_instant else {}
+    model = model_of(given_values)
+    (active,) = model.motion.effects
+    assert active.effect is effect
+    assert active.all_values(model.values[5:]) == pytest.approx(list(values.values()), rel=1e-12)
+    assert active.trial == (0 if effect.at_an_instant else None)
+
+
+def test_what_happened_once_is_in_its_trial_only():
+    knock = {"impulse": 0.01, "time": 3.0, "trial": "one"}
+    again = {"impulse": 0.02, "time": 1.0, "trial": "two"}
+    names = {f"effects.impulse.inner.{name}": value for name, value in knock.items()}
+    model = model_of(names | {f"effects.impulse.inner.2.{name}": value for name, value in again.items()})
+    assert model.trials == ("one", "two")
+    for name, strengths in {"one": [0.01], "two": [0.02], "three": [], None: []}.items():
+        torques = model.motion.torques(model.values, model.trial(name))
+        assert (A22 * torques.values[:, 0]).tolist() == pytest.approx(strengths)
+
+
+def test_the_outer_rod_is_as_long_as_the_identification_took_it_to_be():
+    assert model_of({}).motion.mechanism.outer_length == 0.4
+    assert model_of({"outer_rod_length": 0.5}).motion.mechanism.outer_length == 0.5
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        ({"mm1": 1.0}, "'mm1'; did you mean 'm1'?"),
+        ({"groups.a1": 1.0}, "did you mean 'groups.a1_over_A22'?"),
+        ({"m1": "heavy"}, "here: m1 is 'heavy'"),
+        ({"m1": math.nan}, "here: m1 is nan"),
+        ({"c1": -0.1}, "here: c1 is -0.1"),
+        ({"L": math.inf}, "here: L is inf"),
+        ({"L": 0.0}, "no mechanism"),
+        ({"J1": True}, "here: J1 is True"),
+        (dict.fromkeys(("m1", "m2", "m0", "J1"), 0.0), "no mechanism"),
+        (dict.fromkeys(("m1", "m2", "m0", "J1"), 0.0) | GIVEN_GROUPS, "inertia about the cart's joint is 0"),
+        ({"groups.c1_over_A22": 0.1}, "give all groups, or none"),
+        (GIVEN_GROUPS | {"groups.A33_over_A22": 1e-6}, "no mechanism"),
+        ({"outer_rod_length": 0.0}, "outer_rod_length is 0.0"),
+        ({"effects.dry_friction.inner.torque": 0.1}, "'dry_friction'"),
+        ({"effects.coulomb_friction.base.torque": 0.1}, "'base'"),
+        ({"effects.coulomb_friction.inner.torqe": 0.1}, "did you mean 'torque'?"),
+        ({"effects.coulomb_friction.torque": 0.1}, "expected effects.<name>.<joint>.<parameter>"),
+        ({"effects.coulomb_friction.inner.torque": -0.1}, "torque is -0.1"),
+        ({"effects.coulomb_friction.inner.torque": math.inf}, "torque is inf"),
+        ({"effects.joint_spring.outer.stiffness": 0.1}, "torque [N m] is missing"),
+        ({"effects.air_drag.outer.coefficient": 0.1, "effects.air_drag.outer.variant": "plates"}, "'plates'"),
+        ({"effects.impulse.inner.impulse": 0.1, "effects.impulse.inner.time": 1.0}, "the name of the trial"),
+    ],
+)
+def test_what_is_no_model_is_refused_with_the_reason(values, words):
+    with pytest.raises(OptionError, match=r"here") as caught:
+        model_of(values)
+    assert words in str(caught.value)
+
+
+def test_a_missing_parameter_is_named():
+    with pytest.raises(OptionError, match="here: m0, g is missing"):
+        fitted_model({symbol: value for symbol, value in NOMINAL.items() if symbol not in ("m0", "g")}, "here")
+
+
+def test_a_file_that_is_none_is_refused_with_its_name(tmp_path):
+    (tmp_path / "some.yaml").write_text("/**: {ros__parameters: {m1: 0.1}}")
+    with pytest.raises(OptionError, match=r"some\.yaml: m2, "):
+        read_fitted_model(tmp_path / "some.yaml", "simulator")
