@@ -56,14 +56,31 @@ def follow_closely(model: MotionModel, values: Array, windows: Sequence[Window])
     return replace(fit, model=model, values=values)
 
 
+def free_run(model: MotionModel, values: Array, trial: Trial, index: int, duration: float) -> Array:
+    """Return the angles (n, 2) [rad] of one simulation of a whole trial, as Eq. (10) has it.
+
+    Args:
+        model: gives the motion.
+        values: (unknowns,) values that are held.
+        trial: the trial, from whose beginning on the motion is simulated.
+        index: which trial it is, for effects that happen once.
+        duration: length of the beginning to which the start is fitted [s].
+    """
+    (whole,) = cut_into_windows([trial], np.inf)
+    start = start_of(model, values, trial, index, duration)
+    theta, _ = model.predict(values, start, replace(whole, trial=index))
+    return theta
+
+
+def start_of(model: MotionModel, values: Array, trial: Trial, index: int, duration: float) -> Array:
+    """Return the state (4,) in which a trial begins, fitted to its beginning; the arguments are those of `free_run`."""
+    # A trial cut by itself is the first, but effects that happen once ask which one it is.
+    first = replace(cut_into_windows([trial], duration)[0], trial=index)
+    return follow(model, values, [first]).windows[0].start
+
+
 def _free_run(model: MotionModel, values: Array, windows: Sequence[Window], trial: Trial) -> float:
     """Return the squared error over windows of a trial, simulated as a whole from its first window's start [rad^2]."""
-    (whole,) = cut_into_windows([trial], np.inf)
-    # A trial cut by itself is the first, but effects that happen once ask which one it is.
-    index = windows[0].trial
-    first = replace(cut_into_windows([trial], windows[0].duration)[0], trial=index)
-    start = follow(model, values, [first]).windows[0].start
-    theta, _ = model.predict(values, start, replace(whole, trial=index))
-    error = np.concatenate([(whole.theta - theta)[window.samples] for window in windows])
-    squared = float(np.sum(error**2))
+    error = trial.theta - free_run(model, values, trial, windows[0].trial, windows[0].duration)
+    squared = float(sum(np.sum(error[window.samples] ** 2) for window in windows))
     return squared if np.isfinite(squared) else float("inf")

@@ -20,7 +20,7 @@ Array = npt.NDArray[np.float64]
 STATE = 4
 """Numbers in a start: theta1, theta2, omega1, omega2."""
 _A23, _OUTER_MOMENT, _GRAVITY = (COEFFICIENTS.index(name) for name in ("A23_over_A22", "m2_l2_over_A22", "g"))
-_LATEST = 0.05
+LATEST = 0.05
 """No encoder is later or earlier than this [s]."""
 
 
@@ -152,7 +152,7 @@ class MotionModel:
         def motion(delay: float) -> tuple[Array, Array]:
             grid, u = window.grid, window.u
             if delay:
-                grid = TimeGrid.over(window.time - delay, grid.step, earliest=-_LATEST)
+                grid = TimeGrid.over(window.time - delay, grid.step, earliest=-LATEST)
                 u = np.pad(u, (0, max(2 * grid.steps + 1 - len(u), 0)), mode="edge")
             states, derivatives = trajectory_with_derivatives(coefficients, start, grid, u, torques, window.begin)
             return states, self._by_unknowns(values, derivatives, window.trial)

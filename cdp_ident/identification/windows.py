@@ -20,7 +20,7 @@ Array = npt.NDArray[np.float64]
 
 DEFAULT_WINDOW = 2.5
 """Length of a window [s]."""
-_FEWEST_SAMPLES = 12
+FEWEST_SAMPLES = 12
 """A window determines four numbers of its own from two angles a sample; with fewer samples it says nothing else."""
 
 
@@ -73,7 +73,7 @@ def cut_into_windows(
         bounds[-1] = len(trial.time)
         acceleration = cart_acceleration(trial)
         for first, last in pairwise(bounds):
-            if last - first < _FEWEST_SAMPLES:
+            if last - first < FEWEST_SAMPLES:
                 continue
             time = trial.time[first:last] - trial.time[first]
             theta = np.ascontiguousarray(trial.theta[first:last])
@@ -95,7 +95,7 @@ def split(window: Window, parts: int) -> list[Window]:
 
     The first of them begins with the window's own start; fewer are made where samples are too few.
     """
-    parts = max(1, min(parts, len(window.theta) // _FEWEST_SAMPLES))
+    parts = max(1, min(parts, len(window.theta) // FEWEST_SAMPLES))
     bounds = [len(window.theta) * part // parts for part in range(parts + 1)]
     half_steps = window.grid.half_step_times()
     pieces = []

@@ -69,6 +69,8 @@ class ReleaseDetector:
         self._limits = limits
         self._ranges = (SlidingRange(_HOLD_SECONDS), SlidingRange(_HOLD_SECONDS))
         self._held: tuple[int, float, float] | None = None
+        self.holds = False
+        """Whether the pendulum was held away from hanging at the last positions taken."""
 
     def update(self, stamp_ns: int, inner: float, outer: float) -> bool:
         """Take the next positions [rad]; return whether this is the first one seen to be free."""
@@ -76,9 +78,9 @@ class ReleaseDetector:
             max(moved.update(stamp_ns, value) for moved, value in zip(self._ranges, (inner, outer), strict=True))
             <= self._limits.hold
         )
+        self.holds = still and _from_hanging(inner, outer) > self._limits.away
         if still:
-            away = _from_hanging(inner, outer) > self._limits.away
-            self._held = (stamp_ns, inner, outer) if away else None
+            self._held = (stamp_ns, inner, outer) if self.holds else None
             return False
         if self._held is None:
             return False

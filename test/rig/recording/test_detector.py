@@ -99,3 +99,13 @@ def test_a_sliding_range_is_what_it_says() -> None:
         recent = values[: number + 1][stamps[: number + 1] >= stamp - 500_000_000]
         expected = np.ptp(recent) if stamp - stamps[0] >= 500_000_000 else math.inf
         assert window.update(stamp, value) == expected
+
+
+def test_a_pendulum_that_is_caught_is_held_again_and_a_hanging_one_is_not() -> None:
+    angles = joints(Wait(1.0), Hold(1.5, 1.5, within=0.5), Wait(1.0), LetGo(), Wait(2.0), Hold(2.0, 2.0), Wait(1.0))
+    detector, holds = ReleaseDetector(TrialLimits()), []
+    for number, (inner, outer) in enumerate(angles):
+        detector.update(round(number * PERIOD * 1e9), inner, outer)
+        holds.append(detector.holds)
+    changes = np.flatnonzero(np.diff(holds)) * PERIOD
+    assert changes == pytest.approx([1.8, 2.6, 6.3], abs=0.2)
