@@ -105,5 +105,5 @@ def test_a_body_is_one_that_can_exist():
     for link in ET.fromstring(description(**physical(TABLE_5))).iter("link"):
         if (inertia := link.find("inertial/inertia")) is not None:
             moments = sorted(float(inertia.get(axis)) for axis in ("ixx", "iyy", "izz"))
-            assert 0.0 < moments[0]
+            assert moments[0] > 0.0
             assert moments[2] <= moments[0] + moments[1]

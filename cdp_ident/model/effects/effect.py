@@ -59,6 +59,9 @@ class TorqueEffect:
     """Whether it happens once, in one trial, at its parameter `time`."""
     harmonic: bool = False
     """Whether it is one of many harmonics of a turn, which can imitate a part of whatever depends on position."""
+    linear: bool = True
+    """Whether it acts on the smallest motions in proportion to them. Dry friction stops them, drag vanishes before
+    them, a knock does not depend on them."""
 
     @property
     def key(self) -> str:

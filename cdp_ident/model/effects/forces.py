@@ -174,16 +174,16 @@ _IMPULSE_FORMULA = f"a torque pulse about `time`, of {_KNOCK} s standard deviati
 FORCES: tuple[TorqueEffect, ...] = (
     TorqueEffect(
         "air_drag", "inner", "", "air drag on the rod", "-coefficient omega1 |omega1|", _DRAG_SOURCE, (_DRAG,),
-        _drag_inner,
+        _drag_inner, linear=False,
     ),
     TorqueEffect(
         "air_drag", "outer", "strips", "air drag on the rod",
         "force across each strip of the rod -v |v|, v the strip's absolute speed; coefficient as for rotation alone",
-        f"strip theory; {_DRAG_SOURCE}", (_DRAG,), _drag_outer_strips,
+        f"strip theory; {_DRAG_SOURCE}", (_DRAG,), _drag_outer_strips, linear=False,
     ),
     TorqueEffect(
         "air_drag", "outer", "rotation", "air drag on the rod", "-coefficient omega2 |omega2|", _DRAG_SOURCE, (_DRAG,),
-        _drag_outer_rotation,
+        _drag_outer_rotation, linear=False,
     ),
     TorqueEffect(
         "joint_spring", "inner", "", "a spring across the joint", "torque - stiffness (theta1 - pi)", _SPRING_SOURCE,
@@ -205,9 +205,11 @@ FORCES: tuple[TorqueEffect, ...] = (
     ),
     *(effect for periods in COGGING_PERIODS for effect in _cogging(periods)),
     TorqueEffect(
-        "impulse", "inner", "", "a knock on the rod", _IMPULSE_FORMULA, "", _IMPULSE, _knock_inner, at_an_instant=True
+        "impulse", "inner", "", "a knock on the rod", _IMPULSE_FORMULA, "", _IMPULSE, _knock_inner, at_an_instant=True,
+        linear=False,
     ),
     TorqueEffect(
-        "impulse", "outer", "", "a knock on the rod", _IMPULSE_FORMULA, "", _IMPULSE, _knock_outer, at_an_instant=True
+        "impulse", "outer", "", "a knock on the rod", _IMPULSE_FORMULA, "", _IMPULSE, _knock_outer, at_an_instant=True,
+        linear=False,
     ),
 )  # fmt: skip

@@ -100,7 +100,8 @@ def _both(
 ) -> tuple[TorqueEffect, ...]:
     joints: tuple[tuple[Joint, Compilable], ...] = (("inner", inner), ("outer", outer))
     return tuple(
-        TorqueEffect(name, joint, "", description, formula, source, parameters, torque) for joint, torque in joints
+        TorqueEffect(name, joint, "", description, formula, source, parameters, torque, linear=False)
+        for joint, torque in joints
     )
 
 
@@ -156,6 +157,7 @@ FRICTION: tuple[TorqueEffect, ...] = (
                 EffectParameter("mass", "kg", 0.1, 100.0, mass, inertia_power=1, shape=True),
             ),
             torque,
+            linear=False,
         )
         for joint, mass, torque in _LOADED
     ),

@@ -1,0 +1,54 @@
+"""Make a linear model of a fitted one: `linearize FITTED.yaml`."""
+
+from pathlib import Path
+
+from cdp_ident.command_line import ArgumentParser, entry_point
+from cdp_ident.configuration.fitted_model import read_fitted_model
+from cdp_ident.errors import OptionError
+from cdp_ident.model.linear import EQUILIBRIA, has_linear_part, linearize
+from cdp_ident.report.folder import json_text, write_files
+from cdp_ident.report.linear_model import linear_model_content, linear_model_text
+
+DESCRIPTION = """\
+Make the linear model x' = A x + B u, y = C x + D u of a fitted model about an equilibrium, for the design of a
+controller: the state is [x, theta1, theta2, x', theta1', theta2'] (absolute angles), the input the cart's acceleration.
+Prints the matrices, how the rods move by themselves, and whether the cart can control them."""
+
+EXAMPLE = """\
+example:
+  ros2 run cdp_ident linearize identification/one/fitted.yaml --at upright --out upright.json
+
+The file holds A, B, C and D as lists of rows: scipy.signal.StateSpace(*(numpy.array(content[k]) for k in "ABCD")).
+docs/linear_model.md tells what the numbers mean; examples/lqr.py balances a simulated rig with them."""
+
+
+@entry_point
+def main(arguments: list[str]) -> int:
+    """Print and write a linear model."""
+    options = _parser().parse_args(arguments)
+    if options.out is not None and options.out.exists() and not options.force:
+        raise OptionError(f"{options.out} is there already: give another --out, or --force to replace it")
+    fitted = read_fitted_model(options.fitted, "linearize")
+    torques = fitted.motion.torques(fitted.values, fitted.trial())
+    model = linearize(fitted.coefficients, EQUILIBRIA[options.at], torques)
+    left_out = [active.effect for active in fitted.motion.effects if not has_linear_part(active.effect)]
+    print(linear_model_text(model, options.at, left_out))
+    if options.out is not None:
+        text = json_text(linear_model_content(model, options.at, left_out))
+        write_files(options.out.parent, {options.out.name: text})
+        print(f"written to {options.out}")
+    return 0
+
+
+def _parser() -> ArgumentParser:
+    parser = ArgumentParser("linearize", DESCRIPTION, EXAMPLE)
+    parser.add_argument("fitted", type=Path, metavar="FITTED", help="fitted.yaml of identify, or a file like it")
+    parser.add_argument(
+        "--at",
+        choices=tuple(EQUILIBRIA),
+        default="upright",
+        help="where the rods rest, the inner one first (upright)",
+    )
+    parser.add_argument("--out", type=Path, metavar="FILE", help="JSON file to write")
+    parser.add_argument("--force", action="store_true", help="replace a file that is there already")
+    return parser

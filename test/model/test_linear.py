@@ -1,0 +1,161 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from scipy.signal import StateSpace
+
+from cdp_ident.errors import OptionError
+from cdp_ident.model.effects.catalogue import CATALOGUE
+from cdp_ident.model.effects.constants import effect_constants
+from cdp_ident.model.effects.effect import TorqueEffect
+from cdp_ident.model.linear import EQUILIBRIA, STATES, Mode, has_linear_part, linearize
+from cdp_ident.model.parameters import SYMBOLS, inertia_about_cart, physical_coefficients
+from cdp_ident.model.trajectory import Torques
+from reference import pendulum
+from reference.pendulum import TABLE_2
+from reference.strategies import pendulums
+
+RODS = [1, 2, 4, 5]
+COEFFICIENTS = physical_coefficients(TABLE_2)
+A22 = float(inertia_about_cart(np.array([TABLE_2[symbol] for symbol in SYMBOLS]), TABLE_2["L"]))
+equilibria = pytest.mark.parametrize("near", EQUILIBRIA.values(), ids=EQUILIBRIA)
+
+
+def differences(accelerations, theta, step=1e-5):
+    """Return a matrix (2, 5): symmetric differences of `accelerations(state, u)` by the rods' state and u."""
+    rest = np.array([*theta, 0.0, 0.0, 0.0])
+    columns = [
+        np.subtract(*(accelerations((rest + sign * nudge)[:4], (rest + sign * nudge)[4]) for sign in (1, -1)))
+        for nudge in step * np.eye(5)
+    ]
+    return np.column_stack(columns) / (2.0 * step)
+
+
+def torques(*effects):
+    """Return the torques of effects of the catalogue, given as key and values over A22."""
+    by_key = {effect.key: effect for effect in CATALOGUE}
+    chosen = [(by_key[key], values) for key, *values in effects]
+    return Torques.of(chosen, effect_constants(COEFFICIENTS, TABLE_2["L"], 0.4))
+
+
+@equilibria
+@given(values=pendulums())
+def test_it_is_the_derivative_of_the_lagrangian_s_equations(near, values):
+    model = linearize(physical_coefficients(values), near)
+    expected = differences(lambda state, u: np.array(pendulum.accelerations(values, state, u)), near)
+    np.testing.assert_allclose(model.theta, near, atol=1e-12)
+    found = np.column_stack([model.A[4:, RODS], model.B[4:]])
+    np.testing.assert_allclose(found, expected, rtol=1e-6, atol=1e-7 * np.abs(expected).max())
+
+
+def test_the_cart_is_a_double_integrator_of_the_input():
+    model = linearize(COEFFICIENTS, EQUILIBRIA["upright"])
+    np.testing.assert_array_equal(model.A[:4], np.eye(len(STATES), k=3)[:4])
+    np.testing.assert_array_equal(model.A[:, [0, 3]][4:], 0.0)
+    np.testing.assert_array_equal(model.B[:4, 0], [0.0, 0.0, 0.0, 1.0])
+
+
+def test_scipy_takes_its_matrices_and_sees_the_measured_positions():
+    model = linearize(COEFFICIENTS, EQUILIBRIA["hanging"])
+    system = StateSpace(model.A, model.B, model.C, model.D)
+    outputs = system.C @ np.arange(6.0)
+    np.testing.assert_array_equal(outputs, [0.0, 1.0, 2.0])
+
+
+def test_springs_add_their_stiffness():
+    inner, outer = 3.0, 5.0
+    given_torques = torques(("joint_spring.inner", inner, 0.0), ("joint_spring.outer", outer, 0.0))
+
+    def accelerations(state, u):
+        across = -outer * (state[1] - state[0]) * A22
+        torque = (-inner * (state[0] - np.pi) * A22 - across, across)
+        return np.array(pendulum.accelerations(TABLE_2, state, u, torque))
+
+    model = linearize(COEFFICIENTS, EQUILIBRIA["hanging"], given_torques)
+    found = np.column_stack([model.A[4:, RODS], model.B[4:]])
+    np.testing.assert_allclose(found, differences(accelerations, model.theta), rtol=1e-6, atol=1e-6)
+
+
+@pytest.mark.parametrize("near", [EQUILIBRIA["upright"], EQUILIBRIA["hanging"]])
+def test_a_base_that_is_not_level_shifts_the_equilibrium_and_nothing_of_the_rods(near):
+    tilted, level = linearize(COEFFICIENTS, near, torques(("gravity_tilt.base", 0.05))), linearize(COEFFICIENTS, near)
+    np.testing.assert_allclose(tilted.theta, np.array(near) + 0.05, atol=1e-10)
+    np.testing.assert_allclose(tilted.A, level.A, atol=1e-5)
+
+
+@pytest.mark.parametrize(
+    "effect",
+    # The pivot's torque is itself taken by differences, which smaller steps only make worse.
+    [e for e in CATALOGUE if isinstance(e, TorqueEffect) and e.name != "pivot_compliance"],
+    ids=lambda effect: effect.key,
+)
+def test_an_effect_has_a_linear_part_just_where_the_smallest_motions_feel_it_in_proportion(effect):
+    typical = [parameter.typical for parameter in effect.parameters]
+    alone = Torques.of([(effect, typical)], effect_constants(COEFFICIENTS, TABLE_2["L"], 0.4))
+
+    def torque(state):
+        return np.array(effect.torque(*state, 10.0, alone.values, 0, alone.constants))
+
+    size = 1e-9
+    rest = np.array([*EQUILIBRIA["hanging"], 0.0, 0.0])
+    towards = np.array([1.0, 2.0, 1.0, 2.0])
+    change = np.abs(torque(rest + size * towards) - torque(rest - size * towards)).max()
+    is_dry = effect.name in ("coulomb_friction", "stribeck_friction", "load_friction")
+    assert has_linear_part(effect) == (not is_dry and change > 1e-3 * size * abs(typical[0]))
+
+
+@pytest.mark.parametrize(
+    "effect",
+    [
+        ("coulomb_friction.inner", 0.5),
+        ("stribeck_friction.outer", 0.5, 0.2, 0.5),
+        ("load_friction.inner", 0.002, 7.0),
+        ("quadratic_friction.outer", 0.1),
+        ("air_drag.outer.strips", 0.1),
+        ("impulse.inner", 0.1, 0.0),
+    ],
+    ids=lambda effect: effect[0],
+)
+def test_what_has_no_linear_part_changes_nothing(effect):
+    plain = linearize(COEFFICIENTS, EQUILIBRIA["upright"])
+    np.testing.assert_array_equal(linearize(COEFFICIENTS, EQUILIBRIA["upright"], torques(effect)).A, plain.A)
+
+
+def test_a_spring_that_is_stronger_than_gravity_leaves_nothing_upright():
+    with pytest.raises(OptionError, match="do not rest"):
+        linearize(COEFFICIENTS, EQUILIBRIA["upright"], torques(("joint_spring.inner", 40.0, 0.0)))
+
+
+@given(values=pendulums())
+def test_hanging_everything_decays_and_upright_both_rods_fall(values):
+    coefficients = physical_coefficients(values)
+    hanging, upright = (linearize(coefficients, EQUILIBRIA[at]) for at in ("hanging", "upright"))
+    assert all(mode.eigenvalue.real < 0.0 for mode in hanging.modes)
+    assert sum(mode.eigenvalue.real > 0.0 for mode in upright.modes) == 2
+    assert all(mode.damping < 0.0 for mode in upright.modes if mode.eigenvalue.real > 0.0)
+
+
+def test_a_swinging_mode_tells_its_frequency_and_damping():
+    mode = Mode(complex(-0.3, 0.4))
+    assert mode.frequency == pytest.approx(0.5)
+    assert mode.damping == pytest.approx(0.6)
+
+
+def test_frequencies_are_those_of_the_frictionless_determinant():
+    free = TABLE_2 | {"c1": 0.0, "c2": 0.0}
+    A23, A33, a1, _, _, m2_l2, g = physical_coefficients(free)
+    # det(K - w^2 M) = 0 about hanging, with K = diag(a1 g, m2 l2 g) and M = [[1, A23], [A23, A33]].
+    squares = np.roots([A33 - A23**2, -(a1 * g * A33 + m2_l2 * g), a1 * g * m2_l2 * g])
+    modes = linearize(physical_coefficients(free), EQUILIBRIA["hanging"]).modes
+    np.testing.assert_allclose([mode.frequency for mode in modes], np.sqrt(sorted(squares)), rtol=1e-9)
+
+
+@equilibria
+@given(values=pendulums())
+def test_the_cart_controls_every_mode_of_a_real_pendulum(near, values):
+    assert linearize(physical_coefficients(values), near).controllable
+
+
+def test_an_outer_rod_that_hangs_on_its_centre_of_mass_cannot_be_controlled():
+    balanced = TABLE_2 | {"l2": 0.0, "c2": 0.0}
+    model = linearize(physical_coefficients(balanced), EQUILIBRIA["upright"])
+    assert not model.controllable
