@@ -24,5 +24,13 @@ class IdentificationError(CdpIdentError):
     """The trials are good, but the search or the fit cannot work with them."""
 
 
+class SimulationError(CdpIdentError):
+    """The model's motion cannot be computed."""
+
+
 class RigError(CdpIdentError):
     """The rig's serial port or what comes through it is not usable."""
+
+
+class ReportError(CdpIdentError):
+    """A folder does not hold a report that can be read, or what it holds cannot be drawn."""

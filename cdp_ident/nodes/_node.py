@@ -118,15 +118,17 @@ class Parameters:
             if not result.successful:
                 raise OptionError(result.reason)
 
-    def start(self) -> None:
+    def start(self, pass_over: tuple[str, ...] = ()) -> None:
         """End the declarations: refuse what the user gave but nobody declared, and outside changes from now on.
 
-        `run_node` does so before it spins; a body whose work begins while it is made does so before that.
+        `run_node` does so before it spins; a body whose work begins while it is made does so before that. What begins
+        with one of `pass_over` may be given without being declared: a file that says more than the node needs.
         Raises `OptionError` for an unknown parameter, naming the nearest known one.
         """
         if self._started:
             return
-        refuse_unknown(self.given(), self._node._parameters, f"parameter of {self._node.get_name()}")
+        given = [name for name in self.given() if not name.startswith(pass_over)]
+        refuse_unknown(given, self._node._parameters, f"parameter of {self._node.get_name()}")
         self._started = True
 
     @contextlib.contextmanager

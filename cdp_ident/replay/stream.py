@@ -1,0 +1,79 @@
+"""A model's motion from one start on, asked for piece by piece."""
+
+import numpy as np
+import numpy.typing as npt
+
+from cdp_ident.configuration.fitted_model import FittedModel
+from cdp_ident.identification.motion_model import LATEST
+from cdp_ident.identification.windows import Window
+from cdp_ident.model.simulation import simulate
+from cdp_ident.model.time_grid import DEFAULT_STEP, TimeGrid
+from cdp_ident.model.trajectory import trajectory
+
+Array = npt.NDArray[np.float64]
+
+
+class MotionStream:
+    """What the encoders would show of a motion, and its state; what was asked for long ago is forgotten.
+
+    The integrator's steps are those of one long simulation whatever pieces are asked for, so nothing adds up.
+    """
+
+    def __init__(
+        self, model: FittedModel, start: Array, trial: int | None = None, cart: tuple[Array, Array] | None = None
+    ) -> None:
+        """Begin at time 0.
+
+        Args:
+            model: gives the motion.
+            start: (4,) state at time 0: theta1, theta2 [rad], omega1, omega2 [rad/s].
+            trial: the number by which the model knows the trial, for what happened once in it.
+            cart: times (n,) [s] and the cart's acceleration at them [m/s^2], in between linear; None for a cart at
+                rest.
+        """
+        self._model, self._cart = model, cart
+        self._trial = model.trial() if trial is None else trial
+        self._coefficients = model.coefficients
+        self._torques = model.motion.torques(model.values, self._trial)
+        self._step, self._state = 0, np.ascontiguousarray(start, dtype=float)
+
+    def readings(self, times: Array) -> Array:
+        """Return theta1 and theta2 (n, 2) [rad] as the encoders show them at ascending times (n,) [s].
+
+        The first time must not be before the first one of the call before.
+        """
+        times = np.asarray(times, dtype=float)
+        self._advance(float(times[0]) - LATEST)
+        since = times - self._now
+        grid = TimeGrid.over(since)
+        window = Window(self._trial, 0, self._now, since, np.empty((0, 2)), grid, self._u(grid), self._state)
+        theta, _ = self._model.motion.predict(self._model.values, self._state, window)
+        return theta
+
+    def state(self, time: float) -> Array:
+        """Return the state (4,) at a time [s] from the first one on that was last asked for."""
+        since = np.array([time - self._now])
+        u = self._u(TimeGrid.over(since))
+        return simulate(self._coefficients, self._state, since, u, DEFAULT_STEP, self._torques, self._now)[0]
+
+    @property
+    def _now(self) -> float:
+        return self._step * DEFAULT_STEP
+
+    def _advance(self, time: float) -> None:
+        """Go to the integrator's last step before a time [s]."""
+        steps = int(time / DEFAULT_STEP) - self._step
+        if steps <= 0:
+            return
+        # The state at the end of the last step as it is, not read from the polynomial through it.
+        grid = TimeGrid(DEFAULT_STEP, np.append(np.zeros(steps, dtype=np.int64), 1), np.array([[0.0, 1.0, 0.0, 0.0]]))
+        u = self._u(grid)
+        self._state = trajectory(self._coefficients, self._state, grid, u, self._torques, self._now)[0]
+        self._step += steps
+
+    def _u(self, grid: TimeGrid) -> Array:
+        """Return the cart's acceleration at the half steps of a grid that begins now."""
+        if self._cart is None:
+            return np.zeros(2 * grid.steps + 1)
+        half_steps = (2 * self._step + np.arange(2 * grid.steps + 1)) * (0.5 * DEFAULT_STEP)
+        return np.asarray(np.interp(half_steps, *self._cart), dtype=float)

@@ -1,0 +1,90 @@
+"""Playing: order, rate, loops, and the end."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from cdp_ident.configuration.fitted_model import FittedModel, fitted_model
+from cdp_ident.model.parameters import NOMINAL
+from cdp_ident.replay.player import Player
+from cdp_ident.replay.scene import Frame
+
+MODEL = fitted_model(NOMINAL, "test")
+
+
+class Ramp:
+    """A scene in which the inner joint shows the time, the outer one which model is shown, the cart which run it is."""
+
+    def __init__(self, duration: float) -> None:
+        self.duration = duration
+        self.model, self.run = 0.0, 0.0
+
+    def take_model(self, model: FittedModel, now: float) -> None:
+        self.model = now
+
+    def restart(self) -> None:
+        self.run += 1.0
+
+    def frames(self, times: NDArray[np.float64]) -> list[Frame]:
+        return [Frame(time, (self.run, time, self.model)) for time in times.tolist()]
+
+
+def times_of(player: Player, count: int) -> list[float]:
+    frames = [player.next() for _ in range(count)]
+    return [frame.time for frame in frames if frame is not None]
+
+
+@given(st.floats(1.0, 1000.0), st.floats(0.01, 100.0))
+def test_frames_are_evenly_spaced_and_do_not_drift(frequency: float, rate: float) -> None:
+    player = Player(Ramp(np.inf), frequency, rate)
+    assert times_of(player, 2000) == pytest.approx([k * rate / frequency for k in range(2000)], rel=1e-14)
+
+
+def test_another_rate_goes_on_from_the_next_frame() -> None:
+    player = Player(Ramp(np.inf), 100.0)
+    assert times_of(player, 3) == pytest.approx([0.0, 0.01, 0.02])
+    player.take_rate(0.5)
+    assert times_of(player, 3) == pytest.approx([0.03, 0.035, 0.04])
+    assert player.played == pytest.approx(0.045)
+
+
+def test_it_ends_with_the_last_frame_that_the_scene_has() -> None:
+    player = Player(Ramp(0.3), 10.0, loop=False)
+    assert times_of(player, 4) == pytest.approx([0.0, 0.1, 0.2, 0.3])
+    assert not player.finished
+    assert player.next() is None
+    assert player.finished
+    player.restart()
+    assert not player.finished
+    assert times_of(player, 1) == [0.0]
+
+
+def test_a_loop_goes_on_evenly_from_end_to_beginning() -> None:
+    player = Player(Ramp(0.25), 10.0)
+    played = []
+    for expected in (0.0, 0.1, 0.2, 0.0, 0.1, 0.2, 0.0):
+        played.append(player.played)
+        frame = player.next()
+        assert frame is not None
+        assert frame.time == pytest.approx(expected)
+    assert np.diff(played) == pytest.approx([0.1] * 6)
+
+
+def test_another_model_shows_in_the_very_next_frame() -> None:
+    player = Player(Ramp(np.inf), 10.0)
+    times_of(player, 3)
+    player.take_model(MODEL)
+    frame = player.next()
+    assert frame is not None
+    assert (frame.time, frame.simulated[2]) == pytest.approx((0.3, 0.3))
+
+
+def test_a_restart_is_at_once() -> None:
+    player = Player(Ramp(np.inf), 10.0)
+    times_of(player, 3)
+    player.restart()
+    frame = player.next()
+    assert frame is not None
+    assert frame.simulated == (1.0, 0.0, 0.0)
