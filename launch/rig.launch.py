@@ -22,7 +22,7 @@ def generate_launch_description() -> LaunchDescription:
             DeclareLaunchArgument(
                 "parameters",
                 default_value=str(CONFIG / "rig.yaml"),
-                description="ROS parameter file of driver and recorder; the arguments below win over it where they are given",
+                description="ROS parameter file of driver and recorder; what is given below wins over it",
             ),
             DeclareLaunchArgument("port", default_value="", description="serial port, or a pattern"),
             DeclareLaunchArgument("zero_file", default_value="", description="where the hanging position is kept"),
