@@ -11,7 +11,7 @@ from rich.table import Table
 
 from cdp_ident.command_line import ArgumentParser, entry_point
 from cdp_ident.errors import OptionError
-from cdp_ident.report.folder import REPORT
+from cdp_ident.report.folder import PAGE, REPORT
 
 DESCRIPTION = """\
 Show the whole way on this machine, in under two minutes: an emulated rig on a real serial port, the driver that reads
@@ -78,7 +78,8 @@ def main(arguments: list[str]) -> int:
     _print_result(console, report)
     console.rule("5  Now the rig's secrets are opened", align="left")
     _print_comparison(console, rig, report)
-    console.print(f"\nThe bags, the report and what each node said are in {out}")
+    console.print(f"\nThe bags, the report and what each node said are in {out}. Open in a browser:")
+    console.print(str(out / "report" / PAGE), soft_wrap=True)
     return 0
 
 

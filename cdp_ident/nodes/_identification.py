@@ -12,9 +12,22 @@ from cdp_ident.configuration.settings import Settings
 from cdp_ident.identification.genetic_search import Progress
 from cdp_ident.nodes._interruption import GivenUpError, Interruption
 from cdp_ident.report.contents import Section, report
+from cdp_ident.report.curves import Curves, curves
+from cdp_ident.report.curves_file import curves_npz
 from cdp_ident.report.fitted import fitted_yaml
-from cdp_ident.report.folder import FITTED, REPORT, check_folder, json_text, write_files
+from cdp_ident.report.folder import (
+    CURVES,
+    FIGURES,
+    FITTED,
+    PAGE,
+    REPORT,
+    TEXT,
+    check_folder,
+    json_text,
+    write_files,
+)
 from cdp_ident.report.job import Job, LoadedJob, load, run
+from cdp_ident.report.pictures import draw, write_pictures
 from cdp_ident.report.progress import SearchDisplay
 from cdp_ident.report.terminal import print_report
 
@@ -79,9 +92,25 @@ class Identifier:
                 outcome = run(loaded, stop, display.say, lambda: interruption.asked or interruption.given_up)
         if interruption.given_up:
             raise GivenUpError
-        content = report(outcome)
-        write_files(self._folder, {REPORT: json_text(content), FITTED: fitted_yaml(content)})
+        content, drawn_from = report(outcome), curves(outcome)
+        # What took long to find is safe before it is drawn.
+        write_files(
+            self._folder,
+            {REPORT: json_text(content), FITTED: fitted_yaml(content), CURVES: curves_npz(drawn_from)},
+        )
         self._may_replace = True
         print_report(self._output, content)
         self._output.print(f"{self._folder / REPORT} and {FITTED} are written", highlight=False, markup=False)
+        self._draw(self._folder, content, drawn_from)
         return content
+
+    def _draw(self, folder: Path, content: Section, drawn_from: Curves) -> None:
+        """Draw the report; a failure is told, and takes nothing of the result."""
+        try:
+            write_pictures(folder, draw(content, drawn_from))
+        except Exception as error:  # noqa: BLE001 - whatever it is, the parameters are to be served
+            reason = " ".join(str(error).split()) or type(error).__name__
+            said = f"no pictures: {reason}; once that is mended, `ros2 run cdp_ident report {folder}` draws them"
+        else:
+            said = f"{folder / PAGE} shows it all, {TEXT} and {FIGURES}/ as files"
+        self._output.print(said, highlight=False, markup=False, soft_wrap=True)

@@ -1,6 +1,6 @@
 """The contents of `report.json`."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from datetime import datetime, timezone
 from typing import Any
 
@@ -106,8 +106,17 @@ def fit_section(
             group.symbol: _quantity(value, deviation, group.unit, is_determined(value, deviation))
             for group, value, deviation in zip(GROUPS, values, std, strict=False)
         },
+        "correlation": _correlation(model.names, covariance),
         "error": error,
     }
+
+
+def _correlation(names: Sequence[str], covariance: Array) -> Section:
+    """Return how the errors of the estimates go together; not a number for one that the trials do not show."""
+    std = np.sqrt(np.diag(covariance))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        matrix = covariance / np.outer(std, std)
+    return {"names": list(names), "matrix": matrix.tolist()}
 
 
 def _quantity(value: float, std: float, unit: str, determined: bool) -> Section:

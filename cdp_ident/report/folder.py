@@ -9,8 +9,9 @@ from typing import Any
 
 from cdp_ident.errors import OptionError
 
-REPORT, FITTED = "report.json", "fitted.yaml"
-FILES = (REPORT, FITTED)
+REPORT, FITTED, CURVES = "report.json", "fitted.yaml", "curves.npz"
+PAGE, TEXT, FIGURES = "report.html", "report.md", "figures"
+FILES = (REPORT, FITTED, CURVES, PAGE, TEXT, FIGURES)
 
 
 def check_folder(folder: Path, force: bool) -> None:
@@ -29,19 +30,20 @@ def check_folder(folder: Path, force: bool) -> None:
         raise OptionError(f"{existing} cannot be written to: give another --out")
 
 
-def write_files(folder: Path, texts: Mapping[str, str]) -> None:
-    """Write files into a folder; those of an earlier report are replaced when all new ones are complete.
+def write_files(folder: Path, contents: Mapping[str, str | bytes]) -> None:
+    """Write files into a folder and those below it; earlier ones are replaced when all new ones are complete.
 
     Raises:
         OptionError: the folder or a file cannot be written.
     """
-    unfinished = {name: folder / f".{name}.{os.getpid()}.unfinished" for name in texts}
+    unfinished = {name: (folder / name).with_name(f".{Path(name).name}.{os.getpid()}.unfinished") for name in contents}
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        for path in {folder, *(path.parent for path in unfinished.values())}:
+            path.mkdir(parents=True, exist_ok=True)
         try:
-            for name, text in texts.items():
-                with unfinished[name].open("w", encoding="utf-8") as stream:
-                    stream.write(text)
+            for name, content in contents.items():
+                with unfinished[name].open("wb") as stream:
+                    stream.write(content.encode() if isinstance(content, str) else content)
                     stream.flush()
                     os.fsync(stream.fileno())
             for name, path in unfinished.items():

@@ -1,6 +1,5 @@
 """A report as text for people at a terminal."""
 
-import math
 from collections.abc import Iterator
 
 from rich.console import Console, Group, RenderableType
@@ -8,11 +7,10 @@ from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
-from cdp_ident.identification.identifiability import CONFIDENCE
-from cdp_ident.model.parameters import CONSTANTS, GROUPS
+from cdp_ident.model.parameters import GROUPS
 from cdp_ident.report.contents import Section
-
-_STAGES = {"nominal": "nominal values", "search": "after the search", "refined": "refined"}
+from cdp_ident.report.formatting import interval, milliradians, number, unit, with_std
+from cdp_ident.report.wording import STAGES, how_determined, nominal_value
 
 
 def print_report(console: Console, report: Section) -> None:
@@ -56,18 +54,14 @@ def _trials(report: Section) -> Table:
 
 def _physical(report: Section) -> Table:
     table = _table("Parameters", "parameter", "nominal", "fitted ± std", "unit", "determined by the trials")
-    options = report["run"]["options"]
-    constants = [constant.symbol for constant in CONSTANTS]
     for symbol, quantity in report["after"]["physical"].items():
-        known = options.get(f"known.{symbol}")
-        nominal = options[symbol] if symbol in constants else options[f"nominal.{symbol}"] if known is None else known
-        if quantity["std"] == 0.0:
-            sure = "given"
-        elif known is not None:
-            sure = "measured"
-        else:
-            sure = "yes" if quantity["determined"] else "no: nearest to nominal"
-        table.add_row(symbol, f"{nominal:.4g}", with_std(quantity["value"], quantity["std"]), quantity["unit"], sure)
+        table.add_row(
+            symbol,
+            f"{nominal_value(report, symbol):.4g}",
+            with_std(quantity["value"], quantity["std"]),
+            quantity["unit"],
+            how_determined(report, symbol),
+        )
     return table
 
 
@@ -76,8 +70,8 @@ def _groups(report: Section) -> Table:
     formulas = {group.symbol: group.formula for group in GROUPS}
     for symbol, quantity in report["after"]["groups"].items():
         sure = "determined" if quantity["determined"] else "not determined by these trials"
-        value, std, unit = quantity["value"], quantity["std"], quantity["unit"]
-        table.add_row(formulas[symbol], with_std(value, std), _interval(value, std), "" if unit == "1" else unit, sure)
+        value, std = quantity["value"], quantity["std"]
+        table.add_row(formulas[symbol], with_std(value, std), interval(value, std), unit(quantity["unit"]), sure)
     return table
 
 
@@ -85,18 +79,18 @@ def _errors(report: Section) -> Table:
     window = report["before"]["error"]["fit"]["window_s"]
     title = f"Error, measured against simulated, over windows of {window:.3g} s"
     table = _table(title, "", "fit [mrad]", "held out [mrad]", "Eq. (10), held out [rad²]")
-    stages = [(label, report["stages"][stage]) for stage, label in _STAGES.items()]
+    stages = [(label, report["stages"][stage]) for stage, label in STAGES.items()]
     if report["effects"]:
         stages.append(("with the effects below", report["after"]["error"]))
     for label, errors in stages:
         table.add_row(
             label,
-            _milliradians(errors["fit"]["rmse_rad"]),
-            _milliradians(errors["holdout"]["rmse_rad"]),
-            f"{_number(errors['holdout']['sse_free_run']):.4g}",
+            milliradians(errors["fit"]["rmse_rad"]),
+            milliradians(errors["holdout"]["rmse_rad"]),
+            f"{number(errors['holdout']['sse_free_run']):.4g}",
         )
     noise = report["noise_rad"]
-    table.add_row("the encoders' noise", f"{_milliradians(noise['theta1'])} and {_milliradians(noise['theta2'])}")
+    table.add_row("the encoders' noise", f"{milliradians(noise['theta1'])} and {milliradians(noise['theta2'])}")
     return table
 
 
@@ -106,12 +100,12 @@ def _effects(effects: list[Section]) -> Table:
         "held out, without it [mrad]", "also possible",
     )  # fmt: skip
     for effect in effects:
-        without = _milliradians(effect["evidence"]["rmse_holdout_before_rad"])
+        without = milliradians(effect["evidence"]["rmse_holdout_before_rad"])
         first = (effect["name"], effect["joint"])
         for name, quantity in effect["parameters"].items():
             value = with_std(quantity["value"], quantity["std"])
             last = (without, ", ".join(effect["also_possible"])) if first[0] else ("", "")
-            table.add_row(*first, name, value, "" if quantity["unit"] == "1" else quantity["unit"], *last)
+            table.add_row(*first, name, value, unit(quantity["unit"]), *last)
             first = ("", "")
     return table
 
@@ -139,33 +133,3 @@ def _table(title: str, *columns: str) -> Table:
 def _sentences(title: str, sentences: list[str]) -> Group:
     lines = [Padding(Text(f"- {sentence}"), (0, 0, 0, 2)) for sentence in sentences]
     return Group(Text(title, style="bold"), *lines)
-
-
-def with_std(value: float | None, std: float | None) -> str:
-    """Write a value with its standard deviation, both to the latter's two leading digits."""
-    number, deviation = _number(value), _number(std)
-    if deviation == 0.0:
-        return f"{number:.6g}"
-    return f"{_to_digits_of(deviation, number)} ± {_to_digits_of(deviation, deviation)}"
-
-
-def _interval(value: float | None, std: float | None) -> str:
-    number, deviation = _number(value), _number(std)
-    low, high = number - CONFIDENCE * deviation, number + CONFIDENCE * deviation
-    return f"{_to_digits_of(deviation, low)} to {_to_digits_of(deviation, high)}"
-
-
-def _to_digits_of(deviation: float, number: float) -> str:
-    """Write a number as precisely as two digits of its standard deviation allow."""
-    if not (math.isfinite(number) and math.isfinite(deviation) and 1e-10 < deviation < 1e6):
-        return f"{number:.5g}"
-    return f"{number:.{max(0, 1 - math.floor(math.log10(deviation)))}f}"
-
-
-def _milliradians(radians: float | None) -> str:
-    return f"{1e3 * _number(radians):.4g}"
-
-
-def _number(value: float | None) -> float:
-    """Return a number of the report, in which null stands for what is not finite."""
-    return math.inf if value is None else float(value)

@@ -1,0 +1,174 @@
+"""What the pictures of a report show beside its numbers: motion, measured and simulated, and missing torques."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from cdp_ident.identification.judgement import free_run
+from cdp_ident.identification.motion_model import MotionModel
+from cdp_ident.identification.refinement import Fit
+from cdp_ident.identification.windows import Window
+from cdp_ident.model.effects.effect import TorqueEffect
+from cdp_ident.model.parameters import inertia_about_cart
+from cdp_ident.report.job import Outcome
+from cdp_ident.tracing.evidence import Attempt
+from cdp_ident.tracing.torque_residual import TorqueResidual, torque_residual
+from cdp_ident.trial.trial import Trial
+
+Array = npt.NDArray[np.float64]
+Flags = npt.NDArray[np.bool_]
+Indices = npt.NDArray[np.int64]
+
+NO_WINDOW = -1
+
+
+@dataclass(frozen=True)
+class TrialCurves:
+    """One trial, measured and simulated; columns of angles are theta1 and theta2 [rad].
+
+    *Before* is the paper's model, fitted; *after* is the model with the effects that were found.
+    """
+
+    time: Array
+    """(n,) time in the trial [s]."""
+    cart: Array
+    """(n,) the cart's position x [m]; zero where it was not measured."""
+    window: Indices
+    """(n,) which window of the trial a sample is of; `NO_WINDOW` where of none."""
+    held_out: Flags
+    """(n,) whether that window was kept out of the fit."""
+    measured: Array
+    """(n, 2)"""
+    before: Array
+    """(n, 2) simulated over each window from a start fitted to it; nan where there is no window."""
+    after: Array
+    """(n, 2) the same."""
+    run_before: Array
+    """(n, 2) one continuous run from the fitted start, as Eq. (10) has it; nan where it diverged."""
+    run_after: Array
+    """(n, 2) the same."""
+
+
+@dataclass(frozen=True)
+class TorqueCurves:
+    """The torques that the models lack over all windows (see `TorqueResidual`); columns are the two joints."""
+
+    trial: Indices
+    """(m,) which trial a sample is of."""
+    held_out: Flags
+    """(m,) whether it was kept out of the fit."""
+    time: Array
+    """(m,) its time in the trial [s]."""
+    angle: Array
+    """(m, 2) angle of each joint: the inner one from hanging, the outer one relative to the inner rod [rad]."""
+    speed: Array
+    """(m, 2) speed of each joint [rad/s]."""
+    before: Array
+    """(m, 2) torque that the paper's model, fitted, lacks [N m]."""
+    after: Array
+    """(m, 2) torque that the model with the effects lacks [N m]."""
+    effects: Array
+    """(effects, m, 2) torque of each fitted effect [N m]; zero for effects of encoders."""
+
+
+@dataclass(frozen=True)
+class Curves:
+    """All curves of a report: its trials in their order, and its torques."""
+
+    trials: tuple[TrialCurves, ...]
+    torques: TorqueCurves
+
+
+def curves(outcome: Outcome) -> Curves:
+    """Return the curves of a finished job."""
+    before, after = outcome.trace.ladder.before, outcome.trace.ladder.after
+    trials = range(len(outcome.identification.data.trials))
+    return Curves(
+        tuple(_trial(outcome, index, before, after) for index in trials),
+        _torques(outcome, before, after),
+    )
+
+
+def _trial(outcome: Outcome, index: int, before: Attempt, after: Attempt) -> TrialCurves:
+    trial = outcome.identification.data.trials[index]
+    samples = len(trial.time)
+    window, held_out = np.full(samples, NO_WINDOW, dtype=np.int64), np.zeros(samples, dtype=bool)
+    own = [(w, fit is after.holdout) for fit in (after.fit, after.holdout) for w in fit.windows if w.trial == index]
+    for number, (w, kept_out) in enumerate(sorted(own, key=lambda pair: pair[0].first)):
+        window[w.samples], held_out[w.samples] = number, kept_out
+    duration = own[0][0].duration
+    return TrialCurves(
+        time=trial.time,
+        cart=np.zeros(samples) if trial.cart is None else trial.cart,
+        window=window,
+        held_out=held_out,
+        measured=trial.theta,
+        before=_simulated(before, index, samples),
+        after=_simulated(after, index, samples),
+        run_before=_run(before, trial, index, duration),
+        run_after=_run(after, trial, index, duration),
+    )
+
+
+def _simulated(attempt: Attempt, trial: int, samples: int) -> Array:
+    simulated = np.full((samples, 2), np.nan)
+    for fit in (attempt.fit, attempt.holdout):
+        for window, residual in zip(fit.windows, fit.residuals, strict=True):
+            if window.trial == trial:
+                simulated[window.samples] = window.theta - residual
+    return simulated
+
+
+def _run(attempt: Attempt, trial: Trial, index: int, duration: float) -> Array:
+    angles = free_run(attempt.model, attempt.fit.values, trial, index, duration)
+    return np.where(np.isfinite(angles), angles, np.nan)
+
+
+def _torques(outcome: Outcome, before: Attempt, after: Attempt) -> TorqueCurves:
+    model, values = after.model, after.fit.values
+    inertia = float(inertia_about_cart(outcome.trace.physical.values, model.constants(values)[0]))
+    rods = _angles_of_rods(after)
+    lacking = _lacking(rods, model, values)
+    effects = np.zeros((len(model.effects), *lacking.torque.shape))
+    for index, active in enumerate(model.effects):
+        if isinstance(active.effect, TorqueEffect):
+            # What is missing without an effect, and not with it, is that effect's torque.
+            others, remain = model.without_effect(index)
+            effects[index] = _lacking(rods, others, values[remain]).torque - lacking.torque
+    return TorqueCurves(
+        trial=lacking.trial,
+        held_out=np.arange(len(lacking.time)) >= len(_lacking(rods[:1], model, values).time),
+        time=lacking.time,
+        angle=lacking.angle,
+        speed=lacking.speed,
+        before=inertia * _lacking((before.fit, before.holdout), before.model, before.fit.values).torque,
+        after=inertia * lacking.torque,
+        effects=inertia * effects,
+    )
+
+
+def _lacking(fits: Sequence[Fit], model: MotionModel, values: Array) -> TorqueResidual:
+    """Return the torques over A22 that a model lacks over the windows of all fits, one after the other."""
+    parts = [torque_residual(replace(fit, model=model, values=values)) for fit in fits]
+    return TorqueResidual(*(np.concatenate([getattr(part, name.name) for part in parts]) for name in fields(parts[0])))
+
+
+def _angles_of_rods(attempt: Attempt) -> tuple[Fit, Fit]:
+    """Return the fits on fitted and on held-out windows, the encoders' fitted errors taken out of measured angles."""
+    model, values = attempt.model, attempt.fit.values
+    rods, of_rods = model, values
+    for index in reversed(range(len(model.effects))):
+        if not isinstance(model.effects[index].effect, TorqueEffect):
+            rods, remain = rods.without_effect(index)
+            of_rods = of_rods[remain]
+
+    def corrected(window: Window) -> Window:
+        shown, actual = (m.predict(v, window.start, window)[0] for m, v in ((model, values), (rods, of_rods)))
+        return replace(window, theta=window.theta - (shown - actual))
+
+    def of_rods_alone(fit: Fit) -> Fit:
+        return replace(fit, windows=tuple(corrected(window) for window in fit.windows))
+
+    return of_rods_alone(attempt.fit), of_rods_alone(attempt.holdout)

@@ -1,0 +1,87 @@
+"""`curves.npz`: the curves of a report as plain arrays, from which its pictures are made anew."""
+
+import io
+import zipfile
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from cdp_ident.errors import ReportError
+from cdp_ident.report.curves import Curves, TorqueCurves, TrialCurves
+
+FORMAT = "cdp_ident/curves/1"
+_LARGEST = 2**31
+"""Bytes of all arrays together; a file that unfolds to more is none of ours."""
+
+_TAIL: dict[str, tuple[int, ...]] = dict.fromkeys(
+    ("measured", "before", "after", "run_before", "run_after", "angle", "speed", "effects"), (2,)
+)
+"""Shape of a sample, where it is more than one number."""
+_TYPES: dict[str, type] = {"window": np.int64, "trial": np.int64, "held_out": np.bool_}
+"""Types of what is not a number."""
+
+
+def curves_npz(curves: Curves) -> bytes:
+    """Return the contents of `curves.npz`."""
+    parts: dict[str, TrialCurves | TorqueCurves] = {f"trial{i}": trial for i, trial in enumerate(curves.trials)}
+    parts["torques"] = curves.torques
+    arrays = {
+        f"{part}.{field.name}": getattr(content, field.name)
+        for part, content in parts.items()
+        for field in fields(content)
+    }
+    stream = io.BytesIO()
+    np.savez_compressed(stream, format=np.array(FORMAT), **arrays)
+    return stream.getvalue()
+
+
+def read_curves(path: Path, trials: int, effects: int) -> Curves:
+    """Read `curves.npz` of a report with so many trials and effects.
+
+    Raises:
+        ReportError: the file is not there, is damaged, or does not hold these curves.
+    """
+    try:
+        with zipfile.ZipFile(path) as archive:
+            size = sum(member.file_size for member in archive.infolist())
+        if size > _LARGEST:
+            raise ReportError(f"{path} would unfold to {size} bytes: it was not written by identify")
+        with np.load(path, allow_pickle=False) as content:
+            arrays = {name: content[name] for name in content.files}
+    except FileNotFoundError as error:
+        raise ReportError(f"there is no {path}: identify writes it beside report.json; identify again") from error
+    except (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile, zipfile.LargeZipFile, MemoryError) as error:
+        raise ReportError(f"{path} cannot be read ({error}): identify again") from error
+    if str(arrays.get("format")) != FORMAT:
+        raise ReportError(f"{path} is not of the format {FORMAT}: identify again with this version")
+    return Curves(
+        tuple(TrialCurves(**_part(TrialCurves, path, f"trial{index}", arrays)) for index in range(trials)),
+        TorqueCurves(**_part(TorqueCurves, path, "torques", arrays, effects)),
+    )
+
+
+def _part(
+    kind: type[TrialCurves | TorqueCurves], path: Path, part: str, arrays: dict[str, npt.NDArray[Any]], effects: int = 0
+) -> dict[str, npt.NDArray[Any]]:
+    """Return the arrays of one part of the curves by their fields, each of the type and shape that it must have."""
+    found: dict[str, npt.NDArray[Any]] = {}
+    samples = int(arrays.get(f"{part}.time", np.empty(0)).size)
+    for field in fields(kind):
+        name = f"{part}.{field.name}"
+        shape: tuple[int, ...] = (samples, *_TAIL.get(field.name, ()))
+        if field.name == "effects":
+            shape = (effects, *shape)
+        dtype = np.dtype(_TYPES.get(field.name, np.float64))
+        array = arrays.get(name)
+        if array is None or array.shape != shape or array.dtype != dtype or not samples:
+            is_now = "missing" if array is None else f"{array.dtype} of shape {array.shape}"
+            raise ReportError(
+                f"{path} does not fit its report.json: {name} is {is_now}, not {dtype} of shape {shape}: identify again"
+            )
+        found[field.name] = array
+    if not np.all(np.isfinite(found["time"])):
+        raise ReportError(f"{path} does not hold usable curves: {part}.time is not finite; identify again")
+    return found

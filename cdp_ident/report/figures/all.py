@@ -1,0 +1,25 @@
+"""Every picture of a report, in the order in which it shows them."""
+
+from cdp_ident.report.contents import Section
+from cdp_ident.report.curves import Curves
+from cdp_ident.report.figures.description import Figure
+from cdp_ident.report.figures.errors import before_and_after, best_error, ladder
+from cdp_ident.report.figures.motion import angles, continuous_runs
+from cdp_ident.report.figures.parameters import against_nominal, correlation, repeatability
+from cdp_ident.report.figures.torques import effects_through_residuals, missing_torques
+
+
+def figures(report: Section, curves: Curves) -> list[Figure]:
+    """Return the pictures of a report."""
+    return [
+        before_and_after(report),
+        *angles(report, curves),
+        best_error(report),
+        *continuous_runs(report, curves),
+        *ladder(report),
+        *missing_torques(report, curves),
+        *effects_through_residuals(report, curves),
+        against_nominal(report),
+        *correlation(report),
+        *repeatability(report),
+    ]

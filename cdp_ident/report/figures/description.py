@@ -1,0 +1,151 @@
+"""What a picture shows: data, labels with units, words and colours. How it is drawn is the renderers' affair."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from cdp_ident.report.figures.palette import Colour
+
+Array = npt.NDArray[np.float64]
+Place = Literal["errors", "motion", "paper", "ladder", "torques", "parameters", "compare"]
+
+
+@dataclass(frozen=True)
+class Line:
+    """A curve; where y is not a number it is interrupted."""
+
+    label: str
+    colour: Colour
+    x: Array
+    y: Array
+    width: float = 1.5
+    dashed: bool = False
+    marked: bool = False
+    """Whether each point is marked."""
+
+
+@dataclass(frozen=True)
+class Dots:
+    """A cloud of points, which may hide each other."""
+
+    label: str
+    colour: Colour
+    x: Array
+    y: Array
+    size: float = 4.0
+    """Diameter in points."""
+    opacity: float = 0.35
+
+
+@dataclass(frozen=True)
+class Bars:
+    """Horizontal bars from zero, each with its length in words."""
+
+    label: str
+    colour: Colour
+    positions: Sequence[float]
+    lengths: Sequence[float]
+    words: Sequence[str]
+    thickness: float = 0.7
+
+
+@dataclass(frozen=True)
+class Intervals:
+    """Values with an interval to either side; hollow where the trials do not determine them."""
+
+    label: str
+    colour: Colour
+    positions: Sequence[float]
+    values: Sequence[float]
+    half_widths: Sequence[float]
+    hollow: Sequence[bool]
+    words: Sequence[str]
+    shape: str = "circle"
+
+
+@dataclass(frozen=True)
+class Heat:
+    """A square of numbers from -1 to 1."""
+
+    names: Sequence[str]
+    matrix: Array
+
+
+@dataclass(frozen=True)
+class Level:
+    """A vertical line across a panel with named places, that others are compared with."""
+
+    label: str
+    colour: Colour
+    value: float
+
+
+Mark = Line | Dots | Bars | Intervals | Heat | Level
+
+
+@dataclass(frozen=True)
+class Axis:
+    """What is along an axis, with its unit."""
+
+    label: str = ""
+    logarithmic: bool = False
+    ticks: Sequence[tuple[float, str]] = ()
+    """Places with names, the first on top; where there are none, places are numbers."""
+    limits: tuple[float, float] | None = None
+    spacing: float | None = None
+    """Between numbers that are written, where not any will do."""
+
+
+@dataclass(frozen=True)
+class Panel:
+    """One coordinate system of a figure."""
+
+    x: Axis
+    y: Axis
+    marks: Sequence[Mark]
+    title: str = ""
+    height: float = 200.0
+    """In pixels on a page; proportional elsewhere."""
+    held_out: Sequence[tuple[float, float]] = ()
+    """Stretches of x that were kept out of the fit."""
+
+
+@dataclass(frozen=True)
+class Figure:
+    """Panels one below the other."""
+
+    name: str
+    """Name of its files; letters, digits, dots, hyphens and underscores."""
+    section: Place
+    """Where it belongs in a report."""
+    title: str
+    caption: str
+    """How to read it."""
+    alternative: str
+    """What it shows, for those who cannot see it."""
+    panels: Sequence[Panel]
+    shared_x: bool = False
+    """Whether all panels have the x axis of the last one."""
+
+    def legend(self) -> list[tuple[str, Colour, str]]:
+        """Return label, colour and kind of mark of everything that has a name, each once."""
+        entries: dict[str, tuple[str, Colour, str]] = {}
+        for panel in self.panels:
+            for mark in panel.marks:
+                if not isinstance(mark, Heat):
+                    entries.setdefault(mark.label, (mark.label, mark.colour, _kind(mark)))
+            if panel.held_out:
+                entries.setdefault(HELD_OUT, (HELD_OUT, "held_out", "span"))
+        return list(entries.values())
+
+
+HELD_OUT = "kept out of the fit"
+
+
+def _kind(mark: Line | Dots | Bars | Intervals | Level) -> str:
+    if isinstance(mark, Line):
+        return "dashed" if mark.dashed else "line"
+    return mark.shape if isinstance(mark, Intervals) else type(mark).__name__.lower()

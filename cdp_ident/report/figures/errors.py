@@ -1,0 +1,122 @@
+"""The errors of a report: before and after, over the generations of the search, and along the ladder."""
+
+import textwrap
+from collections.abc import Iterator
+
+import numpy as np
+
+from cdp_ident.report.contents import Section
+from cdp_ident.report.figures.description import Axis, Bars, Figure, Level, Line, Panel
+from cdp_ident.report.figures.models import models
+from cdp_ident.report.figures.palette import Colour
+from cdp_ident.report.formatting import number
+from cdp_ident.report.wording import action_words, key_words, noise_floor
+
+_LABEL_WIDTH = 22
+"""Characters in a line of a name beside an axis: two panels' worth of phone remain beside it."""
+_WHERE = {"holdout": "held out", "fit": "fitted"}
+
+
+def wrapped(name: str) -> str:
+    """Break a name that stands beside an axis into lines."""
+    return "\n".join(textwrap.wrap(name, _LABEL_WIDTH))
+
+
+def before_and_after(report: Section) -> Figure:
+    """Return the errors over fitted and held-out motion as bars."""
+    shown, places = models(report), list(_WHERE.items())
+    marks: list[Bars | Level] = []
+    said = []
+    for index, model in enumerate(shown):
+        errors = [1e3 * number(report[model.key]["error"][role]["rmse_rad"]) for role, _ in places]
+        offset = (index - (len(shown) - 1) / 2) * 0.38
+        words = [f"{error:.3g}" for error in errors]
+        positions = [place + offset for place in range(len(places))]
+        marks.append(Bars(model.label, model.colour, positions, errors, words, 0.34))
+        said.append(
+            f"{model.label}: " + ", ".join(f"{w} mrad {name}" for w, (_, name) in zip(words, places, strict=True))
+        )
+    floor = 1e3 * noise_floor(report)
+    marks.append(Level("the encoders' noise", "noise", floor))
+    window = report["before"]["error"]["holdout"]["window_s"]
+    return Figure(
+        "errors",
+        "errors",
+        "Error before and after",
+        f"Root mean square of measured less simulated angles over windows of {window:.2g} s, on the motion that was "
+        "fitted and on motion that no fit has seen.",
+        f"{'; '.join(said)}; the encoders' noise: {floor:.3g} mrad.",
+        [
+            Panel(
+                Axis("error [mrad]"),
+                Axis(ticks=[(place, name) for place, (_, name) in enumerate(places)]),
+                marks,
+                height=60.0 + 50.0 * len(shown),
+            )
+        ],
+    )
+
+
+def best_error(report: Section) -> Figure:
+    """Return the search's best error over its generations (the paper's Figs. 7, 9 and 13)."""
+    search = report["search"]
+    history = np.array([number(error) for error in search["history"]])
+    generations = np.arange(len(history), dtype=float)
+    name = search["method"].upper() + (", cut short" if search["cut_short"] else "")
+    return Figure(
+        "best_error",
+        "paper",
+        "Evolution of the best error",
+        f"Squared error (Eq. 10) of the best chromosome after each generation of the search ({name}), from which the "
+        "refinement starts. As the paper's Figs. 7, 9 and 13.",
+        f"From {history[0]:.4g} to {history[-1]:.4g} rad² in {len(history) - 1} generations.",
+        [
+            Panel(
+                Axis("generation", spacing=max(1.0, len(history) // 8)),
+                Axis("best error [rad²]", logarithmic=bool(history[0] > 10 * history[-1] > 0)),
+                [Line(name, "after", generations, history, 2.0, marked=len(history) < 60)],
+                height=260,
+            )
+        ],
+    )
+
+
+def ladder(report: Section) -> Iterator[Figure]:
+    """Yield what each effect that was tried would have bought on held-out motion, step by step."""
+    panels, said = [], []
+    before = number(report["before"]["error"]["holdout"]["rmse_rad"])
+    for index, rung in enumerate(report["ladder"]["rungs"], start=1):
+        after = number(rung["rmse_holdout_rad"])
+        if rung["tried"]:
+            panels.append(_step(index, rung, before))
+            said.append(f"step {index}, {action_words(rung)}: {1e3 * before:.3g} to {1e3 * after:.3g}")
+        before = after
+    if panels:
+        yield Figure(
+            "ladder",
+            "ladder",
+            "What was tried",
+            "Held-out error with each effect that was tried at a step, everything else fitted again. What lies left "
+            "of the line would have helped; it is added only if it does so beyond chance, with a clear strength.",
+            f"Held-out error [mrad]: {'; '.join(said)}.",
+            panels,
+        )
+
+
+def _step(index: int, rung: Section, before: float) -> Panel:
+    names = [" and ".join(tried["effects"]) for tried in rung["tried"]]
+    errors = [1e3 * number(tried["rmse_holdout_rad"]) for tried in rung["tried"]]
+    marks: list[Bars | Level] = []
+    kinds: tuple[tuple[str, Colour, bool], ...] = (("added", "after", True), ("tried, not added", "noise", False))
+    for label, colour, added in kinds:
+        places = [k for k, name in enumerate(names) if (rung["action"] == f"added {name}") == added]
+        if places:
+            lengths = [errors[k] for k in places]
+            marks.append(Bars(label, colour, [float(k) for k in places], lengths, [f"{e:.3g}" for e in lengths]))
+    marks.append(Level("without it", "before", 1e3 * before))
+    ticks = [
+        (float(k), wrapped(" and ".join(key_words(key) for key in tried["effects"])))
+        for k, tried in enumerate(rung["tried"])
+    ]
+    height = 50.0 + sum(14.0 * max(text.count("\n") + 1, 1.6) for _, text in ticks)
+    return Panel(Axis("held-out error [mrad]"), Axis(ticks=ticks), marks, f"Step {index}: {action_words(rung)}", height)

@@ -1,0 +1,217 @@
+"""Draws figures for a page: as plotly.js takes them, but for arrays and colours, which the page puts in.
+
+An array stands as `{"array": name}` and is kept once however many figures show it; a colour stands as
+`{"colour": name}`, because it depends on the theme.
+"""
+
+import base64
+import hashlib
+import html
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from cdp_ident.report.figures.description import (
+    Axis,
+    Bars,
+    Dots,
+    Figure,
+    Heat,
+    Intervals,
+    Level,
+    Line,
+    Mark,
+    Panel,
+)
+from cdp_ident.report.figures.palette import Colour
+
+Json = dict[str, Any]
+
+_TOP, _BOTTOM = 30.0, 46.0
+"""What a panel needs above for its title and below for its axis [pixels]."""
+_GAP = 14.0
+"""Between panels that share an axis [pixels]."""
+_SHAPES = {
+    "circle": "circle", "square": "square", "diamond": "diamond", "triangle": "triangle-up", "cross": "x",
+    "star": "star",
+}  # fmt: skip
+
+
+class Arrays:
+    """The numbers of a page's figures, each array once: little-endian, four bytes a number."""
+
+    def __init__(self) -> None:
+        self.texts: dict[str, str] = {}
+        """Base64 of each array's bytes, by its name."""
+
+    def keep(self, values: npt.ArrayLike) -> Json:
+        """Keep an array, and return what stands for it."""
+        data = np.ascontiguousarray(values, dtype="<f4").tobytes()
+        name = hashlib.sha256(data).hexdigest()[:12]
+        self.texts[name] = base64.b64encode(data).decode("ascii")
+        return {"array": name}
+
+
+def plotly_figure(figure: Figure, arrays: Arrays) -> Json:
+    """Return data and layout of a figure."""
+    tops = [_TOP if panel.title else 10.0 if not figure.shared_x else _GAP for panel in figure.panels]
+    last = len(figure.panels) - 1
+    bottoms = [0.0 if figure.shared_x and index < last else _BOTTOM for index in range(last + 1)]
+    heights = [panel.height for panel in figure.panels]
+    inside = sum(tops[1:]) + sum(bottoms[:-1]) + sum(heights)
+    data: list[Json] = []
+    layout: Json = {
+        "height": inside + tops[0] + bottoms[-1],
+        "margin": {"l": 52, "r": 14, "t": tops[0], "b": bottoms[-1], "pad": 0},
+        "showlegend": False,
+        "hovermode": "x unified" if figure.shared_x else "closest",
+        "hoversubplots": "axis",
+        "hoverlabel": {
+            "bgcolor": _colour("surface"),
+            "bordercolor": _colour("grid"),
+            "font": {"color": _colour("ink")},
+        },
+        "barmode": "overlay",
+        "paper_bgcolor": "rgba(0,0,0,0)",
+        "plot_bgcolor": "rgba(0,0,0,0)",
+        "font": {"color": _colour("ink"), "size": 12, "family": "system-ui, sans-serif"},
+        "uirevision": "kept",
+        "shapes": [],
+        "annotations": [],
+    }
+    top = inside
+    for index, panel in enumerate(figure.panels):
+        top -= tops[index] if index else 0.0
+        suffix = str(index + 1) if index else ""
+        domain = [(top - panel.height) / inside, top / inside]
+        x = "x" if figure.shared_x else f"x{suffix}"
+        for mark in panel.marks:
+            data.append({**_trace(mark, panel, arrays), "xaxis": x, "yaxis": f"y{suffix}"})
+        layout[f"yaxis{suffix}"] = {
+            **_axis(panel.y, "y"),
+            "domain": [max(domain[0], 0.0), min(domain[1], 1.0)],
+            "anchor": x,
+        }
+        if not figure.shared_x or index == last:
+            place = "" if figure.shared_x else suffix
+            layout[f"xaxis{place}"] = {**_axis(panel.x, "x"), "anchor": f"y{suffix}"}
+        layout["shapes"] += [_span(begin, end, x, f"y{suffix}") for begin, end in panel.held_out]
+        if panel.title:
+            layout["annotations"].append(_title(panel.title, domain[1]))
+        top -= panel.height + bottoms[index]
+    return {"data": data, "layout": layout}
+
+
+def _colour(name: Colour) -> Json:
+    return {"colour": name}
+
+
+def _literal(text: str) -> str:
+    """Return text that plotly.js shows as it is, where it would take a part of it for markup."""
+    return html.escape(text, quote=False).replace("\n", "<br>")
+
+
+def _trace(mark: Mark, panel: Panel, arrays: Arrays) -> Json:
+    if isinstance(mark, Heat):
+        return _heat(mark, arrays)
+    trace: Json = {"type": "scatter", "name": _literal(mark.label.partition(":")[0]), "meta": mark.label}
+    if isinstance(mark, Line | Dots):
+        trace |= {"x": arrays.keep(mark.x), "y": arrays.keep(mark.y)}
+    if isinstance(mark, Line):
+        return trace | {
+            "mode": "lines+markers" if mark.marked else "lines",
+            "line": {"color": _colour(mark.colour), "width": mark.width, "dash": "dash" if mark.dashed else "solid"},
+            "hovertemplate": "%{y:.5g}",
+        }
+    if isinstance(mark, Dots):
+        return trace | {
+            "mode": "markers",
+            "marker": {"color": _colour(mark.colour), "size": mark.size, "opacity": mark.opacity},
+            "hovertemplate": "%{x:.4g}, %{y:.4g}",
+        }
+    if isinstance(mark, Bars):
+        return trace | {
+            "type": "bar", "orientation": "h", "x": _finite(mark.lengths), "y": list(mark.positions),
+            "width": mark.thickness, "marker": {"color": _colour(mark.colour)},
+            "text": [_literal(words) for words in mark.words], "textposition": "outside", "cliponaxis": False,
+            "hovertemplate": "%{text}",
+        }  # fmt: skip
+    if isinstance(mark, Level):
+        ends = [min(place for place, _ in panel.y.ticks) - 0.6, max(place for place, _ in panel.y.ticks) + 0.6]
+        return trace | {
+            "mode": "lines", "x": [mark.value, mark.value], "y": ends, "hoverinfo": "name",
+            "line": {"color": _colour(mark.colour), "width": 2, "dash": "dot"},
+        }  # fmt: skip
+    return trace | _intervals(mark)
+
+
+def _finite(values: Sequence[float]) -> list[float | None]:
+    return [value if math.isfinite(value) else None for value in values]
+
+
+def _intervals(mark: Intervals) -> Json:
+    return {
+        "mode": "markers",
+        "x": _finite(mark.values),
+        "y": list(mark.positions),
+        "error_x": {
+            "type": "data", "array": _finite(mark.half_widths), "color": _colour(mark.colour), "thickness": 1.6,
+            "width": 4,
+        },
+        "marker": {
+            "color": [_colour("surface" if hollow else mark.colour) for hollow in mark.hollow],
+            "line": {"color": _colour(mark.colour), "width": 1.8}, "size": 9, "symbol": _SHAPES[mark.shape],
+        },
+        "text": [_literal(words) for words in mark.words],
+        "hovertemplate": "%{text}",
+    }  # fmt: skip
+
+
+def _heat(mark: Heat, arrays: Arrays) -> Json:
+    places = list(range(len(mark.names)))
+    rows = [[round(float(v), 2) if math.isfinite(v) else None for v in row] for row in mark.matrix]
+    return {
+        "type": "heatmap", "x": places, "y": places, "z": rows, "zmin": -1, "zmax": 1, "showscale": False,
+        "colorscale": [[0, _colour("after")], [0.5, _colour("surface")], [1, _colour("before")]],
+        "texttemplate": "%{z:.2f}", "hovertemplate": "%{z:.2f}<extra></extra>", "xgap": 2, "ygap": 2,
+    }  # fmt: skip
+
+
+def _axis(axis: Axis, which: str) -> Json:
+    drawn: Json = {
+        "title": {"text": _literal(axis.label), "standoff": 8, "font": {"size": 12}},
+        "gridcolor": _colour("grid"), "linecolor": _colour("noise"), "zerolinecolor": _colour("noise"),
+        "tickfont": {"size": 11, "color": _colour("quiet")}, "automargin": True,
+    }  # fmt: skip
+    if axis.logarithmic:
+        drawn |= {"type": "log", "dtick": 1}
+    if axis.spacing:
+        drawn |= {"tick0": 0, "dtick": axis.spacing}
+    if axis.limits:
+        drawn["range"] = list(axis.limits)
+    if axis.ticks:
+        places = [place for place, _ in axis.ticks]
+        ends = [min(places) - 0.6, max(places) + 0.6]
+        drawn |= {
+            "tickvals": places, "ticktext": [_literal(name) for _, name in axis.ticks], "zeroline": False,
+            "range": ends[::-1] if which == "y" else ends, "tickfont": {"size": 11, "color": _colour("ink")},
+            "tickangle": 0 if which == "y" else -45, "showgrid": False,
+        }  # fmt: skip
+    return drawn
+
+
+def _span(begin: float, end: float, x: str, y: str) -> Json:
+    return {
+        "type": "rect", "layer": "below", "xref": x, "yref": f"{y} domain", "x0": begin, "x1": end, "y0": 0, "y1": 1,
+        "fillcolor": _colour("held_out"), "line": {"width": 0},
+    }  # fmt: skip
+
+
+def _title(title: str, top: float) -> Json:
+    return {
+        "text": f"<b>{_literal(title)}</b>", "x": 0, "y": min(top, 1.0), "xref": "paper", "yref": "paper",
+        "xanchor": "left", "yanchor": "bottom", "yshift": 6, "showarrow": False, "font": {"size": 12},
+    }  # fmt: skip

@@ -1,0 +1,162 @@
+"""Draws figures as files for a paper: PNG, and SVG, whose text stays text."""
+
+import io
+import math
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.backends.backend_svg import FigureCanvasSVG
+from matplotlib.colors import LinearSegmentedColormap
+from matplotlib.figure import Figure as Canvas
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.ticker import MultipleLocator
+
+from cdp_ident.report.figures.description import (
+    Axis,
+    Bars,
+    Dots,
+    Figure,
+    Heat,
+    Intervals,
+    Level,
+    Line,
+    Mark,
+    Panel,
+)
+from cdp_ident.report.figures.palette import LIGHT, Colour
+
+_WIDTH = 6.5
+"""Inches: the width of a page's text."""
+_PIXELS = 96.0
+"""Of a panel's height in an inch."""
+_RESOLUTION = 150.0
+_SHAPES = {"circle": "o", "square": "s", "diamond": "D", "triangle": "^", "cross": "X", "star": "*"}
+_BEHIND_WORDS = {"facecolor": LIGHT["surface"], "linewidth": 0, "pad": 0.6}
+_SETTINGS = {
+    "font.size": 8.5,
+    "font.family": "sans-serif",
+    "axes.linewidth": 0.6,
+    "axes.edgecolor": LIGHT["quiet"],
+    "axes.labelcolor": LIGHT["ink"],
+    "text.color": LIGHT["ink"],
+    "xtick.color": LIGHT["quiet"],
+    "ytick.color": LIGHT["quiet"],
+    "xtick.labelcolor": LIGHT["ink"],
+    "ytick.labelcolor": LIGHT["ink"],
+    "svg.fonttype": "none",
+    "svg.hashsalt": "cdp_ident",
+    "path.simplify": True,
+}
+
+
+def png_and_svg(figure: Figure) -> tuple[bytes, bytes]:
+    """Return a figure as a PNG and as an SVG file."""
+    with matplotlib.rc_context(_SETTINGS):
+        canvas = _drawn(figure)
+        png, svg = io.BytesIO(), io.BytesIO()
+        FigureCanvasAgg(canvas).print_figure(png, format="png", dpi=_RESOLUTION, metadata={"Software": None})
+        FigureCanvasSVG(canvas).print_figure(svg, format="svg", metadata={"Date": None, "Creator": None})
+    return png.getvalue(), svg.getvalue()
+
+
+def _drawn(figure: Figure) -> Canvas:
+    heights = [panel.height for panel in figure.panels]
+    legend = figure.legend()
+    rows = math.ceil(sum(len(label) + 8 for label, _, _ in legend) / 100) if legend else 0
+    canvas = Canvas(figsize=(_WIDTH, (sum(heights) + 40) / _PIXELS + 0.22 * rows), layout="constrained")
+    axes = canvas.subplots(len(heights), 1, sharex=figure.shared_x, height_ratios=heights, squeeze=False)[:, 0]
+    for index, (panel, ax) in enumerate(zip(figure.panels, axes, strict=True)):
+        _draw(panel, ax, figure.shared_x and index < len(heights) - 1)
+    canvas.suptitle(_literal(figure.title), fontsize=10, fontweight="bold")
+    if legend:
+        handles = [_handle(*entry) for entry in legend]
+        longest = max(len(label) for label, _, _ in legend)
+        columns = min(len(legend), max(1, 100 // (longest + 8)))
+        canvas.legend(handles=handles, loc="outside lower center", ncols=columns, frameon=False)
+    return canvas
+
+
+def _draw(panel: Panel, ax: Axes, hides_x: bool) -> None:
+    ax.grid(True, color=LIGHT["grid"], linewidth=0.5)
+    ax.set_axisbelow(True)
+    ax.spines[["top", "right"]].set_visible(False)
+    for begin, end in panel.held_out:
+        ax.axvspan(begin, end, color=LIGHT["held_out"], linewidth=0, zorder=0)
+    for mark in panel.marks:
+        _mark(mark, ax)
+    if panel.title:
+        ax.set_title(_literal(panel.title), fontsize=9, loc="left")
+    _axis(panel.x, ax, "x")
+    _axis(panel.y, ax, "y")
+    if hides_x:
+        ax.set_xlabel("")
+
+
+def _axis(axis: Axis, ax: Axes, which: str) -> None:
+    getattr(ax, f"set_{which}label")(_literal(axis.label))
+    if axis.logarithmic:
+        getattr(ax, f"set_{which}scale")("log")
+    if axis.spacing:
+        getattr(ax, f"{which}axis").set_major_locator(MultipleLocator(axis.spacing))
+    if axis.limits:
+        getattr(ax, f"set_{which}lim")(*axis.limits)
+    if axis.ticks:
+        places, names = zip(*axis.ticks, strict=True)
+        turned = {"rotation": 45, "ha": "right"} if which == "x" else {}
+        getattr(ax, f"set_{which}ticks")(places, [_literal(name) for name in names], **turned)
+        getattr(ax, f"set_{which}lim")(*sorted((min(places) - 0.6, max(places) + 0.6), reverse=which == "y"))
+
+
+def _mark(mark: Mark, ax: Axes) -> None:
+    if isinstance(mark, Line):
+        ax.plot(
+            mark.x, mark.y, color=LIGHT[mark.colour], linewidth=0.7 * mark.width, dashes=(4, 2) if mark.dashed else (),
+            marker="o" if mark.marked else None, markersize=4,
+        )  # fmt: skip
+    elif isinstance(mark, Dots):
+        ax.plot(
+            mark.x, mark.y, linestyle="none", marker="o", markersize=0.6 * mark.size, markeredgewidth=0,
+            color=LIGHT[mark.colour], alpha=mark.opacity, rasterized=True,
+        )  # fmt: skip
+    elif isinstance(mark, Bars):
+        bars = ax.barh(mark.positions, mark.lengths, mark.thickness, color=LIGHT[mark.colour])
+        ax.bar_label(bars, [_literal(words) for words in mark.words], padding=3, fontsize=8, bbox=_BEHIND_WORDS)
+        ax.margins(x=0.1)
+    elif isinstance(mark, Intervals):
+        for position, value, half, hollow in zip(
+            mark.positions, mark.values, mark.half_widths, mark.hollow, strict=True
+        ):
+            ax.errorbar(
+                value, position, xerr=half if math.isfinite(half) else None, color=LIGHT[mark.colour], capsize=2,
+                marker=_SHAPES[mark.shape], markersize=4.5, linewidth=1.1,
+                markerfacecolor=LIGHT["surface"] if hollow else LIGHT[mark.colour],
+            )  # fmt: skip
+    elif isinstance(mark, Level):
+        ax.axvline(mark.value, color=LIGHT[mark.colour], linewidth=1.2, dashes=(2, 1.5))
+    else:
+        _heat(mark, ax)
+
+
+def _heat(mark: Heat, ax: Axes) -> None:
+    colours = LinearSegmentedColormap.from_list("correlation", [LIGHT["after"], LIGHT["surface"], LIGHT["before"]])
+    ax.imshow(mark.matrix, cmap=colours, vmin=-1, vmax=1, aspect="auto")
+    ax.grid(False)
+    for (row, column), value in np.ndenumerate(mark.matrix):
+        ax.text(column, row, f"{value:.2f}" if math.isfinite(value) else "?", ha="center", va="center", fontsize=8)
+
+
+def _handle(label: str, colour: Colour, kind: str) -> Line2D | Patch:
+    label = _literal(label)
+    if kind in ("bars", "span"):
+        return Patch(color=LIGHT[colour], label=label)
+    marker = _SHAPES.get(kind, "o" if kind == "dots" else "")
+    style = {"dots": "none", "level": ":", "dashed": "--"}.get(kind, "-")
+    return Line2D([], [], color=LIGHT[colour], marker=marker, markersize=4.5, linestyle=style, label=label)
+
+
+def _literal(text: str) -> str:
+    """Return text that matplotlib prints as it is, where a pair of dollar signs would be taken for a formula."""
+    return text.replace("$", r"\$")

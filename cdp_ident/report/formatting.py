@@ -1,0 +1,41 @@
+"""Numbers of a report as people read them."""
+
+import math
+
+from cdp_ident.identification.identifiability import CONFIDENCE
+
+
+def number(value: float | None) -> float:
+    """Return a number of the report, in which null stands for what is not finite."""
+    return math.inf if value is None else float(value)
+
+
+def with_std(value: float | None, std: float | None) -> str:
+    """Write a value with its standard deviation, both to the latter's two leading digits."""
+    if number(std) == 0.0:
+        return f"{number(value):.6g}"
+    return f"{_to_digits_of(number(std), number(value))} ± {_to_digits_of(number(std), number(std))}"
+
+
+def interval(value: float | None, std: float | None) -> str:
+    """Write the 95 % interval of a value."""
+    deviation = number(std)
+    low, high = number(value) - CONFIDENCE * deviation, number(value) + CONFIDENCE * deviation
+    return f"{_to_digits_of(deviation, low)} to {_to_digits_of(deviation, high)}"
+
+
+def milliradians(radians: float | None) -> str:
+    """Write an angle [rad] in mrad, without the unit."""
+    return f"{1e3 * number(radians):.4g}"
+
+
+def unit(symbol: str) -> str:
+    """Write a unit; nothing for a number without one."""
+    return "" if symbol == "1" else symbol
+
+
+def _to_digits_of(deviation: float, value: float) -> str:
+    """Write a number as precisely as two digits of its standard deviation allow."""
+    if not (math.isfinite(value) and math.isfinite(deviation) and 1e-10 < deviation < 1e6):
+        return f"{value:.5g}"
+    return f"{value:.{max(0, 1 - math.floor(math.log10(deviation)))}f}"

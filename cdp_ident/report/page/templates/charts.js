@@ -1,0 +1,125 @@
+"use strict";
+// Draws the page's figures: each when it comes near the window, all before printing, anew when the theme changes.
+(() => {
+  const page = JSON.parse(document.getElementById("page-data").textContent);
+  const decoded = new Map();
+  const array = (name) => {
+    if (!decoded.has(name)) {
+      const bytes = Uint8Array.from(atob(page.arrays[name]), (character) => character.charCodeAt(0));
+      decoded.set(name, new Float32Array(bytes.buffer));
+    }
+    return decoded.get(name);
+  };
+  window.reportData = { page, array };
+
+  const dark = matchMedia("(prefers-color-scheme: dark)");
+  const phone = matchMedia("(max-width: 30rem)");
+  const touched = matchMedia("(pointer: coarse)");
+  let printing = false;
+  const complete = (value) => {
+    if (Array.isArray(value)) return value.map(complete);
+    if (value === null || typeof value !== "object") return value;
+    if ("array" in value && typeof value.array === "string") return array(value.array);
+    if ("colour" in value) return page.themes[dark.matches && !printing ? "dark" : "light"][value.colour];
+    return Object.fromEntries(Object.entries(value).map(([key, inside]) => [key, complete(inside)]));
+  };
+
+  const hidden = new Map();
+  const draw = (plot) => {
+    const figure = page.figures[plot.dataset.figure];
+    const off = hidden.get(plot) ?? new Set();
+    const data = complete(figure.data).map((trace) => ({ ...trace, visible: !off.has(trace.meta) }));
+    const layout = complete(figure.layout);
+    // On a touch screen a drag over a chart scrolls the page, and the buttons to zoom with stand above it.
+    layout.dragmode = touched.matches ? false : "zoom";
+    if (touched.matches) {
+      layout.margin.t += 28;
+      layout.height += 28;
+    }
+    if (printing) layout.width = 680;
+    if (phone.matches) layout.margin.l = 44;
+    plot.style.height = `${layout.height}px`;
+    Plotly.react(plot, data, layout, {
+      responsive: true,
+      displaylogo: false,
+      modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"],
+    });
+    plot.dataset.drawn = "true";
+  };
+
+  // plotly.js takes a second to start; the page is there before.
+  const start = () => {
+    const script = document.createElement("script");
+    script.textContent = document.getElementById("plotly").textContent;
+    document.body.append(script);
+    plots.forEach((plot) => near.observe(plot));
+    addEventListener("beforeprint", () => {
+      printing = true;
+      plots.forEach(draw);
+    });
+    addEventListener("afterprint", () => {
+      printing = false;
+      again();
+    });
+    document.body.dataset.ready = "true";
+  };
+
+  const plots = [...document.querySelectorAll(".plot")];
+  const near = new IntersectionObserver(
+    (entries) => {
+      for (const entry of entries) {
+        if (entry.isIntersecting) {
+          near.unobserve(entry.target);
+          draw(entry.target);
+        }
+      }
+    },
+    { rootMargin: "400px" },
+  );
+  const again = () => plots.filter((plot) => plot.dataset.drawn).forEach(draw);
+  dark.addEventListener("change", again);
+
+  const axes = (plot) => Object.keys(plot.layout).filter((key) => key.startsWith("xaxis"));
+  const moved = (plot, change) => {
+    const ranges = {};
+    for (const axis of axes(plot)) {
+      const [low, high] = plot.layout[axis].range;
+      const [from, to] = change(low, high);
+      ranges[`${axis}.range[0]`] = from;
+      ranges[`${axis}.range[1]`] = to;
+    }
+    Plotly.relayout(plot, ranges);
+  };
+  const scaled = (factor) => (low, high) => {
+    const middle = (low + high) / 2, half = (factor * (high - low)) / 2;
+    return [middle - half, middle + half];
+  };
+  const shifted = (share) => (low, high) => [low + share * (high - low), high + share * (high - low)];
+  const keys = {
+    "+": (plot) => moved(plot, scaled(0.5)),
+    "-": (plot) => moved(plot, scaled(2)),
+    ArrowLeft: (plot) => moved(plot, shifted(-0.25)),
+    ArrowRight: (plot) => moved(plot, shifted(0.25)),
+    0: (plot) => Plotly.relayout(plot, Object.fromEntries(axes(plot).map((axis) => [`${axis}.autorange`, true]))),
+  };
+  for (const plot of plots) {
+    plot.style.height = `${page.figures[plot.dataset.figure].layout.height}px`;
+    plot.addEventListener("keydown", (event) => {
+      const act = keys[event.key === "=" ? "+" : event.key];
+      if (!act || !plot.dataset.drawn || event.ctrlKey || event.metaKey || event.altKey) return;
+      event.preventDefault();
+      act(plot);
+    });
+  }
+  for (const button of document.querySelectorAll(".legend button")) {
+    button.addEventListener("click", () => {
+      const plot = button.closest("figure").querySelector(".plot");
+      const shown = button.getAttribute("aria-pressed") !== "true";
+      button.setAttribute("aria-pressed", String(shown));
+      if (!hidden.has(plot)) hidden.set(plot, new Set());
+      hidden.get(plot)[shown ? "delete" : "add"](button.dataset.label);
+      if (plot.dataset.drawn) draw(plot);
+    });
+  }
+  requestAnimationFrame(() => setTimeout(start));
+})();

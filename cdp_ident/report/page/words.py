@@ -1,0 +1,218 @@
+"""What page and text say beside the pictures: the rows of their tables and a few sentences, as plain text."""
+
+import shlex
+from typing import Any
+
+from cdp_ident.model.parameters import CONSTANTS, GROUPS, PARAMETERS
+from cdp_ident.report.contents import Section
+from cdp_ident.report.formatting import interval, milliradians, number, unit, with_std
+from cdp_ident.report.wording import (
+    action_words,
+    effect_title,
+    how_determined,
+    key_words,
+    noise_floor,
+    nominal_groups,
+    nominal_value,
+    short_name,
+)
+
+Row = tuple[str, ...]
+
+
+def words(report: Section) -> dict[str, Any]:
+    """Return everything that the templates of page and text have in common, by name."""
+    return {
+        "heading": ", ".join(trial["name"] for trial in report["trials"] if trial["role"] == "fit"),
+        "numbers": list(_numbers(report)),
+        "command": _command(report),
+        "role": role,
+        "sentence": sentence,
+        "rows": {
+            "effects": _effects(report),
+            "also_possible": _also_possible(report),
+            "ladder": _ladder(report),
+            "groups": _groups(report),
+            "physical": _physical(report),
+            "repeatability": _repeatability(report),
+            "trials": _trials(report),
+            "checksums": [
+                (bag, file, digest)
+                for bag, sums in report["run"]["bag_sha256"].items()
+                for file, digest in sums.items()
+            ],
+            "search": _search(report),
+            "options": [(name, _value(value)) for name, value in report["run"]["options"].items()],
+        },
+    }
+
+
+def role(trial: Section) -> str:
+    """Say what a trial was for."""
+    return "fitted" if trial["role"] == "fit" else "held out"
+
+
+def sentence(text: str) -> str:
+    """Write a phrase as a sentence; a symbol at its beginning, as m1 or g, stays what it is."""
+    first = text.partition(" ")[0]
+    begun = text[0].upper() + text[1:] if first.isalpha() and len(first) > 1 else text
+    return begun if begun.endswith(".") else f"{begun}."
+
+
+def _numbers(report: Section) -> list[Row]:
+    def change(where: str) -> Row:
+        before, after = (number(report[model]["error"][where]["rmse_rad"]) for model in ("before", "after"))
+        if not report["effects"]:
+            return f"{1e3 * after:.3g}", "mrad"
+        return f"{1e3 * before:.3g} → {1e3 * after:.3g}", f"mrad, {before / after:.3g} times less" if after else "mrad"
+
+    window = report["before"]["error"]["holdout"]["window_s"]
+    return [
+        (f"error held out, over {window:.2g} s", *change("holdout")),
+        ("error fitted", *change("fit")),
+        ("the encoders' noise", f"{1e3 * noise_floor(report):.3g}", "mrad"),
+        ("effects found", str(len(report["effects"])), ", ".join(e["description"] for e in report["effects"])),
+        ("Eq. (10), held out", _squared_errors(report), "rad²"),
+    ]
+
+
+def _squared_errors(report: Section) -> str:
+    both = ("before", "after") if report["effects"] else ("before",)
+    errors = (number(report[model]["error"]["holdout"]["sse_free_run"]) for model in both)
+    return " → ".join(f"{error:.3g}" for error in errors)
+
+
+def _command(report: Section) -> str:
+    """Return the command that makes this run anew, if its options are in a file."""
+    bags = {kind: [trial["bag"] for trial in report["trials"] if trial["role"] == kind] for kind in ("fit", "holdout")}
+    options = ["ros2", "run", "cdp_ident", "identify", "--bag", *bags["fit"]]
+    if bags["holdout"]:
+        options += ["--holdout", *bags["holdout"]]
+    if not report["search"]["cut_short"]:
+        options += ["--method", report["search"]["method"]]
+    return shlex.join([*options, "--seed", f"{report['search']['seed']:.0f}"])
+
+
+def _effects(report: Section) -> list[Row]:
+    rows: list[Row] = []
+    for effect in report["effects"]:
+        evidence = effect["evidence"]
+        errors = (evidence["rmse_holdout_before_rad"], evidence["rmse_holdout_after_rad"])
+        for index, (name, quantity) in enumerate(effect["parameters"].items()):
+            value = f"{with_std(quantity['value'], quantity['std'])} {unit(quantity['unit'])}".strip()
+            about = (
+                " → ".join(map(milliradians, errors)),
+                effect["formula"],
+                ", ".join(effect["also_possible"]) or "–",
+            )
+            rows.append(("" if index else effect_title(effect), name, value, *(("", "", "") if index else about)))
+    return rows
+
+
+def _also_possible(report: Section) -> list[str]:
+    return [
+        f"Instead of {effect_title(effect)} it could be {' or '.join(effect['also_possible'])}: the trials do not tell."
+        for effect in report["effects"]
+        if effect["also_possible"]
+    ]
+
+
+def _ladder(report: Section) -> list[Row]:
+    before = report["before"]["error"]
+    rows: list[Row] = [
+        (
+            "0",
+            "the paper's model, fitted",
+            milliradians(before["fit"]["rmse_rad"]),
+            milliradians(before["holdout"]["rmse_rad"]),
+            "",
+        )
+    ]
+    for index, rung in enumerate(report["ladder"]["rungs"], start=1):
+        tried = "; ".join(
+            f"{' and '.join(key_words(key) for key in tried['effects'])} {milliradians(tried['rmse_holdout_rad'])}"
+            for tried in rung["tried"]
+        )
+        rows.append(
+            (
+                str(index),
+                action_words(rung),
+                milliradians(rung["rmse_fit_rad"]),
+                milliradians(rung["rmse_holdout_rad"]),
+                tried,
+            )
+        )
+    return rows
+
+
+def _groups(report: Section) -> list[Row]:
+    nominal = nominal_groups(report)
+    return [
+        (
+            f"{short_name(group.symbol)} = {group.formula}",
+            f"{nominal[group.symbol]:.4g}",
+            with_std(found["value"], found["std"]),
+            interval(found["value"], found["std"]),
+            unit(found["unit"]),
+            "yes" if found["determined"] else "not by these trials",
+        )
+        for group in GROUPS
+        for found in [report["after"]["groups"][group.symbol]]
+    ]
+
+
+def _physical(report: Section) -> list[Row]:
+    return [
+        (
+            parameter.symbol,
+            parameter.description,
+            f"{nominal_value(report, parameter.symbol):.4g}",
+            with_std(found["value"], found["std"]),
+            "" if found["std"] == 0.0 else interval(found["value"], found["std"]),
+            found["unit"],
+            how_determined(report, parameter.symbol),
+        )
+        for parameter in (*PARAMETERS, *CONSTANTS)
+        for found in [report["after"]["physical"][parameter.symbol]]
+    ]
+
+
+def _repeatability(report: Section) -> list[Row]:
+    compared = report["repeatability"]
+    if compared is None:
+        return []
+    rows: list[Row] = [("group", "jointly", *(trial["trial"] for trial in compared["trials"]))]
+    for group, joint in report["before"]["groups"].items():
+        alone = [trial["groups"][group] for trial in compared["trials"]]
+        rows.append((short_name(group), *(with_std(found["value"], found["std"]) for found in (joint, *alone))))
+    return rows
+
+
+def _trials(report: Section) -> list[Row]:
+    return [
+        (
+            trial["bag"],
+            role(trial),
+            f"{trial['samples']:.0f}",
+            f"{trial['start_s']:.2f} to {trial['start_s'] + trial['duration_s']:.2f}",
+            "; ".join(trial["warnings"]),
+        )
+        for trial in report["trials"]
+    ]
+
+
+def _search(report: Section) -> list[Row]:
+    search = report["search"]
+    return [
+        ("method", search["method"].upper() + (", cut short" if search["cut_short"] else "")),
+        ("seed", f"{search['seed']:.0f}"),
+        ("population", f"{search['population']:.0f}"),
+        ("generations", f"{search['generations']:.0f} ({search['stopped']})"),
+        ("evaluations", f"{search['evaluations']:.0f} in {search['searches']:.0f} searches"),
+        ("best error", f"{number(search['sse']):.4g} rad²"),
+        ("time", f"{search['seconds']:.1f} s for the search, {report['run']['seconds']:.1f} s in all"),
+    ]
+
+
+def _value(value: Any) -> str:
+    return "–" if value is None or value == "" else f"{value:.6g}" if isinstance(value, float) else str(value)
