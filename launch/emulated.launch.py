@@ -1,6 +1,6 @@
 """A rig that is emulated behind a real serial port (a pseudo-terminal), with driver and recorder.
 
-ros2 launch cdp_ident emulated.launch.py rig:=my_rig.yaml options:="--flips 1e-4 --stall-every 5" rearm:=true
+ros2 launch cdp_ident emulated.launch.py rig:=my_rig.yaml options:="--flips 1e-4 --stall-every 5"
 """
 
 import shlex
@@ -8,9 +8,8 @@ from pathlib import Path
 
 from ament_index_python.packages import get_package_share_directory
 from launch import LaunchContext, LaunchDescription
-from launch.action import Action
 from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription, OpaqueFunction
-from launch.substitutions import LaunchConfiguration
+from launch.substitutions import LaunchConfiguration, PythonExpression
 from launch_ros.actions import Node
 
 SHARE = Path(get_package_share_directory("cdp_ident"))
@@ -26,42 +25,32 @@ def generate_launch_description() -> LaunchDescription:
                 description="the emulated rig's file: physics, encoders, effects, and what the hand does",
             ),
             DeclareLaunchArgument("link", default_value="/tmp/cdp_ident_rig", description="name of its serial port"),
-            DeclareLaunchArgument("speed", default_value="1.0", description="the rig's time against the wall's"),
+            DeclareLaunchArgument(
+                "speed", default_value="1", description="the rig's time against the wall's; if not 1, /clock tells it"
+            ),
             DeclareLaunchArgument(
                 "options", default_value="", description="further options of the emulator, such as its faults"
             ),
-            DeclareLaunchArgument("folder", default_value="", description="where bags go"),
             DeclareLaunchArgument(
                 "rearm", default_value="true", description="whether the recorder waits for each release by itself"
             ),
-            OpaqueFunction(function=_actions),
+            IncludeLaunchDescription(
+                str(SHARE / "launch/rig.launch.py"),
+                launch_arguments={
+                    "port": LaunchConfiguration("link"),
+                    # Not that of a real rig, which this one would replace.
+                    "zero_file": [LaunchConfiguration("link"), "_zero.yaml"],
+                    "use_sim_time": PythonExpression([LaunchConfiguration("speed"), " != 1"]),
+                }.items(),
+            ),
+            # The rig comes last: its script begins when it is switched on.
+            OpaqueFunction(function=_emulator),
         ]
     )
 
 
-def _actions(context: LaunchContext) -> list[Action]:
-    def value(name: str) -> str:
-        return str(LaunchConfiguration(name).perform(context))
-
-    emulator = Node(
-        package="cdp_ident",
-        executable="emulator",
-        arguments=[
-            *("--link", value("link"), "--rig", value("rig"), "--speed", value("speed")),
-            *shlex.split(value("options")),
-        ],
-        output="screen",
-    )
-    rig = IncludeLaunchDescription(
-        str(SHARE / "launch/rig.launch.py"),
-        launch_arguments={
-            "port": value("link"),
-            # Not that of a real rig, which this one would replace.
-            "zero_file": f"{value('link')}_zero.yaml",
-            "folder": value("folder"),
-            "rearm": value("rearm"),
-            "use_sim_time": str(float(value("speed")) != 1.0),
-        }.items(),
-    )
-    # The rig comes last: its script begins when it is switched on.
-    return [rig, emulator]
+def _emulator(context: LaunchContext) -> list[Node]:
+    options = ("link", "rig", "speed")
+    arguments = [word for name in options for word in (f"--{name}", LaunchConfiguration(name))]
+    more = shlex.split(LaunchConfiguration("options").perform(context))
+    return [Node(package="cdp_ident", executable="emulator", arguments=[*arguments, *more], output="screen")]

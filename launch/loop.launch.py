@@ -1,0 +1,51 @@
+"""Everything, from arm to overlay: a rig, its recorder, what identify found, and the model that moves beside the rig.
+
+ros2 launch cdp_ident loop.launch.py identify:="--bag bags/swing_wide bags/swing_folded --out /tmp/found"
+ros2 launch cdp_ident loop.launch.py emulated:=false port:=/dev/ttyACM0 fitted:=identification/one/fitted.yaml
+"""
+
+import shlex
+from pathlib import Path
+
+from ament_index_python.packages import get_package_share_directory
+from launch import LaunchContext, LaunchDescription
+from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription, OpaqueFunction
+from launch.conditions import IfCondition, UnlessCondition
+from launch.substitutions import IfElseSubstitution, LaunchConfiguration, NotEqualsSubstitution
+from launch_ros.actions import Node
+
+LAUNCH = Path(get_package_share_directory("cdp_ident"), "launch")
+
+
+def generate_launch_description() -> LaunchDescription:
+    """Return what is launched."""
+    emulated = LaunchConfiguration("emulated")
+    identifies = NotEqualsSubstitution(LaunchConfiguration("identify"), "")
+    return LaunchDescription(
+        [
+            DeclareLaunchArgument("emulated", default_value="true", description="whether the rig is an emulated one"),
+            DeclareLaunchArgument(
+                "identify",
+                default_value="",
+                description="arguments of identify, whose model is then shown; if not given, that of fitted:=…",
+            ),
+            DeclareLaunchArgument(
+                "rearm", default_value="true", description="whether the recorder waits for each release by itself"
+            ),
+            IncludeLaunchDescription(
+                str(LAUNCH / "view.launch.py"),
+                launch_arguments={
+                    "mode": "shadow",
+                    "source": IfElseSubstitution(identifies, if_value="/identify", else_value=""),
+                }.items(),
+            ),
+            OpaqueFunction(function=_identify, condition=IfCondition(identifies)),
+            IncludeLaunchDescription(str(LAUNCH / "emulated.launch.py"), condition=IfCondition(emulated)),
+            IncludeLaunchDescription(str(LAUNCH / "rig.launch.py"), condition=UnlessCondition(emulated)),
+        ]
+    )
+
+
+def _identify(context: LaunchContext) -> list[Node]:
+    arguments = shlex.split(LaunchConfiguration("identify").perform(context))
+    return [Node(package="cdp_ident", executable="identify", arguments=arguments, output="screen")]

@@ -1,0 +1,131 @@
+"""The fitted model beside what was measured, as two rigs in one scene: simulator, their descriptions, and viewers.
+
+ros2 launch cdp_ident view.launch.py bag:=bags/swing_wide fitted:=identification/swing_wide/fitted.yaml
+"""
+
+from pathlib import Path
+
+import xacro
+from ament_index_python.packages import get_package_share_directory
+from launch import LaunchContext, LaunchDescription
+from launch.actions import DeclareLaunchArgument, OpaqueFunction
+from launch.conditions import IfCondition
+from launch.substitutions import LaunchConfiguration
+from launch_ros.actions import Node
+from launch_ros.parameter_descriptions import ParameterValue
+
+from cdp_ident.configuration.fitted_model import fitted_model, read_fitted_model
+from cdp_ident.model.parameters import NOMINAL
+
+SHARE = Path(get_package_share_directory("cdp_ident"))
+
+MEASURED = {"prefix": "measured/"}
+SIMULATED = {"prefix": "simulated/", "colour": "0.85 0.4 0.1", "alpha": "0.45"}
+"""How the two rigs differ in the scene, beside their place."""
+
+
+def generate_launch_description() -> LaunchDescription:
+    """Return what is launched."""
+
+    def viewer(name: str, package: str, *arguments: str) -> Node:
+        return Node(
+            package=package,
+            executable=package,
+            arguments=arguments,
+            parameters=[{"use_sim_time": LaunchConfiguration("use_sim_time")}],
+            condition=IfCondition(LaunchConfiguration(name)),
+        )
+
+    return LaunchDescription(
+        [
+            DeclareLaunchArgument("bag", default_value="", description="replay the trial of this bag"),
+            DeclareLaunchArgument(
+                "mode",
+                default_value="",
+                description="replay, free or shadow (beside the live rig); if not given: replay of a bag, else free",
+            ),
+            DeclareLaunchArgument(
+                "fitted", default_value="", description="fitted.yaml: the model, and what the rigs look like"
+            ),
+            DeclareLaunchArgument(
+                "source",
+                default_value="",
+                description="take the model from this node, such as /identify; a fitted.yaml is then for the look only",
+            ),
+            DeclareLaunchArgument("rate", default_value="1.0", description="the motion's time against the clock's"),
+            DeclareLaunchArgument("loop", default_value="true", description="begin anew at the end of the trial"),
+            DeclareLaunchArgument(
+                "apart", default_value="0.3", description="from the measured rig to the simulated one behind it [m]"
+            ),
+            DeclareLaunchArgument("use_sim_time", default_value="false", description="whether time comes from /clock"),
+            DeclareLaunchArgument("rviz", default_value="true", description="open RViz"),
+            DeclareLaunchArgument("plotjuggler", default_value="false", description="open PlotJuggler"),
+            DeclareLaunchArgument("foxglove", default_value="false", description="start the bridge to Foxglove"),
+            OpaqueFunction(function=_rigs),
+            viewer("rviz", "rviz2", "-d", str(SHARE / "config/view.rviz")),
+            viewer("plotjuggler", "plotjuggler", "--layout", str(SHARE / "config/plotjuggler.xml")),
+            viewer("foxglove", "foxglove_bridge"),
+        ]
+    )
+
+
+def _rigs(context: LaunchContext) -> list[Node]:
+    def value(name: str) -> str:
+        return str(LaunchConfiguration(name).perform(context))
+
+    bag, fitted, source = value("bag"), value("fitted"), value("source")
+    mode = value("mode") or ("replay" if bag else "free")
+    use_sim_time = ParameterValue(LaunchConfiguration("use_sim_time"), value_type=bool)
+    looks = _looks(Path(fitted) if fitted else None)
+
+    def rig(looks_besides: dict[str, str], remappings: dict[str, str]) -> Node:
+        description = xacro.process_file(
+            str(SHARE / "urdf/cart_double_pendulum.urdf.xacro"), mappings=looks | looks_besides
+        ).toxml()
+        return Node(
+            package="robot_state_publisher",
+            executable="robot_state_publisher",
+            namespace=looks_besides["prefix"].rstrip("/"),
+            parameters=[
+                {
+                    "robot_description": ParameterValue(description, value_type=str),
+                    "publish_frequency": 60.0,
+                    "use_sim_time": use_sim_time,
+                }
+            ],
+            remappings=remappings.items(),
+        )
+
+    simulator = Node(
+        package="cdp_ident",
+        executable="simulator",
+        arguments=[
+            *(("--bag", bag) if bag else ()),
+            *(("--fitted", fitted) if fitted and not source else ()),
+        ],
+        parameters=[
+            {
+                "mode": mode,
+                "source": ParameterValue(source, value_type=str),
+                "rate": ParameterValue(LaunchConfiguration("rate"), value_type=float),
+                "loop": ParameterValue(LaunchConfiguration("loop"), value_type=bool),
+                "use_sim_time": use_sim_time,
+            }
+        ],
+        output="screen",
+    )
+    nodes = [simulator, rig(SIMULATED | {"y": value("apart")}, {})]
+    if mode != "free":
+        # Only a replay has measured joint states of its own; a live rig has its driver's.
+        nodes.append(rig(MEASURED, {"joint_states": "/joint_states"} if mode == "shadow" else {}))
+    return nodes
+
+
+def _looks(fitted: Path | None) -> dict[str, str]:
+    """Return the arguments of the rig's description that the model gives: nominal values where none is fitted."""
+    model = read_fitted_model(fitted, "simulator") if fitted else fitted_model(NOMINAL, "the nominal values")
+    values = {symbol: value for symbol, value in model.physical.items() if symbol != "g"}
+    return {
+        name: repr(value)
+        for name, value in (values | {"outer_rod_length": model.motion.mechanism.outer_length}).items()
+    }
