@@ -89,6 +89,8 @@ class Parameters:
             raise OptionError(f"parameter {name!r}: {error}; write it like its default, {default!r}") from error
         except rclpy.exceptions.InvalidParameterValueException as error:
             raise OptionError(f"parameter {name!r}: {error}; expected {constraint}: {description}") from error
+        if changeable:
+            self._changeable.add(name)
         if not overridable:
             return default
         value: Value = list(parameter.value) if isinstance(default, list) else parameter.value
@@ -97,8 +99,6 @@ class Parameters:
                 raise OptionError(f"parameter {name!r} is {element!r}; expected {constraint}: {description}")
             if isinstance(element, float | int) and not _inside(element, minimum, maximum):
                 raise OptionError(f"parameter {name!r} is {element}; expected {constraint}: {description}")
-        if changeable:
-            self._changeable.add(name)
         return value
 
     def given(self) -> dict[str, Any]:

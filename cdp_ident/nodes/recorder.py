@@ -14,7 +14,7 @@ from cdp_ident.bag.joint_state import MESSAGE_TYPE
 from cdp_ident.command_line import ArgumentParser, entry_point
 from cdp_ident.errors import RigError
 from cdp_ident.nodes._node import Parameters, parse_arguments, run_node
-from cdp_ident.rig.recording.detector import TrialLimits
+from cdp_ident.nodes._trial_limits import declare_trial_limits
 from cdp_ident.rig.recording.facts import DIAGNOSTICS_TYPE, JointNames
 from cdp_ident.rig.recording.recorder import FLUSH_NS, Recorder, RecorderOptions
 
@@ -100,7 +100,7 @@ class RecorderNode:
 
 
 def _declare_options(parameters: Parameters) -> RecorderOptions:
-    defaults, joints = TrialLimits(), JointNames()
+    joints = JointNames()
 
     def number(name: str, default: float, description: str, unit: str, maximum: float) -> float:
         return parameters.declare(name, default, description, unit=unit, minimum=0.0, maximum=maximum)
@@ -113,13 +113,7 @@ def _declare_options(parameters: Parameters) -> RecorderOptions:
             inner=parameters.declare("inner_joint", joints.inner, "name of the joint between cart and inner rod"),
             outer=parameters.declare("outer_joint", joints.outer, "name of the joint between the rods"),
         ),
-        limits=TrialLimits(
-            hold=number("hold_limit", defaults.hold, "held: both joints stay within this for 0.3 s", "rad", 1.0),
-            away=number("away_limit", defaults.away, "held, not hanging: a rod is this far from hanging", "rad", 3.0),
-            release=number("release_limit", defaults.release, "let go: a joint is this far from its hold", "rad", 3.0),
-            rest=number("rest_limit", defaults.rest, "at rest: both joints stay within this for 1 s", "rad", 1.0),
-            longest=number("longest", defaults.longest, "a trial ends after this", "s", 86400.0),
-        ),
+        limits=declare_trial_limits(parameters),
         pre_trigger=number("pre_trigger", 1.0, "how much from before the release is kept", "s", 60.0),
         cart_limit=number("cart_limit", 0.002, "with more motion of the cart a trial is not zero-input", "m", 10.0),
         shortest=number("shortest", 5.0, "a shorter trial is of little use", "s", 3600.0),

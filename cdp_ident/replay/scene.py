@@ -43,7 +43,7 @@ class Scene(Protocol):
     def take_model(self, model: FittedModel, now: float) -> None:
         """Go on with another model; what was shown until now [s] stays as it was.
 
-        Raises `IdentificationError` where no start fits; then it stays with the model of before.
+        Raises `IdentificationError` where the model's motion cannot be computed.
         """
 
     def restart(self) -> None:
@@ -74,9 +74,8 @@ class Replay:
 
     def take_model(self, model: FittedModel, now: float) -> None:
         """See `Scene`."""
-        index = model.trial(self._trial.name)
-        self._start = start_of(model.motion, model.values, self._trial, index, DEFAULT_WINDOW)
-        self._model, self._index = model, index
+        self._model, self._index = model, model.trial(self._trial.name)
+        self._start = start_of(model.motion, model.values, self._trial, self._index, DEFAULT_WINDOW)
         self.restart()
 
     def restart(self) -> None:
@@ -91,12 +90,16 @@ class Replay:
 
 @dataclass(frozen=True)
 class Start:
-    """Where a free motion begins: positions [rad] and speeds [rad/s] of the joints, the outer one's relative."""
+    """Where a free motion begins."""
 
     inner: float = 2.0
+    """Start of the inner joint [rad], 0 upright."""
     outer: float = 0.0
+    """Start of the outer joint [rad], relative to the inner rod."""
     inner_speed: float = 0.0
+    """Speed of the inner joint at the start [rad/s]."""
     outer_speed: float = 0.0
+    """Speed of the outer joint at the start [rad/s]."""
 
     @property
     def state(self) -> Array:
@@ -114,10 +117,7 @@ class Free:
     def __init__(self, start: Start, model: FittedModel) -> None:
         self._model, self._start = model, start
         self._stream, self._began = MotionStream(model, start.state), 0.0
-
-    def take_start(self, start: Start) -> None:
-        """Begin from here at the next restart."""
-        self._start = start
+        """The motion, and the time at which it began [s]."""
 
     def take_model(self, model: FittedModel, now: float) -> None:
         """See `Scene`."""

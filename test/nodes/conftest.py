@@ -14,8 +14,8 @@ import rclpy
 import rclpy.executors
 import rclpy.qos
 from diagnostic_msgs.msg import DiagnosticArray
-from rcl_interfaces.srv import SetParametersAtomically
-from rclpy.parameter import Parameter
+from rcl_interfaces.srv import GetParameters, SetParametersAtomically
+from rclpy.parameter import Parameter, parameter_value_to_python
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
@@ -100,6 +100,11 @@ class Listener:
         request = SetParametersAtomically.Request(parameters=[Parameter(name, value=value).to_parameter_msg()])
         result = self._call(SetParametersAtomically, f"{node}/set_parameters_atomically", request).result
         return result.successful, result.reason
+
+    def get_parameter(self, node: str, name: str) -> Any:
+        """Return the present value of a node's parameter, None where it has none of this name."""
+        (value,) = self._call(GetParameters, f"{node}/get_parameters", GetParameters.Request(names=[name])).values
+        return parameter_value_to_python(value)
 
     def _call(self, kind: Any, service: str, request: Any) -> Any:
         client = self.node.create_client(kind, service)

@@ -1,0 +1,231 @@
+"""Shows how the fitted model moves: beside a recorded trial, beside the live rig, or alone."""
+
+from collections.abc import Callable
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+from std_srvs.srv import Trigger
+
+from cdp_ident.command_line import ArgumentParser, entry_point
+from cdp_ident.configuration.field_documentation import field_documentation, without_unit
+from cdp_ident.configuration.fitted_model import ABOUT_THE_FIT, FittedModel, describes_model, fitted_model
+from cdp_ident.configuration.keys import KEYS
+from cdp_ident.configuration.parameter_file import read_parameter_file
+from cdp_ident.configuration.settings import Settings
+from cdp_ident.errors import OptionError
+from cdp_ident.model.parameters import NOMINAL
+from cdp_ident.nodes._model_parameters import ModelParameters, own_values
+from cdp_ident.nodes._node import Parameters, parse_arguments, run_node
+from cdp_ident.nodes._parameter_source import ParameterSource
+from cdp_ident.nodes._playing import Pace, Playing
+from cdp_ident.nodes._shadowing import Shadowing
+from cdp_ident.nodes._stage import Stage
+from cdp_ident.nodes._trial_limits import declare_trial_limits
+from cdp_ident.replay.scene import Free, Replay, Scene, Start
+from cdp_ident.replay.shadow import DEFAULT_LEAD
+from cdp_ident.trial.load import load_trial
+from cdp_ident.trial.options import TrialOptions
+
+DESCRIPTION = """\
+Simulate the fitted model, its effects included, and show what the encoders would show. Its parameters come from a
+running identify (-p source:=/identify, followed as it changes), from fitted.yaml (--fitted), or are its own, which can
+be changed while it runs.
+
+modes      replay  the motion of a trial (--bag), measured and simulated from the same start, in step
+           free    the model alone, from start.* on; a change of start.* begins anew from there
+           shadow  beside the live rig (joint_states): from each release until the pendulum rests or is caught
+publishes  simulated/joint_states (sensor_msgs/JointState)
+           measured/joint_states  (sensor_msgs/JointState)  in replay
+           simulated/error        (sensor_msgs/JointState)  in replay and shadow: simulated less measured [rad]
+           /clock                 (rosgraph_msgs/Clock)     with clock:=true
+           ~/state                (std_msgs/String, latched)
+serves     ~/reset ~/pause ~/resume (std_srvs/Trigger)
+
+`ros2 param describe /simulator NAME` tells about each parameter; config/simulator.yaml lists all."""
+
+EXAMPLE = """\
+examples:
+  ros2 run cdp_ident simulator --bag bags/swing_wide --fitted identification/swing_wide/fitted.yaml
+  ros2 run cdp_ident simulator --bag bags/swing_wide --ros-args -p source:=/identify -p rate:=0.25
+  ros2 run cdp_ident simulator --ros-args -p mode:=shadow -p source:=/identify
+  ros2 run cdp_ident simulator --ros-args -p start.inner:=1.5 -p effects.coulomb_friction.outer.torque:=0.002"""
+
+NODE_NAME = "simulator"
+_START = "start."
+_TRIAL = "trial."
+
+
+class Simulator:
+    """The simulator on its node."""
+
+    exit_code: int | None = None
+
+    def __init__(self, node: Any, parameters: Parameters, bag: Path | None, fitted: Path | None, once: bool) -> None:
+        self._node, self._parameters = node, parameters
+        mode = parameters.declare(
+            "mode", "replay" if bag else "free", "what is shown", choices=("replay", "free", "shadow")
+        )
+        source = _declare_source(node, parameters)
+        pace = _declare_pace(parameters, once)
+        _declare_start(parameters)
+        trial_options = _declare_trial_options(parameters)
+        limits = declare_trial_limits(parameters)
+        lead = parameters.declare(
+            "lead", DEFAULT_LEAD, "shadow: so much after a release the start is fitted to", unit="s", minimum=0.1,
+            maximum=10.0,
+        )  # fmt: skip
+        _refuse_contradictions(parameters, mode, source, bag, fitted, once)
+        self._stage = Stage(node, mode == "replay", mode != "free", pace.clock)
+        self._show: Playing | Shadowing
+        if mode == "shadow":
+            self._show = Shadowing(node, self._stage, trial_options, limits, lead)
+        else:
+            scene = self._replayed(bag, trial_options) if bag else self._free
+            self._show = Playing(node.get_clock(), self._stage, pace, scene, self._end)
+        self._model = ModelParameters(node, parameters, source, self._show.take_model)
+        if source:
+            self._stage.say(f"waiting for the parameters of {source}")
+            self._source = ParameterSource(node, source, self._take_from_source)
+        else:
+            values = {}
+            if fitted:
+                values = read_parameter_file(fitted, NODE_NAME)
+                fitted_model(values, str(fitted))  # complete by itself
+            self._model.show(own_values(parameters.given(), values), NODE_NAME)
+        self._source_name = source
+        parameters.start(pass_over=ABOUT_THE_FIT)
+        node.add_post_set_parameters_callback(self._follow)
+        for service, action in (
+            ("reset", self._show.reset),
+            ("pause", self._show.pause),
+            ("resume", self._show.resume),
+        ):
+            node.create_service(Trigger, f"~/{service}", self._serving(action))
+        self._show.start()
+
+    def close(self) -> None:
+        """Stop, and let everything arrive that was shown."""
+        self._show.close()
+        self._stage.close()
+
+    def _end(self, exit_code: int) -> None:
+        self.exit_code = exit_code
+
+    def _replayed(self, bag: Path, options: TrialOptions) -> Callable[[FittedModel], Scene]:
+        trial = load_trial(bag, options)
+        for note in trial.notes:
+            self._node.get_logger().info(f"{trial.name}: {note}")
+        return lambda model: Replay(trial, model)
+
+    def _free(self, model: FittedModel) -> Scene:
+        start = {field.name: self._parameters.get(f"{_START}{field.name}") for field in fields(Start)}
+        return Free(Start(**start), model)
+
+    def _take_from_source(self, values: dict[str, Any]) -> None:
+        if not NOMINAL.keys() <= values.keys():
+            return  # it has no result yet
+        try:
+            self._model.show(values, self._source_name)
+        except OptionError as error:
+            self._node.get_logger().error(f"the parameters are still those of before: {error}")
+
+    def _follow(self, changed: list[Any]) -> None:
+        if not isinstance(self._show, Playing):
+            return
+        for parameter in changed:
+            if parameter.name == "rate":
+                self._show.take_rate(parameter.value)
+            elif parameter.name == "loop":
+                self._show.take_loop(parameter.value)
+        if any(parameter.name.startswith(_START) for parameter in changed):
+            self._show.begin_anew()
+
+    def _serving(self, action: Callable[[], None]) -> Callable[[Any, Any], Any]:
+        def serve(_request: Any, response: Any) -> Any:
+            action()
+            response.success, response.message = True, self._show.state
+            return response
+
+        return serve
+
+
+def _declare_source(node: Any, parameters: Parameters) -> str:
+    source = parameters.declare("source", "", "node whose parameters are taken and followed, such as /identify")
+    if not source or source.startswith("/"):
+        return source
+    return f"{node.get_namespace().rstrip('/')}/{source}"
+
+
+def _declare_pace(parameters: Parameters, once: bool) -> Pace:
+    return Pace(
+        frequency=parameters.declare("frequency", 200.0, "frames a second", unit="Hz", minimum=1.0, maximum=1000.0),
+        rate=parameters.declare(
+            "rate", 1.0, "the motion's time against the clock's", minimum=1e-6, maximum=1e6, changeable=True
+        ),
+        loop=parameters.declare("loop", not once, "begin anew at the end of the trial", changeable=True),
+        once=once,
+        clock=parameters.declare("clock", False, "publish the motion's time as /clock"),
+    )
+
+
+def _declare_start(parameters: Parameters) -> None:
+    documentation, defaults = field_documentation(Start), Start()
+    for field in fields(Start):
+        description, unit = without_unit(documentation[field.name])
+        default: float = getattr(defaults, field.name)
+        parameters.declare(
+            f"{_START}{field.name}", default, description, unit=unit, minimum=-1e3, maximum=1e3, changeable=True
+        )
+
+
+def _declare_trial_options(parameters: Parameters) -> TrialOptions:
+    """Show what the joints of the bag or the rig mean, which is told as `identify` is told."""
+    given = {name: value for name, value in parameters.given().items() if name.startswith(_TRIAL) and name in KEYS}
+    settings = Settings.of(given)
+    value: Any  # a `Scalar`
+    for name, value in settings.values().items():
+        if name.startswith(_TRIAL):
+            key = KEYS[name]
+            parameters.declare(name, value, key.description, unit=key.unit, choices=key.choices, overridable=False)
+    return settings.trial
+
+
+def _refuse_contradictions(
+    parameters: Parameters, mode: str, source: str, bag: Path | None, fitted: Path | None, once: bool
+) -> None:
+    if (mode == "replay") != (bag is not None):
+        advice = "it goes with mode replay only" if bag else "name the bag to be replayed by it"
+        raise OptionError(f"mode is {mode} and --bag is {'' if bag else 'not '}given: {advice}")
+    if once and mode != "replay":
+        raise OptionError(
+            f"--once ends with the trial that is replayed, and mode is {mode}: leave it out, or give --bag"
+        )
+    if once and parameters.get("loop"):
+        raise OptionError("--once plays the trial once, and loop is true: leave one out")
+    if source and (fitted or (own := next(filter(describes_model, parameters.given()), None))):
+        raise OptionError(
+            f"source and {'--fitted' if fitted else own} are both given: give one place for the parameters"
+        )
+    if parameters.get("clock") and (parameters.get("use_sim_time") or mode == "shadow"):
+        other = "use_sim_time" if parameters.get("use_sim_time") else "mode shadow"
+        raise OptionError(f"clock and {other} are both given: time comes from one place only")
+
+
+@entry_point
+def main(arguments: list[str]) -> int:
+    """Run the simulator."""
+    options = parse_arguments(_parser(), arguments)
+
+    def make(node: Any, parameters: Parameters) -> Simulator:
+        return Simulator(node, parameters, options.bag, options.fitted, options.once)
+
+    return run_node(NODE_NAME, make, arguments)
+
+
+def _parser() -> ArgumentParser:
+    parser = ArgumentParser(NODE_NAME, DESCRIPTION, EXAMPLE)
+    parser.add_argument("--bag", type=Path, metavar="DIR", help="replay the trial of this rosbag2 bag")
+    parser.add_argument("--fitted", type=Path, metavar="FILE", help="fitted.yaml of an identification")
+    parser.add_argument("--once", action="store_true", help="end after the trial was replayed once")
+    return parser

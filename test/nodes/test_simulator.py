@@ -1,0 +1,312 @@
+"""The simulator as a process, over DDS: replays, a free motion, and a shadow of the emulated rig."""
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import rclpy.qos
+from numpy.typing import NDArray
+from rcl_interfaces.msg import ParameterEvent
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import JointState
+from std_msgs.msg import String
+
+from cdp_ident.configuration.fitted_model import FittedModel, fitted_model, read_fitted_model
+from cdp_ident.configuration.parameter_file import parameter_file
+from cdp_ident.identification.judgement import start_of
+from cdp_ident.identification.windows import DEFAULT_WINDOW
+from cdp_ident.model.parameters import NOMINAL
+from cdp_ident.model.simulation import simulate
+from cdp_ident.model.time_grid import DEFAULT_STEP
+from cdp_ident.replay.stream import MotionStream
+from cdp_ident.trial.load import load_trial
+from cdp_ident.trial.trial import Trial
+from reference.clean_bags import write_clean_bags
+
+Start = Callable[..., Any]
+Array = NDArray[np.float64]
+
+BAG = Path(__file__).parents[2] / "bags/swing_folded"
+PERIOD_NS = 5_000_000
+FITTED = NOMINAL | {
+    "std.m1": 0.01,
+    "determined.m1": False,
+    "groups.A23_over_A22": 0.1532,
+    "groups.A33_over_A22": 0.1003,
+    "groups.a1_over_A22": 2.641,
+    "groups.c1_over_A22": 0.09,
+    "groups.c2_over_A22": 0.02,
+    "effects.coulomb_friction.outer.torque": 0.001,
+    "effects.time_offset.outer.delay": 0.004,
+}
+
+
+class Viewer:
+    """What a person's tools would see of the simulator."""
+
+    def __init__(self, listener: Any) -> None:
+        self.listener = listener
+        self.simulated: list[JointState] = []
+        self.measured: list[JointState] = []
+        self.errors: list[JointState] = []
+        self.clock: list[int] = []
+        self.states: list[str] = []
+        self.events: list[ParameterEvent] = []
+        node, depth = listener.node, rclpy.qos.QoSProfile(depth=20000)
+        latched = rclpy.qos.QoSProfile(depth=10, durability=rclpy.qos.DurabilityPolicy.TRANSIENT_LOCAL)
+        for topic, into in (
+            ("simulated/joint_states", self.simulated),
+            ("measured/joint_states", self.measured),
+            ("simulated/error", self.errors),
+        ):
+            node.create_subscription(JointState, topic, into.append, depth)
+        node.create_subscription(Clock, "/clock", lambda message: self.clock.append(nanoseconds(message.clock)), depth)
+        node.create_subscription(String, "/simulator/state", lambda word: self.states.append(word.data), latched)
+
+    def wait_for_state(self, words: str) -> None:
+        self.listener.wait_for(lambda: self.states and words in self.states[-1])
+
+    def new_frames(self, count: int = 5) -> list[JointState]:
+        """Wait for so many frames more, and return them."""
+        before = len(self.simulated)
+        self.listener.wait_for(lambda: len(self.simulated) >= before + count)
+        return self.simulated[before:]
+
+
+@pytest.fixture
+def viewer(listener: Any) -> Viewer:
+    return Viewer(listener)
+
+
+@pytest.fixture(scope="module")
+def trial() -> Trial:
+    return load_trial(BAG)
+
+
+@pytest.fixture
+def fitted(tmp_path: Path) -> Path:
+    path = tmp_path / "fitted.yaml"
+    path.write_text(parameter_file(FITTED))
+    return path
+
+
+def nanoseconds(stamp: Any) -> int:
+    return int(stamp.sec) * 10**9 + int(stamp.nanosec)
+
+
+def stamps(messages: list[JointState]) -> Array:
+    return np.array([nanoseconds(message.header.stamp) for message in messages])
+
+
+def positions(messages: list[JointState]) -> Array:
+    return np.array([message.position for message in messages])
+
+
+def library_s_own(model: FittedModel, trial: Trial, times: Array) -> Array:
+    """Return inner and outer joint (n, 2) [rad] of the simulation that reports judge by, at any times."""
+    index = model.trial(trial.name)
+    start = start_of(model.motion, model.values, trial, index, DEFAULT_WINDOW)
+    theta = MotionStream(model, start, index).readings(times)
+    return np.diff(theta, axis=1, prepend=0.0)
+
+
+def measured_at(trial: Trial, times: Array) -> Array:
+    theta = np.column_stack([np.interp(times, trial.time, column) for column in trial.theta.T])
+    return np.diff(theta, axis=1, prepend=0.0)
+
+
+# Replay
+
+
+def test_a_replay_beside_a_running_identify_is_the_library_s_own_simulation_and_follows_it(
+    start: Start, viewer: Viewer, tmp_path: Path
+) -> None:
+    write_clean_bags(tmp_path / "bags")
+    bag, out, config = tmp_path / "bags/swing_wide", tmp_path / "out", tmp_path / "identify.yaml"
+    config.write_text("identify: {ros__parameters: {L: 0.4, trial.stop: 9.0}}")
+    simulator = start("simulator", "--bag", str(bag), "--ros-args", "-p", "source:=/identify", "-p", "rate:=4.0")
+    viewer.wait_for_state("waiting for the parameters of /identify")
+    assert viewer.simulated == []  # nothing is shown before there are parameters
+    start("identify", "--bag", str(bag), "--out", str(out), "--config", str(config))
+    viewer.wait_for_state("playing")
+    trial, first = load_trial(bag), read_fitted_model(out / "fitted.yaml", "simulator")
+    viewer.new_frames(400)
+    count = min(len(viewer.simulated), len(viewer.measured), len(viewer.errors))
+    simulated, measured, errors = (m[:count] for m in (viewer.simulated, viewer.measured, viewer.errors))
+
+    assert simulated[0].name == measured[0].name == ["cart_joint", "inner_joint", "outer_joint"]
+    assert errors[0].name == ["inner_joint", "outer_joint"]
+    for messages in (simulated, measured, errors):
+        assert np.all(np.diff(stamps(messages)) == PERIOD_NS)
+        assert np.array_equal(stamps(messages), stamps(simulated))
+    # At four times the speed the trial takes fewer frames than were waited for at least; then it begins anew.
+    whole = int(trial.duration * 200 / 4) + 1
+    times = np.arange(count) % whole * 4 * 0.005
+    once = times[:whole]
+    expected = library_s_own(first, trial, once)[np.arange(count) % whole]
+    assert np.abs(positions(simulated)[:, 1:] - expected).max() < 1e-9
+    assert np.abs(positions(measured)[:, 1:] - measured_at(trial, times)).max() < 1e-3
+    assert np.array_equal(positions(errors), positions(simulated)[:, 1:] - positions(measured)[:, 1:])
+    assert np.abs(positions(errors)[:100]).max() < 0.01
+
+    config.write_text("identify: {ros__parameters: {L: 0.39, trial.stop: 9.0}}")
+    assert viewer.listener.call("/identify/identify_again")[0]
+    viewer.listener.wait_for(lambda: viewer.listener.get_parameter("/simulator", "L") == 0.39)
+    changed, reason = viewer.listener.set_parameter("/simulator", "m1", 0.2)
+    assert (changed, "follows" in reason) == (False, True)
+    second = read_fitted_model(out / "fitted.yaml", "simulator")
+    after = positions(viewer.new_frames(2 * whole))[:, 1]
+    assert np.abs(after - library_s_own(second, trial, once)[0, 0]).min() < 1e-9
+    assert simulator.popen.poll() is None
+
+
+def test_once_with_a_clock_is_every_frame_in_the_motion_s_own_time(
+    start: Start, viewer: Viewer, trial: Trial, fitted: Path
+) -> None:
+    rate = 5.0
+    parameters = ["-p", "clock:=true", "-p", f"rate:={rate}", "-p", "frequency:=100.0"]
+    simulator = start("simulator", "--bag", str(BAG), "--fitted", str(fitted), "--once", "--ros-args", *parameters)
+    assert simulator.popen.wait(timeout=90) == 0
+    assert "finished" in simulator.said
+    times = np.arange(int(trial.duration * 100 / rate) + 1) * rate / 100
+    viewer.listener.wait_for(lambda: len(viewer.simulated) == len(times))
+    expected = library_s_own(read_fitted_model(fitted, "simulator"), trial, times)
+    assert np.abs(positions(viewer.simulated)[:, 1:] - expected).max() < 1e-9
+    assert np.all(np.diff(stamps(viewer.simulated)) == 50_000_000)
+    assert viewer.clock == stamps(viewer.simulated).tolist()
+
+
+def test_it_pauses_resumes_begins_anew_loops_and_changes_its_rate(
+    start: Start, viewer: Viewer, trial: Trial, fitted: Path
+) -> None:
+    listener = viewer.listener
+    (beginning,) = library_s_own(read_fitted_model(fitted, "simulator"), trial, np.zeros(1))
+
+    def beginnings(frames: list[JointState]) -> int:
+        return sum(np.allclose(frame, beginning, rtol=0, atol=1e-9) for frame in positions(frames)[:, 1:])
+
+    start("simulator", "--bag", str(BAG), "--ros-args", "--params-file", str(fitted), "-p", "rate:=0.5")
+    slow = stamps(viewer.new_frames(20))
+    assert np.all(np.diff(slow) == PERIOD_NS)
+    assert listener.call("/simulator/pause") == (True, "paused")
+    viewer.wait_for_state("paused")
+    time.sleep(0.3)  # what was on its way has come
+    shown = len(viewer.simulated)
+    time.sleep(0.3)
+    assert len(viewer.simulated) == shown
+    assert listener.call("/simulator/resume") == (True, "playing")
+    viewer.new_frames()
+    before, after = positions(viewer.simulated)[shown - 1 : shown + 1]
+    assert np.abs(after - before).max() < 0.05  # goes on from where it was
+
+    begun = len(viewer.simulated)
+    assert listener.call("/simulator/reset") == (True, "playing")
+    viewer.new_frames()
+    assert beginnings(viewer.simulated[begun:]) == 1
+
+    fast = len(viewer.simulated)
+    assert listener.set_parameter("/simulator", "rate", 50.0) == (True, "")
+    viewer.new_frames(150)
+    assert beginnings(viewer.simulated[fast:]) >= 2
+    assert np.all(np.diff(stamps(viewer.simulated[fast:])) == PERIOD_NS)  # from end to beginning too
+    assert listener.set_parameter("/simulator", "loop", False) == (True, "")
+    viewer.wait_for_state("finished")
+    assert listener.call("/simulator/reset") == (True, "playing")
+    viewer.wait_for_state("finished")
+    assert listener.set_parameter("/simulator", "rate", 0.0)[0] is False
+
+
+# Free
+
+
+def test_a_free_motion_goes_on_with_new_parameters_and_begins_anew_from_a_new_start(
+    start: Start, viewer: Viewer
+) -> None:
+    listener = viewer.listener
+    given = {"start.inner": 1.0, "start.outer_speed": 0.5, "effects.air_drag.inner.coefficient": 0.001}
+    start("simulator", "--ros-args", *(word for name, value in given.items() for word in ("-p", f"{name}:={value}")))
+    viewer.new_frames()  # by then we hear all that comes
+    assert listener.call("/simulator/reset") == (True, "playing")
+    viewer.new_frames(150)
+    model = fitted_model(NOMINAL | {"effects.air_drag.inner.coefficient": 0.001}, "test")
+    torques = model.motion.torques(model.values, model.trial())
+    states = simulate(
+        model.coefficients, np.array([1.0, 1.0, 0.0, 0.5]), np.arange(100) * 0.005, None, DEFAULT_STEP, torques
+    )
+    expected = np.diff(states[:, :2], axis=1, prepend=0.0)
+    shown = positions(viewer.simulated)[:, 1:]
+    begin = max(np.flatnonzero(np.all(shown == expected[0], axis=1)))
+    assert np.abs(shown[begin : begin + 100] - expected).max() < 1e-9
+    assert viewer.measured == viewer.errors == []
+
+    assert listener.set_parameter("/simulator", "groups.c1_over_A22", 3.0) == (True, "")
+    assert listener.get_parameter("/simulator", "c1") == NOMINAL["c1"]
+    assert listener.set_parameter("/simulator", "m1", 0.2) == (True, "")  # and its groups with it
+    assert listener.get_parameter("/simulator", "groups.c1_over_A22") != 3.0
+    changed, reason = listener.set_parameter("/simulator", "m1", -0.2)
+    assert (changed, reason) == (False, "simulator: m1 is -0.2; expected a number, at least 0")
+    assert listener.get_parameter("/simulator", "m1") == 0.2
+
+    joined = positions(viewer.simulated[begin:])[:, 1:]
+    assert np.abs(np.diff(joined, axis=0)).max() < 0.1  # no jump so far: it went on from where it was
+    shown_before = len(viewer.simulated)
+    assert listener.set_parameter("/simulator", "start.inner", 3.0) == (True, "")
+    viewer.new_frames()
+    assert any(frame.position[1] == 3.0 for frame in viewer.simulated[shown_before:])
+
+
+# Shadow
+
+RIG = """
+parameters: {c1: 0.05, c2: 0.01}
+script: [wait: 3, hold: {theta1: 1.8, theta2: 1.8, within: 0.6}, wait: 0.8, let_go, wait: 4,
+         hold: {theta1: 2.0, theta2: 2.0, within: 0.6}, wait: 20]
+"""
+
+
+def test_a_shadow_runs_beside_the_rig_from_the_release_until_it_is_caught(
+    start: Start, start_emulator: Start, start_driver: Start, viewer: Viewer
+) -> None:
+    listener = viewer.listener
+    start("simulator", "--ros-args", "-p", "mode:=shadow", "-p", "c1:=0.05", "-p", "c2:=0.01")
+    viewer.wait_for_state("waits for a release")
+    start_driver()
+    start_emulator(rig=RIG)
+    listener.wait_for(lambda: "/driver/zero_hanging" in dict(listener.node.get_service_names_and_types()))
+    listener.wait_for(lambda: listener.call("/driver/zero_hanging")[0])
+    viewer.wait_for_state("runs beside the rig: the pendulum was let go")
+    viewer.wait_for_state("waits for a release: the pendulum was caught")
+    listener.wait_for(lambda: len(viewer.errors) == len(viewer.simulated) > 500)
+    rig = {nanoseconds(message.header.stamp): message.position for message in listener.joint_states}
+    beside = stamps(viewer.simulated)
+    assert set(beside.tolist()) <= set(rig)
+    assert np.abs(np.diff(beside) - PERIOD_NS).max() < 10_000  # the rig's own spacing, and no sample is left out
+    measured = np.array([rig[stamp] for stamp in beside.tolist()])
+    difference = positions(viewer.simulated)[:, 1:] - measured[:, 1:]
+    assert np.abs(positions(viewer.errors) - difference).max() < 1e-12
+    assert np.abs(difference[:600]).max() < 0.01
+
+
+# What is wrong is told
+
+
+def test_bad_input_is_one_line_and_exit_code_2(start: Start, tmp_path: Path, fitted: Path) -> None:
+    (tmp_path / "some.yaml").write_text("/**: {ros__parameters: {m1: 0.1}}")
+    wrong = {
+        "there is no bag nowhere": ["--bag", "nowhere"],
+        "some.yaml: m2, ": ["--fitted", str(tmp_path / "some.yaml")],
+        "did you mean 'm1'?": ["--ros-args", "-p", "mm1:=1.0"],
+        "torque is -1.0": ["--ros-args", "-p", "effects.coulomb_friction.outer.torque:=-1.0"],
+        "source and --fitted are both given": ["--fitted", str(fitted), "--ros-args", "-p", "source:=/identify"],
+        "did you mean 'trial.zero'?": ["--bag", str(BAG), "--ros-args", "-p", "trial.zeros:=hanging"],
+        "clock and mode shadow": ["--ros-args", "-p", "mode:=shadow", "-p", "clock:=true"],
+    }
+    processes = {words: start("simulator", *arguments) for words, arguments in wrong.items()}
+    for words, process in processes.items():
+        assert process.popen.wait(timeout=90) == 2, process.said
+        (line,) = [line for line in process.said.splitlines() if not line.startswith("[INFO]")]
+        assert line.startswith("simulator: error: ")
+        assert words in line
