@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -32,7 +33,7 @@ class ActiveEffect:
     trial: int | None = None
     """For an effect that happens once: in which trial."""
 
-    @property
+    @cached_property
     def fitted(self) -> tuple[EffectParameter, ...]:
         """Its parameters that are fitted."""
         return tuple(parameter for parameter in self.effect.parameters if not parameter.fixed)
@@ -74,7 +75,7 @@ class MotionModel:
     gravity_free: bool = False
     effects: tuple[ActiveEffect, ...] = ()
 
-    @property
+    @cached_property
     def base_names(self) -> tuple[str, ...]:
         """Names of the unknowns that are not of effects."""
         return (
@@ -83,13 +84,13 @@ class MotionModel:
             *(("g",) if self.gravity_free else ()),
         )
 
-    @property
+    @cached_property
     def names(self) -> tuple[str, ...]:
         """Names of the unknowns, in the order of their values."""
         of_effects = (f"{active.effect.key}.{p.name}" for active in self.effects for p in active.fitted)
         return (*self.base_names, *of_effects)
 
-    @property
+    @cached_property
     def limits(self) -> tuple[Array, Array]:
         """Lowest and highest value of each unknown: inertias, moments and frictions are not negative."""
         base = len(self.base_names)
@@ -114,9 +115,13 @@ class MotionModel:
 
     def places(self, index: int) -> slice:
         """Return where the unknowns of an effect are."""
+        return self._places[index]
+
+    @cached_property
+    def _places(self) -> list[slice]:
         counts = [len(active.fitted) for active in self.effects]
-        first = len(self.base_names) + sum(counts[:index])
-        return slice(first, first + counts[index])
+        ends = len(self.base_names) + np.cumsum(counts, dtype=int)
+        return [slice(int(end) - count, int(end)) for end, count in zip(ends, counts, strict=True)]
 
     def constants(self, values: Array) -> tuple[float, float]:
         """Return L [m] and g [m/s^2] under given values of the unknowns."""

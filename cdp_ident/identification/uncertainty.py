@@ -2,6 +2,7 @@
 
 import numpy as np
 import numpy.typing as npt
+from scipy.fft import irfft, next_fast_len, rfft
 
 from cdp_ident.identification.motion_model import STATE
 from cdp_ident.identification.refinement import Fit
@@ -60,17 +61,30 @@ def memory(fit: Fit) -> int:
 
     Lags are counted until three in a row have autocorrelations inside the 99 % limits of white noise.
     """
-    longest = max(len(residual) for residual in fit.residuals) // 4
-    power = sum(np.sum(residual**2, axis=0) for residual in fit.residuals)
+    products = autocovariance(fit)
     count = sum(len(residual) for residual in fit.residuals)
-    limit = 2.6 / np.sqrt(count)
+    correlation = products[1:] / np.maximum(products[0], np.finfo(float).tiny)
+    loud = np.max(np.abs(correlation), axis=1) > 2.6 / np.sqrt(count)
     quiet, last = 0, 0
-    for lag in range(1, longest + 1):
-        products = sum(np.sum(r[lag:] * r[:-lag], axis=0) for r in fit.residuals if len(r) > lag)
-        if np.max(np.abs(products / np.maximum(power, np.finfo(float).tiny))) > limit:
+    for lag, is_loud in enumerate(loud, start=1):
+        if is_loud:
             quiet, last = 0, lag
         else:
             quiet += 1
             if quiet == 3:
                 break
     return last
+
+
+def autocovariance(fit: Fit) -> Array:
+    """Return the sums (lags, 2) of products of residuals so many samples apart in one window, from lag 0 on [rad^2].
+
+    Lags go up to a quarter of the longest window.
+    """
+    lags = max(len(residual) for residual in fit.residuals) // 4 + 1
+    total = np.zeros((lags, 2))
+    for residual in fit.residuals:
+        padded = next_fast_len(len(residual) + lags)
+        power = np.abs(rfft(residual, padded, axis=0)) ** 2
+        total += irfft(power, padded, axis=0)[:lags]
+    return total

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.model.compilation import compiled, part
+from cdp_ident.model.compilation import compiled, inlined, part
 from cdp_ident.model.effects.catalogue import effect_torque, kind_of
 from cdp_ident.model.effects.constants import COUNT
 from cdp_ident.model.effects.effect import TorqueEffect
@@ -132,14 +132,19 @@ _NUDGE = 1e-6
 """Step of the differences of effects' torques: [rad], [rad/s], or relative to a parameter of at least 1e-3."""
 
 
+@inlined
+def _is_present(values, e):
+    # Strengths are among an effect's first two parameters; with none it is no effect, wherever the pendulum is.
+    return values[e, 0] != 0.0 or values[e, 1] != 0.0
+
+
 @part
 def _add_effects(state, time, kinds, values, constants, directions, i11, i12, i22, by_state, direct):
     """Add to the accelerations' derivatives what they owe to effects."""
     j = 0
     for e in range(len(kinds)):
-        present = values[e, 0] != 0.0 or values[e, 1] != 0.0
         at1, at2 = 0.0, 0.0
-        if present:
+        if _is_present(values, e):
             at1, at2 = effect_torque(kinds[e], state[0], state[1], state[2], state[3], time, values, e, constants)
             for k in range(4):
                 kept = state[k]
@@ -149,7 +154,6 @@ def _add_effects(state, time, kinds, values, constants, directions, i11, i12, i2
                 d1, d2 = (up1 - at1) / _NUDGE, (up2 - at2) / _NUDGE
                 by_state[0, k] += i11 * d1 + i12 * d2
                 by_state[1, k] += i12 * d1 + i22 * d2
-        # An effect without strength is none, wherever the pendulum is; only its directions are then asked for.
         while j < len(directions) and directions[j, 0] == e:
             p = directions[j, 1]
             kept = values[e, p]
@@ -173,9 +177,10 @@ def _differentiate(state, time, u, coefficients, kinds, values, constants, direc
     )  # fmt: skip
     extra1, extra2 = 0.0, 0.0
     for e in range(len(kinds)):
-        added1, added2 = effect_torque(kinds[e], theta1, theta2, omega1, omega2, time, values, e, constants)
-        extra1 += added1
-        extra2 += added2
+        if _is_present(values, e):
+            added1, added2 = effect_torque(kinds[e], theta1, theta2, omega1, omega2, time, values, e, constants)
+            extra1 += added1
+            extra2 += added2
     rates[stage, 0], rates[stage, 1] = omega1, omega2
     if direct.shape[1] == 0:
         rates[stage, 2], rates[stage, 3] = accelerations(

@@ -62,26 +62,28 @@ class FirstLook:
             self._columns.append(count - STATE + np.array(strengths, dtype=np.int64))
             count += len(candidate.fitted)
         own, size = len(fit.values), count - STATE
-        gram, right = np.zeros((len(fit.windows), size, size)), np.zeros((len(fit.windows), size))
-        raw = np.zeros((len(fit.windows), size))
+        sensitivities: list[Array] = [np.empty(0)] * len(fit.windows)
 
         def work(first: int, last: int) -> None:
             for index in range(first, last):
-                window, residual, weight = fit.windows[index], fit.residuals[index], fit.weights[index]
-                _, sensitivity = model.predict(values, window.start, window)
-                root = np.sqrt(weight).reshape(-1, 1)
-                rows = sensitivity.reshape(-1, count) * root
-                target = residual.ravel() * root[:, 0]
-                free = rows[:, STATE:]
-                raw[index] = np.sum(free**2, axis=0)
-                if not window.start_known:
-                    basis, _ = np.linalg.qr(rows[:, :STATE])
-                    free = free - basis @ (basis.T @ free)
-                    target = target - basis @ (basis.T @ target)
-                gram[index], right[index] = free.T @ free, free.T @ target
+                window = fit.windows[index]
+                sensitivities[index] = model.predict(values, window.start, window)[1]
 
         share_out(work, len(fit.windows))
-        whole, target, size_before = gram.sum(axis=0), right.sum(axis=0), raw.sum(axis=0)
+        whole, target, size_before = np.zeros((size, size)), np.zeros(size), np.zeros(size)
+        parts = zip(fit.windows, sensitivities, fit.residuals, fit.weights, strict=True)
+        for window, sensitivity, residual, weight in parts:
+            root = np.sqrt(weight).reshape(-1, 1)
+            rows = sensitivity.reshape(-1, count) * root
+            left = residual.ravel() * root[:, 0]
+            free = rows[:, STATE:]
+            size_before += np.sum(free**2, axis=0)
+            if not window.start_known:
+                basis, _ = np.linalg.qr(rows[:, :STATE])
+                free = free - basis @ (basis.T @ free)
+                left = left - basis @ (basis.T @ left)
+            whole += free.T @ free
+            target += free.T @ left
         kept = np.linalg.pinv(whole[:own, :own], rcond=1e-12, hermitian=True)
         self._gram = whole - whole[:, :own] @ kept @ whole[:own, :]
         self._right = target - whole[:, :own] @ kept @ target[:own]

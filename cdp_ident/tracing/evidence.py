@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from cdp_ident.identification.motion_model import MotionModel
 from cdp_ident.identification.refinement import Fit
-from cdp_ident.identification.uncertainty import covariance, memory
+from cdp_ident.identification.uncertainty import autocovariance, covariance, memory
 
 Array = npt.NDArray[np.float64]
 
@@ -19,11 +19,9 @@ def sluggishness(fit: Fit) -> float:
     up to the residuals' memory, with Bartlett's weights.
     """
     lags = memory(fit)
-    power = sum(float(np.sum(residual**2)) for residual in fit.residuals)
-    total = 1.0
-    for lag in range(1, lags + 1):
-        product = sum(float(np.sum(r[lag:] * r[:-lag])) for r in fit.residuals if len(r) > lag)
-        total += 2.0 * (1.0 - lag / (lags + 1.0)) * product / max(power, np.finfo(float).tiny)
+    products = autocovariance(fit).sum(axis=1)
+    weights = 1.0 - np.arange(1, lags + 1) / (lags + 1.0)
+    total = 1.0 + 2.0 * float(weights @ products[1 : lags + 1]) / max(products[0], np.finfo(float).tiny)
     return max(total, 1.0)
 
 

@@ -34,7 +34,7 @@ def encoder_readings(
     slopes = [derivatives[:, 0], derivatives[:, 1] - derivatives[:, 0]]
     for effect, values, place in sensors:
         if effect.delays:
-            late_states, late = motion(values[0])
+            late_states, late = motion(values[0]) if values[0] else (states, derivatives)
             angles[1], slopes[1] = late_states[:, 1] - late_states[:, 0], late[:, 1] - late[:, 0]
             slopes[1][:, first + place.start] = late_states[:, 2] - late_states[:, 3]
     readings, by_directions = list(angles), [slope.copy() for slope in slopes]
