@@ -47,9 +47,9 @@ _STRUCTURED, _STRUCTURED_SHARE = 5.0, 0.05
 """The same where residuals would remain that remember so many samples."""
 _INSTANT_GAIN = 60.0
 """Least fall of the fit's squared error by something that happened once, which the windows kept out cannot judge."""
-_OUTSTANDING, _USUAL = 2.0, 1.7
-"""A window in which something happened has at least so many times the squared error of the others, and at most so many
-times once that is explained."""
+_OUTSTANDING, _USUAL = 6.0, 1.7
+"""A window in which something happened has a mean squared error so many standard deviations above the others', and at
+most so many times theirs once that is explained."""
 _NEAR_THE_BEST = 0.75
 """A candidate that gains this share of what the best one does is preferred if it has fewer parameters."""
 _MOST_ROUNDS = 3
@@ -109,6 +109,7 @@ class _Interrupted(Exception):  # noqa: N818  it is no error
 def climb(
     fit: Fit,
     holdout: Sequence[Window],
+    noise: float,
     told: Callable[[str], None] = lambda line: None,
     stop: Callable[[], bool] = lambda: False,
 ) -> Ladder:
@@ -117,17 +118,18 @@ def climb(
     Args:
         fit: the paper's model, fully fitted.
         holdout: the windows that no fit sees.
+        noise: root mean square of what the encoders add to both angles [rad].
         told: called with a line for people after each step.
         stop: asked between refits; true ends the climb with the effects found so far.
     """
-    climber = _Climber(holdout, told, stop)
+    climber = _Climber(noise, told, stop)
     before = Attempt(fit, follow(fit.model, fit.values, holdout))  # type: ignore[arg-type]
     return climber.run(before)
 
 
 class _Climber:
-    def __init__(self, holdout: Sequence[Window], told: Callable[[str], None], stop: Callable[[], bool]):
-        self._holdout, self._told, self._stop = tuple(holdout), told, stop
+    def __init__(self, noise: float, told: Callable[[str], None], stop: Callable[[], bool]):
+        self._noise, self._told, self._stop = noise, told, stop
         self._rungs: list[Rung] = []
         self._stood: dict[str, tuple[Attempt, ...]] = {}
         """The rivals that each effect has stood against in the end, by its key."""
@@ -143,15 +145,41 @@ class _Climber:
                 current = self._drop(exchanged)
         except _Interrupted:
             interrupted = True
-        evidence, without, alternatives = [], [], []
-        for index, active in enumerate(current.model.effects):
-            removed = self._remove(current, index)
-            evidence.append(change(removed, current))
-            without.append(removed.holdout.rmse())
-            alternatives.append(self._alternatives(current, removed, self._stood.get(active.effect.key, ())))
+        current, without = self._keep_what_explains(current)
+        alternatives = [
+            self._alternatives(current, removed, self._stood.get(active.effect.key, ()))
+            for active, removed in zip(current.model.effects, without, strict=True)
+        ]
         return Ladder(
-            before, current, tuple(self._rungs), tuple(evidence), tuple(without), tuple(alternatives), interrupted
+            before=before,
+            after=current,
+            rungs=tuple(self._rungs),
+            evidence=tuple(change(removed, current) for removed in without),
+            holdout_without=tuple(removed.holdout.rmse() for removed in without),
+            also_possible=tuple(alternatives),
+            interrupted=interrupted,
         )
+
+    def _keep_what_explains(self, current: Attempt) -> tuple[Attempt, list[Attempt]]:
+        """Drop effects that explain less than what remains: they may be no more than a part of that, imitated.
+
+        Returns:
+            The model with the effects that stay, and that model without each of them.
+        """
+        while True:
+            without = [self._remove(current, index) for index in range(len(current.model.effects))]
+            remains = current.holdout.rmse() ** 2 - self._noise**2
+            # What happened once, the windows kept out cannot judge.
+            explained = [
+                removed.holdout.rmse() ** 2 - current.holdout.rmse() ** 2 if not active.effect.at_an_instant else np.inf
+                for active, removed in zip(current.model.effects, without, strict=True)
+            ]
+            least = int(np.argmin(explained)) if explained else 0
+            if not explained or explained[least] > remains:
+                return current, without
+            key = current.model.effects[least].effect.key
+            current = without[least]
+            self._note_drop(key, current, "more remains unexplained than it explains")
 
     def _add_all(self, current: Attempt) -> Attempt:
         while len(current.model.effects) < _MOST_EFFECTS and (better := self._rung(current)) is not None:
@@ -199,14 +227,19 @@ class _Climber:
             # A knock is in one window, which must stand out; lost counts are in all windows from then on.
             apart = all(isinstance(effect, SensorEffect) for effect in once) or _stands_out(before, after)
             return gained.fit > _INSTANT_GAIN and gained.holdout > -_HOLDOUT_GAIN and apart
-        share = 1.0 - after.holdout.rmse() / before.holdout.rmse()
         # Where more than noise would remain, a small gain may be another effect's, and one harmonic a part of what
         # depends on position in another way.
         structured = sluggishness(after.fit) > _STRUCTURED
         added = [active.effect for active in after.model.effects[new.start :]]
         if structured and any(isinstance(effect, TorqueEffect) and effect.harmonic for effect in added):
             return False
-        least = _STRUCTURED_SHARE if structured else _HOLDOUT_SHARE
+        return self._brings_enough(before, after)
+
+    @staticmethod
+    def _brings_enough(before: Attempt, after: Attempt) -> bool:
+        gained = change(before, after)
+        share = 1.0 - after.holdout.rmse() / before.holdout.rmse()
+        least = _STRUCTURED_SHARE if sluggishness(after.fit) > _STRUCTURED else _HOLDOUT_SHARE
         return gained.fit > _FIT_GAIN and gained.holdout > _HOLDOUT_GAIN and share > least
 
     def _add(self, current: Attempt, candidates: Sequence[Candidate]) -> Attempt:
@@ -237,8 +270,7 @@ class _Climber:
             if current.strength(index) < _STRENGTH - 1 or lost.fit < _FIT_GAIN / 2 or lost.holdout < 0:
                 key = current.model.effects[index].effect.key
                 current = removed
-                self._rungs.append(Rung(f"dropped {key}", current.fit.rmse(), current.holdout.rmse(), ()))
-                self._told(f"dropped {key}: it no longer helps")
+                self._note_drop(key, current, "it no longer helps")
         return current
 
     def _exchange(self, current: Attempt) -> Attempt:
@@ -250,6 +282,8 @@ class _Climber:
             for rival in rivals:
                 gained = change(current, rival)
                 clearly = gained.fit + gained.holdout > _INDISTINGUISHABLE and gained.holdout > 0
+                if len(rival.fit.values) > len(current.fit.values):
+                    clearly = self._brings_enough(current, rival)  # what is richer must earn its parameters
                 if clearly and gained.bic < 0 and self._earns_its_place(removed, rival):
                     old = current.model.effects[index].effect.key
                     new = rival.model.effects[-1].effect.key
@@ -297,6 +331,10 @@ class _Climber:
                 found.append(f"{effect.name} {effect.joint}")
         return tuple(dict.fromkeys(found))
 
+    def _note_drop(self, key: str, after: Attempt, reason: str) -> None:
+        self._rungs.append(Rung(f"dropped {key}", after.fit.rmse(), after.holdout.rmse(), ()))
+        self._told(f"dropped {key}: {reason}")
+
     def _note(
         self,
         current: Attempt,
@@ -333,4 +371,6 @@ def _stands_out(before: Attempt, after: Attempt) -> bool:
     )
     window = int(np.argmax(powers[:, 0] - powers[:, 1]))
     usual = np.median(np.delete(powers[:, 1], window)) if len(powers) > 1 else powers[window, 1]
-    return bool(powers[window, 0] > _OUTSTANDING * usual and powers[window, 1] < _USUAL * usual)
+    # The mean square of n independent residuals varies by the root of 2 / n, relatively.
+    spread = np.sqrt(2.0 * sluggishness(after.fit) / before.fit.residuals[window].size)
+    return bool(powers[window, 0] > (1.0 + _OUTSTANDING * spread) * usual and powers[window, 1] < _USUAL * usual)

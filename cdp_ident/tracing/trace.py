@@ -80,7 +80,7 @@ def trace(
         told: called with a line for people after each step.
         stop: asked now and then; true ends the tracing with the effects found so far.
     """
-    ladder = climb(found.fit, found.data.holdout, told, stop)
+    ladder = climb(found.fit, found.data.holdout, float(np.sqrt(np.mean(found.data.noise**2))), told, stop)
     after = ladder.after
     values, spread = after.fit.values, covariance(after.fit)
     length, _ = after.model.constants(values)

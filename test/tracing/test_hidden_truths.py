@@ -45,6 +45,19 @@ def test_what_is_hidden_is_named_and_explains_all_but_the_noise(kind: str) -> No
     assert found.after.holdout.rmse() < FIT_TO_THE_NOISE * answer.floor
 
 
+def test_an_effect_that_imitates_a_part_of_something_else_is_dropped_in_the_end() -> None:
+    found, answer = traced("backlash.inner", 1000, 0.9)
+    assert [rung.action for rung in found.ladder.rungs][-1] == "dropped time_offset.outer"
+    assert named(found) == set()
+    assert found.unexplained.significant
+    assert found.after.holdout.rmse() > 1.5 * answer.floor
+
+
+def test_a_knock_is_named_though_the_window_it_is_in_hardly_stands_out() -> None:
+    found, answer = traced("impulse.inner", 1000, 0.7)
+    assert named(found) == {hidden.identity for hidden in answer.hidden}
+
+
 def test_what_no_effect_of_the_catalogue_explains_is_said_to_remain() -> None:
     found, answer = traced("partial_rub.outer", 0, 2.6)
     assert found.after.holdout.rmse() > FIT_TO_THE_NOISE * answer.floor
