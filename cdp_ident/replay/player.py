@@ -27,6 +27,9 @@ class Player:
             frequency: frames in a second of the viewer's time [Hz].
             rate: the motion's time against the viewer's.
             loop: whether it begins anew at the end.
+
+        Raises:
+            SimulationError: not even the first frames can be computed.
         """
         self.loop = loop
         self.finished = False
@@ -36,6 +39,7 @@ class Player:
         self._count = 0
         self._played = 0.0
         self._ahead: deque[Frame] = deque()
+        self._compute()  # compiles, before anyone waits for the first frame
 
     @property
     def played(self) -> float:

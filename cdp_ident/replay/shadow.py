@@ -52,13 +52,15 @@ class Shadow:
             lead: how much of the motion after a release the start is fitted to [s].
         """
         self.phase = Phase.WAITING
-        self.why = "no release was seen yet"
+        self.why = "none was seen yet"
         """In words, why it is in this phase."""
         self._model, self._options, self._limits, self._lead = (
             model, options or TrialOptions(), limits or TrialLimits(), lead,
         )  # fmt: skip
         self._last_ns: int | None = None
-        self.reset()
+        self._stream = MotionStream(model, np.zeros(4))
+        self._stream.readings(np.zeros(1))  # compiles, before the rig moves
+        self._release = ReleaseDetector(self._limits)
 
     def reset(self) -> None:
         """Wait for the next release."""

@@ -14,7 +14,7 @@ import rclpy
 import rclpy.executors
 import rclpy.qos
 from diagnostic_msgs.msg import DiagnosticArray
-from rcl_interfaces.srv import GetParameters, SetParametersAtomically
+from rcl_interfaces.srv import GetParameters, ListParameters, SetParametersAtomically
 from rclpy.parameter import Parameter, parameter_value_to_python
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
@@ -105,6 +105,10 @@ class Listener:
         """Return the present value of a node's parameter, None where it has none of this name."""
         (value,) = self._call(GetParameters, f"{node}/get_parameters", GetParameters.Request(names=[name])).values
         return parameter_value_to_python(value)
+
+    def parameter_names(self, node: str) -> list[str]:
+        """Return the names of a node's parameters."""
+        return list(self._call(ListParameters, f"{node}/list_parameters", ListParameters.Request()).result.names)
 
     def _call(self, kind: Any, service: str, request: Any) -> Any:
         client = self.node.create_client(kind, service)
