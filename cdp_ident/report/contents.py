@@ -1,6 +1,6 @@
 """The contents of `report.json`."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from datetime import datetime, timezone
 from typing import Any
 
@@ -18,7 +18,7 @@ from cdp_ident.model.parameters import CONSTANTS, GROUPS, PARAMETERS
 from cdp_ident.report.job import Outcome
 from cdp_ident.report.provenance import versions
 from cdp_ident.tracing.ladder import Ladder
-from cdp_ident.tracing.trace import FoundEffect
+from cdp_ident.tracing.trace import Trace
 
 Array = npt.NDArray[np.float64]
 Section = dict[str, Any]
@@ -49,7 +49,7 @@ def report(outcome: Outcome) -> Section:
             "windows_fitted": len(found.data.fit),
             "windows_held_out": len(found.data.holdout),
         },
-        "effects": [_effect(outcome, effect) for effect in outcome.trace.effects],
+        "effects": [_effect(outcome, index) for index in range(len(outcome.trace.effects))],
         "after": fit_section(
             outcome.trace.after.model,
             outcome.trace.after.fit.values,
@@ -137,7 +137,8 @@ def _error(errors: Errors, windows: tuple[Window, ...]) -> Section:
     }
 
 
-def _effect(outcome: Outcome, found: FoundEffect) -> Section:
+def _effect(outcome: Outcome, index: int) -> Section:
+    found = outcome.trace.effects[index]
     effect, trial = found.active.effect, found.active.trial
     return {
         "name": effect.name,
@@ -152,8 +153,9 @@ def _effect(outcome: Outcome, found: FoundEffect) -> Section:
                 "value": parameter.value,
                 "std": parameter.std,
                 "unit": parameter.description.unit,
+                "as_fitted": as_fitted,
             }
-            for parameter in found.parameters
+            for parameter, as_fitted in zip(found.parameters, _as_fitted(outcome.trace, index), strict=True)
         },
         "evidence": {
             "rmse_holdout_before_rad": found.holdout_without,
@@ -162,6 +164,15 @@ def _effect(outcome: Outcome, found: FoundEffect) -> Section:
         },
         "also_possible": list(found.also_possible),
     }
+
+
+def _as_fitted(trace: Trace, index: int) -> Iterator[Section]:
+    """Yield the parameters of an effect as the motion shows them: torques over A22."""
+    place = trace.after.model.places(index)
+    fitted = iter(zip(trace.after.fit.values[place], np.sqrt(np.diag(trace.covariance)[place]), strict=True))
+    for parameter in trace.effects[index].parameters:
+        value, std = (parameter.value, 0.0) if parameter.description.fixed else next(fitted)
+        yield {"value": float(value), "std": float(std)}
 
 
 def _ladder(ladder: Ladder) -> Section:

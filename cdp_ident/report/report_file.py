@@ -37,6 +37,7 @@ class _Choice:
 
 
 _NUMBER = _Optional(float)  # null stands for what is not finite
+_ESTIMATE = {"value": _NUMBER, "std": _NUMBER}
 _QUANTITY = {"value": _NUMBER, "std": _NUMBER, "unit": str, "determined": bool}
 _ERROR = {
     "rmse_rad": _NUMBER, "rmse_theta1_rad": _NUMBER, "rmse_theta2_rad": _NUMBER, "window_s": float,
@@ -68,7 +69,7 @@ _SHAPE = {
         {
             "name": str, "joint": _Choice(*get_args(Joint)), "variant": str, "trial": _Optional(str),
             "description": str, "formula": str, "source": str,
-            "parameters": _Each({"value": _NUMBER, "std": _NUMBER, "unit": str}),
+            "parameters": _Each({"value": _NUMBER, "std": _NUMBER, "unit": str, "as_fitted": _ESTIMATE}),
             "evidence": {"rmse_holdout_before_rad": _NUMBER, "rmse_holdout_after_rad": _NUMBER, "delta_bic": _NUMBER},
             "also_possible": [str],
         }
@@ -91,7 +92,7 @@ _SHAPE = {
         {
             "agree": bool, "p_value": float,
             "trials": [
-                {"trial": str, "groups": {group.symbol: {"value": _NUMBER, "std": _NUMBER} for group in GROUPS}}
+                {"trial": str, "groups": {group.symbol: _ESTIMATE for group in GROUPS}}
             ],
         }
     ),

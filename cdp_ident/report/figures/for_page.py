@@ -8,6 +8,7 @@ import base64
 import hashlib
 import html
 import math
+import textwrap
 from collections.abc import Sequence
 from typing import Any
 
@@ -30,10 +31,10 @@ from cdp_ident.report.figures.palette import Colour
 
 Json = dict[str, Any]
 
-_TOP, _BOTTOM = 30.0, 46.0
-"""What a panel needs above for its title and below for its axis [pixels]."""
-_GAP = 14.0
-"""Between panels that share an axis [pixels]."""
+_TOP, _BOTTOM, _LINE = 14.0, 46.0, 16.0
+"""What a panel needs above it and below for its axis, and a line of its title [pixels]."""
+_TITLE_WIDTH = 28
+"""Characters in a line of a panel's title: what a phone has room for."""
 _SHAPES = {
     "circle": "circle", "square": "square", "diamond": "diamond", "triangle": "triangle-up", "cross": "x",
     "star": "star",
@@ -57,7 +58,8 @@ class Arrays:
 
 def plotly_figure(figure: Figure, arrays: Arrays) -> Json:
     """Return data and layout of a figure."""
-    tops = [_TOP if panel.title else 10.0 if not figure.shared_x else _GAP for panel in figure.panels]
+    titles = ["\n".join(textwrap.wrap(panel.title, _TITLE_WIDTH)) for panel in figure.panels]
+    tops = [_TOP + _LINE * (title.count("\n") + 1) if title else _TOP for title in titles]
     last = len(figure.panels) - 1
     bottoms = [0.0 if figure.shared_x and index < last else _BOTTOM for index in range(last + 1)]
     heights = [panel.height for panel in figure.panels]
@@ -74,6 +76,7 @@ def plotly_figure(figure: Figure, arrays: Arrays) -> Json:
             "bordercolor": _colour("grid"),
             "font": {"color": _colour("ink")},
         },
+        "modebar": {"bgcolor": "rgba(0,0,0,0)", "color": _colour("quiet"), "activecolor": _colour("ink")},
         "barmode": "overlay",
         "paper_bgcolor": "rgba(0,0,0,0)",
         "plot_bgcolor": "rgba(0,0,0,0)",
@@ -99,8 +102,8 @@ def plotly_figure(figure: Figure, arrays: Arrays) -> Json:
             place = "" if figure.shared_x else suffix
             layout[f"xaxis{place}"] = {**_axis(panel.x, "x"), "anchor": f"y{suffix}"}
         layout["shapes"] += [_span(begin, end, x, f"y{suffix}") for begin, end in panel.held_out]
-        if panel.title:
-            layout["annotations"].append(_title(panel.title, domain[1]))
+        if titles[index]:
+            layout["annotations"].append(_title(titles[index], domain[1]))
         top -= panel.height + bottoms[index]
     return {"data": data, "layout": layout}
 
@@ -136,7 +139,7 @@ def _trace(mark: Mark, panel: Panel, arrays: Arrays) -> Json:
         return trace | {
             "type": "bar", "orientation": "h", "x": _finite(mark.lengths), "y": list(mark.positions),
             "width": mark.thickness, "marker": {"color": _colour(mark.colour)},
-            "text": [_literal(words) for words in mark.words], "textposition": "outside", "cliponaxis": False,
+            "text": [_literal(words) for words in mark.words], "textposition": "auto", "insidetextanchor": "end",
             "hovertemplate": "%{text}",
         }  # fmt: skip
     if isinstance(mark, Level):
@@ -213,5 +216,5 @@ def _span(begin: float, end: float, x: str, y: str) -> Json:
 def _title(title: str, top: float) -> Json:
     return {
         "text": f"<b>{_literal(title)}</b>", "x": 0, "y": min(top, 1.0), "xref": "paper", "yref": "paper",
-        "xanchor": "left", "yanchor": "bottom", "yshift": 6, "showarrow": False, "font": {"size": 12},
+        "xanchor": "left", "yanchor": "bottom", "yshift": 4, "align": "left", "showarrow": False, "font": {"size": 12},
     }  # fmt: skip

@@ -32,6 +32,7 @@ def words(report: Section) -> dict[str, Any]:
             "effects": _effects(report),
             "also_possible": _also_possible(report),
             "ladder": _ladder(report),
+            "tried": _tried(report),
             "groups": _groups(report),
             "physical": _physical(report),
             "repeatability": _repeatability(report),
@@ -118,31 +119,30 @@ def _also_possible(report: Section) -> list[str]:
 
 
 def _ladder(report: Section) -> list[Row]:
-    before = report["before"]["error"]
-    rows: list[Row] = [
-        (
-            "0",
-            "the paper's model, fitted",
-            milliradians(before["fit"]["rmse_rad"]),
-            milliradians(before["holdout"]["rmse_rad"]),
-            "",
-        )
+    steps = [("the paper's model, fitted", *_both_errors(report["before"]["error"]))]
+    steps += [
+        (action_words(rung), milliradians(rung["rmse_fit_rad"]), milliradians(rung["rmse_holdout_rad"]))
+        for rung in report["ladder"]["rungs"]
     ]
-    for index, rung in enumerate(report["ladder"]["rungs"], start=1):
-        tried = "; ".join(
-            f"{' and '.join(key_words(key) for key in tried['effects'])} {milliradians(tried['rmse_holdout_rad'])}"
-            for tried in rung["tried"]
+    return [(str(index), *step) for index, step in enumerate(steps)]
+
+
+def _both_errors(error: Section) -> tuple[str, str]:
+    return milliradians(error["fit"]["rmse_rad"]), milliradians(error["holdout"]["rmse_rad"])
+
+
+def _tried(report: Section) -> list[Row]:
+    return [
+        (
+            str(index),
+            " and ".join(key_words(key) for key in tried["effects"]),
+            milliradians(tried["rmse_fit_rad"]),
+            milliradians(tried["rmse_holdout_rad"]),
+            f"{number(tried['delta_bic']):.4g}",
         )
-        rows.append(
-            (
-                str(index),
-                action_words(rung),
-                milliradians(rung["rmse_fit_rad"]),
-                milliradians(rung["rmse_holdout_rad"]),
-                tried,
-            )
-        )
-    return rows
+        for index, rung in enumerate(report["ladder"]["rungs"], start=1)
+        for tried in rung["tried"]
+    ]
 
 
 def _groups(report: Section) -> list[Row]:

@@ -69,7 +69,7 @@
     const time = curve.time[place];
     stage.dataset.time = time;
     element("simulated").setAttribute("class", chosen("model"));
-    element("cart").setAttribute("x", (SCALE * curve.cart[place] - 14).toFixed(2));
+    element("cart").setAttribute("x", (SCALE * curve.cart[place] - 9).toFixed(2));
     show("measured", place, measuredAt);
     show("simulated", place, simulatedAt);
     const measured = measuredAt(place);

@@ -1,0 +1,135 @@
+"""Several reports side by side, as before and after a bearing was changed."""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from cdp_ident.model.parameters import GROUPS
+from cdp_ident.report.contents import Section
+from cdp_ident.report.folder import REPORT
+from cdp_ident.report.formatting import milliradians, number, unit, with_std
+from cdp_ident.report.report_file import read_report
+from cdp_ident.report.wording import noise_floor, short_name
+
+CHANGED = 3.0
+"""A difference of so many of its standard deviations is called a change."""
+_NONE = "–"
+
+
+@dataclass(frozen=True)
+class Run:
+    """One of the reports that are compared."""
+
+    name: str
+    report: Section
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A table: what is compared, the runs' values, and the others' differences from the first."""
+
+    title: str
+    columns: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    note: str = ""
+
+
+def read_runs(folders: Sequence[Path]) -> list[Run]:
+    """Read the reports of several folders; their names are the shortest ends of the paths that differ.
+
+    Raises:
+        ReportError: one of them holds no report.
+    """
+    parts = [folder.absolute().parts for folder in folders]
+    length = next(
+        (n for n in range(1, max(map(len, parts))) if len({path[-n:] for path in parts}) == len(parts)),
+        max(map(len, parts)),
+    )
+    return [
+        Run("/".join(path[-length:]), read_report(folder / REPORT)) for path, folder in zip(parts, folders, strict=True)
+    ]
+
+
+def compare(runs: Sequence[Run]) -> list[Comparison]:
+    """Return what to put side by side: verdicts, errors, groups, effects and physical values."""
+    names = tuple(run.name for run in runs)
+    others = tuple(f"{name} − {names[0]}, in std" for name in names[1:])
+    groups = [
+        (f"{short_name(g.symbol)} = {g.formula}", [_quantity(run, "groups", g.symbol) for run in runs]) for g in GROUPS
+    ]
+    symbols = runs[0].report["after"]["physical"]
+    physical = [(symbol, [_quantity(run, "physical", symbol) for run in runs]) for symbol in symbols]
+    differences = "A difference is in standard deviations of itself"
+    return [
+        Comparison("Verdicts", ("run", "verdict"), tuple((run.name, run.report["verdict"]) for run in runs)),
+        Comparison("Errors", ("", *names), tuple(_errors(runs))),
+        Comparison(
+            "Groups, all that a free swing depends on",
+            ("group", *names, *others),
+            tuple(_row(name, quantities) for name, quantities in groups),
+            f"{differences}; from {CHANGED:.0f} on it is marked as a change.",
+        ),
+        Comparison(
+            "Effects",
+            ("effect", *names, *others),
+            tuple(_row(name, quantities) for name, quantities in _effects(runs).items()),
+            f"{differences}, of torques over A22, which is all that a free swing shows of them.",
+        ),
+        Comparison(
+            "Physical values",
+            ("parameter", *names, *others),
+            tuple(_row(name, quantities) for name, quantities in physical),
+            "Values that the trials do not determine lie nearest to the nominal ones: their differences say nothing.",
+        ),
+    ]
+
+
+@dataclass(frozen=True)
+class _Quantity:
+    text: str
+    value: float = math.nan
+    """As the motion shows it; not a number where it says nothing."""
+    std: float = math.nan
+
+
+def _quantity(run: Run, kind: str, name: str) -> _Quantity:
+    found = run.report["after"][kind][name]
+    text = f"{with_std(found['value'], found['std'])} {unit(found['unit'])}".strip()
+    return _Quantity(text, number(found["value"]), number(found["std"])) if found["determined"] else _Quantity(text)
+
+
+def _effects(runs: Sequence[Run]) -> Mapping[str, list[_Quantity]]:
+    found: dict[str, list[_Quantity]] = {}
+    for index, run in enumerate(runs):
+        for effect in run.report["effects"]:
+            about = ", ".join(filter(None, (effect["name"].replace("_", " "), effect["joint"], effect["trial"])))
+            for name, quantity in effect["parameters"].items():
+                text = f"{with_std(quantity['value'], quantity['std'])} {unit(quantity['unit'])}".strip()
+                shown = quantity["as_fitted"]
+                row = found.setdefault(f"{about}: {name}", [_Quantity(_NONE)] * len(runs))
+                row[index] = _Quantity(text, number(shown["value"]), number(shown["std"]))
+    return found
+
+
+def _row(name: str, quantities: Sequence[_Quantity]) -> tuple[str, ...]:
+    first, *others = quantities
+    return (name, *(quantity.text for quantity in quantities), *(_difference(first, other) for other in others))
+
+
+def _difference(first: _Quantity, other: _Quantity) -> str:
+    std = math.hypot(first.std, other.std)
+    if not (math.isfinite(std) and std > 0):
+        return _NONE
+    distance = (other.value - first.value) / std
+    return f"{distance:+.1f}{' (changed)' if abs(distance) >= CHANGED else ''}"
+
+
+def _errors(runs: Sequence[Run]) -> Iterator[tuple[str, ...]]:
+    for model, words in (("before", "the paper's model, fitted"), ("after", "with the effects found")):
+        for where, said in (("holdout", "held out"), ("fit", "fitted motion")):
+            errors = [run.report[model]["error"][where]["rmse_rad"] for run in runs]
+            yield f"{words}, {said} [mrad]", *(milliradians(error) for error in errors)
+    yield "the encoders' noise [mrad]", *(milliradians(noise_floor(run.report)) for run in runs)
+    squared = [number(run.report["after"]["error"]["holdout"]["sse_free_run"]) for run in runs]
+    yield "with the effects found, Eq. (10), held out [rad²]", *(f"{error:.4g}" for error in squared)
