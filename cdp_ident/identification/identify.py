@@ -88,6 +88,11 @@ class Data:
     noise: Array
     """(2,) standard deviation of the noise of theta1 and theta2 over all trials to fit [rad]."""
 
+    @property
+    def names(self) -> list[str]:
+        """Names of the trials."""
+        return [trial.name for trial in self.trials]
+
 
 @dataclass(frozen=True)
 class Identification:
@@ -191,6 +196,6 @@ def identify(
             for stage, stage_values in stages.items()
         },
         continuity=continuity(found.fit),
-        repeatability=repeatability(found.fit, [trial.name for trial in data.trials]),
+        repeatability=repeatability(found.fit, data.names),
         interrupted=not found.search.completed,
     )

@@ -65,12 +65,12 @@ def report(outcome: Outcome) -> Section:
         },
         "verdict": outcome.trace.verdict,
         "ladder": _ladder(outcome.trace.ladder),
-        "continuity": _continuity(found),
-        "repeatability": _repeatability(found),
+        "continuity": _continuity(outcome.trace.completed),
+        "repeatability": _repeatability(outcome.trace.completed),
         "identifiability": _identifiability(determined),
         "warnings": [
             {"name": warning.name, "about": list(warning.about), "message": warning.message}
-            for warning in find_warnings(found)
+            for warning in find_warnings(outcome.trace.completed)
         ],
         "run": _run(outcome),
     }
@@ -245,7 +245,7 @@ def _repeatability(found: Identification) -> Section | None:
     compared = found.repeatability
     if compared is None:
         return None
-    names = found.fit.model.names
+    names = [group.symbol for group in GROUPS]
     return {
         "agree": compared.agree,
         "p_value": compared.p_value,
@@ -254,7 +254,7 @@ def _repeatability(found: Identification) -> Section | None:
                 "trial": trial,
                 "groups": {
                     name: {"value": float(value), "std": float(std)}
-                    for name, value, std in zip(names, values, deviations, strict=True)
+                    for name, value, std in zip(names, values, deviations, strict=False)
                 },
             }
             for trial, values, deviations in zip(compared.trials, compared.values, compared.std, strict=True)

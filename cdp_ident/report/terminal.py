@@ -35,7 +35,7 @@ def _parts(report: Section) -> Iterator[RenderableType]:
         yield _effects(report["effects"])
     yield _sentences("What the trials determine", report["identifiability"]["words"])
     if report["repeatability"]:
-        yield _repeatability(report["repeatability"], report["before"]["groups"])
+        yield _repeatability(report["repeatability"], report["after"]["groups"])
     warnings = [warning["message"] for warning in report["warnings"]]
     if warnings:
         yield _sentences("Warnings", warnings)

@@ -1,15 +1,18 @@
 """From an identification to the effects that explain its residual, in physical units and in words."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
+from cdp_ident.identification.continuity import continuity
 from cdp_ident.identification.identify import Identification
 from cdp_ident.identification.judgement import Errors, judge
-from cdp_ident.identification.motion_model import ActiveEffect
+from cdp_ident.identification.motion_model import ActiveEffect, MotionModel
 from cdp_ident.identification.physical import PhysicalValues, nearest_physical_values
+from cdp_ident.identification.refinement import Fit
+from cdp_ident.identification.repeatability import repeatability
 from cdp_ident.identification.uncertainty import covariance
 from cdp_ident.model.effects.effect import EffectParameter, SensorEffect
 from cdp_ident.model.parameters import GROUPS, inertia_about_cart
@@ -54,10 +57,8 @@ class Trace:
 
     ladder: Ladder
     effects: tuple[FoundEffect, ...]
-    covariance: Array
-    """(unknowns, unknowns) covariance of the values of the model with the effects."""
-    physical: PhysicalValues
-    """Physical values of the model with the effects."""
+    completed: Identification
+    """The identification, with the model that has the effects in the paper's model's place."""
     errors: tuple[Errors, Errors]
     """Errors of the model with the effects, over the fitted and over the held-out windows."""
     unexplained: Unexplained
@@ -68,6 +69,16 @@ class Trace:
     def after(self) -> Attempt:
         """The model with the effects."""
         return self.ladder.after
+
+    @property
+    def covariance(self) -> Array:
+        """(unknowns, unknowns) covariance of the values of the model with the effects."""
+        return self.completed.covariance
+
+    @property
+    def physical(self) -> PhysicalValues:
+        """Physical values of the model with the effects."""
+        return self.completed.physical
 
 
 def trace(
@@ -81,28 +92,43 @@ def trace(
         stop: asked now and then; true ends the tracing with the effects found so far.
     """
     ladder = climb(found.fit, found.data.holdout, float(np.sqrt(np.mean(found.data.noise**2))), told, stop)
-    after = ladder.after
-    values, spread = after.fit.values, covariance(after.fit)
+    completed = _completed(found, ladder.after.fit)
+    after, physical = ladder.after, completed.physical
+    values, spread = after.fit.values, completed.covariance
     length, _ = after.model.constants(values)
-    count = len(GROUPS)
-    physical = nearest_physical_values(values[:count], spread[:count, :count], found.options.prior, length)
     inertia = float(inertia_about_cart(physical.values, length))
     effects = tuple(
         _found(ladder, index, spread, inertia, physical.inertia_relative_std)
         for index in range(len(after.model.effects))
     )
-    remains = unexplained(after, found.data.noise, [trial.name for trial in found.data.trials], inertia)
+    remains = unexplained(after, found.data.noise, found.data.names, inertia)
     return Trace(
         ladder=ladder,
         effects=effects,
-        covariance=spread,
-        physical=physical,
+        completed=completed,
         errors=(
             judge(after.model, values, found.data.fit, found.data.trials),
             judge(after.model, values, found.data.holdout, found.data.trials),
         ),
         unexplained=remains,
         verdict=_verdict(ladder, effects, remains, found.data.noise),
+    )
+
+
+def _completed(found: Identification, fit: Fit) -> Identification:
+    """Return an identification with another fit, and all that follows from it."""
+    if fit is found.fit:
+        return found
+    assert isinstance(fit.model, MotionModel)
+    spread, count = covariance(fit), len(GROUPS)
+    length, _ = fit.model.constants(fit.values)
+    return replace(
+        found,
+        estimate=replace(found.estimate, fit=fit),
+        covariance=spread,
+        physical=nearest_physical_values(fit.values[:count], spread[:count, :count], found.options.prior, length),
+        continuity=continuity(fit),
+        repeatability=repeatability(fit, found.data.names),
     )
 
 

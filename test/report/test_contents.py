@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from cdp_ident.configuration.settings import Settings
+from cdp_ident.identification.warnings import find_warnings
 from cdp_ident.model.parameters import GROUPS, NOMINAL
 from cdp_ident.report.contents import report
 from cdp_ident.report.folder import json_text
@@ -120,6 +121,11 @@ def test_it_is_strict_json_even_where_a_number_is_not_finite(outcome):
 def test_each_trial_s_own_estimate_stands_beside_the_joint_one(content):
     trials = content["repeatability"]["trials"]
     assert [trial["trial"] for trial in trials] == ["swing_wide", "swing_folded"]
-    assert not content["repeatability"]["agree"]  # the paper's model lacks what is hidden in them
-    joint = content["before"]["groups"]["a1_over_A22"]["value"]
+    assert content["repeatability"]["agree"]
+    joint = content["after"]["groups"]["a1_over_A22"]["value"]
     assert all(trial["groups"]["a1_over_A22"]["value"] == pytest.approx(joint, rel=0.02) for trial in trials)
+
+
+def test_warnings_speak_of_the_model_with_its_effects(outcome, content):
+    assert "error_above_noise" in [warning.name for warning in find_warnings(outcome.identification)]
+    assert "error_above_noise" not in [warning["name"] for warning in content["warnings"]]

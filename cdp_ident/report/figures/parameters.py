@@ -93,7 +93,7 @@ def repeatability(report: Section) -> Iterator[Figure]:
     compared = report["repeatability"]
     if compared is None:
         return
-    joint = {name: number(quantity["value"]) for name, quantity in report["before"]["groups"].items()}
+    joint = {name: number(quantity["value"]) for name, quantity in report["after"]["groups"].items()}
     yield estimates_against(
         {trial["trial"]: trial["groups"] for trial in compared["trials"]},
         joint,
@@ -101,7 +101,7 @@ def repeatability(report: Section) -> Iterator[Figure]:
             "repeatability",
             "parameters",
             "Each trial alone",
-            "Each trial's own fit of the paper's model against the joint one, with 95 % intervals. Trials "
+            "Each trial's own fit of the model with its effects against the joint one, with 95 % intervals. Trials "
             f"{'agree' if compared['agree'] else 'do not agree'} (p = {compared['p_value']:.2g}).",
             "",
             (),

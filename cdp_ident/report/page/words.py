@@ -182,7 +182,7 @@ def _repeatability(report: Section) -> list[Row]:
     if compared is None:
         return []
     rows: list[Row] = [("group", "jointly", *(trial["trial"] for trial in compared["trials"]))]
-    for group, joint in report["before"]["groups"].items():
+    for group, joint in report["after"]["groups"].items():
         alone = [trial["groups"][group] for trial in compared["trials"]]
         rows.append((short_name(group), *(with_std(found["value"], found["std"]) for found in (joint, *alone))))
     return rows
