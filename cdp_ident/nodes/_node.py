@@ -24,6 +24,7 @@ from cdp_ident.spelling import refuse_unknown
 
 Value = TypeVar("Value", bool, int, float, str, list[str], list[float], list[int])
 
+_SIGNALS = (signal.SIGINT, signal.SIGTERM)
 _POLL_SECONDS = 0.1
 """How often a spinning node looks whether it was asked to stop [s]."""
 _LARGEST = {float: 1.7976931348623157e308, int: 2**63 - 1}
@@ -173,7 +174,7 @@ def run_node(name: str, make_body: Callable[[Any, Parameters], Body], arguments:
         nonlocal asked_to_stop
         asked_to_stop = True  # only a flag: a handler can interrupt anything, even itself
 
-    for number in (signal.SIGINT, signal.SIGTERM):
+    for number in _SIGNALS:
         signal.signal(number, stop)
     rclpy.logging.set_logger_level("rcl", rclpy.logging.LoggingSeverity.FATAL)  # it repeats what is raised
     with _refusal():
@@ -197,6 +198,8 @@ def run_node(name: str, make_body: Callable[[Any, Parameters], Body], arguments:
             node.destroy_node()
     finally:
         rclpy.try_shutdown()
+        for number in _SIGNALS:
+            signal.signal(number, signal.SIG_IGN)  # else Python, as it ends, gives them back their power to kill
     return body.exit_code or 0
 
 

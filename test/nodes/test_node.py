@@ -4,6 +4,7 @@ import signal
 import subprocess
 import sys
 import textwrap
+import time
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -72,6 +73,17 @@ def test_a_signal_and_any_more_of_them_end_the_node_cleanly(numbers: Sequence[si
         output, errors = process.communicate(timeout=60)
     assert (process.returncode, errors) == (0, "")
     assert output.endswith("closed\n")
+
+
+def test_a_node_that_is_asked_to_end_until_it_has_ended_ends_cleanly() -> None:
+    with start() as process:
+        assert process.stdout is not None
+        assert process.stdout.readline().startswith("outside")
+        while process.poll() is None:
+            process.send_signal(signal.SIGINT)
+            time.sleep(0.01)
+        _, errors = process.communicate(timeout=60)
+    assert (process.returncode, errors) == (0, "")
 
 
 def test_a_node_ends_by_itself_with_its_own_exit_code_and_keeps_parameters_from_outside_writes() -> None:
