@@ -14,6 +14,8 @@ from launch.conditions import IfCondition, UnlessCondition
 from launch.substitutions import IfElseSubstitution, LaunchConfiguration, NotEqualsSubstitution
 from launch_ros.actions import Node
 
+from cdp_ident.demonstration.recording import RIG
+
 LAUNCH = Path(get_package_share_directory("cdp_ident"), "launch")
 
 
@@ -24,6 +26,9 @@ def generate_launch_description() -> LaunchDescription:
     return LaunchDescription(
         [
             DeclareLaunchArgument("emulated", default_value="true", description="whether the rig is an emulated one"),
+            DeclareLaunchArgument(
+                "rig", default_value=str(RIG), description="the emulated rig's file: that of the example bags"
+            ),
             DeclareLaunchArgument(
                 "identify",
                 default_value="",
