@@ -45,6 +45,8 @@ class ModelParameters:
         effects = {name: value for name, value in values.items() if name.startswith(EFFECT_PREFIX)}
         new: dict[str, Any] = {**model.physical, **groups, OUTER_ROD_LENGTH: model.motion.mechanism.outer_length}
         new |= {name: value if isinstance(value, str) else float(value) for name, value in effects.items()}
+        if new == self._shown:
+            return
         self._from_inside = True
         try:
             for name in set(self._shown) - set(new):

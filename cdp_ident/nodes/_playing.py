@@ -97,7 +97,7 @@ class Playing:
     def take_loop(self, loop: bool) -> None:
         """Begin anew at the end, or not."""
         self._pace.loop = loop
-        self._change(lambda player: setattr(player, "loop", loop))
+        self._change(lambda player: player.take_loop(loop))
 
     def begin_anew(self) -> None:
         """Play another scene from its beginning."""

@@ -31,10 +31,9 @@ class Player:
         Raises:
             SimulationError: not even the first frames can be computed.
         """
-        self.loop = loop
         self.finished = False
         """Whether the scene has come to its end."""
-        self._scene, self._frequency, self._rate = scene, frequency, rate
+        self._scene, self._frequency, self._rate, self._loop = scene, frequency, rate, loop
         self._begin = 0.0
         self._count = 0
         self._played = 0.0
@@ -50,7 +49,7 @@ class Player:
         """Return the next frame, None where the scene has ended. Raises `SimulationError`."""
         if not self._ahead:
             self._compute()
-        if not self._ahead and self.loop:
+        if not self._ahead and self._loop:
             self.restart()
             self._compute()
         if not self._ahead:
@@ -74,6 +73,11 @@ class Player:
         """Go on at another rate."""
         self._go_on_from(self._time(0))
         self._rate = rate
+
+    def take_loop(self, loop: bool) -> None:
+        """Begin anew at the end, be it reached already, or not."""
+        self._loop = loop
+        self.finished = self.finished and not loop
 
     def _go_on_from(self, time: float) -> None:
         self._played = self.played

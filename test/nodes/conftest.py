@@ -102,7 +102,7 @@ class Listener:
         return result.successful, result.reason
 
     def get_parameter(self, node: str, name: str) -> Any:
-        """Return the present value of a node's parameter, None where it has none of this name."""
+        """Return the present value of a node's parameter."""
         (value,) = self._call(GetParameters, f"{node}/get_parameters", GetParameters.Request(names=[name])).values
         return parameter_value_to_python(value)
 

@@ -1,5 +1,6 @@
 """The simulator as a process, over DDS: replays, a free motion, and a shadow of the emulated rig."""
 
+import signal
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -121,18 +122,17 @@ def measured_at(trial: Trial, times: Array) -> Array:
 # Replay
 
 
-def test_a_replay_beside_a_running_identify_is_the_library_s_own_simulation_and_follows_it(
+def test_a_replay_beside_a_running_identify_is_the_library_s_own_simulation(
     start: Start, viewer: Viewer, tmp_path: Path
 ) -> None:
     write_clean_bags(tmp_path / "bags")
-    bag, out, config = tmp_path / "bags/swing_wide", tmp_path / "out", tmp_path / "identify.yaml"
-    config.write_text("identify: {ros__parameters: {L: 0.4, trial.stop: 9.0}}")
-    simulator = start("simulator", "--bag", str(bag), "--ros-args", "-p", "source:=/identify", "-p", "rate:=4.0")
+    bag, out = tmp_path / "bags/swing_wide", tmp_path / "out"
+    start("simulator", "--bag", str(bag), "--ros-args", "-p", "source:=/identify", "-p", "rate:=4.0")
     viewer.wait_for_state("waiting for the parameters of /identify")
     assert viewer.simulated == []  # nothing is shown before there are parameters
-    start("identify", "--bag", str(bag), "--out", str(out), "--config", str(config))
+    start("identify", "--bag", str(bag), "--out", str(out))
     viewer.wait_for_state("playing")
-    trial, first = load_trial(bag), read_fitted_model(out / "fitted.yaml", "simulator")
+    trial, model = load_trial(bag), read_fitted_model(out / "fitted.yaml", "simulator")
     viewer.new_frames(400)
     count = min(len(viewer.simulated), len(viewer.measured), len(viewer.errors))
     simulated, measured, errors = (m[:count] for m in (viewer.simulated, viewer.measured, viewer.errors))
@@ -145,22 +145,37 @@ def test_a_replay_beside_a_running_identify_is_the_library_s_own_simulation_and_
     # At four times the speed the trial takes fewer frames than were waited for at least; then it begins anew.
     whole = int(trial.duration * 200 / 4) + 1
     times = np.arange(count) % whole * 4 * 0.005
-    once = times[:whole]
-    expected = library_s_own(first, trial, once)[np.arange(count) % whole]
+    expected = library_s_own(model, trial, times[:whole])[np.arange(count) % whole]
     assert np.abs(positions(simulated)[:, 1:] - expected).max() < 1e-9
     assert np.abs(positions(measured)[:, 1:] - measured_at(trial, times)).max() < 1e-3
     assert np.array_equal(positions(errors), positions(simulated)[:, 1:] - positions(measured)[:, 1:])
     assert np.abs(positions(errors)[:100]).max() < 0.01
 
-    config.write_text("identify: {ros__parameters: {L: 0.39, trial.stop: 9.0}}")
-    assert viewer.listener.call("/identify/identify_again")[0]
-    viewer.listener.wait_for(lambda: viewer.listener.get_parameter("/simulator", "L") == 0.39)
-    changed, reason = viewer.listener.set_parameter("/simulator", "m1", 0.2)
-    assert (changed, "follows" in reason) == (False, True)
-    second = read_fitted_model(out / "fitted.yaml", "simulator")
-    after = positions(viewer.new_frames(2 * whole))[:, 1]
-    assert np.abs(after - library_s_own(second, trial, once)[0, 0]).min() < 1e-9
-    assert simulator.popen.poll() is None
+
+def test_it_follows_another_node_s_parameters_and_takes_none_from_elsewhere(
+    start: Start, viewer: Viewer, trial: Trial, fitted: Path
+) -> None:
+    listener = viewer.listener
+    start("simulator", "--bag", str(BAG), "--ros-args", "-p", "source:=/elsewhere/simulator", "-p", "rate:=20.0")
+    viewer.wait_for_state("waiting for the parameters of /elsewhere/simulator")
+
+    def shows(model: FittedModel) -> bool:
+        (beginning,) = library_s_own(model, trial, np.zeros(1))
+        return any(
+            np.allclose(frame, beginning, rtol=0, atol=1e-9) for frame in positions(viewer.new_frames(130))[:, 1:]
+        )
+
+    other = start("simulator", "--fitted", str(fitted), "--ros-args", "-r", "__ns:=/elsewhere")
+    viewer.wait_for_state("playing")
+    assert shows(fitted_model(FITTED, "test"))
+    assert listener.set_parameter("/simulator", "m1", 0.2)[0] is False
+    assert listener.set_parameter("/elsewhere/simulator", "groups.c1_over_A22", 0.2) == (True, "")
+    listener.wait_for(lambda: shows(fitted_model(FITTED | {"groups.c1_over_A22": 0.2}, "test")))
+    other.end(signal.SIGKILL)
+    start("simulator", "--ros-args", "-r", "__ns:=/elsewhere", "-p", "m1:=0.15")  # without effects, and without warning
+    listener.wait_for(lambda: listener.get_parameter("/simulator", "m1") == 0.15)
+    assert shows(fitted_model(NOMINAL | {"m1": 0.15}, "test"))
+    assert "effects.coulomb_friction.outer.torque" not in listener.parameter_names("/simulator")
 
 
 def test_once_with_a_clock_is_every_frame_in_the_motion_s_own_time(

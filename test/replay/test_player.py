@@ -61,6 +61,14 @@ def test_it_ends_with_the_last_frame_that_the_scene_has() -> None:
     assert times_of(player, 1) == [0.0]
 
 
+def test_a_loop_that_is_asked_for_at_the_end_begins_at_once() -> None:
+    player = Player(Ramp(0.1), 10.0, loop=False)
+    assert [frame is None for frame in (player.next(), player.next(), player.next())] == [False, False, True]
+    player.take_loop(True)
+    assert not player.finished
+    assert times_of(player, 1) == [0.0]
+
+
 def test_a_loop_goes_on_evenly_from_end_to_beginning() -> None:
     player = Player(Ramp(0.25), 10.0)
     played = []
