@@ -52,8 +52,13 @@ def generate_launch_description() -> LaunchDescription:
                 default_value="",
                 description="take the model from this node, such as /identify; a fitted.yaml is then for the look only",
             ),
-            DeclareLaunchArgument("rate", default_value="1.0", description="the motion's time against the clock's"),
-            DeclareLaunchArgument("loop", default_value="true", description="begin anew at the end of the trial"),
+            DeclareLaunchArgument(
+                "simulator_parameters",
+                default_value="",
+                description="ROS parameter file of the simulator, as for joints that mean something else",
+            ),
+            DeclareLaunchArgument("rate", default_value="", description="the motion's time against the clock's"),
+            DeclareLaunchArgument("loop", default_value="", description="whether to begin anew at the trial's end"),
             DeclareLaunchArgument(
                 "apart", default_value="0.3", description="from the measured rig to the simulated one behind it [m]"
             ),
@@ -96,6 +101,11 @@ def _rigs(context: LaunchContext) -> list[Node]:
             remappings=remappings.items(),
         )
 
+    types = {"source": str, "rate": float, "loop": bool}
+    given = {
+        name: ParameterValue(LaunchConfiguration(name), value_type=kind) for name, kind in types.items() if value(name)
+    }
+    file = value("simulator_parameters")
     simulator = Node(
         package="cdp_ident",
         executable="simulator",
@@ -103,15 +113,7 @@ def _rigs(context: LaunchContext) -> list[Node]:
             *(("--bag", bag) if bag else ()),
             *(("--fitted", fitted) if fitted and not source else ()),
         ],
-        parameters=[
-            {
-                "mode": mode,
-                "source": ParameterValue(source, value_type=str),
-                "rate": ParameterValue(LaunchConfiguration("rate"), value_type=float),
-                "loop": ParameterValue(LaunchConfiguration("loop"), value_type=bool),
-                "use_sim_time": use_sim_time,
-            }
-        ],
+        parameters=[*([file] if file else ()), {"mode": mode, "use_sim_time": use_sim_time, **given}],
         output="screen",
     )
     nodes = [simulator, rig(SIMULATED | {"y": value("apart")}, {})]
