@@ -88,7 +88,7 @@ def fitted_model(given: Mapping[str, Any], where: str) -> FittedModel:
         (n for n in given if not describes_model(n) and not n.startswith(ABOUT_THE_FIT)), _NAMES, f"name in {where}"
     )
     if missing := [symbol for symbol in NOMINAL if symbol not in given]:
-        raise OptionError(f"{where}: {', '.join(missing)} is missing; all of {', '.join(NOMINAL)} are needed")
+        raise OptionError(f"{where} lacks {', '.join(missing)}; all of {', '.join(NOMINAL)} are needed")
     physical = {symbol: number(given[symbol], f"{where}: {symbol}", 0.0) for symbol in NOMINAL}
     groups = _groups(given, physical, where)
     inertia = float(inertia_about_cart(np.array([physical[symbol] for symbol in SYMBOLS]), physical["L"]))
@@ -122,7 +122,7 @@ def _groups(given: Mapping[str, Any], physical: Mapping[str, float], where: str)
             raise OptionError(f"{where}: {error}") from error
         return groups_of(np.array([physical[symbol] for symbol in SYMBOLS]), physical["L"])
     if missing := [name for name in _GROUP_NAMES if name not in given]:
-        raise OptionError(f"{where}: {', '.join(missing)} is missing; give all groups, or none")
+        raise OptionError(f"{where} lacks {', '.join(missing)}; give all groups, or none")
     groups = np.array([number(given[name], f"{where}: {name}", 0.0) for name in _GROUP_NAMES])
     if groups[1] <= groups[0] ** 2 or physical["L"] == 0.0:
         raise OptionError(

@@ -36,9 +36,12 @@ class ModelParameters:
         node.add_on_set_parameters_callback(self._judge)
         node.add_post_set_parameters_callback(self._follow)
 
-    def show(self, values: Mapping[str, Any], where: str) -> None:
+    def show(self, values: Mapping[str, Any]) -> None:
         """Make the model of `values` the node's; raises `OptionError` where they describe none."""
-        self._show(values, fitted_model(values, where))
+        self._show(values, self._model(values))
+
+    def _model(self, values: Mapping[str, Any]) -> FittedModel:
+        return fitted_model(values, f"the parameters of {self._source}" if self._source else "the parameters")
 
     def _show(self, values: Mapping[str, Any], model: FittedModel) -> None:
         groups = {f"{GROUP_PREFIX}{group.symbol}": float(x) for group, x in zip(GROUPS, model.values, strict=False)}
@@ -89,7 +92,7 @@ class ModelParameters:
         values = self._shown | changes
         if changes.keys() & NOMINAL.keys():
             values = {name: x for name, x in values.items() if name in changes or not name.startswith(GROUP_PREFIX)}
-        return values, fitted_model(values, self._node.get_name())
+        return values, self._model(values)
 
 
 def own_values(given: Mapping[str, Any], fitted: Mapping[str, Any]) -> dict[str, Any]:

@@ -141,9 +141,9 @@ class Playing:
                         what(self._player)
                     self._problem = ""
                 except CdpIdentError as error:
-                    self._stop(error)
                     if self._pace.once:
-                        self._end(EXIT_BAD_INPUT)
+                        raise
+                    self._stop(error)
             self._stage.say(self.state)
         self._wake.set()
 

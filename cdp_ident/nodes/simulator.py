@@ -92,8 +92,7 @@ class Simulator:
             if fitted:
                 values = read_parameter_file(fitted, NODE_NAME)
                 fitted_model(values, str(fitted))  # complete by itself
-            self._model.show(own_values(parameters.given(), values), NODE_NAME)
-        self._source_name = source
+            self._model.show(own_values(parameters.given(), values))
         parameters.start(pass_over=ABOUT_THE_FIT)
         node.add_post_set_parameters_callback(self._follow)
         for service, action in (
@@ -126,7 +125,7 @@ class Simulator:
         if not NOMINAL.keys() <= values.keys():
             return  # it has no result yet
         try:
-            self._model.show(values, self._source_name)
+            self._model.show(values)
         except OptionError as error:
             self._node.get_logger().error(f"the parameters are still those of before: {error}")
 

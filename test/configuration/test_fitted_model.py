@@ -113,11 +113,11 @@ def test_what_is_no_model_is_refused_with_the_reason(values, words):
 
 
 def test_a_missing_parameter_is_named():
-    with pytest.raises(OptionError, match="here: m0, g is missing"):
+    with pytest.raises(OptionError, match="here lacks m0, g;"):
         fitted_model({symbol: value for symbol, value in NOMINAL.items() if symbol not in ("m0", "g")}, "here")
 
 
 def test_a_file_that_is_none_is_refused_with_its_name(tmp_path):
     (tmp_path / "some.yaml").write_text("/**: {ros__parameters: {m1: 0.1}}")
-    with pytest.raises(OptionError, match=r"some\.yaml: m2, "):
+    with pytest.raises(OptionError, match=r"some\.yaml lacks m2, "):
         read_fitted_model(tmp_path / "some.yaml", "simulator")

@@ -262,7 +262,7 @@ def test_a_free_motion_goes_on_with_new_parameters_and_begins_anew_from_a_new_st
     assert listener.set_parameter("/simulator", "m1", 0.2) == (True, "")  # and its groups with it
     assert listener.get_parameter("/simulator", "groups.c1_over_A22") != 3.0
     changed, reason = listener.set_parameter("/simulator", "m1", -0.2)
-    assert (changed, reason) == (False, "simulator: m1 is -0.2; expected a number, at least 0")
+    assert (changed, reason) == (False, "the parameters: m1 is -0.2; expected a number, at least 0")
     assert listener.get_parameter("/simulator", "m1") == 0.2
 
     joined = positions(viewer.simulated[begin:])[:, 1:]
@@ -312,8 +312,9 @@ def test_bad_input_is_one_line_and_exit_code_2(start: Start, tmp_path: Path, fit
     (tmp_path / "some.yaml").write_text("/**: {ros__parameters: {m1: 0.1}}")
     wrong = {
         "there is no bag nowhere": ["--bag", "nowhere"],
-        "some.yaml: m2, ": ["--fitted", str(tmp_path / "some.yaml")],
+        "some.yaml lacks m2, ": ["--fitted", str(tmp_path / "some.yaml")],
         "did you mean 'm1'?": ["--ros-args", "-p", "mm1:=1.0"],
+        "cannot be computed": ["--bag", str(BAG), "--once", "--ros-args", "-p", "c2:=1000.0"],
         "torque is -1.0": ["--ros-args", "-p", "effects.coulomb_friction.outer.torque:=-1.0"],
         "source and --fitted are both given": ["--fitted", str(fitted), "--ros-args", "-p", "source:=/identify"],
         "did you mean 'trial.zero'?": ["--bag", str(BAG), "--ros-args", "-p", "trial.zeros:=hanging"],
