@@ -82,6 +82,21 @@ def test_a_base_that_is_not_level_shifts_the_equilibrium_and_nothing_of_the_rods
     np.testing.assert_allclose(tilted.A, level.A, atol=1e-5)
 
 
+def test_a_cart_that_gives_way_adds_its_acceleration_to_the_rods():
+    compliance = 1e-4
+    at = EQUILIBRIA["hanging"]
+    stiff = linearize(COEFFICIENTS, at)
+    soft = linearize(COEFFICIENTS, at, torques(("pivot_compliance.base", compliance)))
+    # The cart moves by x = -compliance h theta'' under the rods' horizontal pull, theta the deviations from hanging.
+    rods = stiff.A[np.ix_(RODS, RODS)]
+    _, _, a1, _, _, m2_l2, _ = COEFFICIENTS
+    pull = -np.array([a1, m2_l2]) @ rods[2:]
+    x_second = -compliance * pull @ rods @ rods
+    np.testing.assert_allclose(
+        soft.A[4:, RODS] - rods[2:], stiff.B[4:] * x_second, rtol=2e-3, atol=2e-3 * np.abs(x_second).max()
+    )
+
+
 @pytest.mark.parametrize(
     "effect",
     # The pivot's torque is itself taken by differences, which smaller steps only make worse.
