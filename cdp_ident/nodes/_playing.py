@@ -64,8 +64,8 @@ class Playing:
         """What /clock says when the present player begins [ns]."""
         self._model: FittedModel | None = None
         self._player: Player | None = None
-        self._began: float | None = None
-        """When there was something to play first [s]."""
+        self._awaiting: float | None = None
+        """Since when listeners are waited for [s]."""
         self._problem = ""
         self._paused = False
         self._closing = False
@@ -78,9 +78,10 @@ class Playing:
         """In words, what it does."""
         if self._problem:
             return f"stopped: {self._problem}"
-        if self._player is None:
+        player = self._player
+        if player is None:
             return "waiting for parameters"
-        if self._player.finished:
+        if player.finished:
             return "finished"
         return "paused" if self._paused else "playing"
 
@@ -171,8 +172,8 @@ class Playing:
     def _is_awaited(self, player: Player) -> bool:
         if not self._pace.once or player.played > 0 or self._stage.has_listeners:
             return True
-        self._began = self._began or time.monotonic()
-        return time.monotonic() - self._began > _LISTENERS_WITHIN
+        self._awaiting = self._awaiting or time.monotonic()
+        return time.monotonic() - self._awaiting > _LISTENERS_WITHIN
 
     def _play(self) -> float:
         """Show the next frame if it is due; return how long it is until there is something to do [s]."""
