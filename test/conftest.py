@@ -1,8 +1,19 @@
-"""What every test stands on: DDS that stays on this machine, on a domain of this run's own."""
+"""What tests stand on: DDS that stays on this machine, on a domain of its own, and one finished identification."""
 
 import os
+from pathlib import Path
 
+import pytest
 from hypothesis import settings
+
+from cdp_ident.configuration.settings import Settings
+from cdp_ident.report.contents import report
+from cdp_ident.report.curves import curves
+from cdp_ident.report.curves_file import curves_npz
+from cdp_ident.report.folder import CURVES, REPORT, json_text, write_files
+from cdp_ident.report.job import Job, load, run
+from cdp_ident.report.pictures import draw_again
+from cdp_ident.report.report_file import read_report
 
 os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
 os.environ.setdefault("ROS_DOMAIN_ID", str(os.getpid() % 100 + 1))
@@ -10,3 +21,36 @@ os.environ.setdefault("ROS_DOMAIN_ID", str(os.getpid() % 100 + 1))
 # The first example of a property may have to compile the model; how long an example takes says nothing about it.
 settings.register_profile("cdp_ident", deadline=None)
 settings.load_profile("cdp_ident")
+
+BAGS = Path(__file__).parents[1] / "bags"
+
+
+@pytest.fixture(scope="session")
+def outcome():
+    bags = (BAGS / "swing_wide", BAGS / "swing_folded")
+    return run(load(Job(bags, (BAGS / "swing_check",), Settings.of({}))), lambda progress: None)
+
+
+@pytest.fixture(scope="session")
+def content(outcome):
+    return report(outcome)
+
+
+@pytest.fixture(scope="session")
+def shown_curves(outcome):
+    return curves(outcome)
+
+
+@pytest.fixture(scope="session")
+def report_folder(content, shown_curves, tmp_path_factory):
+    """A folder with that report, drawn; not to be written into."""
+    folder = tmp_path_factory.mktemp("report")
+    write_files(folder, {REPORT: json_text(content), CURVES: curves_npz(shown_curves)})
+    draw_again(folder)
+    return folder
+
+
+@pytest.fixture
+def read_content(report_folder):
+    """The report as it is read from its file, to be changed at will."""
+    return read_report(report_folder / REPORT)

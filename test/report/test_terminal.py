@@ -4,11 +4,11 @@ import copy
 import io
 import json
 
-import pytest
 from rich.console import Console
 
 from cdp_ident.report.folder import json_text
-from cdp_ident.report.terminal import print_report, summary, with_std
+from cdp_ident.report.formatting import with_std
+from cdp_ident.report.terminal import print_report, summary
 
 
 def text_of(content):
@@ -61,17 +61,3 @@ def test_a_number_that_json_cannot_hold_is_printed_as_infinite(content):
 def test_the_summary_is_the_verdict_on_the_fitted_trials(content):
     assert content["verdict"] in summary(content)
     assert content["trials"][0]["name"] in summary(content)
-
-
-@pytest.mark.parametrize(
-    ("value", "std", "text"),
-    [
-        (0.123456, 0.00234, "0.1235 ± 0.0023"),
-        (1234.5, 67.0, "1234 ± 67"),
-        (0.4, 0.0, "0.4"),
-        (0.1, None, "0.1 ± inf"),
-        (0.0, 3e-13, "0 ± 3e-13"),
-    ],
-)
-def test_a_value_is_as_long_as_its_deviation_allows(value, std, text):
-    assert with_std(value, std) == text

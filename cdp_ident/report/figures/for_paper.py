@@ -58,6 +58,7 @@ def png_and_svg(figure: Figure) -> tuple[bytes, bytes]:
         canvas = _drawn(figure)
         png, svg = io.BytesIO(), io.BytesIO()
         FigureCanvasAgg(canvas).print_figure(png, format="png", dpi=_RESOLUTION, metadata={"Software": None})
+        canvas.set_layout_engine("none")  # it has been laid out
         FigureCanvasSVG(canvas).print_figure(svg, format="svg", metadata={"Date": None, "Creator": None})
     return png.getvalue(), svg.getvalue()
 

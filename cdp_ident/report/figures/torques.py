@@ -20,6 +20,8 @@ Abscissa = Literal["speed", "angle"]
 _MOST_DOTS = 1500
 _BINS = 25
 _FEWEST_IN_BIN = 10
+_SHOWN = 0.97
+"""Share of the dots that lie inside the limits."""
 _LABELS: dict[Abscissa, str] = {"speed": "speed of the {} joint [rad/s]", "angle": "angle of the {} joint [rad]"}
 
 
@@ -118,8 +120,7 @@ def _mean(label: str, colour: Colour, x: Array, y: Array, dashed: bool) -> Line:
 def _panel(abscissa: Abscissa, joint: str, marks: list[Dots | Line]) -> Panel:
     """Return a panel whose limits leave out the few dots that are far off."""
     clouds = np.concatenate([mark.y for mark in marks if isinstance(mark, Dots)])
-    largest = max(float(np.max(np.abs(mark.y), initial=0.0)) for mark in marks if isinstance(mark, Line))
-    limit = max(2.5 * float(np.std(clouds)), 1.5 * largest, 1e-9)
+    limit = max(1.2 * float(np.quantile(np.abs(clouds), _SHOWN)), 1e-9)
     return Panel(
         Axis(_LABELS[abscissa].format(joint)), Axis(f"{joint} joint [mN m]", limits=(-limit, limit)), marks, height=240
     )

@@ -2,15 +2,14 @@
 
 import base64
 import hashlib
-import html
 import re
-from typing import Any
+from typing import Any, get_args
 
 import jinja2
 from markupsafe import Markup
 
 from cdp_ident.errors import ReportError
-from cdp_ident.report.figures.description import Figure
+from cdp_ident.report.figures.description import Figure, Place
 from cdp_ident.report.figures.for_page import Arrays, plotly_figure
 from cdp_ident.report.figures.palette import DARK, LIGHT
 
@@ -66,15 +65,14 @@ def render_text(template: str, shown: list[Figure], content: dict[str, Any]) -> 
 
 
 def _by_place(shown: list[Figure]) -> dict[str, list[Figure]]:
-    places = ("errors", "motion", "paper", "ladder", "torques", "parameters", "compare")
-    return {place: [figure for figure in shown if figure.section == place] for place in places}
+    return {place: [figure for figure in shown if figure.section == place] for place in get_args(Place)}
 
 
 def _as_markdown(value: Any) -> Any:
     """Escape text that is put into a template, so that nothing in it is taken for Markdown or HTML."""
     if not isinstance(value, str) or isinstance(value, Markup):
         return value
-    return Markup(_MARKDOWN.sub(r"\\\1", html.escape(" ".join(value.split()), quote=False)))
+    return Markup(_MARKDOWN.sub(r"\\\1", " ".join(value.split()).replace("&", "&amp;").replace("<", "&lt;")))
 
 
 def _as_code(text: str) -> Markup:

@@ -1,0 +1,33 @@
+"""What a figure says about itself."""
+
+import numpy as np
+
+from cdp_ident.report.figures.description import Axis, Bars, Dots, Figure, Heat, Level, Line, Panel
+
+NOTHING = np.zeros(2)
+
+
+def test_the_legend_has_each_name_once_with_colour_and_kind():
+    marks = [
+        Line("a", "ink", NOTHING, NOTHING),
+        Line("b", "before", NOTHING, NOTHING, dashed=True),
+        Level("n", "noise", 1),
+    ]
+    again = [
+        Line("a", "ink", NOTHING, NOTHING),
+        Dots("d", "after", NOTHING, NOTHING),
+        Bars("e", "after", [0], [1], ["1"]),
+    ]
+    panels = [Panel(Axis(), Axis(), marks), Panel(Axis(), Axis(), again, held_out=[(0.0, 1.0)])]
+    assert Figure("f", "errors", "", "", "", panels).legend() == [
+        ("a", "ink", "line"),
+        ("b", "before", "dashed"),
+        ("n", "noise", "level"),
+        ("d", "after", "dots"),
+        ("e", "after", "bars"),
+        ("kept out of the fit", "held_out", "span"),
+    ]
+
+
+def test_a_square_of_numbers_needs_no_legend():
+    assert Figure("f", "errors", "", "", "", [Panel(Axis(), Axis(), [Heat(["a"], np.eye(1))])]).legend() == []

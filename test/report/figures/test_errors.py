@@ -1,0 +1,58 @@
+"""The errors before and after, of the search, and along the ladder."""
+
+import numpy as np
+import pytest
+
+from cdp_ident.report.figures.description import Bars, Level
+from cdp_ident.report.figures.errors import before_and_after, best_error, ladder
+
+
+def test_errors_stand_beside_the_noise(read_content):
+    figure = before_and_after(read_content)
+    before, after, noise = figure.panels[0].marks
+    errors = read_content["before"]["error"]
+    assert before.lengths == pytest.approx([1e3 * errors["holdout"]["rmse_rad"], 1e3 * errors["fit"]["rmse_rad"]])
+    assert max(after.lengths) < min(before.lengths) / 10
+    assert isinstance(noise, Level)
+    assert noise.value == pytest.approx(0.278, rel=0.01)
+    assert f"{before.lengths[0]:.3g} mrad held out" in figure.alternative
+
+
+def test_the_search_s_history_is_shown_on_a_logarithmic_axis_where_it_falls_far(read_content):
+    read_content["search"]["history"] = [100.0, 5.0, 0.1]
+    figure = best_error(read_content)
+    assert figure.panels[0].y.logarithmic
+    assert np.array_equal(figure.panels[0].marks[0].y, [100.0, 5.0, 0.1])
+    read_content["search"]["history"] = [10.0, 9.0]
+    assert not best_error(read_content).panels[0].y.logarithmic
+
+
+def test_every_effect_that_was_tried_is_in_the_ladder_and_the_added_one_stands_out(read_content):
+    (figure,) = ladder(read_content)
+    panel = figure.panels[0]
+    tried = read_content["ladder"]["rungs"][0]["tried"]
+    assert [name.replace("\n", " ") for _, name in panel.y.ticks][:1] == [
+        tried[0]["effects"][0].replace("_", " ").replace(".", ", ")
+    ]
+    bars = {mark.label: mark for mark in panel.marks if isinstance(mark, Bars)}
+    assert len(bars["added"].lengths) == 1
+    assert len(bars["tried, not added"].lengths) == len(tried) - 1
+    place = int(bars["added"].positions[0])
+    assert tried[place]["effects"] == ["coulomb_friction.outer"]
+    assert panel.title == "Step 1: added coulomb friction, outer"
+    level = next(mark for mark in panel.marks if isinstance(mark, Level))
+    assert level.value == pytest.approx(1e3 * read_content["before"]["error"]["holdout"]["rmse_rad"])
+
+
+def test_a_pair_that_was_added_together_stands_out(read_content):
+    pair = read_content["ladder"]["rungs"][0]["tried"][3] | {"effects": ["air_drag.inner", "joint_spring.outer"]}
+    rung = {"action": "added air_drag.inner and joint_spring.outer", "rmse_fit_rad": 1e-3, "rmse_holdout_rad": 1e-3}
+    read_content["ladder"]["rungs"].append(rung | {"tried": [pair]})
+    (figure,) = ladder(read_content)
+    assert [mark.label for mark in figure.panels[1].marks] == ["added", "without it"]
+
+
+def test_where_nothing_was_tried_there_is_no_ladder(read_content):
+    for rung in read_content["ladder"]["rungs"]:
+        rung["tried"] = []
+    assert list(ladder(read_content)) == []

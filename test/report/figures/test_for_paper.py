@@ -1,0 +1,55 @@
+"""Figures as files."""
+
+import subprocess
+import sys
+from xml.etree import ElementTree
+
+import matplotlib
+import numpy as np
+import pytest
+
+from cdp_ident.report.figures.description import Axis, Figure, Intervals, Line, Panel
+from cdp_ident.report.figures.for_paper import png_and_svg
+
+
+def figure(text="name"):
+    x = np.linspace(0, 1, 9)
+    mark = Intervals(text, "ink", [0.0], [1.0], [np.inf], [True], [text])
+    panels = [
+        Panel(Axis(text), Axis(text), [Line(text, "after", x, x**2)]),
+        Panel(Axis(), Axis(ticks=[(0, text)]), [mark]),
+    ]
+    return Figure("f", "errors", text, text, text, panels)
+
+
+def test_both_kinds_of_file_come_out():
+    png, svg = png_and_svg(figure())
+    assert png.startswith(b"\x89PNG")
+    assert ElementTree.fromstring(svg).tag == "{http://www.w3.org/2000/svg}svg"
+
+
+def test_the_same_figure_gives_the_same_bytes():
+    assert png_and_svg(figure()) == png_and_svg(figure())
+
+
+@pytest.mark.parametrize("text", ["$", "$x$ and $\\frac{$", "a_b^c", "\\", "<script>alert(1)</script>&", "%s {0}"])
+def test_text_stays_text(text):
+    _, svg = png_and_svg(figure(text))
+    assert text in [
+        "".join(element.itertext()).strip() for element in ElementTree.fromstring(svg).iter() if element.text
+    ]
+
+
+def test_nobody_else_s_settings_are_changed():
+    before = dict(matplotlib.rcParams)
+    png_and_svg(figure())
+    assert dict(matplotlib.rcParams) == before
+
+
+def test_who_does_not_draw_does_not_load_what_draws():
+    code = (
+        "import sys, cdp_ident.nodes._identification, cdp_ident.commands.report, cdp_ident.commands.compare; "
+        "print([name for name in ('matplotlib', 'plotly', 'jinja2') if name in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
+    assert done.stdout.strip() == "[]"

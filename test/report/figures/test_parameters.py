@@ -1,0 +1,66 @@
+"""Parameters with their intervals."""
+
+import numpy as np
+import pytest
+
+from cdp_ident.report.figures.description import Heat, Intervals
+from cdp_ident.report.figures.parameters import against_nominal, correlation, estimates_against, repeatability
+
+
+def intervals(panel):
+    return [mark for mark in panel.marks if isinstance(mark, Intervals)]
+
+
+def test_groups_and_physical_values_stand_over_nominal(read_content):
+    groups, physical = against_nominal(read_content).panels
+    before, after = intervals(groups)
+    assert len(after.values) == 5
+    assert after.values[2] == pytest.approx(read_content["after"]["groups"]["a1_over_A22"]["value"] / 2.6327, rel=1e-3)
+    assert not any(after.hollow)
+    assert all(intervals(physical)[1].hollow)
+    assert [name for _, name in physical.y.ticks] == ["m1", "m2", "m0", "l1", "l2", "J1", "J2", "c1", "c2"]
+    m1 = read_content["after"]["physical"]["m1"]
+    assert intervals(physical)[1].half_widths[0] == pytest.approx(1.96 * m1["std"] / 0.108)
+    assert before.colour != after.colour
+    assert before.shape != after.shape
+
+
+def test_a_value_that_the_trials_do_not_show_at_all_has_no_end(read_content):
+    read_content["after"]["groups"]["c2_over_A22"].update(std=None, determined=False)
+    after = intervals(against_nominal(read_content).panels[0])[1]
+    assert after.half_widths[4] == np.inf
+    assert after.hollow[4]
+
+
+def test_a_nominal_value_of_zero_is_left_out(read_content):
+    read_content["run"]["options"]["nominal.m0"] = 0.0
+    assert "m0" not in [name for _, name in against_nominal(read_content).panels[1].y.ticks]
+
+
+def test_correlations_are_of_the_final_model(read_content):
+    (figure,) = correlation(read_content)
+    (heat,) = figure.panels[0].marks
+    assert isinstance(heat, Heat)
+    assert heat.names[-1] == "coulomb friction,\nouter, torque"
+    assert np.diag(heat.matrix) == pytest.approx(1.0)
+    assert heat.matrix == pytest.approx(heat.matrix.T)
+    assert "A33/A22 with A23/A22: 0.99" in figure.alternative
+
+
+def test_each_trial_stands_against_the_joint_fit(read_content):
+    (figure,) = repeatability(read_content)
+    wide, folded = intervals(figure.panels[0])
+    alone = read_content["repeatability"]["trials"][0]["groups"]["c2_over_A22"]["value"]
+    joint = read_content["after"]["groups"]["c2_over_A22"]["value"]
+    assert wide.label == "swing_wide"
+    assert wide.values[4] == pytest.approx(100 * (alone / joint - 1))
+    assert (wide.colour, wide.shape) != (folded.colour, folded.shape)
+    assert list(repeatability(read_content | {"repeatability": None})) == []
+
+
+def test_many_runs_find_room(read_content):
+    (figure,) = repeatability(read_content)
+    estimates = {f"run {k}": read_content["repeatability"]["trials"][0]["groups"] for k in range(12)}
+    many = estimates_against(estimates, {"a1_over_A22": 2.7, "c2_over_A22": 0.01}, figure, "", "")
+    positions = sorted(position for mark in intervals(many.panels[0]) for position in mark.positions)
+    assert np.min(np.diff(positions)) * many.panels[0].height / 2 > 8  # pixels

@@ -1,0 +1,70 @@
+"""Several reports side by side."""
+
+import copy
+
+import pytest
+
+from cdp_ident.errors import ReportError
+from cdp_ident.report.comparison import Run, compare, read_runs
+from cdp_ident.report.folder import REPORT, json_text
+
+
+def table(runs, title):
+    return {row[0]: row[1:] for row in next(c for c in compare(runs) if c.title.startswith(title)).rows}
+
+
+@pytest.fixture
+def runs(read_content):
+    return [Run("worn", read_content), Run("oiled", copy.deepcopy(read_content))]
+
+
+def test_runs_that_are_alike_do_not_differ(runs):
+    groups = table(runs, "Groups")
+    assert groups["c1/A22 = c1 / A22"][2] == "+0.0"
+    assert table(runs, "Effects")["coulomb friction, outer: torque"][2] == "+0.0"
+
+
+def test_a_change_is_told_in_units_of_its_deviation(runs):
+    group = runs[1].report["after"]["groups"]["c2_over_A22"]
+    group["value"] -= 5 * 2**0.5 * group["std"]
+    assert table(runs, "Groups")["c2/A22 = c2 / A22"][2] == "-5.0 (changed)"
+
+
+def test_torques_differ_as_the_motion_shows_them_not_as_the_masses_are_known(runs):
+    torque = runs[1].report["effects"][0]["parameters"]["torque"]
+    torque["value"] *= 0.9
+    torque["as_fitted"]["value"] *= 0.9
+    worn, oiled, difference = table(runs, "Effects")["coulomb friction, outer: torque"]
+    assert worn != oiled
+    assert float(difference.split()[0]) < -50
+    assert abs(0.1 * torque["value"]) < torque["std"]  # in N m nobody could tell
+
+
+def test_an_effect_that_only_one_has_stands_alone(runs):
+    runs[1].report["effects"] = []
+    worn, oiled, difference = table(runs, "Effects")["coulomb friction, outer: torque"]
+    assert worn.endswith("N m")
+    assert (oiled, difference) == ("–", "–")
+
+
+def test_values_that_the_trials_do_not_determine_are_not_compared(runs):
+    runs[1].report["after"]["physical"]["m1"]["value"] *= 2
+    assert table(runs, "Physical")["m1"][2] == "–"
+
+
+def test_three_runs_are_compared_with_the_first(runs):
+    runs.append(Run("third", runs[0].report))
+    groups = next(c for c in compare(runs) if c.title.startswith("Groups"))
+    assert groups.columns[4:] == ("oiled − worn, in std", "third − worn, in std")
+    assert all(len(row) == len(groups.columns) for row in groups.rows)
+
+
+def test_runs_are_called_by_what_differs_in_their_paths(content, tmp_path):
+    for name in ("a/report", "b/report"):
+        (tmp_path / name).mkdir(parents=True)
+        (tmp_path / name / REPORT).write_text(json_text(content))
+    both = read_runs([tmp_path / "a/report", tmp_path / "b/report"])
+    assert [run.name for run in both] == ["a/report", "b/report"]
+    assert [run.name for run in read_runs([tmp_path / "a/report", tmp_path / "a/report"])] != []
+    with pytest.raises(ReportError, match="there is no"):
+        read_runs([tmp_path / "a/report", tmp_path])

@@ -1,0 +1,36 @@
+"""Numbers as people read them."""
+
+import math
+
+import pytest
+
+from cdp_ident.report.formatting import interval, milliradians, number, unit, with_std
+
+
+@pytest.mark.parametrize(
+    ("value", "std", "text"),
+    [
+        (0.123456, 0.00234, "0.1235 ± 0.0023"),
+        (1234.5, 67.0, "1234 ± 67"),
+        (0.4, 0.0, "0.4"),
+        (0.1, None, "0.1 ± inf"),
+        (0.0, 3e-13, "0 ± 3e-13"),
+    ],
+)
+def test_a_value_is_as_long_as_its_deviation_allows(value, std, text):
+    assert with_std(value, std) == text
+
+
+def test_an_interval_is_two_deviations_to_either_side():
+    assert interval(1.0, 0.1) == "0.80 to 1.20"
+    assert interval(1.0, None) == "-inf to inf"
+
+
+def test_null_stands_for_what_is_not_finite():
+    assert number(None) == math.inf
+    assert milliradians(None) == "inf"
+    assert milliradians(0.0045678) == "4.568"
+
+
+def test_a_number_without_a_unit_has_none():
+    assert (unit("1"), unit("1/s")) == ("", "1/s")

@@ -1,0 +1,57 @@
+"""A report is drawn from its numbers and curves alone."""
+
+import re
+import shutil
+
+import pytest
+
+from cdp_ident.errors import ReportError
+from cdp_ident.report.folder import CURVES, FIGURES, PAGE, REPORT, TEXT
+from cdp_ident.report.pictures import draw_again
+
+PICTURES = {
+    "errors", "angles_1_swing_wide", "angles_2_swing_folded", "angles_3_swing_check", "best_error",
+    "contrast_1_swing_wide", "contrast_2_swing_folded", "contrast_3_swing_check", "angular_error_1_swing_wide",
+    "angular_error_2_swing_folded", "angular_error_3_swing_check", "ladder", "torque_over_speed", "torque_over_angle",
+    "effect_1_coulomb_friction_outer", "parameters", "correlation", "repeatability",
+}  # fmt: skip
+
+
+def test_every_picture_is_there_as_png_and_svg(report_folder):
+    names = {path.name for path in (report_folder / FIGURES).iterdir()}
+    assert names == {f"{name}.{kind}" for name in PICTURES for kind in ("png", "svg")}
+
+
+def test_the_page_is_one_file_of_less_than_8_mb(report_folder):
+    assert (report_folder / PAGE).stat().st_size < 8_000_000
+
+
+def test_the_text_has_the_verdict_the_numbers_and_links_to_figures_that_are_there(report_folder, read_content):
+    text = (report_folder / TEXT).read_text()
+    assert read_content["verdict"] in text
+    links = re.findall(r"\]\((figures/\S+)\)", text)
+    assert len(links) == len(PICTURES)
+    assert all((report_folder / link).exists() for link in links)
+    assert "| dry friction (outer joint) | torque | 0.0018" in text
+
+
+def test_drawn_again_it_is_the_same_to_the_byte_and_old_figures_go(report_folder, tmp_path):
+    again = tmp_path / "again"
+    again.mkdir()
+    for name in (REPORT, CURVES):
+        shutil.copy(report_folder / name, again / name)
+    (again / FIGURES).mkdir()
+    (again / FIGURES / "effect_9_cogging_torque_inner.svg").write_text("of an earlier run")
+    (again / FIGURES / "notes.txt").write_text("mine")
+    draw_again(again)
+    for path in (p for p in report_folder.rglob("*") if p.is_file()):
+        assert (again / path.relative_to(report_folder)).read_bytes() == path.read_bytes(), path.name
+    assert not (again / FIGURES / "effect_9_cogging_torque_inner.svg").exists()
+    assert (again / FIGURES / "notes.txt").exists()
+
+
+def test_without_curves_nothing_is_drawn(report_folder, tmp_path):
+    shutil.copy(report_folder / REPORT, tmp_path)
+    with pytest.raises(ReportError, match=r"there is no .*curves\.npz"):
+        draw_again(tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == [REPORT]

@@ -1,0 +1,105 @@
+"""A report is read only if it holds what is taken from it."""
+
+import copy
+import json
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cdp_ident.errors import ReportError
+from cdp_ident.report.folder import json_text
+from cdp_ident.report.report_file import read_report
+
+
+def paths(content, here=()):
+    """Yield the way to everything in a report."""
+    items = content.items() if isinstance(content, dict) else enumerate(content) if isinstance(content, list) else ()
+    for key, inside in items:
+        yield (*here, key)
+        yield from paths(inside, (*here, key))
+
+
+def changed(content, path, value):
+    content = copy.deepcopy(content)
+    *way, last = path
+    place = content
+    for key in way:
+        place = place[key]
+    place[last] = value
+    return content
+
+
+@pytest.fixture
+def path(tmp_path):
+    return tmp_path / "report.json"
+
+
+def test_a_report_is_read_as_it_was_written(content, path):
+    path.write_text(json_text(content))
+    assert read_report(path) == json.loads(json_text(content))
+
+
+def test_a_report_of_one_trial_has_no_repeatability(read_content, path):
+    path.write_text(json.dumps(read_content | {"repeatability": None}))
+    assert read_report(path)["repeatability"] is None
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", "cannot be read"),
+        ("{", "cannot be read"),
+        ("[" * 100_000, "cannot be read"),
+        ("\xff", "cannot be read"),
+        ("[]", "is of the schema None"),
+        ('{"schema": 3}', "is of the schema 3"),
+        ('{"schema": "cdp_ident/report/0"}', "cdp_ident/report/0.*identify again"),
+        ('{"schema": "cdp_ident/report/1"}', "trials is missing"),
+    ],
+)
+def test_what_is_no_report_of_this_schema_is_refused(path, text, words):
+    path.write_bytes(text.encode("latin-1"))
+    with pytest.raises(ReportError, match=words):
+        read_report(path)
+
+
+def test_a_missing_file_is_named(path):
+    with pytest.raises(ReportError, match=r"there is no .*report\.json"):
+        read_report(path)
+
+
+@pytest.mark.parametrize(
+    ("place", "value", "words"),
+    [
+        (
+            ("after", "groups", "c1_over_A22", "value"),
+            "1",
+            r"after\.groups\.c1_over_A22\.value should be a finite number",
+        ),
+        (("after", "physical", "m1", "determined"), 1, "should be true or false"),
+        (("trials", 1, "bag"), None, r"trials\[1\]\.bag should be text"),
+        (("trials", 1, "role"), "judge", "should be one of fit, holdout"),
+        (("effects", 0, "joint"), "elbow", "should be one of inner, outer, base"),
+        (("effects", 0, "parameters"), [], "should be an object"),
+        (("search", "history"), {}, "should be a list"),
+        (("noise_rad", "theta1"), float("nan"), "noise_rad.theta1 should be a finite number"),
+    ],
+)
+def test_what_is_of_the_wrong_kind_is_named(read_content, path, place, value, words):
+    path.write_text(json.dumps(changed(read_content, place, value)))
+    with pytest.raises(ReportError, match=words):
+        read_report(path)
+
+
+@given(data=st.data())
+def test_no_change_of_a_report_ends_in_anything_but_a_refusal(data, content, tmp_path_factory):
+    plain = json.loads(json_text(content))
+    place = data.draw(st.sampled_from(list(paths(plain))))
+    value = data.draw(st.sampled_from([None, True, -1, 1e300, "", "x", [], {}, [[]], {"": None}]))
+    path = tmp_path_factory.mktemp("changed") / "report.json"
+    path.write_text(json.dumps(changed(plain, place, value)))
+    try:
+        read_report(path)
+    except ReportError as error:
+        assert "\n" not in str(error)  # noqa: PT017 - any other outcome is as good

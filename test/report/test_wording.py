@@ -1,0 +1,65 @@
+"""What several forms of a report say in the same words."""
+
+import numpy as np
+import pytest
+
+from cdp_ident.model.parameters import groups_of
+from cdp_ident.report.wording import (
+    action_words,
+    effect_title,
+    how_determined,
+    noise_floor,
+    nominal_groups,
+    nominal_value,
+    short_name,
+)
+
+
+def test_a_measured_value_stands_in_for_the_nominal_one(read_content):
+    assert nominal_value(read_content, "m0") == 0.208
+    read_content["run"]["options"]["known.m0"] = 0.3
+    assert nominal_value(read_content, "m0") == 0.3
+    assert how_determined(read_content, "m0") == "measured"
+    table_2 = np.array([0.108, 0.108, 0.3, 0.2, 0.2, 0.00133, 0.00133, 0.00705, 0.00305])
+    assert list(nominal_groups(read_content).values()) == pytest.approx(groups_of(table_2, 0.4))
+
+
+def test_it_is_said_how_a_value_was_come_by(read_content):
+    assert how_determined(read_content, "L") == "given"
+    assert how_determined(read_content, "m1") == "no: nearest to nominal"
+    read_content["after"]["physical"]["m1"]["determined"] = True
+    assert how_determined(read_content, "m1") == "yes"
+
+
+@pytest.mark.parametrize(
+    ("action", "words"),
+    [
+        ("added coulomb_friction.outer", "added coulomb friction, outer"),
+        ("dropped cogging_torque.inner.13 per turn", "dropped cogging torque, inner, 13 per turn"),
+        (
+            "exchanged air_drag.outer.rotation for air_drag.outer.strips",
+            "exchanged air drag, outer, rotation for air drag, outer, strips",
+        ),
+        ("added gravity_tilt.base and encoder_offset.outer", "added gravity tilt, base and encoder offset, outer"),
+        ("nothing more helps", "nothing more helps"),
+    ],
+)
+def test_a_step_of_the_ladder_is_in_words(action, words):
+    assert action_words({"action": action}) == words
+
+
+def test_an_effect_is_named_with_its_place(read_content):
+    effect = read_content["effects"][0]
+    assert effect_title(effect) == "dry friction (outer joint)"
+    assert effect_title(effect | {"joint": "base", "variant": "strips", "trial": "one"}) == (
+        "dry friction (base, strips, in one)"
+    )
+
+
+def test_groups_are_written_as_fractions():
+    assert short_name("A23_over_A22") == "A23/A22"
+    assert short_name("coulomb_friction.outer.torque") == "coulomb friction, outer, torque"
+
+
+def test_the_noise_of_both_encoders_is_their_mean_square(read_content):
+    assert noise_floor(read_content | {"noise_rad": {"theta1": 3.0, "theta2": 4.0}}) == pytest.approx(np.sqrt(12.5))
