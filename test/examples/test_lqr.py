@@ -72,4 +72,4 @@ def test_a_file_that_is_no_model_is_refused(lqr, fitted, capsys):
     with pytest.raises(SystemExit) as end:
         lqr.main([fitted({"m1": 0.1})])
     assert end.value.code == 2
-    assert "missing" in capsys.readouterr().err
+    assert "m2" in capsys.readouterr().err
