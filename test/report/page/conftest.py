@@ -1,0 +1,71 @@
+"""A real browser, and the report in it."""
+
+import shutil
+import time
+
+import pytest
+
+from cdp_ident.report.folder import PAGE
+
+ARGUMENTS = [
+    "--headless", "--no-sandbox", "--disable-gpu", "--disable-background-networking", "--disable-component-update",
+    "--disable-sync", "--no-first-run",
+]  # fmt: skip
+DESKTOP = {"width": 1280, "height": 900}
+PATIENCE = 60.0
+
+
+@pytest.fixture(scope="session")
+def browser():
+    program = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+    if program is None:
+        pytest.skip("there is no Chromium to look at the report with: apt-get install chromium")
+    playwright = pytest.importorskip("playwright.sync_api", reason="there is no playwright to drive a browser with")
+    with playwright.sync_playwright() as driver:
+        browser = driver.chromium.launch(executable_path=program, args=ARGUMENTS)
+        yield browser
+        browser.close()
+
+
+class Visit:
+    """A page that is looked at, and what went wrong on it."""
+
+    def __init__(self, browser, path, viewport, **options):
+        self.context = browser.new_context(viewport=viewport, **options)
+        self.page = self.context.new_page()
+        self.complaints, self.requests = [], []
+        self.page.on("console", lambda message: self.complaints.append(message.text))
+        self.page.on("pageerror", lambda error: self.complaints.append(str(error)))
+        self.page.on("dialog", lambda dialog: (self.complaints.append(dialog.message), dialog.dismiss()))
+        self.page.on("request", lambda request: self.requests.append(request.url))
+        self.page.goto(path.as_uri())
+        self.page.locator("body[data-ready=true]").wait_for()
+
+    def draw_all(self):
+        """Scroll through the page until every chart is drawn."""
+        for plot in self.page.locator(".plot").all():
+            plot.scroll_into_view_if_needed()
+            plot.locator(".main-svg").first.wait_for(state="attached")
+
+    def until(self, condition, argument=None):
+        """Wait until a script returns something true; the page's own policy forbids what playwright would wait with."""
+        deadline = time.monotonic() + PATIENCE
+        while not self.page.evaluate(condition, argument):
+            assert time.monotonic() < deadline, condition
+            self.page.wait_for_timeout(20)
+
+    def close(self):
+        self.context.close()
+
+
+@pytest.fixture
+def visit(browser, report_folder):
+    visits = []
+
+    def open_page(path=report_folder / PAGE, viewport=DESKTOP, **options):
+        visits.append(Visit(browser, path, viewport, **options))
+        return visits[-1]
+
+    yield open_page
+    for visited in visits:
+        visited.close()

@@ -1,0 +1,275 @@
+"""The report, opened from disk in a real browser and used."""
+
+import re
+
+import numpy as np
+import pytest
+
+from cdp_ident.report.figures.all import figures
+from cdp_ident.report.folder import PAGE
+from cdp_ident.report.page.report_page import report_html
+
+PHONE = {"width": 375, "height": 800}
+SECTIONS = ("result", "motion", "paper", "effects", "parameters", "warnings", "repeat")
+LENGTH, OUTER_LENGTH = 0.4, 0.4
+EVIL = "\"'><img src=x onerror=alert(1)></script><script>alert(2)</script>{{7*7}}$x$`<b>"
+FIXED = {"schema", "role", "joint", "unit", "method", "written_at"}
+
+
+def tips(theta):
+    """Return where the outer rod ends (n, 2) [m], x and z, the cart being at 0."""
+    along = np.stack([np.sin(theta), np.cos(theta)])
+    return (LENGTH * along[..., 0] + OUTER_LENGTH * along[..., 1]).T
+
+
+def tip(page, group):
+    return [float(number) for number in page.get_attribute(f"#{group}", "data-tip").split(",")]
+
+
+def scrub_to(page, index):
+    page.evaluate(
+        """index => {
+          const scrub = document.getElementById('scrub');
+          scrub.value = index;
+          scrub.dispatchEvent(new Event('input'));
+        }""",
+        index,
+    )
+
+
+def ranges(plot):
+    return plot.evaluate(
+        "plot => Object.keys(plot._fullLayout).filter(k => /^xaxis/.test(k)).map(k => plot._fullLayout[k].range)"
+    )
+
+
+@pytest.mark.parametrize(
+    ("viewport", "scheme"), [({"width": 1280, "height": 900}, "light"), (PHONE, "dark")], ids=["desktop", "phone"]
+)
+def test_everything_is_drawn_without_complaint_and_without_network(visit, viewport, scheme):
+    visited = visit(viewport=viewport, color_scheme=scheme)
+    visited.draw_all()
+    assert visited.complaints == []
+    assert [url for url in visited.requests if not url.startswith(("file:", "data:", "blob:"))] == []
+    assert len([url for url in visited.requests if url.startswith("file:")]) == 1
+    for section in SECTIONS:
+        assert visited.page.locator(f"section#{section}").is_visible()
+    assert visited.page.evaluate("document.documentElement.scrollWidth") <= viewport["width"]
+    cut = visited.page.evaluate("""() => [...document.querySelectorAll('.plot')].flatMap((plot) => {
+      const box = plot.getBoundingClientRect();
+      const words = '.xtick text, .ytick text, .xtitle, .ytitle, .annotation-text';
+      return [...plot.querySelectorAll(words)].filter((text) => {
+        const inside = text.getBoundingClientRect();
+        return inside.left < box.left - 1 || inside.right > box.right + 1 || inside.bottom > box.bottom + 1;
+      }).map((text) => plot.dataset.figure + ': ' + text.textContent);
+    })""")
+    assert cut == []
+
+
+def test_verdict_and_numbers_are_those_of_the_report(visit, read_content):
+    text = visit().page.inner_text("body")
+    assert read_content["verdict"] in text
+    for model in ("before", "after"):
+        assert f"{1e3 * read_content[model]['error']['holdout']['rmse_rad']:.3g}" in text
+    assert "dry friction (outer joint)" in text
+    assert all(warning["message"] in text for warning in read_content["warnings"])
+    assert all(digest in text for files in read_content["run"]["bag_sha256"].values() for digest in files.values())
+
+
+def test_the_pendulum_at_a_scrubbed_time_is_that_of_the_data(visit, shown_curves):
+    page, curve = visit().page, shown_curves.trials[2]
+    for index in (0, 777, len(curve.time) - 1):
+        scrub_to(page, index)
+        assert float(page.get_attribute("#stage", "data-time")) == pytest.approx(curve.time[index], abs=1e-5)
+        assert tip(page, "measured") == pytest.approx(tips(curve.measured[index : index + 1])[0], abs=1e-5)
+        assert tip(page, "simulated") == pytest.approx(tips(curve.run_before[index : index + 1])[0], abs=1e-5)
+    page.check("input[name=model][value=after]")
+    scrub_to(page, 777)
+    assert tip(page, "simulated") == pytest.approx(tips(curve.run_after[777:778])[0], abs=1e-5)
+    page.select_option("#start", "windows")
+    assert tip(page, "simulated") == pytest.approx(tips(curve.after[777:778])[0], abs=1e-5)
+    page.select_option("#trial", "1")
+    scrub_to(page, 100)
+    assert tip(page, "measured") == pytest.approx(tips(shown_curves.trials[1].measured[100:101])[0], abs=1e-5)
+
+
+def test_what_is_drawn_is_where_the_data_says(visit):
+    page = visit().page
+    scrub_to(page, 500)
+    x, z = tip(page, "measured")
+    end = re.findall(r"L(\S+),(\S+)", page.get_attribute("#measured path", "d"))[-1]
+    assert [float(number) for number in end] == pytest.approx([100 * x, -100 * z], abs=0.01)
+
+
+def test_a_difference_too_small_to_see_is_magnified(visit, shown_curves):
+    page, curve = visit().page, shown_curves.trials[2]
+    scrub_to(page, 1000)
+    page.select_option("#factor", "100")
+    magnified = curve.measured[1000] + 100 * (curve.run_before[1000] - curve.measured[1000])
+    assert tip(page, "simulated") == pytest.approx(tips(magnified[None])[0], abs=1e-3)
+
+
+def test_playing_moves_it_and_pausing_holds_it(visit):
+    visited = visit()
+    page = visited.page
+    page.click("#play")
+    visited.until("Number(document.getElementById('stage').dataset.time) > 0.3")
+    page.click("#play")
+    assert page.inner_text("#play") == "Play"
+    held = page.get_attribute("#stage", "data-time")
+    page.wait_for_timeout(150)
+    assert page.get_attribute("#stage", "data-time") == held
+    assert page.input_value("#scrub") != "0"
+
+
+def test_the_keyboard_works_the_player(visit):
+    visited = visit()
+    page = visited.page
+    page.focus("#scrub")
+    page.keyboard.press("ArrowRight")
+    page.keyboard.press("ArrowRight")
+    assert page.input_value("#scrub") == "2"
+    assert float(page.get_attribute("#stage", "data-time")) > 0
+    assert "seconds" in page.get_attribute("#scrub", "aria-valuetext")
+    page.keyboard.press(" ")
+    visited.until("Number(document.getElementById('stage').dataset.time) > 0.2")
+    page.keyboard.press(" ")
+    assert page.inner_text("#play") == "Play"
+    page.keyboard.press("Tab")
+    assert page.evaluate("document.activeElement.id") == "play"
+    assert page.evaluate("getComputedStyle(document.activeElement).outlineStyle") == "solid"
+    page.keyboard.press("Enter")
+    assert page.inner_text("#play") == "Pause"
+
+
+def test_a_drag_zooms_all_panels_and_a_double_click_shows_all_again(visit):
+    visited = visit()
+    page = visited.page
+    plot = page.locator("[data-figure^=angles_1]")
+    plot.scroll_into_view_if_needed()
+    plot.locator(".nsewdrag").first.wait_for(state="attached")
+    (whole,) = ranges(plot)  # one axis for all panels
+    box = plot.locator(".nsewdrag").first.bounding_box()
+    middle = box["y"] + box["height"] / 2
+    page.mouse.move(box["x"] + 0.25 * box["width"], middle)
+    page.mouse.down()
+    page.mouse.move(box["x"] + 0.5 * box["width"], middle, steps=5)
+    page.mouse.up()
+    (zoomed,) = ranges(plot)
+    width = whole[1] - whole[0]
+    assert zoomed == pytest.approx([whole[0] + 0.25 * width, whole[0] + 0.5 * width], abs=0.02 * width)
+    plot.locator(".nsewdrag").first.dblclick()
+    visited.until(
+        "end => Math.abs(document.querySelector('[data-figure^=angles_1]')._fullLayout.xaxis.range[1] - end) < 0.1",
+        whole[1],
+    )
+
+
+def test_the_keyboard_zooms_a_chart(visit):
+    page = visit().page
+    plot = page.locator("[data-figure=parameters]")
+    plot.scroll_into_view_if_needed()
+    plot.locator(".main-svg").first.wait_for(state="attached")
+    before = ranges(plot)
+    plot.focus()
+    page.keyboard.press("+")
+    after = ranges(plot)
+    assert [np.ptp(r) for r in after] == pytest.approx([np.ptp(r) / 2 for r in before])
+    page.keyboard.press("ArrowRight")
+    assert ranges(plot)[0][0] > after[0][0]
+    page.keyboard.press("0")
+    assert ranges(plot) == [pytest.approx(r, rel=0.2) for r in before]
+
+
+def test_a_name_above_a_chart_hides_its_curves(visit):
+    page = visit().page
+    figure = page.locator("#figure-errors")
+    figure.locator(".bars path").first.wait_for(state="attached")
+    bars = figure.locator(".bars .point").count()
+    button = figure.get_by_role("button", name="before: the paper's model, fitted")
+    button.click()
+    assert button.get_attribute("aria-pressed") == "false"
+    assert figure.locator(".bars .point").count() == bars - 2
+
+
+def test_charts_follow_the_theme(visit):
+    visited = visit(color_scheme="light")
+    plot = visited.page.locator("[data-figure=errors]")
+    plot.locator(".ytick text").first.wait_for(state="attached")
+
+    def ink():
+        return plot.locator(".ytick text").first.evaluate("text => getComputedStyle(text).fill")
+
+    light = ink()
+    visited.page.emulate_media(color_scheme="dark")
+    visited.until(
+        "old => getComputedStyle(document.querySelector('[data-figure=errors] .ytick text')).fill !== old", light
+    )
+    assert visited.complaints == []
+
+
+def test_everything_is_drawn_for_printing(visit):
+    visited = visit(color_scheme="dark")
+    visited.page.emulate_media(media="print", color_scheme="dark")
+    visited.page.evaluate("dispatchEvent(new Event('beforeprint'))")
+    assert visited.page.locator(".plot:not([data-drawn])").count() == 0
+    assert not visited.page.locator(".controls").is_visible()
+    assert visited.page.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(255, 255, 255)"
+    widest = visited.page.evaluate(
+        "Math.max(...[...document.querySelectorAll('.plot .main-svg')].map(s => s.clientWidth))"
+    )
+    assert widest <= 680
+    assert visited.complaints == []
+
+
+def test_everything_that_can_be_used_has_a_name_and_every_chart_a_text_in_its_place(visit):
+    page = visit().page
+    unnamed = page.evaluate("""() => [
+      ...document.querySelectorAll('button, select, input, a, [role=img], [role=region]')
+    ].filter(
+      (e) => !(e.getAttribute('aria-label') || e.textContent.trim() || (e.labels && e.labels.length))
+    ).map((e) => e.outerHTML.slice(0, 80))""")
+    assert unnamed == []
+    assert all(len(label) > 20 for label in page.eval_on_selector_all(".plot", "plots => plots.map(p => p.ariaLabel)"))
+    levels = page.eval_on_selector_all("h1, h2, h3", "all => all.map(h => Number(h.tagName[1]))")
+    assert levels[0] == 1
+    assert levels.count(1) == 1
+    assert max(np.diff(levels)) <= 2
+    assert page.get_attribute("html", "lang") == "en"
+
+
+def hostile(value, key=""):
+    """Put markup into every text of a report that is not one of a few words, names included."""
+    if isinstance(value, dict):
+        names = key in ("bag_sha256", "versions")
+        return {name + EVIL if names else name: hostile(inside, name) for name, inside in value.items()}
+    if isinstance(value, list):
+        return [hostile(inside, key) for inside in value]
+    return value + EVIL if isinstance(value, str) and key not in FIXED else value
+
+
+def test_text_from_bags_and_files_stays_text(visit, read_content, shown_curves, tmp_path):
+    report = hostile(read_content)
+    (tmp_path / PAGE).write_text(report_html(report, shown_curves, figures(report, shown_curves)))
+    visited = visit(tmp_path / PAGE)
+    visited.draw_all()
+    visited.page.wait_for_timeout(200)
+    assert visited.complaints == []
+    assert visited.page.locator("img").count() == 0
+    assert visited.page.locator("script").count() == 5  # data, plotly.js as text and run, the page's own two
+    assert visited.page.inner_text("h1").count(EVIL) == 2
+    assert f"swing_wide{EVIL}" in visited.page.inner_text("#figure-repeatability .legend")
+    assert visited.page.locator("[data-figure=repeatability] img, .plot a").count() == 0
+
+
+def test_even_a_script_that_got_in_would_not_run(visit):
+    visited = visit()
+    visited.page.evaluate(
+        """() => {
+          const script = document.createElement('script');
+          script.textContent = 'window.ran = true';
+          document.body.append(script);
+        }"""
+    )
+    assert visited.page.evaluate("window.ran") is None
+    assert any("Content Security Policy" in complaint for complaint in visited.complaints)
