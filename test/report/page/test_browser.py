@@ -5,8 +5,10 @@ import re
 import numpy as np
 import pytest
 
+from cdp_ident.report.comparison import Run
 from cdp_ident.report.figures.all import figures
 from cdp_ident.report.folder import PAGE
+from cdp_ident.report.page.comparison_page import comparison_figures, comparison_html
 from cdp_ident.report.page.report_page import report_html
 
 PHONE = {"width": 375, "height": 800}
@@ -260,6 +262,18 @@ def test_text_from_bags_and_files_stays_text(visit, read_content, shown_curves, 
     assert visited.page.inner_text("h1").count(EVIL) == 2
     assert f"swing_wide{EVIL}" in visited.page.inner_text("#figure-repeatability .legend")
     assert visited.page.locator("[data-figure=repeatability] img, .plot a").count() == 0
+
+
+def test_a_comparison_is_a_page_of_the_same_kind(visit, read_content, tmp_path):
+    runs = [Run("worn", read_content), Run(f"oiled{EVIL}", hostile(read_content))]
+    (tmp_path / "compare.html").write_text(comparison_html(runs, comparison_figures(runs)))
+    for viewport in ({"width": 1280, "height": 900}, PHONE):
+        visited = visit(tmp_path / "compare.html", viewport=viewport)
+        visited.draw_all()
+        assert visited.complaints == []
+        assert visited.page.evaluate("document.documentElement.scrollWidth") <= viewport["width"]
+        assert visited.page.locator("img").count() == 0
+        assert visited.page.get_by_role("region", name="Groups, all that a free swing depends on").count() == 1
 
 
 def test_even_a_script_that_got_in_would_not_run(visit):

@@ -1,0 +1,61 @@
+"""A report is drawn anew from its folder."""
+
+import json
+import shutil
+
+import pytest
+
+from cdp_ident.commands.report import main
+from cdp_ident.report.folder import CURVES, FIGURES, PAGE, REPORT, TEXT
+
+
+@pytest.fixture
+def folder(report_folder, tmp_path):
+    for name in (REPORT, CURVES):
+        shutil.copy(report_folder / name, tmp_path)
+    return tmp_path
+
+
+def refusal(folder, capsys):
+    assert main([str(folder)]) == 2
+    out, err = capsys.readouterr()
+    assert not out
+    assert err.count("\n") == 1
+    assert not (folder / PAGE).exists()
+    return err
+
+
+def test_page_text_and_figures_are_made_of_numbers_and_curves(folder, report_folder, capsys):
+    assert main([str(folder)]) == 0
+    assert {path.name for path in folder.iterdir()} == {REPORT, CURVES, PAGE, TEXT, FIGURES}
+    assert (folder / PAGE).read_bytes() == (report_folder / PAGE).read_bytes()
+    assert str(folder / PAGE) in capsys.readouterr().out
+
+
+def test_a_folder_that_is_not_there_is_one_line(tmp_path, capsys):
+    assert "there is no" in refusal(tmp_path / "nowhere", capsys)
+
+
+@pytest.mark.parametrize("name", [REPORT, CURVES])
+def test_a_missing_file_is_one_line(folder, capsys, name):
+    (folder / name).unlink()
+    assert f"there is no {folder / name}" in refusal(folder, capsys)
+
+
+@pytest.mark.parametrize("name", [REPORT, CURVES])
+def test_a_broken_file_is_one_line(folder, capsys, name):
+    (folder / name).write_bytes((folder / name).read_bytes()[:5000])
+    assert "cannot be read" in refusal(folder, capsys)
+
+
+def test_another_schema_is_one_line(folder, capsys):
+    content = json.loads((folder / REPORT).read_text()) | {"schema": "cdp_ident/report/0"}
+    (folder / REPORT).write_text(json.dumps(content))
+    assert "'cdp_ident/report/0', not 'cdp_ident/report/1'" in refusal(folder, capsys)
+
+
+def test_curves_of_another_run_are_one_line(folder, capsys):
+    content = json.loads((folder / REPORT).read_text())
+    content["effects"] = []
+    (folder / REPORT).write_text(json.dumps(content))
+    assert "does not fit its report.json" in refusal(folder, capsys)
