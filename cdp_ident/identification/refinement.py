@@ -53,6 +53,11 @@ class Fit:
     converged: bool
 
     @property
+    def samples(self) -> int:
+        """Angles measured in the windows."""
+        return sum(residual.size for residual in self.residuals)
+
+    @property
     def squared_error(self) -> float:
         """Sum of the squared residuals [rad^2]."""
         return float(sum(np.sum(residual**2) for residual in self.residuals))

@@ -39,11 +39,6 @@ class Attempt:
         return self.fit.model
 
     @property
-    def samples(self) -> int:
-        """Angles measured in all windows."""
-        return sum(residual.size for residual in (*self.fit.residuals, *self.holdout.residuals))
-
-    @property
     def squared_error(self) -> float:
         """Squared error over all windows [rad^2]."""
         return self.fit.squared_error + self.holdout.squared_error
@@ -84,14 +79,20 @@ class Change:
 
 def change(before: Attempt, after: Attempt) -> Change:
     """Compare two models, by the residuals that the better one leaves."""
-    reference = min(before, after, key=lambda attempt: attempt.squared_error)
-    spread = sluggishness(reference.fit)
-    samples = reference.samples
-    variance = reference.squared_error / samples * spread
+    better = min(before, after, key=lambda attempt: attempt.squared_error)
+    spread = sluggishness(better.fit)
     more = len(after.fit.values) - len(before.fit.values)
-    effective = samples / spread
+
+    def fall(old: Fit, new: Fit, reference: Fit) -> float:
+        return (old.squared_error - new.squared_error) / (reference.rmse() ** 2 * spread)
+
+    def likelihood(attempt: Attempt) -> float:
+        return sum(fit.samples / spread * float(np.log(fit.squared_error)) for fit in (attempt.fit, attempt.holdout))
+
     return Change(
-        fit=(before.fit.squared_error - after.fit.squared_error) / variance,
-        holdout=(before.holdout.squared_error - after.holdout.squared_error) / variance,
-        bic=effective * float(np.log(after.squared_error / before.squared_error)) + more * float(np.log(effective)),
+        fit=fall(before.fit, after.fit, better.fit),
+        holdout=fall(before.holdout, after.holdout, better.holdout),
+        bic=likelihood(after)
+        - likelihood(before)
+        + more * float(np.log((better.fit.samples + better.holdout.samples) / spread)),
     )

@@ -168,18 +168,24 @@ class _Climber:
         """
         while True:
             without = [self._remove(current, index) for index in range(len(current.model.effects))]
-            remains = current.holdout.rmse() ** 2 - self._noise**2
             # What happened once, the windows kept out cannot judge.
             explained = [
-                removed.holdout.rmse() ** 2 - current.holdout.rmse() ** 2 if not active.effect.at_an_instant else np.inf
+                np.inf if active.effect.at_an_instant else self._explained(removed, current)
                 for active, removed in zip(current.model.effects, without, strict=True)
             ]
             least = int(np.argmin(explained)) if explained else 0
-            if not explained or explained[least] > remains:
+            if not explained or explained[least] > 1.0:
                 return current, without
             key = current.model.effects[least].effect.key
             current = without[least]
             self._note_drop(key, current, "more remains unexplained than it explains")
+
+    def _explained(self, removed: Attempt, current: Attempt) -> float:
+        """Return what an effect explains over what remains, in the motion where it explains the larger part."""
+        return max(
+            (without.rmse() ** 2 - now.rmse() ** 2) / max(now.rmse() ** 2 - self._noise**2, np.finfo(float).tiny)
+            for without, now in zip(_fits(removed), _fits(current), strict=True)
+        )
 
     def _add_all(self, current: Attempt) -> Attempt:
         while len(current.model.effects) < _MOST_EFFECTS and (better := self._rung(current)) is not None:
@@ -211,9 +217,14 @@ class _Climber:
             return None
         # The simplest of those that come near the best: while other effects are still missing, what an effect with
         # more parameters gains over a simpler one is mostly theirs. The exchange at the end sets it right if not.
-        most = max(current.squared_error - a.squared_error for a in accepted)
-        near = [a for a in accepted if current.squared_error - a.squared_error > _NEAR_THE_BEST * most]
-        return min(near, key=lambda a: (len(a.fit.values), a.squared_error))
+        levels = [min(fit.squared_error for fit in of_all) for of_all in zip(*map(_fits, accepted), strict=True)]
+
+        def error(attempt: Attempt) -> float:
+            return sum(fit.squared_error / level for fit, level in zip(_fits(attempt), levels, strict=True))
+
+        most = max(error(current) - error(a) for a in accepted)
+        near = [a for a in accepted if error(current) - error(a) > _NEAR_THE_BEST * most]
+        return min(near, key=lambda a: (len(a.fit.values), error(a)))
 
     def _earns_its_place(self, before: Attempt, after: Attempt) -> bool:
         new = range(len(before.model.effects), len(after.model.effects))
@@ -238,9 +249,12 @@ class _Climber:
     @staticmethod
     def _brings_enough(before: Attempt, after: Attempt) -> bool:
         gained = change(before, after)
-        share = 1.0 - after.holdout.rmse() / before.holdout.rmse()
+        of_fit, of_holdout = (
+            1.0 - new.rmse() / old.rmse() for old, new in zip(_fits(before), _fits(after), strict=True)
+        )
         least = _STRUCTURED_SHARE if sluggishness(after.fit) > _STRUCTURED else _HOLDOUT_SHARE
-        return gained.fit > _FIT_GAIN and gained.holdout > _HOLDOUT_GAIN and share > least
+        enough = of_holdout > _HOLDOUT_SHARE and max(of_fit, of_holdout) > least
+        return gained.fit > _FIT_GAIN and gained.holdout > _HOLDOUT_GAIN and enough
 
     def _add(self, current: Attempt, candidates: Sequence[Candidate]) -> Attempt:
         model, values = current.model, current.fit.values
@@ -353,6 +367,11 @@ class _Climber:
         self._told(
             f"{action}: {1e3 * current.holdout.rmse():.3g} -> {1e3 * after.holdout.rmse():.3g} mrad on windows kept out"
         )
+
+
+def _fits(attempt: Attempt) -> tuple[Fit, Fit]:
+    """Return how a model follows the motion it was fitted to, and the motion kept out."""
+    return attempt.fit, attempt.holdout
 
 
 def _expected(current: Fit, gain: float) -> float:
