@@ -1,6 +1,7 @@
 """Bags of a pendulum that the paper's model explains: nothing is hidden in them, and the encoders only count."""
 
 import math
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -22,11 +23,11 @@ _COUNT = math.tau / 8000
 _FIRST_STAMP = 1_717_156_800_000_000_000
 
 
-def write_clean_bags(folder: Path) -> None:
+def write_clean_bags(folder: Path, values: Mapping[str, float] = TABLE_5) -> None:
     """Write the bags: each hangs for 1 s, is led up and held for 3 s, and swings freely for 14 s."""
     for name, start in STARTS.items():
         with BagWriter(folder / name) as writer:
-            for i, measured in enumerate(_positions(start)):
+            for i, measured in enumerate(_positions(start, values)):
                 stamp = _FIRST_STAMP + i * 1_000_000_000 // _RATE
                 writer.write("/joint_states", MESSAGE_TYPE, stamp, serialize_joint_state(NAMES, measured, stamp))
             writer.close({})
@@ -38,8 +39,8 @@ def clean_trials(folder: Path) -> tuple[Trial, ...]:
     return tuple(load_trial(folder / name) for name in STARTS)
 
 
-def _positions(start: tuple[float, float]) -> Array:
+def _positions(start: tuple[float, float], values: Mapping[str, float]) -> Array:
     script = (Wait(1.0), Hold(*start, within=1.5), Wait(1.5), LetGo(), Wait(14.0))
-    cart, theta1, theta2 = Motion(physical_coefficients(TABLE_5), script, 1 / _RATE).advance(18 * _RATE).T[:3]
+    cart, theta1, theta2 = Motion(physical_coefficients(values), script, 1 / _RATE).advance(18 * _RATE).T[:3]
     joints = np.column_stack([theta1, theta2 - theta1])
     return np.column_stack([cart, np.round(joints / _COUNT) * _COUNT])

@@ -20,6 +20,7 @@ from cdp_ident.report.fitted import fitted_parameters
 from cdp_ident.report.job import LoadedJob
 from cdp_ident.report.terminal import summary
 
+_SECONDS_BETWEEN_LOOKS = 1.0
 _LONGEST_GOODBYE = 5.0
 """How long the end of the program waits for an identification that runs [s]."""
 
@@ -32,9 +33,10 @@ class IdentifyNode:
     def __init__(self, node: Any, parameters: Parameters, identifier: Identifier, once: bool) -> None:
         self._node, self._parameters, self._identifier, self._once = node, parameters, identifier, once
         self._given = parameters.given()
-        loaded = identifier.load(self._given)
+        waits_for = identifier.waits_for
+        loaded = None if waits_for else identifier.load(self._given)
         self._shown: set[str] = set()
-        self._show(loaded.job.settings, None)
+        self._show(loaded.job.settings if loaded else identifier.settings(self._given), None)
         parameters.start()
         self._interruption = Interruption()
         self._interruption.install()
@@ -46,16 +48,20 @@ class IdentifyNode:
         self._done = node.create_guard_condition(self._take_outcome)
         self._closing = False
         self._thread = threading.Thread()
-        self._start(loaded)
+        if loaded:
+            self._start(loaded)
+        else:
+            self._state.publish(String(data=f"waiting for a first trial in {waits_for}"))
+        node.create_timer(_SECONDS_BETWEEN_LOOKS, self._look)
 
     def close(self) -> None:
         """End: an identification that still runs is given up."""
         self._closing = True
         self._interruption.given_up = True
         if self._thread.is_alive():
+            if not self._serves:
+                self.exit_code = EXIT_INTERRUPTED
             self._thread.join(_LONGEST_GOODBYE)
-        if not self._serves and self.exit_code is None:
-            self.exit_code = EXIT_INTERRUPTED
         self._interruption.remove()
 
     def _again(self, _request: Any, response: Any) -> Any:
@@ -65,6 +71,11 @@ class IdentifyNode:
             self._start(None)
             response.success, response.message = True, "identifying: ~/state tells when it is done"
         return response
+
+    def _look(self) -> None:
+        """Identify anew when another bag has come into the folder that is watched."""
+        if not self._thread.is_alive() and self._outcome is None and self._identifier.has_new:
+            self._start(None)
 
     def _start(self, loaded: LoadedJob | None) -> None:
         self._state.publish(String(data="identifying"))
@@ -83,7 +94,8 @@ class IdentifyNode:
     def _take_outcome(self) -> None:
         outcome, self._outcome = self._outcome, None
         if isinstance(outcome, Exception):
-            if not self._serves or not isinstance(outcome, CdpIdentError):
+            waits = self._serves or self._identifier.waits_for is not None
+            if not waits or not isinstance(outcome, CdpIdentError):
                 raise outcome
             self._state.publish(String(data=f"failed: {outcome}"))
             self._node.get_logger().error(f"{outcome}; the parameters are still those of before")

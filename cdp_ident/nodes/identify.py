@@ -18,7 +18,10 @@ serve the fitted parameters until Ctrl-C; with --once end, which needs no ROS.
 
 serves     the parameters m1 m2 m0 l1 l2 J1 J2 c1 c2 L g, groups.<group>, std.<each of these>, and the configuration
            ~/identify_again (std_srvs/Trigger)  read configuration and bags again and identify anew
-publishes  ~/state (std_msgs/String, latched)   identifying, ready, or failed and why
+publishes  ~/state (std_msgs/String, latched)   waiting, identifying, ready, or failed and why
+
+With --watch, each trial that comes into the folder is judged as it is unseen, with a warning if it no longer fits, then
+fitted jointly with all before it, and the parameters are updated.
 
 Ctrl-C while it searches ends the search: its best so far is refined, reported and served; once more ends at once."""
 
@@ -26,6 +29,7 @@ EXAMPLE = """\
 examples:
   ros2 run cdp_ident identify --bag trials/one --bag trials/two --holdout trials/three --config rig.yaml
   ros2 run cdp_ident identify --bag bags/swing_wide --once
+  ros2 run cdp_ident identify --watch trials --config rig.yaml
 
 Configuration (config/identify.yaml lists every key): --config FILE, --ros-args --params-file FILE and
 --ros-args -p NAME:=VALUE mean the same; what stands further right here wins, and --method and --seed win over all.
@@ -54,7 +58,10 @@ def main(arguments: list[str]) -> int:
         options.seed,
         options.config,
         options.force,
+        options.watch,
     )
+    if options.watch and options.once:
+        raise OptionError("--watch goes on until Ctrl-C, so --once cannot go with it")
     identifier = Identifier(request, _console(), _console(stderr=True))
     if options.once and not uses_ros_arguments:
         loaded, interruption = identifier.load({}), Interruption()
@@ -88,9 +95,15 @@ def _parser() -> ArgumentParser:
         type=Path,
         action="extend",
         nargs="+",
-        required=True,
+        default=[],
         metavar="DIR",
         help="rosbag2 bags, fitted jointly",
+    )
+    parser.add_argument(
+        "--watch",
+        type=Path,
+        metavar="DIR",
+        help="fit the bags in this folder too, and each that the recorder completes there later",
     )
     parser.add_argument(
         "--holdout",

@@ -12,7 +12,8 @@ from cdp_ident.identification.identify import Data, Identification
 from cdp_ident.identification.judgement import Errors
 from cdp_ident.identification.motion_model import MotionModel
 from cdp_ident.identification.physical import PhysicalValues
-from cdp_ident.identification.warnings import find_warnings
+from cdp_ident.identification.unseen import Unseen
+from cdp_ident.identification.warnings import FitWarning, find_warnings
 from cdp_ident.identification.windows import Window
 from cdp_ident.model.parameters import CONSTANTS, GROUPS, PARAMETERS
 from cdp_ident.report.job import Outcome
@@ -26,8 +27,13 @@ Section = dict[str, Any]
 SCHEMA = "cdp_ident/report/1"
 
 
-def report(outcome: Outcome) -> Section:
-    """Return everything there is to report; plain values, to be written as JSON."""
+def report(outcome: Outcome, unseen: Sequence[Unseen] = ()) -> Section:
+    """Return everything there is to report; plain values, to be written as JSON.
+
+    Args:
+        outcome: what was found.
+        unseen: how trials that came later fitted before they were seen, in the order in which they came.
+    """
     found = outcome.identification
     model, values = found.options.model, found.fit.values
     determined = identifiability(
@@ -67,10 +73,11 @@ def report(outcome: Outcome) -> Section:
         "ladder": _ladder(outcome.trace.ladder),
         "continuity": _continuity(outcome.trace.completed),
         "repeatability": _repeatability(outcome.trace.completed),
+        "unseen": [_unseen(judged) for judged in unseen],
         "identifiability": _identifiability(determined),
         "warnings": [
             {"name": warning.name, "about": list(warning.about), "message": warning.message}
-            for warning in find_warnings(outcome.trace.completed)
+            for warning in (*_doubts(unseen), *find_warnings(outcome.trace.completed))
         ],
         "run": _run(outcome),
     }
@@ -260,6 +267,25 @@ def _repeatability(found: Identification) -> Section | None:
             for trial, values, deviations in zip(compared.trials, compared.values, compared.std, strict=True)
         ],
     }
+
+
+def _unseen(judged: Unseen) -> Section:
+    return {
+        "trial": judged.trial,
+        "rmse_rad": judged.error,
+        "expected_rmse_rad": judged.expected,
+        "fits": judged.fits,
+        "changed": [
+            {"name": c.name, "before": c.before, "alone": c.alone, "deviations": c.deviations} for c in judged.changed
+        ],
+    }
+
+
+def _doubts(unseen: Sequence[Unseen]) -> Iterator[FitWarning]:
+    for judged in unseen:
+        warning = judged.warning()
+        if warning:
+            yield warning
 
 
 def _identifiability(found: Identifiability) -> Section:

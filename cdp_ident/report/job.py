@@ -59,7 +59,7 @@ def load(job: Job) -> LoadedJob:
         TrialError: a bag holds no trial.
     """
     if not job.bags:
-        raise OptionError("there is nothing to identify from: give at least one --bag")
+        raise OptionError("there is nothing to identify from: give at least one --bag, or a folder to --watch")
     checksums: dict[Path, dict[str, str]] = {}
     owner: dict[str, Path] = {}
     for bag in (*job.bags, *job.holdout):

@@ -22,6 +22,7 @@ from cdp_ident.model.parameters import GROUPS, NOMINAL
 from cdp_ident.nodes.identify import main
 from cdp_ident.report.folder import FILES
 from reference.clean_bags import write_clean_bags
+from reference.pendulum import TABLE_5
 
 ROOT = Path(__file__).parents[2]
 BAGS = Path(tempfile.gettempdir()) / f"cdp_ident_clean_bags_{os.getpid()}"
@@ -349,6 +350,55 @@ def test_what_fails_again_leaves_the_parameters_and_files_of_before(start, clien
     assert listener.call("/identify/identify_again")[0]
     listener.wait_for(lambda: report_in(out)["search"]["seed"] == 6)
     assert process.end() == 0
+
+
+def test_trials_that_come_into_a_watched_folder_are_judged_then_fitted_too(start, client, listener, tmp_path, out):
+    trials = tmp_path / "trials"
+    process = start("identify", "--watch", str(trials), "--out", str(out))
+    listener.wait_for(lambda: client.states == [f"waiting for a first trial in {trials}"])
+
+    def record(bag, name):
+        shutil.copytree(bag, tmp_path / name)
+        trials.mkdir(exist_ok=True)
+        (tmp_path / name).rename(trials / name)
+
+    def trials_in_report():
+        return [trial["name"] for trial in report_in(out)["trials"]] if (out / "report.json").exists() else []
+
+    record(WIDE, "first")
+    client.wait_until_it_serves()
+    assert report_in(out)["unseen"] == []
+
+    (trials / "broken").mkdir()
+    (trials / "broken/metadata.yaml").write_text("nothing")
+    record(FOLDED, "second")
+    listener.wait_for(lambda: trials_in_report() == ["first", "second"])
+    (second,) = report_in(out)["unseen"]
+    assert (second["trial"], second["fits"]) == ("second", True)
+    assert "broken is left out: " in process.said
+
+    write_clean_bags(tmp_path / "changed", {**TABLE_5, "c2": 2 * TABLE_5["c2"]})
+    record(tmp_path / "changed/swing_folded", "third")
+    listener.wait_for(lambda: trials_in_report() == ["first", "second", "third"])
+    report = report_in(out)
+    third = report["unseen"][-1]
+    assert (third["trial"], third["fits"], third["changed"][0]["name"]) == ("third", False, "c2_over_A22")
+    assert "no_longer_fits" in [warning["name"] for warning in report["warnings"]]
+    assert "third no longer fits" in process.said
+    listener.wait_for(lambda: client.values("m1") == [report["after"]["physical"]["m1"]["value"]])
+    assert process.end() == 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        ((), "there is nothing to identify from: give at least one --bag, or a folder to --watch"),
+        (("--watch", "trials", "--once"), "--watch goes on until Ctrl-C, so --once cannot go with it"),
+    ],
+)
+def test_without_bags_or_end_it_says_so(arguments, complaint, capsys):
+    assert main([*arguments]) == 2
+    assert complaint in capsys.readouterr().err
 
 
 def test_other_nodes_see_the_new_values_as_parameter_events(start, client, listener, tmp_path, out):

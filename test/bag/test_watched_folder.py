@@ -1,0 +1,44 @@
+"""A folder into which bags come one after the other."""
+
+import os
+
+import pytest
+
+from cdp_ident.bag.watched_folder import WatchedFolder
+from cdp_ident.errors import OptionError
+
+
+def complete(bag, when):
+    bag.mkdir(parents=True, exist_ok=True)
+    (bag / "metadata.yaml").write_text("")
+    os.utime(bag / "metadata.yaml", (when, when))
+
+
+def test_a_bag_is_new_once_it_is_complete_and_until_it_is_taken(tmp_path):
+    watched = WatchedFolder(tmp_path)
+    (tmp_path / "one").mkdir()
+    (tmp_path / "one/one_0.mcap").write_bytes(b"")
+    assert watched.new() == []
+    complete(tmp_path / "one", 1000)
+    assert watched.new() == [tmp_path / "one"]
+    watched.take(tmp_path / "one")
+    assert watched.new() == []
+
+
+def test_bags_come_in_the_order_in_which_they_were_completed(tmp_path):
+    complete(tmp_path / "a", 2000)
+    complete(tmp_path / "b", 1000)
+    assert WatchedFolder(tmp_path).new() == [tmp_path / "b", tmp_path / "a"]
+
+
+def test_a_folder_that_is_not_there_yet_is_waited_for(tmp_path):
+    watched = WatchedFolder(tmp_path / "later")
+    assert watched.new() == []
+    complete(tmp_path / "later/one", 1000)
+    assert watched.new() == [tmp_path / "later/one"]
+
+
+def test_a_file_in_its_place_is_refused(tmp_path):
+    (tmp_path / "trials").write_text("")
+    with pytest.raises(OptionError, match="trials is not a folder"):
+        WatchedFolder(tmp_path / "trials")
