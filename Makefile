@@ -3,6 +3,7 @@ SHELL := /bin/bash
 PYTHON ?= python3
 VENV := $(CURDIR)/.venv
 BIN := $(VENV)/bin
+SHARED := $(wildcard config/* launch/* urdf/*)
 EXECUTABLES := $(wildcard cdp_ident/nodes/[!_]*.py cdp_ident/commands/[!_]*.py)
 # Nodes of tests and demonstrations find each other on this machine only, on a domain of this run's own.
 ROS := export HOME="$${HOME:-/tmp}" ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST ROS_DOMAIN_ID=$$(( $$$$ % 100 + 1 )) \
@@ -30,7 +31,7 @@ bench: build  ## how fast, beside what a user would use instead
 
 build: install/.ready  ## the ROS 2 package, with colcon
 
-install/.ready: $(VENV)/.ready setup.py setup.cfg package.xml $(EXECUTABLES)
+install/.ready: $(VENV)/.ready setup.py setup.cfg package.xml $(EXECUTABLES) $(SHARED)
 	export VIRTUAL_ENV="$(VENV)" PATH="$(BIN):$$PATH" AMENT_PREFIX_PATH="$(VENV)"; \
 	colcon --log-base log build --symlink-install --event-handlers console_cohesion- console_stderr-
 	@touch $@
