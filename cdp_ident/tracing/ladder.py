@@ -7,6 +7,7 @@ the model that has all the others.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 import numpy.typing as npt
@@ -27,6 +28,8 @@ _REFITS = 6
 """Candidates that get a full refit at a rung."""
 _PIECES = 4
 """Into how many parts windows are split for a first look at motions that are chaotic."""
+_STRONGEST = 3
+"""Candidates that are tried in pairs where none of them helps alone."""
 _NEAR_A_RIVAL = 0.5
 """An effect that gains less than this share of what another one does at first look is no rival of it."""
 _RIVALS = 3
@@ -204,12 +207,26 @@ class _Climber:
         attempts = [((c,), self._add(current, [c])) for c in (*ranked, *once)]
         best = self._best(current, attempts)
         if best is None:
-            pairs = [p for p in look.pairs(_REFITS // 2) if p[2] > 2 * _WORTH_A_LOOK * _expected(current.fit, p[2])]
             together = len(attempts)
-            attempts += [((one, two), self._add(current, [one, two])) for one, two, _ in pairs]
+            pairs = [p for p in look.pairs(_REFITS // 2) if p[2] > 2 * _WORTH_A_LOOK * _expected(current.fit, p[2])]
+            needed = [(one, two) for one, two, _ in pairs] + self._strong_pairs(current, attempts)
+            attempts += [(pair, self._add(current, pair)) for pair in needed]
             best = self._best(current, attempts[together:])
         self._note(current, best, attempts)
         return best
+
+    @staticmethod
+    def _strong_pairs(
+        current: Attempt, attempts: Sequence[tuple[tuple[Candidate, ...], Attempt]]
+    ) -> list[tuple[Candidate, Candidate]]:
+        """Return pairs of the effects that explain most of the fit, though none helps alone on what was kept out.
+
+        Where two are missing, one alone also takes on what the other would explain, and is wrong elsewhere.
+        """
+        strong = [(a.fit.rmse(), c) for (c,), a in attempts if change(current, a).fit > _FIT_GAIN]
+        strong.sort(key=lambda found: found[0])
+        pairs = combinations([candidate for _, candidate in strong[:_STRONGEST]], 2)
+        return [p for p in pairs if len({(c.active.effect.name, c.active.effect.joint) for c in p}) == len(p)]
 
     def _best(self, current: Attempt, attempts: Sequence[tuple[tuple[Candidate, ...], Attempt]]) -> Attempt | None:
         accepted = [a for _, a in attempts if self._earns_its_place(current, a)]
