@@ -14,8 +14,8 @@ ROS := export HOME="$${HOME:-/tmp}" ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST ROS_
 demo: build  ## the data's whole way, from an emulated rig to served parameters, in two minutes
 	@$(ROS) $(BIN)/python -m cdp_ident demo
 
-test: build  ## all tests, nodes included
-	@$(ROS) $(BIN)/python -m pytest
+test: build  ## all tests, nodes included, shared out over the cores
+	@$(ROS) $(BIN)/python -m pytest --numprocesses=auto --dist=loadfile
 
 check: $(VENV)/.ready  ## format, lint and types
 	$(BIN)/ruff format --check .

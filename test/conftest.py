@@ -16,7 +16,10 @@ from cdp_ident.report.pictures import draw_again
 from cdp_ident.report.report_file import read_report
 
 os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
-os.environ.setdefault("ROS_DOMAIN_ID", str(os.getpid() % 100 + 1))
+# Processes that share the tests out must not hear each other's nodes.
+_WORKER = int(os.environ.get("PYTEST_XDIST_WORKER", "gw0").removeprefix("gw"))
+_DOMAIN = int(os.environ.get("ROS_DOMAIN_ID", os.getpid()))
+os.environ["ROS_DOMAIN_ID"] = str((_DOMAIN - 1 + _WORKER) % 100 + 1)
 
 # The first example of a property may have to compile the model; how long an example takes says nothing about it.
 settings.register_profile("cdp_ident", deadline=None)
