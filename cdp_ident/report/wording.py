@@ -3,9 +3,11 @@
 import numpy as np
 
 from cdp_ident.model.effects.catalogue import CATALOGUE
+from cdp_ident.model.effects.effect import SensorEffect
 from cdp_ident.model.parameters import CONSTANTS, GROUPS, SYMBOLS, groups_of
 from cdp_ident.report.contents import Section
 
+_OF_ENCODERS = frozenset(effect.name for effect in CATALOGUE if isinstance(effect, SensorEffect))
 STAGES = {"nominal": "nominal values", "search": "after the search", "refined": "refined"}
 
 
@@ -37,7 +39,8 @@ def how_determined(report: Section, symbol: str) -> str:
 
 def effect_title(effect: Section) -> str:
     """Name an effect for people: what it is, and where."""
-    place = {"inner": "inner joint", "outer": "outer joint", "base": "base"}[effect["joint"]]
+    part = "encoder" if effect["name"] in _OF_ENCODERS else "joint"
+    place = "base" if effect["joint"] == "base" else f"{effect['joint']} {part}"
     variant = f", {effect['variant']}" if effect["variant"] else ""
     trial = f", in {effect['trial']}" if effect["trial"] else ""
     return f"{effect['description']} ({place}{variant}{trial})"

@@ -51,6 +51,7 @@ def test_a_step_of_the_ladder_is_in_words(action, words):
 def test_an_effect_is_named_with_its_place(read_content):
     effect = read_content["effects"][0]
     assert effect_title(effect) == "dry friction (outer joint)"
+    assert effect_title(effect | {"name": "encoder_offset"}) == "dry friction (outer encoder)"
     assert effect_title(effect | {"joint": "base", "variant": "strips", "trial": "one"}) == (
         "dry friction (base, strips, in one)"
     )

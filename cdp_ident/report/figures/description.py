@@ -13,6 +13,10 @@ Array = npt.NDArray[np.float64]
 Place = Literal["errors", "motion", "paper", "ladder", "torques", "parameters", "compare"]
 
 
+_MOST_WRITTEN = 9
+"""Columns of a square whose numbers still fit in on a phone."""
+
+
 @dataclass(frozen=True)
 class Line:
     """A curve; where y is not a number it is interrupted."""
@@ -72,6 +76,11 @@ class Heat:
 
     names: Sequence[str]
     matrix: Array
+
+    @property
+    def written(self) -> bool:
+        """Whether there is room for the numbers themselves."""
+        return len(self.names) <= _MOST_WRITTEN
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,9 @@ from cdp_ident.report.formatting import number
 from cdp_ident.report.wording import action_words, key_words, noise_floor
 
 _LABEL_WIDTH = 22
-"""Characters in a line of a name beside an axis: two panels' worth of phone remain beside it."""
+"""Characters in a line of a name beside an axis: two thirds of a phone remain beside it."""
+_ROOM = 27.0
+"""Height of a bar with a name of two lines [pixels]."""
 _WHERE = {"holdout": "held out", "fit": "fitted"}
 
 
@@ -104,19 +106,20 @@ def ladder(report: Section) -> Iterator[Figure]:
 
 
 def _step(index: int, rung: Section, before: float) -> Panel:
-    names = [" and ".join(tried["effects"]) for tried in rung["tried"]]
+    keys = [" and ".join(tried["effects"]) for tried in rung["tried"]]
+    names = [wrapped(" and ".join(key_words(key) for key in tried["effects"])) for tried in rung["tried"]]
     errors = [1e3 * number(tried["rmse_holdout_rad"]) for tried in rung["tried"]]
-    marks: list[Bars | Level] = []
+    # A bar has the room that its name needs: one line or two, or more.
+    rooms = np.array([max(1.0, (name.count("\n") + 1) / 2) for name in names])
+    places = np.cumsum(rooms) - rooms / 2
     kinds: tuple[tuple[str, Colour, bool], ...] = (("added", "after", True), ("tried, not added", "noise", False))
+    marks: list[Bars | Level] = []
     for label, colour, added in kinds:
-        places = [k for k, name in enumerate(names) if (rung["action"] == f"added {name}") == added]
-        if places:
-            lengths = [errors[k] for k in places]
-            marks.append(Bars(label, colour, [float(k) for k in places], lengths, [f"{e:.3g}" for e in lengths]))
+        chosen = [k for k, key in enumerate(keys) if (rung["action"] == f"added {key}") == added]
+        if chosen:
+            lengths = [errors[k] for k in chosen]
+            marks.append(Bars(label, colour, [places[k] for k in chosen], lengths, [f"{e:.3g}" for e in lengths]))
     marks.append(Level("without it", "before", 1e3 * before))
-    ticks = [
-        (float(k), wrapped(" and ".join(key_words(key) for key in tried["effects"])))
-        for k, tried in enumerate(rung["tried"])
-    ]
-    height = 50.0 + sum(14.0 * max(text.count("\n") + 1, 1.6) for _, text in ticks)
+    ticks = list(zip(places.tolist(), names, strict=True))
+    height = 45.0 + _ROOM * float(rooms.sum())
     return Panel(Axis("held-out error [mrad]"), Axis(ticks=ticks), marks, f"Step {index}: {action_words(rung)}", height)

@@ -33,7 +33,7 @@ Json = dict[str, Any]
 
 _TOP, _BOTTOM, _LINE = 14.0, 46.0, 16.0
 """What a panel needs above it and below for its axis, and a line of its title [pixels]."""
-_TITLE_WIDTH = 28
+_TITLE_WIDTH = 24
 """Characters in a line of a panel's title: what a phone has room for."""
 _SHAPES = {
     "circle": "circle", "square": "square", "diamond": "diamond", "triangle": "triangle-up", "cross": "x",
@@ -179,7 +179,8 @@ def _heat(mark: Heat, arrays: Arrays) -> Json:
     return {
         "type": "heatmap", "x": places, "y": places, "z": rows, "zmin": -1, "zmax": 1, "showscale": False,
         "colorscale": [[0, _colour("after")], [0.5, _colour("surface")], [1, _colour("before")]],
-        "texttemplate": "%{z:.2f}", "hovertemplate": "%{z:.2f}<extra></extra>", "xgap": 2, "ygap": 2,
+        "texttemplate": "%{z:.2f}" if mark.written else "", "hovertemplate": "%{z:.2f}<extra></extra>",
+        "xgap": 2, "ygap": 2,
     }  # fmt: skip
 
 
@@ -201,7 +202,7 @@ def _axis(axis: Axis, which: str) -> Json:
         drawn |= {
             "tickvals": places, "ticktext": [_literal(name) for _, name in axis.ticks], "zeroline": False,
             "range": ends[::-1] if which == "y" else ends, "tickfont": {"size": 11, "color": _colour("ink")},
-            "tickangle": 0 if which == "y" else -45, "showgrid": False,
+            "tickangle": 0, "showgrid": False,
         }  # fmt: skip
     return drawn
 

@@ -106,8 +106,7 @@ def _axis(axis: Axis, ax: Axes, which: str) -> None:
         getattr(ax, f"set_{which}lim")(*axis.limits)
     if axis.ticks:
         places, names = zip(*axis.ticks, strict=True)
-        turned = {"rotation": 45, "ha": "right"} if which == "x" else {}
-        getattr(ax, f"set_{which}ticks")(places, [_literal(name) for name in names], **turned)
+        getattr(ax, f"set_{which}ticks")(places, [_literal(name) for name in names], fontsize=7.5, linespacing=0.95)
         getattr(ax, f"set_{which}lim")(*sorted((min(places) - 0.6, max(places) + 0.6), reverse=which == "y"))
 
 
@@ -145,7 +144,7 @@ def _heat(mark: Heat, ax: Axes) -> None:
     colours = LinearSegmentedColormap.from_list("correlation", [LIGHT["after"], LIGHT["surface"], LIGHT["before"]])
     ax.imshow(mark.matrix, cmap=colours, vmin=-1, vmax=1, aspect="auto")
     ax.grid(False)
-    for (row, column), value in np.ndenumerate(mark.matrix):
+    for (row, column), value in np.ndenumerate(mark.matrix) if mark.written else ():
         ax.text(column, row, f"{value:.2f}" if math.isfinite(value) else "?", ha="center", va="center", fontsize=8)
 
 

@@ -77,14 +77,15 @@ def correlation(report: Section) -> Iterator[Figure]:
         f"{short_name(found['names'][i])} with {short_name(found['names'][j])}: {matrix[i, j]:.2f}"
         for _, i, j in pairs[:3]
     )
-    axis = Axis(ticks=[(float(place), name) for place, name in enumerate(names)])
+    numbers = Axis(ticks=[(float(place), str(place + 1)) for place in range(len(names))])
+    named = Axis(ticks=[(float(place), f"{name}  {place + 1}") for place, name in enumerate(names)])
     yield Figure(
         "correlation",
         "parameters",
         "Correlation of the estimates",
         "Of the final model: near 1 or -1, two estimates err together, and the trials tell the two apart poorly.",
         f"Strongest correlations: {strongest or 'none'}.",
-        [Panel(axis, axis, [Heat(names, matrix)], height=90.0 + 44.0 * len(names))],
+        [Panel(numbers, named, [Heat(names, matrix)], height=40.0 + 36.0 * len(names))],
     )
 
 

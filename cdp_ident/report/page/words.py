@@ -72,7 +72,11 @@ def _numbers(report: Section) -> list[Row]:
         (f"error held out, over {window:.2g} s", *change("holdout")),
         ("error fitted", *change("fit")),
         ("the encoders' noise", f"{1e3 * noise_floor(report):.3g}", "mrad"),
-        ("effects found", str(len(report["effects"])), ", ".join(e["description"] for e in report["effects"])),
+        (
+            "effects found",
+            str(len(report["effects"])),
+            ", ".join(e["name"].replace("_", " ") for e in report["effects"]),
+        ),
         ("Eq. (10), held out", _squared_errors(report), "rad²"),
     ]
 

@@ -37,7 +37,7 @@ def test_every_effect_that_was_tried_is_in_the_ladder_and_the_added_one_stands_o
     bars = {mark.label: mark for mark in panel.marks if isinstance(mark, Bars)}
     assert len(bars["added"].lengths) == 1
     assert len(bars["tried, not added"].lengths) == len(tried) - 1
-    place = int(bars["added"].positions[0])
+    place = [position for position, _ in panel.y.ticks].index(bars["added"].positions[0])
     assert tried[place]["effects"] == ["coulomb_friction.outer"]
     assert panel.title == "Step 1: added coulomb friction, outer"
     level = next(mark for mark in panel.marks if isinstance(mark, Level))
@@ -50,6 +50,19 @@ def test_a_pair_that_was_added_together_stands_out(read_content):
     read_content["ladder"]["rungs"].append(rung | {"tried": [pair]})
     (figure,) = ladder(read_content)
     assert [mark.label for mark in figure.panels[1].marks] == ["added", "without it"]
+
+
+def test_a_name_of_many_lines_has_room_of_its_own(read_content):
+    tried = read_content["ladder"]["rungs"][0]["tried"]
+    tried[1]["effects"] = ["encoder_eccentricity.outer", "encoder_eccentricity.inner", "gravity_tilt.base"]
+    (figure,) = ladder(read_content)
+    positions = [position for position, _ in figure.panels[0].y.ticks]
+    lines = figure.panels[0].y.ticks[1][1].count("\n") + 1
+    assert lines > 2
+    assert positions[2] - positions[1] > positions[4] - positions[3]
+    assert figure.panels[0].height / (positions[-1] - positions[0] + 1) * (positions[2] - positions[0]) > 13 * (
+        lines + 1
+    )
 
 
 def test_where_nothing_was_tried_there_is_no_ladder(read_content):

@@ -41,7 +41,8 @@ def test_correlations_are_of_the_final_model(read_content):
     (figure,) = correlation(read_content)
     (heat,) = figure.panels[0].marks
     assert isinstance(heat, Heat)
-    assert heat.names[-1] == "coulomb friction,\nouter, torque"
+    assert figure.panels[0].y.ticks[-1] == (5.0, "coulomb friction,\nouter, torque  6")
+    assert figure.panels[0].x.ticks[-1] == (5.0, "6")
     assert np.diag(heat.matrix) == pytest.approx(1.0)
     assert heat.matrix == pytest.approx(heat.matrix.T)
     assert "A33/A22 with A23/A22: 0.99" in figure.alternative
