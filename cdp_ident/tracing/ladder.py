@@ -16,7 +16,15 @@ from cdp_ident.identification.judgement import follow, follow_closely
 from cdp_ident.identification.motion_model import MotionModel
 from cdp_ident.identification.refinement import Fit, refine, refine_from_afar
 from cdp_ident.identification.windows import Window, split
-from cdp_ident.model.effects.effect import SensorEffect, TorqueEffect
+from cdp_ident.tracing.acceptance import (
+    FIT_GAIN,
+    INSTANT_GAIN,
+    brings_enough,
+    earns_its_place,
+    fits_of,
+    share_explained,
+    still_helps,
+)
 from cdp_ident.tracing.candidates import Candidate, FirstLook, addable
 from cdp_ident.tracing.evidence import Attempt, Change, change, sluggishness
 from cdp_ident.tracing.instants import instants
@@ -36,23 +44,8 @@ _RIVALS = 3
 """Effects that each one has to stand against in the end."""
 _WORTH_A_LOOK = 16.0
 """Gain at the first look, in variances, below which a candidate is not refitted."""
-_FIT_GAIN = 25.0
-"""Least fall of the fit's squared error, in variances. Of chance, over all candidates, once in a thousand times."""
-_HOLDOUT_GAIN = 8.0
-"""Least fall of the squared error over the windows kept out, in variances."""
-_STRENGTH = 4.0
-"""Least strength of an effect in its own standard deviations."""
 _SAFE = 10.0
 """Strength above which an effect is not asked again whether it helps."""
-_HOLDOUT_SHARE = 0.01
-"""Least fall of the root mean square error over the windows kept out, as a share of it."""
-_STRUCTURED, _STRUCTURED_SHARE = 5.0, 0.05
-"""The same where residuals would remain that remember so many samples."""
-_INSTANT_GAIN = 60.0
-"""Least fall of the fit's squared error by something that happened once, which the windows kept out cannot judge."""
-_OUTSTANDING, _USUAL = 6.0, 1.7
-"""A window in which something happened has a mean squared error so many standard deviations above the others', and at
-most so many times theirs once that is explained."""
 _NEAR_THE_BEST = 0.75
 """A candidate that gains this share of what the best one does is preferred if it has fewer parameters."""
 _MOST_ROUNDS = 3
@@ -171,24 +164,13 @@ class _Climber:
         """
         while True:
             without = [self._remove(current, index) for index in range(len(current.model.effects))]
-            # What happened once, the windows kept out cannot judge.
-            explained = [
-                np.inf if active.effect.at_an_instant else self._explained(removed, current)
-                for active, removed in zip(current.model.effects, without, strict=True)
-            ]
+            explained = [share_explained(current, index, removed, self._noise) for index, removed in enumerate(without)]
             least = int(np.argmin(explained)) if explained else 0
             if not explained or explained[least] > 1.0:
                 return current, without
             key = current.model.effects[least].effect.key
             current = without[least]
             self._note_drop(key, current, "more remains unexplained than it explains")
-
-    def _explained(self, removed: Attempt, current: Attempt) -> float:
-        """Return what an effect explains over what remains, in the motion where it explains the larger part."""
-        return max(
-            (without.rmse() ** 2 - now.rmse() ** 2) / max(now.rmse() ** 2 - self._noise**2, np.finfo(float).tiny)
-            for without, now in zip(_fits(removed), _fits(current), strict=True)
-        )
 
     def _add_all(self, current: Attempt) -> Attempt:
         while len(current.model.effects) < _MOST_EFFECTS and (better := self._rung(current)) is not None:
@@ -202,7 +184,7 @@ class _Climber:
         """Return the model with the best addition, or None where nothing helps."""
         look = FirstLook(current.fit, addable(current.model))
         ranked = self._promising(current, look, _REFITS)
-        once = [c for c in instants(current.fit) if c.gain > _INSTANT_GAIN * _expected(current.fit, c.gain)][:2]
+        once = [c for c in instants(current.fit) if c.gain > INSTANT_GAIN * _expected(current.fit, c.gain)][:2]
         attempts: list[tuple[tuple[Candidate, ...], Attempt]]
         attempts = [((c,), self._add(current, [c])) for c in (*ranked, *once)]
         best = self._best(current, attempts)
@@ -223,55 +205,25 @@ class _Climber:
 
         Where two are missing, one alone also takes on what the other would explain, and is wrong elsewhere.
         """
-        strong = [(a.fit.rmse(), c) for (c,), a in attempts if change(current, a).fit > _FIT_GAIN]
+        strong = [(a.fit.rmse(), c) for (c,), a in attempts if change(current, a).fit > FIT_GAIN]
         strong.sort(key=lambda found: found[0])
         pairs = combinations([candidate for _, candidate in strong[:_STRONGEST]], 2)
         return [p for p in pairs if len({(c.active.effect.name, c.active.effect.joint) for c in p}) == len(p)]
 
     def _best(self, current: Attempt, attempts: Sequence[tuple[tuple[Candidate, ...], Attempt]]) -> Attempt | None:
-        accepted = [a for _, a in attempts if self._earns_its_place(current, a)]
+        accepted = [a for _, a in attempts if earns_its_place(current, a)]
         if not accepted:
             return None
         # The simplest of those that come near the best: while other effects are still missing, what an effect with
         # more parameters gains over a simpler one is mostly theirs. The exchange at the end sets it right if not.
-        levels = [min(fit.squared_error for fit in of_all) for of_all in zip(*map(_fits, accepted), strict=True)]
+        levels = [min(fit.squared_error for fit in of_all) for of_all in zip(*map(fits_of, accepted), strict=True)]
 
         def error(attempt: Attempt) -> float:
-            return sum(fit.squared_error / level for fit, level in zip(_fits(attempt), levels, strict=True))
+            return sum(fit.squared_error / level for fit, level in zip(fits_of(attempt), levels, strict=True))
 
         most = max(error(current) - error(a) for a in accepted)
         near = [a for a in accepted if error(current) - error(a) > _NEAR_THE_BEST * most]
         return min(near, key=lambda a: (len(a.fit.values), error(a)))
-
-    def _earns_its_place(self, before: Attempt, after: Attempt) -> bool:
-        new = range(len(before.model.effects), len(after.model.effects))
-        if any(after.at_limit(index) for index in new):
-            return False
-        if any(after.strength(index) < _STRENGTH for index in new):
-            return False
-        gained = change(before, after)
-        once = [active.effect for active in after.model.effects[new.start :] if active.effect.at_an_instant]
-        if once:
-            # A knock is in one window, which must stand out; lost counts are in all windows from then on.
-            apart = all(isinstance(effect, SensorEffect) for effect in once) or _stands_out(before, after)
-            return gained.fit > _INSTANT_GAIN and gained.holdout > -_HOLDOUT_GAIN and apart
-        # Where more than noise would remain, a small gain may be another effect's, and one harmonic a part of what
-        # depends on position in another way.
-        structured = sluggishness(after.fit) > _STRUCTURED
-        added = [active.effect for active in after.model.effects[new.start :]]
-        if structured and any(isinstance(effect, TorqueEffect) and effect.harmonic for effect in added):
-            return False
-        return self._brings_enough(before, after)
-
-    @staticmethod
-    def _brings_enough(before: Attempt, after: Attempt) -> bool:
-        gained = change(before, after)
-        of_fit, of_holdout = (
-            1.0 - new.rmse() / old.rmse() for old, new in zip(_fits(before), _fits(after), strict=True)
-        )
-        least = _STRUCTURED_SHARE if sluggishness(after.fit) > _STRUCTURED else _HOLDOUT_SHARE
-        enough = of_holdout > _HOLDOUT_SHARE and max(of_fit, of_holdout) > least
-        return gained.fit > _FIT_GAIN and gained.holdout > _HOLDOUT_GAIN and enough
 
     def _add(self, current: Attempt, candidates: Sequence[Candidate]) -> Attempt:
         model, values = current.model, current.fit.values
@@ -297,8 +249,7 @@ class _Climber:
             if current.strength(index) > _SAFE:
                 continue
             removed = self._remove(current, index)
-            lost = change(removed, current)
-            if current.strength(index) < _STRENGTH - 1 or lost.fit < _FIT_GAIN / 2 or lost.holdout < 0:
+            if not still_helps(current, index, removed):
                 key = current.model.effects[index].effect.key
                 current = removed
                 self._note_drop(key, current, "it no longer helps")
@@ -306,24 +257,25 @@ class _Climber:
 
     def _exchange(self, current: Attempt) -> Attempt:
         """Let every effect stand against the alternatives under the model that has the others."""
-        for index, active in enumerate(current.model.effects):
+        for old in [active.effect.key for active in current.model.effects]:
+            index = [active.effect.key for active in current.model.effects].index(old)
             removed = self._remove(current, index)
-            rivals = self._rivals(removed, active.effect.key)
-            self._stood[active.effect.key] = tuple(rivals)
-            for rival in rivals:
-                gained = change(current, rival)
-                clearly = gained.fit + gained.holdout > _INDISTINGUISHABLE and gained.holdout > 0
-                if len(rival.fit.values) > len(current.fit.values):
-                    clearly = self._brings_enough(current, rival)  # what is richer must earn its parameters
-                if clearly and gained.bic < 0 and self._earns_its_place(removed, rival):
-                    old = current.model.effects[index].effect.key
-                    new = rival.model.effects[-1].effect.key
-                    current = rival
-                    self._rungs.append(
-                        Rung(f"exchanged {old} for {new}", current.fit.rmse(), current.holdout.rmse(), ())
-                    )
-                    self._told(f"{new} explains the motion better than {old}")
+            rivals = self._rivals(removed, old)
+            self._stood[old] = tuple(rivals)
+            better = [rival for rival in rivals if self._is_better(rival, current) and earns_its_place(removed, rival)]
+            if better:
+                current = min(better, key=lambda rival: change(removed, rival).bic)
+                new = current.model.effects[-1].effect.key
+                self._rungs.append(Rung(f"exchanged {old} for {new}", current.fit.rmse(), current.holdout.rmse(), ()))
+                self._told(f"{new} explains the motion better than {old}")
         return current
+
+    @staticmethod
+    def _is_better(rival: Attempt, current: Attempt) -> bool:
+        gained = change(current, rival)
+        if len(rival.fit.values) > len(current.fit.values):
+            return gained.bic < 0 and brings_enough(current, rival)  # what is richer must earn its parameters
+        return gained.bic < 0 and gained.fit + gained.holdout > _INDISTINGUISHABLE and gained.holdout > 0
 
     def _rivals(self, removed: Attempt, key: str) -> list[Attempt]:
         """Return the models that have another effect in the place of one, if at first look it comes near that."""
@@ -358,7 +310,7 @@ class _Climber:
             worse = change(rival, current)
             effect = rival.model.effects[-1].effect
             close = worse.fit + worse.holdout < _INDISTINGUISHABLE
-            if close and (effect.name, effect.joint) not in named and self._earns_its_place(removed, rival):
+            if close and (effect.name, effect.joint) not in named and earns_its_place(removed, rival):
                 found.append(f"{effect.name} {effect.joint}")
         return tuple(dict.fromkeys(found))
 
@@ -386,11 +338,6 @@ class _Climber:
         )
 
 
-def _fits(attempt: Attempt) -> tuple[Fit, Fit]:
-    """Return how a model follows the motion it was fitted to, and the motion kept out."""
-    return attempt.fit, attempt.holdout
-
-
 def _expected(current: Fit, gain: float) -> float:
     """Return the variance that one independent residual would have after a gain [rad^2]."""
     left = max(current.squared_error - gain, 0.05 * current.squared_error)
@@ -398,15 +345,3 @@ def _expected(current: Fit, gain: float) -> float:
     small = gain < 0.3 * current.squared_error
     samples = sum(residual.size for residual in current.residuals)
     return left / samples * (sluggishness(current) if small else 1.0)
-
-
-def _stands_out(before: Attempt, after: Attempt) -> bool:
-    """Return whether what happened once is in a window that stood out, and made it like the others."""
-    powers = np.array(
-        [[np.mean(b**2), np.mean(a**2)] for b, a in zip(before.fit.residuals, after.fit.residuals, strict=True)]
-    )
-    window = int(np.argmax(powers[:, 0] - powers[:, 1]))
-    usual = np.median(np.delete(powers[:, 1], window)) if len(powers) > 1 else powers[window, 1]
-    # The mean square of n independent residuals varies by the root of 2 / n, relatively.
-    spread = np.sqrt(2.0 * sluggishness(after.fit) / before.fit.residuals[window].size)
-    return bool(powers[window, 0] > (1.0 + _OUTSTANDING * spread) * usual and powers[window, 1] < _USUAL * usual)

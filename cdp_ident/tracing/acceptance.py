@@ -1,0 +1,102 @@
+"""What an effect must bring to be added to a model, to stay there, and to be named in the end."""
+
+import numpy as np
+
+from cdp_ident.identification.refinement import Fit
+from cdp_ident.model.effects.effect import SensorEffect, TorqueEffect
+from cdp_ident.tracing.evidence import Attempt, change, sluggishness
+
+FIT_GAIN = 25.0
+"""Least fall of the fit's squared error, in variances. Of chance, over all candidates, once in a thousand times."""
+_HOLDOUT_GAIN = 8.0
+"""Least fall of the squared error over the windows kept out, in variances."""
+_STRENGTH = 4.0
+"""Least strength of an effect in its own standard deviations."""
+_HOLDOUT_SHARE = 0.01
+"""Least fall of the root mean square error over the windows kept out, as a share of it."""
+_STRUCTURED, _STRUCTURED_SHARE = 5.0, 0.05
+"""The same where residuals would remain that remember so many samples."""
+INSTANT_GAIN = 60.0
+"""Least fall of the fit's squared error by something that happened once, which the windows kept out cannot judge."""
+_OUTSTANDING, _USUAL = 6.0, 1.7
+"""A window in which something happened has a mean squared error so many standard deviations above the others', and at
+most so many times theirs once that is explained."""
+
+
+def earns_its_place(before: Attempt, after: Attempt) -> bool:
+    """Return whether the effects that `after` has more than `before` bring enough, and are physical."""
+    new = range(len(before.model.effects), len(after.model.effects))
+    if any(after.at_limit(index) for index in new):
+        return False
+    if any(after.strength(index) < _STRENGTH for index in new):
+        return False
+    gained = change(before, after)
+    once = [active.effect for active in after.model.effects[new.start :] if active.effect.at_an_instant]
+    if once:
+        # A knock is in one window, which must stand out; lost counts are in all windows from then on.
+        apart = all(isinstance(effect, SensorEffect) for effect in once) or _stands_out(before, after)
+        return gained.fit > INSTANT_GAIN and gained.holdout > -_HOLDOUT_GAIN and apart
+    # Where more than noise would remain, a small gain may be another effect's, and one harmonic a part of what
+    # depends on position in another way.
+    structured = sluggishness(after.fit) > _STRUCTURED
+    added = [active.effect for active in after.model.effects[new.start :]]
+    if structured and any(isinstance(effect, TorqueEffect) and effect.harmonic for effect in added):
+        return False
+    return brings_enough(before, after)
+
+
+def brings_enough(before: Attempt, after: Attempt) -> bool:
+    """Return whether the errors fall by more than chance does, on the fit and on what was kept out of it."""
+    gained = change(before, after)
+    of_fit, of_holdout = (
+        1.0 - new.rmse() / old.rmse() for old, new in zip(fits_of(before), fits_of(after), strict=True)
+    )
+    least = _STRUCTURED_SHARE if sluggishness(after.fit) > _STRUCTURED else _HOLDOUT_SHARE
+    enough = of_holdout > _HOLDOUT_SHARE and max(of_fit, of_holdout) > least
+    return gained.fit > FIT_GAIN and gained.holdout > _HOLDOUT_GAIN and enough
+
+
+def still_helps(with_it: Attempt, index: int, without_it: Attempt) -> bool:
+    """Return whether an effect, added before others were, is still worth something."""
+    lost = change(without_it, with_it)
+    return with_it.strength(index) >= _STRENGTH - 1 and lost.fit >= FIT_GAIN / 2 and lost.holdout >= 0
+
+
+def share_explained(with_it: Attempt, index: int, without_it: Attempt, noise: float) -> float:
+    """Return what an effect explains over what remains, in the motion where that is more.
+
+    Below 1, the effect may be no more than a part of something else, imitated. One that happened once has no such
+    share (infinity): its window is looked at instead.
+
+    Args:
+        with_it: the model with the effect.
+        index: which of its effects.
+        without_it: the model without it.
+        noise: root mean square of what the encoders add to both angles [rad].
+    """
+    if with_it.model.effects[index].effect.at_an_instant:
+        return np.inf
+    return max(
+        (removed.rmse() ** 2 - now.rmse() ** 2) / max(now.rmse() ** 2 - noise**2, np.finfo(float).tiny)
+        for removed, now in zip(fits_of(without_it), fits_of(with_it), strict=True)
+    )
+
+
+def fits_of(attempt: Attempt) -> tuple[Fit, Fit]:
+    """Return how a model follows the motion it was fitted to, and the motion kept out."""
+    return attempt.fit, attempt.holdout
+
+
+def _stands_out(before: Attempt, after: Attempt) -> bool:
+    """Return whether what happened once is in a window that stood out, and made it like the others."""
+    powers = np.array(
+        [[np.mean(b**2), np.mean(a**2)] for b, a in zip(before.fit.residuals, after.fit.residuals, strict=True)]
+    )
+    window = int(np.argmax(powers[:, 0] - powers[:, 1]))
+    others = np.delete(powers[:, 1], window) if len(powers) > 1 else powers[:, 1]
+    usual = np.median(others)
+    # The mean square of n independent residuals varies by the root of 2 / n, relatively; that of what is not explained
+    # yet, by as much as is seen.
+    by_chance = np.sqrt(2.0 * sluggishness(after.fit) / before.fit.residuals[window].size)
+    spread = max(by_chance, np.std(others) / usual)
+    return bool(powers[window, 0] > (1.0 + _OUTSTANDING * spread) * usual and powers[window, 1] < _USUAL * usual)
