@@ -54,7 +54,7 @@ def test_an_effect_that_imitates_a_part_of_something_else_is_dropped_in_the_end(
 
 
 def test_a_knock_is_named_though_the_window_it_is_in_hardly_stands_out() -> None:
-    found, answer = traced("impulse.inner", 1000, 0.7)
+    found, answer = traced("impulse.inner", 1000, 1.0)
     assert named(found) == {hidden.identity for hidden in answer.hidden}
 
 
