@@ -108,8 +108,8 @@ def _alternative(title: str, simulated: dict[Model, Array], errors: dict[Model, 
     errors = errors or {model: curve.measured - angles for model, angles in simulated.items()}
     said = []
     for model, left in errors.items():
-        with np.errstate(invalid="ignore"):
-            rms = 1e3 * np.sqrt(np.nanmean(left**2, axis=0))
+        known = left[np.isfinite(left).all(axis=1)]
+        rms = 1e3 * np.sqrt(np.mean(known**2, axis=0)) if len(known) else np.full(2, np.nan)
         said.append(f"{model.label}: {rms[0]:.3g} mrad rms in θ1 and {rms[1]:.3g} mrad in θ2")
     return f"{title}, over {curve.time[-1]:.3g} s. Measured less simulated: {'; '.join(said)}."
 

@@ -1,11 +1,13 @@
 """The report, opened from disk in a real browser and used."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from cdp_ident.report.comparison import Run
+from cdp_ident.report.curves import Curves
 from cdp_ident.report.figures.all import figures
 from cdp_ident.report.folder import PAGE
 from cdp_ident.report.page.comparison_page import comparison_figures, comparison_html
@@ -238,6 +240,26 @@ def test_everything_that_can_be_used_has_a_name_and_every_chart_a_text_in_its_pl
     assert levels.count(1) == 1
     assert max(np.diff(levels)) <= 2
     assert page.get_attribute("html", "lang") == "en"
+
+
+def test_a_rig_that_lacks_nothing_has_a_page_too(visit, read_content, shown_curves, tmp_path):
+    """One trial, nothing added, nothing to warn of, and a run that diverged."""
+    report = read_content | {"effects": [], "repeatability": None, "warnings": [], "trials": read_content["trials"][:1]}
+    report["ladder"]["rungs"] = [report["ladder"]["rungs"][1]]
+    report["before"]["error"]["holdout"]["sse_free_run"] = None
+    trial = replace(shown_curves.trials[0], run_before=np.full_like(shown_curves.trials[0].measured, np.nan))
+    torques = replace(shown_curves.torques, effects=shown_curves.torques.effects[:0])
+    curves = Curves((trial,), torques)
+    (tmp_path / PAGE).write_text(report_html(report, curves, figures(report, curves)))
+    visited = visit(tmp_path / PAGE)
+    visited.draw_all()
+    assert visited.complaints == []
+    text = visited.page.inner_text("main")
+    assert "None was added." in text
+    assert "–, – mrad" in text  # the pendulum that no run follows
+    assert not visited.page.locator("#simulated").is_visible()
+    visited.page.select_option("#start", "windows")
+    assert visited.page.locator("#simulated path").get_attribute("d").startswith("M")
 
 
 def hostile(value, key=""):
