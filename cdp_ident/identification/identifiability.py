@@ -140,7 +140,7 @@ def is_determined(value: float, std: float) -> bool:
 
 def _directions(fit: Fit) -> tuple[tuple[Direction, ...], tuple[Tradeoff, ...]]:
     """Part the unknowns that are not zero into combinations, by the singular values of their scaled sensitivities."""
-    shown = np.flatnonzero(fit.values > 0)
+    shown = np.flatnonzero(fit.values)
     names = [fit.model.names[index] for index in shown]
     rows = [
         (np.sqrt(weight)[..., None] * sensitivity)[..., shown].reshape(-1, len(shown))
@@ -205,7 +205,7 @@ def _rank(columns: Sequence[Array]) -> int:
 
 def _words_on_unknowns(found: Identifiability, names: Sequence[str], values: Array, std: Array) -> Iterator[str]:
     formulas = {group.symbol: group.formula for group in GROUPS}
-    shares = {name: CONFIDENCE * s / v for name, v, s in zip(names, values, std, strict=True) if v > 0}
+    shares = {name: CONFIDENCE * s / abs(v) for name, v, s in zip(names, values, std, strict=True) if v}
     clear = [name for name in names if name not in found.undetermined]
     if clear:
         shown = [f"{formulas.get(name, name)} (±{100 * shares[name]:.2g} %)" for name in clear]

@@ -35,10 +35,9 @@ def report(outcome: Outcome, unseen: Sequence[Unseen] = ()) -> Section:
         unseen: how trials that came later fitted before they were seen, in the order in which they came.
     """
     found = outcome.identification
-    model, values = found.options.model, found.fit.values
-    determined = identifiability(
-        found.fit, found.covariance, found.physical, found.options.prior, model.constants(values)[0]
-    )
+    after, completed = outcome.trace.after, outcome.trace.completed
+    length, _ = after.model.constants(after.fit.values)
+    determined = identifiability(after.fit, completed.covariance, completed.physical, found.options.prior, length)
     return {
         "schema": SCHEMA,
         "trials": _trials(outcome),
@@ -46,7 +45,11 @@ def report(outcome: Outcome, unseen: Sequence[Unseen] = ()) -> Section:
         "search": _search(outcome),
         "stages": {stage: _errors(found.data, *errors) for stage, errors in found.errors.items()},
         "before": fit_section(
-            model, values, found.covariance, found.physical, _errors(found.data, *found.errors["refined"])
+            found.options.model,
+            found.fit.values,
+            found.covariance,
+            found.physical,
+            _errors(found.data, *found.errors["refined"]),
         ),
         "refinement": {
             "iterations": found.fit.iterations,
@@ -57,10 +60,10 @@ def report(outcome: Outcome, unseen: Sequence[Unseen] = ()) -> Section:
         },
         "effects": [_effect(outcome, index) for index in range(len(outcome.trace.effects))],
         "after": fit_section(
-            outcome.trace.after.model,
-            outcome.trace.after.fit.values,
-            outcome.trace.covariance,
-            outcome.trace.physical,
+            after.model,
+            after.fit.values,
+            completed.covariance,
+            completed.physical,
             _errors(found.data, *outcome.trace.errors),
         ),
         "unexplained": {
@@ -71,13 +74,13 @@ def report(outcome: Outcome, unseen: Sequence[Unseen] = ()) -> Section:
         },
         "verdict": outcome.trace.verdict,
         "ladder": _ladder(outcome.trace.ladder),
-        "continuity": _continuity(outcome.trace.completed),
-        "repeatability": _repeatability(outcome.trace.completed),
+        "continuity": _continuity(completed),
+        "repeatability": _repeatability(completed),
         "unseen": [_unseen(judged) for judged in unseen],
         "identifiability": _identifiability(determined),
         "warnings": [
             {"name": warning.name, "about": list(warning.about), "message": warning.message}
-            for warning in (*_doubts(unseen), *find_warnings(outcome.trace.completed))
+            for warning in (*_doubts(unseen), *find_warnings(completed))
         ],
         "run": _run(outcome),
     }
