@@ -109,7 +109,10 @@ def _alternative(title: str, simulated: dict[Model, Array], errors: dict[Model, 
     said = []
     for model, left in errors.items():
         known = left[np.isfinite(left).all(axis=1)]
-        rms = 1e3 * np.sqrt(np.mean(known**2, axis=0)) if len(known) else np.full(2, np.nan)
+        if not len(known):
+            said.append(f"{model.label}: diverged")
+            continue
+        rms = 1e3 * np.sqrt(np.mean(known**2, axis=0))
         said.append(f"{model.label}: {rms[0]:.3g} mrad rms in θ1 and {rms[1]:.3g} mrad in θ2")
     return f"{title}, over {curve.time[-1]:.3g} s. Measured less simulated: {'; '.join(said)}."
 
