@@ -222,7 +222,7 @@ def test_everything_is_drawn_for_printing(visit):
     widest = visited.page.evaluate(
         "Math.max(...[...document.querySelectorAll('.plot .main-svg')].map(s => s.clientWidth))"
     )
-    assert widest <= 680
+    assert widest <= 660
     assert visited.complaints == []
 
 

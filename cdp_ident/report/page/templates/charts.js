@@ -36,7 +36,7 @@
       layout.margin.t += 28;
       layout.height += 28;
     }
-    if (printing) layout.width = 680;
+    if (printing) layout.width = 660; // what the margins leave of a sheet
     if (phone.matches) layout.margin.l = 44;
     plot.style.height = `${layout.height}px`;
     Plotly.react(plot, data, layout, {
