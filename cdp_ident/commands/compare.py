@@ -7,16 +7,15 @@ from rich.table import Table
 from rich.text import Text
 
 from cdp_ident.command_line import ArgumentParser, entry_point
-from cdp_ident.errors import OptionError
 from cdp_ident.report.comparison import Comparison, compare, read_runs
-from cdp_ident.report.folder import FIGURES, write_files
+from cdp_ident.report.folder import COMPARISON_PAGE, COMPARISON_TEXT, FIGURES, check_folder, write_files
+from cdp_ident.report.pictures import draw_comparison
 
 DESCRIPTION = """\
 Put the results of several identifications side by side, as before and after a bearing was changed: errors, groups,
 effects and physical values, and how far they differ from the first in standard deviations. With --out, also as
 compare.html and compare.md."""
 
-_PAGE, _TEXT = "compare.html", "compare.md"
 _WIDTH = 140
 """Where there is no terminal."""
 
@@ -29,33 +28,17 @@ def main(arguments: list[str]) -> int:
     parser.add_argument("--out", type=Path, metavar="DIR", help="where compare.html, compare.md and a figure go")
     parser.add_argument("--force", action="store_true", help="replace a comparison that is there already")
     options = parser.parse_args(arguments)
-    if len(options.folders) < 2:
-        raise OptionError("there is nothing to compare: give at least two folders that identify wrote into")
-    if options.out and not options.force and (there := [n for n in (_PAGE, _TEXT) if (options.out / n).exists()]):
-        raise OptionError(f"{options.out} holds {' and '.join(there)} already: give another --out, or --force")
+    if options.out:
+        check_folder(options.out, options.force, (COMPARISON_PAGE, COMPARISON_TEXT))
     runs = read_runs(options.folders)
     console = Console(highlight=False, markup=False)
     console = console if console.is_terminal else Console(highlight=False, markup=False, width=_WIDTH)
     for comparison in compare(runs):
         _print(console, comparison)
     if options.out:
-        # Only who draws waits for what draws to be loaded.
-        from cdp_ident.report.figures.for_paper import png_and_svg  # noqa: PLC0415
-        from cdp_ident.report.page.comparison_page import (  # noqa: PLC0415
-            comparison_figures,
-            comparison_html,
-            comparison_md,
-        )
-
-        shown = comparison_figures(runs)
-        files: dict[str, str | bytes] = {
-            _PAGE: comparison_html(runs, shown),
-            _TEXT: comparison_md(runs, shown, FIGURES),
-        }
-        for figure in shown:
-            files[f"{FIGURES}/{figure.name}.png"], files[f"{FIGURES}/{figure.name}.svg"] = png_and_svg(figure)
-        write_files(options.out, files)
-        console.print(f"{options.out / _PAGE}, {_TEXT} and {FIGURES}/ are written", soft_wrap=True)
+        write_files(options.out, draw_comparison(runs))
+        said = f"{options.out / COMPARISON_PAGE}, {COMPARISON_TEXT} and {FIGURES}/ are written"
+        console.print(said, soft_wrap=True)
     return 0
 
 

@@ -5,6 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from cdp_ident.errors import OptionError
 from cdp_ident.model.parameters import GROUPS
 from cdp_ident.report.contents import Section
 from cdp_ident.report.folder import REPORT
@@ -39,15 +40,20 @@ def read_runs(folders: Sequence[Path]) -> list[Run]:
     """Read the reports of several folders; their names are the shortest ends of the paths that differ.
 
     Raises:
+        OptionError: there are fewer than two, or one is given twice.
         ReportError: one of them holds no report.
     """
-    parts = [folder.absolute().parts for folder in folders]
-    length = next(
-        (n for n in range(1, max(map(len, parts))) if len({path[-n:] for path in parts}) == len(parts)),
-        max(map(len, parts)),
-    )
+    if len(folders) < 2:
+        raise OptionError("there is nothing to compare: give at least two folders that identify wrote into")
+    paths = [folder.resolve().parts for folder in folders]
+    for index, (folder, path) in enumerate(zip(folders, paths, strict=True)):
+        if path in paths[:index]:
+            raise OptionError(f"{folder} is given twice: give each folder once")
+    length = 1
+    while len({path[-length:] for path in paths}) < len(paths):
+        length += 1
     return [
-        Run("/".join(path[-length:]), read_report(folder / REPORT)) for path, folder in zip(parts, folders, strict=True)
+        Run("/".join(path[-length:]), read_report(folder / REPORT)) for path, folder in zip(paths, folders, strict=True)
     ]
 
 
@@ -68,7 +74,7 @@ def compare(runs: Sequence[Run]) -> list[Comparison]:
             "Groups, all that a free swing depends on",
             ("group", *names, *others),
             tuple(_row(name, quantities) for name, quantities in groups),
-            f"{differences}; from {CHANGED:.0f} on it is marked as a change.",
+            f"{differences}; from {CHANGED:.0f} on it is marked as changed.",
         ),
         Comparison(
             "Effects",

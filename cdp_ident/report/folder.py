@@ -3,7 +3,7 @@
 import json
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,16 +11,17 @@ from cdp_ident.errors import OptionError
 
 REPORT, FITTED, CURVES = "report.json", "fitted.yaml", "curves.npz"
 PAGE, TEXT, FIGURES = "report.html", "report.md", "figures"
+COMPARISON_PAGE, COMPARISON_TEXT = "compare.html", "compare.md"
 FILES = (REPORT, FITTED, CURVES, PAGE, TEXT, FIGURES)
 
 
-def check_folder(folder: Path, force: bool) -> None:
-    """Refuse a folder that a report cannot be written into, before any work is done.
+def check_folder(folder: Path, force: bool, files: Sequence[str] = FILES) -> None:
+    """Refuse a folder that files cannot be written into, before any work is done; those of a report, if none are named.
 
     Raises:
-        OptionError: it holds a report and `force` is not given, or it cannot be written to.
+        OptionError: it holds one of them and `force` is not given, or it cannot be written to.
     """
-    there = [name for name in FILES if (folder / name).exists()]
+    there = [name for name in files if (folder / name).exists()]
     if there and not force:
         raise OptionError(f"{folder} holds {' and '.join(there)} already: give another --out, or --force to replace")
     existing = next(path for path in (folder, *folder.absolute().parents) if path.exists())

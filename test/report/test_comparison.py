@@ -4,7 +4,7 @@ import copy
 
 import pytest
 
-from cdp_ident.errors import ReportError
+from cdp_ident.errors import OptionError, ReportError
 from cdp_ident.report.comparison import Run, compare, read_runs
 from cdp_ident.report.folder import REPORT, json_text
 
@@ -65,6 +65,7 @@ def test_runs_are_called_by_what_differs_in_their_paths(content, tmp_path):
         (tmp_path / name / REPORT).write_text(json_text(content))
     both = read_runs([tmp_path / "a/report", tmp_path / "b/report"])
     assert [run.name for run in both] == ["a/report", "b/report"]
-    assert [run.name for run in read_runs([tmp_path / "a/report", tmp_path / "a/report"])] != []
+    with pytest.raises(OptionError, match="is given twice"):
+        read_runs([tmp_path / "a/report", tmp_path / "b/../a/report"])
     with pytest.raises(ReportError, match="there is no"):
         read_runs([tmp_path / "a/report", tmp_path])

@@ -1,6 +1,6 @@
 """Parameters with their intervals: against nominal, with each other, and from trial to trial."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -96,7 +96,7 @@ def repeatability(report: Section) -> Iterator[Figure]:
         return
     joint = {name: number(quantity["value"]) for name, quantity in report["after"]["groups"].items()}
     yield estimates_against(
-        {trial["trial"]: trial["groups"] for trial in compared["trials"]},
+        [(trial["trial"], trial["groups"]) for trial in compared["trials"]],
         joint,
         Figure(
             "repeatability",
@@ -113,13 +113,13 @@ def repeatability(report: Section) -> Iterator[Figure]:
 
 
 def estimates_against(
-    estimates: Mapping[str, Section], reference: Mapping[str, float], figure: Figure, label: str, origin: str
+    estimates: Sequence[tuple[str, Section]], reference: Mapping[str, float], figure: Figure, label: str, origin: str
 ) -> Figure:
     """Complete a figure with estimates of several trials or runs, as their relative difference from a reference."""
     names = [name for name, value in reference.items() if value and np.isfinite(value)]
     marks: list[Intervals | Level] = [Level(origin, "noise", 0.0)]
     said = []
-    for index, (trial, quantities) in enumerate(estimates.items()):
+    for index, (trial, quantities) in enumerate(estimates):
         colour, shape = series(index)
         offset = (index - (len(estimates) - 1) / 2) * 0.6 / max(len(estimates), 2)
         differences = [100 * (number(quantities[name]["value"]) / reference[name] - 1) for name in names]

@@ -24,7 +24,7 @@ def comparison_figures(runs: Sequence[Run]) -> list[Figure]:
         "",
         (),
     )
-    estimates = {run.name: run.report["after"]["groups"] for run in runs}
+    estimates = [(run.name, run.report["after"]["groups"]) for run in runs]
     return [estimates_against(estimates, groups, figure, f"difference from {first.name} [%]", first.name)]
 
 

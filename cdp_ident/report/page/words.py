@@ -1,5 +1,6 @@
 """What page and text say beside the pictures: the rows of their tables and a few sentences, as plain text."""
 
+import math
 import shlex
 from typing import Any
 
@@ -84,7 +85,7 @@ def _numbers(report: Section) -> list[Row]:
 def _squared_errors(report: Section) -> str:
     both = ("before", "after") if report["effects"] else ("before",)
     errors = (number(report[model]["error"]["holdout"]["sse_free_run"]) for model in both)
-    return " → ".join(f"{error:.3g}" for error in errors)
+    return " → ".join(f"{error:.3g}" if math.isfinite(error) else "diverges" for error in errors)
 
 
 def _command(report: Section) -> str:
