@@ -102,7 +102,9 @@ class _Quantity:
 def _quantity(run: Run, kind: str, name: str) -> _Quantity:
     found = run.report["after"][kind][name]
     text = f"{with_std(found['value'], found['std'])} {unit(found['unit'])}".strip()
-    return _Quantity(text, number(found["value"]), number(found["std"])) if found["determined"] else _Quantity(text)
+    # A physical value that is not determined is where the nominal values have put it.
+    says_something = kind == "groups" or found["determined"]
+    return _Quantity(text, number(found["value"]), number(found["std"])) if says_something else _Quantity(text)
 
 
 def _effects(runs: Sequence[Run]) -> Mapping[str, list[_Quantity]]:

@@ -52,6 +52,14 @@ def test_values_that_the_trials_do_not_determine_are_not_compared(runs):
     assert table(runs, "Physical")["m1"][2] == "–"
 
 
+def test_a_group_is_compared_even_where_it_is_hardly_seen(runs):
+    group = runs[1].report["after"]["groups"]["c1_over_A22"]
+    group.update(value=0.0, std=0.02, determined=False)
+    assert table(runs, "Groups")["c1/A22 = c1 / A22"][2].endswith("(changed)")
+    group["std"] = None
+    assert table(runs, "Groups")["c1/A22 = c1 / A22"][2] == "–"
+
+
 def test_three_runs_are_compared_with_the_first(runs):
     runs.append(Run("third", runs[0].report))
     groups = next(c for c in compare(runs) if c.title.startswith("Groups"))

@@ -25,7 +25,7 @@ def comparison_figures(runs: Sequence[Run]) -> list[Figure]:
         (),
     )
     estimates = [(run.name, run.report["after"]["groups"]) for run in runs]
-    return [estimates_against(estimates, groups, figure, f"difference from {first.name} [%]", first.name)]
+    return [estimates_against(estimates, groups, figure, f"difference from {first.name} [%]", "no difference")]
 
 
 def comparison_html(runs: Sequence[Run], shown: list[Figure]) -> str:
