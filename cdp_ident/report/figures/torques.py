@@ -42,8 +42,9 @@ def missing_torques(report: Section, curves: Curves) -> Iterator[Figure]:
             f"torque_over_{abscissa}",
             "torques",
             f"Missing torque over {abscissa}",
-            "Torque that the measured motion shows and the model does not have, with its mean in bins. Accelerations "
-            "are those of local cubics over 0.1 s, so single dots are noisy; what matters is a mean away from zero."
+            "Torque that the measured motion, fitted and held out, shows and the model does not have, with its mean in "
+            "bins. Accelerations are those of local cubics over 0.1 s, so single dots are noisy: what matters is a "
+            "mean away from zero."
             + _in_newton_metres(),
             f"Missing torque over {abscissa}, root mean square in mN m: " + "; ".join(
                 f"{joint} joint " + ", ".join(
