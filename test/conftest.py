@@ -1,6 +1,7 @@
-"""What tests stand on: DDS that stays on this machine, on a domain of its own, and one finished identification."""
+"""What tests stand on: DDS of their own on this machine, signals that arrive, and one finished identification."""
 
 import os
+import signal
 from pathlib import Path
 
 import pytest
@@ -20,6 +21,15 @@ os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
 _WORKER = int(os.environ.get("PYTEST_XDIST_WORKER", "gw0").removeprefix("gw"))
 _DOMAIN = int(os.environ.get("ROS_DOMAIN_ID", os.getpid()))
 os.environ["ROS_DOMAIN_ID"] = str((_DOMAIN - 1 + _WORKER) % 100 + 1)
+
+# Whoever starts the tests in the background may have signals ignored, here and in every process that tests start.
+for _number, _default in (
+    (signal.SIGINT, signal.default_int_handler),
+    (signal.SIGTERM, signal.SIG_DFL),
+    (signal.SIGHUP, signal.SIG_DFL),
+):
+    if signal.getsignal(_number) is signal.SIG_IGN:
+        signal.signal(_number, _default)
 
 # The first example of a property may have to compile the model; how long an example takes says nothing about it.
 settings.register_profile("cdp_ident", deadline=None)

@@ -122,6 +122,9 @@ def _run(
     states: Array,
     derivatives: Array,
 ) -> None:
+    # Compiled once, for arrays that may be written to: processes that keep code for several kinds of arrays at the same
+    # time could take one's for the other's.
+    u = u if u.flags.writeable else u.copy()
     _trajectory(
         coefficients, start, begin, u, grid.step, grid.first_sample, grid.weights,
         torques.kinds, torques.values, torques.constants, torques.directions, lanes, states, derivatives,

@@ -1,10 +1,16 @@
+"""Compiled code is fast, is kept only as long as it is good, and does the same wherever it was compiled."""
+
 import collections
+import os
 import platform
 import re
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import numba
+import numpy as np
 import pytest
 
 from cdp_ident.model import compilation, population
@@ -60,3 +66,44 @@ def test_compiling_leaves_numbas_own_setting_alone(monkeypatch, tmp_path):
     monkeypatch.setattr(numba.core.config, "CACHE_DIR", str(tmp_path))
     compilation.compiled(lambda angle: sine_and_cosine(angle)[0])
     assert str(tmp_path) == numba.core.config.CACHE_DIR
+
+
+MOTION_WITH_EACH_TORQUE = """
+import sys
+import numpy as np
+from cdp_ident.model.effects.catalogue import CATALOGUE, effect_torque, kind_of
+from cdp_ident.model.effects.constants import effect_constants
+from cdp_ident.model.effects.effect import TorqueEffect
+from cdp_ident.model.parameters import NOMINAL, physical_coefficients
+from cdp_ident.model.time_grid import TimeGrid
+from cdp_ident.model.trajectory import Torques, trajectory
+
+coefficients = physical_coefficients(NOMINAL)
+constants, start = effect_constants(coefficients, NOMINAL["L"], 0.4), np.array([1.0, -2.0, 3.0, -4.0])
+effects = [effect for effect in CATALOGUE if isinstance(effect, TorqueEffect)]
+typical = {effect: [parameter.typical for parameter in effect.parameters] for effect in effects}
+if sys.argv[1] == "each torque alone first":
+    for effect in effects:
+        effect_torque(kind_of(effect), *start, 0.3, np.array([typical[effect] + 3 * [0.0]]), 0, constants)
+grid = TimeGrid.over(np.arange(50) / 200.0)
+for effect in effects:
+    torques = Torques.of([(effect, typical[effect])], constants)
+    print(*trajectory(coefficients, start, grid, np.zeros(2 * grid.steps + 1), torques)[-1].tolist())
+"""
+
+
+def test_kept_code_goes_together_with_code_compiled_since(tmp_path):
+    def motions(order):
+        done = subprocess.run(
+            [sys.executable, "-c", MOTION_WITH_EACH_TORQUE, order],
+            env=os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)},
+            capture_output=True,
+            text=True,
+            check=True,
+            timeout=300,
+        )
+        return np.loadtxt(done.stdout.splitlines())
+
+    compiled_and_kept = motions("at once")
+    assert len(np.unique(compiled_and_kept, axis=0)) > 20  # else there is nothing to mix up
+    assert motions("each torque alone first") == pytest.approx(compiled_and_kept, rel=1e-9)

@@ -24,21 +24,29 @@ def _dispatcher(torques: Sequence[Compilable], first: int) -> Compilable:
     if len(torques) == 1:
         torque = torques[0]
 
-        @part
         def call(kind, theta1, theta2, omega1, omega2, time, values, row, constants):
             return torque(theta1, theta2, omega1, omega2, time, values, row, constants)
 
-        return call
+        return part(_named(call, f"torque_{first}"))
     middle = len(torques) // 2
     lower, upper = _dispatcher(torques[:middle], first), _dispatcher(torques[middle:], first + middle)
 
-    @part
     def choose(kind, theta1, theta2, omega1, omega2, time, values, row, constants):
         if kind < first + middle:
             return lower(kind, theta1, theta2, omega1, omega2, time, values, row, constants)
         return upper(kind, theta1, theta2, omega1, omega2, time, values, row, constants)
 
-    return choose
+    return part(_named(choose, f"torques_{first}_to_{first + len(torques) - 1}"))
+
+
+def _named(function: Compilable, name: str) -> Compilable:
+    """Give a function a name of its own.
+
+    numba's linker knows a compiled function by its name and by a number counted from the process's start. Loops that
+    are kept on disk were compiled in other processes: of two functions of one name it would take one for the other.
+    """
+    function.__name__ = function.__qualname__ = name
+    return function
 
 
 effect_torque = _dispatcher(_TORQUES, 0)
