@@ -22,18 +22,27 @@ _WORKER = int(os.environ.get("PYTEST_XDIST_WORKER", "gw0").removeprefix("gw"))
 _DOMAIN = int(os.environ.get("ROS_DOMAIN_ID", os.getpid()))
 os.environ["ROS_DOMAIN_ID"] = str((_DOMAIN - 1 + _WORKER) % 100 + 1)
 
-# Whoever starts the tests in the background may have signals ignored, here and in every process that tests start.
-for _number, _default in (
-    (signal.SIGINT, signal.default_int_handler),
-    (signal.SIGTERM, signal.SIG_DFL),
-    (signal.SIGHUP, signal.SIG_DFL),
-):
-    if signal.getsignal(_number) is signal.SIG_IGN:
-        signal.signal(_number, _default)
-
 # The first example of a property may have to compile the model; how long an example takes says nothing about it.
 settings.register_profile("cdp_ident", deadline=None)
 settings.load_profile("cdp_ident")
+
+_DEFAULT_HANDLERS = {
+    signal.SIGINT: signal.default_int_handler,
+    signal.SIGTERM: signal.SIG_DFL,
+    signal.SIGHUP: signal.SIG_DFL,
+}
+
+
+@pytest.fixture(autouse=True)
+def arriving_signals():
+    """Let signals arrive, in the test and in the processes that it starts.
+
+    A node leaves them ignored when it has run in this process, and so does a shell that starts the tests in the
+    background.
+    """
+    for number, handler in _DEFAULT_HANDLERS.items():
+        signal.signal(number, handler)
+
 
 BAGS = Path(__file__).parents[1] / "bags"
 

@@ -165,7 +165,7 @@ def run_node(name: str, make_body: Callable[[Any, Parameters], Body], arguments:
 
     `make_body` is given the `rclpy` node and its `Parameters`, declares what it needs and returns the body. All
     callbacks run in the calling thread. A signal is answered within 0.1 s, after the callback that is running;
-    more signals during the shutdown change nothing.
+    more signals during the shutdown change nothing, nor do they until the process ends.
     Raises `OptionError` where ROS cannot make sense of the arguments.
     """
     asked_to_stop = False
