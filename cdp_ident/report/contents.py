@@ -18,6 +18,7 @@ from cdp_ident.identification.windows import Window
 from cdp_ident.model.parameters import CONSTANTS, GROUPS, PARAMETERS
 from cdp_ident.report.job import Outcome
 from cdp_ident.report.provenance import versions
+from cdp_ident.report.verdict import verdict
 from cdp_ident.tracing.ladder import Ladder
 from cdp_ident.tracing.trace import Trace
 
@@ -72,7 +73,7 @@ def report(outcome: Outcome, unseen: Sequence[Unseen] = ()) -> Section:
             "times_noise": outcome.trace.unexplained.times_noise,
             "description": outcome.trace.unexplained.description,
         },
-        "verdict": outcome.trace.verdict,
+        "verdict": verdict(outcome.trace),
         "ladder": _ladder(outcome.trace.ladder),
         "continuity": _continuity(completed),
         "repeatability": _repeatability(completed),

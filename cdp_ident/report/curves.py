@@ -9,12 +9,11 @@ import numpy.typing as npt
 from cdp_ident.identification.judgement import free_run
 from cdp_ident.identification.motion_model import MotionModel
 from cdp_ident.identification.refinement import Fit
-from cdp_ident.identification.windows import Window
 from cdp_ident.model.effects.effect import TorqueEffect
 from cdp_ident.model.parameters import inertia_about_cart
 from cdp_ident.report.job import Outcome
 from cdp_ident.tracing.evidence import Attempt
-from cdp_ident.tracing.torque_residual import TorqueResidual, torque_residual
+from cdp_ident.tracing.torque_residual import TorqueResidual, corrected, torque_residual
 from cdp_ident.trial.trial import Trial
 
 Array = npt.NDArray[np.float64]
@@ -129,7 +128,7 @@ def _run(attempt: Attempt, trial: Trial, index: int, duration: float) -> Array:
 def _torques(outcome: Outcome, before: Attempt, after: Attempt) -> TorqueCurves:
     model, values = after.model, after.fit.values
     inertia = float(inertia_about_cart(outcome.trace.physical.values, model.constants(values)[0]))
-    rods = _angles_of_rods(after)
+    rods = corrected(after.fit, model, values), corrected(after.holdout, model, values)
     lacking = _lacking(rods, model, values)
     effects = np.zeros((len(model.effects), *lacking.torque.shape))
     for index, active in enumerate(model.effects):
@@ -153,22 +152,3 @@ def _lacking(fits: Sequence[Fit], model: MotionModel, values: Array) -> TorqueRe
     """Return the torques over A22 that a model lacks over the windows of all fits, one after the other."""
     parts = [torque_residual(replace(fit, model=model, values=values)) for fit in fits]
     return TorqueResidual(*(np.concatenate([getattr(part, name.name) for part in parts]) for name in fields(parts[0])))
-
-
-def _angles_of_rods(attempt: Attempt) -> tuple[Fit, Fit]:
-    """Return the fits on fitted and on held-out windows, the encoders' fitted errors taken out of measured angles."""
-    model, values = attempt.model, attempt.fit.values
-    rods, of_rods = model, values
-    for index in reversed(range(len(model.effects))):
-        if not isinstance(model.effects[index].effect, TorqueEffect):
-            rods, remain = rods.without_effect(index)
-            of_rods = of_rods[remain]
-
-    def corrected(window: Window) -> Window:
-        shown, actual = (m.predict(v, window.start, window)[0] for m, v in ((model, values), (rods, of_rods)))
-        return replace(window, theta=window.theta - (shown - actual))
-
-    def of_rods_alone(fit: Fit) -> Fit:
-        return replace(fit, windows=tuple(corrected(window) for window in fit.windows))
-
-    return of_rods_alone(attempt.fit), of_rods_alone(attempt.holdout)

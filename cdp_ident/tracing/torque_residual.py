@@ -1,13 +1,14 @@
 """The torque that measured motion shows and a model does not have, joint by joint."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.identification.motion_model import MotionModel
 from cdp_ident.identification.refinement import Fit
-from cdp_ident.model.effects.effect import Joint
+from cdp_ident.identification.windows import Window
+from cdp_ident.model.effects.effect import Joint, TorqueEffect
 from cdp_ident.model.trajectory import accelerations_at
 from cdp_ident.trial.kinematics import HALF_WIDTH, local_motion
 
@@ -67,3 +68,18 @@ def torque_residual(fit: Fit) -> TorqueResidual:
             )
         )
     return TorqueResidual(*(np.concatenate(column) for column in zip(*parts, strict=True)))
+
+
+def corrected(fit: Fit, model: MotionModel, values: Array) -> Fit:
+    """Return a fit whose windows show the angles of the rods: the encoders' errors in a fitted model are taken out."""
+    rods, of_rods = model, values
+    for index in reversed(range(len(model.effects))):
+        if not isinstance(model.effects[index].effect, TorqueEffect):
+            rods, remain = rods.without_effect(index)
+            of_rods = of_rods[remain]
+
+    def without_errors(window: Window) -> Window:
+        shown, actual = (m.predict(v, window.start, window)[0] for m, v in ((model, values), (rods, of_rods)))
+        return replace(window, theta=window.theta - (shown - actual))
+
+    return replace(fit, windows=tuple(without_errors(window) for window in fit.windows))

@@ -1,4 +1,4 @@
-"""From an identification to the effects that explain its residual, in physical units and in words."""
+"""From an identification to the effects that explain its residual, in physical units."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -14,15 +14,13 @@ from cdp_ident.identification.physical import PhysicalValues, nearest_physical_v
 from cdp_ident.identification.refinement import Fit
 from cdp_ident.identification.repeatability import repeatability
 from cdp_ident.identification.uncertainty import covariance
-from cdp_ident.model.effects.effect import EffectParameter, SensorEffect
+from cdp_ident.model.effects.effect import EffectParameter
 from cdp_ident.model.parameters import GROUPS, inertia_about_cart
 from cdp_ident.tracing.evidence import Attempt
 from cdp_ident.tracing.ladder import Ladder, climb
 from cdp_ident.tracing.unexplained import Unexplained, unexplained
 
 Array = npt.NDArray[np.float64]
-
-_PREFIXES = ((1.0, ""), (1e-3, "m"), (1e-6, "µ"))
 
 
 @dataclass(frozen=True)
@@ -62,8 +60,6 @@ class Trace:
     errors: tuple[Errors, Errors]
     """Errors of the model with the effects, over the fitted and over the held-out windows."""
     unexplained: Unexplained
-    verdict: str
-    """The result in one sentence for people."""
 
     @property
     def after(self) -> Attempt:
@@ -101,7 +97,6 @@ def trace(
         _found(ladder, index, spread, inertia, physical.inertia_relative_std)
         for index in range(len(after.model.effects))
     )
-    remains = unexplained(after, found.data.noise, found.data.names, inertia)
     return Trace(
         ladder=ladder,
         effects=effects,
@@ -110,8 +105,7 @@ def trace(
             judge(after.model, values, found.data.fit, found.data.trials),
             judge(after.model, values, found.data.holdout, found.data.trials),
         ),
-        unexplained=remains,
-        verdict=_verdict(ladder, effects, remains, found.data.noise),
+        unexplained=unexplained(after, found.data.noise, found.data.names, inertia),
     )
 
 
@@ -151,46 +145,3 @@ def _found(ladder: Ladder, index: int, spread: Array, inertia: float, inertia_st
         delta_bic=ladder.evidence[index].bic,
         also_possible=ladder.also_possible[index],
     )
-
-
-def _verdict(ladder: Ladder, effects: tuple[FoundEffect, ...], remains: Unexplained, noise: Array) -> str:
-    before, after = ladder.before.holdout.rmse(), ladder.after.holdout.rmse()
-    floor = float(np.sqrt(np.mean(noise**2)))
-    rest = "the rest is encoder noise" if not remains.significant else f"something remains: {remains.description}"
-    if not effects:
-        if not remains.significant:
-            return (
-                f"The paper's model explains the motion: what it leaves, {_milliradians(after)} mrad, is encoder noise."
-            )
-        return f"The paper's model leaves more than noise, and no known effect explains it; {rest}."
-    share = 1.0 - max(after**2 - floor**2, 0.0) / max(before**2 - floor**2, 1e-300)
-    names = ", and ".join(_words(effect) for effect in sorted(effects, key=lambda e: -e.holdout_without))
-    verb = "explains" if len(effects) == 1 else "explain"
-    return (
-        f"{names[0].upper()}{names[1:]}, {verb} {100 * share:.0f} % of what the paper's model could not: "
-        f"{_milliradians(before)} -> {_milliradians(after)} mrad on held-out motion; {rest}."
-    )
-
-
-def _words(effect: FoundEffect) -> str:
-    description, joint = effect.active.effect.description, effect.active.effect.joint
-    place = {
-        True: {"inner": " (the inner encoder)", "outer": " (the outer encoder)"},
-        False: {"inner": " in the inner joint", "outer": " in the outer joint"},
-    }[isinstance(effect.active.effect, SensorEffect)].get(joint, "")
-    if effect.active.effect.name in ("air_drag", "impulse"):
-        place = f" ({joint})"
-    strength = next((p for p in effect.parameters if not p.description.shape and p.value != 0), effect.parameters[0])
-    alternatives = f" (or {' or '.join(effect.also_possible)}, which the data cannot tell from it)"
-    return f"{description}{place}, {_with_unit(strength)}{alternatives if effect.also_possible else ''}"
-
-
-def _with_unit(parameter: FoundParameter) -> str:
-    unit = "" if parameter.description.unit == "1" else parameter.description.unit
-    size = max(abs(parameter.value), parameter.std)
-    factor, prefix = next(((f, p) for f, p in _PREFIXES if size >= f), _PREFIXES[-1]) if unit else (1.0, "")
-    return f"{parameter.value / factor:.3g} ± {parameter.std / factor:.1g} {prefix}{unit}".rstrip()
-
-
-def _milliradians(error: float) -> str:
-    return f"{1e3 * error:.3g}"

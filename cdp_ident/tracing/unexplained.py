@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from cdp_ident.model.effects.effect import Joint
 from cdp_ident.tracing.evidence import Attempt, sluggishness
-from cdp_ident.tracing.torque_residual import JOINTS, TorqueResidual, torque_residual
+from cdp_ident.tracing.torque_residual import JOINTS, TorqueResidual, corrected, torque_residual
 
 Array = npt.NDArray[np.float64]
 
@@ -49,11 +49,12 @@ def unexplained(attempt: Attempt, noise: Array, trials: Sequence[str], inertia: 
     window = _odd_window(attempt, noise, trials)
     if np.max(ratios) < _ABOVE_NOISE and window is None:
         return Unexplained(False, JOINTS[int(np.argmax(ratios))], overall, "nothing but the encoders' noise")
-    residual = torque_residual(attempt.fit)
+    residual = torque_residual(corrected(attempt.fit, attempt.model, attempt.fit.values))
     dependence = max(_dependences(residual), key=lambda found: found.share)
     joint = JOINTS[dependence.joint]
+    worst = int(np.argmax(ratios))
     remains = (
-        f"{1e3 * attempt.holdout.rmse():.3g} mrad remain on motion kept out of the fit, {overall:.1f} times the noise"
+        f"{1e3 * errors[worst]:.3g} mrad remain in theta{worst + 1}, {ratios[worst]:.1f} times its encoder's noise"
     )
     where = dependence.words(inertia)
     memory = sluggishness(attempt.fit)

@@ -65,11 +65,6 @@ def test_the_error_on_the_trial_kept_out_falls_to_the_noise(identified, traced):
     assert not traced.unexplained.significant
 
 
-def test_the_verdict_says_it_in_one_sentence(traced):
-    assert "ry friction in the outer joint" in traced.verdict
-    assert "encoder noise" in traced.verdict
-
-
 def test_a_climb_that_is_stopped_keeps_what_it_has(identified):
     stopped = trace(identified, stop=lambda: True)
     assert stopped.ladder.interrupted

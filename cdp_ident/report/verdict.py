@@ -1,0 +1,51 @@
+"""The result in one sentence, for people."""
+
+import numpy as np
+
+from cdp_ident.model.effects.effect import SensorEffect
+from cdp_ident.report.formatting import with_std
+from cdp_ident.tracing.trace import FoundEffect, FoundParameter, Trace
+
+_PREFIXES = ((1.0, ""), (1e-3, "m"), (1e-6, "µ"))
+
+
+def verdict(trace: Trace) -> str:
+    """Say what the motion shows beside the paper's model, how much of it that explains, and what remains."""
+    before, after = trace.ladder.before.holdout.rmse(), trace.after.holdout.rmse()
+    milliradians = f"{1e3 * before:.3g} -> {1e3 * after:.3g} mrad"
+    remains = trace.unexplained
+    rest = f"something remains: {remains.description}" if remains.significant else "the rest is encoder noise"
+    if not trace.effects:
+        if not remains.significant:
+            return f"The paper's model explains the motion: what it leaves, {1e3 * after:.3g} mrad, is encoder noise."
+        return f"The paper's model leaves more than noise, and no known effect explains it; {rest}."
+    floor = float(np.mean(trace.completed.data.noise**2))
+    share = 1.0 - max(after**2 - floor, 0.0) / max(before**2 - floor, np.finfo(float).tiny)
+    names = ", and ".join(_words(effect) for effect in sorted(trace.effects, key=lambda e: -e.holdout_without))
+    verb = "explains" if len(trace.effects) == 1 else "explain"
+    return (
+        f"{names[0].upper()}{names[1:]}, {verb} {100 * share:.0f} % of what the paper's model could not: "
+        f"{milliradians} on held-out motion; {rest}."
+    )
+
+
+def _words(found: FoundEffect) -> str:
+    effect = found.active.effect
+    if effect.joint == "base":
+        place = ""
+    elif isinstance(effect, SensorEffect):
+        place = f" (the {effect.joint} encoder)"
+    elif effect.name in ("air_drag", "impulse"):
+        place = f" ({effect.joint})"
+    else:
+        place = f" in the {effect.joint} joint"
+    strength = next((p for p in found.parameters if not p.description.shape and p.value != 0), found.parameters[0])
+    alternatives = f" (or {' or '.join(found.also_possible)}, which the data cannot tell from it)"
+    return f"{effect.description}{place}, {_with_unit(strength)}{alternatives if found.also_possible else ''}"
+
+
+def _with_unit(parameter: FoundParameter) -> str:
+    unit = "" if parameter.description.unit == "1" else parameter.description.unit
+    size = max(abs(parameter.value), parameter.std)
+    factor, prefix = next(((f, p) for f, p in _PREFIXES if size >= f), _PREFIXES[-1]) if unit else (1.0, "")
+    return f"{with_std(parameter.value / factor, parameter.std / factor)} {prefix}{unit}".rstrip()
