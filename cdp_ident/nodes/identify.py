@@ -13,8 +13,9 @@ from cdp_ident.nodes._interruption import Interruption
 
 DESCRIPTION = """\
 Identify the parameters of a cart double pendulum from free-swing bags: find the zero-input motion in each, search,
-refine, judge by motion that the fit has not seen, and write report.json and fitted.yaml (a ROS parameter file). Then
-serve the fitted parameters until Ctrl-C; with --once end, which needs no ROS.
+refine, trace what is left to the effects behind it, judge by motion that the fit has not seen. A folder is written with
+report.html to look at, report.md with its figures, report.json, and fitted.yaml (a ROS parameter file). Then the fitted
+parameters are served until Ctrl-C; with --once it ends, which needs no ROS.
 
 serves     the parameters m1 m2 m0 l1 l2 J1 J2 c1 c2 L g, groups.<group>, std.<each of these>, and the configuration
            ~/identify_again (std_srvs/Trigger)  read configuration and bags again and identify anew

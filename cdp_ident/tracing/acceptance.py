@@ -18,6 +18,8 @@ _STRUCTURED, _STRUCTURED_SHARE = 5.0, 0.05
 """The same where residuals would remain that remember so many samples."""
 INSTANT_GAIN = 60.0
 """Least fall of the fit's squared error by something that happened once, which the windows kept out cannot judge."""
+WORTH_NAMING, WORTH_NAMING_WITH_OTHERS = 1.5, 0.5
+"""What an effect must explain over what remains in the end; less, where it explains so much together with others."""
 _OUTSTANDING, _USUAL = 6.0, 1.7
 """A window in which something happened has a mean squared error so many standard deviations above the others', and at
 most so many times theirs once that is explained."""
@@ -62,20 +64,14 @@ def still_helps(with_it: Attempt, index: int, without_it: Attempt) -> bool:
     return with_it.strength(index) >= _STRENGTH - 1 and lost.fit >= FIT_GAIN / 2 and lost.holdout >= 0
 
 
-def share_explained(with_it: Attempt, index: int, without_it: Attempt, noise: float) -> float:
-    """Return what an effect explains over what remains, in the motion where that is more.
-
-    Below 1, the effect may be no more than a part of something else, imitated. One that happened once has no such
-    share (infinity): its window is looked at instead.
+def share_explained(with_it: Attempt, without_it: Attempt, noise: float) -> float:
+    """Return what effects explain over what remains, in the fit or on what was kept out of it, where that is more.
 
     Args:
-        with_it: the model with the effect.
-        index: which of its effects.
-        without_it: the model without it.
+        with_it: the model with the effects.
+        without_it: the model without them.
         noise: root mean square of what the encoders add to both angles [rad].
     """
-    if with_it.model.effects[index].effect.at_an_instant:
-        return np.inf
     return max(
         (removed.rmse() ** 2 - now.rmse() ** 2) / max(now.rmse() ** 2 - noise**2, np.finfo(float).tiny)
         for removed, now in zip(fits_of(without_it), fits_of(with_it), strict=True)

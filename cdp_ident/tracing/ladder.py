@@ -19,6 +19,8 @@ from cdp_ident.identification.windows import Window, split
 from cdp_ident.tracing.acceptance import (
     FIT_GAIN,
     INSTANT_GAIN,
+    WORTH_NAMING,
+    WORTH_NAMING_WITH_OTHERS,
     brings_enough,
     earns_its_place,
     fits_of,
@@ -157,20 +159,32 @@ class _Climber:
         )
 
     def _keep_what_explains(self, current: Attempt) -> tuple[Attempt, list[Attempt]]:
-        """Drop effects that explain less than what remains: they may be no more than a part of that, imitated.
+        """Drop effects that explain too little beside what remains: they may be a part of that, imitated.
+
+        One that happened once has its window, which is looked at instead.
 
         Returns:
             The model with the effects that stay, and that model without each of them.
         """
         while True:
-            without = [self._remove(current, index) for index in range(len(current.model.effects))]
-            explained = [share_explained(current, index, removed, self._noise) for index, removed in enumerate(without)]
-            least = int(np.argmin(explained)) if explained else 0
-            if not explained or explained[least] > 1.0:
+            indices = range(len(current.model.effects))
+            without = [self._remove(current, [index]) for index in indices]
+            explained = {
+                index: share_explained(current, without[index], self._noise)
+                for index in indices
+                if not current.model.effects[index].effect.at_an_instant
+            }
+            weak = [index for index, share in explained.items() if share < WORTH_NAMING]
+            if not weak:
                 return current, without
+            least = min(weak, key=explained.__getitem__)
+            if len(weak) > 1 and explained[least] > WORTH_NAMING_WITH_OTHERS:
+                together = share_explained(current, self._remove(current, weak), self._noise)
+                if together > WORTH_NAMING:
+                    return current, without
             key = current.model.effects[least].effect.key
             current = without[least]
-            self._note_drop(key, current, "more remains unexplained than it explains")
+            self._note_drop(key, current, "it explains too little beside what remains")
 
     def _add_all(self, current: Attempt) -> Attempt:
         while len(current.model.effects) < _MOST_EFFECTS and (better := self._rung(current)) is not None:
@@ -238,9 +252,13 @@ class _Climber:
         fit = refine_from_afar(model, values, current.fit.windows)
         return Attempt(fit, follow(model, fit.values, current.holdout.windows))
 
-    def _remove(self, current: Attempt, index: int) -> Attempt:
-        model, remain = current.model.without_effect(index)
-        fit = refine(model, current.fit.values[remain], current.fit.windows)
+    def _remove(self, current: Attempt, indices: Sequence[int]) -> Attempt:
+        """Return the model without some of its effects, refitted."""
+        model, values = current.model, current.fit.values
+        for index in sorted(indices, reverse=True):
+            model, remain = model.without_effect(index)
+            values = values[remain]
+        fit = refine(model, values, current.fit.windows)
         return Attempt(fit, follow(model, fit.values, current.holdout.windows))
 
     def _drop(self, current: Attempt) -> Attempt:
@@ -248,7 +266,7 @@ class _Climber:
         for index in reversed(range(len(current.model.effects) - 1)):
             if current.strength(index) > _SAFE:
                 continue
-            removed = self._remove(current, index)
+            removed = self._remove(current, [index])
             if not still_helps(current, index, removed):
                 key = current.model.effects[index].effect.key
                 current = removed
@@ -259,7 +277,7 @@ class _Climber:
         """Let every effect stand against the alternatives under the model that has the others."""
         for old in [active.effect.key for active in current.model.effects]:
             index = [active.effect.key for active in current.model.effects].index(old)
-            removed = self._remove(current, index)
+            removed = self._remove(current, [index])
             rivals = self._rivals(removed, old)
             self._stood[old] = tuple(rivals)
             better = [rival for rival in rivals if self._is_better(rival, current) and earns_its_place(removed, rival)]
