@@ -64,6 +64,28 @@ def still_helps(with_it: Attempt, index: int, without_it: Attempt) -> bool:
     return with_it.strength(index) >= _STRENGTH - 1 and lost.fit >= FIT_GAIN / 2 and lost.holdout >= 0
 
 
+def is_uneven(even: Attempt, uneven: Attempt, dry_friction: int) -> bool:
+    """Return whether dry friction is there over a part of the turn only.
+
+    Args:
+        even: the model with the dry friction.
+        uneven: that model in which it varies over the turn, by the last effect.
+        dry_friction: its index.
+    """
+    variation = len(uneven.model.effects) - 1
+    if uneven.strength(variation) < _STRENGTH or change(even, uneven).fit < FIT_GAIN:
+        return False
+    values = uneven.fit.values
+    strengths = [
+        value
+        for value, parameter in zip(
+            values[uneven.model.places(dry_friction)], uneven.model.effects[dry_friction].fitted, strict=True
+        )
+        if not parameter.shape
+    ]
+    return bool(np.hypot(*values[uneven.model.places(variation)]) > sum(strengths))
+
+
 def share_explained(with_it: Attempt, without_it: Attempt, noise: float) -> float:
     """Return what effects explain over what remains, in the fit or on what was kept out of it, where that is more.
 

@@ -13,9 +13,11 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.identification.judgement import follow, follow_closely
-from cdp_ident.identification.motion_model import MotionModel
+from cdp_ident.identification.motion_model import ActiveEffect, MotionModel
 from cdp_ident.identification.refinement import Fit, refine, refine_from_afar
 from cdp_ident.identification.windows import Window, split
+from cdp_ident.model.effects.effect import Joint
+from cdp_ident.model.effects.friction import UNEVENNESS
 from cdp_ident.tracing.acceptance import (
     FIT_GAIN,
     INSTANT_GAIN,
@@ -24,6 +26,7 @@ from cdp_ident.tracing.acceptance import (
     brings_enough,
     earns_its_place,
     fits_of,
+    is_uneven,
     share_explained,
     still_helps,
 )
@@ -50,6 +53,7 @@ _SAFE = 10.0
 """Strength above which an effect is not asked again whether it helps."""
 _NEAR_THE_BEST = 0.75
 """A candidate that gains this share of what the best one does is preferred if it has fewer parameters."""
+_DRY_FRICTION = ("coulomb_friction", "stribeck_friction")
 _MOST_ROUNDS = 3
 """How often effects are added after others were exchanged."""
 _INDISTINGUISHABLE = 9.0
@@ -83,6 +87,15 @@ class Rung:
 
 
 @dataclass(frozen=True)
+class Rubbing:
+    """Dry friction that is there over a part of the turn only."""
+
+    joint: Joint
+    angle: float
+    """Where it is strongest: the joint's angle from hanging [rad]."""
+
+
+@dataclass(frozen=True)
 class Ladder:
     """Where the ladder ended."""
 
@@ -97,6 +110,8 @@ class Ladder:
     """Error over the windows kept out without each of them [rad]."""
     also_possible: tuple[tuple[str, ...], ...]
     """Keys of the effects that could stand in each one's place, as far as the data can tell."""
+    rubbing: tuple[Rubbing, ...]
+    """No known effect, and no longer in the model: what was first taken for dry friction."""
     interrupted: bool
 
 
@@ -131,6 +146,7 @@ class _Climber:
         self._rungs: list[Rung] = []
         self._stood: dict[str, tuple[Attempt, ...]] = {}
         """The rivals that each effect has stood against in the end, by its key."""
+        self._rubbing: list[Rubbing] = []
 
     def run(self, before: Attempt) -> Ladder:
         current, interrupted = before, False
@@ -141,6 +157,7 @@ class _Climber:
                 if exchanged is current:
                     break
                 current = self._drop(exchanged)
+            current = self._drop_uneven(current)
         except _Interrupted:
             interrupted = True
         current, without = self._keep_what_explains(current)
@@ -155,6 +172,7 @@ class _Climber:
             evidence=tuple(change(removed, current) for removed in without),
             holdout_without=tuple(removed.holdout.rmse() for removed in without),
             also_possible=tuple(alternatives),
+            rubbing=tuple(self._rubbing),
             interrupted=interrupted,
         )
 
@@ -271,6 +289,22 @@ class _Climber:
                 key = current.model.effects[index].effect.key
                 current = removed
                 self._note_drop(key, current, "it no longer helps")
+        return current
+
+    def _drop_uneven(self, current: Attempt) -> Attempt:
+        """Drop dry friction that is there over a part of the turn only: something rubs, which is no such effect."""
+        for active in current.model.effects:
+            effect = active.effect
+            if effect.name not in _DRY_FRICTION:
+                continue
+            index = [other.effect.key for other in current.model.effects].index(effect.key)
+            variation = next(varied for varied in UNEVENNESS if varied.joint == effect.joint)
+            uneven = self._add(current, [Candidate(ActiveEffect(variation), 0.0, np.zeros(2))])
+            if is_uneven(current, uneven, index):
+                sine, cosine = uneven.fit.values[uneven.model.places(len(uneven.model.effects) - 1)]
+                self._rubbing.append(Rubbing(effect.joint, float(np.arctan2(sine, cosine))))
+                current = self._remove(current, [index])
+                self._note_drop(effect.key, current, "it is there over a part of the turn only")
         return current
 
     def _exchange(self, current: Attempt) -> Attempt:

@@ -105,7 +105,7 @@ def trace(
             judge(after.model, values, found.data.fit, found.data.trials),
             judge(after.model, values, found.data.holdout, found.data.trials),
         ),
-        unexplained=unexplained(after, found.data.noise, found.data.names, inertia),
+        unexplained=unexplained(ladder, found.data.noise, found.data.names, inertia),
     )
 
 

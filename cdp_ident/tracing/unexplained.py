@@ -8,6 +8,7 @@ import numpy.typing as npt
 
 from cdp_ident.model.effects.effect import Joint
 from cdp_ident.tracing.evidence import Attempt, sluggishness
+from cdp_ident.tracing.ladder import Ladder
 from cdp_ident.tracing.torque_residual import JOINTS, TorqueResidual, corrected, torque_residual
 
 Array = npt.NDArray[np.float64]
@@ -34,15 +35,16 @@ class Unexplained:
     """Where it is and how much, for people."""
 
 
-def unexplained(attempt: Attempt, noise: Array, trials: Sequence[str], inertia: float) -> Unexplained:
+def unexplained(ladder: Ladder, noise: Array, trials: Sequence[str], inertia: float) -> Unexplained:
     """Describe what remains.
 
     Args:
-        attempt: the model with its effects.
+        ladder: where it ended.
         noise: (2,) standard deviation of the noise of theta1 and theta2 [rad].
         trials: names of the trials.
         inertia: A22 [kg m^2], to give torques in N m.
     """
+    attempt = ladder.after
     errors = np.array([max(attempt.fit.rmse(k), attempt.holdout.rmse(k)) for k in range(2)])
     ratios = errors / noise
     overall = attempt.holdout.rmse() / float(np.sqrt(np.mean(noise**2)))
@@ -51,15 +53,13 @@ def unexplained(attempt: Attempt, noise: Array, trials: Sequence[str], inertia: 
         return Unexplained(False, JOINTS[int(np.argmax(ratios))], overall, "nothing but the encoders' noise")
     residual = torque_residual(corrected(attempt.fit, attempt.model, attempt.fit.values))
     dependence = max(_dependences(residual), key=lambda found: found.share)
-    joint = JOINTS[dependence.joint]
     worst = int(np.argmax(ratios))
-    remains = (
-        f"{1e3 * errors[worst]:.3g} mrad remain in theta{worst + 1}, {ratios[worst]:.1f} times its encoder's noise"
-    )
-    where = dependence.words(inertia)
+    remains = f"{1e3 * errors[worst]:.3g} mrad remain in theta{worst + 1}, {ratios[worst]:.1f} times its noise"
+    rubs = [f"something rubs in the {r.joint} joint, most at {r.angle:.2g} rad from hanging" for r in ladder.rubbing]
     memory = sluggishness(attempt.fit)
     slow = f"; it changes slowly, over {memory:.0f} samples" if memory > 3 else ""
-    description = "; ".join(filter(None, (remains, where + slow, window)))
+    description = "; ".join(filter(None, (remains, *rubs, dependence.words(inertia) + slow, window)))
+    joint = ladder.rubbing[0].joint if ladder.rubbing else JOINTS[dependence.joint]
     return Unexplained(True, joint, overall, description)
 
 

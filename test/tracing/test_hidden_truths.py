@@ -19,7 +19,7 @@ def test_a_kind_and_a_seed_always_hide_the_same() -> None:
     assert not np.array_equal(first.theta[0], another.theta[0])
 
 
-def traced(kind: str, seed: int, visible: float) -> tuple[Trace, Answer]:
+def traced(kind: str, seed: int, visible: float | None = None) -> tuple[Trace, Answer]:
     trials, answer = hidden_truth(kind, seed, visible)
     identified = identify(trials[:FIT_TRIALS], trials[FIT_TRIALS:], IdentifyOptions())
     return trace(identified), answer
@@ -56,6 +56,15 @@ def test_an_effect_that_imitates_a_part_of_something_else_is_dropped_in_the_end(
 def test_a_knock_is_named_though_the_window_it_is_in_hardly_stands_out() -> None:
     found, answer = traced("impulse.inner", 1000, 1.0)
     assert named(found) == {hidden.identity for hidden in answer.hidden}
+
+
+def test_what_rubs_over_a_part_of_the_turn_is_not_called_dry_friction() -> None:
+    found, answer = traced("partial_rub.outer", 5001)
+    assert [rung.action for rung in found.ladder.rungs][-1] == "dropped coulomb_friction.outer"
+    assert named(found) == set()
+    assert found.unexplained.significant
+    assert found.unexplained.joint == answer.hidden[0].effect.joint
+    assert "something rubs in the outer joint, most at " in found.unexplained.description
 
 
 def test_what_no_effect_of_the_catalogue_explains_is_said_to_remain() -> None:

@@ -6,11 +6,12 @@ from cdp_ident.model.compilation import Compilable, part
 from cdp_ident.model.effects.effect import Effect, TorqueEffect
 from cdp_ident.model.effects.encoders import ENCODERS
 from cdp_ident.model.effects.forces import FORCES
-from cdp_ident.model.effects.friction import FRICTION
+from cdp_ident.model.effects.friction import FRICTION, UNEVENNESS
 
 CATALOGUE: tuple[Effect, ...] = (*FRICTION, *FORCES, *ENCODERS)
 
-_TORQUES = tuple(dict.fromkeys(effect.torque for effect in CATALOGUE if isinstance(effect, TorqueEffect)))
+_ALL = (*CATALOGUE, *UNEVENNESS)
+_TORQUES = tuple(dict.fromkeys(effect.torque for effect in _ALL if isinstance(effect, TorqueEffect)))
 """Each compiled torque once, though several effects may share it."""
 
 

@@ -1,6 +1,7 @@
 """Friction in the joints beyond the paper's viscous kind. It acts against the joint's relative motion."""
 
 import math
+from dataclasses import replace
 
 from cdp_ident.model.compilation import Compilable, inlined, part
 from cdp_ident.model.effects.effect import EffectParameter, Joint, TorqueEffect
@@ -41,6 +42,22 @@ def _stribeck_inner(theta1, theta2, omega1, omega2, time, values, row, constants
 @part
 def _stribeck_outer(theta1, theta2, omega1, omega2, time, values, row, constants):
     torque = _stribeck(omega2 - omega1, values, row)
+    return -torque, torque
+
+
+@inlined
+def _uneven(angle, rate, values, row):
+    return -(values[row, 0] * math.sin(angle) + values[row, 1] * math.cos(angle)) * _direction(rate)
+
+
+@part
+def _uneven_inner(theta1, theta2, omega1, omega2, time, values, row, constants):
+    return _uneven(theta1 - math.pi, omega1, values, row), 0.0
+
+
+@part
+def _uneven_outer(theta1, theta2, omega1, omega2, time, values, row, constants):
+    torque = _uneven(theta2 - theta1, omega2 - omega1, values, row)
     return -torque, torque
 
 
@@ -162,3 +179,15 @@ FRICTION: tuple[TorqueEffect, ...] = (
         for joint, mass, torque in _LOADED
     ),
 )
+
+_VARIATION = EffectParameter("sine", "N m", -20.0, 20.0, 0.0, inertia_power=1)
+UNEVENNESS: tuple[TorqueEffect, ...] = _both(
+    "uneven_friction",
+    "what dry friction varies by over a turn",
+    f"-(sine sin(angle) + cosine cos(angle)) tanh(speed / {SMOOTHING} rad/s), angles of the joint from hanging",
+    "position-dependent friction: Armstrong-Helouvry, Control of Machines with Friction, 1991; its first harmonic",
+    (_VARIATION, replace(_VARIATION, name="cosine")),
+    _uneven_inner,
+    _uneven_outer,
+)
+"""No effect by itself, for it would feed energy in where it is negative: it shows whether dry friction is even."""

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from cdp_ident.model.effects.catalogue import CATALOGUE, effect_torque, kind_of
 from cdp_ident.model.effects.constants import effect_constants
 from cdp_ident.model.effects.effect import TorqueEffect
+from cdp_ident.model.effects.friction import UNEVENNESS
 from cdp_ident.model.parameters import SYMBOLS, inertia_about_cart, physical_coefficients
 from reference import hidden_effects
 from reference.pendulum import TABLE_5
@@ -167,3 +168,12 @@ def test_a_tilted_base_leaves_the_rods_hanging_along_gravity():
     a1, m2_l2, g = COEFFICIENTS[2], COEFFICIENTS[5], COEFFICIENTS[6]
     upright = np.array([a1, m2_l2]) * g * np.sin(along[:2])
     assert torque_of(EFFECTS["gravity_tilt.base"], along, [0.1]) + upright == pytest.approx([0.0, 0.0], abs=1e-9)
+
+
+@pytest.mark.parametrize("variation", UNEVENNESS, ids=JOINTS)
+def test_dry_friction_varies_as_sine_and_cosine_of_the_joint_s_angle_from_hanging(variation):
+    even = EFFECTS[f"coulomb_friction.{variation.joint}"]
+    for state in STATES:
+        angle = state[0] - math.pi if variation.joint == "inner" else state[1] - state[0]
+        expected = (0.3 * math.sin(angle) + 0.4 * math.cos(angle)) * torque_of(even, state, [SIZE])
+        assert torque_of(variation, state, [0.3 * SIZE, 0.4 * SIZE]) == pytest.approx(expected, abs=1e-12)
