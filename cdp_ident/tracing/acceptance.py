@@ -18,6 +18,8 @@ _STRUCTURED, _STRUCTURED_SHARE = 5.0, 0.05
 """The same where residuals would remain that remember so many samples."""
 INSTANT_GAIN = 60.0
 """Least fall of the fit's squared error by something that happened once, which the windows kept out cannot judge."""
+KNOCK_ALONE = 10.0
+"""A knock must explain so many times what another one would explain besides."""
 WORTH_NAMING, WORTH_NAMING_WITH_OTHERS = 1.5, 0.5
 """What an effect must explain over what remains in the end; less, where it explains so much together with others."""
 _OUTSTANDING, _USUAL = 6.0, 1.7
@@ -94,10 +96,11 @@ def share_explained(with_it: Attempt, without_it: Attempt, noise: float) -> floa
         without_it: the model without them.
         noise: root mean square of what the encoders add to both angles [rad].
     """
-    return max(
-        (removed.rmse() ** 2 - now.rmse() ** 2) / max(now.rmse() ** 2 - noise**2, np.finfo(float).tiny)
-        for removed, now in zip(fits_of(without_it), fits_of(with_it), strict=True)
-    )
+    shares = []
+    for without, now in zip(fits_of(without_it), fits_of(with_it), strict=True):
+        remains = now.rmse() ** 2 - noise**2
+        shares.append((without.rmse() ** 2 - now.rmse() ** 2) / remains if remains > 0 else np.inf)
+    return max(shares)
 
 
 def fits_of(attempt: Attempt) -> tuple[Fit, Fit]:

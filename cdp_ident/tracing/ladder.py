@@ -7,7 +7,6 @@ the model that has all the others.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from itertools import combinations
 
 import numpy as np
 import numpy.typing as npt
@@ -16,11 +15,12 @@ from cdp_ident.identification.judgement import follow, follow_closely
 from cdp_ident.identification.motion_model import ActiveEffect, MotionModel
 from cdp_ident.identification.refinement import Fit, refine, refine_from_afar
 from cdp_ident.identification.windows import Window, split
-from cdp_ident.model.effects.effect import Joint
+from cdp_ident.model.effects.effect import Joint, TorqueEffect
 from cdp_ident.model.effects.friction import UNEVENNESS
 from cdp_ident.tracing.acceptance import (
     FIT_GAIN,
     INSTANT_GAIN,
+    KNOCK_ALONE,
     WORTH_NAMING,
     WORTH_NAMING_WITH_OTHERS,
     brings_enough,
@@ -41,8 +41,10 @@ _REFITS = 6
 """Candidates that get a full refit at a rung."""
 _PIECES = 4
 """Into how many parts windows are split for a first look at motions that are chaotic."""
-_STRONGEST = 3
-"""Candidates that are tried in pairs where none of them helps alone."""
+_STRONGEST, _SECONDS = 2, 3
+"""Where no candidate helps alone, so many are joined by so many others each."""
+_WELL_ABOVE_NOISE = 1.2
+"""The least error, over the noise, at which that is worth its time."""
 _NEAR_A_RIVAL = 0.5
 """An effect that gains less than this share of what another one does at first look is no rival of it."""
 _RIVALS = 3
@@ -115,6 +117,10 @@ class Ladder:
     interrupted: bool
 
 
+_Tried = tuple[tuple[Candidate, ...], Attempt]
+"""What was added, and what came of it."""
+
+
 class _Interrupted(Exception):  # noqa: N818  it is no error
     pass
 
@@ -157,7 +163,7 @@ class _Climber:
                 if exchanged is current:
                     break
                 current = self._drop(exchanged)
-            current = self._drop_uneven(current)
+            current = self._drop_knocks(self._drop_uneven(current))
         except _Interrupted:
             interrupted = True
         current, without = self._keep_what_explains(current)
@@ -217,32 +223,38 @@ class _Climber:
         look = FirstLook(current.fit, addable(current.model))
         ranked = self._promising(current, look, _REFITS)
         once = [c for c in instants(current.fit) if c.gain > INSTANT_GAIN * _expected(current.fit, c.gain)][:2]
-        attempts: list[tuple[tuple[Candidate, ...], Attempt]]
-        attempts = [((c,), self._add(current, [c])) for c in (*ranked, *once)]
+        attempts: list[_Tried] = [((c,), self._add(current, [c])) for c in (*ranked, *once)]
         best = self._best(current, attempts)
         if best is None:
-            together = len(attempts)
             pairs = [p for p in look.pairs(_REFITS // 2) if p[2] > 2 * _WORTH_A_LOOK * _expected(current.fit, p[2])]
-            needed = [(one, two) for one, two, _ in pairs] + self._strong_pairs(current, attempts)
-            attempts += [(pair, self._add(current, pair)) for pair in needed]
-            best = self._best(current, attempts[together:])
+            together: list[_Tried] = [((one, two), self._add(current, (one, two))) for one, two, _ in pairs]
+            together += self._with_seconds(current, attempts)
+            attempts += together
+            best = self._best(current, together)
         self._note(current, best, attempts)
         return best
 
-    @staticmethod
-    def _strong_pairs(
-        current: Attempt, attempts: Sequence[tuple[tuple[Candidate, ...], Attempt]]
-    ) -> list[tuple[Candidate, Candidate]]:
-        """Return pairs of the effects that explain most of the fit, though none helps alone on what was kept out.
+    def _with_seconds(self, current: Attempt, attempts: Sequence[_Tried]) -> list[_Tried]:
+        """Return what becomes of the effects that explain most of the fit, if each is joined by a second one.
 
         Where two are missing, one alone also takes on what the other would explain, and is wrong elsewhere.
         """
-        strong = [(a.fit.rmse(), c) for (c,), a in attempts if change(current, a).fit > FIT_GAIN]
+        if current.fit.rmse() < _WELL_ABOVE_NOISE * self._noise:
+            return []
+        strong = [
+            (attempt.fit.rmse(), first, attempt)
+            for (first,), attempt in attempts
+            if not (first.active.effect.at_an_instant or attempt.at_limit(len(current.model.effects)))
+            and change(current, attempt).fit > FIT_GAIN
+        ]
         strong.sort(key=lambda found: found[0])
-        pairs = combinations([candidate for _, candidate in strong[:_STRONGEST]], 2)
-        return [p for p in pairs if len({(c.active.effect.name, c.active.effect.joint) for c in p}) == len(p)]
+        return [
+            ((first, second), self._add(attempt, [second]))
+            for _, first, attempt in strong[:_STRONGEST]
+            for second in self._promising(attempt, FirstLook(attempt.fit, addable(attempt.model)), _SECONDS)
+        ]
 
-    def _best(self, current: Attempt, attempts: Sequence[tuple[tuple[Candidate, ...], Attempt]]) -> Attempt | None:
+    def _best(self, current: Attempt, attempts: Sequence[_Tried]) -> Attempt | None:
         accepted = [a for _, a in attempts if earns_its_place(current, a)]
         if not accepted:
             return None
@@ -289,6 +301,19 @@ class _Climber:
                 key = current.model.effects[index].effect.key
                 current = removed
                 self._note_drop(key, current, "it no longer helps")
+        return current
+
+    def _drop_knocks(self, current: Attempt) -> Attempt:
+        """Drop a knock beside which others would explain something too: what happens again and again is no knock."""
+        for index in reversed(range(len(current.model.effects))):
+            effect = current.model.effects[index].effect
+            if not (isinstance(effect, TorqueEffect) and effect.at_an_instant):
+                continue
+            removed = self._remove(current, [index])
+            gain = removed.fit.squared_error - current.fit.squared_error
+            if any(gain < KNOCK_ALONE * another.gain for another in instants(current.fit)):
+                current = removed
+                self._note_drop(effect.key, current, "knocks at other instants would explain something, too")
         return current
 
     def _drop_uneven(self, current: Attempt) -> Attempt:
@@ -370,12 +395,7 @@ class _Climber:
         self._rungs.append(Rung(f"dropped {key}", after.fit.rmse(), after.holdout.rmse(), ()))
         self._told(f"dropped {key}: {reason}")
 
-    def _note(
-        self,
-        current: Attempt,
-        best: Attempt | None,
-        attempts: Sequence[tuple[tuple[Candidate, ...], Attempt]],
-    ) -> None:
+    def _note(self, current: Attempt, best: Attempt | None, attempts: Sequence[_Tried]) -> None:
         tried = [
             Tried(tuple(c.active.effect.key for c in candidates), a.fit.rmse(), a.holdout.rmse(), change(current, a))
             for candidates, a in attempts
