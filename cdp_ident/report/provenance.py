@@ -3,12 +3,15 @@
 import hashlib
 import importlib.metadata
 import platform
+import re
 from pathlib import Path
 
 from cdp_ident.errors import BagError
 
 _STORAGE = (".mcap", ".db3", ".mcap.zstd", ".db3.zstd")
 _PACKAGES = ("cdp_ident", "numpy", "scipy", "numba", "rosbags", "mcap")
+_SOURCE = Path(__file__).parents[2] / "package.xml"
+"""Where the version of a package stands that is run from its source folder."""
 
 
 def bag_checksums(bag: Path) -> dict[str, str]:
@@ -43,5 +46,10 @@ def versions() -> dict[str, str]:
         try:
             found[name] = importlib.metadata.version(name)
         except importlib.metadata.PackageNotFoundError:
-            found[name] = "not installed as a package"
+            found[name] = _version_in_source() if name == "cdp_ident" else "not installed as a package"
     return found
+
+
+def _version_in_source() -> str:
+    found = re.search(r"<version>(.+?)</version>", _SOURCE.read_text()) if _SOURCE.exists() else None
+    return f"{found[1]}, from its source folder" if found else "unknown"

@@ -1,6 +1,8 @@
 """What is needed to repeat a run."""
 
 import hashlib
+import importlib.metadata
+import re
 
 import pytest
 
@@ -24,3 +26,12 @@ def test_a_missing_bag_is_refused(tmp_path):
 
 def test_versions_name_the_packages_that_numbers_depend_on():
     assert {"python", "cdp_ident", "numpy", "scipy", "numba"} <= set(versions())
+
+
+def test_versions_are_told_as_far_as_they_are_known(monkeypatch):
+    def nothing(name):
+        raise importlib.metadata.PackageNotFoundError(name)
+
+    monkeypatch.setattr(importlib.metadata, "version", nothing)
+    assert re.fullmatch(r"\d+\.\d+\.\d+, from its source folder", versions()["cdp_ident"])
+    assert versions()["mcap"] == "not installed as a package"
