@@ -19,7 +19,7 @@ from cdp_ident.model.parallel import share_out
 
 Array = npt.NDArray[np.float64]
 
-_INDEPENDENT = 1e-5
+_INDEPENDENT = 1e-6
 """A candidate of whose sensitivity less than this share is left, when the model's own is taken out, is no new one."""
 
 
