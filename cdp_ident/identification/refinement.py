@@ -3,7 +3,8 @@
 All windows share the unknowns; each has a start of its own. The starts are eliminated from the normal equations
 window by window (they meet only through the unknowns), so that the work grows with the number of windows, not with
 its cube. Source: Bock, Recent advances in parameter identification techniques for ODE, 1983; the damping is
-Marquardt's (1963).
+Marquardt's (1963). Chaotic motion makes valleys that are narrow and bent: steps that follow the bend (geodesic
+acceleration: Transtrum and Sethna, arXiv 1201.5885, 2012) get along them, where straight ones creep.
 """
 
 from collections.abc import Callable, Sequence
@@ -28,6 +29,11 @@ _GROWTH = (4, 2)
 _ROUGHLY = 1e-3
 """Tolerance of the fits that only lead to the next longer windows."""
 _LARGEST_DAMPING = 1e8
+_DAMPING_FACTOR = 4.0
+_PROBE = 0.1
+"""How far along a step the residuals are probed for their second derivative, as a share of the step."""
+_MOST_ACCELERATION = 0.75
+"""A step whose acceleration is larger, over its velocity, is too long; the value is that of the method's authors."""
 _WILD = 6.0
 """Residuals beyond so many robust standard deviations lose weight (Huber, Robust Statistics, 1981)."""
 
@@ -94,20 +100,22 @@ def refine(
     point = problem.evaluate(np.clip(values, *model.limits), [window.start for window in windows], np.inf)
     if point is None:
         raise IdentificationError("the model's motion cannot be computed from the parameters to begin with")
-    damping, iterations, converged, limit = 1e-3, 0, False, np.inf
+    damping, iterations, converged, limit, curved = 1e-3, 0, False, np.inf, False
     while iterations < (_MOST_ITERATIONS if len(values) else _MOST_FOR_STARTS) and damping < _LARGEST_DAMPING:
         iterations += 1
         step = problem.step(point, damping)
-        candidate = problem.evaluate(step.values, step.starts, limit)
+        path = problem.accelerated(point, step, damping) if curved else step
+        candidate = problem.evaluate(path.values, path.starts, limit) if path else None
         if candidate is None or candidate.cost > point.cost:
             # Rounding leaves the cost where it is once the bottom is reached: that, too, is arrival.
             if step.expected < tolerance * point.cost:
                 converged = True
                 break
-            damping *= 8.0
+            damping *= _DAMPING_FACTOR
+            curved = True
             continue
         gained = point.cost - candidate.cost
-        point, damping = candidate, max(damping / 8.0, 1e-12)
+        point, damping = candidate, max(damping / _DAMPING_FACTOR, 1e-12)
         if stop(problem.rmse(point)):
             break
         if gained < tolerance * point.cost:
@@ -223,8 +231,45 @@ class _Problem:
         return _Point(values, starts, float(costs.sum()), residuals, sensitivities, weights, normal, right)
 
     def step(self, point: _Point, damping: float) -> _Step:
-        """Return the damped Gauss-Newton step, the starts eliminated window by window."""
-        normal, right = point.normal.copy(), point.right.copy()
+        """Return the damped Gauss-Newton step."""
+        change, start_changes = self._solve(point.values, point.normal, point.right, damping)
+        right = np.where(self._known_start[:, None], 0.0, point.right[:, :STATE])
+        expected = float(change @ point.right[:, STATE:].sum(axis=0) + np.sum(start_changes * right))
+        return _Step(point.values + change, _moved(point.starts, start_changes), expected)
+
+    def accelerated(self, point: _Point, step: _Step, damping: float) -> _Step | None:
+        """Return a step with its geodesic acceleration, or None where that is too large for the step to be trusted."""
+        change = step.values - point.values
+        velocity = np.array([[*(b - a), *change] for a, b in zip(point.starts, step.starts, strict=True)])
+        near = _PROBE * velocity
+        probe = self.evaluate(point.values + _PROBE * change, _moved(point.starts, near[:, :STATE]), np.inf)
+        if probe is None:
+            return None
+        right = np.empty_like(point.right)
+        parts = zip(point.residuals, probe.residuals, point.sensitivities, point.weights, near, strict=True)
+        for index, (residual, probed, sensitivity, weight, moved) in enumerate(parts):
+            half_second_derivative = (probed - residual + sensitivity @ moved) / _PROBE**2
+            right[index] = np.einsum("nj,njk->k", weight * half_second_derivative, sensitivity)
+        more, more_starts = self._solve(step.values, point.normal, right, damping)
+        half_acceleration = np.array([[*moved, *more] for moved in more_starts])
+        scale = np.einsum("wkk->wk", point.normal)
+        if 4.0 * np.sum(scale * half_acceleration**2) > _MOST_ACCELERATION**2 * np.sum(scale * velocity**2):
+            return None
+        return replace(step, values=step.values + more, starts=_moved(step.starts, more_starts))
+
+    def _solve(self, values: Array, normal: Array, right: Array, damping: float) -> tuple[Array, Array]:
+        """Solve the damped normal equations, the starts eliminated window by window.
+
+        Args:
+            values: (unknowns,) what the change must leave within its limits.
+            normal: (windows, 4 + unknowns, 4 + unknowns) matrix of each window.
+            right: (windows, 4 + unknowns) right-hand side of each window.
+            damping: by which share the diagonals grow.
+
+        Returns:
+            Change of the unknowns (unknowns,), and of the windows' starts (windows, 4).
+        """
+        normal, right = normal.copy(), right.copy()
         diagonal = np.arange(normal.shape[1])
         normal[:, diagonal, diagonal] *= 1.0 + damping
         normal[self._known_start, :STATE] = 0.0
@@ -237,11 +282,8 @@ class _Problem:
         mixed_transposed = mixed.transpose(0, 2, 1)
         reduced = (normal[:, STATE:, STATE:] - mixed_transposed @ eliminated[:, :, :-1]).sum(axis=0)
         reduced_right = (right[:, STATE:] - (mixed_transposed @ eliminated[:, :, -1:])[:, :, 0]).sum(axis=0)
-        change = self._solve_within_limits(point.values, reduced, reduced_right)
-        start_changes = eliminated[:, :, -1] - eliminated[:, :, :-1] @ change
-        starts = [start + moved for start, moved in zip(point.starts, start_changes, strict=True)]
-        expected = float(change @ point.right[:, STATE:].sum(axis=0) + np.sum(start_changes * right[:, :STATE]))
-        return _Step(point.values + change, starts, expected)
+        change = self._solve_within_limits(values, reduced, reduced_right)
+        return change, eliminated[:, :, -1] - eliminated[:, :, :-1] @ change
 
     def _solve_within_limits(self, values: Array, matrix: Array, right: Array) -> Array:
         """Solve for the unknowns' change; one that would leave its range goes to its limit and no further."""
@@ -283,3 +325,7 @@ class _Problem:
             simulations=self._simulations,
             converged=converged,
         )
+
+
+def _moved(starts: Sequence[Array], changes: Array) -> list[Array]:
+    return [start + change for start, change in zip(starts, changes, strict=True)]

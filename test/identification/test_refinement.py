@@ -6,14 +6,17 @@ import numpy as np
 import pytest
 
 from cdp_ident.errors import IdentificationError
-from cdp_ident.identification.motion_model import STATE, Mechanism, MotionModel
+from cdp_ident.identification.judgement import follow
+from cdp_ident.identification.motion_model import STATE, ActiveEffect, Mechanism, MotionModel
 from cdp_ident.identification.prior import Prior
 from cdp_ident.identification.refinement import _Problem, refine, refine_from_afar
 from cdp_ident.identification.uncertainty import covariance
 from cdp_ident.identification.windows import cut_into_windows
+from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.parameters import SYMBOLS, groups_of, physical_coefficients
 from cdp_ident.model.simulation import simulate
 from cdp_ident.trial.trial import Trial
+from reference.hidden_truths import hidden_truth
 from reference.pendulum import TABLE_3, TABLE_5, motion
 from reference.twin import TEN_SECONDS, as_measured, standard_twin
 
@@ -142,6 +145,19 @@ def test_growing_windows_follow_a_chaotic_motion_that_whole_ones_lose(duration):
     grown = refine_from_afar(MODEL, NOMINAL, windows)
     assert grown.rmse() < NOISE
     assert [len(window.theta) for window in grown.windows] == [len(window.theta) for window in windows]
+
+
+def test_a_narrow_bent_valley_is_followed_to_its_bottom():
+    # Friction that is larger near rest can be shared out in many ways between size and speed, none of them straight.
+    trials, answer = hidden_truth("stribeck_friction.inner", 9073)
+    effects = {effect.key: ActiveEffect(effect) for effect in CATALOGUE}
+    model = MODEL.with_effect(effects["stribeck_friction.inner"])
+    values = np.array([0.084837, 0.056428, 2.653111, 0.068574, 0.009471, 0.063949, 0.097189, 0.941533])
+    another = model.with_effect(effects["quadratic_friction.inner"])
+    begun = follow(another, np.append(values, 2.4e-4), cut_into_windows(trials[:2]))
+    fit = refine(model, values, begun.windows)
+    assert fit.converged
+    assert fit.rmse() < 1.03 * answer.floor
 
 
 def test_the_same_trials_give_the_same_result_to_the_last_bit():
