@@ -22,6 +22,8 @@ KNOCK_ALONE = 10.0
 """A knock must explain so many times what another one would explain besides."""
 WORTH_NAMING, WORTH_NAMING_WITH_OTHERS = 1.5, 0.5
 """What an effect must explain over what remains in the end; less, where it explains so much together with others."""
+_NOISE_KNOWN_WITHIN = 0.02
+"""Less than this share of it, the noise is not known: so much may remain where nothing seems to."""
 _OUTSTANDING, _USUAL = 6.0, 1.7
 """A window in which something happened has a mean squared error so many standard deviations above the others', and at
 most so many times theirs once that is explained."""
@@ -60,10 +62,10 @@ def brings_enough(before: Attempt, after: Attempt) -> bool:
     return gained.fit > FIT_GAIN and gained.holdout > _HOLDOUT_GAIN and enough
 
 
-def still_helps(with_it: Attempt, index: int, without_it: Attempt) -> bool:
+def still_helps(with_it: Attempt, without_it: Attempt) -> bool:
     """Return whether an effect, added before others were, is still worth something."""
     lost = change(without_it, with_it)
-    return with_it.strength(index) >= _STRENGTH - 1 and lost.fit >= FIT_GAIN / 2 and lost.holdout >= 0
+    return lost.fit >= FIT_GAIN / 2 and lost.holdout >= 0
 
 
 def is_uneven(even: Attempt, uneven: Attempt, dry_friction: int) -> bool:
@@ -94,12 +96,12 @@ def share_explained(with_it: Attempt, without_it: Attempt, noise: float) -> floa
     Args:
         with_it: the model with the effects.
         without_it: the model without them.
-        noise: root mean square of what the encoders add to both angles [rad].
+        noise: root mean square of what the encoders add to both angles [rad], more than nothing.
     """
     shares = []
     for without, now in zip(fits_of(without_it), fits_of(with_it), strict=True):
-        remains = now.rmse() ** 2 - noise**2
-        shares.append((without.rmse() ** 2 - now.rmse() ** 2) / remains if remains > 0 else np.inf)
+        remains = max(now.rmse() ** 2, (1.0 + _NOISE_KNOWN_WITHIN) ** 2 * noise**2) - noise**2
+        shares.append((without.rmse() ** 2 - now.rmse() ** 2) / remains)
     return max(shares)
 
 

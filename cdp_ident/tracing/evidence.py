@@ -11,6 +11,9 @@ from cdp_ident.identification.uncertainty import autocovariance, covariance, mem
 
 Array = npt.NDArray[np.float64]
 
+_AT_LIMIT = 1e-3
+"""What is nearer to a limit, as a share of that, has run into it."""
+
 
 def sluggishness(fit: Fit) -> float:
     """Return over how many samples the residuals' correlation spreads: 1 for white ones.
@@ -43,6 +46,10 @@ class Attempt:
         """Squared error over all windows [rad^2]."""
         return self.fit.squared_error + self.holdout.squared_error
 
+    def place_of(self, key: str) -> int:
+        """Return the index of an effect among the model's, by its key."""
+        return [active.effect.key for active in self.model.effects].index(key)
+
     def strength(self, index: int) -> float:
         """Return the strength of an effect in its own standard deviations (the root of Wald's statistic)."""
         place = self.model.places(index)
@@ -59,9 +66,10 @@ class Attempt:
         place = self.model.places(index)
         values = self.fit.values[place]
         for value, parameter in zip(values, self.model.effects[index].fitted, strict=True):
-            margin = 1e-3 * (parameter.upper - parameter.lower) if np.isfinite(parameter.upper) else 0.0
-            if value > parameter.upper - margin or (parameter.lower != 0.0 and value < parameter.lower + margin):
-                return True
+            for limit, inwards in ((parameter.lower, 1.0), (parameter.upper, -1.0)):
+                # A limit of zero is no strength, and there may be no limit.
+                if 0.0 < abs(limit) < np.inf and (value - limit) * inwards <= _AT_LIMIT * abs(limit):
+                    return True
         return False
 
 

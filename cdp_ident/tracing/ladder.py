@@ -7,6 +7,7 @@ the model that has all the others.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 import numpy.typing as npt
@@ -297,7 +298,7 @@ class _Climber:
             if current.strength(index) > _SAFE:
                 continue
             removed = self._remove(current, [index])
-            if not still_helps(current, index, removed):
+            if not still_helps(current, removed):
                 key = current.model.effects[index].effect.key
                 current = removed
                 self._note_drop(key, current, "it no longer helps")
@@ -322,7 +323,7 @@ class _Climber:
             effect = active.effect
             if effect.name not in _DRY_FRICTION:
                 continue
-            index = [other.effect.key for other in current.model.effects].index(effect.key)
+            index = current.place_of(effect.key)
             variation = next(varied for varied in UNEVENNESS if varied.joint == effect.joint)
             uneven = self._add(current, [Candidate(ActiveEffect(variation), 0.0, np.zeros(2))])
             if is_uneven(current, uneven, index):
@@ -333,37 +334,49 @@ class _Climber:
         return current
 
     def _exchange(self, current: Attempt) -> Attempt:
-        """Let every effect stand against the alternatives under the model that has the others."""
+        """Let every effect, and every two of one joint, stand against the alternatives, all others being there."""
         for old in [active.effect.key for active in current.model.effects]:
-            index = [active.effect.key for active in current.model.effects].index(old)
-            removed = self._remove(current, [index])
+            removed = self._remove(current, [current.place_of(old)])
             rivals = self._rivals(removed, old)
             self._stood[old] = tuple(rivals)
-            better = [rival for rival in rivals if self._is_better(rival, current) and earns_its_place(removed, rival)]
-            if better:
-                current = min(better, key=lambda rival: change(removed, rival).bic)
-                new = current.model.effects[-1].effect.key
-                self._rungs.append(Rung(f"exchanged {old} for {new}", current.fit.rmse(), current.holdout.rmse(), ()))
-                self._told(f"{new} explains the motion better than {old}")
+            current = self._exchanged(current, removed, rivals, old)
+        for one, two in combinations([active.effect for active in current.model.effects], 2):
+            present = {active.effect.key for active in current.model.effects}
+            if one.joint == two.joint and {one.key, two.key} <= present:
+                removed = self._remove(current, [current.place_of(one.key), current.place_of(two.key)])
+                rivals = self._rivals(removed, one.key, two.key)
+                current = self._exchanged(current, removed, rivals, f"{one.key} and {two.key}")
         return current
+
+    def _exchanged(self, current: Attempt, removed: Attempt, rivals: Sequence[Attempt], old: str) -> Attempt:
+        """Return the best of the rivals that are better than what they replace, or the model as it is."""
+        better = [rival for rival in rivals if self._is_better(rival, current) and earns_its_place(removed, rival)]
+        if not better:
+            return current
+        best = min(better, key=lambda rival: change(removed, rival).bic)
+        new = best.model.effects[-1].effect.key
+        self._rungs.append(Rung(f"exchanged {old} for {new}", best.fit.rmse(), best.holdout.rmse(), ()))
+        self._told(f"{new} explains the motion better than {old}")
+        return best
 
     @staticmethod
     def _is_better(rival: Attempt, current: Attempt) -> bool:
         gained = change(current, rival)
-        if len(rival.fit.values) > len(current.fit.values):
+        fewer = len(rival.model.effects) < len(current.model.effects)
+        if len(rival.fit.values) > len(current.fit.values) and not fewer:
             return gained.bic < 0 and brings_enough(current, rival)  # what is richer must earn its parameters
         return gained.bic < 0 and gained.fit + gained.holdout > _INDISTINGUISHABLE and gained.holdout > 0
 
-    def _rivals(self, removed: Attempt, key: str) -> list[Attempt]:
-        """Return the models that have another effect in the place of one, if at first look it comes near that."""
+    def _rivals(self, removed: Attempt, *keys: str) -> list[Attempt]:
+        """Return the models that have another effect in the place of some, if at first look it comes near those."""
         look = FirstLook(removed.fit, addable(removed.model))
-        promising = self._promising(removed, look, _RIVALS + 1, key)
-        return [self._add(removed, [c]) for c in promising if c.active.effect.key != key]
+        promising = self._promising(removed, look, _RIVALS + len(keys), keys)
+        return [self._add(removed, [c]) for c in promising if c.active.effect.key not in keys]
 
-    def _promising(self, current: Attempt, look: FirstLook, most: int, rival_of: str = "") -> list[Candidate]:
+    def _promising(self, current: Attempt, look: FirstLook, most: int, rival_of: Sequence[str] = ()) -> list[Candidate]:
         """Return the candidates that deserve a refit, by a look at the windows and one at short pieces of them.
 
-        With `rival_of`, the key of one of them, only those that gain at least half of what that one does.
+        With `rival_of`, keys of some of them, only those that gain at least half of what any of these does.
 
         Where the motion is chaotic, the residual of a model that lacks something is no longer linear in what it
         lacks; over short pieces it still is, but small effects drown in noise there.
@@ -373,7 +386,7 @@ class _Climber:
         nearby = FirstLook(short, look.candidates)
         seen: dict[str, Candidate] = {}
         for ranking, fit in ((look.ranked(), current.fit), (nearby.ranked(), short)):
-            least = _NEAR_A_RIVAL * max((c.gain for c in ranking if c.active.effect.key == rival_of), default=0.0)
+            least = _NEAR_A_RIVAL * max((c.gain for c in ranking if c.active.effect.key in rival_of), default=0.0)
             worth = [c for c in ranking if c.gain > max(_WORTH_A_LOOK * _expected(fit, c.gain), least)]
             for candidate in worth[:most]:
                 seen.setdefault(candidate.active.effect.key, candidate)

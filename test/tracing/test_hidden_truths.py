@@ -45,6 +45,13 @@ def test_what_is_hidden_is_named_and_explains_all_but_the_noise(kind: str) -> No
     assert found.after.holdout.rmse() < FIT_TO_THE_NOISE * answer.floor
 
 
+def test_an_effect_that_took_the_part_of_two_goes_once_both_are_there() -> None:
+    found, answer = traced("coulomb_friction.outer+air_drag.outer", 7003)
+    assert "dropped load_friction.outer" in [rung.action for rung in found.ladder.rungs]
+    assert named(found) == {hidden.identity for hidden in answer.hidden}
+    assert found.after.holdout.rmse() < FIT_TO_THE_NOISE * answer.floor
+
+
 def test_an_effect_that_imitates_a_part_of_something_else_is_dropped_in_the_end() -> None:
     found, answer = traced("backlash.inner", 1000, 0.9)
     assert [rung.action for rung in found.ladder.rungs][-1] == "dropped time_offset.outer"

@@ -1,0 +1,44 @@
+"""What an effect must bring to be named."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cdp_ident.identification.motion_model import Mechanism, MotionModel
+from cdp_ident.identification.refinement import Fit
+from cdp_ident.tracing.acceptance import WORTH_NAMING, share_explained
+from cdp_ident.tracing.evidence import Attempt
+
+NOISE = 1e-3
+MODEL = MotionModel(Mechanism(0.4, 9.81, 0.4))
+
+
+def attempt(of_fit: float, of_holdout: float) -> Attempt:
+    """Return a model that leaves given errors, over the noise."""
+
+    def leaving(error: float) -> Fit:
+        residuals = np.full((10, 2), error * NOISE)
+        return Fit(MODEL, np.zeros(5), (), (residuals,), (), (), 1, 1, True)
+
+    return Attempt(leaving(of_fit), leaving(of_holdout))
+
+
+def test_what_an_effect_explains_is_compared_with_what_remains_above_the_noise():
+    share = share_explained(attempt(1.5, 1.5), attempt(2.0, 2.0), NOISE)
+    assert share == pytest.approx((2.0**2 - 1.5**2) / (1.5**2 - 1.0))
+
+
+def test_it_may_explain_more_on_the_motion_kept_out():
+    assert share_explained(attempt(2.0, 1.1), attempt(2.0, 2.0), NOISE) > WORTH_NAMING
+
+
+@given(st.floats(0.9, 1.0), st.floats(0.9, 1.0))
+def test_a_hundredth_of_the_noise_is_not_worth_a_name_even_where_nothing_remains(of_fit, of_holdout):
+    before = attempt(of_fit * 1.01, of_holdout * 1.01)
+    assert share_explained(attempt(of_fit, of_holdout), before, NOISE) < WORTH_NAMING
+
+
+@given(st.floats(0.9, 1.02))
+def test_half_the_noise_is_worth_a_name_where_nothing_remains(error):
+    assert share_explained(attempt(error, error), attempt(error + 0.5, error + 0.5), NOISE) > WORTH_NAMING

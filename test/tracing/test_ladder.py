@@ -1,0 +1,37 @@
+"""Steps of the ladder that whole truths rarely show one by one."""
+
+import numpy as np
+
+from cdp_ident.identification.identify import Identification, IdentifyOptions, identify
+from cdp_ident.identification.judgement import follow
+from cdp_ident.identification.motion_model import ActiveEffect
+from cdp_ident.identification.refinement import refine_from_afar
+from cdp_ident.model.effects.catalogue import CATALOGUE
+from cdp_ident.tracing.evidence import Attempt
+from cdp_ident.tracing.ladder import _Climber
+from reference.hidden_truths import FIT_TRIALS, hidden_truth
+
+BY_KEY = {effect.key: effect for effect in CATALOGUE}
+
+
+def with_effects(identified: Identification, *keys: str) -> Attempt:
+    model, values = identified.fit.model, identified.fit.values
+    for key in keys:
+        active = ActiveEffect(BY_KEY[key])
+        model = model.with_effect(active)
+        values = np.concatenate([values, [parameter.typical for parameter in active.fitted]])
+    fit = refine_from_afar(model, values, identified.fit.windows)
+    return Attempt(fit, follow(model, fit.values, identified.data.holdout))
+
+
+def test_two_effects_of_a_joint_that_imitate_one_are_exchanged_for_it() -> None:
+    trials, answer = hidden_truth("stribeck_friction.inner", 8, 1.0)
+    identified = identify(trials[:FIT_TRIALS], trials[FIT_TRIALS:], IdentifyOptions())
+    told: list[str] = []
+    two = with_effects(identified, "quadratic_friction.inner", "coulomb_friction.inner")
+    exchanged = _Climber(answer.floor, told.append, lambda: False)._exchange(two)
+    assert told == [
+        "stribeck_friction.inner explains the motion better than quadratic_friction.inner and coulomb_friction.inner"
+    ]
+    assert [active.effect.key for active in exchanged.model.effects] == ["stribeck_friction.inner"]
+    assert exchanged.holdout.rmse() < two.holdout.rmse()
