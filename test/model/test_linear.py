@@ -125,7 +125,7 @@ def test_an_effect_has_a_linear_part_just_where_the_smallest_motions_feel_it_in_
         ("stribeck_friction.outer", 0.5, 0.2, 0.5),
         ("load_friction.inner", 0.002, 7.0),
         ("quadratic_friction.outer", 0.1),
-        ("air_drag.outer.strips", 0.1),
+        ("air_drag.outer.strips", 0.1, 1.0),
         ("impulse.inner", 0.1, 0.0),
     ],
     ids=lambda effect: effect[0],

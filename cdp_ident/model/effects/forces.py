@@ -29,7 +29,7 @@ def _drag_inner(theta1, theta2, omega1, omega2, time, values, row, constants):
 @part
 def _drag_outer_strips(theta1, theta2, omega1, omega2, time, values, row, constants):
     # Across the outer rod, its lower joint carries it along at L omega1 cos(theta1 - theta2).
-    lever = constants[LENGTH] * math.cos(theta1 - theta2) / constants[OUTER_LENGTH]
+    lever = constants[LENGTH] * math.cos(theta1 - theta2) / (values[row, 1] * constants[OUTER_LENGTH])
     carried = lever * omega1
     torque1, torque2 = 0.0, 0.0
     for k in range(len(_STRIPS)):
@@ -159,6 +159,8 @@ def _cogging(periods: int) -> tuple[TorqueEffect, ...]:
 
 
 _DRAG = EffectParameter("coefficient", "N m s^2", 0.0, 2.0, 0.005, inertia_power=1)
+# No length of the outer rod is in the paper's model; where its centre of mass is does not tell where it ends.
+_LENGTH_RATIO = EffectParameter("length_ratio", "1", 0.3, 3.0, 1.0, shape=True, default=1.0)
 _DRAG_SOURCE = "drag of a cylinder across a flow: Hoerner, Fluid-Dynamic Drag, 1965"
 _SPRING = (
     EffectParameter("stiffness", "N m/rad", 0.0, 100.0, 0.1, inertia_power=1),
@@ -178,8 +180,9 @@ FORCES: tuple[TorqueEffect, ...] = (
     ),
     TorqueEffect(
         "air_drag", "outer", "strips", "air drag on the rod",
-        "force across each strip of the rod -v |v|, v the strip's absolute speed; coefficient as for rotation alone",
-        f"strip theory; {_DRAG_SOURCE}", (_DRAG,), _drag_outer_strips, linear=False,
+        "force across each strip of the rod -v |v|, v the strip's absolute speed; coefficient as for rotation alone; "
+        "what the air acts on is length_ratio times as long as the rod is taken to be",
+        f"strip theory; {_DRAG_SOURCE}", (_DRAG, _LENGTH_RATIO), _drag_outer_strips, linear=False,
     ),
     TorqueEffect(
         "air_drag", "outer", "rotation", "air drag on the rod", "-coefficient omega2 |omega2|", _DRAG_SOURCE, (_DRAG,),

@@ -19,8 +19,9 @@ def effect_of(name: str, joint: str, given: Any, inertia: float, where: str) -> 
     Args:
         name: its name.
         joint: its joint.
-        given: physical values of its parameters by name. Of several forms of an effect the first is meant, unless
-            `variant`, or the value of a parameter that is a part of its definition, says otherwise.
+        given: physical values of its parameters by name; what has a default may be left out. Of several forms of an
+            effect the first is meant, unless `variant`, or the value of a parameter that is a part of its definition,
+            says otherwise.
         inertia: A22, the inertia about the cart's joint [kg m^2].
         where: what the values stand in, for messages.
 
@@ -39,11 +40,15 @@ def effect_of(name: str, joint: str, given: Any, inertia: float, where: str) -> 
     refuse_unknown(map(str, values), [p.name for p in effect.parameters], f"key in {place}")
     found = []
     for p in effect.parameters:
-        if not p.fixed and p.name not in values:
+        if p.name in values:
+            scale = p.scale(inertia)
+            found.append(number(values[p.name], f"{place}: {p.name}", p.lower * scale, p.upper * scale) / scale)
+        elif p.fixed:
+            found.append(p.lower)
+        elif p.default is not None:
+            found.append(p.default)
+        else:
             raise OptionError(f"{place}: {p.name} [{p.unit}] is missing")
-        scale = p.scale(inertia)
-        value = number(values.get(p.name, p.lower), f"{place}: {p.name}", p.lower * scale, p.upper * scale)
-        found.append(value / scale)
     return effect, found
 
 

@@ -107,7 +107,7 @@ def described_twice():
     yield "gravity_tilt.base", [SIZE], hidden_effects.tilt()
     yield "air_drag.inner", [over], hidden_effects.drag("inner", np.random.default_rng(0))
     yield "air_drag.outer.rotation", [over], hidden_effects.drag("outer", np.random.default_rng(2))
-    yield "air_drag.outer.strips", [over], hidden_effects.drag("outer", np.random.default_rng(0))
+    yield "air_drag.outer.strips", [over, 1.0], hidden_effects.drag("outer", np.random.default_rng(0))
     for joint, mass in (("inner", TABLE_5["m1"] + TABLE_5["m0"] + TABLE_5["m2"]), ("outer", TABLE_5["m2"])):
         turned = phase - (periods * math.pi if joint == "inner" else 0.0)  # there, both joints are at zero hanging
         cogging = [over * math.cos(turned), over * math.sin(turned), periods]
@@ -153,7 +153,15 @@ def test_a_spring_at_ease_where_the_rods_hang_does_not_move_them_from_there(join
 def test_drag_along_a_rod_whose_joint_rests_is_that_of_its_rotation():
     state = [0.3, 1.2, 0.0, 5.0]
     along, alone = (EFFECTS[f"air_drag.outer.{variant}"] for variant in ("strips", "rotation"))
-    assert torque_of(along, state, [0.01])[1] == pytest.approx(torque_of(alone, state, [0.01])[1], rel=1e-9)
+    assert torque_of(along, state, [0.01, 1.0])[1] == pytest.approx(torque_of(alone, state, [0.01])[1], rel=1e-9)
+
+
+def test_drag_along_a_rod_is_that_of_one_that_is_as_much_longer_as_its_length_ratio_says():
+    state, strips = STATES[0], EFFECTS["air_drag.outer.strips"].torque
+    longer = effect_constants(COEFFICIENTS, TABLE_5["L"], 1.4 * OUTER_LENGTH)
+    by_ratio = strips(*state, 0.0, np.array([[0.01, 1.4]]), 0, CONSTANTS)
+    assert by_ratio == pytest.approx(strips(*state, 0.0, np.array([[0.01, 1.0]]), 0, longer), rel=1e-12)
+    assert by_ratio != pytest.approx(strips(*state, 0.0, np.array([[0.01, 1.0]]), 0, CONSTANTS), rel=0.01)
 
 
 @pytest.mark.parametrize("joint", JOINTS)

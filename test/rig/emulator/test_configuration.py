@@ -46,6 +46,17 @@ effects:
     assert (effect.key, values.tolist()) == ("encoder_scale.outer", [0.01])
 
 
+def test_an_effect_s_parameter_with_a_default_may_be_left_out(tmp_path: Path) -> None:
+    path = tmp_path / "rig.yaml"
+    drag = "effects: {air_drag: {outer: {variant: strips, coefficient: 0.002"
+    path.write_text(f"{drag}}}}}}}")
+    without = load_rig(path).effects.torques.values
+    path.write_text(f"{drag}, length_ratio: 1}}}}}}")
+    assert load_rig(path).effects.torques.values.tolist() == without.tolist()
+    path.write_text(f"{drag}, length_ratio: 2}}}}}}")
+    assert load_rig(path).effects.torques.values.tolist() != without.tolist()
+
+
 def test_the_example_file_is_a_rig() -> None:
     assert load_rig(ROOT / "config" / "emulated_rig.yaml").rate == 200.0
 
