@@ -25,6 +25,8 @@ _WIDEST = 0.5
 """Half width of the interval, as a share of the value, from which on a value counts as not determined."""
 _UNSEEN = 1e-6
 """Singular value, as a share of the largest, below which a combination does not show in the motion at all."""
+_AS_LARGE = 0.999
+"""Components that differ by less than this share are as large as each other, but for rounding."""
 _RANK_TOLERANCE = 1e-3
 """What changes the groups by less than this share of itself counts as changing nothing."""
 _ROD_BY_ROD = ("m1", "J1", "l1", "m0", "m2", "l2", "J2", "c1", "c2")
@@ -53,7 +55,7 @@ class Tradeoff:
     @classmethod
     def of(cls, names: Sequence[str], vector: Array) -> "Tradeoff":
         """Make one of values' names and a vector (names,) of relative changes, of which some may be zero."""
-        vector = vector / vector[np.argmax(np.abs(vector))]
+        vector = vector / _largest(vector)
         moved = {name: float(v) for name, v in zip(names, vector, strict=True) if abs(v) > _RANK_TOLERANCE}
         return cls(moved)
 
@@ -148,12 +150,18 @@ def _directions(fit: Fit) -> tuple[tuple[Direction, ...], tuple[Tradeoff, ...]]:
     ]
     scaled = np.concatenate(rows) * fit.values[shown] / fit.rmse()
     _, singular, vectors = np.linalg.svd(scaled, full_matrices=False)
-    vectors = vectors * np.sign(vectors[range(len(vectors)), np.argmax(np.abs(vectors), axis=1)])[:, None]
+    vectors = np.array([vector * np.sign(_largest(vector)) for vector in vectors])
     directions = tuple(
         Direction(float(value), dict(zip(names, vector.tolist(), strict=True)))
         for value, vector in zip(singular, vectors, strict=True)
     )
     return directions, tuple(Tradeoff.of(names, vector) for vector in vectors[singular <= _UNSEEN * singular[0]])
+
+
+def _largest(vector: Array) -> float:
+    """Return the largest component of a vector, the first of those that are so by rounding alone."""
+    sizes = np.abs(vector)
+    return float(vector[np.argmax(sizes > _AS_LARGE * sizes.max())])
 
 
 def _tradeoffs(columns: Mapping[str, Array]) -> Iterator[Tradeoff]:

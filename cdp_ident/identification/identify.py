@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
@@ -13,12 +13,12 @@ from cdp_ident.identification.continuity import Continuity, continuity
 from cdp_ident.identification.estimation import PAPER_SPAN, SHORT_IGA, Estimate, estimate
 from cdp_ident.identification.genetic_options import METHODS, GeneticOptions
 from cdp_ident.identification.genetic_search import Progress
-from cdp_ident.identification.judgement import Errors, judge
+from cdp_ident.identification.judgement import Errors, follow, judge, odd_window
 from cdp_ident.identification.motion_model import Mechanism, MotionModel
 from cdp_ident.identification.noise import noise_of
 from cdp_ident.identification.physical import PhysicalValues, nearest_physical_values
 from cdp_ident.identification.prior import Prior
-from cdp_ident.identification.refinement import Fit
+from cdp_ident.identification.refinement import Fit, refine_from_afar
 from cdp_ident.identification.repeatability import Repeatability, repeatability
 from cdp_ident.identification.uncertainty import covariance
 from cdp_ident.identification.windows import DEFAULT_WINDOW, Window, cut_into_windows
@@ -30,6 +30,10 @@ Stage = Literal["nominal", "search", "refined"]
 
 _EVERY = 4
 """Without trials to judge by, every fourth window is kept out of the fit."""
+_FIRST, _ANOTHER_FIRST = 2, 1
+"""Index of the first of them, and the one taken where that would keep out a window in which something happened."""
+_ODD = 1.5
+"""Such a window's error is at least so many times the others'."""
 _FEWEST_WINDOWS = 4
 _SHORTEST_WINDOW = 0.5
 
@@ -116,13 +120,14 @@ class Identification:
         return self.estimate.fit
 
 
-def prepare(fit: Sequence[Trial], holdout: Sequence[Trial], window: float) -> Data:
+def prepare(fit: Sequence[Trial], holdout: Sequence[Trial], window: float, first: int = _FIRST) -> Data:
     """Cut trials into windows, and decide which are kept out of the fit where no trial is.
 
     Args:
         fit: trials to fit.
         holdout: trials to judge by; if there is none, every fourth window of the others is kept out of the fit.
         window: length of a window [s]; shorter where the trials would give too few otherwise.
+        first: index of the first window that is kept out.
 
     Raises:
         IdentificationError: the trials are too short.
@@ -142,8 +147,8 @@ def prepare(fit: Sequence[Trial], holdout: Sequence[Trial], window: float) -> Da
         fitted = [w for w in windows if w.trial < len(fit)]
         kept_out = [w for w in windows if w.trial >= len(fit)]
     else:
-        fitted = [w for index, w in enumerate(windows) if index % _EVERY != _EVERY // 2]
-        kept_out = windows[_EVERY // 2 :: _EVERY]
+        fitted = [w for index, w in enumerate(windows) if index % _EVERY != first]
+        kept_out = windows[first::_EVERY]
     if not fitted or not kept_out:
         raise IdentificationError("the trials have too few samples to fit and to judge by: record longer ones")
     noise = np.sqrt(np.mean([noise_of(trial) ** 2 for trial in fit], axis=0))
@@ -173,6 +178,10 @@ def identify(
     rng = np.random.default_rng(options.seed)
     noise = float(np.sqrt(np.mean(data.noise**2)))
     found = estimate(model, data.fit, prior, noise, rng, options.search, options.span, stop)
+    if not holdout and _odd_window_is_kept_out(found.fit, data):
+        # What happened once is found where it is fitted, and nowhere else.
+        data = prepare(fit, holdout, options.window, _ANOTHER_FIRST)
+        found = replace(found, fit=refine_from_afar(model, found.fit.values, data.fit))
     values = found.fit.values
     stages: dict[Stage, Array] = {
         "nominal": model.beginning(groups_of(prior.centre, prior.length)),
@@ -199,3 +208,9 @@ def identify(
         repeatability=repeatability(found.fit, data.names),
         interrupted=not found.search.completed,
     )
+
+
+def _odd_window_is_kept_out(fit: Fit, data: Data) -> bool:
+    assert isinstance(fit.model, MotionModel)
+    odd = odd_window((fit, follow(fit.model, fit.values, data.holdout)), data.noise, _ODD)
+    return odd is not None and (odd[0].trial, odd[0].begin) in {(w.trial, w.begin) for w in data.holdout}

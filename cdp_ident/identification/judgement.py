@@ -50,6 +50,26 @@ def follow(model: MotionModel, values: Array, windows: Sequence[Window]) -> Fit:
     return refine_from_afar(Frozen(model, values), np.empty(0), windows)
 
 
+def odd_window(fits: Sequence[Fit], noise: Array, least: float) -> tuple[Window, float] | None:
+    """Return the window that fits worse than all others, and how many times worse than most, if one does.
+
+    Args:
+        fits: of the windows that were fitted, and of those kept out.
+        noise: (2,) standard deviation of the noise of theta1 and theta2 [rad].
+        least: how many times the others' error, and the noise, its error must be.
+    """
+    windows = [
+        (float(np.sqrt(np.mean((residual / noise) ** 2))), window)
+        for fit in fits
+        for window, residual in zip(fit.windows, fit.residuals, strict=True)
+    ]
+    usual = float(np.median([error for error, _ in windows]))
+    worst, window = max(windows, key=lambda pair: pair[0])
+    if len(windows) < 3 or worst < least * max(usual, 1.0):
+        return None
+    return window, worst / usual
+
+
 def follow_closely(model: MotionModel, values: Array, windows: Sequence[Window]) -> Fit:
     """Fit the starts of short windows alone, and return the fit as one of the whole model, all values held."""
     fit = refine(Frozen(model, values), np.empty(0), windows)

@@ -5,6 +5,7 @@ close in the logarithm, each parameter measured by its own uncertainty. They are
 moment of inertia than its mass and length allow.
 """
 
+import warnings
 from dataclasses import dataclass
 
 import numpy as np
@@ -76,18 +77,21 @@ def nearest_physical_values(groups: Array, group_covariance: Array, prior: Prior
 
     scale = deviations[searched]
     count = int(searched.sum())
-    result = minimize(
-        lambda z: float(z @ z),
-        np.zeros(count),
-        jac=lambda z: 2 * z,
-        method="SLSQP",
-        bounds=[(-_FARTHEST, _FARTHEST)] * count,
-        constraints=[
-            {"type": "eq", "fun": lambda z: mismatch(z * scale)},
-            {"type": "ineq", "fun": lambda z: room_for_inertia(z * scale)},
-        ],
-        options={"maxiter": 300, "ftol": 1e-12},
-    )
+    with warnings.catch_warnings():
+        # Rounding takes its steps beyond the bounds, from where they are brought back.
+        warnings.filterwarnings("ignore", "Values in x were outside bounds", RuntimeWarning)
+        result = minimize(
+            lambda z: float(z @ z),
+            np.zeros(count),
+            jac=lambda z: 2 * z,
+            method="SLSQP",
+            bounds=[(-_FARTHEST, _FARTHEST)] * count,
+            constraints=[
+                {"type": "eq", "fun": lambda z: mismatch(z * scale)},
+                {"type": "ineq", "fun": lambda z: room_for_inertia(z * scale)},
+            ],
+            options={"maxiter": 300, "ftol": 1e-12},
+        )
     possible = bool(result.success and np.max(np.abs(mismatch(result.x * scale))) < 1e-6)
     values = physical(result.x * scale) if possible else centre
     std, determined, inertia_std = _uncertainty(values, groups, group_covariance, prior, length)

@@ -54,14 +54,26 @@ class _Instant:
     time: float
 
 
-def _motion(fit: Fit, window: Window) -> tuple[Array, Array]:
-    """Return the states (n, 4) in a window and their derivatives (n, 4, 4) with respect to its start."""
+def _motion(fit: Fit, window: Window) -> tuple[Array, Array, Array]:
+    """Return the states in a window, and what its start changes of them, in coordinates that are orthonormal.
+
+    Returns:
+        States (n, 4), their derivatives (n, 4, 4) with respect to the coordinates, and those of the angles (n, 2, 4),
+        whose columns are an orthonormal basis. In chaotic motion those by the start itself are almost parallel.
+    """
     assert isinstance(fit.model, MotionModel)
     states, derivatives = trajectory_with_derivatives(
         fit.model.coefficients(fit.values), window.start, window.grid, window.u,
         fit.model.torques(fit.values, window.trial), window.begin,
     )  # fmt: skip
-    return states, derivatives[..., :STATE]
+    by_start = derivatives[..., :STATE]
+    basis, triangle = np.linalg.qr(by_start[:, :2].reshape(-1, STATE))
+    return states, by_start @ np.linalg.inv(triangle), basis.reshape(-1, 2, STATE)
+
+
+def _before_each(terms: Array) -> Array:
+    """Return the sums of terms (n, …) before each sample."""
+    return np.cumsum(terms, axis=0) - terms
 
 
 def _from_each_on(terms: Array) -> Array:
@@ -75,16 +87,17 @@ def _scan_knocks(fit: Fit, effect: Effect) -> list[_Instant]:
     for window, residual in zip(fit.windows, fit.residuals, strict=True):
         if len(residual) <= 2 * _MARGIN:
             continue
-        states, transition = _motion(fit, window)
-        angles = transition[:, :2]
-        # A change of speed at sample j moves the angles as a start changed by `change[j]` would, from j on.
-        change = (np.linalg.pinv(transition) @ _speed_change(fit, states, column)[..., None])[..., 0]
-        grams = _from_each_on(np.einsum("nrk,nrl->nkl", angles, angles))
-        sums = _from_each_on(np.einsum("nrk,nr->nk", angles, residual))
-        from_start = np.einsum("nkl,nl->nk", grams, change)
-        imitation = from_start @ np.linalg.pinv(grams[0], hermitian=True)
-        size = np.einsum("nk,nk->n", change, from_start) - np.einsum("nk,nk->n", from_start, imitation)
-        fitting = np.einsum("nk,nk->n", change, sums) - imitation @ sums[0]
+        states, transition, basis = _motion(fit, window)
+        # A change of speed at sample j moves the angles as changed coordinates `change[j]` would, from j on. What the
+        # start cannot imitate of that is written in sums before and after j that are never subtracted.
+        change = np.linalg.solve(transition, _speed_change(fit, states, column)[..., None])[..., 0]
+        gram = np.einsum("nrk,nrl->nkl", basis, basis)
+        product = np.einsum("nrk,nr->nk", basis, residual)
+        seen, unseen = _from_each_on(gram), _before_each(gram)
+        visible, hidden = (np.einsum("nkl,nl->nk", sums, change) for sums in (seen, unseen))
+        size = np.einsum("nk,nk->n", visible, hidden)
+        fitting = np.einsum("nk,nk->n", hidden, _from_each_on(product))
+        fitting -= np.einsum("nk,nk->n", visible, _before_each(product))
         found.append(_best(fit, window, size, fitting))
     return found
 
@@ -108,15 +121,10 @@ def _scan_slips(fit: Fit, effect: Effect) -> list[_Instant]:
         members = [i for i, window in enumerate(fit.windows) if window.trial == trial]
         for index in reversed(members):
             window, residual = fit.windows[index], fit.residuals[index]
-            _, transition = _motion(fit, window)
-            angles = transition[:, :2]
-            gram = np.einsum("nrk,nrl->kl", angles, angles)
-            from_start = _from_each_on(np.einsum("nrk,r->nk", angles, reading))
-            imitation = from_start @ np.linalg.pinv(gram, hermitian=True)
-            counts = np.arange(len(residual), 0, -1)
-            size = counts * (reading @ reading) - np.einsum("nk,nk->n", from_start, imitation)
-            start_sum = np.einsum("nrk,nr->k", angles, residual)
-            fitting = _from_each_on(residual @ reading) - imitation @ start_sum
+            _, _, basis = _motion(fit, window)
+            imitation = _from_each_on(np.einsum("nrk,r->nk", basis, reading))
+            size = np.arange(len(residual), 0, -1) * (reading @ reading) - np.einsum("nk,nk->n", imitation, imitation)
+            fitting = _from_each_on(residual @ reading) - imitation @ np.einsum("nrk,nr->k", basis, residual)
             if len(residual) > 2 * _MARGIN:
                 found.append(_best(fit, window, size + later_size, fitting + later_fitting))
             later_size, later_fitting = later_size + size[0], later_fitting + fitting[0]

@@ -223,8 +223,7 @@ class _Climber:
         """Return the model with the best addition, or None where nothing helps."""
         look = FirstLook(current.fit, addable(current.model))
         ranked = self._promising(current, look, _REFITS)
-        once = [c for c in instants(current.fit) if c.gain > INSTANT_GAIN * _expected(current.fit, c.gain)][:2]
-        attempts: list[_Tried] = [((c,), self._add(current, [c])) for c in (*ranked, *once)]
+        attempts: list[_Tried] = [((c,), self._add(current, [c])) for c in (*ranked, *self._once(current))]
         best = self._best(current, attempts)
         if best is None:
             pairs = [p for p in look.pairs(_REFITS // 2) if p[2] > 2 * _WORTH_A_LOOK * _expected(current.fit, p[2])]
@@ -234,6 +233,13 @@ class _Climber:
             best = self._best(current, together)
         self._note(current, best, attempts)
         return best
+
+    def _once(self, current: Attempt) -> list[Candidate]:
+        """Return what may have happened once, as the windows show it and as short pieces of them do."""
+        found = []
+        for fit in (current.fit, _closely(current)):
+            found += [c for c in instants(fit) if c.gain > INSTANT_GAIN * _expected(fit, c.gain)][:2]
+        return found
 
     def _with_seconds(self, current: Attempt, attempts: Sequence[_Tried]) -> list[_Tried]:
         """Return what becomes of the effects that explain most of the fit, if each is joined by a second one.
@@ -381,8 +387,7 @@ class _Climber:
         Where the motion is chaotic, the residual of a model that lacks something is no longer linear in what it
         lacks; over short pieces it still is, but small effects drown in noise there.
         """
-        pieces = [piece for window in current.fit.windows for piece in split(window, _PIECES)]
-        short = follow_closely(current.model, current.fit.values, pieces)
+        short = _closely(current)
         nearby = FirstLook(short, look.candidates)
         seen: dict[str, Candidate] = {}
         for ranking, fit in ((look.ranked(), current.fit), (nearby.ranked(), short)):
@@ -421,6 +426,12 @@ class _Climber:
         self._told(
             f"{action}: {1e3 * current.holdout.rmse():.3g} -> {1e3 * after.holdout.rmse():.3g} mrad on windows kept out"
         )
+
+
+def _closely(current: Attempt) -> Fit:
+    """Return the model's fit to short pieces of the windows, its values held."""
+    pieces = [piece for window in current.fit.windows for piece in split(window, _PIECES)]
+    return follow_closely(current.model, current.fit.values, pieces)
 
 
 def _expected(current: Fit, gain: float) -> float:

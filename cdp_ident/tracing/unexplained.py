@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from cdp_ident.identification.judgement import odd_window
 from cdp_ident.model.effects.effect import Joint
 from cdp_ident.tracing.evidence import Attempt, sluggishness
 from cdp_ident.tracing.ladder import Ladder
@@ -109,14 +110,12 @@ def _dependence(joint: int, regressor: str, unit: str, values: Array, torque: Ar
 
 def _odd_window(attempt: Attempt, noise: Array, trials: Sequence[str]) -> str | None:
     """Return in words the window that fits far worse than the others, if one does and is above the noise."""
-    fits = ((w, r) for fit in (attempt.fit, attempt.holdout) for w, r in zip(fit.windows, fit.residuals, strict=True))
-    errors = [(float(np.sqrt(np.mean((residual / noise) ** 2))), window) for window, residual in fits]
-    usual = float(np.median([error for error, _ in errors]))
-    worst, window = max(errors, key=lambda pair: pair[0])
-    if len(errors) < 3 or worst < _WINDOW_ABOVE_OTHERS * usual or worst < _WINDOW_ABOVE_OTHERS:
+    odd = odd_window((attempt.fit, attempt.holdout), noise, _WINDOW_ABOVE_OTHERS)
+    if odd is None:
         return None
+    window, times = odd
     end = window.begin + window.duration
     return (
-        f"trial {trials[window.trial]} from {window.begin:.1f} to {end:.1f} s fits {worst / usual:.1f} times worse "
+        f"trial {trials[window.trial]} from {window.begin:.1f} to {end:.1f} s fits {times:.1f} times worse "
         "than the other windows: something may have happened there"
     )

@@ -45,9 +45,9 @@ def identified():
 EVERYTHING = slice(None)
 
 
-def garbage(trial, samples=EVERYTHING):
+def garbage(trial, samples=EVERYTHING, size=0.1):
     theta = trial.theta.copy()
-    theta[samples] += np.random.default_rng(1).normal(0, 0.1, theta[samples].shape)
+    theta[samples] += np.random.default_rng(1).normal(0, size, theta[samples].shape)
     return replace(trial, theta=theta)
 
 
@@ -101,11 +101,12 @@ def test_windows_kept_out_are_never_touched_by_the_fit():
     kept_out = plain.data.holdout
     assert [(window.trial, window.begin) for window in kept_out] == [(0, 5.0), (1, 5.0)]
     assert not {w.begin for w in plain.fit.windows} & {5.0}
-    # How much noise there is is asked of whole trials, but decides only whether to search again.
-    spoilt = [garbage(trial, window.samples) for trial, window in zip((first, second), kept_out, strict=True)]
+    # How much noise there is is asked of whole trials, but decides only whether to search again; and so much that
+    # something seems to have happened there would be fitted instead.
+    spoilt = [garbage(trial, window.samples, NOISE) for trial, window in zip((first, second), kept_out, strict=True)]
     other = identify(spoilt, [], OPTIONS)
     assert_same_fit(plain, other)
-    assert other.errors["refined"][1].rmse > 10 * plain.errors["refined"][1].rmse
+    assert other.errors["refined"][1].rmse > 1.2 * plain.errors["refined"][1].rmse
 
 
 def test_what_is_fitted_is_touched():
@@ -149,6 +150,18 @@ def test_windows_are_shorter_where_a_trial_is_too_short_for_four():
     assert len(data.fit) == 3
     assert len(data.holdout) == 1
     assert data.fit[0].duration == pytest.approx(1.0, abs=0.02)
+
+
+def test_a_window_in_which_something_happened_is_not_kept_out():
+    trial = trials()[0]
+    ordinary = identify([trial], [], IdentifyOptions())
+    kept_out = ordinary.data.holdout[0]
+    inside = (trial.time > kept_out.begin + 1.0) & (trial.time < kept_out.begin + kept_out.duration)
+    disturbed = replace(trial, theta=trial.theta + np.where(inside[:, None], 0.02, 0.0))
+    found = identify([disturbed], [], IdentifyOptions())
+    assert kept_out.begin in [window.begin for window in found.data.fit]
+    assert len(found.data.fit) + len(found.data.holdout) == len(ordinary.data.fit) + len(ordinary.data.holdout)
+    assert [window.begin for window in found.fit.windows] == [window.begin for window in found.data.fit]
 
 
 def test_with_trials_to_judge_by_all_windows_of_the_others_are_fitted():

@@ -1,0 +1,53 @@
+"""What is said of an instant before anything is refitted."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cdp_ident.identification.identify import Identification, IdentifyOptions, identify
+from cdp_ident.tracing import instants
+from reference.hidden_truths import hidden_truth
+
+
+@pytest.fixture(scope="module")
+def chaotic() -> Identification:
+    trials, _ = hidden_truth("impulse.inner", 8000)
+    return identify(trials, [], IdentifyOptions())
+
+
+@pytest.mark.parametrize("column", [0, 1])
+def test_a_knock_s_gain_is_that_of_its_projection_even_where_motion_is_chaotic(chaotic, column, monkeypatch):
+    scanned = []
+
+    def gains(fit, window, size, fitting):
+        scanned.append((window, size, fitting))
+        return instants._Instant(0.0, 0.0, 0, 0.0)
+
+    monkeypatch.setattr(instants, "_best", gains)
+    effect = next(e for e in instants.CATALOGUE if e.key == ("impulse.inner", "impulse.outer")[column])
+    instants._scan_knocks(chaotic.fit, effect)
+    for (window, size, fitting), residual in zip(scanned, chaotic.fit.residuals, strict=True):
+        states, transition, basis = instants._motion(chaotic.fit, window)
+        start = basis.reshape(-1, 4)
+        for j in (20, len(states) // 2, len(states) - 20):
+            change = instants._speed_change(chaotic.fit, states, column)[j]
+            moved = np.where(np.arange(len(states))[:, None] >= j, basis @ np.linalg.solve(transition[j], change), 0.0)
+            left = moved.ravel()
+            for _ in range(2):
+                left = left - start @ (start.T @ left)
+            assert size[j] == pytest.approx(left @ left, rel=1e-6)
+            assert fitting[j] == pytest.approx(left @ residual.ravel(), rel=1e-6, abs=1e-9 * np.sqrt(size[j]))
+
+
+def test_an_encoder_s_slip_is_found_at_its_instant(chaotic):
+    window = chaotic.fit.windows[1]
+    after = window.time >= 1.2
+    residuals = list(chaotic.fit.residuals)
+    residuals[1] = residuals[1] + np.where(after[:, None], [0.0, 0.05], 0.0)
+    later = [w.trial == window.trial and w.begin > window.begin for w in chaotic.fit.windows]
+    residuals = [r + np.array([0.0, 0.05]) * is_later for r, is_later in zip(residuals, later, strict=True)]
+    fit = replace(chaotic.fit, residuals=tuple(residuals))
+    slip = next(c for c in instants.instants(fit) if c.active.effect.key == "encoder_slip.outer")
+    assert slip.active.trial == window.trial
+    assert slip.values == pytest.approx([0.05, window.begin + 1.2], abs=0.011)
