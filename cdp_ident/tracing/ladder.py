@@ -340,13 +340,14 @@ class _Climber:
         return current
 
     def _exchange(self, current: Attempt) -> Attempt:
-        """Let every effect, and every two of one joint, stand against the alternatives, all others being there."""
+        """Let every effect, and every two torques of a joint, stand against their rivals, all others being there."""
         for old in [active.effect.key for active in current.model.effects]:
             removed = self._remove(current, [current.place_of(old)])
             rivals = self._rivals(removed, old)
             self._stood[old] = tuple(rivals)
             current = self._exchanged(current, removed, rivals, old)
-        for one, two in combinations([active.effect for active in current.model.effects], 2):
+        torques = [active.effect for active in current.model.effects if isinstance(active.effect, TorqueEffect)]
+        for one, two in combinations(torques, 2):
             present = {active.effect.key for active in current.model.effects}
             if one.joint == two.joint and {one.key, two.key} <= present:
                 removed = self._remove(current, [current.place_of(one.key), current.place_of(two.key)])
