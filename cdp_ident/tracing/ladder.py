@@ -169,7 +169,7 @@ class _Climber:
             interrupted = True
         current, without = self._keep_what_explains(current)
         alternatives = [
-            self._alternatives(current, removed, self._stood.get(active.effect.key, ()))
+            self._alternatives(active, current, removed, self._stood.get(active.effect.key, ()))
             for active, removed in zip(current.model.effects, without, strict=True)
         ]
         return Ladder(
@@ -398,7 +398,9 @@ class _Climber:
                 seen.setdefault(candidate.active.effect.key, candidate)
         return list(seen.values())
 
-    def _alternatives(self, current: Attempt, removed: Attempt, rivals: Sequence[Attempt]) -> tuple[str, ...]:
+    def _alternatives(
+        self, active: ActiveEffect, current: Attempt, removed: Attempt, rivals: Sequence[Attempt]
+    ) -> tuple[str, ...]:
         """Return the rivals that the data cannot tell from the effect whose place they took."""
         named = {(active.effect.name, active.effect.joint) for active in current.model.effects}
         found = []
@@ -406,6 +408,9 @@ class _Climber:
             worse = change(rival, current)
             effect = rival.model.effects[-1].effect
             close = worse.fit + worse.holdout < _INDISTINGUISHABLE
+            richer = isinstance(effect, TorqueEffect) and effect.contains == active.effect.name
+            if richer and effect.joint == active.effect.joint:
+                continue  # the same one, with more to it than is needed
             if close and (effect.name, effect.joint) not in named and earns_its_place(removed, rival):
                 found.append(f"{effect.name} {effect.joint}")
         return tuple(dict.fromkeys(found))

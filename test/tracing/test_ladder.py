@@ -35,3 +35,14 @@ def test_two_effects_of_a_joint_that_imitate_one_are_exchanged_for_it() -> None:
     ]
     assert [active.effect.key for active in exchanged.model.effects] == ["stribeck_friction.inner"]
     assert exchanged.holdout.rmse() < two.holdout.rmse()
+
+
+def test_what_contains_an_effect_is_no_other_possibility_but_the_other_way_round() -> None:
+    trials, answer = hidden_truth("coulomb_friction.outer", 0, 3.0)
+    identified = identify(trials[:FIT_TRIALS], trials[FIT_TRIALS:], IdentifyOptions())
+    none, dry, more = (
+        with_effects(identified, *keys) for keys in ((), ("coulomb_friction.outer",), ("stribeck_friction.outer",))
+    )
+    climber = _Climber(answer.floor, lambda line: None, lambda: False)
+    assert climber._alternatives(dry.model.effects[0], dry, none, [more]) == ()
+    assert climber._alternatives(more.model.effects[0], more, none, [dry]) == ("coulomb_friction outer",)

@@ -64,6 +64,8 @@ class TorqueEffect:
     linear: bool = True
     """Whether it acts on the smallest motions in proportion to them. Dry friction stops them, drag vanishes before
     them, a knock does not depend on them."""
+    contains: str = ""
+    """Name of a simpler effect of the same joint that this one is where some of its parameters are zero, if any."""
 
     @property
     def key(self) -> str:

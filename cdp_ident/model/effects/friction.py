@@ -114,10 +114,11 @@ def _both(
     parameters: tuple[EffectParameter, ...],
     inner: Compilable,
     outer: Compilable,
+    contains: str = "",
 ) -> tuple[TorqueEffect, ...]:
     joints: tuple[tuple[Joint, Compilable], ...] = (("inner", inner), ("outer", outer))
     return tuple(
-        TorqueEffect(name, joint, "", description, formula, source, parameters, torque, linear=False)
+        TorqueEffect(name, joint, "", description, formula, source, parameters, torque, linear=False, contains=contains)
         for joint, torque in joints
     )
 
@@ -150,6 +151,7 @@ FRICTION: tuple[TorqueEffect, ...] = (
         ),
         _stribeck_inner,
         _stribeck_outer,
+        contains="coulomb_friction",
     ),
     *_both(
         "quadratic_friction",
