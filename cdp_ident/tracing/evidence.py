@@ -1,16 +1,21 @@
 """How much a change of the squared error means, where residuals remember their neighbours."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
 
+from cdp_ident.identification.judgement import follow_closely
 from cdp_ident.identification.motion_model import MotionModel
 from cdp_ident.identification.refinement import Fit
 from cdp_ident.identification.uncertainty import autocovariance, covariance, memory
+from cdp_ident.identification.windows import split
 
 Array = npt.NDArray[np.float64]
 
+_PIECES = 4
+"""Into how many parts windows are split where their motion may be chaotic."""
 _AT_LIMIT = 1e-3
 """What is nearer to a limit, as a share of that, has run into it."""
 
@@ -45,6 +50,12 @@ class Attempt:
     def squared_error(self) -> float:
         """Squared error over all windows [rad^2]."""
         return self.fit.squared_error + self.holdout.squared_error
+
+    @cached_property
+    def closely(self) -> Fit:
+        """The model's fit to short pieces of the windows, its values held."""
+        pieces = [piece for window in self.fit.windows for piece in split(window, _PIECES)]
+        return follow_closely(self.model, self.fit.values, pieces)
 
     def place_of(self, key: str) -> int:
         """Return the index of an effect among the model's, by its key."""

@@ -93,11 +93,10 @@ def _scan_knocks(fit: Fit, effect: Effect) -> list[_Instant]:
         change = np.linalg.solve(transition, _speed_change(fit, states, column)[..., None])[..., 0]
         gram = np.einsum("nrk,nrl->nkl", basis, basis)
         product = np.einsum("nrk,nr->nk", basis, residual)
-        seen, unseen = _from_each_on(gram), _before_each(gram)
-        visible, hidden = (np.einsum("nkl,nl->nk", sums, change) for sums in (seen, unseen))
-        size = np.einsum("nk,nk->n", visible, hidden)
-        fitting = np.einsum("nk,nk->n", hidden, _from_each_on(product))
-        fitting -= np.einsum("nk,nk->n", visible, _before_each(product))
+        before, after = (np.einsum("nkl,nl->nk", sums(gram), change) for sums in (_before_each, _from_each_on))
+        size = np.einsum("nk,nk->n", before, after)
+        fitting = np.einsum("nk,nk->n", before, _from_each_on(product))
+        fitting -= np.einsum("nk,nk->n", after, _before_each(product))
         found.append(_best(fit, window, size, fitting))
     return found
 

@@ -12,11 +12,11 @@ from itertools import combinations
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.identification.judgement import follow, follow_closely
+from cdp_ident.identification.judgement import follow
 from cdp_ident.identification.motion_model import ActiveEffect, MotionModel
 from cdp_ident.identification.refinement import Fit, refine, refine_from_afar
-from cdp_ident.identification.windows import Window, split
-from cdp_ident.model.effects.effect import Joint, TorqueEffect
+from cdp_ident.identification.windows import Window
+from cdp_ident.model.effects.effect import Effect, Joint, TorqueEffect
 from cdp_ident.model.effects.friction import UNEVENNESS
 from cdp_ident.tracing.acceptance import (
     FIT_GAIN,
@@ -40,8 +40,6 @@ Array = npt.NDArray[np.float64]
 _MOST_EFFECTS = 8
 _REFITS = 6
 """Candidates that get a full refit at a rung."""
-_PIECES = 4
-"""Into how many parts windows are split for a first look at motions that are chaotic."""
 _STRONGEST, _SECONDS = 2, 3
 """Where no candidate helps alone, so many are joined by so many others each."""
 _WELL_ABOVE_NOISE = 1.2
@@ -235,11 +233,13 @@ class _Climber:
         return best
 
     def _once(self, current: Attempt) -> list[Candidate]:
-        """Return what may have happened once, as the windows show it and as short pieces of them do."""
-        found = []
-        for fit in (current.fit, _closely(current)):
-            found += [c for c in instants(fit) if c.gain > INSTANT_GAIN * _expected(fit, c.gain)][:2]
-        return found
+        """Return what may have happened once, as the windows show it and, if otherwise, as short pieces of them do."""
+        found: dict[tuple[str, int | None, float], Candidate] = {}
+        for fit in (current.fit, current.closely):
+            for candidate in [c for c in instants(fit) if c.gain > INSTANT_GAIN * _expected(fit, c.gain)][:2]:
+                *_, time = candidate.values
+                found.setdefault((candidate.active.effect.key, candidate.active.trial, round(time, 1)), candidate)
+        return list(found.values())
 
     def _with_seconds(self, current: Attempt, attempts: Sequence[_Tried]) -> list[_Tried]:
         """Return what becomes of the effects that explain most of the fit, if each is joined by a second one.
@@ -388,10 +388,9 @@ class _Climber:
         Where the motion is chaotic, the residual of a model that lacks something is no longer linear in what it
         lacks; over short pieces it still is, but small effects drown in noise there.
         """
-        short = _closely(current)
-        nearby = FirstLook(short, look.candidates)
+        nearby = FirstLook(current.closely, look.candidates)
         seen: dict[str, Candidate] = {}
-        for ranking, fit in ((look.ranked(), current.fit), (nearby.ranked(), short)):
+        for ranking, fit in ((look.ranked(), current.fit), (nearby.ranked(), current.closely)):
             least = _NEAR_A_RIVAL * max((c.gain for c in ranking if c.active.effect.key in rival_of), default=0.0)
             worth = [c for c in ranking if c.gain > max(_WORTH_A_LOOK * _expected(fit, c.gain), least)]
             for candidate in worth[:most]:
@@ -405,12 +404,11 @@ class _Climber:
         named = {(active.effect.name, active.effect.joint) for active in current.model.effects}
         found = []
         for rival in rivals:
-            worse = change(rival, current)
             effect = rival.model.effects[-1].effect
+            if _is_richer_form(effect, active.effect):
+                continue
+            worse = change(rival, current)
             close = worse.fit + worse.holdout < _INDISTINGUISHABLE
-            richer = isinstance(effect, TorqueEffect) and effect.contains == active.effect.name
-            if richer and effect.joint == active.effect.joint:
-                continue  # the same one, with more to it than is needed
             if close and (effect.name, effect.joint) not in named and earns_its_place(removed, rival):
                 found.append(f"{effect.name} {effect.joint}")
         return tuple(dict.fromkeys(found))
@@ -434,10 +432,9 @@ class _Climber:
         )
 
 
-def _closely(current: Attempt) -> Fit:
-    """Return the model's fit to short pieces of the windows, its values held."""
-    pieces = [piece for window in current.fit.windows for piece in split(window, _PIECES)]
-    return follow_closely(current.model, current.fit.values, pieces)
+def _is_richer_form(effect: Effect, other: Effect) -> bool:
+    """Return whether an effect is another one of the same joint with more to it, and so can always stand for that."""
+    return isinstance(effect, TorqueEffect) and (effect.joint, effect.contains) == (other.joint, other.name)
 
 
 def _expected(current: Fit, gain: float) -> float:

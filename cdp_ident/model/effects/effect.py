@@ -28,8 +28,8 @@ class EffectParameter:
     """The physical value is the fit's times A22 to this power: 1 for torques, which the model has over A22."""
     shape: bool = False
     """Whether it has no meaning unless another parameter of the effect differs from zero."""
-    default: float | None = None
-    """Its value, in the unit of the fit, where an effect is given without it; None where it must be given."""
+    optional: bool = False
+    """Whether an effect may be given without it: it then has its typical value."""
 
     @property
     def fixed(self) -> bool:

@@ -160,7 +160,7 @@ def _cogging(periods: int) -> tuple[TorqueEffect, ...]:
 
 _DRAG = EffectParameter("coefficient", "N m s^2", 0.0, 2.0, 0.005, inertia_power=1)
 # No length of the outer rod is in the paper's model; where its centre of mass is does not tell where it ends.
-_LENGTH_RATIO = EffectParameter("length_ratio", "1", 0.3, 3.0, 1.0, shape=True, default=1.0)
+_LENGTH_RATIO = EffectParameter("length_ratio", "1", 0.3, 3.0, 1.0, shape=True, optional=True)
 _DRAG_SOURCE = "drag of a cylinder across a flow: Hoerner, Fluid-Dynamic Drag, 1965"
 _SPRING = (
     EffectParameter("stiffness", "N m/rad", 0.0, 100.0, 0.1, inertia_power=1),

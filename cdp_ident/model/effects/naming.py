@@ -19,7 +19,7 @@ def effect_of(name: str, joint: str, given: Any, inertia: float, where: str) -> 
     Args:
         name: its name.
         joint: its joint.
-        given: physical values of its parameters by name; what has a default may be left out. Of several forms of an
+        given: physical values of its parameters by name; what is optional may be left out. Of several forms of an
             effect the first is meant, unless `variant`, or the value of a parameter that is a part of its definition,
             says otherwise.
         inertia: A22, the inertia about the cart's joint [kg m^2].
@@ -43,10 +43,8 @@ def effect_of(name: str, joint: str, given: Any, inertia: float, where: str) -> 
         if p.name in values:
             scale = p.scale(inertia)
             found.append(number(values[p.name], f"{place}: {p.name}", p.lower * scale, p.upper * scale) / scale)
-        elif p.fixed:
-            found.append(p.lower)
-        elif p.default is not None:
-            found.append(p.default)
+        elif p.fixed or p.optional:
+            found.append(p.typical)
         else:
             raise OptionError(f"{place}: {p.name} [{p.unit}] is missing")
     return effect, found

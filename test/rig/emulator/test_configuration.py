@@ -46,7 +46,7 @@ effects:
     assert (effect.key, values.tolist()) == ("encoder_scale.outer", [0.01])
 
 
-def test_an_effect_s_parameter_with_a_default_may_be_left_out(tmp_path: Path) -> None:
+def test_an_effect_s_optional_parameter_may_be_left_out(tmp_path: Path) -> None:
     path = tmp_path / "rig.yaml"
     drag = "effects: {air_drag: {outer: {variant: strips, coefficient: 0.002"
     path.write_text(f"{drag}}}}}}}")
