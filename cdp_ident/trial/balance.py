@@ -77,6 +77,11 @@ class Lumped:
         """Whether there is one if gravity pulls up: half a turn of both rods changes the sign of its terms alone."""
         return replace(self, values=self.values * (1, 1, 1, 1, -1, -1)).is_mechanism
 
+    @property
+    def is_mechanism_with_outer_rod_turned(self) -> bool:
+        """Whether there is one if the outer rod alone is half a turn on: that changes the signs of A and G2."""
+        return replace(self, values=self.values * (-1, 1, 1, 1, 1, -1)).is_mechanism
+
 
 def motion_on_grid(time: Array, angles: Array, cart: Array | None) -> Motion:
     """Estimate angles and velocities on a grid from samples: time (n,) [s], angles (n, 2) [rad], cart (n,) [m]."""

@@ -77,8 +77,10 @@ def check_conventions(
     fits = [(meaning, _balance(motions, moving, meaning).lumped) for meaning in meanings if meaning != options]
     possible = [(meaning, fit) for meaning, fit in fits if fit.is_mechanism or fit.is_mechanism_upside_down]
     other, fit = min(possible, key=lambda pair: pair[1].unexplained, default=(options, given.lumped))
-    if given.lumped.unexplained > _GOOD and fit.unexplained < _MUCH_BETTER * given.lumped.unexplained:
-        contradiction = _better(options, other, given.lumped, fit)
+    turned = [(meaning, fit) for meaning, fit in fits if fit.is_mechanism_with_outer_rod_turned]
+    best, its_fit = min((*turned, (other, fit)), key=lambda pair: pair[1].unexplained)
+    if given.lumped.unexplained > _GOOD and its_fit.unexplained < _MUCH_BETTER * given.lumped.unexplained:
+        contradiction = _better(options, best, given.lumped, its_fit)
     elif given.lumped.unexplained > (_NO_PENDULUM if given.lumped.is_mechanism else _EVIDENT):
         contradiction = (
             f"most of the motion is not that of a free double pendulum: {given.lumped.unexplained:.1%} of the inner "
@@ -106,9 +108,10 @@ def _changes(options: TrialOptions, other: TrialOptions, fit: Lumped) -> str:
     if fit.is_mechanism_upside_down:
         other = replace(other, zero=_opposite(other.zero))
     names = ("outer_angle", "outer_sign", "zero")
-    return " and ".join(
-        f"{name}: {getattr(other, name)}" for name in names if getattr(other, name) != getattr(options, name)
-    )
+    changes = [f"{name}: {getattr(other, name)}" for name in names if getattr(other, name) != getattr(options, name)]
+    if fit.is_mechanism_with_outer_rod_turned:
+        changes.append("the outer joint's zero half a turn on")
+    return " and ".join(changes)
 
 
 def _opposite(zero: Zero) -> Zero:

@@ -35,6 +35,16 @@ def test_the_refusal_names_everything_that_would_have_to_be_set(swing):
         check(swing, absolute_hanging)
 
 
+def test_an_absolute_angle_whose_zero_is_another_one_is_refused_too(swing):
+    def absolute_outer_hanging(joints):
+        return np.column_stack([joints[:, 0], joints.sum(axis=1) - np.pi])
+
+    with pytest.raises(
+        TrialError, match=r"outer_angle: absolute and the outer joint's zero half a turn on leaves 0\.\d%"
+    ):
+        check(swing, absolute_outer_hanging)
+
+
 def test_the_refusal_carries_its_evidence(swing):
     with pytest.raises(TrialError, match=r"gravity terms of the rods -\d+\.\d and -\d+\.\d 1/s\^2"):
         check(swing, zero="hanging")
