@@ -39,7 +39,7 @@ _FLOATING_POINT = {"error_model": "numpy", "fastmath": True}
 
 def inlined(function: Compilable) -> Compilable:
     """Compile a function that becomes a part of each loop that calls it."""
-    return numba.njit(function, inline="always", **_FLOATING_POINT)
+    return numba.njit(function, nogil=True, forceinline=True, **_FLOATING_POINT)
 
 
 def part(function: Compilable) -> Compilable:

@@ -62,16 +62,16 @@ def sine_and_cosine(angle):
 
 
 @inlined
-def accelerations(theta1, theta2, omega1, omega2, u, A23, A33, a1, c1, c2, m2_l2, g, extra1=0.0, extra2=0.0):
+def accelerations(theta1, theta2, omega1, omega2, u, A23, A33, a1, c1, c2, m2_l2, g, extra1=0.0, extra2=0.0, coupled=0.0):
     """Return omega1', omega2' [rad/s^2] by the equations of motion above.
 
     A23 to g are the `COEFFICIENTS`, each relative to A22; extra1 and extra2 are the generalised torques of effects
-    that the paper's model lacks, relative to A22 too.
+    that the paper's model lacks, and coupled what adds to the inertia between the rods, relative to A22 too.
     """
     sin1, cos1 = sine_and_cosine(theta1)
     sin2, cos2 = sine_and_cosine(theta2)
     s = sin1 * cos2 - cos1 * sin2
-    coupling = A23 * (cos1 * cos2 + sin1 * sin2)
+    coupling = A23 * (cos1 * cos2 + sin1 * sin2) + coupled
     joint_friction = c2 * (omega1 - omega2)
     torque1 = a1 * (g * sin1 - u * cos1) - A23 * s * omega2 * omega2 - c1 * omega1 - joint_friction + extra1
     torque2 = m2_l2 * (g * sin2 - u * cos2) + A23 * s * omega1 * omega1 + joint_friction + extra2
@@ -84,20 +84,21 @@ def accelerations(theta1, theta2, omega1, omega2, u, A23, A33, a1, c1, c2, m2_l2
 
 @inlined
 def acceleration_derivatives(
-    theta1, theta2, omega1, omega2, u, A23, A33, a1, c1, c2, m2_l2, g, extra1, extra2, by_state, by_coefficient, first
-):
+    theta1, theta2, omega1, omega2, u, A23, A33, a1, c1, c2, m2_l2, g, extra1, extra2, by_state, by_coefficient, first,
+    coupled=0.0,
+):  # fmt: skip
     """Return omega1', omega2' and their derivatives by the two generalised torques, and fill in the others.
 
     `by_state` (2, 4) takes those with respect to theta1, theta2, omega1, omega2, and `by_coefficient` (2, …), from its
     column `first` on, those with respect to the seven coefficients, both at constant extra torques. The equations are
-    M omega' = N, where M has 1 and A33 on its diagonal and the coupling m = A23 c beside it; a derivative solves
+    M omega' = N, where M has 1 and A33 on its diagonal and m = A23 c + coupled beside it; a derivative solves
     M d(omega') = dN - dM omega'. Those by the torques are the elements of M's inverse: omega1' by the first torque,
     either one by the other's, omega2' by the second.
     """
     sin1, cos1 = sine_and_cosine(theta1)
     sin2, cos2 = sine_and_cosine(theta2)
     s, c = sin1 * cos2 - cos1 * sin2, cos1 * cos2 + sin1 * sin2
-    m = A23 * c
+    m = A23 * c + coupled
     inverse_determinant = 1.0 / (A33 - m * m)
     # The elements of the inverse of M.
     i11, i12, i22 = A33 * inverse_determinant, -m * inverse_determinant, inverse_determinant

@@ -19,15 +19,14 @@ class TimeGrid:
     """Fixed steps from time 0 to the last measurement, and where among them each measurement lies.
 
     A motion between two steps is the cubic Hermite polynomial through both ends' angles and velocities, whose error
-    of order step^4 stays below the integrator's own. Measurement j lies in the step `step_of(j)` and is
-    `weights[j] @ (value at its beginning, value at its end, derivative at its beginning, derivative at its end)`.
+    of order step^4 stays below the integrator's own.
     """
 
     step: float
     first_sample: Indices
     """(steps + 1,) index of the first measurement in each step; the last one is the number of measurements."""
-    weights: Array
-    """(n, 4) weights of each measurement; the last two contain the step [s]."""
+    place: Array
+    """(n,) how far into its step each measurement lies: 0 at its beginning, 1 at its end."""
 
     @property
     def steps(self) -> int:
@@ -55,11 +54,24 @@ class TimeGrid:
         index = np.maximum(np.ceil(times / step - 1e-9).astype(np.int64) - 1, 0)
         steps = int(index[-1]) + 1
         first_sample = np.searchsorted(index, np.arange(steps + 1)).astype(np.int64)
-        s = times / step - index
-        weights = np.stack(
-            [(1 + 2 * s) * (1 - s) ** 2, s * s * (3 - 2 * s), step * s * (1 - s) ** 2, step * s * s * (s - 1)], axis=1
+        return cls(float(step), first_sample, times / step - index)
+
+    @property
+    def weights(self) -> Array:
+        """(n, 4) what each measurement is of the values at its step's beginning and end and of the derivatives there.
+
+        The last two contain the step [s].
+        """
+        s = self.place
+        return np.stack(
+            [
+                (1 + 2 * s) * (1 - s) ** 2,
+                s * s * (3 - 2 * s),
+                self.step * s * (1 - s) ** 2,
+                self.step * s * s * (s - 1),
+            ],
+            axis=1,
         )
-        return cls(float(step), first_sample, weights)
 
     def half_step_times(self) -> Array:
         """Return the times (2 steps + 1,) [s] at which the integrator looks at an input."""

@@ -1,63 +1,41 @@
 """The motion of one pendulum, with any effects, and on request its derivatives.
 
-The derivatives, with respect to the start, to the coefficients and to parameters of effects, are carried forward
-through the same Runge-Kutta steps as the motion itself (the tangent linear model of the integrator), all directions
-side by side in the lanes of vector registers. An effect states only its torque: what is needed of that torque's
-derivatives, in four state variables and its own parameters, is taken by differences of the torque.
+The derivatives, with respect to the initial state, to the coefficients and to parameters of effects, are carried
+forward through the same Runge-Kutta steps as the motion itself (the tangent linear model of the integrator), all
+directions side by side in the lanes of vector registers. A step is divided where a joint with dry friction stops or
+breaks loose (`sticking`), and where its error would be too large (`_is_rough`).
 """
-
-from collections.abc import Sequence
-from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.model.compilation import compiled, inlined, part
-from cdp_ident.model.effects.catalogue import effect_torque, kind_of
-from cdp_ident.model.effects.constants import COUNT
-from cdp_ident.model.effects.effect import TorqueEffect
-from cdp_ident.model.equations import acceleration_derivatives, accelerations
+from cdp_ident.model.compilation import compiled, part
+from cdp_ident.model.dynamics import BEFORE_PARAMETERS, COUNT_OF_SUMS, STICKS, joint_speed, rates_of
+from cdp_ident.model.effects.effect import Form
+from cdp_ident.model.sticking import carry_across, dip, hold, settle, stop, violation
 from cdp_ident.model.time_grid import TimeGrid
+from cdp_ident.model.torques import NO_TORQUES, Torques
 
 Array = npt.NDArray[np.float64]
-Indices = npt.NDArray[np.int64]
 
-DIRECTIONS = 11
-"""Directions in which derivatives are always carried: the start's four numbers, then the seven coefficients."""
+_OF_RODS = 4
+_COEFFICIENTS = 7
 _VECTOR = 8
 """Lanes are made a multiple of the widest vector register's."""
-_MOST_PARAMETERS = 3
-
-
-@dataclass(frozen=True)
-class Torques:
-    """The torques of effects as compiled code takes them."""
-
-    kinds: Indices = field(default_factory=lambda: np.empty(0, dtype=np.int64))
-    """(effects,) the number of each one's formula."""
-    values: Array = field(default_factory=lambda: np.empty((0, _MOST_PARAMETERS)))
-    """(effects, 3) their parameters."""
-    constants: Array = field(default_factory=lambda: np.zeros(COUNT))
-    """What formulas know of the mechanism: see `effect_constants`."""
-    directions: Indices = field(default_factory=lambda: np.empty((0, 2), dtype=np.int64))
-    """(k, 2) effect and parameter of each further direction, the effects ascending."""
-
-    @classmethod
-    def of(
-        cls,
-        effects: Sequence[tuple[TorqueEffect, Sequence[float]]],
-        constants: Array,
-        directions: Sequence[tuple[int, int]] = (),
-    ) -> "Torques":
-        """Lay out effects with their parameters."""
-        values = np.zeros((len(effects), _MOST_PARAMETERS))
-        for row, (_, parameters) in zip(values, effects, strict=True):
-            row[: len(parameters)] = parameters
-        kinds = np.array([kind_of(effect) for effect, _ in effects], dtype=np.int64)
-        return cls(kinds, values, constants, np.array(directions, dtype=np.int64).reshape(-1, 2))
-
-
-NO_TORQUES = Torques()
+_BASE = int(Form.BASE)
+_ROUGH = 2e-4
+"""Largest difference of the two last slopes of a step, times the step and over 6: see `_is_rough`."""
+_SMALLEST = 1.0 / 256.0
+"""Steps are divided down to this share."""
+_MOST_EVENTS = 32
+"""In one step; more are passed over."""
+_MOST_ITERATIONS = 50
+_AT_ONCE = 1e-13
+"""What is nearer to a step's end, or to an instant, as a share of the step, is there."""
+_NEAREST = 1e-9
+"""A joint that begins to move and stops again within this share of a step has not moved."""
+_CLOSE = 1e-15
+"""An instant is found where a speed [rad/s] or a torque over A22 [rad/s^2] is so near to its limit."""
 
 
 def trajectory(
@@ -67,13 +45,20 @@ def trajectory(
 
     Args:
         coefficients: (7,) `COEFFICIENTS` of the pendulum.
-        start: (4,) state at the grid's time 0.
+        start: (4,) state at the grid's time 0; with a base that moves its position [m] and speed [m/s] may follow.
         grid: the integrator's steps and the measurement times.
         u: (2 steps + 1,) the cart's acceleration at the half steps [m/s^2].
         torques: of effects.
         begin: time in the trial at the grid's time 0 [s], for effects that happen at an instant.
     """
-    states = np.empty((len(grid.weights), 4))
+    return whole_trajectory(coefficients, start, grid, u, torques, begin)[:, :_OF_RODS]
+
+
+def whole_trajectory(
+    coefficients: Array, start: Array, grid: TimeGrid, u: Array, torques: Torques = NO_TORQUES, begin: float = 0.0
+) -> Array:
+    """Return what `trajectory` does, and behind it the position and speed of a base that moves: (n, 4 or 6)."""
+    states = np.empty((len(grid.place), torques.states))
     _run(coefficients, start, grid, u, torques, begin, 0, states, np.empty((0, 0, 0)))
     return states
 
@@ -81,22 +66,28 @@ def trajectory(
 def trajectory_with_derivatives(
     coefficients: Array, start: Array, grid: TimeGrid, u: Array, torques: Torques = NO_TORQUES, begin: float = 0.0
 ) -> tuple[Array, Array]:
-    """Return states (n, 4) as `trajectory` does, and their derivatives (n, 4, 11 + k).
+    """Return states (n, 4 or 6) as `whole_trajectory` does, and their derivatives (n, 4 or 6, directions).
 
-    The directions are the start's four numbers, the seven coefficients, and the k parameters of effects that
-    `torques.directions` names.
+    The directions are the numbers of the initial state, the seven coefficients, and the parameters of effects that
+    `torques.lanes` names: see `directions`.
     """
-    directions = DIRECTIONS + len(torques.directions)
-    lanes = -(-directions // _VECTOR) * _VECTOR
-    states, derivatives = np.empty((len(grid.weights), 4)), np.empty((len(grid.weights), 4, directions))
+    size = torques.states
+    count = directions(torques)
+    lanes = -(-count // _VECTOR) * _VECTOR
+    states, derivatives = np.empty((len(grid.place), size)), np.empty((len(grid.place), size, count))
     _run(coefficients, start, grid, u, torques, begin, lanes, states, derivatives)
     return states, derivatives
+
+
+def directions(torques: Torques) -> int:
+    """Return in how many directions `trajectory_with_derivatives` carries derivatives."""
+    return torques.states + _COEFFICIENTS + torques.directions
 
 
 def accelerations_at(
     coefficients: Array, states: Array, u: Array, torques: Torques = NO_TORQUES, times: Array | None = None
 ) -> Array:
-    """Return the angular accelerations (n, 2) [rad/s^2] in given states (n, 4).
+    """Return the angular accelerations (n, 2) [rad/s^2] in given states (n, 4), the base being where it is.
 
     Args:
         coefficients: (7,) `COEFFICIENTS` of the pendulum.
@@ -105,9 +96,12 @@ def accelerations_at(
         torques: of effects.
         times: (n,) times in the trial [s], for effects that happen at an instant.
     """
-    rates = np.empty((len(states), 4))
+    rates = np.empty((len(states), _OF_RODS))
     times = np.zeros(len(states)) if times is None else times
-    _accelerations_at(coefficients, states, u, times, torques.kinds, torques.values, torques.constants, rates)
+    torques = torques.of_rods(np.ones(len(torques.table), dtype=bool))
+    _accelerations_at(
+        coefficients, states, u, times, torques.table, torques.values, torques.lanes, torques.constants, rates
+    )
     return rates[:, 2:]
 
 
@@ -125,76 +119,20 @@ def _run(
     # Compiled once, for arrays that may be written to: processes that keep code for several kinds of arrays at the same
     # time could take one's for the other's.
     u = u if u.flags.writeable else u.copy()
+    whole = np.zeros(torques.states)
+    whole[: len(start)] = start
     _trajectory(
-        coefficients, start, begin, u, grid.step, grid.first_sample, grid.weights,
-        torques.kinds, torques.values, torques.constants, torques.directions, lanes, states, derivatives,
+        coefficients, whole, begin, u, grid.step, grid.first_sample, grid.place,
+        torques.table, torques.values, torques.lanes, torques.constants, lanes, states, derivatives,
     )  # fmt: skip
 
 
-_NUDGE = 1e-6
-"""Step of the differences of effects' torques: [rad], [rad/s], or relative to a parameter of at least 1e-3."""
-
-
-@inlined
-def _is_present(values, e):
-    # Strengths are among an effect's first two parameters; with none it is no effect, wherever the pendulum is.
-    return values[e, 0] != 0.0 or values[e, 1] != 0.0
-
-
 @part
-def _add_effects(state, time, kinds, values, constants, directions, i11, i12, i22, by_state, direct):
-    """Add to the accelerations' derivatives what they owe to effects."""
-    j = 0
-    for e in range(len(kinds)):
-        at1, at2 = 0.0, 0.0
-        if _is_present(values, e):
-            at1, at2 = effect_torque(kinds[e], state[0], state[1], state[2], state[3], time, values, e, constants)
-            for k in range(4):
-                kept = state[k]
-                state[k] = kept + _NUDGE
-                up1, up2 = effect_torque(kinds[e], state[0], state[1], state[2], state[3], time, values, e, constants)
-                state[k] = kept
-                d1, d2 = (up1 - at1) / _NUDGE, (up2 - at2) / _NUDGE
-                by_state[0, k] += i11 * d1 + i12 * d2
-                by_state[1, k] += i12 * d1 + i22 * d2
-        while j < len(directions) and directions[j, 0] == e:
-            p = directions[j, 1]
-            kept = values[e, p]
-            nudge = _NUDGE * max(abs(kept), 1e-3)
-            values[e, p] = kept + nudge
-            up1, up2 = effect_torque(kinds[e], state[0], state[1], state[2], state[3], time, values, e, constants)
-            values[e, p] = kept
-            d1, d2 = (up1 - at1) / nudge, (up2 - at2) / nudge
-            direct[0, DIRECTIONS + j] = i11 * d1 + i12 * d2
-            direct[1, DIRECTIONS + j] = i12 * d1 + i22 * d2
-            j += 1
-
-
-@part
-def _differentiate(state, time, u, coefficients, kinds, values, constants, directions, rates, stage, by_state, direct):
-    """Fill in the state's rate of change at a stage and, where there are lanes, its derivatives."""
-    theta1, theta2, omega1, omega2 = state[0], state[1], state[2], state[3]
-    A23, A33, a1, c1, c2, m2_l2, g = (
-        coefficients[0], coefficients[1], coefficients[2], coefficients[3], coefficients[4], coefficients[5],
-        coefficients[6],
-    )  # fmt: skip
-    extra1, extra2 = 0.0, 0.0
-    for e in range(len(kinds)):
-        if _is_present(values, e):
-            added1, added2 = effect_torque(kinds[e], theta1, theta2, omega1, omega2, time, values, e, constants)
-            extra1 += added1
-            extra2 += added2
-    rates[stage, 0], rates[stage, 1] = omega1, omega2
-    if direct.shape[1] == 0:
-        rates[stage, 2], rates[stage, 3] = accelerations(
-            theta1, theta2, omega1, omega2, u, A23, A33, a1, c1, c2, m2_l2, g, extra1, extra2
-        )
-        return
-    rates[stage, 2], rates[stage, 3], i11, i12, i22 = acceleration_derivatives(
-        theta1, theta2, omega1, omega2, u, A23, A33, a1, c1, c2, m2_l2, g, extra1, extra2, by_state, direct, 4
+def _input(inputs, share):
+    """Return the cart's acceleration at a share of the step, from those at its beginning, middle and end."""
+    return inputs[0] * (1.0 - share) * (1.0 - 2.0 * share) + share * (
+        4.0 * inputs[1] * (1.0 - share) + inputs[2] * (2.0 * share - 1.0)
     )
-    if len(kinds) > 0:
-        _add_effects(state, time, kinds, values, constants, directions, i11, i12, i22, by_state, direct)
 
 
 @part
@@ -211,65 +149,262 @@ def _propagate(tangent, offset, slopes, before, stage, by_state, direct):
         slopes[stage, 1, i] = w2
         slopes[stage, 2, i] = s00 * t1 + s01 * t2 + s02 * w1 + s03 * w2 + direct[0, i]
         slopes[stage, 3, i] = s10 * t1 + s11 * t2 + s12 * w1 + s13 * w2 + direct[1, i]
+    if tangent.shape[0] > 4:
+        for i in range(tangent.shape[1]):
+            x = tangent[4, i] + offset * slopes[before, 4, i]
+            v = tangent[5, i] + offset * slopes[before, 5, i]
+            slopes[stage, 2, i] += by_state[0, 4] * x + by_state[0, 5] * v
+            slopes[stage, 3, i] += by_state[1, 4] * x + by_state[1, 5] * v
+            total = by_state[2, 4] * x + by_state[2, 5] * v + direct[2, i]
+            for k in range(4):
+                total += by_state[2, k] * (tangent[k, i] + offset * slopes[before, k, i])
+            slopes[stage, 4, i] = v
+            slopes[stage, 5, i] = total
+
+
+@part
+def _step(
+    state, done, share, step, time, inputs, modes, coefficients, table, values, lanes_of, constants, base, slopes,
+    torque_by_state, torque_by_lane, sums, by_state, direct, at, rates, end, tangent, tangent_slopes, ended,
+):  # fmt: skip
+    """Make one Runge-Kutta step of a share of the grid's, `done` of which lies behind; row 4 is at its end.
+
+    The rates and tangents' slopes at its beginning are in row 0 already.
+    """
+    h = share * step
+    lanes = tangent.shape[1]
+    for stage in range(1, 5):
+        there = done + (0.5 * share if stage < 3 else share)
+        if stage < 4:
+            offset = h if stage == 3 else 0.5 * h
+            for r in range(len(state)):
+                at[r] = state[r] + offset * rates[stage - 1, r]
+        else:
+            # The rates at the end are the next step's first, and give the measurements in this one their slopes.
+            for r in range(len(state)):
+                end[r] = state[r] + h / 6.0 * (rates[0, r] + 2.0 * rates[1, r] + 2.0 * rates[2, r] + rates[3, r])
+            for joint in range(2):
+                if modes[joint] == STICKS:
+                    stop(end, joint)
+            at[:] = end
+        rates_of(
+            at, time + there * step, _input(inputs, there), modes, coefficients, table, values, lanes_of, constants,
+            base, slopes, torque_by_state, torque_by_lane, sums, by_state, direct, rates, stage,
+        )  # fmt: skip
+        if lanes > 0:
+            if stage < 4:
+                _propagate(tangent, offset, tangent_slopes, stage - 1, stage, by_state, direct)
+            else:
+                for r in range(len(state)):
+                    for i in range(lanes):
+                        ended[r, i] = tangent[r, i] + h / 6.0 * (
+                            tangent_slopes[0, r, i]
+                            + 2.0 * tangent_slopes[1, r, i]
+                            + 2.0 * tangent_slopes[2, r, i]
+                            + tangent_slopes[3, r, i]
+                        )
+                _propagate(ended, 0.0, tangent_slopes, 3, 4, by_state, direct)
+
+
+@part
+def _is_rough(rates, h):
+    """Return whether a step is too long: the step's last stage and its end differ by what is of fourth order in it."""
+    largest = 0.0
+    for r in range(rates.shape[1]):
+        largest = max(largest, abs(rates[4, r] - rates[3, r]))
+    return h * largest > 6.0 * _ROUGH
+
+
+@part
+def _instant(
+    joint, given, state, done, share, step, time, inputs, modes, coefficients, table, values, lanes_of, constants,
+    base, slopes, torque_by_state, torque_by_lane, sums, by_state, direct, at, rates, end, tangent, tangent_slopes,
+):  # fmt: skip
+    """Return after which share of the grid's step, up to `share`, a joint's mode ends; 2 where it does not.
+
+    By how far it is violated at the end of that share is `given`; not above zero, the joint's speed dips on the way.
+    The rates in row 0 are those at the beginning; the others, and `end`, are overwritten.
+    """
+    low, high, low_value, high_value = 0.0, share, 0.0, given
+    sticks = modes[joint] == STICKS
+    dips, bracketed = given <= 0.0, False
+    if dips:
+        reach = share * dip(joint, modes, rates)
+    else:
+        reach = share
+        low_value = -given if sticks else -float(modes[joint]) * joint_speed(state, joint)
+        bracketed = low_value < 0.0
+    side = 0
+    for _ in range(_MOST_ITERATIONS):
+        if bracketed:
+            # Regula falsi, kept from creeping by halving the value of the end that stays (Illinois).
+            reach = (low * high_value - high * low_value) / (high_value - low_value)
+            if not low < reach < high or high - low < _AT_ONCE:
+                return high
+        elif not dips:
+            # A joint that has just begun to move has no speed yet: look for a moment at which it has.
+            reach *= 0.25
+            if reach < _NEAREST:
+                return 2.0
+        _step(
+            state, done, reach, step, time, inputs, modes, coefficients, table, values, lanes_of, constants, base,
+            slopes, torque_by_state, torque_by_lane, sums, by_state, direct, at, rates, end, tangent, tangent_slopes,
+            tangent,
+        )  # fmt: skip
+        value = violation(end, joint, modes, sums)
+        if dips:
+            if value <= 0.0:
+                return 2.0
+            dips, high, high_value = False, reach, value
+            low_value = -float(modes[joint]) * joint_speed(state, joint)
+            bracketed = low_value < 0.0
+        elif not bracketed:
+            if value < 0.0:
+                low, low_value, bracketed = reach, value, True
+        elif value > 0.0:
+            high, high_value = reach, value
+            if side == 1:
+                low_value *= 0.5
+            side = 1
+        else:
+            low, low_value = reach, value
+            if side == -1:
+                high_value *= 0.5
+            side = -1
+            if value > -_CLOSE:
+                return high
+    return high
 
 
 @compiled
 def _trajectory(
-    coefficients, start, begin, u, step, first_sample, weights,
-    kinds, given_values, constants, directions, lanes, states, derivatives,
+    coefficients, start, begin, u, step, first_sample, place, table, values, lanes_of, constants, lanes, states,
+    derivatives,
 ):  # fmt: skip
-    values = given_values.copy()  # differences nudge them
-    by_state, direct = np.zeros((2, 4)), np.zeros((2, lanes))
-    state, at, rates = start.copy(), np.empty(4), np.empty((5, 4))
+    n, base = len(start), -1
+    dry = np.zeros(2, dtype=np.bool_)
+    for e in range(len(table)):
+        if table[e, 1] == _BASE:
+            base = e
+        if table[e, 3]:
+            dry[table[e, 2]] = True
+    modes = np.ones(2, dtype=np.int64)
+    state, end, at, trial_end = start.copy(), np.empty(n), np.empty(n), np.empty(n)
+    rates, before, inputs, violations = np.zeros((5, n)), np.empty(n), np.empty(3), np.zeros(2)
+    slopes, sums = np.zeros((2, BEFORE_PARAMETERS + values.shape[1])), np.zeros(COUNT_OF_SUMS)
+    torque_by_state, by_state = np.zeros((2, n)), np.zeros((3, n))
+    torque_by_lane, direct, no_torques, no_direct = (
+        np.zeros((2, lanes)), np.zeros((3, lanes)), np.zeros((2, 0)), np.zeros((3, 0)),
+    )  # fmt: skip
     # The tangents at a step's beginning and end, and their slopes at the four stages and the end.
-    tangent, ended, slopes = np.zeros((4, lanes)), np.empty((4, lanes)), np.zeros((5, 4, lanes))
-    for k in range(min(4, lanes)):
+    tangent, ended, tangent_slopes = np.zeros((n, lanes)), np.empty((n, lanes)), np.zeros((5, n, lanes))
+    no_tangent, no_slopes = np.empty((n, 0)), np.empty((5, n, 0))
+    for k in range(min(n, lanes)):
         tangent[k, k] = 1.0
-    end = np.empty(4)
-    _differentiate(state, begin, u[0], coefficients, kinds, values, constants, directions, rates, 0, by_state, direct)
-    _propagate(tangent, 0.0, slopes, 4, 0, by_state, direct)
+    longest, loose, fresh, crossed = 1.0, -1, True, -1
     for k in range(len(first_sample) - 1):
         time = begin + k * step
-        for stage in range(1, 4):
-            offset = step if stage == 3 else 0.5 * step
-            for r in range(4):
-                at[r] = state[r] + offset * rates[stage - 1, r]
-            _differentiate(
-                at, time + offset, u[2 * k + (stage + 1) // 2], coefficients, kinds, values, constants, directions,
-                rates, stage, by_state, direct,
+        inputs[0], inputs[1], inputs[2] = u[2 * k], u[2 * k + 1], u[2 * k + 2]
+        done, j, events, share, stopped, located = 0.0, first_sample[k], 0, longest, -1, False
+        while done < 1.0:
+            if fresh:
+                # At the beginning, and after a mode has ended.
+                settle(
+                    state, time + done * step, _input(inputs, done), modes, dry, loose, coefficients, table, values,
+                    lanes_of, constants, base, slopes, torque_by_state, torque_by_lane, sums, by_state, direct, rates, 0,
+                )  # fmt: skip
+                if lanes > 0:
+                    if crossed >= 0:
+                        carry_across(tangent, crossed, before, rates)
+                    for joint in range(2):
+                        if modes[joint] == STICKS:
+                            hold(tangent, joint, state, coefficients)
+                    _propagate(tangent, 0.0, tangent_slopes, 4, 0, by_state, direct)
+                fresh, loose, crossed = False, -1, -1
+            if not located:
+                share, stopped = min(longest, 1.0 - done), -1
+            _step(
+                state, done, share, step, time, inputs, modes, coefficients, table, values, lanes_of, constants, base,
+                slopes, torque_by_state, torque_by_lane, sums, by_state, direct, at, rates, end, tangent,
+                tangent_slopes, ended,
             )  # fmt: skip
-            _propagate(tangent, offset, slopes, stage - 1, stage, by_state, direct)
-        sixth = step / 6.0
-        for r in range(4):
-            end[r] = state[r] + sixth * (rates[0, r] + 2.0 * rates[1, r] + 2.0 * rates[2, r] + rates[3, r])
-            for i in range(lanes):
-                ended[r, i] = tangent[r, i] + sixth * (
-                    slopes[0, r, i] + 2.0 * slopes[1, r, i] + 2.0 * slopes[2, r, i] + slopes[3, r, i]
-                )
-        # The rates at the end are the next step's first, and give the measurements in this one their slopes.
-        _differentiate(
-            end, time + step, u[2 * k + 2], coefficients, kinds, values, constants, directions,
-            rates, 4, by_state, direct,
-        )  # fmt: skip
-        _propagate(ended, 0.0, slopes, 3, 4, by_state, direct)
-        for j in range(first_sample[k], first_sample[k + 1]):
-            w0, w1, w2, w3 = weights[j, 0], weights[j, 1], weights[j, 2], weights[j, 3]
-            for r in range(4):
-                states[j, r] = w0 * state[r] + w1 * end[r] + w2 * rates[0, r] + w3 * rates[4, r]
-                for i in range(derivatives.shape[2]):
-                    derivatives[j, r, i] = (
-                        w0 * tangent[r, i] + w1 * ended[r, i] + w2 * slopes[0, r, i] + w3 * slopes[4, r, i]
-                    )
-        state[:] = end
-        rates[0] = rates[4]
-        tangent[:] = ended
-        slopes[0] = slopes[4]
+            if not located:
+                if share > _SMALLEST and _is_rough(rates, share * step):
+                    longest = 0.5 * share
+                    continue
+                if (dry[0] or dry[1]) and events < _MOST_EVENTS:
+                    looks = False
+                    for joint in range(2):
+                        violations[joint] = violation(end, joint, modes, sums) if dry[joint] else -1.0
+                        may_dip = dry[joint] and modes[joint] != STICKS and dip(joint, modes, rates) > 0.0
+                        looks = looks or violations[joint] > 0.0 or may_dip
+                        if violations[joint] <= 0.0 and not may_dip:
+                            violations[joint] = -np.inf
+                    if looks:
+                        # The step is made again up to the instant, or as it was, over the trials' rates.
+                        whole = share
+                        first_row = rates[4].copy()
+                        for joint in range(2):
+                            if violations[joint] > -1e300:
+                                rates[4] = first_row
+                                instant = _instant(
+                                    joint, violations[joint], state, done, whole, step, time, inputs, modes,
+                                    coefficients, table, values, lanes_of, constants, base, slopes, torque_by_state,
+                                    no_torques, sums, by_state, no_direct, at, rates, trial_end, no_tangent, no_slopes,
+                                )  # fmt: skip
+                                if instant <= share:
+                                    share, stopped = instant, joint
+                        located = True
+                        events += 1
+                        continue
+            located = False
+            reached = done + share
+            if reached > 1.0 - _AT_ONCE:
+                reached = 1.0
+            while j < first_sample[k + 1] and (place[j] <= reached or reached == 1.0):
+                s, h = (place[j] - done) / share, share * step
+                w0, w1 = (1.0 + 2.0 * s) * (1.0 - s) * (1.0 - s), s * s * (3.0 - 2.0 * s)
+                w2, w3 = h * s * (1.0 - s) * (1.0 - s), h * s * s * (s - 1.0)
+                for r in range(n):
+                    states[j, r] = w0 * state[r] + w1 * end[r] + w2 * rates[0, r] + w3 * rates[4, r]
+                    for i in range(derivatives.shape[2]):
+                        derivatives[j, r, i] = (
+                            w0 * tangent[r, i]
+                            + w1 * ended[r, i]
+                            + w2 * tangent_slopes[0, r, i]
+                            + w3 * tangent_slopes[4, r, i]
+                        )
+                j += 1
+            state[:] = end
+            tangent[:] = ended
+            if stopped >= 0:
+                before[:] = rates[4]
+                fresh = True
+                if modes[stopped] == STICKS:
+                    loose = stopped
+                else:
+                    stop(state, stopped)
+                    crossed = stopped
+            else:
+                rates[0] = rates[4]
+                tangent_slopes[0] = tangent_slopes[4]
+            done = reached
+            longest = min(1.0, 2.0 * longest)
 
 
 @compiled
-def _accelerations_at(coefficients, states, u, times, kinds, values, constants, rates):
-    nothing, directions = np.empty((2, 0)), np.empty((0, 2), dtype=np.int64)
+def _accelerations_at(coefficients, states, u, times, table, values, lanes_of, constants, rates):
+    dry = np.zeros(2, dtype=np.bool_)
+    for e in range(len(table)):
+        if table[e, 3]:
+            dry[table[e, 2]] = True
+    slopes, sums = np.zeros((2, BEFORE_PARAMETERS + values.shape[1])), np.zeros(COUNT_OF_SUMS)
+    modes = np.ones(2, dtype=np.int64)
+    torque_by_state, no_torques, by_state, no_direct = (
+        np.zeros((2, 4)), np.zeros((2, 0)), np.zeros((3, 4)), np.zeros((3, 0)),
+    )  # fmt: skip
     for j in range(len(states)):
-        _differentiate(
-            states[j], times[j], u[j], coefficients, kinds, values, constants, directions, rates, j, nothing, nothing
-        )
+        settle(
+            states[j], times[j], u[j], modes, dry, -1, coefficients, table, values, lanes_of, constants, -1, slopes,
+            torque_by_state, no_torques, sums, by_state, no_direct, rates, j,
+        )  # fmt: skip

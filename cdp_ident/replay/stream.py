@@ -66,7 +66,7 @@ class MotionStream:
         if steps <= 0:
             return
         # The state at the end of the last step as it is, not read from the polynomial through it.
-        grid = TimeGrid(DEFAULT_STEP, np.append(np.zeros(steps, dtype=np.int64), 1), np.array([[0.0, 1.0, 0.0, 0.0]]))
+        grid = TimeGrid(DEFAULT_STEP, np.append(np.zeros(steps, dtype=np.int64), 1), np.ones(1))
         u = self._u(grid)
         self._state = trajectory(self._coefficients, self._state, grid, u, self._torques, self._now)[0]
         self._step += steps

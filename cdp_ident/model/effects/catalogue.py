@@ -3,41 +3,69 @@
 from collections.abc import Sequence
 
 from cdp_ident.model.compilation import Compilable, part
-from cdp_ident.model.effects.effect import Effect, TorqueEffect
+from cdp_ident.model.effects.effect import Effect, Form, TorqueEffect
 from cdp_ident.model.effects.encoders import ENCODERS
 from cdp_ident.model.effects.forces import FORCES
 from cdp_ident.model.effects.friction import FRICTION, UNEVENNESS
 
 CATALOGUE: tuple[Effect, ...] = (*FRICTION, *FORCES, *ENCODERS)
 
-_ALL = (*CATALOGUE, *UNEVENNESS)
-_TORQUES = tuple(dict.fromkeys(effect.torque for effect in _ALL if isinstance(effect, TorqueEffect)))
-"""Each compiled torque once, though several effects may share it."""
+_LAWS = {
+    form: tuple(
+        dict.fromkeys(
+            effect.law
+            for effect in (*CATALOGUE, *UNEVENNESS)
+            if isinstance(effect, TorqueEffect) and effect.form is form and effect.law is not None
+        )
+    )
+    for form in (Form.JOINT, Form.RODS)
+}
+"""Each compiled law once, though several effects may share it."""
 
 
 def kind_of(effect: TorqueEffect) -> int:
-    """Return the number by which compiled code knows the effect's torque."""
-    return _TORQUES.index(effect.torque)
+    """Return the number by which compiled code knows the effect's law, among those of its form."""
+    return _LAWS[effect.form].index(effect.law) if effect.law is not None else 0
 
 
-def _dispatcher(torques: Sequence[Compilable], first: int) -> Compilable:
-    """Return a compiled function that calls one of the torques by its number: a tree of comparisons."""
-    if len(torques) == 1:
-        torque = torques[0]
+def _joint_dispatcher(laws: Sequence[Compilable], first: int) -> Compilable:
+    """Return a compiled function that calls one of the laws of joints by its number: a tree of comparisons."""
+    if len(laws) == 1:
+        law = laws[0]
 
-        def call(kind, theta1, theta2, omega1, omega2, time, values, row, constants):
-            return torque(theta1, theta2, omega1, omega2, time, values, row, constants)
+        def call(kind, angle, speed, values, row, slopes):
+            return law(angle, speed, values, row, slopes)
 
-        return part(_named(call, f"torque_{first}"))
-    middle = len(torques) // 2
-    lower, upper = _dispatcher(torques[:middle], first), _dispatcher(torques[middle:], first + middle)
+        return part(_named(call, f"joint_law_{first}"))
+    middle = len(laws) // 2
+    lower, upper = _joint_dispatcher(laws[:middle], first), _joint_dispatcher(laws[middle:], first + middle)
 
-    def choose(kind, theta1, theta2, omega1, omega2, time, values, row, constants):
+    def choose(kind, angle, speed, values, row, slopes):
         if kind < first + middle:
-            return lower(kind, theta1, theta2, omega1, omega2, time, values, row, constants)
-        return upper(kind, theta1, theta2, omega1, omega2, time, values, row, constants)
+            return lower(kind, angle, speed, values, row, slopes)
+        return upper(kind, angle, speed, values, row, slopes)
 
-    return part(_named(choose, f"torques_{first}_to_{first + len(torques) - 1}"))
+    return part(_named(choose, f"joint_laws_{first}_to_{first + len(laws) - 1}"))
+
+
+def _rods_dispatcher(laws: Sequence[Compilable], first: int) -> Compilable:
+    """Return a compiled function that calls one of the laws of rods by its number."""
+    if len(laws) == 1:
+        law = laws[0]
+
+        def call(kind, state, time, values, row, constants, slopes):
+            return law(state, time, values, row, constants, slopes)
+
+        return part(_named(call, f"rods_law_{first}"))
+    middle = len(laws) // 2
+    lower, upper = _rods_dispatcher(laws[:middle], first), _rods_dispatcher(laws[middle:], first + middle)
+
+    def choose(kind, state, time, values, row, constants, slopes):
+        if kind < first + middle:
+            return lower(kind, state, time, values, row, constants, slopes)
+        return upper(kind, state, time, values, row, constants, slopes)
+
+    return part(_named(choose, f"rods_laws_{first}_to_{first + len(laws) - 1}"))
 
 
 def _named(function: Compilable, name: str) -> Compilable:
@@ -50,5 +78,7 @@ def _named(function: Compilable, name: str) -> Compilable:
     return function
 
 
-effect_torque = _dispatcher(_TORQUES, 0)
-"""Compiled: the number of a torque (`kind_of`), then what every `TorqueEffect.torque` takes."""
+joint_law = _joint_dispatcher(_LAWS[Form.JOINT], 0)
+"""Compiled: the number of a law (`kind_of`), then what every law of form JOINT takes."""
+rods_law = _rods_dispatcher(_LAWS[Form.RODS], 0)
+"""Compiled: the number of a law (`kind_of`), then what every law of form RODS takes."""

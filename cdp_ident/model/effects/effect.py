@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from enum import IntEnum
 from typing import Any, Literal
 
 import numpy as np
@@ -41,9 +42,31 @@ class EffectParameter:
         return inertia**self.inertia_power
 
 
+class Form(IntEnum):
+    """How a torque enters the equations of motion, and so what its compiled `law` is called with.
+
+    Laws return values over A22 and fill in their derivatives exactly; all those that they are asked for.
+    """
+
+    JOINT = 0
+    """A torque between the two bodies of its joint. `law(angle, speed, values, row, slopes)` returns it; angle from
+    hanging and speed are the joint's, the parameters are `values[row]`, and `slopes[0]` takes the derivatives by angle,
+    by speed, and by each parameter."""
+    RODS = 1
+    """Torques on the rods. `law(state, time, values, row, constants, slopes)` returns the generalised ones on theta1
+    and theta2; `slopes` (2, …), all zeros before, takes their derivatives by the four numbers of the state, by the
+    seven `COEFFICIENTS`, and by each parameter."""
+    COUPLING = 2
+    """A constant that adds to the inertia between the rods, A23 cos(theta1 - theta2); it has no law, its one parameter
+    is that constant."""
+    BASE = 3
+    """The cart's joint itself moves on a spring, with two states more; it has no law, its parameters are compliance,
+    mass and damping ratio (see `dynamics`)."""
+
+
 @dataclass(frozen=True)
 class TorqueEffect:
-    """An effect that enters the equations of motion as a torque."""
+    """An effect that enters the equations of motion."""
 
     name: str
     joint: Joint
@@ -54,9 +77,12 @@ class TorqueEffect:
     formula: str
     source: str
     parameters: tuple[EffectParameter, ...]
-    torque: Callable[..., Any]
-    """Compiled: `(theta1, theta2, omega1, omega2, time, values, row, constants)` to the generalised torques on theta1
-    and theta2 over A22 [rad/s^2], with the effect's parameters in `values[row]`."""
+    law: Callable[..., Any] | None
+    """Compiled; see `Form`."""
+    form: Form = Form.JOINT
+    dry: bool = False
+    """Whether `law` gives the size of a set-valued friction of the joint instead: it acts against the joint's motion,
+    and holds the joint still while a torque of that size suffices. Of form RODS, the first value returned is it."""
     at_an_instant: bool = False
     """Whether it happens once, in one trial, at its parameter `time`."""
     harmonic: bool = False

@@ -1,12 +1,13 @@
 """Forces on the rods and torques in the joints other than friction: the air, springs, cogging, knocks."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
 from cdp_ident.model.compilation import Compilable, inlined, part
 from cdp_ident.model.effects.constants import LENGTH, OUTER_LENGTH
-from cdp_ident.model.effects.effect import EffectParameter, Joint, TorqueEffect
+from cdp_ident.model.effects.effect import EffectParameter, Form, Joint, TorqueEffect
 from cdp_ident.model.equations import accelerations
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
@@ -15,6 +16,8 @@ _SHARES = tuple(float(weight) for weight in 0.5 * _WEIGHTS)
 """Gauss-Legendre quadrature along a rod of unit length."""
 _AHEAD = 2e-3
 """Step of the differences along the motion [s]."""
+_NUDGE = 1e-5
+"""Step of the differences of the pull's acceleration [rad], [rad/s]."""
 _KNOCK = 0.01
 """Standard deviation in time of a knock [s]."""
 COGGING_PERIODS = tuple(range(2, 17))
@@ -22,70 +25,110 @@ COGGING_PERIODS = tuple(range(2, 17))
 
 
 @part
-def _drag_inner(theta1, theta2, omega1, omega2, time, values, row, constants):
-    return -values[row, 0] * omega1 * abs(omega1), 0.0
+def _drag_inner(state, time, values, row, constants, slopes):
+    squared = -state[2] * abs(state[2])
+    slopes[0, 2], slopes[0, 11] = -2.0 * values[row, 0] * abs(state[2]), squared
+    return values[row, 0] * squared, 0.0
 
 
 @part
-def _drag_outer_strips(theta1, theta2, omega1, omega2, time, values, row, constants):
+def _drag_outer_strips(state, time, values, row, constants, slopes):
     # Across the outer rod, its lower joint carries it along at L omega1 cos(theta1 - theta2).
-    lever = constants[LENGTH] * math.cos(theta1 - theta2) / (values[row, 1] * constants[OUTER_LENGTH])
-    carried = lever * omega1
+    ratio, omega1, omega2 = values[row, 1], state[2], state[3]
+    reach = constants[LENGTH] / (ratio * constants[OUTER_LENGTH])
+    lever = reach * math.cos(state[0] - state[1])
+    lever_turns = -reach * math.sin(state[0] - state[1])
     torque1, torque2 = 0.0, 0.0
     for k in range(len(_STRIPS)):
-        speed = carried + _STRIPS[k] * omega2
+        speed = lever * omega1 + _STRIPS[k] * omega2
         # Four times the mean over strips gives -coefficient omega2 |omega2| where the joint is at rest.
-        force = -4.0 * _SHARES[k] * values[row, 0] * speed * abs(speed)
+        unit = -4.0 * _SHARES[k] * speed * abs(speed)
+        force = values[row, 0] * unit
+        steepness = -8.0 * _SHARES[k] * values[row, 0] * abs(speed)
         torque1 += lever * force
         torque2 += _STRIPS[k] * force
+        slopes[0, 11] += lever * unit
+        slopes[1, 11] += _STRIPS[k] * unit
+        slopes[0, 2] += lever * steepness * lever
+        slopes[1, 2] += _STRIPS[k] * steepness * lever
+        slopes[0, 3] += lever * steepness * _STRIPS[k]
+        slopes[1, 3] += _STRIPS[k] * steepness * _STRIPS[k]
+        by_lever1, by_lever2 = force + lever * steepness * omega1, _STRIPS[k] * steepness * omega1
+        slopes[0, 0] += lever_turns * by_lever1
+        slopes[1, 0] += lever_turns * by_lever2
+        slopes[0, 1] -= lever_turns * by_lever1
+        slopes[1, 1] -= lever_turns * by_lever2
+        slopes[0, 12] -= lever / ratio * by_lever1
+        slopes[1, 12] -= lever / ratio * by_lever2
     return torque1, torque2
 
 
 @part
-def _drag_outer_rotation(theta1, theta2, omega1, omega2, time, values, row, constants):
-    return 0.0, -values[row, 0] * omega2 * abs(omega2)
+def _drag_outer_rotation(state, time, values, row, constants, slopes):
+    squared = -state[3] * abs(state[3])
+    slopes[1, 3], slopes[1, 11] = -2.0 * values[row, 0] * abs(state[3]), squared
+    return 0.0, values[row, 0] * squared
 
 
 @part
-def _spring_inner(theta1, theta2, omega1, omega2, time, values, row, constants):
-    return values[row, 1] - values[row, 0] * (theta1 - math.pi), 0.0
+def _spring(angle, speed, values, row, slopes):
+    slopes[0, 0], slopes[0, 1], slopes[0, 2], slopes[0, 3] = -values[row, 0], 0.0, -angle, 1.0
+    return values[row, 1] - values[row, 0] * angle
 
 
 @part
-def _spring_outer(theta1, theta2, omega1, omega2, time, values, row, constants):
-    torque = values[row, 1] - values[row, 0] * (theta2 - theta1)
-    return -torque, torque
+def _cogging(angle, speed, values, row, slopes):
+    periods = values[row, 2]
+    sine, cosine = math.sin(periods * angle), math.cos(periods * angle)
+    slopes[0, 0], slopes[0, 1] = periods * (values[row, 0] * cosine - values[row, 1] * sine), 0.0
+    slopes[0, 2], slopes[0, 3], slopes[0, 4] = sine, cosine, 0.0  # the number of periods is given, not fitted
+    return values[row, 0] * sine + values[row, 1] * cosine
 
 
 @part
-def _cogging_inner(theta1, theta2, omega1, omega2, time, values, row, constants):
-    angle = values[row, 2] * theta1
-    return values[row, 0] * math.sin(angle) + values[row, 1] * math.cos(angle), 0.0
-
-
-@part
-def _cogging_outer(theta1, theta2, omega1, omega2, time, values, row, constants):
-    angle = values[row, 2] * (theta2 - theta1)
-    torque = values[row, 0] * math.sin(angle) + values[row, 1] * math.cos(angle)
-    return -torque, torque
-
-
-@part
-def _tilt(theta1, theta2, omega1, omega2, time, values, row, constants):
+def _tilt(state, time, values, row, constants, slopes):
     tilt, a1, m2_l2, g = values[row, 0], constants[2], constants[5], constants[6]
-    return (
-        a1 * g * (math.sin(theta1 - tilt) - math.sin(theta1)),
-        m2_l2 * g * (math.sin(theta2 - tilt) - math.sin(theta2)),
-    )
+    sine1 = math.sin(state[0] - tilt) - math.sin(state[0])
+    sine2 = math.sin(state[1] - tilt) - math.sin(state[1])
+    cosine1, cosine2 = math.cos(state[0] - tilt), math.cos(state[1] - tilt)
+    slopes[0, 0], slopes[1, 1] = a1 * g * (cosine1 - math.cos(state[0])), m2_l2 * g * (cosine2 - math.cos(state[1]))
+    slopes[0, 6], slopes[1, 9] = g * sine1, g * sine2
+    slopes[0, 10], slopes[1, 10] = a1 * sine1, m2_l2 * sine2
+    slopes[0, 11], slopes[1, 11] = -a1 * g * cosine1, -m2_l2 * g * cosine2
+    return a1 * g * sine1, m2_l2 * g * sine2
 
 
 @part
-def _pivot(theta1, theta2, omega1, omega2, time, values, row, constants):
-    # The pivot moves by -compliance times the rods' horizontal pull, whose second derivative along the motion is
-    # taken by differences; as the rods see it, that is the cart's acceleration.
-    compliance, a1, m2_l2 = values[row, 0], constants[2], constants[5]
-    if compliance == 0.0:
-        return 0.0, 0.0
+def _quasi_static_base(state, time, values, row, constants, slopes):
+    a1, m2_l2 = constants[2], constants[5]
+    u = _acceleration_of_pull(state[0], state[1], state[2], state[3], constants)
+    cosine1, cosine2 = a1 * math.cos(state[0]), m2_l2 * math.cos(state[1])
+    compliance = values[row, 0]
+    slopes[0, 11], slopes[1, 11] = cosine1 * u, cosine2 * u
+    if compliance != 0.0:
+        for k in range(4):
+            kept = state[k]
+            state[k] = kept + _NUDGE
+            by_state = _acceleration_of_pull(state[0], state[1], state[2], state[3], constants)
+            state[k] = kept - _NUDGE
+            by_state -= _acceleration_of_pull(state[0], state[1], state[2], state[3], constants)
+            state[k] = kept
+            by_state *= 0.5 * compliance / _NUDGE
+            slopes[0, k], slopes[1, k] = cosine1 * by_state, cosine2 * by_state
+        slopes[0, 0] -= compliance * a1 * math.sin(state[0]) * u
+        slopes[1, 1] -= compliance * m2_l2 * math.sin(state[1]) * u
+        slopes[0, 6] += compliance * math.cos(state[0]) * u
+        slopes[1, 9] += compliance * math.cos(state[1]) * u
+    return compliance * cosine1 * u, compliance * cosine2 * u
+
+
+@part
+def _acceleration_of_pull(theta1, theta2, omega1, omega2, constants):
+    """Return the second derivative of the rods' horizontal pull along the paper's motion, by differences.
+
+    The base moves by minus compliance times the pull; as the rods see it, that is an acceleration of the cart.
+    """
+    a1, m2_l2 = constants[2], constants[5]
     alpha1, alpha2 = _paper_accelerations(theta1, theta2, omega1, omega2, constants)
     jerk1, jerk2, changes = 0.0, 0.0, 0.0
     at_rest = _pull(theta1, theta2, omega1, omega2, alpha1, alpha2, a1, m2_l2)
@@ -102,8 +145,7 @@ def _pivot(theta1, theta2, omega1, omega2, time, values, row, constants):
             speeding2 += direction * beta2
             changes += _pull(angle1, angle2, rate1, rate2, beta1, beta2, a1, m2_l2)
         jerk1, jerk2 = 0.5 * speeding1 / _AHEAD, 0.5 * speeding2 / _AHEAD
-    u = -compliance * changes / (_AHEAD * _AHEAD)
-    return -a1 * math.cos(theta1) * u, -m2_l2 * math.cos(theta2) * u
+    return changes / (_AHEAD * _AHEAD)
 
 
 @inlined
@@ -122,39 +164,49 @@ def _pull(theta1, theta2, omega1, omega2, alpha1, alpha2, a1, m2_l2):
     )
 
 
-@part
-def _knock_inner(theta1, theta2, omega1, omega2, time, values, row, constants):
+@inlined
+def _bell(time, values, row):
+    """Return a knock's torque of unit impulse, and its derivative by the instant."""
     late = (time - values[row, 1]) / _KNOCK
-    return values[row, 0] * math.exp(-0.5 * late * late) / (_KNOCK * math.sqrt(2.0 * math.pi)), 0.0
+    bell = math.exp(-0.5 * late * late) / (_KNOCK * math.sqrt(2.0 * math.pi))
+    return bell, bell * late / _KNOCK
 
 
 @part
-def _knock_outer(theta1, theta2, omega1, omega2, time, values, row, constants):
-    late = (time - values[row, 1]) / _KNOCK
-    return 0.0, values[row, 0] * math.exp(-0.5 * late * late) / (_KNOCK * math.sqrt(2.0 * math.pi))
+def _knock_inner(state, time, values, row, constants, slopes):
+    bell, later = _bell(time, values, row)
+    slopes[0, 11], slopes[0, 12] = bell, values[row, 0] * later
+    return values[row, 0] * bell, 0.0
 
 
-_COGGING: tuple[tuple[Joint, Compilable], ...] = (("inner", _cogging_inner), ("outer", _cogging_outer))
+@part
+def _knock_outer(state, time, values, row, constants, slopes):
+    bell, later = _bell(time, values, row)
+    slopes[1, 11], slopes[1, 12] = bell, values[row, 0] * later
+    return 0.0, values[row, 0] * bell
 
 
-def _cogging(periods: int) -> tuple[TorqueEffect, ...]:
+_JOINTS: tuple[Joint, ...] = ("inner", "outer")
+
+
+def _cogging_of(periods: int) -> tuple[TorqueEffect, ...]:
     return tuple(
         TorqueEffect(
             "cogging_torque",
             joint,
             f"{periods} per turn",
             f"a torque that repeats {periods} times a turn",
-            "sine sin(periods angle) + cosine cos(periods angle)",
+            "sine sin(periods angle) + cosine cos(periods angle), angles of the joint from hanging",
             "detent torque of a motor or a magnet ring: Hendershot and Miller, 1994",
             (
-                EffectParameter("sine", "N m", -20.0, 20.0, 0.05, inertia_power=1),
-                EffectParameter("cosine", "N m", -20.0, 20.0, 0.05, inertia_power=1),
+                EffectParameter("sine", "N m", -200.0, 200.0, 0.05, inertia_power=1),
+                EffectParameter("cosine", "N m", -200.0, 200.0, 0.05, inertia_power=1),
                 EffectParameter("periods", "1", float(periods), float(periods), float(periods)),
             ),
-            torque,
+            _cogging,
             harmonic=True,
         )
-        for joint, torque in _COGGING
+        for joint in _JOINTS
     )
 
 
@@ -163,56 +215,73 @@ _DRAG = EffectParameter("coefficient", "N m s^2", 0.0, 2.0, 0.005, inertia_power
 _LENGTH_RATIO = EffectParameter("length_ratio", "1", 0.3, 3.0, 1.0, shape=True, optional=True)
 _DRAG_SOURCE = "drag of a cylinder across a flow: Hoerner, Fluid-Dynamic Drag, 1965"
 _SPRING = (
-    EffectParameter("stiffness", "N m/rad", 0.0, 100.0, 0.1, inertia_power=1),
-    EffectParameter("torque", "N m", -20.0, 20.0, 0.01, inertia_power=1),
+    EffectParameter("stiffness", "N m/rad", 0.0, 1000.0, 0.1, inertia_power=1),
+    EffectParameter("torque", "N m", -200.0, 200.0, 0.01, inertia_power=1),
 )
-_SPRING_SOURCE = "Hooke; a cable across the joint or a seal that does not slip"
 _IMPULSE = (
     EffectParameter("impulse", "N m s", -50.0, 50.0, 0.05, inertia_power=1),
     EffectParameter("time", "s", 0.0, math.inf, 0.0, shape=True),
 )
 _IMPULSE_FORMULA = f"a torque pulse about `time`, of {_KNOCK} s standard deviation, whose integral is `impulse`"
+_COMPLIANCE = EffectParameter("compliance", "m/N", 0.0, 1e-2, 1e-5, inertia_power=-1)
 
 FORCES: tuple[TorqueEffect, ...] = (
     TorqueEffect(
         "air_drag", "inner", "", "air drag on the rod", "-coefficient omega1 |omega1|", _DRAG_SOURCE, (_DRAG,),
-        _drag_inner, linear=False,
+        _drag_inner, Form.RODS, linear=False,
     ),
     TorqueEffect(
         "air_drag", "outer", "strips", "air drag on the rod",
         "force across each strip of the rod -v |v|, v the strip's absolute speed; coefficient as for rotation alone; "
         "what the air acts on is length_ratio times as long as the rod is taken to be",
-        f"strip theory; {_DRAG_SOURCE}", (_DRAG, _LENGTH_RATIO), _drag_outer_strips, linear=False,
+        f"strip theory; {_DRAG_SOURCE}", (_DRAG, _LENGTH_RATIO), _drag_outer_strips, Form.RODS, linear=False,
     ),
     TorqueEffect(
         "air_drag", "outer", "rotation", "air drag on the rod", "-coefficient omega2 |omega2|", _DRAG_SOURCE, (_DRAG,),
-        _drag_outer_rotation, linear=False,
+        _drag_outer_rotation, Form.RODS, linear=False,
     ),
-    TorqueEffect(
-        "joint_spring", "inner", "", "a spring across the joint", "torque - stiffness (theta1 - pi)", _SPRING_SOURCE,
-        _SPRING, _spring_inner,
-    ),
-    TorqueEffect(
-        "joint_spring", "outer", "", "a spring across the joint", "torque - stiffness (theta2 - theta1)",
-        _SPRING_SOURCE, _SPRING, _spring_outer,
+    *(
+        TorqueEffect(
+            "joint_spring", joint, "", "a spring across the joint", "torque - stiffness angle, angle from hanging",
+            "Hooke; a cable across the joint or a seal that does not slip", _SPRING, _spring,
+        )
+        for joint in _JOINTS
     ),
     TorqueEffect(
         "gravity_tilt", "base", "", "a base that is not level", "gravity acts along theta = tilt",
         "statics; the same motion as with an inner encoder that is off by the tilt",
-        (EffectParameter("tilt", "rad", -0.3, 0.3, 0.01),), _tilt,
+        (EffectParameter("tilt", "rad", -0.3, 0.3, 0.01),), _tilt, Form.RODS,
     ),
     TorqueEffect(
         "pivot_compliance", "base", "", "a cart that gives way", "x = -compliance times the rods' horizontal pull",
         "quasi-static elasticity: valid while the cart's own oscillation is much faster than the swing",
-        (EffectParameter("compliance", "m/N", 0.0, 2e-3, 1e-5, inertia_power=-1),), _pivot,
-    ),
-    *(effect for periods in COGGING_PERIODS for effect in _cogging(periods)),
-    TorqueEffect(
-        "impulse", "inner", "", "a knock on the rod", _IMPULSE_FORMULA, "", _IMPULSE, _knock_inner, at_an_instant=True,
-        linear=False,
+        (_COMPLIANCE,), _quasi_static_base, Form.RODS,
     ),
     TorqueEffect(
-        "impulse", "outer", "", "a knock on the rod", _IMPULSE_FORMULA, "", _IMPULSE, _knock_outer, at_an_instant=True,
-        linear=False,
+        "pivot_compliance", "base", "oscillating", "a cart that gives way and swings by itself",
+        "mass x'' + damping x' + x / compliance = -(the rods' horizontal pull), "
+        "damping = 2 damping_ratio sqrt(mass / compliance); mass is what moves along: cart, rods and all",
+        "oscillator with one degree of freedom: Den Hartog, Mechanical Vibrations, 1956",
+        (
+            replace(_COMPLIANCE, lower=1e-7),
+            EffectParameter("mass", "kg", 1e-2, 1e5, 30.0, inertia_power=1, shape=True),
+            EffectParameter("damping_ratio", "1", 0.0, 5.0, 0.05, shape=True),
+        ), None, Form.BASE, contains="pivot_compliance",
+    ),
+    *(effect for periods in COGGING_PERIODS for effect in _cogging_of(periods)),
+    TorqueEffect(
+        "geared_rotor", "outer", "", "the rotor of a geared drive in the joint",
+        "inertia between the rods A23 cos(theta1 - theta2) + coupling; for a rotor of inertia J that turns n times as "
+        "fast as the joint, coupling = J n (1 - n), and the rest of its inertia is in that of the rods",
+        "kinetic energy of a rotor at the speed omega1 + n (omega2 - omega1): Siciliano et al., Robotics, 2009, 7.2",
+        (EffectParameter("coupling", "kg m^2", -0.9, 0.9, -0.02, inertia_power=1),), None, Form.COUPLING,
+    ),
+    TorqueEffect(
+        "impulse", "inner", "", "a knock on the rod", _IMPULSE_FORMULA, "", _IMPULSE, _knock_inner, Form.RODS,
+        at_an_instant=True, linear=False,
+    ),
+    TorqueEffect(
+        "impulse", "outer", "", "a knock on the rod", _IMPULSE_FORMULA, "", _IMPULSE, _knock_outer, Form.RODS,
+        at_an_instant=True, linear=False,
     ),
 )  # fmt: skip

@@ -1,109 +1,103 @@
-"""Friction in the joints beyond the paper's viscous kind. It acts against the joint's relative motion."""
+"""Friction in the joints beyond the paper's viscous kind. It acts against the joint's relative motion.
+
+Dry friction is set-valued: while the joint slips its size is what its law says, and while a torque of that size at
+rest suffices the joint stands still (`sticking`).
+"""
 
 import math
 from dataclasses import replace
 
-from cdp_ident.model.compilation import Compilable, inlined, part
-from cdp_ident.model.effects.effect import EffectParameter, Joint, TorqueEffect
-from cdp_ident.model.equations import accelerations
-
-SMOOTHING = 0.02
-"""Dry friction changes sign as tanh(speed / SMOOTHING) [rad/s]: smooth near rest, full at a fiftieth of a radian a
-second, and not too stiff for the integrator's step."""
-
-
-@inlined
-def _direction(rate):
-    return math.tanh(rate / SMOOTHING)
+from cdp_ident.model.compilation import Compilable, part
+from cdp_ident.model.effects.effect import EffectParameter, Form, Joint, TorqueEffect
+from cdp_ident.model.equations import acceleration_derivatives
 
 
 @part
-def _coulomb_inner(theta1, theta2, omega1, omega2, time, values, row, constants):
-    return -values[row, 0] * _direction(omega1), 0.0
+def _coulomb(angle, speed, values, row, slopes):
+    slopes[0, 0], slopes[0, 1], slopes[0, 2] = 0.0, 0.0, 1.0
+    return values[row, 0]
 
 
 @part
-def _coulomb_outer(theta1, theta2, omega1, omega2, time, values, row, constants):
-    torque = -values[row, 0] * _direction(omega2 - omega1)
-    return -torque, torque
-
-
-@inlined
-def _stribeck(rate, values, row):
-    near_rest = math.exp(-((rate / values[row, 2]) ** 2))
-    return -(values[row, 0] + values[row, 1] * near_rest) * _direction(rate)
-
-
-@part
-def _stribeck_inner(theta1, theta2, omega1, omega2, time, values, row, constants):
-    return _stribeck(omega1, values, row), 0.0
+def _stribeck(angle, speed, values, row, slopes):
+    relative = speed / values[row, 2]
+    near_rest = math.exp(-relative * relative)
+    extra = values[row, 1] * near_rest
+    slopes[0, 0], slopes[0, 1] = 0.0, -2.0 * extra * relative / values[row, 2]
+    slopes[0, 2], slopes[0, 3], slopes[0, 4] = 1.0, near_rest, 2.0 * extra * relative * relative / values[row, 2]
+    return values[row, 0] + extra
 
 
 @part
-def _stribeck_outer(theta1, theta2, omega1, omega2, time, values, row, constants):
-    torque = _stribeck(omega2 - omega1, values, row)
-    return -torque, torque
-
-
-@inlined
-def _uneven(angle, rate, values, row):
-    return -(values[row, 0] * math.sin(angle) + values[row, 1] * math.cos(angle)) * _direction(rate)
+def _uneven(angle, speed, values, row, slopes):
+    sine, cosine = math.sin(angle), math.cos(angle)
+    slopes[0, 0], slopes[0, 1] = values[row, 0] * cosine - values[row, 1] * sine, 0.0
+    slopes[0, 2], slopes[0, 3] = sine, cosine
+    return values[row, 0] * sine + values[row, 1] * cosine
 
 
 @part
-def _uneven_inner(theta1, theta2, omega1, omega2, time, values, row, constants):
-    return _uneven(theta1 - math.pi, omega1, values, row), 0.0
+def _quadratic(angle, speed, values, row, slopes):
+    squared = -speed * abs(speed)
+    slopes[0, 0], slopes[0, 1], slopes[0, 2] = 0.0, -2.0 * values[row, 0] * abs(speed), squared
+    return values[row, 0] * squared
 
 
 @part
-def _uneven_outer(theta1, theta2, omega1, omega2, time, values, row, constants):
-    torque = _uneven(theta2 - theta1, omega2 - omega1, values, row)
-    return -torque, torque
-
-
-@part
-def _quadratic_inner(theta1, theta2, omega1, omega2, time, values, row, constants):
-    return -values[row, 0] * omega1 * abs(omega1), 0.0
-
-
-@part
-def _quadratic_outer(theta1, theta2, omega1, omega2, time, values, row, constants):
-    rate = omega2 - omega1
-    torque = -values[row, 0] * rate * abs(rate)
-    return -torque, torque
-
-
-@inlined
-def _load(theta1, theta2, omega1, omega2, constants, mass, inner_moment, outer_moment):
-    """Return the size of a bearing's load over A22, from the mass and first moments that it carries.
+def _load(state, values, row, constants, slopes, inner_moment, outer_moment, carries_inner_rod):
+    """Return lever times the bearing's load over A22, from the mass and the first moments that it carries.
 
     Its acceleration is that of the paper's model: friction changes the load too little to matter to itself.
     """
+    lever, mass = values[row, 0], values[row, 1]
     A23, A33, a1, c1, c2, m2_l2, g = (
         constants[0], constants[1], constants[2], constants[3], constants[4], constants[5], constants[6],
     )  # fmt: skip
-    alpha1, alpha2 = accelerations(theta1, theta2, omega1, omega2, 0.0, A23, A33, a1, c1, c2, m2_l2, g)
-    sin1, cos1, sin2, cos2 = math.sin(theta1), math.cos(theta1), math.sin(theta2), math.cos(theta2)
-    inward1, inward2 = omega1 * omega1, omega2 * omega2
-    across = inner_moment * (cos1 * alpha1 - sin1 * inward1) + outer_moment * (cos2 * alpha2 - sin2 * inward2)
-    up = mass * g - inner_moment * (sin1 * alpha1 + cos1 * inward1) - outer_moment * (sin2 * alpha2 + cos2 * inward2)
-    return math.sqrt(across * across + up * up)
+    omega1, omega2 = state[2], state[3]
+    # The accelerations' derivatives first take the places of the load's.
+    alpha1, alpha2, _, _, _ = acceleration_derivatives(
+        state[0], state[1], omega1, omega2, 0.0, A23, A33, a1, c1, c2, m2_l2, g, 0.0, 0.0, slopes, slopes, 4
+    )
+    sin1, cos1, sin2, cos2 = math.sin(state[0]), math.cos(state[0]), math.sin(state[1]), math.cos(state[1])
+    along1, along2 = cos1 * alpha1 - sin1 * omega1 * omega1, cos2 * alpha2 - sin2 * omega2 * omega2
+    down1, down2 = sin1 * alpha1 + cos1 * omega1 * omega1, sin2 * alpha2 + cos2 * omega2 * omega2
+    across = inner_moment * along1 + outer_moment * along2
+    up = mass * g - inner_moment * down1 - outer_moment * down2
+    load = math.sqrt(across * across + up * up) + 1e-300
+    by_across, by_up = lever * across / load, lever * up / load
+    for k in range(11):
+        d1, d2 = slopes[0, k], slopes[1, k]
+        slopes[0, k] = by_across * (inner_moment * cos1 * d1 + outer_moment * cos2 * d2) - by_up * (
+            inner_moment * sin1 * d1 + outer_moment * sin2 * d2
+        )
+        slopes[1, k] = 0.0
+    slopes[0, 0] += inner_moment * (-by_across * down1 - by_up * along1)
+    slopes[0, 1] += outer_moment * (-by_across * down2 - by_up * along2)
+    slopes[0, 2] += 2.0 * inner_moment * omega1 * (-by_across * sin1 - by_up * cos1)
+    slopes[0, 3] += 2.0 * outer_moment * omega2 * (-by_across * sin2 - by_up * cos2)
+    by_inner, by_outer = by_across * along1 - by_up * down1, by_across * along2 - by_up * down2
+    slopes[0, 9] += by_outer
+    slopes[0, 10] += by_up * mass
+    slopes[0, 11], slopes[0, 12] = load, by_up * g
+    if carries_inner_rod:
+        slopes[0, 6] += by_inner
+    else:
+        slopes[0, 4] += by_inner * mass / m2_l2
+        slopes[0, 9] -= by_inner * mass * A23 / (m2_l2 * m2_l2)
+        slopes[0, 12] += by_inner * A23 / m2_l2
+    return lever * load, 0.0
 
 
 @part
-def _load_inner(theta1, theta2, omega1, omega2, time, values, row, constants):
-    load = _load(theta1, theta2, omega1, omega2, constants, values[row, 1], constants[2], constants[5])
-    return -values[row, 0] * load * _direction(omega1), 0.0
+def _load_inner(state, time, values, row, constants, slopes):
+    return _load(state, values, row, constants, slopes, constants[2], constants[5], True)
 
 
 @part
-def _load_outer(theta1, theta2, omega1, omega2, time, values, row, constants):
-    mass = values[row, 1]
+def _load_outer(state, time, values, row, constants, slopes):
     # The outer rod hangs on a point that moves on a circle of radius L = A23 / (m2 l2).
-    carried = mass * constants[0] / constants[5]
-    load = _load(theta1, theta2, omega1, omega2, constants, mass, carried, constants[5])
-    torque = -values[row, 0] * load * _direction(omega2 - omega1)
-    return -torque, torque
+    carried = values[row, 1] * constants[0] / constants[5]
+    return _load(state, values, row, constants, slopes, carried, constants[5], False)
 
 
 def _both(
@@ -112,14 +106,16 @@ def _both(
     formula: str,
     source: str,
     parameters: tuple[EffectParameter, ...],
-    inner: Compilable,
-    outer: Compilable,
+    law: Compilable,
+    dry: bool = True,
     contains: str = "",
 ) -> tuple[TorqueEffect, ...]:
-    joints: tuple[tuple[Joint, Compilable], ...] = (("inner", inner), ("outer", outer))
+    joints: tuple[Joint, ...] = ("inner", "outer")
     return tuple(
-        TorqueEffect(name, joint, "", description, formula, source, parameters, torque, linear=False, contains=contains)
-        for joint, torque in joints
+        TorqueEffect(
+            name, joint, "", description, formula, source, parameters, law, dry=dry, linear=False, contains=contains
+        )
+        for joint in joints
     )
 
 
@@ -127,30 +123,29 @@ def _torque(name: str, typical: float) -> EffectParameter:
     return EffectParameter(name, "N m", 0.0, 20.0, typical, inertia_power=1)
 
 
+_SET_VALUED = "set-valued: Leine and Nijmeijer, Dynamics and Bifurcations of Non-smooth Mechanical Systems, 2004"
 _LOADED: tuple[tuple[Joint, float, Compilable], ...] = (("inner", 7.0, _load_inner), ("outer", 2.0, _load_outer))
 
 FRICTION: tuple[TorqueEffect, ...] = (
     *_both(
         "coulomb_friction",
         "dry friction",
-        f"-torque tanh(speed / {SMOOTHING} rad/s)",
-        "Coulomb, 1785; smoothed as in Armstrong-Helouvry et al., Automatica 30, 1994",
+        "torque against the motion; up to torque at rest",
+        f"Coulomb, 1785; {_SET_VALUED}",
         (_torque("torque", 0.05),),
-        _coulomb_inner,
-        _coulomb_outer,
+        _coulomb,
     ),
     *_both(
         "stribeck_friction",
         "dry friction that is larger near rest",
-        f"-(torque + extra exp(-(speed / stribeck_speed)^2)) tanh(speed / {SMOOTHING} rad/s)",
-        "Stribeck, 1902; in the form of Armstrong-Helouvry et al., Automatica 30, 1994",
+        "torque + extra exp(-(speed / stribeck_speed)^2) against the motion; up to torque + extra at rest",
+        f"Stribeck, 1902; in the form of Armstrong-Helouvry et al., Automatica 30, 1994; {_SET_VALUED}",
         (
             _torque("torque", 0.05),
             _torque("extra", 0.05),
             EffectParameter("stribeck_speed", "rad/s", 0.1, 5.0, 0.5, shape=True),
         ),
-        _stribeck_inner,
-        _stribeck_outer,
+        _stribeck,
         contains="coulomb_friction",
     ),
     *_both(
@@ -159,8 +154,8 @@ FRICTION: tuple[TorqueEffect, ...] = (
         "-coefficient speed |speed|",
         "turbulent lubricant or fan drag of the joint: White, Fluid Mechanics, 2011",
         (EffectParameter("coefficient", "N m s^2", 0.0, 2.0, 0.005, inertia_power=1),),
-        _quadratic_inner,
-        _quadratic_outer,
+        _quadratic,
+        dry=False,
     ),
     *(
         TorqueEffect(
@@ -168,17 +163,19 @@ FRICTION: tuple[TorqueEffect, ...] = (
             joint,
             "",
             "dry friction that grows with the bearing's load",
-            f"-lever |load| tanh(speed / {SMOOTHING} rad/s), the load from the constraint forces",
+            "lever |load| against the motion, the load from the constraint forces; up to lever |load| at rest",
             "Coulomb friction in a loaded bearing: SKF, Rolling Bearings, 2018",
             (
                 EffectParameter("lever", "m", 0.0, 0.05, 1e-3),
                 # What hangs on the bearing; no zero-input motion of the paper's model shows a mass by itself.
                 EffectParameter("mass", "kg", 0.01, 1000.0, mass, inertia_power=1, shape=True),
             ),
-            torque,
+            law,
+            Form.RODS,
+            dry=True,
             linear=False,
         )
-        for joint, mass, torque in _LOADED
+        for joint, mass, law in _LOADED
     ),
 )
 
@@ -186,10 +183,9 @@ _VARIATION = EffectParameter("sine", "N m", -20.0, 20.0, 0.0, inertia_power=1)
 UNEVENNESS: tuple[TorqueEffect, ...] = _both(
     "uneven_friction",
     "what dry friction varies by over a turn",
-    f"-(sine sin(angle) + cosine cos(angle)) tanh(speed / {SMOOTHING} rad/s), angles of the joint from hanging",
+    "sine sin(angle) + cosine cos(angle) against the motion, angles of the joint from hanging",
     "position-dependent friction: Armstrong-Helouvry, Control of Machines with Friction, 1991; its first harmonic",
     (_VARIATION, replace(_VARIATION, name="cosine")),
-    _uneven_inner,
-    _uneven_outer,
+    _uneven,
 )
 """No effect by itself, for it would feed energy in where it is negative: it shows whether dry friction is even."""

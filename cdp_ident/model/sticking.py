@@ -1,0 +1,111 @@
+"""When joints with dry friction stop, stick and break loose, and what that does to derivatives (compiled).
+
+A step of the integrator ends where a joint's speed passes through zero, or where the torque that holds a sticking
+joint reaches its friction. There the rate of change may jump by what friction does: derivatives of the motion are
+carried across by the saltation matrix (Leine and Nijmeijer, Dynamics and Bifurcations of Non-smooth Mechanical
+Systems, 2004, chapter 7; Hiskens and Pai, IEEE Trans. Circuits and Systems I 47, 2000).
+"""
+
+import numpy as np
+
+from cdp_ident.model.compilation import inlined, part
+from cdp_ident.model.dynamics import HOLDS, SIZES, STICKS, joint_speed, rates_of
+
+
+@part
+def stop(state, joint):
+    """Set a joint's speed to exactly zero."""
+    if joint == 0:
+        state[2] = 0.0
+    else:
+        state[3] = state[2]
+
+
+@part
+def settle(
+    state, time, u, modes, dry, loose, coefficients, table, values, lanes_of, constants, base, slopes, torque_by_state,
+    torque_by_lane, sums, by_state, direct, rates, row,
+):  # fmt: skip
+    """Decide which of the joints at rest stick and where the others go; the rates are those after that.
+
+    Args:
+        state: (n,) the state.
+        time: time in the trial [s].
+        u: the cart's acceleration [m/s^2].
+        modes: (2,) takes the joints' modes.
+        dry: (2,) which joints have dry friction.
+        loose: the joint that has just broken loose, whose holding torque is in `sums`; -1 for none.
+        coefficients: this and all the others as `rates_of` takes them.
+    """
+    for joint in range(2):
+        if dry[joint]:
+            speed = joint_speed(state, joint)
+            modes[joint] = 1 if speed > 0.0 else (-1 if speed < 0.0 else STICKS)
+    for _ in range(3):
+        if loose >= 0:
+            # It goes against what held it.
+            modes[loose] = -1 if sums[HOLDS + loose] > 0.0 else 1
+        rates_of(
+            state, time, u, modes, coefficients, table, values, lanes_of, constants, base, slopes, torque_by_state,
+            torque_by_lane, sums, by_state, direct, rates, row,
+        )  # fmt: skip
+        worst, loose = 0.0, -1
+        for joint in range(2):
+            if dry[joint] and modes[joint] == STICKS:
+                excess = violation(state, joint, modes, sums)
+                if excess > worst:
+                    worst, loose = excess, joint
+        if loose < 0:
+            return
+
+
+@inlined
+def violation(state, joint, modes, sums):
+    """Return how far a joint is from what its mode asks for: above zero, its mode has ended."""
+    if modes[joint] == STICKS:
+        return abs(sums[HOLDS + joint]) - max(sums[SIZES + joint], 0.0)
+    return -float(modes[joint]) * joint_speed(state, joint)
+
+
+@inlined
+def dip(joint, modes, rates):
+    """Return where in a step a slipping joint is slowest, as a share, if it slows down and speeds up again; else 0.
+
+    `rates` has the step's beginning in row 0 and its end in row 4.
+    """
+    first, last = (rates[0, 2], rates[4, 2]) if joint == 0 else (rates[0, 3] - rates[0, 2], rates[4, 3] - rates[4, 2])
+    mode = float(modes[joint])
+    return first / (first - last) if mode * first < 0.0 and mode * last > 0.0 else 0.0
+
+
+@part
+def carry_across(tangent, joint, before, after):
+    """Carry derivatives across the instant at which a joint's speed is zero.
+
+    Args:
+        tangent: (n, lanes) derivatives of the state.
+        joint: 0 inner, 1 outer.
+        before: (n,) rates of change before.
+        after: (…, n) rates of change after, in row 0.
+    """
+    towards = before[2] if joint == 0 else before[3] - before[2]
+    if towards == 0.0:
+        return
+    for i in range(tangent.shape[1]):
+        late = -(tangent[2, i] if joint == 0 else tangent[3, i] - tangent[2, i]) / towards
+        for r in range(2, tangent.shape[0]):
+            tangent[r, i] += (before[r] - after[0, r]) * late
+
+
+@part
+def hold(tangent, joint, state, coefficients):
+    """Take from derivatives what a sticking joint does not let happen: a change of its speed, by an impulse in it."""
+    A23, A33 = coefficients[0], coefficients[1]
+    m = A23 * np.cos(state[0] - state[1])
+    for i in range(tangent.shape[1]):
+        if joint == 0:
+            tangent[3, i] += m / A33 * tangent[2, i]
+            tangent[2, i] = 0.0
+        else:
+            common = ((1.0 + m) * tangent[2, i] + (A33 + m) * tangent[3, i]) / (1.0 + A33 + 2.0 * m)
+            tangent[2, i], tangent[3, i] = common, common

@@ -1,0 +1,78 @@
+"""The torques of effects as compiled code takes them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from cdp_ident.model.effects.catalogue import kind_of
+from cdp_ident.model.effects.constants import COUNT
+from cdp_ident.model.effects.effect import Form, TorqueEffect
+
+Array = npt.NDArray[np.float64]
+Indices = npt.NDArray[np.int64]
+
+_JOINTS = ("inner", "outer", "base")
+_OF_RODS = 4
+"""Numbers that the rods' state has."""
+_OF_BASE = 2
+"""Numbers that the base's position and speed add to it."""
+
+
+@dataclass(frozen=True)
+class Torques:
+    """Effects with their parameters, laid out for compiled code."""
+
+    table: Indices = field(default_factory=lambda: np.empty((0, 4), dtype=np.int64))
+    """(effects, 4) of each effect the number of its law, its form, its joint (0 inner, 1 outer) and whether it is
+    dry."""
+    values: Array = field(default_factory=lambda: np.empty((0, 1)))
+    """(effects, p) their parameters."""
+    constants: Array = field(default_factory=lambda: np.zeros(COUNT))
+    """What laws know of the mechanism: see `effect_constants`."""
+    lanes: Indices = field(default_factory=lambda: np.empty((0, 1), dtype=np.int64))
+    """(effects, p) which of the further directions each parameter is, -1 where it is none."""
+
+    @classmethod
+    def of(
+        cls,
+        effects: Sequence[tuple[TorqueEffect, Sequence[float]]],
+        constants: Array,
+        directions: Sequence[tuple[int, int]] = (),
+    ) -> "Torques":
+        """Lay out effects with their parameters.
+
+        Args:
+            effects: each with the values of all its parameters, in the unit of the fit.
+            constants: see `effect_constants`.
+            directions: effect and parameter of each further direction in which derivatives are wanted.
+        """
+        width = max((len(parameters) for _, parameters in effects), default=1)
+        values, lanes = np.zeros((len(effects), width)), np.full((len(effects), width), -1, dtype=np.int64)
+        for row, (_, parameters) in zip(values, effects, strict=True):
+            row[: len(parameters)] = parameters
+        for lane, (effect, parameter) in enumerate(directions):
+            lanes[effect, parameter] = lane
+        table = [(kind_of(effect), effect.form, _JOINTS.index(effect.joint), effect.dry) for effect, _ in effects]
+        return cls(np.array(table, dtype=np.int64).reshape(-1, 4), values, constants, lanes)
+
+    @property
+    def directions(self) -> int:
+        """How many further directions there are."""
+        return int(np.count_nonzero(self.lanes >= 0))
+
+    @property
+    def states(self) -> int:
+        """Numbers in a state: theta1, theta2, omega1, omega2 and, where the base moves, its position and speed."""
+        return _OF_RODS + _OF_BASE * int(np.any(self.table[:, 1] == Form.BASE))
+
+    def of_rods(self, kept: npt.NDArray[np.bool_]) -> "Torques":
+        """Return some of the effects, without directions; never those that bring states of their own."""
+        kept = kept & (self.table[:, 1] != Form.BASE)
+        return replace(
+            self, table=self.table[kept], values=self.values[kept], lanes=np.full_like(self.lanes[kept], -1)
+        )
+
+
+NO_TORQUES = Torques()
