@@ -24,9 +24,9 @@ _OF_BASE = 2
 class Torques:
     """Effects with their parameters, laid out for compiled code."""
 
-    table: Indices = field(default_factory=lambda: np.empty((0, 4), dtype=np.int64))
-    """(effects, 4) of each effect the number of its law, its form, its joint (0 inner, 1 outer) and whether it is
-    dry."""
+    table: Indices = field(default_factory=lambda: np.empty((0, 5), dtype=np.int64))
+    """(effects, 5) of each effect the number of its law, its form, its joint (0 inner, 1 outer), whether it is dry, and
+    which parameter is the speed within which it changes, -1 for none."""
     values: Array = field(default_factory=lambda: np.empty((0, 1)))
     """(effects, p) their parameters."""
     constants: Array = field(default_factory=lambda: np.zeros(COUNT))
@@ -54,8 +54,11 @@ class Torques:
             row[: len(parameters)] = parameters
         for lane, (effect, parameter) in enumerate(directions):
             lanes[effect, parameter] = lane
-        table = [(kind_of(effect), effect.form, _JOINTS.index(effect.joint), effect.dry) for effect, _ in effects]
-        return cls(np.array(table, dtype=np.int64).reshape(-1, 4), values, constants, lanes)
+        table = [
+            (kind_of(effect), effect.form, _JOINTS.index(effect.joint), effect.dry, _turning_parameter(effect))
+            for effect, _ in effects
+        ]
+        return cls(np.array(table, dtype=np.int64).reshape(-1, 5), values, constants, lanes)
 
     @property
     def directions(self) -> int:
@@ -73,6 +76,10 @@ class Torques:
         return replace(
             self, table=self.table[kept], values=self.values[kept], lanes=np.full_like(self.lanes[kept], -1)
         )
+
+
+def _turning_parameter(effect: TorqueEffect) -> int:
+    return [parameter.name for parameter in effect.parameters].index(effect.turns_over) if effect.turns_over else -1
 
 
 NO_TORQUES = Torques()

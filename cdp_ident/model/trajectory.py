@@ -23,8 +23,11 @@ _COEFFICIENTS = 7
 _VECTOR = 8
 """Lanes are made a multiple of the widest vector register's."""
 _BASE = int(Form.BASE)
-_ROUGH = 2e-4
+_ROUGH = 3e-6
 """Largest difference of the two last slopes of a step, times the step and over 6: see `_is_rough`."""
+_TURNED_OVER, _RESOLVED = 4.0, 0.15
+"""A torque that turns over at a small speed has done so at that many times it; till then, steps change the speed by
+that share of it."""
 _SMALLEST = 1.0 / 256.0
 """Steps are divided down to this share."""
 _MOST_EVENTS = 32
@@ -216,6 +219,19 @@ def _is_rough(rates, h):
 
 
 @part
+def _share_by_speed(state, rates, table, values, step):
+    """Return the largest share of a step in which no torque that turns over at a small speed does so unseen."""
+    share = 1.0
+    for e in range(len(table)):
+        if table[e, 4] >= 0:
+            joint, scale = table[e, 2], values[e, table[e, 4]]
+            change = abs(rates[0, 2] if joint == 0 else rates[0, 3] - rates[0, 2]) * step
+            beyond = abs(joint_speed(state, joint)) - _TURNED_OVER * scale
+            share = min(share, max(beyond, _RESOLVED * scale) / max(change, 1e-300))
+    return max(share, _SMALLEST)
+
+
+@part
 def _instant(
     joint, given, state, done, share, step, time, inputs, modes, coefficients, table, values, lanes_of, constants,
     base, slopes, torque_by_state, torque_by_lane, sums, by_state, direct, at, rates, end, tangent, tangent_slopes,
@@ -240,7 +256,7 @@ def _instant(
             # Regula falsi, kept from creeping by halving the value of the end that stays (Illinois).
             reach = (low * high_value - high * low_value) / (high_value - low_value)
             if not low < reach < high or high - low < _AT_ONCE:
-                return high
+                return min(max(reach, low), high)
         elif not dips:
             # A joint that has just begun to move has no speed yet: look for a moment at which it has.
             reach *= 0.25
@@ -271,9 +287,9 @@ def _instant(
             if side == -1:
                 high_value *= 0.5
             side = -1
-            if value > -_CLOSE:
-                return high
-    return high
+        if bracketed and abs(value) < _CLOSE:
+            break
+    return reach
 
 
 @compiled
@@ -282,8 +298,10 @@ def _trajectory(
     derivatives,
 ):  # fmt: skip
     n, base = len(start), -1
-    dry = np.zeros(2, dtype=np.bool_)
+    dry, sought = np.zeros(2, dtype=np.bool_), np.zeros(2, dtype=np.bool_)
+    turns_over = False
     for e in range(len(table)):
+        turns_over = turns_over or table[e, 4] >= 0
         if table[e, 1] == _BASE:
             base = e
         if table[e, 3]:
@@ -323,6 +341,8 @@ def _trajectory(
                 fresh, loose, crossed = False, -1, -1
             if not located:
                 share, stopped = min(longest, 1.0 - done), -1
+                if turns_over:
+                    share = min(share, _share_by_speed(state, rates, table, values, step))
             _step(
                 state, done, share, step, time, inputs, modes, coefficients, table, values, lanes_of, constants, base,
                 slopes, torque_by_state, torque_by_lane, sums, by_state, direct, at, rates, end, tangent,
@@ -337,15 +357,14 @@ def _trajectory(
                     for joint in range(2):
                         violations[joint] = violation(end, joint, modes, sums) if dry[joint] else -1.0
                         may_dip = dry[joint] and modes[joint] != STICKS and dip(joint, modes, rates) > 0.0
-                        looks = looks or violations[joint] > 0.0 or may_dip
-                        if violations[joint] <= 0.0 and not may_dip:
-                            violations[joint] = -np.inf
+                        sought[joint] = violations[joint] > 0.0 or may_dip
+                        looks = looks or sought[joint]
                     if looks:
                         # The step is made again up to the instant, or as it was, over the trials' rates.
                         whole = share
                         first_row = rates[4].copy()
                         for joint in range(2):
-                            if violations[joint] > -1e300:
+                            if sought[joint]:
                                 rates[4] = first_row
                                 instant = _instant(
                                     joint, violations[joint], state, done, whole, step, time, inputs, modes,

@@ -90,6 +90,8 @@ class TorqueEffect:
     linear: bool = True
     """Whether it acts on the smallest motions in proportion to them. Dry friction stops them, drag vanishes before
     them, a knock does not depend on them."""
+    turns_over: str = ""
+    """Name of a parameter that is the joint's speed within which the torque changes: steps are short enough for it."""
     contains: str = ""
     """Name of a simpler effect of the same joint that this one is where some of its parameters are zero, if any."""
 

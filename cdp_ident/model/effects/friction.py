@@ -109,18 +109,20 @@ def _both(
     law: Compilable,
     dry: bool = True,
     contains: str = "",
+    turns_over: str = "",
 ) -> tuple[TorqueEffect, ...]:
     joints: tuple[Joint, ...] = ("inner", "outer")
     return tuple(
         TorqueEffect(
-            name, joint, "", description, formula, source, parameters, law, dry=dry, linear=False, contains=contains
-        )
+            name, joint, "", description, formula, source, parameters, law, dry=dry, linear=False,
+            turns_over=turns_over, contains=contains,
+        )  # fmt: skip
         for joint in joints
     )
 
 
 def _torque(name: str, typical: float) -> EffectParameter:
-    return EffectParameter(name, "N m", 0.0, 20.0, typical, inertia_power=1)
+    return EffectParameter(name, "N m", 0.0, 500.0, typical, inertia_power=1)
 
 
 _SET_VALUED = "set-valued: Leine and Nijmeijer, Dynamics and Bifurcations of Non-smooth Mechanical Systems, 2004"
@@ -143,10 +145,11 @@ FRICTION: tuple[TorqueEffect, ...] = (
         (
             _torque("torque", 0.05),
             _torque("extra", 0.05),
-            EffectParameter("stribeck_speed", "rad/s", 0.1, 5.0, 0.5, shape=True),
+            EffectParameter("stribeck_speed", "rad/s", 0.05, 20.0, 0.5, shape=True),
         ),
         _stribeck,
         contains="coulomb_friction",
+        turns_over="stribeck_speed",
     ),
     *_both(
         "quadratic_friction",
@@ -166,7 +169,7 @@ FRICTION: tuple[TorqueEffect, ...] = (
             "lever |load| against the motion, the load from the constraint forces; up to lever |load| at rest",
             "Coulomb friction in a loaded bearing: SKF, Rolling Bearings, 2018",
             (
-                EffectParameter("lever", "m", 0.0, 0.05, 1e-3),
+                EffectParameter("lever", "m", 0.0, 0.2, 1e-3),
                 # What hangs on the bearing; no zero-input motion of the paper's model shows a mass by itself.
                 EffectParameter("mass", "kg", 0.01, 1000.0, mass, inertia_power=1, shape=True),
             ),
@@ -179,7 +182,7 @@ FRICTION: tuple[TorqueEffect, ...] = (
     ),
 )
 
-_VARIATION = EffectParameter("sine", "N m", -20.0, 20.0, 0.0, inertia_power=1)
+_VARIATION = EffectParameter("sine", "N m", -500.0, 500.0, 0.0, inertia_power=1)
 UNEVENNESS: tuple[TorqueEffect, ...] = _both(
     "uneven_friction",
     "what dry friction varies by over a turn",
