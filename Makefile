@@ -4,7 +4,6 @@ PYTHON ?= python3
 VENV := $(CURDIR)/.venv
 BIN := $(VENV)/bin
 SHARED := $(wildcard config/* launch/* urdf/*)
-EXECUTABLES := $(wildcard cdp_ident/nodes/[!_]*.py cdp_ident/commands/[!_]*.py)
 # Nodes of tests and demonstrations find each other on this machine only, on a domain of this run's own.
 ROS := export HOME="$${HOME:-/tmp}" ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST ROS_DOMAIN_ID=$$(( $$$$ % 100 + 1 )) \
        VIRTUAL_ENV="$(VENV)" PATH="$(BIN):$$PATH" AMENT_PREFIX_PATH="$(VENV)"; . install/setup.bash;
@@ -31,7 +30,7 @@ bench: build  ## how fast, beside what a user would use instead
 
 build: install/.ready  ## the ROS 2 package, with colcon
 
-install/.ready: $(VENV)/.ready setup.py setup.cfg package.xml $(EXECUTABLES) $(SHARED)
+install/.ready: $(VENV)/.ready setup.py setup.cfg package.xml cdp_ident/executables.py $(SHARED)
 	export VIRTUAL_ENV="$(VENV)" PATH="$(BIN):$$PATH" AMENT_PREFIX_PATH="$(VENV)"; \
 	colcon --log-base log build --symlink-install --event-handlers console_cohesion- console_stderr-
 	@touch $@

@@ -10,12 +10,11 @@ import numpy.typing as npt
 
 from cdp_ident.configuration.parameter_file import read_parameter_file
 from cdp_ident.errors import OptionError
-from cdp_ident.given import number
-from cdp_ident.identification.motion_model import ActiveEffect, Mechanism, MotionModel
+from cdp_ident.fit.motion_model import ActiveEffect, Mechanism, MotionModel
 from cdp_ident.model.effects.constants import outer_rod_length
 from cdp_ident.model.effects.naming import effect_of
 from cdp_ident.model.parameters import GROUPS, NOMINAL, SYMBOLS, groups_of, inertia_about_cart, physical_coefficients
-from cdp_ident.spelling import refuse_unknown
+from cdp_ident.user_input import number, refuse_unknown
 
 Array = npt.NDArray[np.float64]
 

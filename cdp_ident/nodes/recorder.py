@@ -13,10 +13,10 @@ from std_srvs.srv import Trigger
 from cdp_ident.bag.joint_state import MESSAGE_TYPE
 from cdp_ident.command_line import ArgumentParser, entry_point
 from cdp_ident.errors import RigError
-from cdp_ident.nodes._node import Parameters, parse_arguments, run_node
-from cdp_ident.nodes._trial_limits import declare_trial_limits
 from cdp_ident.rig.recording.facts import DIAGNOSTICS_TYPE, JointNames
 from cdp_ident.rig.recording.recorder import FLUSH_NS, Recorder, RecorderOptions
+from cdp_ident.ros.node import Parameters, parse_arguments, run_node
+from cdp_ident.ros.trial_limits import declare_trial_limits
 
 DESCRIPTION = """\
 Record free-swing trials. Armed, it waits until the pendulum is held away from hanging and let go, records until it is

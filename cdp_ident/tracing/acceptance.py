@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from cdp_ident.identification.refinement import Fit
+from cdp_ident.fit.refinement import Fit
 from cdp_ident.model.effects.effect import SensorEffect, TorqueEffect
 from cdp_ident.tracing.evidence import Attempt, change, sluggishness
 

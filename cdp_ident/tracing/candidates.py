@@ -12,8 +12,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy.optimize import lsq_linear
 
-from cdp_ident.identification.motion_model import STATE, ActiveEffect, MotionModel
-from cdp_ident.identification.refinement import Fit
+from cdp_ident.fit.motion_model import STATE, ActiveEffect, MotionModel
+from cdp_ident.fit.refinement import Fit
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.parallel import share_out
 

@@ -6,11 +6,11 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.identification.judgement import follow_closely
-from cdp_ident.identification.motion_model import MotionModel
-from cdp_ident.identification.refinement import Fit
-from cdp_ident.identification.uncertainty import autocovariance, covariance, memory
-from cdp_ident.identification.windows import split
+from cdp_ident.diagnosis.evaluation import follow_closely
+from cdp_ident.diagnosis.uncertainty import autocovariance, covariance, memory
+from cdp_ident.fit.motion_model import MotionModel
+from cdp_ident.fit.refinement import Fit
+from cdp_ident.fit.windows import split
 
 Array = npt.NDArray[np.float64]
 

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.identification.motion_model import STATE, ActiveEffect, MotionModel
-from cdp_ident.identification.refinement import Fit
-from cdp_ident.identification.windows import Window
+from cdp_ident.fit.motion_model import STATE, ActiveEffect, MotionModel
+from cdp_ident.fit.refinement import Fit
+from cdp_ident.fit.windows import Window
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.effect import Effect, TorqueEffect
 from cdp_ident.model.trajectory import trajectory_with_derivatives

@@ -12,10 +12,10 @@ from itertools import combinations
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.identification.judgement import follow
-from cdp_ident.identification.motion_model import ActiveEffect, MotionModel
-from cdp_ident.identification.refinement import Fit, refine, refine_from_afar
-from cdp_ident.identification.windows import Window
+from cdp_ident.diagnosis.evaluation import follow
+from cdp_ident.fit.motion_model import ActiveEffect, MotionModel
+from cdp_ident.fit.refinement import Fit, refine, refine_from_afar
+from cdp_ident.fit.windows import Window
 from cdp_ident.model.effects.effect import Effect, Joint, TorqueEffect
 from cdp_ident.model.effects.friction import UNEVENNESS
 from cdp_ident.tracing.acceptance import (

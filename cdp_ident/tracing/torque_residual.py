@@ -5,9 +5,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.identification.motion_model import MotionModel
-from cdp_ident.identification.refinement import Fit
-from cdp_ident.identification.windows import Window
+from cdp_ident.fit.motion_model import MotionModel
+from cdp_ident.fit.refinement import Fit
+from cdp_ident.fit.windows import Window
 from cdp_ident.model.effects.effect import Joint, TorqueEffect
 from cdp_ident.model.trajectory import accelerations_at
 from cdp_ident.trial.kinematics import HALF_WIDTH, local_motion

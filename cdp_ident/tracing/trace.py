@@ -6,16 +6,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.identification.continuity import continuity
-from cdp_ident.identification.identify import Identification
-from cdp_ident.identification.judgement import Errors, judge
-from cdp_ident.identification.motion_model import ActiveEffect, MotionModel
-from cdp_ident.identification.physical import PhysicalValues, nearest_physical_values
-from cdp_ident.identification.refinement import Fit
-from cdp_ident.identification.repeatability import repeatability
-from cdp_ident.identification.uncertainty import covariance
+from cdp_ident.diagnosis.continuity import continuity
+from cdp_ident.diagnosis.evaluation import Errors, judge
+from cdp_ident.diagnosis.repeatability import repeatability
+from cdp_ident.diagnosis.uncertainty import covariance
+from cdp_ident.fit.motion_model import ActiveEffect, MotionModel
+from cdp_ident.fit.physical import PhysicalValues, nearest_physical_values
+from cdp_ident.fit.refinement import Fit
 from cdp_ident.model.effects.effect import EffectParameter
 from cdp_ident.model.parameters import GROUPS, inertia_about_cart
+from cdp_ident.pipeline.identify import Identification
 from cdp_ident.tracing.evidence import Attempt
 from cdp_ident.tracing.ladder import Ladder, climb
 from cdp_ident.tracing.unexplained import Unexplained, unexplained

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.identification.judgement import odd_window
+from cdp_ident.diagnosis.evaluation import odd_window
 from cdp_ident.model.effects.effect import Joint
 from cdp_ident.tracing.evidence import Attempt, sluggishness
 from cdp_ident.tracing.ladder import Ladder

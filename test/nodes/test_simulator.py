@@ -17,8 +17,8 @@ from std_msgs.msg import String
 
 from cdp_ident.configuration.fitted_model import FittedModel, fitted_model, read_fitted_model
 from cdp_ident.configuration.parameter_file import parameter_file
-from cdp_ident.identification.judgement import start_of
-from cdp_ident.identification.windows import DEFAULT_WINDOW
+from cdp_ident.diagnosis.evaluation import start_of
+from cdp_ident.fit.windows import DEFAULT_WINDOW
 from cdp_ident.model.parameters import NOMINAL
 from cdp_ident.model.simulation import simulate
 from cdp_ident.model.time_grid import DEFAULT_STEP

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from cdp_ident.identification.identify import IdentifyOptions, identify
+from cdp_ident.pipeline.identify import IdentifyOptions, identify
 from cdp_ident.tracing.trace import Trace, trace
 from reference.hidden_truths import FIT_TRIALS, Answer, hidden_truth
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from cdp_ident.identification.identify import IdentifyOptions, identify
+from cdp_ident.pipeline.identify import IdentifyOptions, identify
 from cdp_ident.tracing.trace import trace
 from reference.twin import TEN_SECONDS, twin
 
