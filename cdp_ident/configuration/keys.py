@@ -10,8 +10,8 @@ from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 from cdp_ident.configuration.field_documentation import field_documentation, without_unit
 from cdp_ident.fit.estimation import SHORT_IGA
+from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.model.parameters import CONSTANTS, PARAMETERS
-from cdp_ident.pipeline.identify import IdentifyOptions
 from cdp_ident.search.options import METHODS, GeneticOptions
 from cdp_ident.trial.options import TrialOptions
 

@@ -7,9 +7,9 @@ from typing import Any
 
 from cdp_ident.configuration.keys import KEYS, Key, Scalar
 from cdp_ident.errors import OptionError
+from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.prior import Prior
 from cdp_ident.model.parameters import CONSTANTS, NOMINAL, SYMBOLS
-from cdp_ident.pipeline.identify import IdentifyOptions
 from cdp_ident.trial.options import TrialOptions
 from cdp_ident.user_input import refuse_unknown
 

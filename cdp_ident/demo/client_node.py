@@ -7,7 +7,6 @@ from typing import Any
 
 import rclpy
 import rclpy.executors
-import rclpy.qos
 import rclpy.signals
 from rcl_interfaces.srv import GetParameters, ListParameters
 from rclpy.parameter import parameter_value_to_python
@@ -15,6 +14,7 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from cdp_ident.errors import CdpIdentError
+from cdp_ident.ros.topics import latched
 
 _PATIENCE = 60.0
 """Longest wait for anything that is not said to take longer [s]."""
@@ -33,8 +33,7 @@ class ClientNode:
     def hear(self, topic: str) -> list[str]:
         """Subscribe to a latched topic of strings; what comes is appended to the list that is returned."""
         heard: list[str] = []
-        latched = rclpy.qos.QoSProfile(depth=10, durability=rclpy.qos.DurabilityPolicy.TRANSIENT_LOCAL)
-        self._node.create_subscription(String, topic, lambda message: heard.append(message.data), latched)
+        self._node.create_subscription(String, topic, lambda message: heard.append(message.data), latched(10))
         return heard
 
     def wait_for(self, what: str, condition: Callable[[], Any], patience: float = _PATIENCE) -> None:

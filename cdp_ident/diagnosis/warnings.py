@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cdp_ident.diagnosis.identification import Identification
 from cdp_ident.model.parameters import GROUPS, SYMBOLS
-from cdp_ident.pipeline.identify import Identification
 
 _EDGE = 0.01
 """A value within this share of its search range from a limit is at its edge."""

@@ -20,6 +20,8 @@ Array = npt.NDArray[np.float64]
 
 DEFAULT_WINDOW = 2.5
 """Length of a window [s]."""
+SHORTEST_WINDOW = 0.5
+"""The least length that may be asked for [s]."""
 FEWEST_SAMPLES = 12
 """A window determines four numbers of its own from two angles a sample; with fewer samples it says nothing else."""
 

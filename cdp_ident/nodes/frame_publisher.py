@@ -12,6 +12,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
 from cdp_ident.replay.scene import Frame
+from cdp_ident.ros.topics import latched
 
 JOINTS = ("cart_joint", "inner_joint", "outer_joint")
 _QUEUE_DEPTH = 2000
@@ -35,8 +36,7 @@ class FramePublisher:
         self._error = topic("simulated/error", JOINTS[1:]) if error else None
         self._topics = [topic for topic in (self._simulated, self._measured, self._error) if topic]
         self._clock = node.create_publisher(Clock, "/clock", 10) if clock else None
-        latched = rclpy.qos.QoSProfile(depth=1, durability=rclpy.qos.DurabilityPolicy.TRANSIENT_LOCAL)
-        self._state = node.create_publisher(String, "~/state", latched)
+        self._state = node.create_publisher(String, "~/state", latched())
         self._said = ""
 
     @property

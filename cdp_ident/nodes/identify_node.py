@@ -4,21 +4,21 @@ import threading
 from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
-import rclpy.qos
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from cdp_ident.command_line import EXIT_INTERRUPTED
+from cdp_ident.configuration.fitted_model import fitted_parameters
 from cdp_ident.configuration.keys import KEYS
 from cdp_ident.configuration.settings import Settings
 from cdp_ident.errors import CdpIdentError
 from cdp_ident.pipeline.identifier import NODE_NAME, Identifier
 from cdp_ident.pipeline.interruption import Interruption
-from cdp_ident.pipeline.job import LoadedJob
 from cdp_ident.report.contents import Section
-from cdp_ident.report.fitted import fitted_parameters
+from cdp_ident.report.outcome import LoadedJob
 from cdp_ident.report.terminal import summary
 from cdp_ident.ros.node import Parameters, run_node
+from cdp_ident.ros.topics import latched
 
 _SECONDS_BETWEEN_LOOKS = 1.0
 _LONGEST_GOODBYE = 5.0
@@ -42,8 +42,7 @@ class IdentifyNode:
         self._interruption.install()
         self._outcome: tuple[LoadedJob, Section] | Exception | None = None
         self._serves = False
-        latched = rclpy.qos.QoSProfile(depth=1, durability=rclpy.qos.DurabilityPolicy.TRANSIENT_LOCAL)
-        self._state = node.create_publisher(String, "~/state", latched)
+        self._state = node.create_publisher(String, "~/state", latched())
         node.create_service(Trigger, "~/identify_again", self._again)
         self._done = node.create_guard_condition(self._take_outcome)
         self._closing = False

@@ -8,16 +8,16 @@ from typing import Any
 from rich.console import Console
 
 from cdp_ident.bag.watched_folder import WatchedFolder
+from cdp_ident.configuration.fitted_model import fitted_yaml
 from cdp_ident.configuration.parameter_file import read_parameter_file
 from cdp_ident.configuration.settings import Settings
 from cdp_ident.diagnosis.new_trial import Unseen, judge_unseen
 from cdp_ident.errors import CdpIdentError
 from cdp_ident.pipeline.interruption import GivenUpError, Interruption
-from cdp_ident.pipeline.job import Job, LoadedJob, Outcome, load, run
+from cdp_ident.pipeline.job import load, run
 from cdp_ident.report.contents import Section, report
 from cdp_ident.report.curves import Curves, curves
 from cdp_ident.report.curves_file import curves_npz
-from cdp_ident.report.fitted import fitted_yaml
 from cdp_ident.report.folder import (
     CURVES,
     FIGURES,
@@ -29,6 +29,7 @@ from cdp_ident.report.folder import (
     json_text,
     write_files,
 )
+from cdp_ident.report.outcome import Job, LoadedJob, Outcome
 from cdp_ident.report.pictures import draw, write_pictures
 from cdp_ident.report.progress import SearchDisplay
 from cdp_ident.report.terminal import print_report

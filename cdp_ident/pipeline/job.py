@@ -1,53 +1,16 @@
 """From bags to an identification: what `identify` does, without ROS and without a terminal."""
 
 import time
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable
 from pathlib import Path
 
-from cdp_ident.configuration.settings import Settings
 from cdp_ident.errors import OptionError
-from cdp_ident.pipeline.identify import Identification, identify
+from cdp_ident.pipeline.identify import identify
+from cdp_ident.report.outcome import Job, LoadedJob, Outcome
 from cdp_ident.report.provenance import bag_checksums
 from cdp_ident.search.genetic_search import Progress
-from cdp_ident.tracing.trace import Trace, trace
+from cdp_ident.tracing.trace import trace
 from cdp_ident.trial.load import load_trial
-from cdp_ident.trial.trial import Trial
-
-
-@dataclass(frozen=True)
-class Job:
-    """Bags, and what is to be done with them."""
-
-    bags: tuple[Path, ...]
-    """Bags to fit jointly."""
-    holdout: tuple[Path, ...]
-    """Bags to judge by; if there is none, parts of the others are kept out of the fit."""
-    settings: Settings
-
-
-@dataclass(frozen=True)
-class LoadedJob:
-    """A job whose bags are read."""
-
-    job: Job
-    fit: tuple[Trial, ...]
-    holdout: tuple[Trial, ...]
-    checksums: Mapping[Path, Mapping[str, str]]
-    """SHA-256 of each bag's files."""
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """A finished job."""
-
-    loaded: LoadedJob
-    identification: Identification
-    trace: Trace
-    search_seconds: float
-    """Until the last generation of the last search [s]."""
-    seconds: float
-    """All in all, the reading of the bags not counted [s]."""
 
 
 def load(job: Job) -> LoadedJob:

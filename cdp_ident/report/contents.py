@@ -9,14 +9,15 @@ import numpy.typing as npt
 
 from cdp_ident.diagnosis.evaluation import Errors
 from cdp_ident.diagnosis.identifiability import Identifiability, Tradeoff, identifiability, is_determined
+from cdp_ident.diagnosis.identification import Identification
 from cdp_ident.diagnosis.new_trial import Unseen
 from cdp_ident.diagnosis.warnings import FitWarning, find_warnings
+from cdp_ident.fit.data import Data
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.physical import PhysicalValues
 from cdp_ident.fit.windows import Window
 from cdp_ident.model.parameters import CONSTANTS, GROUPS, PARAMETERS
-from cdp_ident.pipeline.identify import Data, Identification
-from cdp_ident.pipeline.job import Outcome
+from cdp_ident.report.outcome import Outcome
 from cdp_ident.report.provenance import versions
 from cdp_ident.report.verdict import verdict
 from cdp_ident.tracing.ladder import Ladder

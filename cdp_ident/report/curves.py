@@ -11,7 +11,7 @@ from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.refinement import Fit
 from cdp_ident.model.effects.effect import TorqueEffect
 from cdp_ident.model.parameters import inertia_about_cart
-from cdp_ident.pipeline.job import Outcome
+from cdp_ident.report.outcome import Outcome
 from cdp_ident.tracing.evidence import Attempt
 from cdp_ident.tracing.torque_residual import TorqueResidual, corrected, torque_residual
 from cdp_ident.trial.trial import Trial

@@ -6,13 +6,13 @@ from functools import partial
 from typing import Any
 
 import rclpy.clock
-import rclpy.qos
 from rcl_interfaces.msg import ParameterEvent, ParameterType
 from rclpy.parameter import parameter_value_to_python
 from rclpy.parameter_client import AsyncParameterClient
 from std_msgs.msg import String
 
 from cdp_ident.configuration.fitted_model import describes_model
+from cdp_ident.ros.topics import latched
 
 _LOOK_SECONDS = 0.1
 """How often it is looked whether there is something to ask for [s]."""
@@ -29,9 +29,8 @@ class ParameterSource:
         self._client: Any = None
         self._changed = True
         self._asked_at: float | None = None
-        latched = rclpy.qos.QoSProfile(depth=1, durability=rclpy.qos.DurabilityPolicy.TRANSIENT_LOCAL)
         node.create_subscription(ParameterEvent, "/parameter_events", self._note_event, 1000)
-        node.create_subscription(String, f"{source}/state", self._note, latched)
+        node.create_subscription(String, f"{source}/state", self._note, latched())
         # Steady: it goes on where use_sim_time is set and no clock runs.
         self._steady = rclpy.clock.Clock(clock_type=rclpy.clock.ClockType.STEADY_TIME)
         node.create_timer(_LOOK_SECONDS, self._look, clock=self._steady)

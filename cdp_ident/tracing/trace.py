@@ -6,16 +6,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.diagnosis.continuity import continuity
 from cdp_ident.diagnosis.evaluation import Errors, judge
-from cdp_ident.diagnosis.repeatability import repeatability
-from cdp_ident.diagnosis.uncertainty import covariance
-from cdp_ident.fit.motion_model import ActiveEffect, MotionModel
-from cdp_ident.fit.physical import PhysicalValues, nearest_physical_values
+from cdp_ident.diagnosis.identification import Identification
+from cdp_ident.fit.motion_model import ActiveEffect
+from cdp_ident.fit.physical import PhysicalValues
 from cdp_ident.fit.refinement import Fit
 from cdp_ident.model.effects.effect import EffectParameter
-from cdp_ident.model.parameters import GROUPS, inertia_about_cart
-from cdp_ident.pipeline.identify import Identification
+from cdp_ident.model.parameters import inertia_about_cart
 from cdp_ident.tracing.evidence import Attempt
 from cdp_ident.tracing.ladder import Ladder, climb
 from cdp_ident.tracing.unexplained import Unexplained, unexplained
@@ -113,17 +110,7 @@ def _completed(found: Identification, fit: Fit) -> Identification:
     """Return an identification with another fit, and all that follows from it."""
     if fit is found.fit:
         return found
-    assert isinstance(fit.model, MotionModel)
-    spread, count = covariance(fit), len(GROUPS)
-    length, _ = fit.model.constants(fit.values)
-    return replace(
-        found,
-        estimate=replace(found.estimate, fit=fit),
-        covariance=spread,
-        physical=nearest_physical_values(fit.values[:count], spread[:count, :count], found.options.prior, length),
-        continuity=continuity(fit),
-        repeatability=repeatability(fit, found.data.names),
-    )
+    return Identification.of(found.options, found.data, replace(found.estimate, fit=fit), found.errors)
 
 
 def _found(ladder: Ladder, index: int, spread: Array, inertia: float, inertia_std: float) -> FoundEffect:

@@ -12,7 +12,7 @@ from cdp_ident.configuration.keys import KEYS
 from cdp_ident.configuration.settings import Settings
 from cdp_ident.errors import OptionError
 from cdp_ident.fit.estimation import SHORT_IGA
-from cdp_ident.pipeline.identify import IdentifyOptions
+from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.search.options import IGA, TGA
 from cdp_ident.trial.options import TrialOptions
 

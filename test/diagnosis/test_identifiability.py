@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from cdp_ident.diagnosis.identifiability import Tradeoff, identifiability, is_determined
+from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.prior import Prior
 from cdp_ident.model.parameters import GROUPS, SYMBOLS, groups_of
-from cdp_ident.pipeline.identify import IdentifyOptions, identify
+from cdp_ident.pipeline.identify import identify
 from reference.clean_bags import clean_trials
 from reference.pendulum import TABLE_5
 

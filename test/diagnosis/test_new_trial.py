@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from cdp_ident.diagnosis.new_trial import judge_unseen
-from cdp_ident.pipeline.identify import IdentifyOptions, identify
+from cdp_ident.fit.options import IdentifyOptions
+from cdp_ident.pipeline.identify import identify
 from reference.pendulum import TABLE_3, TABLE_5
 from reference.twin import twin
 

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from cdp_ident.diagnosis.warnings import find_warnings
+from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.prior import Prior
-from cdp_ident.pipeline.identify import IdentifyOptions, identify
+from cdp_ident.pipeline.identify import identify
 from reference.clean_bags import clean_trials
 
 

@@ -6,12 +6,11 @@ from functools import cache
 import numpy as np
 import pytest
 
-from cdp_ident.errors import IdentificationError, OptionError
+from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.prior import Prior
 from cdp_ident.model.parameters import SYMBOLS, groups_of, physical_coefficients
 from cdp_ident.model.simulation import simulate
-from cdp_ident.pipeline.identify import IdentifyOptions, identify, prepare
-from cdp_ident.search.options import IGA
+from cdp_ident.pipeline.identify import identify
 from cdp_ident.trial.trial import Trial
 from reference.pendulum import TABLE_3, TABLE_5
 from reference.twin import TEN_SECONDS, as_measured
@@ -128,28 +127,11 @@ def test_a_search_that_is_stopped_is_refined_all_the_same_and_said_to_be_interru
     assert found.fit.rmse() < 2 * NOISE
 
 
-def test_without_method_the_search_is_short_and_with_one_the_paper_s():
-    assert OPTIONS.search.generations < 10
-    assert OPTIONS.span == OPTIONS.window
-    paper = IdentifyOptions(method="iga")
-    assert paper.search is IGA
-    assert paper.span == 10.0
-    assert IdentifyOptions(genetic=replace(IGA, generations=3)).search.generations == 3
-
-
 def test_a_free_length_is_found_beside_the_groups():
     prior = Prior(nominal={"L": 0.39})
     found = identify(trials()[:2], trials()[2:], IdentifyOptions(prior=prior, length_free=True))
     std = np.sqrt(found.covariance[-1, -1])
     assert abs(found.fit.values[-1] - 0.4) < 4 * std < 0.01
-
-
-def test_windows_are_shorter_where_a_trial_is_too_short_for_four():
-    short = Trial("short", TEN_SECONDS[:800], trials()[0].theta[:800])
-    data = prepare([short], [], 2.5)
-    assert len(data.fit) == 3
-    assert len(data.holdout) == 1
-    assert data.fit[0].duration == pytest.approx(1.0, abs=0.02)
 
 
 def test_a_window_in_which_something_happened_is_not_kept_out():
@@ -162,42 +144,3 @@ def test_a_window_in_which_something_happened_is_not_kept_out():
     assert kept_out.begin in [window.begin for window in found.data.fit]
     assert len(found.data.fit) + len(found.data.holdout) == len(ordinary.data.fit) + len(ordinary.data.holdout)
     assert [window.begin for window in found.fit.windows] == [window.begin for window in found.data.fit]
-
-
-def test_with_trials_to_judge_by_all_windows_of_the_others_are_fitted():
-    data = prepare(trials()[:2], trials()[2:], 2.5)
-    assert len(data.fit) == 8
-    assert {window.trial for window in data.holdout} == {2}
-    assert data.held_out == 1
-
-
-@pytest.mark.parametrize(
-    ("fit", "holdout", "message"),
-    [
-        ([], [], "there is no trial to fit: give at least one bag"),
-        ([(0, 200)], [], "the trials hold 1.0 s of motion; at least 2 s are needed"),
-        ([(0, 2000)], [(0, 6)], "too few samples to fit and to judge by: record longer ones"),
-    ],
-)
-def test_trials_that_do_not_suffice_are_refused(fit, holdout, message):
-    def cut(first, last):
-        return Trial("cut", TEN_SECONDS[first:last], trials()[0].theta[first:last])
-
-    with pytest.raises(IdentificationError) as caught:
-        prepare([cut(*each) for each in fit], [cut(*each) for each in holdout], 2.5)
-    assert message in str(caught.value)
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ({"window": 0.4}, "window is 0.4 s; it must be at least 0.5 s"),
-        ({"window": np.inf}, "window is inf s; it must be at least 0.5 s"),
-        ({"window": np.nan}, "window is nan s"),
-        ({"method": "ga"}, "method is 'ga'; it must be one of iga, tga"),
-    ],
-)
-def test_options_that_cannot_be_are_refused(options, message):
-    with pytest.raises(OptionError) as caught:
-        IdentifyOptions(**options)
-    assert message in str(caught.value)

@@ -7,7 +7,8 @@ import pytest
 
 from cdp_ident.configuration.settings import Settings
 from cdp_ident.errors import BagError, OptionError, TrialError
-from cdp_ident.pipeline.job import Job, load, run
+from cdp_ident.pipeline.job import load, run
+from cdp_ident.report.outcome import Job
 
 BAGS = Path(__file__).parents[2] / "bags"
 WIDE, FOLDED = BAGS / "swing_wide", BAGS / "swing_folded"

@@ -5,11 +5,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.prior import Prior
 from cdp_ident.fit.refinement import refine_from_afar
 from cdp_ident.fit.windows import cut_into_windows
 from cdp_ident.model.parameters import groups_of
-from cdp_ident.pipeline.identify import IdentifyOptions, identify
+from cdp_ident.pipeline.identify import identify
 from cdp_ident.trial.trial import Trial
 
 DATA = Path(__file__).parents[3] / "shared" / "data" / "multiarm_free_swing" / "free_swing_8s_56s_1kHz.csv.gz"

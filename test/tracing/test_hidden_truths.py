@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from cdp_ident.pipeline.identify import IdentifyOptions, identify
+from cdp_ident.fit.options import IdentifyOptions
+from cdp_ident.pipeline.identify import identify
 from cdp_ident.tracing.trace import Trace, trace
 from reference.hidden_truths import FIT_TRIALS, Answer, hidden_truth
 

@@ -3,10 +3,12 @@
 import numpy as np
 
 from cdp_ident.diagnosis.evaluation import follow
+from cdp_ident.diagnosis.identification import Identification
 from cdp_ident.fit.motion_model import ActiveEffect
+from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.refinement import refine_from_afar
 from cdp_ident.model.effects.catalogue import CATALOGUE
-from cdp_ident.pipeline.identify import Identification, IdentifyOptions, identify
+from cdp_ident.pipeline.identify import identify
 from cdp_ident.tracing.evidence import Attempt
 from cdp_ident.tracing.ladder import _Climber
 from reference.hidden_truths import FIT_TRIALS, hidden_truth

@@ -5,7 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from cdp_ident.pipeline.identify import IdentifyOptions, identify
+from cdp_ident.fit.options import IdentifyOptions
+from cdp_ident.pipeline.identify import identify
 from cdp_ident.tracing.trace import trace
 from reference.twin import TEN_SECONDS, twin
 
