@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.diagnosis.uncertainty import reduced_sensitivities
+from cdp_ident.fit.initial_states import InitialState
 from cdp_ident.fit.motion_model import STATE
 from cdp_ident.fit.refinement import Fit
 from cdp_ident.model.time_grid import TimeGrid
@@ -21,8 +22,8 @@ class Continuity:
     """Root mean square of the jumps [rad]."""
     relative: float
     """The same in units of what the uncertainty of starts and values lets expect: about 1 where the model holds."""
-    joints: int
-    """How many pairs of neighbouring windows were compared."""
+    boundaries: int
+    """How many boundaries between neighbouring windows were compared."""
 
 
 def continuity(fit: Fit) -> Continuity | None:
@@ -40,11 +41,9 @@ def continuity(fit: Fit) -> Continuity | None:
         end = replace(window, time=time, theta=np.zeros((1, 2)), grid=grid, u=u)
         arrival, sensitivity = fit.model.predict(fit.values, window.start, end)
         carried = sensitivity[0, :, :STATE]
-        spread = carried @ _start_covariance(fit, index, variance) @ carried.T
-        spread += _start_covariance(fit, index + 1, variance)[:2, :2]
-        by_values = (
-            _starts_by_values(fit, index + 1)[:2] - carried @ _starts_by_values(fit, index) - sensitivity[0, :, STATE:]
-        )
+        (of_this, this_by_values), (of_next, next_by_values) = (_initial_state(fit, index + k) for k in range(2))
+        spread = variance * (carried @ of_this @ carried.T + of_next[:2, :2])
+        by_values = next_by_values[:2] - carried @ this_by_values - sensitivity[0, :, STATE:]
         spread += by_values @ spread_of_values @ by_values.T
         jumps.append(after.start[:2] - arrival[0])
         expected.append(np.diag(spread))
@@ -54,16 +53,12 @@ def continuity(fit: Fit) -> Continuity | None:
     return Continuity(
         rms=float(np.sqrt(squared.mean())),
         relative=float(np.sqrt(np.mean(squared / np.maximum(expected, np.finfo(float).tiny)))),
-        joints=len(jumps),
+        boundaries=len(jumps),
     )
 
 
-def _start_covariance(fit: Fit, index: int, variance: float) -> Array:
-    rows = fit.sensitivities[index][..., :STATE].reshape(-1, STATE)
-    return np.asarray(variance * np.linalg.pinv(rows.T @ rows, hermitian=True), dtype=float)
-
-
-def _starts_by_values(fit: Fit, index: int) -> Array:
-    """Return how the fitted start of a window follows the values (4, unknowns)."""
+def _initial_state(fit: Fit, index: int) -> tuple[Array, Array]:
+    """Return the covariance (4, 4) of a fitted initial state, over that of the angles, and its slope by the values."""
     rows = fit.sensitivities[index].reshape(-1, STATE + len(fit.values))
-    return np.asarray(-np.linalg.lstsq(rows[:, :STATE], rows[:, STATE:], rcond=None)[0])
+    state = InitialState.of(rows[:, :STATE], fit.windows[index].start_known)
+    return state.covariance, -state.change_for(rows[:, STATE:])

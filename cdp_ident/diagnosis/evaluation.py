@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.fit.motion_model import Frozen, MotionModel
-from cdp_ident.fit.refinement import Fit, refine, refine_from_afar
+from cdp_ident.fit.motion_model import MotionModel
+from cdp_ident.fit.refinement import Fit, fit_initial_states
 from cdp_ident.fit.windows import Window, cut_into_windows
 from cdp_ident.trial.trial import Trial
 
@@ -37,17 +37,12 @@ def judge(model: MotionModel, values: Array, windows: Sequence[Window], trials: 
         windows: what to judge by; their starts are fitted to their own samples.
         trials: the trials that the windows are of; the free run begins at a trial's beginning.
     """
-    fit = follow(model, values, windows)
+    fit = fit_initial_states(model, values, windows)
     free_run = sum(
         _free_run(model, values, [window for window in windows if window.trial == index], trials[index])
         for index in sorted({window.trial for window in windows})
     )
     return Errors(fit.rmse(), fit.rmse(0), fit.rmse(1), float(free_run))
-
-
-def follow(model: MotionModel, values: Array, windows: Sequence[Window]) -> Fit:
-    """Fit the windows' starts alone."""
-    return refine_from_afar(Frozen(model, values), np.empty(0), windows)
 
 
 def odd_window(fits: Sequence[Fit], noise: Array, least: float) -> tuple[Window, float] | None:
@@ -70,12 +65,6 @@ def odd_window(fits: Sequence[Fit], noise: Array, least: float) -> tuple[Window,
     return window, worst / usual
 
 
-def follow_closely(model: MotionModel, values: Array, windows: Sequence[Window]) -> Fit:
-    """Fit the starts of short windows alone, and return the fit as one of the whole model, all values held."""
-    fit = refine(Frozen(model, values), np.empty(0), windows)
-    return replace(fit, model=model, values=values)
-
-
 def free_run(model: MotionModel, values: Array, trial: Trial, index: int, duration: float) -> Array:
     """Return the angles (n, 2) [rad] of one simulation of a whole trial, as Eq. (10) has it.
 
@@ -96,7 +85,7 @@ def start_of(model: MotionModel, values: Array, trial: Trial, index: int, durati
     """Return the state (4,) in which a trial begins, fitted to its beginning; the arguments are those of `free_run`."""
     # A trial cut by itself is the first, but effects that happen once ask which one it is.
     first = replace(cut_into_windows([trial], duration)[0], trial=index)
-    return follow(model, values, [first]).windows[0].start
+    return fit_initial_states(model, values, [first]).windows[0].start
 
 
 def _free_run(model: MotionModel, values: Array, windows: Sequence[Window], trial: Trial) -> float:

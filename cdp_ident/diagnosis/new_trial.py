@@ -5,11 +5,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.diagnosis.evaluation import follow
 from cdp_ident.diagnosis.uncertainty import covariance
 from cdp_ident.diagnosis.warnings import FitWarning
 from cdp_ident.fit.motion_model import MotionModel
-from cdp_ident.fit.refinement import refine
+from cdp_ident.fit.refinement import fit_initial_states, refine
 from cdp_ident.fit.windows import cut_into_windows
 from cdp_ident.trial.trial import Trial
 
@@ -95,7 +94,7 @@ def judge_unseen(
         IdentificationError: the trial is too short for a single window.
     """
     windows = [replace(w, trial=_NO_TRIAL) for w in cut_into_windows([trial], min(window, trial.duration))]
-    followed = follow(model, values, windows)
+    followed = fit_initial_states(model, values, windows)
     alone = refine(model, values, followed.windows)
     variances = np.diag(covariance(alone)) + np.diag(spread)
     seen = np.isfinite(variances) & (variances > 0)

@@ -4,6 +4,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.fft import irfft, next_fast_len, rfft
 
+from cdp_ident.fit.initial_states import InitialState
 from cdp_ident.fit.motion_model import STATE
 from cdp_ident.fit.refinement import Fit
 
@@ -15,11 +16,9 @@ def reduced_sensitivities(fit: Fit) -> list[Array]:
     reduced = []
     for window, sensitivity, weight in zip(fit.windows, fit.sensitivities, fit.weights, strict=True):
         rows = sensitivity.reshape(-1, sensitivity.shape[2])
-        by_start, by_unknowns = rows[:, :STATE], rows[:, STATE:]
-        if not window.start_known:
-            root = np.sqrt(weight.reshape(-1, 1))
-            imitation = np.linalg.lstsq(root * by_start, root * by_unknowns, rcond=None)[0]
-            by_unknowns = by_unknowns - by_start @ imitation
+        root = np.sqrt(weight.reshape(-1, 1))
+        state = InitialState.of(root * rows[:, :STATE], window.start_known)
+        by_unknowns = rows[:, STATE:] - rows[:, :STATE] @ state.change_for(root * rows[:, STATE:])
         reduced.append(by_unknowns.reshape(*sensitivity.shape[:2], -1))
     return reduced
 

@@ -195,26 +195,3 @@ class MotionModel:
         if self.gravity_free:
             chain[_GRAVITY, self.base_names.index("g")] = 1.0
         return chain
-
-
-@dataclass(frozen=True)
-class Frozen:
-    """A model whose unknowns keep given values: only the windows' starts remain to be fitted."""
-
-    model: MotionModel
-    values: Array
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """No unknowns."""
-        return ()
-
-    @property
-    def limits(self) -> tuple[Array, Array]:
-        """No limits."""
-        return np.empty(0), np.empty(0)
-
-    def predict(self, values: Array, start: Array, window: Window) -> tuple[Array, Array]:
-        """Return angles (n, 2) [rad] and their derivatives (n, 2, 4) with respect to the start."""
-        theta, sensitivities = self.model.predict(self.values, start, window)
-        return theta, sensitivities[..., :STATE]

@@ -6,13 +6,12 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.diagnosis.evaluation import follow, judge, odd_window
+from cdp_ident.diagnosis.evaluation import judge, odd_window
 from cdp_ident.diagnosis.identification import Identification, Stage
 from cdp_ident.fit.data import FALLBACK_FIRST, Data, prepare
 from cdp_ident.fit.estimation import estimate
-from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.options import IdentifyOptions
-from cdp_ident.fit.refinement import Fit, refine_from_afar
+from cdp_ident.fit.refinement import Fit, fit_initial_states, refine_from_afar
 from cdp_ident.model.parameters import groups_of
 from cdp_ident.search.genetic_search import Progress
 from cdp_ident.trial.trial import Trial
@@ -70,6 +69,5 @@ def identify(
 
 
 def _odd_window_is_kept_out(fit: Fit, data: Data) -> bool:
-    assert isinstance(fit.model, MotionModel)
-    odd = odd_window((fit, follow(fit.model, fit.values, data.holdout)), data.noise, _OUTLIER)
+    odd = odd_window((fit, fit_initial_states(fit.model, fit.values, data.holdout)), data.noise, _OUTLIER)
     return odd is not None and (odd[0].trial, odd[0].begin) in {(w.trial, w.begin) for w in data.holdout}

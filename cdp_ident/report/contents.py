@@ -250,7 +250,7 @@ def _continuity(found: Identification) -> Section | None:
     joined = found.continuity
     if joined is None:
         return None
-    return {"rms_rad": joined.rms, "relative": joined.relative, "joints": joined.joints}
+    return {"rms_rad": joined.rms, "relative": joined.relative, "joints": joined.boundaries}
 
 
 def _repeatability(found: Identification) -> Section | None:

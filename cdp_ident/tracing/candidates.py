@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.optimize import lsq_linear
 
+from cdp_ident.fit.initial_states import InitialState
 from cdp_ident.fit.motion_model import STATE, ActiveEffect, MotionModel
 from cdp_ident.fit.refinement import Fit
 from cdp_ident.model.effects.catalogue import CATALOGUE
@@ -50,7 +51,6 @@ class FirstLook:
     """The residual and the candidates' sensitivities, freed of what the model can adjust already."""
 
     def __init__(self, fit: Fit, candidates: Sequence[ActiveEffect]):
-        assert isinstance(fit.model, MotionModel)
         model, values = fit.model, fit.values
         self.candidates = tuple(candidates)
         self._columns: list[npt.NDArray[np.int64]] = []
@@ -78,10 +78,8 @@ class FirstLook:
             left = residual.ravel() * root[:, 0]
             free = rows[:, STATE:]
             size_before += np.sum(free**2, axis=0)
-            if not window.start_known:
-                basis, _ = np.linalg.qr(rows[:, :STATE])
-                free = free - basis @ (basis.T @ free)
-                left = left - basis @ (basis.T @ left)
+            state = InitialState.of(rows[:, :STATE], window.start_known)
+            free, left = state.eliminated_from(free), state.eliminated_from(left)
             whole += free.T @ free
             target += free.T @ left
         kept = np.linalg.pinv(whole[:own, :own], rcond=1e-12, hermitian=True)

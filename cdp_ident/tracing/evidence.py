@@ -6,10 +6,9 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.diagnosis.evaluation import follow_closely
 from cdp_ident.diagnosis.uncertainty import autocovariance, covariance, memory
 from cdp_ident.fit.motion_model import MotionModel
-from cdp_ident.fit.refinement import Fit
+from cdp_ident.fit.refinement import Fit, refine
 from cdp_ident.fit.windows import split
 
 Array = npt.NDArray[np.float64]
@@ -43,7 +42,6 @@ class Attempt:
     @property
     def model(self) -> MotionModel:
         """The model that was fitted."""
-        assert isinstance(self.fit.model, MotionModel)
         return self.fit.model
 
     @property
@@ -55,7 +53,7 @@ class Attempt:
     def closely(self) -> Fit:
         """The model's fit to short pieces of the windows, its values held."""
         pieces = [piece for window in self.fit.windows for piece in split(window, _PIECES)]
-        return follow_closely(self.model, self.fit.values, pieces)
+        return refine(self.model, self.fit.values, pieces, hold_values=True)
 
     def place_of(self, key: str) -> int:
         """Return the index of an effect among the model's, by its key."""

@@ -12,9 +12,8 @@ from itertools import combinations
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.diagnosis.evaluation import follow
 from cdp_ident.fit.motion_model import ActiveEffect, MotionModel
-from cdp_ident.fit.refinement import Fit, refine, refine_from_afar
+from cdp_ident.fit.refinement import Fit, fit_initial_states, refine, refine_from_afar
 from cdp_ident.fit.windows import Window
 from cdp_ident.model.effects.effect import Effect, Joint, TorqueEffect
 from cdp_ident.model.effects.friction import UNEVENNESS
@@ -141,7 +140,7 @@ def climb(
         stop: asked between refits; true ends the climb with the effects found so far.
     """
     climber = _Climber(noise, told, stop)
-    before = Attempt(fit, follow(fit.model, fit.values, holdout))  # type: ignore[arg-type]
+    before = Attempt(fit, fit_initial_states(fit.model, fit.values, holdout))
     return climber.run(before)
 
 
@@ -287,7 +286,7 @@ class _Climber:
         if self._stop():
             raise _Interrupted
         fit = refine_from_afar(model, values, current.fit.windows)
-        return Attempt(fit, follow(model, fit.values, current.holdout.windows))
+        return Attempt(fit, fit_initial_states(model, fit.values, current.holdout.windows))
 
     def _remove(self, current: Attempt, indices: Sequence[int]) -> Attempt:
         """Return the model without some of its effects, refitted."""
@@ -296,7 +295,7 @@ class _Climber:
             model, remain = model.without_effect(index)
             values = values[remain]
         fit = refine(model, values, current.fit.windows)
-        return Attempt(fit, follow(model, fit.values, current.holdout.windows))
+        return Attempt(fit, fit_initial_states(model, fit.values, current.holdout.windows))
 
     def _drop(self, current: Attempt) -> Attempt:
         """Drop effects that no longer help now that others are there."""

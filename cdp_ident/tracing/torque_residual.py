@@ -38,7 +38,6 @@ class TorqueResidual:
 
 def torque_residual(fit: Fit) -> TorqueResidual:
     """Return the torques that a fitted model lacks over its windows (inverse dynamics)."""
-    assert isinstance(fit.model, MotionModel)
     coefficients = fit.model.coefficients(fit.values)
     A23, A33 = coefficients[:2]
     parts = []

@@ -24,7 +24,7 @@ def fit_of(seed=0, length=0.4, duration=2.5, keep=lambda window: True):
 
 def test_a_true_model_s_windows_join_as_well_as_the_noise_lets_expect():
     relative = [continuity(fit_of(seed)).relative for seed in range(24)]
-    # 24 times three joints of two angles: a root mean square of 144 normal numbers, many of them correlated.
+    # 24 times three boundaries of two angles: a root mean square of 144 normal numbers, many of them correlated.
     assert 0.8 < np.sqrt(np.mean(np.square(relative))) < 1.2
 
 
@@ -32,11 +32,11 @@ def test_windows_of_a_wrong_length_jump():
     found = continuity(fit_of(length=0.42))
     assert found.relative > 5
     assert found.rms > 2e-3
-    assert found.joints == 3
+    assert found.boundaries == 3
 
 
 def test_only_neighbours_are_compared():
-    assert continuity(fit_of(keep=lambda window: window.begin != 5.0)).joints == 1
+    assert continuity(fit_of(keep=lambda window: window.begin != 5.0)).boundaries == 1
 
 
 def test_windows_of_two_trials_do_not_join():

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from cdp_ident.diagnosis.evaluation import follow, follow_closely, judge
+from cdp_ident.diagnosis.evaluation import judge
 from cdp_ident.fit.motion_model import ActiveEffect, Mechanism, MotionModel
 from cdp_ident.fit.prior import Prior
 from cdp_ident.fit.windows import cut_into_windows
@@ -34,15 +34,6 @@ def test_worse_values_leave_more():
     errors = judge(MODEL, NOMINAL, WINDOWS, [TWIN])
     assert errors.rmse > 10 * NOISE
     assert errors.free_run > 10
-
-
-def test_the_values_are_held_and_the_starts_are_not():
-    fit = follow(MODEL, TRUTH, WINDOWS)
-    assert len(fit.values) == 0
-    assert not np.array_equal(fit.windows[0].start, WINDOWS[0].start)
-    closely = follow_closely(MODEL, TRUTH, fit.windows)
-    assert np.array_equal(closely.values, TRUTH)
-    assert closely.rmse() == pytest.approx(fit.rmse(), rel=1e-3)
 
 
 def test_a_free_run_counts_only_the_windows_asked_for():

@@ -2,11 +2,10 @@
 
 import numpy as np
 
-from cdp_ident.diagnosis.evaluation import follow
 from cdp_ident.diagnosis.identification import Identification
 from cdp_ident.fit.motion_model import ActiveEffect
 from cdp_ident.fit.options import IdentifyOptions
-from cdp_ident.fit.refinement import refine_from_afar
+from cdp_ident.fit.refinement import fit_initial_states, refine_from_afar
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.pipeline.identify import identify
 from cdp_ident.tracing.evidence import Attempt
@@ -23,7 +22,7 @@ def with_effects(identified: Identification, *keys: str) -> Attempt:
         model = model.with_effect(active)
         values = np.concatenate([values, [parameter.typical for parameter in active.fitted]])
     fit = refine_from_afar(model, values, identified.fit.windows)
-    return Attempt(fit, follow(model, fit.values, identified.data.holdout))
+    return Attempt(fit, fit_initial_states(model, fit.values, identified.data.holdout))
 
 
 def test_two_effects_of_a_joint_that_imitate_one_are_exchanged_for_it() -> None:
