@@ -20,7 +20,7 @@ from cdp_ident.model.parameters import CONSTANTS, GROUPS, PARAMETERS
 from cdp_ident.report.outcome import Outcome
 from cdp_ident.report.provenance import versions
 from cdp_ident.report.verdict import verdict
-from cdp_ident.tracing.ladder import Ladder
+from cdp_ident.tracing.selection import Selection
 from cdp_ident.tracing.trace import Trace
 
 Array = npt.NDArray[np.float64]
@@ -187,14 +187,14 @@ def _as_fitted(trace: Trace, index: int) -> Iterator[Section]:
         yield {"value": float(value), "std": float(std)}
 
 
-def _ladder(ladder: Ladder) -> Section:
+def _ladder(ladder: Selection) -> Section:
     return {
         "interrupted": ladder.interrupted,
         "rungs": [
             {
-                "action": rung.action,
-                "rmse_fit_rad": rung.rmse_fit,
-                "rmse_holdout_rad": rung.rmse_holdout,
+                "action": step.action,
+                "rmse_fit_rad": step.rmse_fit,
+                "rmse_holdout_rad": step.rmse_holdout,
                 "tried": [
                     {
                         "effects": list(tried.effects),
@@ -202,10 +202,10 @@ def _ladder(ladder: Ladder) -> Section:
                         "rmse_holdout_rad": tried.rmse_holdout,
                         "delta_bic": tried.change.bic,
                     }
-                    for tried in rung.tried
+                    for tried in step.tried
                 ],
             }
-            for rung in ladder.rungs
+            for step in ladder.steps
         ],
     }
 

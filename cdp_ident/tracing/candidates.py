@@ -1,8 +1,8 @@
-"""The effects that could be added to a model, and a first look at what each would gain.
+"""The effects that could be added to a model, and a score test of what each would gain.
 
-The first look costs one simulation for all candidates together: each is present with no strength, its sensitivities
-are what the motion would change by, and the residual is projected on them after everything that the model can adjust
-already has been taken out of both.
+The test costs one simulation for all candidates together: each is present with no strength, its sensitivities are what
+the motion would change by, and the residual is projected on them after everything that the model can adjust already
+has been taken out of both (Rao's score test).
 """
 
 from collections.abc import Sequence
@@ -26,7 +26,7 @@ _INDEPENDENT = 1e-6
 
 @dataclass(frozen=True)
 class Candidate:
-    """An effect that could be added, and what the first look says of it."""
+    """An effect that could be added, and what the score test says of it."""
 
     active: ActiveEffect
     gain: float
@@ -47,7 +47,7 @@ def addable(model: MotionModel) -> list[ActiveEffect]:
     return [ActiveEffect(e) for e in CATALOGUE if (e.name, e.joint) not in present and not e.at_an_instant]
 
 
-class FirstLook:
+class ScoreTest:
     """The residual and the candidates' sensitivities, freed of what the model can adjust already."""
 
     def __init__(self, fit: Fit, candidates: Sequence[ActiveEffect]):

@@ -1,4 +1,4 @@
-"""What remains when the ladder ends: how much, in which joint, and where it is found."""
+"""What remains when the selection ends: how much, in which joint, and where it is found."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ import numpy.typing as npt
 from cdp_ident.diagnosis.evaluation import odd_window
 from cdp_ident.model.effects.effect import Joint
 from cdp_ident.tracing.evidence import Attempt, sluggishness
-from cdp_ident.tracing.ladder import Ladder
+from cdp_ident.tracing.selection import Selection
 from cdp_ident.tracing.torque_residual import JOINTS, TorqueResidual, corrected, torque_residual
 
 Array = npt.NDArray[np.float64]
@@ -36,16 +36,16 @@ class Unexplained:
     """Where it is and how much, for people."""
 
 
-def unexplained(ladder: Ladder, noise: Array, trials: Sequence[str], inertia: float) -> Unexplained:
+def unexplained(selection: Selection, noise: Array, trials: Sequence[str], inertia: float) -> Unexplained:
     """Describe what remains.
 
     Args:
-        ladder: where it ended.
+        selection: where it ended.
         noise: (2,) standard deviation of the noise of theta1 and theta2 [rad].
         trials: names of the trials.
         inertia: A22 [kg m^2], to give torques in N m.
     """
-    attempt = ladder.after
+    attempt = selection.after
     errors = np.array([max(attempt.fit.rmse(k), attempt.holdout.rmse(k)) for k in range(2)])
     ratios = errors / noise
     overall = attempt.holdout.rmse() / float(np.sqrt(np.mean(noise**2)))
@@ -56,11 +56,11 @@ def unexplained(ladder: Ladder, noise: Array, trials: Sequence[str], inertia: fl
     dependence = max(_dependences(residual), key=lambda found: found.share)
     worst = int(np.argmax(ratios))
     remains = f"{1e3 * errors[worst]:.3g} mrad remain in theta{worst + 1}, {ratios[worst]:.1f} times its noise"
-    rubs = [f"something rubs in the {r.joint} joint, most at {r.angle:.2g} rad from hanging" for r in ladder.rubbing]
+    rubs = [f"something rubs in the {r.joint} joint, most at {r.angle:.2g} rad from hanging" for r in selection.rubbing]
     memory = sluggishness(attempt.fit)
     slow = f"; it changes slowly, over {memory:.0f} samples" if memory > 3 else ""
     description = "; ".join(filter(None, (remains, *rubs, dependence.words(inertia) + slow, window)))
-    joint = ladder.rubbing[0].joint if ladder.rubbing else JOINTS[dependence.joint]
+    joint = selection.rubbing[0].joint if selection.rubbing else JOINTS[dependence.joint]
     return Unexplained(True, joint, overall, description)
 
 

@@ -1,4 +1,4 @@
-"""Steps of the ladder that whole truths rarely show one by one."""
+"""Exchanges that whole truths rarely show one by one."""
 
 import numpy as np
 
@@ -9,7 +9,8 @@ from cdp_ident.fit.refinement import fit_initial_states, refine_from_afar
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.pipeline.identify import identify
 from cdp_ident.tracing.evidence import Attempt
-from cdp_ident.tracing.ladder import _Climber
+from cdp_ident.tracing.exchange import alternatives, exchange_effects
+from cdp_ident.tracing.selection import Progress
 from reference.hidden_truths import FIT_TRIALS, hidden_truth
 
 BY_KEY = {effect.key: effect for effect in CATALOGUE}
@@ -30,7 +31,9 @@ def test_two_effects_of_a_joint_that_imitate_one_are_exchanged_for_it() -> None:
     identified = identify(trials[:FIT_TRIALS], trials[FIT_TRIALS:], IdentifyOptions())
     told: list[str] = []
     two = with_effects(identified, "quadratic_friction.inner", "coulomb_friction.inner")
-    exchanged = _Climber(answer.floor, told.append, lambda: False)._exchange(two)
+    progress = Progress(two, answer.floor, told.append)
+    assert exchange_effects(progress)
+    exchanged = progress.current
     assert told == [
         "stribeck_friction.inner explains the motion better than quadratic_friction.inner and coulomb_friction.inner"
     ]
@@ -39,11 +42,10 @@ def test_two_effects_of_a_joint_that_imitate_one_are_exchanged_for_it() -> None:
 
 
 def test_what_contains_an_effect_is_no_other_possibility_but_the_other_way_round() -> None:
-    trials, answer = hidden_truth("coulomb_friction.outer", 0, 3.0)
+    trials, _ = hidden_truth("coulomb_friction.outer", 0, 3.0)
     identified = identify(trials[:FIT_TRIALS], trials[FIT_TRIALS:], IdentifyOptions())
     none, dry, more = (
         with_effects(identified, *keys) for keys in ((), ("coulomb_friction.outer",), ("stribeck_friction.outer",))
     )
-    climber = _Climber(answer.floor, lambda line: None, lambda: False)
-    assert climber._alternatives(dry.model.effects[0], dry, none, [more]) == ()
-    assert climber._alternatives(more.model.effects[0], more, none, [dry]) == ("coulomb_friction outer",)
+    assert alternatives(dry.model.effects[0], dry, none, [more]) == ()
+    assert alternatives(more.model.effects[0], more, none, [dry]) == ("coulomb_friction outer",)
