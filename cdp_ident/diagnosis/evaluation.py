@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.fit.motion_model import MotionModel
-from cdp_ident.fit.refinement import Fit, fit_initial_states
+from cdp_ident.fit.refinement import fit_initial_states
 from cdp_ident.fit.windows import Window, cut_into_windows
 from cdp_ident.trial.trial import Trial
 
@@ -43,26 +43,6 @@ def judge(model: MotionModel, values: Array, windows: Sequence[Window], trials: 
         for index in sorted({window.trial for window in windows})
     )
     return Errors(fit.rmse(), fit.rmse(0), fit.rmse(1), float(free_run))
-
-
-def odd_window(fits: Sequence[Fit], noise: Array, least: float) -> tuple[Window, float] | None:
-    """Return the window that fits worse than all others, and how many times worse than most, if one does.
-
-    Args:
-        fits: of the windows that were fitted, and of those kept out.
-        noise: (2,) standard deviation of the noise of theta1 and theta2 [rad].
-        least: how many times the others' error, and the noise, its error must be.
-    """
-    windows = [
-        (float(np.sqrt(np.mean((residual / noise) ** 2))), window)
-        for fit in fits
-        for window, residual in zip(fit.windows, fit.residuals, strict=True)
-    ]
-    usual = float(np.median([error for error, _ in windows]))
-    worst, window = max(windows, key=lambda pair: pair[0])
-    if len(windows) < 3 or worst < least * max(usual, 1.0):
-        return None
-    return window, worst / usual
 
 
 def free_run(model: MotionModel, values: Array, trial: Trial, index: int, duration: float) -> Array:

@@ -2,8 +2,8 @@
 
 import numpy as np
 import numpy.typing as npt
-from scipy.fft import irfft, next_fast_len, rfft
 
+from cdp_ident.diagnosis.autocorrelation import correlation_length
 from cdp_ident.fit.initial_states import InitialState
 from cdp_ident.fit.motion_model import STATE
 from cdp_ident.fit.refinement import Fit
@@ -27,16 +27,16 @@ def covariance(fit: Fit) -> Array:
     """Return the covariance (unknowns, unknowns) of the fitted values.
 
     It is the curvature's, corrected for residuals that are correlated in time and of different size in the two
-    angles: S^-1 B S^-1 with S the curvature and B the sum of the scores' autocovariances, up to the lag at which the
-    residuals have lost their memory, with Bartlett's weights (Newey and West, Econometrica 55, 1987). An unknown that
-    the windows do not show at all gets an infinite variance.
+    angles: S^-1 B S^-1 with S the curvature and B the sum of the scores' autocovariances, up to the
+    correlation length of the residuals, with Bartlett's weights (Newey and West, Econometrica 55, 1987). An unknown
+    that the windows do not show at all gets an infinite variance.
     """
     scores, curvature = [], 0.0
     for sensitivity, residual, weight in zip(reduced_sensitivities(fit), fit.residuals, fit.weights, strict=True):
         weighted = sensitivity * weight[..., None]
         curvature = curvature + np.einsum("nrp,nrq->pq", weighted, sensitivity)
         scores.append(np.einsum("nrp,nr->np", weighted, residual))
-    lags = memory(fit)
+    lags = correlation_length(fit)
     middle = np.zeros_like(curvature)
     for score in scores:
         middle += score.T @ score
@@ -53,37 +53,3 @@ def covariance(fit: Fit) -> Array:
     unseen = np.any(np.abs(vectors[:, ~seen]) > 1e-3, axis=1)
     result[unseen, unseen] = np.inf
     return np.asarray(result)
-
-
-def memory(fit: Fit) -> int:
-    """Return the lag, in samples, at which the residuals no longer remember themselves; 0 where they are white.
-
-    Lags are counted until three in a row have autocorrelations inside the 99 % limits of white noise.
-    """
-    products = autocovariance(fit)
-    count = sum(len(residual) for residual in fit.residuals)
-    correlation = products[1:] / np.maximum(products[0], np.finfo(float).tiny)
-    loud = np.max(np.abs(correlation), axis=1) > 2.6 / np.sqrt(count)
-    quiet, last = 0, 0
-    for lag, is_loud in enumerate(loud, start=1):
-        if is_loud:
-            quiet, last = 0, lag
-        else:
-            quiet += 1
-            if quiet == 3:
-                break
-    return last
-
-
-def autocovariance(fit: Fit) -> Array:
-    """Return the sums (lags, 2) of products of residuals so many samples apart in one window, from lag 0 on [rad^2].
-
-    Lags go up to a quarter of the longest window.
-    """
-    lags = max(len(residual) for residual in fit.residuals) // 4 + 1
-    total = np.zeros((lags, 2))
-    for residual in fit.residuals:
-        padded = next_fast_len(len(residual) + lags)
-        power = np.abs(rfft(residual, padded, axis=0)) ** 2
-        total += irfft(power, padded, axis=0)[:lags]
-    return total

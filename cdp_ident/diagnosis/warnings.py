@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cdp_ident.diagnosis.identification import Identification
+from cdp_ident.diagnosis.outlier_windows import outlier_windows
 from cdp_ident.model.parameters import GROUPS, SYMBOLS
 
 _EDGE = 0.01
@@ -101,19 +102,16 @@ def _disagreement(found: Identification) -> Iterator[FitWarning]:
 
 
 def _windows(found: Identification) -> Iterator[FitWarning]:
-    errors = np.array([np.sqrt(np.mean(residual**2)) for residual in found.fit.residuals])
-    typical = float(np.median(errors))
-    poor = np.flatnonzero(errors > _WORSE * typical)
-    for index in poor[np.argsort(-errors[poor], kind="stable")][:_MOST_NAMED]:
-        window = found.fit.windows[index]
+    for outlier in outlier_windows([found.fit], _WORSE)[:_MOST_NAMED]:
+        window = outlier.window
         trial = found.data.trials[window.trial]
         begin = trial.start + window.begin
         where = f"{trial.name} from {begin:.2f} to {begin + window.duration:.2f} s"
         yield FitWarning(
             "window_fits_worse",
             (where,),
-            f"{where} fits far worse than the others: {1e3 * errors[index]:.3g} mrad, the median is "
-            f"{1e3 * typical:.3g} mrad; look for a knock or a slipped encoder there",
+            f"{where} fits far worse than the others: {1e3 * outlier.error:.3g} mrad, the median is "
+            f"{1e3 * outlier.usual:.3g} mrad; look for a knock or a slipped encoder there",
         )
 
 

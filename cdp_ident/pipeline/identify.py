@@ -6,8 +6,9 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.diagnosis.evaluation import judge, odd_window
+from cdp_ident.diagnosis.evaluation import judge
 from cdp_ident.diagnosis.identification import Identification, Stage
+from cdp_ident.diagnosis.outlier_windows import outlier_windows
 from cdp_ident.fit.data import FALLBACK_FIRST, Data, prepare
 from cdp_ident.fit.estimation import estimate
 from cdp_ident.fit.options import IdentifyOptions
@@ -45,7 +46,7 @@ def identify(
     rng = np.random.default_rng(options.seed)
     noise = float(np.sqrt(np.mean(data.noise**2)))
     found = estimate(model, data.fit, prior, noise, rng, options.search, options.span, stop)
-    if not holdout and _odd_window_is_kept_out(found.fit, data):
+    if not holdout and _outlier_is_kept_out(found.fit, data):
         # What happened once is found where it is fitted, and nowhere else.
         data = prepare(fit, holdout, options.window, FALLBACK_FIRST)
         found = replace(found, fit=refine_from_afar(model, found.fit.values, data.fit))
@@ -68,6 +69,8 @@ def identify(
     )
 
 
-def _odd_window_is_kept_out(fit: Fit, data: Data) -> bool:
-    odd = odd_window((fit, fit_initial_states(fit.model, fit.values, data.holdout)), data.noise, _OUTLIER)
-    return odd is not None and (odd[0].trial, odd[0].begin) in {(w.trial, w.begin) for w in data.holdout}
+def _outlier_is_kept_out(fit: Fit, data: Data) -> bool:
+    kept_out = fit_initial_states(fit.model, fit.values, data.holdout)
+    outliers = outlier_windows((fit, kept_out), _OUTLIER, data.noise)
+    places = {(window.trial, window.begin) for window in data.holdout}
+    return bool(outliers) and (outliers[0].window.trial, outliers[0].window.begin) in places
