@@ -16,10 +16,11 @@ demo: build  ## the data's whole way, from an emulated rig to served parameters,
 test: build  ## all tests, nodes included, shared out over the cores
 	@$(ROS) $(BIN)/python -m pytest --numprocesses=auto --dist=loadfile
 
-check: $(VENV)/.ready  ## format, lint and types
+check: $(VENV)/.ready  ## format, lint, types and which room imports which
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
+	$(BIN)/lint-imports --no-cache
 
 format: $(VENV)/.ready  ## what `check` asks for, as far as a tool can do it
 	$(BIN)/ruff format .

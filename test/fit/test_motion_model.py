@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cdp_ident.fit.motion_model import STATE, ActiveEffect, Frozen, Mechanism, MotionModel
+from cdp_ident.fit.motion_model import STATE, ActiveEffect, Mechanism, MotionModel
 from cdp_ident.fit.prior import Prior
 from cdp_ident.fit.windows import cut_into_windows
 from cdp_ident.model.effects.catalogue import CATALOGUE
@@ -164,13 +164,3 @@ def test_free_length_and_gravity_enter_the_coefficients():
     assert model.constants(values) == (0.3, 9.7)
     assert np.array_equal(model.coefficients(values), coefficients_of(TRUTH, 0.3, 9.7))
     assert np.array_equal(model.beginning(TRUTH), np.concatenate([TRUTH, [0.4, 9.81]]))
-
-
-def test_a_frozen_model_moves_as_the_model_and_has_nothing_to_adjust():
-    window = first_window()
-    frozen = Frozen(MODEL, TRUTH)
-    theta, sensitivity = frozen.predict(np.empty(0), window.start, window)
-    expected, full = MODEL.predict(TRUTH, window.start, window)
-    assert np.array_equal(theta, expected)
-    assert np.array_equal(sensitivity, full[..., :STATE])
-    assert (frozen.names, [len(limit) for limit in frozen.limits]) == ((), [0, 0])
