@@ -28,7 +28,7 @@ class Errors:
     """Eq. (10): squared error of one simulation of each whole trial from its beginning, over these windows [rad^2]."""
 
 
-def judge(model: MotionModel, values: Array, windows: Sequence[Window], trials: Sequence[Trial]) -> Errors:
+def evaluate(model: MotionModel, values: Array, windows: Sequence[Window], trials: Sequence[Trial]) -> Errors:
     """Return the errors over windows of trials.
 
     Args:

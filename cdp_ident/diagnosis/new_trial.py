@@ -1,4 +1,4 @@
-"""A new trial, judged by what was identified before it was seen."""
+"""The check of a new trial by the model that was identified before it came."""
 
 from dataclasses import dataclass, replace
 
@@ -43,7 +43,7 @@ class Changed:
 
 
 @dataclass(frozen=True)
-class Unseen:
+class NewTrialCheck:
     """What a model that was fitted to other trials says of a new one."""
 
     trial: str
@@ -77,10 +77,10 @@ class Unseen:
         return None if self.fits else FitWarning("no_longer_fits", (self.trial,), self.words)
 
 
-def judge_unseen(
+def check_new_trial(
     model: MotionModel, values: Array, spread: Array, expected: float, trial: Trial, window: float
-) -> Unseen:
-    """Judge a trial by a model that was not fitted to it.
+) -> NewTrialCheck:
+    """Check a trial by a model that was not fitted to it.
 
     Args:
         model: the model, with its effects.
@@ -94,8 +94,8 @@ def judge_unseen(
         IdentificationError: the trial is too short for a single window.
     """
     windows = [replace(w, trial=_NO_TRIAL) for w in cut_into_windows([trial], min(window, trial.duration))]
-    followed = fit_initial_states(model, values, windows)
-    alone = refine(model, values, followed.windows)
+    held = fit_initial_states(model, values, windows)
+    alone = refine(model, values, held.windows)
     variances = np.diag(covariance(alone)) + np.diag(spread)
     seen = np.isfinite(variances) & (variances > 0)
     deviations = np.zeros(len(values))
@@ -105,4 +105,4 @@ def judge_unseen(
         for k in np.argsort(-np.abs(deviations), kind="stable")
         if abs(deviations[k]) > _CLEARLY
     ]
-    return Unseen(trial.name, followed.rmse(), expected, tuple(changed))
+    return NewTrialCheck(trial.name, held.rmse(), expected, tuple(changed))

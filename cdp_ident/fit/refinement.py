@@ -61,9 +61,9 @@ class Fit:
         """Sum of the squared residuals [rad^2]."""
         return float(sum(np.sum(residual**2) for residual in self.residuals))
 
-    def rmse(self, joint: int | None = None) -> float:
+    def rmse(self, angle: int | None = None) -> float:
         """Root mean square residual of one angle (0: theta1, 1: theta2) or of both together [rad]."""
-        columns = slice(None) if joint is None else slice(joint, joint + 1)
+        columns = slice(None) if angle is None else slice(angle, angle + 1)
         residuals = np.concatenate([residual[:, columns].ravel() for residual in self.residuals])
         return float(np.sqrt(np.mean(residuals**2)))
 

@@ -11,7 +11,7 @@ from cdp_ident.bag.watched_folder import WatchedFolder
 from cdp_ident.configuration.fitted_model import fitted_yaml
 from cdp_ident.configuration.parameter_file import read_parameter_file
 from cdp_ident.configuration.settings import Settings
-from cdp_ident.diagnosis.new_trial import Unseen, judge_unseen
+from cdp_ident.diagnosis.new_trial import NewTrialCheck, check_new_trial
 from cdp_ident.errors import CdpIdentError
 from cdp_ident.pipeline.interruption import GivenUpError, Interruption
 from cdp_ident.pipeline.job import load, run
@@ -67,7 +67,7 @@ class Identifier:
         self._came: list[Path] = []
         """Bags of the watched folder that are fitted too."""
         self._latest: Outcome | None = None
-        self._unseen: list[Unseen] = []
+        self._unseen: list[NewTrialCheck] = []
 
     def settings(self, given: Mapping[str, Any]) -> Settings:
         """Read the configuration; `given` is what ROS was told.
@@ -121,7 +121,7 @@ class Identifier:
         after = latest.trace.after
         expected = latest.trace.errors[1].rmse
         window = latest.identification.options.window
-        unseen = judge_unseen(after.model, after.fit.values, latest.trace.covariance, expected, trial, window)
+        unseen = check_new_trial(after.model, after.fit.values, latest.trace.covariance, expected, trial, window)
         self._unseen.append(unseen)
         self._say(unseen.words)
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.diagnosis.evaluation import judge
+from cdp_ident.diagnosis.evaluation import evaluate
 from cdp_ident.diagnosis.identification import Identification, Stage
 from cdp_ident.diagnosis.outlier_windows import outlier_windows
 from cdp_ident.fit.data import FALLBACK_FIRST, Data, prepare
@@ -61,8 +61,8 @@ def identify(
         found,
         {
             stage: (
-                judge(model, stage_values, data.fit, data.trials),
-                judge(model, stage_values, data.holdout, data.trials),
+                evaluate(model, stage_values, data.fit, data.trials),
+                evaluate(model, stage_values, data.holdout, data.trials),
             )
             for stage, stage_values in stages.items()
         },

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from cdp_ident.diagnosis.evaluation import Errors
 from cdp_ident.diagnosis.identifiability import Identifiability, Tradeoff, identifiability, is_determined
 from cdp_ident.diagnosis.identification import Identification
-from cdp_ident.diagnosis.new_trial import Unseen
+from cdp_ident.diagnosis.new_trial import NewTrialCheck
 from cdp_ident.diagnosis.warnings import FitWarning, find_warnings
 from cdp_ident.fit.data import Data
 from cdp_ident.fit.motion_model import MotionModel
@@ -29,7 +29,7 @@ Section = dict[str, Any]
 SCHEMA = "cdp_ident/report/1"
 
 
-def report(outcome: Outcome, unseen: Sequence[Unseen] = ()) -> Section:
+def report(outcome: Outcome, unseen: Sequence[NewTrialCheck] = ()) -> Section:
     """Return everything there is to report; plain values, to be written as JSON.
 
     Args:
@@ -274,7 +274,7 @@ def _repeatability(found: Identification) -> Section | None:
     }
 
 
-def _unseen(judged: Unseen) -> Section:
+def _unseen(judged: NewTrialCheck) -> Section:
     return {
         "trial": judged.trial,
         "rmse_rad": judged.error,
@@ -286,7 +286,7 @@ def _unseen(judged: Unseen) -> Section:
     }
 
 
-def _doubts(unseen: Sequence[Unseen]) -> Iterator[FitWarning]:
+def _doubts(unseen: Sequence[NewTrialCheck]) -> Iterator[FitWarning]:
     for judged in unseen:
         warning = judged.warning()
         if warning:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.diagnosis.evaluation import Errors, judge
+from cdp_ident.diagnosis.evaluation import Errors, evaluate
 from cdp_ident.diagnosis.identification import Identification
 from cdp_ident.fit.motion_model import ActiveEffect
 from cdp_ident.fit.physical import PhysicalValues
@@ -102,8 +102,8 @@ def trace(
         effects=effects,
         completed=completed,
         errors=(
-            judge(after.model, values, found.data.fit, found.data.trials),
-            judge(after.model, values, found.data.holdout, found.data.trials),
+            evaluate(after.model, values, found.data.fit, found.data.trials),
+            evaluate(after.model, values, found.data.holdout, found.data.trials),
         ),
         unexplained=unexplained(selection, found.data.noise, found.data.names, inertia),
     )

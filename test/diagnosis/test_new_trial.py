@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from cdp_ident.diagnosis.new_trial import judge_unseen
+from cdp_ident.diagnosis.new_trial import check_new_trial
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.pipeline.identify import identify
 from reference.pendulum import TABLE_3, TABLE_5
@@ -23,7 +23,7 @@ def found():
 
 def judged(found, new):
     expected = found.errors["refined"][1].rmse
-    return judge_unseen(found.fit.model, found.fit.values, found.covariance, expected, new, found.options.window)
+    return check_new_trial(found.fit.model, found.fit.values, found.covariance, expected, new, found.options.window)
 
 
 def test_a_trial_of_the_same_pendulum_fits_to_the_noise(found):
