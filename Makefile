@@ -4,7 +4,6 @@ PYTHON ?= python3
 VENV := $(CURDIR)/.venv
 BIN := $(VENV)/bin
 SHARED := $(wildcard config/* launch/* urdf/*)
-EXECUTABLES := $(wildcard cdp_ident/nodes/[!_]*.py cdp_ident/commands/[!_]*.py)
 # Nodes of tests and demonstrations find each other on this machine only, on a domain of this run's own.
 ROS := export HOME="$${HOME:-/tmp}" ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST ROS_DOMAIN_ID=$$(( $$$$ % 100 + 1 )) \
        VIRTUAL_ENV="$(VENV)" PATH="$(BIN):$$PATH" AMENT_PREFIX_PATH="$(VENV)"; . install/setup.bash;
@@ -17,10 +16,11 @@ demo: build  ## the data's whole way, from an emulated rig to served parameters,
 test: build  ## all tests, nodes included, shared out over the cores
 	@$(ROS) $(BIN)/python -m pytest --numprocesses=auto --dist=loadfile
 
-check: $(VENV)/.ready  ## format, lint and types
+check: $(VENV)/.ready  ## format, lint, types and which room imports which
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
+	$(BIN)/lint-imports --no-cache
 
 format: $(VENV)/.ready  ## what `check` asks for, as far as a tool can do it
 	$(BIN)/ruff format .
@@ -31,7 +31,7 @@ bench: build  ## how fast, beside what a user would use instead
 
 build: install/.ready  ## the ROS 2 package, with colcon
 
-install/.ready: $(VENV)/.ready setup.py setup.cfg package.xml $(EXECUTABLES) $(SHARED)
+install/.ready: $(VENV)/.ready setup.py setup.cfg package.xml cdp_ident/executables.py $(SHARED)
 	export VIRTUAL_ENV="$(VENV)" PATH="$(BIN):$$PATH" AMENT_PREFIX_PATH="$(VENV)"; \
 	colcon --log-base log build --symlink-install --event-handlers console_cohesion- console_stderr-
 	@touch $@

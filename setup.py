@@ -1,5 +1,6 @@
 """Build script of the ROS 2 package, called by colcon."""
 
+import runpy
 from pathlib import Path
 
 from setuptools import find_packages, setup
@@ -9,9 +10,9 @@ ROOT = Path(__file__).parent
 
 
 def executables() -> list[str]:
-    """Return an entry point for every public module of nodes/ and commands/: the folders are the list."""
-    modules = sorted(path for kind in ("nodes", "commands") for path in Path(NAME, kind).glob("[!_]*.py"))
-    return [f"{path.stem} = {'.'.join(path.with_suffix('').parts)}:main" for path in modules]
+    """Return an entry point for each executable of the package's table."""
+    table = runpy.run_path(str(ROOT / NAME / "executables.py"))["EXECUTABLES"]
+    return [f"{name} = {module}:main" for name, module in table.items()]
 
 
 def shared(folder: str) -> tuple[str, list[str]]:
@@ -23,7 +24,7 @@ setup(
     name=NAME,
     version="0.1.0",
     packages=find_packages(include=[NAME, f"{NAME}.*"]),
-    package_data={NAME: ["py.typed", "demonstration/rig.yaml", "report/page/templates/*"]},
+    package_data={NAME: ["py.typed", "demo/rig.yaml", "report/page/templates/*"]},
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
         (f"share/{NAME}", ["package.xml"]),

@@ -8,7 +8,7 @@ from rich.console import Console
 
 import benchmarks
 from cdp_ident.errors import OptionError
-from cdp_ident.spelling import refuse_unknown
+from cdp_ident.user_input import refuse_unknown
 
 
 def main(chosen: list[str]) -> int:

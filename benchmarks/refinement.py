@@ -19,10 +19,10 @@ from scipy.optimize import least_squares
 
 from benchmarks._timing import seconds
 from benchmarks.simulation import _derivative
-from cdp_ident.identification.motion_model import Mechanism, MotionModel
-from cdp_ident.identification.prior import Prior
-from cdp_ident.identification.refinement import refine_from_afar
-from cdp_ident.identification.windows import cut_into_windows
+from cdp_ident.fit.motion_model import Mechanism, MotionModel
+from cdp_ident.fit.prior import Prior
+from cdp_ident.fit.refinement import refine_from_afar
+from cdp_ident.fit.windows import cut_into_windows
 from cdp_ident.model.parallel import core_count
 from cdp_ident.model.parameters import coefficients_of, groups_of, physical_coefficients
 from cdp_ident.model.trajectory import trajectory, trajectory_with_derivatives

@@ -13,8 +13,8 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from cdp_ident.identification.genetic_options import IGA, TGA
-from cdp_ident.identification.genetic_search import genetic_search
+from cdp_ident.search.genetic_search import genetic_search
+from cdp_ident.search.options import IGA, TGA
 from reference.search_problem import LOWER, UPPER, twin_objective
 
 SEEDS = 10  # the interval in the table is that of ten

@@ -13,7 +13,8 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from cdp_ident.identification.identify import IdentifyOptions, identify
+from cdp_ident.fit.options import IdentifyOptions
+from cdp_ident.pipeline.identify import identify
 from cdp_ident.tracing.trace import FoundEffect, trace
 from reference.hidden_truths import FIT_TRIALS, KINDS, SINGLE, Answer, Hidden, hidden_truth
 

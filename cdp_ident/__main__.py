@@ -3,22 +3,22 @@
 import importlib
 import sys
 
-from cdp_ident.command_line import EXIT_BAD_INPUT, executables
+from cdp_ident.command_line import EXIT_BAD_INPUT
+from cdp_ident.executables import EXECUTABLES
 
 
 def main() -> int:
     """Run the executable named by the first argument with the arguments after it."""
-    modules = executables()
-    usage = f"usage: python3 -m cdp_ident NODE …   where NODE is one of: {', '.join(sorted(modules))}"
+    usage = f"usage: python3 -m cdp_ident NODE …   where NODE is one of: {', '.join(sorted(EXECUTABLES))}"
     if len(sys.argv) < 2 or sys.argv[1] in ("-h", "--help"):
         print(f"{usage}\n\n`python3 -m cdp_ident NODE --help` tells what each one does.")
         return 0 if len(sys.argv) > 1 else EXIT_BAD_INPUT
     name = sys.argv.pop(1)
-    if name not in modules:
+    if name not in EXECUTABLES:
         print(f"cdp_ident: error: there is no node {name!r}; {usage}", file=sys.stderr)
         return EXIT_BAD_INPUT
     sys.argv[0] = name
-    return int(importlib.import_module(modules[name]).main())
+    return int(importlib.import_module(EXECUTABLES[name]).main())
 
 
 if __name__ == "__main__":

@@ -1,28 +1,16 @@
-"""What every executable of the package shares: how it is found, and how it ends."""
+"""What every executable of the package shares: how it reads its arguments, and how it ends."""
 
 import argparse
 import functools
 import os
-import pkgutil
 import sys
 from collections.abc import Callable, Sequence
 from typing import NoReturn
 
-from cdp_ident import commands, nodes
 from cdp_ident.errors import CdpIdentError, OptionError
 
 EXIT_BAD_INPUT = 2
 EXIT_INTERRUPTED = 130
-
-
-def executables() -> dict[str, str]:
-    """Return the module of each executable by its name: the public modules of `nodes` and `commands`."""
-    return {
-        module.name: f"{package.__name__}.{module.name}"
-        for package in (nodes, commands)
-        for module in pkgutil.iter_modules(package.__path__)
-        if not module.name.startswith("_")
-    }
 
 
 class ArgumentParser(argparse.ArgumentParser):

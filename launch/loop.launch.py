@@ -14,7 +14,7 @@ from launch.conditions import IfCondition, UnlessCondition
 from launch.substitutions import IfElseSubstitution, LaunchConfiguration, NotEqualsSubstitution
 from launch_ros.actions import Node
 
-from cdp_ident.demonstration.recording import RIG
+from cdp_ident.demo.recording import RIG
 
 LAUNCH = Path(get_package_share_directory("cdp_ident"), "launch")
 

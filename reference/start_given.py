@@ -8,14 +8,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cdp_ident.identification.estimation import SHORT_IGA, search_objective
-from cdp_ident.identification.genetic_search import genetic_search
-from cdp_ident.identification.motion_model import Mechanism, MotionModel
-from cdp_ident.identification.prior import Prior
-from cdp_ident.identification.refinement import refine
-from cdp_ident.identification.windows import Window, cut_into_windows
+from cdp_ident.fit.estimation import SHORT_IGA, search_objective
+from cdp_ident.fit.motion_model import Mechanism, MotionModel
+from cdp_ident.fit.prior import Prior
+from cdp_ident.fit.refinement import refine
+from cdp_ident.fit.windows import Window, cut_into_windows
 from cdp_ident.model.parameters import groups_of, physical_coefficients
 from cdp_ident.model.population import Population, Segment
+from cdp_ident.search.genetic_search import genetic_search
 from cdp_ident.trial.trial import Trial
 from reference.pendulum import TABLE_3, TABLE_5
 from reference.twin import standard_twin

@@ -8,11 +8,12 @@ import pytest
 from hypothesis import settings
 
 from cdp_ident.configuration.settings import Settings
+from cdp_ident.pipeline.job import load, run
 from cdp_ident.report.contents import report
 from cdp_ident.report.curves import curves
 from cdp_ident.report.curves_file import curves_npz
 from cdp_ident.report.folder import CURVES, REPORT, json_text, write_files
-from cdp_ident.report.job import Job, load, run
+from cdp_ident.report.outcome import Job
 from cdp_ident.report.pictures import draw_again
 from cdp_ident.report.report_file import read_report
 

@@ -4,9 +4,9 @@ import importlib
 
 import pytest
 
-from cdp_ident.command_line import executables
+from cdp_ident.executables import EXECUTABLES
 
-MAINS = [pytest.param(importlib.import_module(module).main, id=name) for name, module in executables().items()]
+MAINS = [pytest.param(importlib.import_module(module).main, id=name) for name, module in EXECUTABLES.items()]
 
 
 @pytest.mark.parametrize("main", MAINS)

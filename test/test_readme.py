@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from cdp_ident.command_line import executables
 from cdp_ident.configuration.parameter_file import read_parameter_file
 from cdp_ident.configuration.settings import Settings
+from cdp_ident.executables import EXECUTABLES
 from cdp_ident.nodes.identify import main
 
 ROOT = Path(__file__).parents[1]
@@ -35,7 +35,7 @@ def test_the_configuration_is_accepted(tmp_path):
 
 
 def test_every_executable_stands_in_the_table():
-    assert set(re.findall(r"(?m)^\| `(\w+)` \|", README)) == set(executables())
+    assert set(re.findall(r"(?m)^\| `(\w+)` \|", README)) == set(EXECUTABLES)
 
 
 def test_bad_input_is_answered_as_printed(capsys, monkeypatch):

@@ -1,1 +1,1 @@
-"""The commands that need no ROS; every public module here is an executable."""
+"""The commands that need no ROS."""

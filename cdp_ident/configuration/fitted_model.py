@@ -1,6 +1,11 @@
-"""The fitted model made anew of the values by which `fitted.yaml` and the node `identify` describe it."""
+"""The fitted model by named values, as `fitted.yaml` and the node `identify` have it: written from a report, read back.
 
-from collections.abc import Iterable, Mapping
+The physical parameters, the groups (`groups.<symbol>`) and the effects (`effects.<name>.<joint>.<parameter>`), with
+`std.<name>` and `determined.<name>` beside them.
+"""
+
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -8,14 +13,22 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.configuration.parameter_file import read_parameter_file
+from cdp_ident.configuration.parameter_file import parameter_file, read_parameter_file
 from cdp_ident.errors import OptionError
-from cdp_ident.given import number
-from cdp_ident.identification.motion_model import ActiveEffect, Mechanism, MotionModel
+from cdp_ident.fit.motion_model import ActiveEffect, Mechanism, MotionModel
 from cdp_ident.model.effects.constants import outer_rod_length
-from cdp_ident.model.effects.naming import effect_of
-from cdp_ident.model.parameters import GROUPS, NOMINAL, SYMBOLS, groups_of, inertia_about_cart, physical_coefficients
-from cdp_ident.spelling import refuse_unknown
+from cdp_ident.model.effects.naming import VARIANT, effect_of
+from cdp_ident.model.parameters import (
+    CONSTANTS,
+    GROUPS,
+    NOMINAL,
+    PARAMETERS,
+    SYMBOLS,
+    groups_of,
+    inertia_about_cart,
+    physical_coefficients,
+)
+from cdp_ident.user_input import number, refuse_unknown
 
 Array = npt.NDArray[np.float64]
 
@@ -31,6 +44,18 @@ _GROUP_NAMES = tuple(f"{GROUP_PREFIX}{group.symbol}" for group in GROUPS)
 _NAMES = (*NOMINAL, *_GROUP_NAMES, OUTER_ROD_LENGTH)
 _ELSEWHERE = -1
 """Number of every trial in which no effect happens that happens once."""
+
+
+@dataclass(frozen=True)
+class FittedParameter:
+    """One result under its name on ROS."""
+
+    name: str
+    value: float | bool | str
+    description: str
+    unit: str
+    minimum: float | None = 0.0
+    """Lowest possible value; None where the value may be infinite, which no range can hold."""
 
 
 @dataclass(frozen=True)
@@ -61,6 +86,60 @@ def describes_model(name: str) -> bool:
     return name in _NAMES or name.startswith(EFFECT_PREFIX)
 
 
+def fitted_parameters(report: Mapping[str, Any]) -> Iterator[FittedParameter]:
+    """Yield the parameters of the model that a report ends with: first their values.
+
+    Then `std.<name>`, infinite where the trials do not show the parameter at all, and `determined.<name>`: whether
+    trials and measured values determine it; at last the effects, `effects.<name>.<joint>.<parameter>`. Of an effect
+    that a joint has more than once (knocks), the later ones have a number after the joint: `effects.impulse.inner.2.…`.
+    """
+    fit = report["after"]
+    described = {parameter.symbol: parameter.description for parameter in (*PARAMETERS, *CONSTANTS)}
+    described |= {f"{GROUP_PREFIX}{group.symbol}": group.formula for group in GROUPS}
+    quantities = {
+        **fit["physical"],
+        **{f"{GROUP_PREFIX}{symbol}": quantity for symbol, quantity in fit["groups"].items()},
+    }
+    for name, quantity in quantities.items():
+        yield FittedParameter(name, quantity["value"], f"fitted: {described[name]}", quantity["unit"])
+    for name, quantity in quantities.items():
+        std = np.inf if quantity["std"] is None else quantity["std"]
+        yield FittedParameter(f"std.{name}", std, f"standard deviation of {name}", quantity["unit"], None)
+    for name, quantity in quantities.items():
+        yield FittedParameter(
+            f"determined.{name}", quantity["determined"], f"whether the trials determine {name}", "", None
+        )
+    yield FittedParameter(
+        OUTER_ROD_LENGTH, fit["outer_rod_length_m"], "taken to be: length of the outer rod, for air drag along it", "m"
+    )
+    seen: Counter[str] = Counter()
+    for effect in report["effects"]:
+        prefix = f"{EFFECT_PREFIX}{effect['name']}.{effect['joint']}"
+        seen[prefix] += 1
+        yield from _effect_parameters(effect, prefix if seen[prefix] == 1 else f"{prefix}.{seen[prefix]}")
+
+
+def _effect_parameters(effect: Mapping[str, Any], prefix: str) -> Iterator[FittedParameter]:
+    for name in (VARIANT, TRIAL):
+        if effect[name]:
+            yield FittedParameter(f"{prefix}.{name}", effect[name], f"{name} of {effect['description']}", "", None)
+    for name, quantity in effect["parameters"].items():
+        description = f"{effect['description']}: {effect['formula']}"
+        yield FittedParameter(f"{prefix}.{name}", quantity["value"], description, quantity["unit"], None)
+    for name, quantity in effect["parameters"].items():
+        std = np.inf if quantity["std"] is None else quantity["std"]
+        description = f"standard deviation of {prefix}.{name}"
+        yield FittedParameter(f"std.{prefix}.{name}", std, description, quantity["unit"], None)
+
+
+def fitted_yaml(report: Mapping[str, Any]) -> str:
+    """Return the text of `fitted.yaml`."""
+    values = {parameter.name: parameter.value for parameter in fitted_parameters(report)}
+    bags = ", ".join(trial["name"] for trial in report["trials"] if trial["role"] == "fit")
+    comments = [f"Fitted by cdp_ident identify from {bags!r}; report.json tells how. SI units, radians."]
+    return parameter_file(values, comments)
+
+
 def read_fitted_model(path: Path, node: str) -> FittedModel:
     """Read the model of a `fitted.yaml`, from the section for `node` or for every node.
 
@@ -73,7 +152,7 @@ def read_fitted_model(path: Path, node: str) -> FittedModel:
 def fitted_model(given: Mapping[str, Any], where: str) -> FittedModel:
     """Make the model that parameters describe.
 
-    They are named as `report.fitted.fitted_parameters` does: the physical parameters; the groups, which are those of
+    They are named as `fitted_parameters` does: the physical parameters; the groups, which are those of
     the physical parameters where they are not given; effects in SI units. Standard deviations and what was determined
     are passed over.
 

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 from cdp_ident.configuration.field_documentation import field_documentation, without_unit
-from cdp_ident.identification.estimation import SHORT_IGA
-from cdp_ident.identification.genetic_options import METHODS, GeneticOptions
-from cdp_ident.identification.identify import IdentifyOptions
+from cdp_ident.fit.estimation import SHORT_IGA
+from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.model.parameters import CONSTANTS, PARAMETERS
+from cdp_ident.search.options import METHODS, GeneticOptions
 from cdp_ident.trial.options import TrialOptions
 
 Scalar = bool | int | float | str

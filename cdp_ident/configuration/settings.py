@@ -7,11 +7,11 @@ from typing import Any
 
 from cdp_ident.configuration.keys import KEYS, Key, Scalar
 from cdp_ident.errors import OptionError
-from cdp_ident.identification.identify import IdentifyOptions
-from cdp_ident.identification.prior import Prior
+from cdp_ident.fit.options import IdentifyOptions
+from cdp_ident.fit.prior import Prior
 from cdp_ident.model.parameters import CONSTANTS, NOMINAL, SYMBOLS
-from cdp_ident.spelling import refuse_unknown
 from cdp_ident.trial.options import TrialOptions
+from cdp_ident.user_input import refuse_unknown
 
 _LARGEST_INTEGER = 2**63 - 1
 _PRIOR = ("nominal", "lower", "upper", "known", "known_std")

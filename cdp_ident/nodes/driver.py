@@ -15,7 +15,6 @@ from std_srvs.srv import Trigger
 
 from cdp_ident.command_line import ArgumentParser, entry_point
 from cdp_ident.errors import OptionError, RigError
-from cdp_ident.nodes._node import Parameters, parse_arguments, run_node
 from cdp_ident.rig.binary_codec import BinaryCodec
 from cdp_ident.rig.health import Level, PortState, assess
 from cdp_ident.rig.joints import Calibration
@@ -23,6 +22,7 @@ from cdp_ident.rig.measurement import Measurement, MeasurementStream
 from cdp_ident.rig.port import PortReader
 from cdp_ident.rig.text_codec import TextCodec
 from cdp_ident.rig.zero import load_zero, save_zero
+from cdp_ident.ros.node import Parameters, parse_arguments, run_node
 
 DESCRIPTION = """\
 Read the encoders of a cart double pendulum from a serial port (docs/protocol.md) and publish their positions.

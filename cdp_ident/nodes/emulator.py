@@ -11,12 +11,12 @@ import rclpy.time
 from rosgraph_msgs.msg import Clock
 
 from cdp_ident.command_line import ArgumentParser, entry_point
-from cdp_ident.nodes._node import Parameters, parse_arguments, run_node
 from cdp_ident.rig.binary_codec import BinaryCodec
 from cdp_ident.rig.emulator.configuration import EmulatedRig, load_rig
 from cdp_ident.rig.emulator.emulation import Emulation, Events
 from cdp_ident.rig.emulator.faults import Faults
 from cdp_ident.rig.text_codec import TextCodec
+from cdp_ident.ros.node import Parameters, parse_arguments, run_node
 
 DESCRIPTION = """\
 Emulate a rig: a serial port (a pseudo-terminal behind --link) that speaks docs/protocol.md like the rig's

@@ -7,9 +7,9 @@ from rich.console import Console
 
 from cdp_ident.command_line import ArgumentParser, entry_point
 from cdp_ident.errors import OptionError
-from cdp_ident.identification.genetic_options import METHODS
-from cdp_ident.nodes._identification import Identifier, Request
-from cdp_ident.nodes._interruption import Interruption
+from cdp_ident.pipeline.identifier import Identifier, Request
+from cdp_ident.pipeline.interruption import Interruption
+from cdp_ident.search.options import METHODS
 
 DESCRIPTION = """\
 Identify the parameters of a cart double pendulum from free-swing bags: find the zero-input motion in each, search,
@@ -46,7 +46,7 @@ def main(arguments: list[str]) -> int:
     uses_ros_arguments = "--ros-args" in arguments
     if uses_ros_arguments:
         _require_ros()
-        from cdp_ident.nodes._node import parse_arguments  # noqa: PLC0415 - without ROS there is no such module
+        from cdp_ident.ros.node import parse_arguments  # noqa: PLC0415 - without ROS there is no such module
 
         options = parse_arguments(_parser(), arguments)
     else:
@@ -73,7 +73,7 @@ def main(arguments: list[str]) -> int:
             interruption.remove()
         return 0
     _require_ros()
-    from cdp_ident.nodes._identify_node import run_identify_node  # noqa: PLC0415
+    from cdp_ident.nodes.identify_node import run_identify_node  # noqa: PLC0415
 
     return run_identify_node(identifier, options.once, arguments)
 

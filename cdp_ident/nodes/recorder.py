@@ -13,10 +13,11 @@ from std_srvs.srv import Trigger
 from cdp_ident.bag.joint_state import MESSAGE_TYPE
 from cdp_ident.command_line import ArgumentParser, entry_point
 from cdp_ident.errors import RigError
-from cdp_ident.nodes._node import Parameters, parse_arguments, run_node
-from cdp_ident.nodes._trial_limits import declare_trial_limits
 from cdp_ident.rig.recording.facts import DIAGNOSTICS_TYPE, JointNames
 from cdp_ident.rig.recording.recorder import FLUSH_NS, Recorder, RecorderOptions
+from cdp_ident.ros.node import Parameters, parse_arguments, run_node
+from cdp_ident.ros.topics import latched
+from cdp_ident.ros.trial_limits import declare_trial_limits
 
 DESCRIPTION = """\
 Record free-swing trials. Armed, it waits until the pendulum is held away from hanging and let go, records until it is
@@ -46,9 +47,8 @@ class RecorderNode:
         self._clock = node.get_clock()
         options = _declare_options(parameters)
         parameters.start()
-        latched = rclpy.qos.QoSProfile(depth=1, durability=rclpy.qos.DurabilityPolicy.TRANSIENT_LOCAL)
-        self._state = node.create_publisher(String, "~/state", latched)
-        self._bag = node.create_publisher(String, "~/bag", latched)
+        self._state = node.create_publisher(String, "~/state", latched())
+        self._bag = node.create_publisher(String, "~/bag", latched())
         self._recorder = Recorder(
             options,
             say=node.get_logger().info,

@@ -15,15 +15,15 @@ from cdp_ident.configuration.parameter_file import read_parameter_file
 from cdp_ident.configuration.settings import Settings
 from cdp_ident.errors import OptionError
 from cdp_ident.model.parameters import NOMINAL
-from cdp_ident.nodes._model_parameters import ModelParameters, own_values
-from cdp_ident.nodes._node import Parameters, parse_arguments, run_node
-from cdp_ident.nodes._parameter_source import ParameterSource
-from cdp_ident.nodes._playing import Pace, Playing
-from cdp_ident.nodes._shadowing import Shadowing
-from cdp_ident.nodes._stage import Stage
-from cdp_ident.nodes._trial_limits import declare_trial_limits
+from cdp_ident.nodes.frame_publisher import FramePublisher
+from cdp_ident.nodes.playing import Pace, Playing
+from cdp_ident.nodes.shadowing import Shadowing
 from cdp_ident.replay.scene import Free, Replay, Scene, Start
 from cdp_ident.replay.shadow import DEFAULT_LEAD
+from cdp_ident.ros.model_parameters import ModelParameters, own_values
+from cdp_ident.ros.node import Parameters, parse_arguments, run_node
+from cdp_ident.ros.parameter_source import ParameterSource
+from cdp_ident.ros.trial_limits import declare_trial_limits
 from cdp_ident.trial.load import load_trial
 from cdp_ident.trial.options import TrialOptions
 
@@ -76,16 +76,16 @@ class Simulator:
             maximum=10.0,
         )  # fmt: skip
         _refuse_contradictions(parameters, mode, source, bag, fitted, once)
-        self._stage = Stage(node, mode == "replay", mode != "free", pace.clock)
+        self._frames = FramePublisher(node, mode == "replay", mode != "free", pace.clock)
         self._show: Playing | Shadowing
         if mode == "shadow":
-            self._show = Shadowing(node, self._stage, trial_options, limits, lead)
+            self._show = Shadowing(node, self._frames, trial_options, limits, lead)
         else:
             scene = self._replayed(bag, trial_options) if bag else self._free
-            self._show = Playing(node.get_clock(), self._stage, pace, scene, self._end)
+            self._show = Playing(node.get_clock(), self._frames, pace, scene, self._end)
         self._model = ModelParameters(node, parameters, source, self._show.take_model)
         if source:
-            self._stage.say(f"waiting for the parameters of {source}")
+            self._frames.say(f"waiting for the parameters of {source}")
             self._source = ParameterSource(node, source, self._take_from_source)
         else:
             values = {}
@@ -106,7 +106,7 @@ class Simulator:
     def close(self) -> None:
         """Stop, and let everything arrive that was shown."""
         self._show.close()
-        self._stage.close()
+        self._frames.close()
 
     def _end(self, exit_code: int) -> None:
         self.exit_code = exit_code

@@ -9,9 +9,9 @@ import numpy.typing as npt
 from scipy.interpolate import CubicSpline
 
 from cdp_ident.configuration.fitted_model import FittedModel
+from cdp_ident.diagnosis.evaluation import start_of
 from cdp_ident.errors import SimulationError
-from cdp_ident.identification.judgement import start_of
-from cdp_ident.identification.windows import DEFAULT_WINDOW, cart_acceleration
+from cdp_ident.fit.windows import DEFAULT_WINDOW, cart_acceleration
 from cdp_ident.replay.stream import MotionStream
 from cdp_ident.trial.trial import Trial
 

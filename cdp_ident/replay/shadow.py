@@ -8,9 +8,9 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.configuration.fitted_model import FittedModel
+from cdp_ident.diagnosis.evaluation import start_of
 from cdp_ident.errors import CdpIdentError
-from cdp_ident.identification.judgement import start_of
-from cdp_ident.identification.windows import FEWEST_SAMPLES
+from cdp_ident.fit.windows import FEWEST_SAMPLES
 from cdp_ident.replay.scene import Frame, frames
 from cdp_ident.replay.stream import MotionStream
 from cdp_ident.rig.recording.detector import EndDetector, ReleaseDetector, TrialLimits

@@ -4,8 +4,8 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.configuration.fitted_model import FittedModel
-from cdp_ident.identification.motion_model import LATEST
-from cdp_ident.identification.windows import Window
+from cdp_ident.fit.motion_model import LATEST
+from cdp_ident.fit.windows import Window
 from cdp_ident.model.simulation import simulate
 from cdp_ident.model.time_grid import DEFAULT_STEP, TimeGrid
 from cdp_ident.model.trajectory import trajectory

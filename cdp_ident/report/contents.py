@@ -7,19 +7,20 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.identification.identifiability import Identifiability, Tradeoff, identifiability, is_determined
-from cdp_ident.identification.identify import Data, Identification
-from cdp_ident.identification.judgement import Errors
-from cdp_ident.identification.motion_model import MotionModel
-from cdp_ident.identification.physical import PhysicalValues
-from cdp_ident.identification.unseen import Unseen
-from cdp_ident.identification.warnings import FitWarning, find_warnings
-from cdp_ident.identification.windows import Window
+from cdp_ident.diagnosis.evaluation import Errors
+from cdp_ident.diagnosis.identifiability import Identifiability, Tradeoff, identifiability, is_determined
+from cdp_ident.diagnosis.identification import Identification
+from cdp_ident.diagnosis.new_trial import NewTrialCheck
+from cdp_ident.diagnosis.warnings import FitWarning, find_warnings
+from cdp_ident.fit.data import Data
+from cdp_ident.fit.motion_model import MotionModel
+from cdp_ident.fit.physical import PhysicalValues
+from cdp_ident.fit.windows import Window
 from cdp_ident.model.parameters import CONSTANTS, GROUPS, PARAMETERS
-from cdp_ident.report.job import Outcome
+from cdp_ident.report.outcome import Outcome
 from cdp_ident.report.provenance import versions
 from cdp_ident.report.verdict import verdict
-from cdp_ident.tracing.ladder import Ladder
+from cdp_ident.tracing.selection import Selection
 from cdp_ident.tracing.trace import Trace
 
 Array = npt.NDArray[np.float64]
@@ -28,7 +29,7 @@ Section = dict[str, Any]
 SCHEMA = "cdp_ident/report/1"
 
 
-def report(outcome: Outcome, unseen: Sequence[Unseen] = ()) -> Section:
+def report(outcome: Outcome, unseen: Sequence[NewTrialCheck] = ()) -> Section:
     """Return everything there is to report; plain values, to be written as JSON.
 
     Args:
@@ -186,14 +187,14 @@ def _as_fitted(trace: Trace, index: int) -> Iterator[Section]:
         yield {"value": float(value), "std": float(std)}
 
 
-def _ladder(ladder: Ladder) -> Section:
+def _ladder(ladder: Selection) -> Section:
     return {
         "interrupted": ladder.interrupted,
         "rungs": [
             {
-                "action": rung.action,
-                "rmse_fit_rad": rung.rmse_fit,
-                "rmse_holdout_rad": rung.rmse_holdout,
+                "action": step.action,
+                "rmse_fit_rad": step.rmse_fit,
+                "rmse_holdout_rad": step.rmse_holdout,
                 "tried": [
                     {
                         "effects": list(tried.effects),
@@ -201,10 +202,10 @@ def _ladder(ladder: Ladder) -> Section:
                         "rmse_holdout_rad": tried.rmse_holdout,
                         "delta_bic": tried.change.bic,
                     }
-                    for tried in rung.tried
+                    for tried in step.tried
                 ],
             }
-            for rung in ladder.rungs
+            for step in ladder.steps
         ],
     }
 
@@ -249,7 +250,7 @@ def _continuity(found: Identification) -> Section | None:
     joined = found.continuity
     if joined is None:
         return None
-    return {"rms_rad": joined.rms, "relative": joined.relative, "joints": joined.joints}
+    return {"rms_rad": joined.rms, "relative": joined.relative, "joints": joined.boundaries}
 
 
 def _repeatability(found: Identification) -> Section | None:
@@ -273,7 +274,7 @@ def _repeatability(found: Identification) -> Section | None:
     }
 
 
-def _unseen(judged: Unseen) -> Section:
+def _unseen(judged: NewTrialCheck) -> Section:
     return {
         "trial": judged.trial,
         "rmse_rad": judged.error,
@@ -285,7 +286,7 @@ def _unseen(judged: Unseen) -> Section:
     }
 
 
-def _doubts(unseen: Sequence[Unseen]) -> Iterator[FitWarning]:
+def _doubts(unseen: Sequence[NewTrialCheck]) -> Iterator[FitWarning]:
     for judged in unseen:
         warning = judged.warning()
         if warning:

@@ -6,12 +6,12 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.identification.judgement import free_run
-from cdp_ident.identification.motion_model import MotionModel
-from cdp_ident.identification.refinement import Fit
+from cdp_ident.diagnosis.evaluation import free_run
+from cdp_ident.fit.motion_model import MotionModel
+from cdp_ident.fit.refinement import Fit
 from cdp_ident.model.effects.effect import TorqueEffect
 from cdp_ident.model.parameters import inertia_about_cart
-from cdp_ident.report.job import Outcome
+from cdp_ident.report.outcome import Outcome
 from cdp_ident.tracing.evidence import Attempt
 from cdp_ident.tracing.torque_residual import TorqueResidual, corrected, torque_residual
 from cdp_ident.trial.trial import Trial

@@ -2,7 +2,7 @@
 
 import math
 
-from cdp_ident.identification.identifiability import CONFIDENCE
+from cdp_ident.diagnosis.identifiability import CONFIDENCE
 
 
 def number(value: float | None) -> float:

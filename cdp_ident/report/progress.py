@@ -8,7 +8,7 @@ from rich.console import Console
 from rich.progress import BarColumn, TextColumn
 from rich.progress import Progress as Display
 
-from cdp_ident.identification.genetic_search import Progress
+from cdp_ident.search.genetic_search import Progress
 
 _SECONDS_BETWEEN_LINES = 2.0
 

@@ -2,9 +2,11 @@
 
 import numpy as np
 
-from cdp_ident.identification.refinement import Fit
+from cdp_ident.diagnosis.autocorrelation import integrated_autocorrelation_time
+from cdp_ident.diagnosis.outlier_windows import explains_an_outlier
+from cdp_ident.fit.refinement import Fit
 from cdp_ident.model.effects.effect import SensorEffect, TorqueEffect
-from cdp_ident.tracing.evidence import Attempt, change, sluggishness
+from cdp_ident.tracing.evidence import Attempt, change
 
 FIT_GAIN = 25.0
 """Least fall of the fit's squared error, in variances. Of chance, over all candidates, once in a thousand times."""
@@ -15,7 +17,7 @@ _STRENGTH = 4.0
 _HOLDOUT_SHARE = 0.01
 """Least fall of the root mean square error over the windows kept out, as a share of it."""
 _STRUCTURED, _STRUCTURED_SHARE = 5.0, 0.05
-"""The same where residuals would remain that remember so many samples."""
+"""The same where residuals would remain that are correlated over more than so many samples."""
 INSTANT_GAIN = 60.0
 """Least fall of the fit's squared error by something that happened once, which the windows kept out cannot judge."""
 KNOCK_ALONE = 10.0
@@ -24,9 +26,6 @@ WORTH_NAMING, WORTH_NAMING_WITH_OTHERS = 1.5, 0.5
 """What an effect must explain over what remains in the end; less, where it explains so much together with others."""
 _NOISE_KNOWN_WITHIN = 0.02
 """Less than this share of it, the noise is not known: so much may remain where nothing seems to."""
-_OUTSTANDING, _USUAL = 6.0, 1.7
-"""A window in which something happened has a mean squared error so many standard deviations above the others', and at
-most so many times theirs once that is explained."""
 
 
 def earns_its_place(before: Attempt, after: Attempt) -> bool:
@@ -40,11 +39,11 @@ def earns_its_place(before: Attempt, after: Attempt) -> bool:
     once = [active.effect for active in after.model.effects[new.start :] if active.effect.at_an_instant]
     if once:
         # A knock is in one window, which must stand out; lost counts are in all windows from then on.
-        apart = all(isinstance(effect, SensorEffect) for effect in once) or _stands_out(before, after)
+        apart = all(isinstance(effect, SensorEffect) for effect in once) or explains_an_outlier(before.fit, after.fit)
         return gained.fit > INSTANT_GAIN and gained.holdout > -_HOLDOUT_GAIN and apart
     # Where more than noise would remain, a small gain may be another effect's, and one harmonic a part of what
     # depends on position in another way.
-    structured = sluggishness(after.fit) > _STRUCTURED
+    structured = integrated_autocorrelation_time(after.fit) > _STRUCTURED
     added = [active.effect for active in after.model.effects[new.start :]]
     if structured and any(isinstance(effect, TorqueEffect) and effect.harmonic for effect in added):
         return False
@@ -57,7 +56,7 @@ def brings_enough(before: Attempt, after: Attempt) -> bool:
     of_fit, of_holdout = (
         1.0 - new.rmse() / old.rmse() for old, new in zip(fits_of(before), fits_of(after), strict=True)
     )
-    least = _STRUCTURED_SHARE if sluggishness(after.fit) > _STRUCTURED else _HOLDOUT_SHARE
+    least = _STRUCTURED_SHARE if integrated_autocorrelation_time(after.fit) > _STRUCTURED else _HOLDOUT_SHARE
     enough = of_holdout > _HOLDOUT_SHARE and max(of_fit, of_holdout) > least
     return gained.fit > FIT_GAIN and gained.holdout > _HOLDOUT_GAIN and enough
 
@@ -108,18 +107,3 @@ def share_explained(with_it: Attempt, without_it: Attempt, noise: float) -> floa
 def fits_of(attempt: Attempt) -> tuple[Fit, Fit]:
     """Return how a model follows the motion it was fitted to, and the motion kept out."""
     return attempt.fit, attempt.holdout
-
-
-def _stands_out(before: Attempt, after: Attempt) -> bool:
-    """Return whether what happened once is in a window that stood out, and made it like the others."""
-    powers = np.array(
-        [[np.mean(b**2), np.mean(a**2)] for b, a in zip(before.fit.residuals, after.fit.residuals, strict=True)]
-    )
-    window = int(np.argmax(powers[:, 0] - powers[:, 1]))
-    others = np.delete(powers[:, 1], window) if len(powers) > 1 else powers[:, 1]
-    usual = np.median(others)
-    # The mean square of n independent residuals varies by the root of 2 / n, relatively; that of what is not explained
-    # yet, by as much as is seen.
-    by_chance = np.sqrt(2.0 * sluggishness(after.fit) / before.fit.residuals[window].size)
-    spread = max(by_chance, np.std(others) / usual)
-    return bool(powers[window, 0] > (1.0 + _OUTSTANDING * spread) * usual and powers[window, 1] < _USUAL * usual)

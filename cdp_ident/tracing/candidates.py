@@ -1,8 +1,8 @@
-"""The effects that could be added to a model, and a first look at what each would gain.
+"""The effects that could be added to a model, and a score test of what each would gain.
 
-The first look costs one simulation for all candidates together: each is present with no strength, its sensitivities
-are what the motion would change by, and the residual is projected on them after everything that the model can adjust
-already has been taken out of both.
+The test costs one simulation for all candidates together: each is present with no strength, its sensitivities are what
+the motion would change by, and the residual is projected on them after everything that the model can adjust already
+has been taken out of both (Rao's score test).
 """
 
 from collections.abc import Sequence
@@ -12,8 +12,9 @@ import numpy as np
 import numpy.typing as npt
 from scipy.optimize import lsq_linear
 
-from cdp_ident.identification.motion_model import STATE, ActiveEffect, MotionModel
-from cdp_ident.identification.refinement import Fit
+from cdp_ident.fit.initial_states import InitialState
+from cdp_ident.fit.motion_model import STATE, ActiveEffect, MotionModel
+from cdp_ident.fit.refinement import Fit
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.parallel import share_out
 
@@ -25,7 +26,7 @@ _INDEPENDENT = 1e-6
 
 @dataclass(frozen=True)
 class Candidate:
-    """An effect that could be added, and what the first look says of it."""
+    """An effect that could be added, and what the score test says of it."""
 
     active: ActiveEffect
     gain: float
@@ -46,11 +47,10 @@ def addable(model: MotionModel) -> list[ActiveEffect]:
     return [ActiveEffect(e) for e in CATALOGUE if (e.name, e.joint) not in present and not e.at_an_instant]
 
 
-class FirstLook:
+class ScoreTest:
     """The residual and the candidates' sensitivities, freed of what the model can adjust already."""
 
     def __init__(self, fit: Fit, candidates: Sequence[ActiveEffect]):
-        assert isinstance(fit.model, MotionModel)
         model, values = fit.model, fit.values
         self.candidates = tuple(candidates)
         self._columns: list[npt.NDArray[np.int64]] = []
@@ -78,10 +78,8 @@ class FirstLook:
             left = residual.ravel() * root[:, 0]
             free = rows[:, STATE:]
             size_before += np.sum(free**2, axis=0)
-            if not window.start_known:
-                basis, _ = np.linalg.qr(rows[:, :STATE])
-                free = free - basis @ (basis.T @ free)
-                left = left - basis @ (basis.T @ left)
+            state = InitialState.of(rows[:, :STATE], window.start_known)
+            free, left = state.eliminated_from(free), state.eliminated_from(left)
             whole += free.T @ free
             target += free.T @ left
         kept = np.linalg.pinv(whole[:own, :own], rcond=1e-12, hermitian=True)

@@ -1,4 +1,4 @@
-"""How much a change of the squared error means, where residuals remember their neighbours."""
+"""How much a change of the squared error means, where residuals are correlated in time."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -6,11 +6,11 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.identification.judgement import follow_closely
-from cdp_ident.identification.motion_model import MotionModel
-from cdp_ident.identification.refinement import Fit
-from cdp_ident.identification.uncertainty import autocovariance, covariance, memory
-from cdp_ident.identification.windows import split
+from cdp_ident.diagnosis.autocorrelation import integrated_autocorrelation_time
+from cdp_ident.diagnosis.uncertainty import covariance
+from cdp_ident.fit.motion_model import MotionModel
+from cdp_ident.fit.refinement import Fit, refine
+from cdp_ident.fit.windows import split
 
 Array = npt.NDArray[np.float64]
 
@@ -18,19 +18,6 @@ _PIECES = 4
 """Into how many parts windows are split where their motion may be chaotic."""
 _AT_LIMIT = 1e-3
 """What is nearer to a limit, as a share of that, has run into it."""
-
-
-def sluggishness(fit: Fit) -> float:
-    """Return over how many samples the residuals' correlation spreads: 1 for white ones.
-
-    n residuals say as much as n over this number of independent ones: 1 plus twice the sum of the autocorrelations
-    up to the residuals' memory, with Bartlett's weights.
-    """
-    lags = memory(fit)
-    products = autocovariance(fit).sum(axis=1)
-    weights = 1.0 - np.arange(1, lags + 1) / (lags + 1.0)
-    total = 1.0 + 2.0 * float(weights @ products[1 : lags + 1]) / max(products[0], np.finfo(float).tiny)
-    return max(total, 1.0)
 
 
 @dataclass(frozen=True)
@@ -43,7 +30,6 @@ class Attempt:
     @property
     def model(self) -> MotionModel:
         """The model that was fitted."""
-        assert isinstance(self.fit.model, MotionModel)
         return self.fit.model
 
     @property
@@ -55,7 +41,7 @@ class Attempt:
     def closely(self) -> Fit:
         """The model's fit to short pieces of the windows, its values held."""
         pieces = [piece for window in self.fit.windows for piece in split(window, _PIECES)]
-        return follow_closely(self.model, self.fit.values, pieces)
+        return refine(self.model, self.fit.values, pieces, hold_values=True)
 
     def place_of(self, key: str) -> int:
         """Return the index of an effect among the model's, by its key."""
@@ -89,7 +75,7 @@ class Change:
     """What replacing one model by another does to the errors, in units of what chance would do."""
 
     fit: float
-    """Fall of the squared error of the fit, over the variance of the residuals and their sluggishness."""
+    """Fall of the squared error of the fit, over the residuals' variance and integrated autocorrelation time."""
     holdout: float
     """The same over the windows kept out."""
     bic: float
@@ -99,7 +85,7 @@ class Change:
 def change(before: Attempt, after: Attempt) -> Change:
     """Compare two models, by the residuals that the better one leaves."""
     better = min(before, after, key=lambda attempt: attempt.squared_error)
-    spread = sluggishness(better.fit)
+    spread = integrated_autocorrelation_time(better.fit)
     more = len(after.fit.values) - len(before.fit.values)
 
     def fall(old: Fit, new: Fit, reference: Fit) -> float:

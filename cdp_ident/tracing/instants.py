@@ -5,9 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.identification.motion_model import STATE, ActiveEffect, MotionModel
-from cdp_ident.identification.refinement import Fit
-from cdp_ident.identification.windows import Window
+from cdp_ident.fit.initial_states import InitialState
+from cdp_ident.fit.motion_model import STATE, ActiveEffect
+from cdp_ident.fit.refinement import Fit
+from cdp_ident.fit.windows import Window
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.effect import Effect, TorqueEffect
 from cdp_ident.model.trajectory import trajectory_with_derivatives
@@ -19,13 +20,14 @@ _MARGIN = 10
 """Samples at either end of a window between which an instant is looked for: nearer, the start can imitate it."""
 _AWAY, _SHARP = 50, 25.0
 """Where an instant so many samples away explains the residual as well, but for so many variances, none is the one."""
+_SINGULAR = 1e-13
+"""Singular value, as a share of the largest, below which a change of the state does not show."""
 _READINGS = {"inner": np.array([1.0, 1.0]), "outer": np.array([0.0, 1.0])}
 """How an error of an encoder enters theta1 and theta2."""
 
 
 def instants(fit: Fit) -> list[Candidate]:
     """Return for each effect that happens once its most likely instant, the one that gains most first."""
-    assert isinstance(fit.model, MotionModel)
     found = []
     for effect in CATALOGUE:
         if effect.at_an_instant:
@@ -61,14 +63,13 @@ def _motion(fit: Fit, window: Window) -> tuple[Array, Array, Array]:
         States (n, 4), their derivatives (n, 4, 4) with respect to the coordinates, and those of the angles (n, 2, 4),
         whose columns are an orthonormal basis. In chaotic motion those by the start itself are almost parallel.
     """
-    assert isinstance(fit.model, MotionModel)
     states, derivatives = trajectory_with_derivatives(
         fit.model.coefficients(fit.values), window.start, window.grid, window.u,
         fit.model.torques(fit.values, window.trial), window.begin,
     )  # fmt: skip
     by_start = derivatives[..., :STATE]
-    basis, triangle = np.linalg.qr(by_start[:, :2].reshape(-1, STATE))
-    return states, by_start @ np.linalg.inv(triangle), basis.reshape(-1, 2, STATE)
+    state = InitialState.of(by_start[:, :2].reshape(-1, STATE))
+    return states, by_start @ state.transform, state.basis.reshape(-1, 2, STATE)
 
 
 def _before_each(terms: Array) -> Array:
@@ -90,7 +91,8 @@ def _scan_knocks(fit: Fit, effect: Effect) -> list[_Instant]:
         states, transition, basis = _motion(fit, window)
         # A change of speed at sample j moves the angles as changed coordinates `change[j]` would, from j on. What the
         # start cannot imitate of that is written in sums before and after j that are never subtracted.
-        change = np.linalg.solve(transition, _speed_change(fit, states, column)[..., None])[..., 0]
+        speed_change = _speed_change(fit, states, column)
+        change = (np.linalg.pinv(transition, rcond=_SINGULAR) @ speed_change[..., None])[..., 0]
         gram = np.einsum("nrk,nrl->nkl", basis, basis)
         product = np.einsum("nrk,nr->nk", basis, residual)
         before, after = (np.einsum("nkl,nl->nk", sums(gram), change) for sums in (_before_each, _from_each_on))

@@ -5,9 +5,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.identification.motion_model import MotionModel
-from cdp_ident.identification.refinement import Fit
-from cdp_ident.identification.windows import Window
+from cdp_ident.fit.motion_model import MotionModel
+from cdp_ident.fit.refinement import Fit
+from cdp_ident.fit.windows import Window
 from cdp_ident.model.effects.effect import Joint, TorqueEffect
 from cdp_ident.model.trajectory import accelerations_at
 from cdp_ident.trial.kinematics import HALF_WIDTH, local_motion
@@ -38,7 +38,6 @@ class TorqueResidual:
 
 def torque_residual(fit: Fit) -> TorqueResidual:
     """Return the torques that a fitted model lacks over its windows (inverse dynamics)."""
-    assert isinstance(fit.model, MotionModel)
     coefficients = fit.model.coefficients(fit.values)
     A23, A33 = coefficients[:2]
     parts = []

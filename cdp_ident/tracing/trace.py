@@ -6,18 +6,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.identification.continuity import continuity
-from cdp_ident.identification.identify import Identification
-from cdp_ident.identification.judgement import Errors, judge
-from cdp_ident.identification.motion_model import ActiveEffect, MotionModel
-from cdp_ident.identification.physical import PhysicalValues, nearest_physical_values
-from cdp_ident.identification.refinement import Fit
-from cdp_ident.identification.repeatability import repeatability
-from cdp_ident.identification.uncertainty import covariance
+from cdp_ident.diagnosis.evaluation import Errors, evaluate
+from cdp_ident.diagnosis.identification import Identification
+from cdp_ident.fit.motion_model import ActiveEffect
+from cdp_ident.fit.physical import PhysicalValues
+from cdp_ident.fit.refinement import Fit
 from cdp_ident.model.effects.effect import EffectParameter
-from cdp_ident.model.parameters import GROUPS, inertia_about_cart
+from cdp_ident.model.parameters import inertia_about_cart
 from cdp_ident.tracing.evidence import Attempt
-from cdp_ident.tracing.ladder import Ladder, climb
+from cdp_ident.tracing.selection import Selection
+from cdp_ident.tracing.stepwise import stepwise_selection
 from cdp_ident.tracing.unexplained import Unexplained, unexplained
 
 Array = npt.NDArray[np.float64]
@@ -53,7 +51,7 @@ class FoundEffect:
 class Trace:
     """What an identification's residual was traced to."""
 
-    ladder: Ladder
+    ladder: Selection
     effects: tuple[FoundEffect, ...]
     completed: Identification
     """The identification, with the model that has the effects in the paper's model's place."""
@@ -87,25 +85,27 @@ def trace(
         told: called with a line for people after each step.
         stop: asked now and then; true ends the tracing with the effects found so far.
     """
-    ladder = climb(found.fit, found.data.holdout, float(np.sqrt(np.mean(found.data.noise**2))), told, stop)
-    completed = _completed(found, ladder.after.fit)
-    after, physical = ladder.after, completed.physical
+    selection = stepwise_selection(
+        found.fit, found.data.holdout, float(np.sqrt(np.mean(found.data.noise**2))), told, stop
+    )
+    completed = _completed(found, selection.after.fit)
+    after, physical = selection.after, completed.physical
     values, spread = after.fit.values, completed.covariance
     length, _ = after.model.constants(values)
     inertia = float(inertia_about_cart(physical.values, length))
     effects = tuple(
-        _found(ladder, index, spread, inertia, physical.inertia_relative_std)
+        _found(selection, index, spread, inertia, physical.inertia_relative_std)
         for index in range(len(after.model.effects))
     )
     return Trace(
-        ladder=ladder,
+        ladder=selection,
         effects=effects,
         completed=completed,
         errors=(
-            judge(after.model, values, found.data.fit, found.data.trials),
-            judge(after.model, values, found.data.holdout, found.data.trials),
+            evaluate(after.model, values, found.data.fit, found.data.trials),
+            evaluate(after.model, values, found.data.holdout, found.data.trials),
         ),
-        unexplained=unexplained(ladder, found.data.noise, found.data.names, inertia),
+        unexplained=unexplained(selection, found.data.noise, found.data.names, inertia),
     )
 
 
@@ -113,21 +113,11 @@ def _completed(found: Identification, fit: Fit) -> Identification:
     """Return an identification with another fit, and all that follows from it."""
     if fit is found.fit:
         return found
-    assert isinstance(fit.model, MotionModel)
-    spread, count = covariance(fit), len(GROUPS)
-    length, _ = fit.model.constants(fit.values)
-    return replace(
-        found,
-        estimate=replace(found.estimate, fit=fit),
-        covariance=spread,
-        physical=nearest_physical_values(fit.values[:count], spread[:count, :count], found.options.prior, length),
-        continuity=continuity(fit),
-        repeatability=repeatability(fit, found.data.names),
-    )
+    return Identification.of(found.options, found.data, replace(found.estimate, fit=fit), found.errors)
 
 
-def _found(ladder: Ladder, index: int, spread: Array, inertia: float, inertia_std: float) -> FoundEffect:
-    after = ladder.after
+def _found(selection: Selection, index: int, spread: Array, inertia: float, inertia_std: float) -> FoundEffect:
+    after = selection.after
     active, place = after.model.effects[index], after.model.places(index)
     fitted = iter(zip(after.fit.values[place], np.sqrt(np.diag(spread)[place]), strict=True))
     parameters = []
@@ -140,8 +130,8 @@ def _found(ladder: Ladder, index: int, spread: Array, inertia: float, inertia_st
     return FoundEffect(
         active=active,
         parameters=tuple(parameters),
-        holdout_without=ladder.holdout_without[index],
+        holdout_without=selection.holdout_without[index],
         holdout_with=after.holdout.rmse(),
-        delta_bic=ladder.evidence[index].bic,
-        also_possible=ladder.also_possible[index],
+        delta_bic=selection.evidence[index].bic,
+        also_possible=selection.also_possible[index],
     )

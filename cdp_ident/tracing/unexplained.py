@@ -1,4 +1,4 @@
-"""What remains when the ladder ends: how much, in which joint, and where it is found."""
+"""What remains when the selection ends: how much, in which joint, and where it is found."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -6,10 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.identification.judgement import odd_window
+from cdp_ident.diagnosis.autocorrelation import integrated_autocorrelation_time
+from cdp_ident.diagnosis.outlier_windows import outlier_windows
 from cdp_ident.model.effects.effect import Joint
-from cdp_ident.tracing.evidence import Attempt, sluggishness
-from cdp_ident.tracing.ladder import Ladder
+from cdp_ident.tracing.evidence import Attempt
+from cdp_ident.tracing.selection import Selection
 from cdp_ident.tracing.torque_residual import JOINTS, TorqueResidual, corrected, torque_residual
 
 Array = npt.NDArray[np.float64]
@@ -36,31 +37,31 @@ class Unexplained:
     """Where it is and how much, for people."""
 
 
-def unexplained(ladder: Ladder, noise: Array, trials: Sequence[str], inertia: float) -> Unexplained:
+def unexplained(selection: Selection, noise: Array, trials: Sequence[str], inertia: float) -> Unexplained:
     """Describe what remains.
 
     Args:
-        ladder: where it ended.
+        selection: where it ended.
         noise: (2,) standard deviation of the noise of theta1 and theta2 [rad].
         trials: names of the trials.
         inertia: A22 [kg m^2], to give torques in N m.
     """
-    attempt = ladder.after
+    attempt = selection.after
     errors = np.array([max(attempt.fit.rmse(k), attempt.holdout.rmse(k)) for k in range(2)])
     ratios = errors / noise
     overall = attempt.holdout.rmse() / float(np.sqrt(np.mean(noise**2)))
-    window = _odd_window(attempt, noise, trials)
+    window = _outlier_window(attempt, noise, trials)
     if np.max(ratios) < _ABOVE_NOISE and window is None:
         return Unexplained(False, JOINTS[int(np.argmax(ratios))], overall, "nothing but the encoders' noise")
     residual = torque_residual(corrected(attempt.fit, attempt.model, attempt.fit.values))
     dependence = max(_dependences(residual), key=lambda found: found.share)
     worst = int(np.argmax(ratios))
     remains = f"{1e3 * errors[worst]:.3g} mrad remain in theta{worst + 1}, {ratios[worst]:.1f} times its noise"
-    rubs = [f"something rubs in the {r.joint} joint, most at {r.angle:.2g} rad from hanging" for r in ladder.rubbing]
-    memory = sluggishness(attempt.fit)
-    slow = f"; it changes slowly, over {memory:.0f} samples" if memory > 3 else ""
+    rubs = [f"something rubs in the {r.joint} joint, most at {r.angle:.2g} rad from hanging" for r in selection.rubbing]
+    correlated = integrated_autocorrelation_time(attempt.fit)
+    slow = f"; it changes slowly, over {correlated:.0f} samples" if correlated > 3 else ""
     description = "; ".join(filter(None, (remains, *rubs, dependence.words(inertia) + slow, window)))
-    joint = ladder.rubbing[0].joint if ladder.rubbing else JOINTS[dependence.joint]
+    joint = selection.rubbing[0].joint if selection.rubbing else JOINTS[dependence.joint]
     return Unexplained(True, joint, overall, description)
 
 
@@ -108,12 +109,12 @@ def _dependence(joint: int, regressor: str, unit: str, values: Array, torque: Ar
     )
 
 
-def _odd_window(attempt: Attempt, noise: Array, trials: Sequence[str]) -> str | None:
+def _outlier_window(attempt: Attempt, noise: Array, trials: Sequence[str]) -> str | None:
     """Return in words the window that fits far worse than the others, if one does and is above the noise."""
-    odd = odd_window((attempt.fit, attempt.holdout), noise, _WINDOW_ABOVE_OTHERS)
-    if odd is None:
+    outliers = outlier_windows((attempt.fit, attempt.holdout), _WINDOW_ABOVE_OTHERS, noise)
+    if not outliers:
         return None
-    window, times = odd
+    window, times = outliers[0].window, outliers[0].ratio
     end = window.begin + window.duration
     return (
         f"trial {trials[window.trial]} from {window.begin:.1f} to {end:.1f} s fits {times:.1f} times worse "

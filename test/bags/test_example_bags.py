@@ -11,8 +11,9 @@ from rosbags.highlevel import AnyReader
 
 from cdp_ident.bag.reader import read_joint_states
 from cdp_ident.configuration.settings import Settings
-from cdp_ident.demonstration.recording import RIG, swing_times
-from cdp_ident.report.job import Job, load, run
+from cdp_ident.demo.recording import RIG, swing_times
+from cdp_ident.pipeline.job import load, run
+from cdp_ident.report.outcome import Job
 from cdp_ident.rig.emulator.configuration import load_rig
 from cdp_ident.rig.emulator.motion import Motion
 from cdp_ident.trial.load import load_trial

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from cdp_ident.configuration.keys import KEYS
 from cdp_ident.configuration.settings import Settings
 from cdp_ident.errors import OptionError
-from cdp_ident.identification.estimation import SHORT_IGA
-from cdp_ident.identification.genetic_options import IGA, TGA
-from cdp_ident.identification.identify import IdentifyOptions
+from cdp_ident.fit.estimation import SHORT_IGA
+from cdp_ident.fit.options import IdentifyOptions
+from cdp_ident.search.options import IGA, TGA
 from cdp_ident.trial.options import TrialOptions
 
 

@@ -20,6 +20,8 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
+from cdp_ident.ros.topics import latched
+
 ROOT = Path(__file__).parents[2]
 PATIENCE = 90.0
 """Longest wait for anything [s]: the machine may be busy."""
@@ -59,13 +61,16 @@ class Listener:
         self.states: list[str] = []
         self.bags: list[Path] = []
         reliable = rclpy.qos.QoSProfile(depth=20000)
-        latched = rclpy.qos.QoSProfile(depth=10, durability=rclpy.qos.DurabilityPolicy.TRANSIENT_LOCAL)
         self.node.create_subscription(JointState, "joint_states", self.joint_states.append, reliable)
         self.node.create_subscription(
             DiagnosticArray, "/diagnostics", lambda message: self.diagnostics.append(message.status[0]), 100
         )
-        self.node.create_subscription(String, "/recorder/state", lambda word: self.states.append(word.data), latched)
-        self.node.create_subscription(String, "/recorder/bag", lambda word: self.bags.append(Path(word.data)), latched)
+        self.node.create_subscription(
+            String, "/recorder/state", lambda word: self.states.append(word.data), latched(10)
+        )
+        self.node.create_subscription(
+            String, "/recorder/bag", lambda word: self.bags.append(Path(word.data)), latched(10)
+        )
         self.executor = rclpy.executors.SingleThreadedExecutor(context=self.context)
         self.executor.add_node(self.node)
         self.stopping = False

@@ -11,7 +11,6 @@ import tempfile
 from pathlib import Path
 
 import pytest
-import rclpy.qos
 import yaml
 from rcl_interfaces.msg import ParameterEvent
 from rclpy.parameter_client import AsyncParameterClient
@@ -21,6 +20,7 @@ from cdp_ident.commands.import_csv import main as import_csv
 from cdp_ident.model.parameters import GROUPS, NOMINAL
 from cdp_ident.nodes.identify import main
 from cdp_ident.report.folder import FILES
+from cdp_ident.ros.topics import latched
 from reference.clean_bags import write_clean_bags
 from reference.pendulum import TABLE_5
 
@@ -252,9 +252,8 @@ class Client:
         self.listener = listener
         self.client = AsyncParameterClient(listener.node, "/identify")
         self.states = []
-        latched = rclpy.qos.QoSProfile(depth=10, durability=rclpy.qos.DurabilityPolicy.TRANSIENT_LOCAL)
         listener.node.create_subscription(
-            String, "/identify/state", lambda word: self.states.append(word.data), latched
+            String, "/identify/state", lambda word: self.states.append(word.data), latched(10)
         )
 
     def wait_until_it_serves(self):

@@ -17,12 +17,13 @@ from std_msgs.msg import String
 
 from cdp_ident.configuration.fitted_model import FittedModel, fitted_model, read_fitted_model
 from cdp_ident.configuration.parameter_file import parameter_file
-from cdp_ident.identification.judgement import start_of
-from cdp_ident.identification.windows import DEFAULT_WINDOW
+from cdp_ident.diagnosis.evaluation import start_of
+from cdp_ident.fit.windows import DEFAULT_WINDOW
 from cdp_ident.model.parameters import NOMINAL
 from cdp_ident.model.simulation import simulate
 from cdp_ident.model.time_grid import DEFAULT_STEP
 from cdp_ident.replay.stream import MotionStream
+from cdp_ident.ros.topics import latched
 from cdp_ident.trial.load import load_trial
 from cdp_ident.trial.trial import Trial
 from reference.clean_bags import write_clean_bags
@@ -57,7 +58,6 @@ class Viewer:
         self.states: list[str] = []
         self.events: list[ParameterEvent] = []
         node, depth = listener.node, rclpy.qos.QoSProfile(depth=20000)
-        latched = rclpy.qos.QoSProfile(depth=10, durability=rclpy.qos.DurabilityPolicy.TRANSIENT_LOCAL)
         for topic, into in (
             ("simulated/joint_states", self.simulated),
             ("measured/joint_states", self.measured),
@@ -65,7 +65,7 @@ class Viewer:
         ):
             node.create_subscription(JointState, topic, into.append, depth)
         node.create_subscription(Clock, "/clock", lambda message: self.clock.append(nanoseconds(message.clock)), depth)
-        node.create_subscription(String, "/simulator/state", lambda word: self.states.append(word.data), latched)
+        node.create_subscription(String, "/simulator/state", lambda word: self.states.append(word.data), latched(10))
 
     def wait_for_state(self, words: str) -> None:
         self.listener.wait_for(lambda: self.states and words in self.states[-1])

@@ -31,7 +31,7 @@ class Seen(NamedTuple):
     why: str
 
 
-def follow(shadow: Shadow, *script: Command, hanging: bool = False) -> list[Seen]:
+def fit_initial_states(shadow: Shadow, *script: Command, hanging: bool = False) -> list[Seen]:
     """Let a shadow follow a rig; one that is `hanging` counts absolute angles from there."""
     motion, seen = Motion(TRUE.coefficients, script, PERIOD), []
     while not motion.finished:
@@ -48,7 +48,7 @@ def errors(seen: list[Seen]) -> dict[int, float]:
 
 
 def test_the_right_model_stays_beside_the_rig_from_the_release_on() -> None:
-    seen = follow(Shadow(TRUE), *RELEASE, Wait(4.0))
+    seen = fit_initial_states(Shadow(TRUE), *RELEASE, Wait(4.0))
     phases = [one.phase for one in seen]
     assert list(dict.fromkeys(phases)) == [Phase.WAITING, Phase.LOOKING, Phase.BESIDE]
     found = errors(seen)
@@ -59,12 +59,12 @@ def test_the_right_model_stays_beside_the_rig_from_the_release_on() -> None:
 
 
 def test_the_difference_of_a_wrong_model_grows() -> None:
-    found = list(errors(follow(Shadow(WRONG), *RELEASE, Wait(4.0))).values())
+    found = list(errors(fit_initial_states(Shadow(WRONG), *RELEASE, Wait(4.0))).values())
     assert max(found) > 5 * max(found[:100])
 
 
 def test_another_model_is_beside_the_rig_at_once_and_has_its_own_start() -> None:
-    rig, shadow, change = follow(Shadow(TRUE), *RELEASE, Wait(4.0)), Shadow(WRONG), BEGIN + 5_000_000_000
+    rig, shadow, change = fit_initial_states(Shadow(TRUE), *RELEASE, Wait(4.0)), Shadow(WRONG), BEGIN + 5_000_000_000
     before: list[float] = []
     after: list[float] = []
     for position in (one.position for one in rig):
@@ -86,7 +86,7 @@ def test_another_model_is_beside_the_rig_at_once_and_has_its_own_start() -> None
 def test_it_ends_when_the_pendulum_is_no_longer_left_to_itself_and_follows_the_next_release(
     script: tuple[Command, ...], why: str
 ) -> None:
-    seen = follow(Shadow(TRUE), *RELEASE, *script, *RELEASE, Wait(2.0))
+    seen = fit_initial_states(Shadow(TRUE), *RELEASE, *script, *RELEASE, Wait(2.0))
     ended = [one.why for before, one in pairwise(seen) if one.phase is Phase.WAITING is not before.phase]
     assert ended[0] == why
     assert seen[-1].phase is Phase.BESIDE
@@ -103,7 +103,7 @@ def test_it_ends_when_the_pendulum_rests() -> None:
 
 def test_joints_may_mean_what_the_options_say() -> None:
     options = TrialOptions(zero="hanging", outer_angle="absolute")
-    seen = follow(Shadow(TRUE, options), *RELEASE, Wait(2.0), hanging=True)
+    seen = fit_initial_states(Shadow(TRUE, options), *RELEASE, Wait(2.0), hanging=True)
     assert seen[-1].phase is Phase.BESIDE
     assert max(errors(seen).values()) < 1e-3
 
@@ -111,12 +111,12 @@ def test_joints_may_mean_what_the_options_say() -> None:
 def test_a_motion_that_cannot_be_computed_is_told_and_the_next_release_awaited() -> None:
     shadow = Shadow(fitted_model(NOMINAL | {"c2": 1000.0}, "test"))
     with pytest.raises(CdpIdentError, match="cannot be computed"):
-        follow(shadow, *RELEASE, Wait(2.0))
+        fit_initial_states(shadow, *RELEASE, Wait(2.0))
     assert shadow.phase is Phase.WAITING
 
 
 def test_time_that_goes_back_begins_anew() -> None:
     shadow = Shadow(TRUE)
-    follow(shadow, *RELEASE, Wait(1.0))
+    fit_initial_states(shadow, *RELEASE, Wait(1.0))
     shadow.take(Position(BEGIN, 1.8, 0.0, 0.0))
     assert (shadow.phase, shadow.why) == (Phase.WAITING, "the rig's time went back")

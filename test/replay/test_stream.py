@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from cdp_ident.configuration.fitted_model import FittedModel, fitted_model
-from cdp_ident.identification.windows import cut_into_windows
+from cdp_ident.fit.windows import cut_into_windows
 from cdp_ident.model.parameters import NOMINAL
 from cdp_ident.model.simulation import simulate
 from cdp_ident.replay.stream import MotionStream

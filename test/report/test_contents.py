@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 
 from cdp_ident.configuration.settings import Settings
-from cdp_ident.identification.warnings import find_warnings
+from cdp_ident.diagnosis.warnings import find_warnings
 from cdp_ident.model.parameters import GROUPS, NOMINAL
+from cdp_ident.pipeline.job import load, run
 from cdp_ident.report.contents import report
 from cdp_ident.report.folder import json_text
-from cdp_ident.report.job import Job, load, run
+from cdp_ident.report.outcome import Job
 
 ERROR = {"rmse_rad", "rmse_theta1_rad", "rmse_theta2_rad", "window_s", "sse_free_run"}
 TRUE_GROUPS = {"A23_over_A22": 0.13128, "A33_over_A22": 0.082410, "a1_over_A22": 2.68854, "c1_over_A22": 0.08241}

@@ -6,8 +6,8 @@ import itertools
 import numpy as np
 from rich.console import Console
 
-from cdp_ident.identification.genetic_search import Progress
 from cdp_ident.report.progress import SearchDisplay
+from cdp_ident.search.genetic_search import Progress
 
 
 def shown(console, generations, total, seconds=3.0):

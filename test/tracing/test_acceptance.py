@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cdp_ident.identification.motion_model import Mechanism, MotionModel
-from cdp_ident.identification.refinement import Fit
+from cdp_ident.fit.motion_model import Mechanism, MotionModel
+from cdp_ident.fit.refinement import Fit
 from cdp_ident.tracing.acceptance import WORTH_NAMING, share_explained
 from cdp_ident.tracing.evidence import Attempt
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from cdp_ident.identification.motion_model import ActiveEffect, Mechanism, MotionModel
-from cdp_ident.identification.refinement import Fit
+from cdp_ident.fit.motion_model import ActiveEffect, Mechanism, MotionModel
+from cdp_ident.fit.refinement import Fit
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.tracing.evidence import Attempt
 

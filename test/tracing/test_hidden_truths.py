@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from cdp_ident.identification.identify import IdentifyOptions, identify
+from cdp_ident.fit.options import IdentifyOptions
+from cdp_ident.pipeline.identify import identify
 from cdp_ident.tracing.trace import Trace, trace
 from reference.hidden_truths import FIT_TRIALS, Answer, hidden_truth
 
@@ -47,14 +48,14 @@ def test_what_is_hidden_is_named_and_explains_all_but_the_noise(kind: str) -> No
 
 def test_an_effect_that_took_the_part_of_two_goes_once_both_are_there() -> None:
     found, answer = traced("coulomb_friction.outer+air_drag.outer", 7003)
-    assert "dropped load_friction.outer" in [rung.action for rung in found.ladder.rungs]
+    assert "dropped load_friction.outer" in [step.action for step in found.ladder.steps]
     assert named(found) == {hidden.identity for hidden in answer.hidden}
     assert found.after.holdout.rmse() < FIT_TO_THE_NOISE * answer.floor
 
 
 def test_an_effect_that_imitates_a_part_of_something_else_is_dropped_in_the_end() -> None:
     found, answer = traced("backlash.inner", 1000, 0.9)
-    assert [rung.action for rung in found.ladder.rungs][-1] == "dropped time_offset.outer"
+    assert [step.action for step in found.ladder.steps][-1] == "dropped time_offset.outer"
     assert named(found) == set()
     assert found.unexplained.significant
     assert found.after.holdout.rmse() > 1.5 * answer.floor
@@ -67,7 +68,7 @@ def test_a_knock_is_named_though_the_window_it_is_in_hardly_stands_out() -> None
 
 def test_what_rubs_over_a_part_of_the_turn_is_not_called_dry_friction() -> None:
     found, answer = traced("partial_rub.outer", 5001)
-    assert [rung.action for rung in found.ladder.rungs][-1] == "dropped coulomb_friction.outer"
+    assert [step.action for step in found.ladder.steps][-1] == "dropped coulomb_friction.outer"
     assert named(found) == set()
     assert found.unexplained.significant
     assert found.unexplained.joint == answer.hidden[0].effect.joint

@@ -5,7 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cdp_ident.identification.identify import Identification, IdentifyOptions, identify
+from cdp_ident.diagnosis.identification import Identification
+from cdp_ident.fit.options import IdentifyOptions
+from cdp_ident.pipeline.identify import identify
 from cdp_ident.tracing import instants
 from reference.hidden_truths import hidden_truth
 

@@ -5,7 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from cdp_ident.identification.identify import IdentifyOptions, identify
+from cdp_ident.fit.options import IdentifyOptions
+from cdp_ident.pipeline.identify import identify
 from cdp_ident.tracing.trace import trace
 from reference.twin import TEN_SECONDS, twin
 
@@ -65,7 +66,15 @@ def test_the_error_on_the_trial_kept_out_falls_to_the_noise(identified, traced):
     assert not traced.unexplained.significant
 
 
-def test_a_climb_that_is_stopped_keeps_what_it_has(identified):
+def test_a_selection_that_is_stopped_keeps_the_effects_found_so_far(identified):
+    lines = []
+    stopped = trace(identified, lines.append, stop=lambda: any(line.startswith("added") for line in lines))
+    assert stopped.ladder.interrupted
+    assert stopped.effects
+    assert stopped.errors[1].rmse < identified.errors["refined"][1].rmse
+
+
+def test_a_selection_that_is_stopped_at_once_has_none(identified):
     stopped = trace(identified, stop=lambda: True)
     assert stopped.ladder.interrupted
     assert stopped.effects == ()

@@ -4,10 +4,9 @@ from collections.abc import Mapping
 from typing import Any
 
 from cdp_ident.errors import OptionError
-from cdp_ident.given import number
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.effect import Effect
-from cdp_ident.spelling import refuse_unknown
+from cdp_ident.user_input import number, refuse_unknown
 
 VARIANT = "variant"
 """The key that says which of several forms of an effect is meant."""

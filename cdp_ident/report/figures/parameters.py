@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from cdp_ident.identification.identifiability import CONFIDENCE
+from cdp_ident.diagnosis.identifiability import CONFIDENCE
 from cdp_ident.report.contents import Section
 from cdp_ident.report.figures.description import Axis, Figure, Heat, Intervals, Level, Panel
 from cdp_ident.report.figures.errors import wrapped

@@ -9,12 +9,11 @@ import numpy.typing as npt
 import yaml
 
 from cdp_ident.errors import OptionError
-from cdp_ident.given import number
 from cdp_ident.model.parameters import NOMINAL, physical_coefficients
 from cdp_ident.rig.emulator.device import Encoders
 from cdp_ident.rig.emulator.effects import NO_EFFECTS, Effects, parse_effects
 from cdp_ident.rig.emulator.script import DEFAULT_SCRIPT, Command, parse_script
-from cdp_ident.spelling import refuse_unknown
+from cdp_ident.user_input import number, refuse_unknown
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from cdp_ident.errors import OptionError
-from cdp_ident.given import number
-from cdp_ident.spelling import refuse_unknown
+from cdp_ident.user_input import number, refuse_unknown
 
 
 @dataclass(frozen=True)

@@ -48,7 +48,7 @@ def test_nobody_else_s_settings_are_changed():
 
 def test_who_does_not_draw_does_not_load_what_draws():
     code = (
-        "import sys, cdp_ident.nodes._identification, cdp_ident.commands.report, cdp_ident.commands.compare; "
+        "import sys, cdp_ident.pipeline.identifier, cdp_ident.commands.report, cdp_ident.commands.compare; "
         "print([name for name in ('matplotlib', 'plotly', 'jinja2') if name in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)

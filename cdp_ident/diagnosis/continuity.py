@@ -1,0 +1,64 @@
+"""Whether the windows of a trial join: each begins where the model, run from the one before, arrives."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from cdp_ident.diagnosis.uncertainty import reduced_sensitivities
+from cdp_ident.fit.initial_states import InitialState
+from cdp_ident.fit.motion_model import STATE
+from cdp_ident.fit.refinement import Fit
+from cdp_ident.model.time_grid import TimeGrid
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Continuity:
+    """The jumps of the angles from the end of each window to the start of the next."""
+
+    rms: float
+    """Root mean square of the jumps [rad]."""
+    relative: float
+    """The same in units of what the uncertainty of starts and values lets expect: about 1 where the model holds."""
+    boundaries: int
+    """How many boundaries between neighbouring windows were compared."""
+
+
+def continuity(fit: Fit) -> Continuity | None:
+    """Compare the fitted starts of windows with where their neighbours before them end; None where none have any."""
+    jumps, expected = [], []
+    variance = fit.rmse() ** 2
+    curvature = sum(np.einsum("nrp,nrq->pq", s, s) for s in reduced_sensitivities(fit))
+    spread_of_values = variance * np.linalg.pinv(curvature, hermitian=True)
+    for index, (window, after) in enumerate(zip(fit.windows, fit.windows[1:], strict=False)):
+        if window.trial != after.trial or after.first != window.first + len(window.theta):
+            continue
+        time = np.array([after.begin - window.begin])
+        grid = TimeGrid.over(time, window.grid.step)
+        u = np.interp(grid.half_step_times(), window.grid.half_step_times(), window.u)
+        end = replace(window, time=time, theta=np.zeros((1, 2)), grid=grid, u=u)
+        arrival, sensitivity = fit.model.predict(fit.values, window.start, end)
+        carried = sensitivity[0, :, :STATE]
+        (of_this, this_by_values), (of_next, next_by_values) = (_initial_state(fit, index + k) for k in range(2))
+        spread = variance * (carried @ of_this @ carried.T + of_next[:2, :2])
+        by_values = next_by_values[:2] - carried @ this_by_values - sensitivity[0, :, STATE:]
+        spread += by_values @ spread_of_values @ by_values.T
+        jumps.append(after.start[:2] - arrival[0])
+        expected.append(np.diag(spread))
+    if not jumps:
+        return None
+    squared = np.square(jumps)
+    return Continuity(
+        rms=float(np.sqrt(squared.mean())),
+        relative=float(np.sqrt(np.mean(squared / np.maximum(expected, np.finfo(float).tiny)))),
+        boundaries=len(jumps),
+    )
+
+
+def _initial_state(fit: Fit, index: int) -> tuple[Array, Array]:
+    """Return the covariance (4, 4) of a fitted initial state, over that of the angles, and its slope by the values."""
+    rows = fit.sensitivities[index].reshape(-1, STATE + len(fit.values))
+    state = InitialState.of(rows[:, :STATE], fit.windows[index].start_known)
+    return state.covariance, -state.change_for(rows[:, STATE:])

@@ -1,0 +1,75 @@
+"""How well a model with given values follows measured motion: the errors of the report."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from cdp_ident.fit.motion_model import MotionModel
+from cdp_ident.fit.refinement import fit_initial_states
+from cdp_ident.fit.windows import Window, cut_into_windows
+from cdp_ident.trial.trial import Trial
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Errors:
+    """Errors of a model over windows whose starts were fitted to them, the parameters held."""
+
+    rmse: float
+    """Root mean square of measured minus simulated angles, theta1 and theta2 together [rad]."""
+    rmse_theta1: float
+    """The same for theta1 alone [rad]."""
+    rmse_theta2: float
+    """The same for theta2 alone [rad]."""
+    free_run: float
+    """Eq. (10): squared error of one simulation of each whole trial from its beginning, over these windows [rad^2]."""
+
+
+def evaluate(model: MotionModel, values: Array, windows: Sequence[Window], trials: Sequence[Trial]) -> Errors:
+    """Return the errors over windows of trials.
+
+    Args:
+        model: gives the motion.
+        values: (unknowns,) values that are held.
+        windows: what to judge by; their starts are fitted to their own samples.
+        trials: the trials that the windows are of; the free run begins at a trial's beginning.
+    """
+    fit = fit_initial_states(model, values, windows)
+    free_run = sum(
+        _free_run(model, values, [window for window in windows if window.trial == index], trials[index])
+        for index in sorted({window.trial for window in windows})
+    )
+    return Errors(fit.rmse(), fit.rmse(0), fit.rmse(1), float(free_run))
+
+
+def free_run(model: MotionModel, values: Array, trial: Trial, index: int, duration: float) -> Array:
+    """Return the angles (n, 2) [rad] of one simulation of a whole trial, as Eq. (10) has it.
+
+    Args:
+        model: gives the motion.
+        values: (unknowns,) values that are held.
+        trial: the trial, from whose beginning on the motion is simulated.
+        index: which trial it is, for effects that happen once.
+        duration: length of the beginning to which the start is fitted [s].
+    """
+    (whole,) = cut_into_windows([trial], np.inf)
+    start = start_of(model, values, trial, index, duration)
+    theta, _ = model.predict(values, start, replace(whole, trial=index))
+    return theta
+
+
+def start_of(model: MotionModel, values: Array, trial: Trial, index: int, duration: float) -> Array:
+    """Return the state (4,) in which a trial begins, fitted to its beginning; the arguments are those of `free_run`."""
+    # A trial cut by itself is the first, but effects that happen once ask which one it is.
+    first = replace(cut_into_windows([trial], duration)[0], trial=index)
+    return fit_initial_states(model, values, [first]).windows[0].start
+
+
+def _free_run(model: MotionModel, values: Array, windows: Sequence[Window], trial: Trial) -> float:
+    """Return the squared error over windows of a trial, simulated as a whole from its first window's start [rad^2]."""
+    error = trial.theta - free_run(model, values, trial, windows[0].trial, windows[0].duration)
+    squared = float(sum(np.sum(error[window.samples] ** 2) for window in windows))
+    return squared if np.isfinite(squared) else float("inf")

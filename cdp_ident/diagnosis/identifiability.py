@@ -1,0 +1,243 @@
+"""What the trials determine, and what they cannot tell apart.
+
+Two questions are kept apart: how well the motion shows the unknowns of the model (their sensitivities answer), and
+which physical values share the same unknowns (the groups' formulas answer).
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+import numpy.typing as npt
+
+from cdp_ident.diagnosis.uncertainty import reduced_sensitivities
+from cdp_ident.fit.physical import PhysicalValues, logarithmic_derivatives
+from cdp_ident.fit.prior import Prior
+from cdp_ident.fit.refinement import Fit
+from cdp_ident.model.parameters import GROUPS, SYMBOLS
+
+Array = npt.NDArray[np.float64]
+
+CONFIDENCE = 1.96
+"""Half width of a 95 % interval, in standard deviations."""
+_WIDEST = 0.5
+"""Half width of the interval, as a share of the value, from which on a value counts as not determined."""
+_UNSEEN = 1e-6
+"""Singular value, as a share of the largest, below which a combination does not show in the motion at all."""
+_AS_LARGE = 0.999
+"""Components that differ by less than this share are as large as each other, but for rounding."""
+_RANK_TOLERANCE = 1e-3
+"""What changes the groups by less than this share of itself counts as changing nothing."""
+_ROD_BY_ROD = ("m1", "J1", "l1", "m0", "m2", "l2", "J2", "c1", "c2")
+_BY_EASE_OF_MEASURING = ("m1", "m2", "m0", "l1", "l2", "J1", "J2", "c1", "c2")
+_SCALED_TOGETHER = ("m1", "m2", "m0", "J1", "J2", "c1", "c2")
+
+
+@dataclass(frozen=True)
+class Direction:
+    """One combination of the model's unknowns, a product of powers of them."""
+
+    singular_value: float
+    """By how many times the residual all the measured angles together change when the logarithm of the combination
+    changes by 1: its inverse is the combination's relative standard deviation if the residuals are white."""
+    exponents: Mapping[str, float]
+    """Power of each unknown in the combination; their squares add up to 1."""
+
+
+@dataclass(frozen=True)
+class Tradeoff:
+    """Values that can change together without any change of the motion."""
+
+    changes: Mapping[str, float]
+    """Relative change of each value; the largest is 1 (small changes)."""
+
+    @classmethod
+    def of(cls, names: Sequence[str], vector: Array) -> "Tradeoff":
+        """Make one of values' names and a vector (names,) of relative changes, of which some may be zero."""
+        vector = vector / _largest(vector)
+        moved = {name: float(v) for name, v in zip(names, vector, strict=True) if abs(v) > _RANK_TOLERANCE}
+        return cls(moved)
+
+    def __str__(self) -> str:
+        names = list(self.changes)
+        if len({round(change, 6) for change in self.changes.values()}) == 1:
+            return f"{_enumerated(names)} can all be multiplied by one factor without changing the motion"
+        example = ", ".join(f"{name} {change:+.2g} %" for name, change in self.changes.items())
+        return f"{_enumerated(names)} cannot be told apart: {example} together change nothing"
+
+
+@dataclass(frozen=True)
+class Identifiability:
+    """What the trials determine."""
+
+    directions: tuple[Direction, ...]
+    """Combinations of the unknowns, the best seen first."""
+    undetermined: tuple[str, ...]
+    """Unknowns whose 95 % interval is wider than half their value to either side."""
+    unseen: tuple[Tradeoff, ...]
+    """Unknowns that can change together without changing the motion."""
+    determined_physical: tuple[str, ...]
+    """Physical values that the trials determine, with what was measured beforehand."""
+    tradeoffs: tuple[Tradeoff, ...]
+    """Physical values that can change together without changing the groups."""
+    to_measure: tuple[str, ...]
+    """Physical values which, measured as well, would make all others determinable."""
+    words: tuple[str, ...]
+    """The same in sentences for people."""
+
+
+def identifiability(
+    fit: Fit, covariance: Array, physical: PhysicalValues, prior: Prior, length: float
+) -> Identifiability:
+    """Say what a fit determines.
+
+    Args:
+        fit: the fit whose first unknowns are the groups.
+        covariance: (unknowns, unknowns) covariance of its values.
+        physical: the physical values chosen for it.
+        prior: says which of them were measured beforehand.
+        length: L [m].
+    """
+    names, std = fit.model.names, np.sqrt(np.diag(covariance))
+    undetermined = tuple(
+        name
+        for name, value, deviation in zip(names, fit.values, std, strict=True)
+        if not is_determined(value, deviation)
+    )
+    directions, unseen = _directions(fit)
+    # A group that cannot be told from L or g is seen as well as they are known.
+    hidden = set(undetermined) - {name for tradeoff in unseen for name in tradeoff.changes}
+    groups = [index for index, group in enumerate(GROUPS) if group.symbol not in hidden]
+    columns = dict(zip(SYMBOLS, logarithmic_derivatives(physical.values, length)[groups].T, strict=True))
+    # A value of zero has no relative change; what is known does not change; an impossible mechanism says nothing; and a
+    # friction whose group is not determined stands alone.
+    free = {
+        symbol: columns[symbol]
+        for symbol in _ROD_BY_ROD
+        if physical.possible
+        and symbol not in prior.known
+        and physical.values[SYMBOLS.index(symbol)] > 0
+        and np.any(np.abs(columns[symbol]) > _RANK_TOLERANCE)
+    }
+    result = Identifiability(
+        directions=directions,
+        undetermined=undetermined,
+        unseen=unseen,
+        determined_physical=tuple(s for s, sure in zip(SYMBOLS, physical.determined, strict=True) if sure),
+        tradeoffs=tuple(_tradeoffs(free)),
+        to_measure=_to_measure(free),
+        words=(),
+    )
+    words = [*_words_on_unknowns(result, names, fit.values, std)]
+    if physical.possible:
+        words += _words_on_physical_values(result, tuple(prior.known))
+    return Identifiability(**{**vars(result), "words": tuple(words)})
+
+
+def is_determined(value: float, std: float) -> bool:
+    """Return whether the 95 % interval of a value stays within half the value to either side."""
+    return bool(CONFIDENCE * std < _WIDEST * abs(value))
+
+
+def _directions(fit: Fit) -> tuple[tuple[Direction, ...], tuple[Tradeoff, ...]]:
+    """Part the unknowns that are not zero into combinations, by the singular values of their scaled sensitivities."""
+    shown = np.flatnonzero(fit.values)
+    names = [fit.model.names[index] for index in shown]
+    rows = [
+        (np.sqrt(weight)[..., None] * sensitivity)[..., shown].reshape(-1, len(shown))
+        for sensitivity, weight in zip(reduced_sensitivities(fit), fit.weights, strict=True)
+    ]
+    scaled = np.concatenate(rows) * fit.values[shown] / fit.rmse()
+    _, singular, vectors = np.linalg.svd(scaled, full_matrices=False)
+    vectors = np.array([vector * np.sign(_largest(vector)) for vector in vectors])
+    directions = tuple(
+        Direction(float(value), dict(zip(names, vector.tolist(), strict=True)))
+        for value, vector in zip(singular, vectors, strict=True)
+    )
+    return directions, tuple(Tradeoff.of(names, vector) for vector in vectors[singular <= _UNSEEN * singular[0]])
+
+
+def _largest(vector: Array) -> float:
+    """Return the largest component of a vector, the first of those that are so by rounding alone."""
+    sizes = np.abs(vector)
+    return float(vector[np.argmax(sizes > _AS_LARGE * sizes.max())])
+
+
+def _tradeoffs(columns: Mapping[str, Array]) -> Iterator[Tradeoff]:
+    """Yield relative changes that leave the groups as they are: as many as are independent, each of few values."""
+    names = list(columns)
+    found: list[Array] = []
+    together = [name for name in _SCALED_TOGETHER if name in columns]
+    candidates: list[Sequence[str]] = [together] if len(together) > 1 else []
+    candidates += [chosen for size in range(2, len(names) + 1) for chosen in combinations(names, size)]
+    for chosen in candidates:
+        if len(found) == len(names) - _rank([columns[name] for name in names]):
+            return
+        matrix = np.array([columns[name] for name in chosen]).T
+        if chosen is together:
+            vector = np.ones(len(chosen))
+            if np.linalg.norm(matrix @ vector) > _RANK_TOLERANCE * len(chosen):
+                continue
+        elif _rank(list(matrix.T)) == len(chosen):
+            continue
+        else:
+            vector = np.linalg.svd(matrix)[2][-1]
+        whole = np.zeros(len(names))
+        whole[[names.index(name) for name in chosen]] = vector
+        if _rank([*found, whole]) == len(found):
+            continue
+        found.append(whole)
+        yield Tradeoff.of(chosen, vector)
+
+
+def _to_measure(columns: Mapping[str, Array]) -> tuple[str, ...]:
+    """Return values, the easiest to measure first, that leave nothing undetermined once they are known."""
+    left, chosen = dict(columns), []
+    for name in _BY_EASE_OF_MEASURING:
+        freedom = len(left) - _rank(list(left.values()))
+        if freedom == 0:
+            break
+        without = {other: column for other, column in left.items() if other != name}
+        if name in left and len(without) - _rank(list(without.values())) < freedom:
+            left = without
+            chosen.append(name)
+    return tuple(chosen)
+
+
+def _rank(columns: Sequence[Array]) -> int:
+    if not columns or columns[0].size == 0:
+        return 0
+    return int(np.linalg.matrix_rank(np.array(columns), tol=_RANK_TOLERANCE))
+
+
+def _words_on_unknowns(found: Identifiability, names: Sequence[str], values: Array, std: Array) -> Iterator[str]:
+    formulas = {group.symbol: group.formula for group in GROUPS}
+    shares = {name: CONFIDENCE * s / abs(v) for name, v, s in zip(names, values, std, strict=True) if v}
+    clear = [name for name in names if name not in found.undetermined]
+    if clear:
+        shown = [f"{formulas.get(name, name)} (±{100 * shares[name]:.2g} %)" for name in clear]
+        yield f"these trials see {_enumerated(shown)}, with A22 = m1 l1^2 + J1 + (m2 + m0) L^2"
+    for name in found.undetermined:
+        shown_share = f" (±{100 * shares[name]:.2g} %)" if np.isfinite(shares.get(name, np.inf)) else ""
+        yield f"{formulas.get(name, name)} is not determined by these trials{shown_share}"
+    yield from map(str, found.unseen)
+    if "L" in names and "g" not in names:
+        yield "L is fitted on the strength of g: an error of g makes the same relative error of L"
+    if "g" in names and "L" not in names:
+        yield "g is fitted on the strength of L: an error of L makes the same relative error of g"
+
+
+def _words_on_physical_values(found: Identifiability, known: Sequence[str]) -> Iterator[str]:
+    yield from map(str, found.tradeoffs)
+    measured = f"what was measured ({_enumerated(known)})" if known else "no physical value measured beforehand"
+    if new := [symbol for symbol in found.determined_physical if symbol not in known]:
+        yield f"with {measured}, these trials determine {_enumerated(new)}"
+    else:
+        yield f"with {measured}, these trials determine no physical value: the ones nearest to the nominal are reported"
+    if found.to_measure:
+        yield f"measure {_enumerated(found.to_measure)} as well to make all of them determinable (known.<symbol>)"
+
+
+def _enumerated(names: Sequence[str]) -> str:
+    return f"{', '.join(names[:-1])} and {names[-1]}" if len(names) > 1 else "".join(names)

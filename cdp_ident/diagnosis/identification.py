@@ -1,0 +1,71 @@
+"""A fitted model with everything that is said about it."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from cdp_ident.diagnosis.continuity import Continuity, continuity
+from cdp_ident.diagnosis.evaluation import Errors
+from cdp_ident.diagnosis.repeatability import Repeatability, repeatability
+from cdp_ident.diagnosis.uncertainty import covariance
+from cdp_ident.fit.data import Data
+from cdp_ident.fit.estimation import Estimate
+from cdp_ident.fit.options import IdentifyOptions
+from cdp_ident.fit.physical import PhysicalValues, nearest_physical_values
+from cdp_ident.fit.refinement import Fit
+from cdp_ident.model.parameters import GROUPS
+
+Array = npt.NDArray[np.float64]
+Stage = Literal["nominal", "search", "refined"]
+
+
+@dataclass(frozen=True)
+class Identification:
+    """What trials say about the paper's model."""
+
+    options: IdentifyOptions
+    data: Data
+    estimate: Estimate
+    covariance: Array
+    """(unknowns, unknowns) covariance of the fitted values."""
+    physical: PhysicalValues
+    errors: Mapping[Stage, tuple[Errors, Errors]]
+    """Errors over the fitted and over the held-out windows, of each stage on the way."""
+    continuity: Continuity | None
+    repeatability: Repeatability | None
+
+    @classmethod
+    def of(
+        cls,
+        options: IdentifyOptions,
+        data: Data,
+        estimate: Estimate,
+        errors: Mapping[Stage, tuple[Errors, Errors]],
+    ) -> "Identification":
+        """Diagnose an estimate."""
+        fit, count = estimate.fit, len(GROUPS)
+        spread = covariance(fit)
+        length, _ = options.model.constants(fit.values)
+        return cls(
+            options=options,
+            data=data,
+            estimate=estimate,
+            covariance=spread,
+            physical=nearest_physical_values(fit.values[:count], spread[:count, :count], options.prior, length),
+            errors=errors,
+            continuity=continuity(fit),
+            repeatability=repeatability(fit, data.names),
+        )
+
+    @property
+    def fit(self) -> Fit:
+        """The refined fit."""
+        return self.estimate.fit
+
+    @property
+    def interrupted(self) -> bool:
+        """Whether the search was ended early."""
+        return not self.estimate.search.completed

@@ -1,0 +1,108 @@
+"""The check of a new trial by the model that was identified before it came."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from cdp_ident.diagnosis.uncertainty import covariance
+from cdp_ident.diagnosis.warnings import FitWarning
+from cdp_ident.fit.motion_model import MotionModel
+from cdp_ident.fit.refinement import fit_initial_states, refine
+from cdp_ident.fit.windows import cut_into_windows
+from cdp_ident.trial.trial import Trial
+
+Array = npt.NDArray[np.float64]
+
+_NO_LONGER = 1.5
+"""A new trial whose error is so many times that on motion kept out of the fit no longer fits."""
+_CLEARLY = 4.0
+"""A value that differs by so many standard deviations has changed."""
+_MOST_NAMED = 3
+_NO_TRIAL = -1
+"""Number of a trial in which nothing happened once, as far as any effect knows."""
+
+
+@dataclass(frozen=True)
+class Changed:
+    """A value that the new trial alone gives otherwise than the trials before it."""
+
+    name: str
+    before: float
+    alone: float
+    deviations: float
+    """Difference in its standard deviations."""
+
+    @property
+    def words(self) -> str:
+        """It in words."""
+        relative = f"{100 * (self.alone / self.before - 1):+.2g} %, " if self.before else ""
+        return (
+            f"{self.name} {self.before:.4g} -> {self.alone:.4g} ({relative}{self.deviations:.0f} standard deviations)"
+        )
+
+
+@dataclass(frozen=True)
+class NewTrialCheck:
+    """What a model that was fitted to other trials says of a new one."""
+
+    trial: str
+    error: float
+    """Root mean square error over the new trial's windows, only their starts fitted [rad]."""
+    expected: float
+    """The same over the motion that was kept out of the model's fit [rad]."""
+    changed: tuple[Changed, ...]
+    """Values that differ clearly in a fit of the new trial alone, the most clearly changed first."""
+
+    @property
+    def fits(self) -> bool:
+        """Whether the model holds for it."""
+        return self.error < _NO_LONGER * self.expected
+
+    @property
+    def words(self) -> str:
+        """How well the trial fits, in a sentence."""
+        numbers = f"{1e3 * self.error:.3g} mrad, where motion kept out of the fit had {1e3 * self.expected:.3g} mrad"
+        if self.fits:
+            return f"{self.trial}, before it was seen: {numbers}"
+        alone = "; ".join(changed.words for changed in self.changed[:_MOST_NAMED])
+        changes = f"; alone it gives {alone}" if alone else ""
+        return (
+            f"{self.trial} no longer fits: {numbers}{changes}; has friction changed, or something come loose? "
+            "It is fitted jointly with the others all the same"
+        )
+
+    def warning(self) -> FitWarning | None:
+        """Return the reason for doubt, where there is one."""
+        return None if self.fits else FitWarning("no_longer_fits", (self.trial,), self.words)
+
+
+def check_new_trial(
+    model: MotionModel, values: Array, spread: Array, expected: float, trial: Trial, window: float
+) -> NewTrialCheck:
+    """Check a trial by a model that was not fitted to it.
+
+    Args:
+        model: the model, with its effects.
+        values: (unknowns,) its values.
+        spread: (unknowns, unknowns) their covariance.
+        expected: its error on motion that was kept out of its fit [rad].
+        trial: the new trial.
+        window: length of the windows [s].
+
+    Raises:
+        IdentificationError: the trial is too short for a single window.
+    """
+    windows = [replace(w, trial=_NO_TRIAL) for w in cut_into_windows([trial], min(window, trial.duration))]
+    held = fit_initial_states(model, values, windows)
+    alone = refine(model, values, held.windows)
+    variances = np.diag(covariance(alone)) + np.diag(spread)
+    seen = np.isfinite(variances) & (variances > 0)
+    deviations = np.zeros(len(values))
+    deviations[seen] = (alone.values - values)[seen] / np.sqrt(variances[seen])
+    changed = [
+        Changed(model.names[k], float(values[k]), float(alone.values[k]), float(abs(deviations[k])))
+        for k in np.argsort(-np.abs(deviations), kind="stable")
+        if abs(deviations[k]) > _CLEARLY
+    ]
+    return NewTrialCheck(trial.name, held.rmse(), expected, tuple(changed))

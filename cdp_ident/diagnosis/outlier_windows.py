@@ -1,0 +1,69 @@
+"""Windows that fit far worse than the rest: what happens once, happens in one of them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from cdp_ident.diagnosis.autocorrelation import integrated_autocorrelation_time
+from cdp_ident.fit.refinement import Fit
+from cdp_ident.fit.windows import Window
+
+Array = npt.NDArray[np.float64]
+
+_FEWEST_WINDOWS = 3
+"""With fewer, nothing says which one is the outlier."""
+_OUTSTANDING, _USUAL = 6.0, 1.7
+"""A window in which something happened has a mean squared error so many standard deviations above the others', and at
+most so many times theirs once that is explained."""
+
+
+@dataclass(frozen=True)
+class OutlierWindow:
+    """A window that fits far worse than the rest."""
+
+    window: Window
+    error: float
+    """Root mean square residual of the window: in units of the noise where that was given, else [rad]."""
+    usual: float
+    """Median of all windows' errors, in the same unit."""
+
+    @property
+    def ratio(self) -> float:
+        """How many times worse than usual it fits."""
+        return self.error / self.usual
+
+
+def outlier_windows(fits: Sequence[Fit], least: float, noise: Array | None = None) -> list[OutlierWindow]:
+    """Return the windows that fit far worse than the rest, the worst first.
+
+    Args:
+        fits: what is compared, such as the windows that were fitted and those kept out.
+        least: how many times the usual error an outlier's is.
+        noise: (2,) standard deviation of the noise of theta1 and theta2 [rad]; where given, errors are relative to
+            it, and an outlier's is so many times that, too.
+    """
+    scale = np.ones(2) if noise is None else noise
+    windows = [window for fit in fits for window in fit.windows]
+    residuals = [residual for fit in fits for residual in fit.residuals]
+    errors = np.array([np.sqrt(np.mean((residual / scale) ** 2)) for residual in residuals])
+    if len(errors) < _FEWEST_WINDOWS:
+        return []
+    usual = float(np.median(errors))
+    limit = least * (usual if noise is None else max(usual, 1.0))
+    found = [index for index in np.argsort(-errors, kind="stable") if errors[index] >= limit and errors[index] > 0.0]
+    return [OutlierWindow(windows[index], float(errors[index]), usual) for index in found]
+
+
+def explains_an_outlier(before: Fit, after: Fit) -> bool:
+    """Return whether what `after` explains was in one window that stood out, and left it like the others."""
+    powers = np.array([[np.mean(b**2), np.mean(a**2)] for b, a in zip(before.residuals, after.residuals, strict=True)])
+    window = int(np.argmax(powers[:, 0] - powers[:, 1]))
+    others = np.delete(powers[:, 1], window) if len(powers) > 1 else powers[:, 1]
+    usual = np.median(others)
+    # The mean square of n independent residuals varies by the root of 2 / n, relatively; that of what is not explained
+    # yet, by as much as is seen.
+    by_chance = np.sqrt(2.0 * integrated_autocorrelation_time(after) / before.residuals[window].size)
+    spread = max(by_chance, np.std(others) / usual)
+    return bool(powers[window, 0] > (1.0 + _OUTSTANDING * spread) * usual and powers[window, 1] < _USUAL * usual)

@@ -1,0 +1,65 @@
+"""Whether each trial alone says the same as all together."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy.stats import chi2
+
+from cdp_ident.diagnosis.uncertainty import covariance
+from cdp_ident.fit.refinement import Fit, refine
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Repeatability:
+    """Each trial's own estimate beside the joint one."""
+
+    trials: tuple[str, ...]
+    """Names of the trials."""
+    values: Array
+    """(trials, unknowns) each trial's own estimate."""
+    std: Array
+    """(trials, unknowns) its standard deviations."""
+    p_value: float
+    """How likely estimates would scatter at least so much if all trials had the same parameters."""
+
+    @property
+    def agree(self) -> bool:
+        """Whether the trials agree, at a level of 1 %."""
+        return self.p_value > 0.01
+
+
+def repeatability(fit: Fit, names: Sequence[str]) -> Repeatability | None:
+    """Fit each trial alone, beginning from the joint fit; None where only one trial was fitted.
+
+    The estimates are compared by their weighted sum of squares about their weighted mean, which is chi-squared
+    distributed if they agree.
+    """
+    indices = sorted({window.trial for window in fit.windows})
+    if len(indices) < 2:
+        return None
+    values, covariances = [], []
+    for index in indices:
+        alone = refine(fit.model, fit.values, [window for window in fit.windows if window.trial == index])
+        values.append(alone.values)
+        covariances.append(covariance(alone))
+    std = np.sqrt([np.diag(spread) for spread in covariances])
+    seen = np.all(np.isfinite(std) & (std > 0), axis=0)
+    inverses = [np.linalg.pinv(spread[np.ix_(seen, seen)], hermitian=True) for spread in covariances]
+    estimates = np.array(values)[:, seen]
+    mean = np.linalg.pinv(sum(inverses), hermitian=True) @ sum(
+        inverse @ estimate for inverse, estimate in zip(inverses, estimates, strict=True)
+    )
+    scatter = sum(
+        (estimate - mean) @ inverse @ (estimate - mean) for inverse, estimate in zip(inverses, estimates, strict=True)
+    )
+    freedom = (len(indices) - 1) * int(seen.sum())
+    return Repeatability(
+        trials=tuple(names[index] for index in indices),
+        values=np.array(values),
+        std=std,
+        p_value=float(chi2.sf(scatter, freedom)) if freedom else 1.0,
+    )

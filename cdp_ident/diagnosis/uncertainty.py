@@ -1,0 +1,55 @@
+"""How sure the fit is of its values."""
+
+import numpy as np
+import numpy.typing as npt
+
+from cdp_ident.diagnosis.autocorrelation import correlation_length
+from cdp_ident.fit.initial_states import InitialState
+from cdp_ident.fit.motion_model import STATE
+from cdp_ident.fit.refinement import Fit
+
+Array = npt.NDArray[np.float64]
+
+
+def reduced_sensitivities(fit: Fit) -> list[Array]:
+    """Return what of each window's sensitivities (n, 2, unknowns) its own start cannot imitate."""
+    reduced = []
+    for window, sensitivity, weight in zip(fit.windows, fit.sensitivities, fit.weights, strict=True):
+        rows = sensitivity.reshape(-1, sensitivity.shape[2])
+        root = np.sqrt(weight.reshape(-1, 1))
+        state = InitialState.of(root * rows[:, :STATE], window.start_known)
+        by_unknowns = rows[:, STATE:] - rows[:, :STATE] @ state.change_for(root * rows[:, STATE:])
+        reduced.append(by_unknowns.reshape(*sensitivity.shape[:2], -1))
+    return reduced
+
+
+def covariance(fit: Fit) -> Array:
+    """Return the covariance (unknowns, unknowns) of the fitted values.
+
+    It is the curvature's, corrected for residuals that are correlated in time and of different size in the two
+    angles: S^-1 B S^-1 with S the curvature and B the sum of the scores' autocovariances, up to the
+    correlation length of the residuals, with Bartlett's weights (Newey and West, Econometrica 55, 1987). An unknown
+    that the windows do not show at all gets an infinite variance.
+    """
+    scores, curvature = [], 0.0
+    for sensitivity, residual, weight in zip(reduced_sensitivities(fit), fit.residuals, fit.weights, strict=True):
+        weighted = sensitivity * weight[..., None]
+        curvature = curvature + np.einsum("nrp,nrq->pq", weighted, sensitivity)
+        scores.append(np.einsum("nrp,nr->np", weighted, residual))
+    lags = correlation_length(fit)
+    middle = np.zeros_like(curvature)
+    for score in scores:
+        middle += score.T @ score
+        for lag in range(1, min(lags, len(score) - 1) + 1):
+            product = score[lag:].T @ score[:-lag]
+            middle += (1.0 - lag / (lags + 1.0)) * (product + product.T)
+    samples = sum(residual.size for residual in fit.residuals)
+    estimated = len(fit.values) + STATE * sum(not window.start_known for window in fit.windows)
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(curvature), np.finfo(float).tiny))
+    values, vectors = np.linalg.eigh(curvature * np.outer(scale, scale))
+    seen = values > 1e-12 * values[-1]
+    inverse = (vectors[:, seen] / values[seen]) @ vectors[:, seen].T * np.outer(scale, scale)
+    result = inverse @ middle @ inverse * (samples / max(samples - estimated, 1))
+    unseen = np.any(np.abs(vectors[:, ~seen]) > 1e-3, axis=1)
+    result[unseen, unseen] = np.inf
+    return np.asarray(result)

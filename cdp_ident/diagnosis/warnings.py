@@ -1,0 +1,158 @@
+"""What in an identification is to be doubted, by name."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from cdp_ident.diagnosis.identification import Identification
+from cdp_ident.diagnosis.outlier_windows import outlier_windows
+from cdp_ident.model.parameters import GROUPS, SYMBOLS
+
+_EDGE = 0.01
+"""A value within this share of its search range from a limit is at its edge."""
+_WORSE = 3.0
+"""A window whose error is so many times the median of the windows fits far worse."""
+_ABOVE_NOISE = 3.0
+"""An error of so many times the noise means that something is missing in the model."""
+_JUMPS = 3.0
+"""Jumps between windows of so many times their expected size mean the same."""
+_MOST_NAMED = 4
+
+
+@dataclass(frozen=True)
+class FitWarning:
+    """One reason for doubt."""
+
+    name: str
+    """What kind it is, always the same for one kind."""
+    about: tuple[str, ...]
+    """The parameters, trials or windows concerned."""
+    message: str
+    """The reason in a sentence, with numbers."""
+
+
+def find_warnings(identification: Identification) -> list[FitWarning]:
+    """Return every reason to doubt an identification, the gravest first."""
+    return [
+        *_not_finished(identification),
+        *_impossible(identification),
+        *_above_noise(identification),
+        *_disagreement(identification),
+        *_windows(identification),
+        *_edges(identification),
+        *_frictions(identification),
+        *_wild_samples(identification),
+    ]
+
+
+def _not_finished(found: Identification) -> Iterator[FitWarning]:
+    if found.interrupted:
+        yield FitWarning("interrupted", (), f"the search was ended early ({found.estimate.search.stopped})")
+    if not found.fit.converged:
+        steps = found.fit.iterations
+        yield FitWarning("not_converged", (), f"the refinement had not arrived after {steps} iterations")
+
+
+def _impossible(found: Identification) -> Iterator[FitWarning]:
+    if not found.physical.possible:
+        yield FitWarning(
+            "no_possible_mechanism",
+            (),
+            "no masses, lengths and inertias that rods can have were found for the fitted groups: check L, the known "
+            "and nominal values, and what the joints' angles mean",
+        )
+
+
+def _above_noise(found: Identification) -> Iterator[FitWarning]:
+    noise = float(np.sqrt(np.mean(found.data.noise**2)))
+    error = found.fit.rmse()
+    if error > _ABOVE_NOISE * noise:
+        yield FitWarning(
+            "error_above_noise",
+            (),
+            f"the error of {1e3 * error:.3g} mrad is {error / noise:.1f} times the encoders' noise: the model lacks "
+            "something, or L, g or the nominal values are far off",
+        )
+    joined = found.continuity
+    if joined is not None and joined.relative > _JUMPS:
+        yield FitWarning(
+            "windows_do_not_join",
+            (),
+            f"from one window to the next the angles jump by {1e3 * joined.rms:.3g} mrad rms, {joined.relative:.1f} "
+            "times what the noise lets expect: the model lacks something",
+        )
+
+
+def _disagreement(found: Identification) -> Iterator[FitWarning]:
+    compared = found.repeatability
+    if compared is None or compared.agree:
+        return
+    names = found.fit.model.names
+    spread = np.ptp(compared.values, axis=0) / np.maximum(np.abs(found.fit.values), np.finfo(float).tiny)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        distance = np.nan_to_num(np.ptp(compared.values, axis=0) / np.sqrt(np.sum(compared.std**2, axis=0)))
+    worst = int(np.argmax(distance))
+    yield FitWarning(
+        "trials_disagree",
+        (names[worst], *compared.trials),
+        f"the trials disagree (p = {compared.p_value:.2g}), most about {names[worst]}: alone they give values "
+        f"{100 * spread[worst]:.2g} % apart; the standard deviations do not cover that",
+    )
+
+
+def _windows(found: Identification) -> Iterator[FitWarning]:
+    for outlier in outlier_windows([found.fit], _WORSE)[:_MOST_NAMED]:
+        window = outlier.window
+        trial = found.data.trials[window.trial]
+        begin = trial.start + window.begin
+        where = f"{trial.name} from {begin:.2f} to {begin + window.duration:.2f} s"
+        yield FitWarning(
+            "window_fits_worse",
+            (where,),
+            f"{where} fits far worse than the others: {1e3 * outlier.error:.3g} mrad, the median is "
+            f"{1e3 * outlier.usual:.3g} mrad; look for a knock or a slipped encoder there",
+        )
+
+
+def _edges(found: Identification) -> Iterator[FitWarning]:
+    if not found.physical.possible:
+        return
+    for symbol, value, low, high in zip(SYMBOLS, found.physical.values, *found.options.prior.box, strict=True):
+        margin = _EDGE * (high - low)
+        if margin == 0.0 or value == 0.0 or low + margin < value < high - margin:
+            continue
+        edge, limit = ("lower", low) if value <= low + margin else ("upper", high)
+        where = "at" if low - margin <= value <= high + margin else "beyond"
+        yield FitWarning(
+            f"{where}_limit",
+            (symbol,),
+            f"{symbol} = {value:.4g} is {where} its {edge} limit {limit:.4g}: is its nominal value right?",
+        )
+
+
+def _frictions(found: Identification) -> Iterator[FitWarning]:
+    for group, value in zip(GROUPS, found.fit.values, strict=False):
+        if group.symbol.startswith("c") and value <= 0.0:
+            symbol = group.symbol.partition("_")[0]
+            yield FitWarning(
+                "friction_at_zero",
+                (symbol,),
+                f"{symbol} came out as zero, which no joint has: other friction than viscous may be at work",
+            )
+
+
+def _wild_samples(found: Identification) -> Iterator[FitWarning]:
+    trials = found.data.trials
+    wild = [0] * len(trials)
+    total = [0] * len(trials)
+    for window, weight in zip(found.fit.windows, found.fit.weights, strict=True):
+        wild[window.trial] += int(np.count_nonzero(np.min(weight, axis=1) < 1.0))
+        total[window.trial] += len(weight)
+    for trial, count, samples in zip(trials, wild, total, strict=True):
+        if count:
+            yield FitWarning(
+                "wild_samples",
+                (trial.name,),
+                f"{count} of {samples} samples of {trial.name} are far off the model and count for less",
+            )

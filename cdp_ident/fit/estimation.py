@@ -1,0 +1,127 @@
+"""From the box to the bottom of the valley: the genetic search, short or in full, and the refinement of its best."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from itertools import groupby
+
+import numpy as np
+import numpy.typing as npt
+
+from cdp_ident.errors import IdentificationError
+from cdp_ident.fit.motion_model import MotionModel
+from cdp_ident.fit.prior import Prior
+from cdp_ident.fit.refinement import Fit, refine_from_afar
+from cdp_ident.fit.windows import Window
+from cdp_ident.model.parameters import coefficients_of, groups_of
+from cdp_ident.model.population import Population, Segment
+from cdp_ident.search.genetic_search import Progress, SearchResult, genetic_search
+from cdp_ident.search.options import IGA, GeneticOptions
+
+Array = npt.NDArray[np.float64]
+
+SHORT_IGA = replace(IGA, population=64, generations=2)
+"""The improved algorithm cut short: from its result the refinement finds the bottom by itself."""
+PAPER_SPAN = 10.0
+"""How long one simulation of the paper's search is [s] (Section 4.2)."""
+_FAR_ABOVE_NOISE = 10.0
+"""An error of so many times the noise may mean that the search has missed the valley; it is then repeated."""
+_MOST_SEARCHES = 4
+_SAME_VALLEY = 0.01
+"""Two searches whose refined errors differ by less than this share have found the same valley."""
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """The outcome of search and refinement."""
+
+    search: SearchResult
+    """The search that led to the fit."""
+    searches: int
+    """How many searches it took."""
+    evaluations: int
+    """Chromosomes evaluated in all of them."""
+    fit: Fit
+
+
+def search_objective(windows: Sequence[Window], span: float, prior: Prior) -> Callable[[Array], Array]:
+    """Return Eq. (10) as a function of chromosomes (n, 9), over segments of the windows' trials.
+
+    Args:
+        windows: the windows whose samples count, in the order of time; the ones kept out of the fit are not among them.
+        span: length of a segment [s]: from the start of one window, the motion is simulated over so much time.
+        prior: gives L and g.
+    """
+    segments = []
+    for _, of_trial in groupby(windows, key=lambda window: window.trial):
+        run: list[Window] = []
+        for window in of_trial:
+            if run and window.begin + window.duration - run[0].begin > span * (1 + 1e-3) + 0.5 * window.duration:
+                segments.append(_segment(run))
+                run = []
+            run.append(window)
+        segments.append(_segment(run))
+    population = Population(segments)
+    length, gravity = prior.length, prior.gravity
+
+    def objective(chromosomes: Array) -> Array:
+        coefficients = coefficients_of(groups_of(chromosomes, length), length, gravity)
+        return population.squared_errors(coefficients).sum(axis=1)
+
+    return objective
+
+
+def _segment(run: Sequence[Window]) -> Segment:
+    beginning = run[0].begin
+    return Segment(
+        start=run[0].start,
+        time=np.concatenate([window.begin - beginning + window.time for window in run]),
+        theta=np.concatenate([window.theta for window in run]),
+        cart_acceleration=np.concatenate([np.interp(w.time, w.grid.half_step_times(), w.u) for w in run]),
+    )
+
+
+def estimate(
+    model: MotionModel,
+    windows: Sequence[Window],
+    prior: Prior,
+    noise: float,
+    rng: np.random.Generator,
+    options: GeneticOptions = SHORT_IGA,
+    span: float = 0.0,
+    stop: Callable[[Progress], str | None] = lambda progress: None,
+) -> Estimate:
+    """Search the prior's box, refine the best, and search again where the valley may have been missed.
+
+    Args:
+        model: what to fit.
+        windows: what to fit it to.
+        prior: the search's box, and L and g.
+        noise: standard deviation of the measured angles' noise [rad].
+        rng: the only source of chance.
+        options: the genetic algorithm.
+        span: how long the search simulates from one start [s]; one window at least.
+        stop: called after each generation of a search; a sentence that it returns ends the searching.
+
+    Raises:
+        IdentificationError: there is no window to fit.
+    """
+    if not windows:
+        raise IdentificationError("there is nothing to fit: no window of any trial has enough samples")
+    objective = search_objective(windows, span, prior)
+    lower, upper = prior.box
+    best: Estimate | None = None
+    evaluations = 0
+    for attempt in range(1, _MOST_SEARCHES + 1):
+        search = genetic_search(objective, lower, upper, options, rng, stop)
+        evaluations += search.evaluations
+        fit = refine_from_afar(model, model.beginning(groups_of(search.best, prior.length)), windows)
+        before = best.fit.rmse() if best else np.inf
+        if best is None or fit.rmse() < before:
+            best = Estimate(search, attempt, evaluations, fit)
+        arrived = fit.rmse() < _FAR_ABOVE_NOISE * noise
+        agree = abs(fit.rmse() - before) < _SAME_VALLEY * before < np.inf
+        if arrived or agree or not search.completed:
+            break
+        options = replace(options, generations=2 * options.generations)
+    assert best is not None
+    return replace(best, searches=attempt, evaluations=evaluations)

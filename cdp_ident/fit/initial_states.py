@@ -1,0 +1,74 @@
+"""The windows' initial states, eliminated: what they account for, and what is left for the values that all share.
+
+Every window has an initial state of its own, which is fitted with everything else. A window in which a joint stands
+still does not show all of it, and where the motion is chaotic its parts can hardly be told apart; what does not show
+is left as it is.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
+
+_CUT_OFF = 1e-13
+"""Eigenvalue of a scaled matrix, as a share of the largest, below which a direction does not show."""
+_ROUNDING = 1e-30
+"""Diagonal element, as a share of the largest, that is nothing but rounding."""
+
+
+def inverse_factor(matrix: Array) -> Array:
+    """Return F (…, n, n) such that F F^T is the inverse of positive semi-definite matrices (…, n, n).
+
+    Where there is none it is the pseudo-inverse of the matrix scaled to a diagonal of ones; what is not finite in a
+    matrix counts as zero.
+    """
+    diagonal = np.einsum("...kk->...k", matrix)
+    finite = np.all(np.isfinite(matrix), axis=-1)
+    largest = np.max(np.where(finite, diagonal, 0.0), axis=-1, keepdims=True, initial=0.0)
+    shown = finite & (diagonal > _ROUNDING * largest)
+    scale = np.where(shown, 1.0 / np.sqrt(np.where(shown, diagonal, 1.0)), 0.0)
+    both = shown[..., :, None] & shown[..., None, :]
+    scaled = np.where(both, matrix, 0.0) * scale[..., :, None] * scale[..., None, :]
+    values, vectors = np.linalg.eigh(scaled)
+    kept = values > _CUT_OFF * values[..., -1:]
+    root = np.where(kept, 1.0 / np.sqrt(np.where(kept, values, 1.0)), 0.0)
+    return np.asarray(scale[..., :, None] * vectors * root[..., None, :])
+
+
+@dataclass(frozen=True)
+class InitialState:
+    """What a window's initial state accounts for of the window's rows (two angles of each sample, one below the other).
+
+    It is described by coordinates whose sensitivities are orthonormal.
+    """
+
+    transform: Array
+    """(4, 4) what each coordinate changes of the initial state; zero for those that the window does not show."""
+    basis: Array
+    """(rows, 4) what each coordinate changes of the rows: orthonormal columns, or zero."""
+
+    @classmethod
+    def of(cls, by_state: Array, known: bool = False) -> "InitialState":
+        """Make it of the rows' derivatives (rows, 4) by the initial state; one that is `known` changes nothing."""
+        if known:
+            return cls(np.zeros((by_state.shape[1],) * 2), np.zeros_like(by_state))
+        factor = inverse_factor(by_state.T @ by_state)
+        basis = by_state @ factor
+        # The squares have lost digits, which a second pass brings back (Yamamoto et al., CholeskyQR2, ETNA 44, 2015).
+        again = inverse_factor(basis.T @ basis)
+        return cls(factor @ again, basis @ again)
+
+    def change_for(self, rows: Array) -> Array:
+        """Return the change (4, …) of the initial state that comes nearest to rows (rows, …)."""
+        return np.asarray(self.transform @ (self.basis.T @ rows))
+
+    def eliminated_from(self, rows: Array) -> Array:
+        """Return what of rows (rows, …) no initial state can account for."""
+        return np.asarray(rows - self.basis @ (self.basis.T @ rows))
+
+    @property
+    def covariance(self) -> Array:
+        """(4, 4) covariance of the initial state where that of the rows is one."""
+        return np.asarray(self.transform @ self.transform.T)

@@ -1,0 +1,197 @@
+"""The model as the refinement sees it: numbers to adjust, and the motion and its derivatives that follow from them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from cdp_ident.fit.prior import Prior
+from cdp_ident.fit.windows import Window
+from cdp_ident.model.effects.constants import effect_constants, outer_rod_length
+from cdp_ident.model.effects.effect import Effect, EffectParameter, TorqueEffect
+from cdp_ident.model.effects.readings import encoder_readings
+from cdp_ident.model.parameters import COEFFICIENTS, GROUPS, SYMBOLS, coefficients_of
+from cdp_ident.model.time_grid import TimeGrid
+from cdp_ident.model.trajectory import DIRECTIONS, Torques, trajectory_with_derivatives
+
+Array = npt.NDArray[np.float64]
+
+STATE = 4
+"""Numbers in a start: theta1, theta2, omega1, omega2."""
+_A23, _OUTER_MOMENT, _GRAVITY = (COEFFICIENTS.index(name) for name in ("A23_over_A22", "m2_l2_over_A22", "g"))
+LATEST = 0.05
+"""No encoder is later or earlier than this [s]."""
+
+
+@dataclass(frozen=True)
+class ActiveEffect:
+    """An effect that a model has."""
+
+    effect: Effect
+    trial: int | None = None
+    """For an effect that happens once: in which trial."""
+
+    @cached_property
+    def fitted(self) -> tuple[EffectParameter, ...]:
+        """Its parameters that are fitted."""
+        return tuple(parameter for parameter in self.effect.parameters if not parameter.fixed)
+
+    def all_values(self, fitted: Array) -> list[float]:
+        """Return the values of all its parameters, given those of the fitted ones."""
+        remaining = iter(fitted)
+        return [p.typical if p.fixed else float(next(remaining)) for p in self.effect.parameters]
+
+
+@dataclass(frozen=True)
+class Mechanism:
+    """What the model must know of the rig beforehand, because no zero-input trial shows it."""
+
+    length: float
+    """L [m], or the value to begin with where it is free."""
+    gravity: float
+    """g [m/s^2], or the value to begin with where it is free."""
+    outer_length: float
+    """Length of the outer rod [m]."""
+
+    @classmethod
+    def of(cls, prior: Prior) -> "Mechanism":
+        """Take it from what is known before any trial."""
+        l2 = float(prior.centre[SYMBOLS.index("l2")])
+        return cls(prior.length, prior.gravity, outer_rod_length(prior.length, l2))
+
+
+@dataclass(frozen=True)
+class MotionModel:
+    """The paper's model with any effects.
+
+    Its unknowns are the five groups, on request the length L and gravity g, and the effects' parameters, torques
+    being relative to A22.
+    """
+
+    mechanism: Mechanism
+    length_free: bool = False
+    gravity_free: bool = False
+    effects: tuple[ActiveEffect, ...] = ()
+
+    @cached_property
+    def base_names(self) -> tuple[str, ...]:
+        """Names of the unknowns that are not of effects."""
+        return (
+            *(group.symbol for group in GROUPS),
+            *(("L",) if self.length_free else ()),
+            *(("g",) if self.gravity_free else ()),
+        )
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """Names of the unknowns, in the order of their values."""
+        of_effects = (f"{active.effect.key}.{p.name}" for active in self.effects for p in active.fitted)
+        return (*self.base_names, *of_effects)
+
+    @cached_property
+    def limits(self) -> tuple[Array, Array]:
+        """Lowest and highest value of each unknown: inertias, moments and frictions are not negative."""
+        base = len(self.base_names)
+        parameters = [p for active in self.effects for p in active.fitted]
+        lower = np.concatenate([np.zeros(base), [p.lower for p in parameters]])
+        return lower, np.concatenate([np.full(base, np.inf), [p.upper for p in parameters]])
+
+    def beginning(self, groups: Array) -> Array:
+        """Return values of the unknowns without effects, for given groups (5,), L and g as known beforehand."""
+        constants = [self.mechanism.length] * self.length_free + [self.mechanism.gravity] * self.gravity_free
+        return np.concatenate([groups, constants])
+
+    def with_effect(self, effect: ActiveEffect) -> "MotionModel":
+        """Return this model with one effect more, whose unknowns come last."""
+        return replace(self, effects=(*self.effects, effect))
+
+    def without_effect(self, index: int) -> tuple["MotionModel", npt.NDArray[np.bool_]]:
+        """Return this model without an effect, and which of the unknowns remain."""
+        remain = np.ones(len(self.names), dtype=bool)
+        remain[self.places(index)] = False
+        return replace(self, effects=self.effects[:index] + self.effects[index + 1 :]), remain
+
+    def places(self, index: int) -> slice:
+        """Return where the unknowns of an effect are."""
+        return self._places[index]
+
+    @cached_property
+    def _places(self) -> list[slice]:
+        counts = [len(active.fitted) for active in self.effects]
+        ends = len(self.base_names) + np.cumsum(counts, dtype=int)
+        return [slice(int(end) - count, int(end)) for end, count in zip(ends, counts, strict=True)]
+
+    def constants(self, values: Array) -> tuple[float, float]:
+        """Return L [m] and g [m/s^2] under given values of the unknowns."""
+        names = self.base_names
+        length = float(values[names.index("L")]) if self.length_free else self.mechanism.length
+        return length, float(values[names.index("g")]) if self.gravity_free else self.mechanism.gravity
+
+    def coefficients(self, values: Array) -> Array:
+        """Return the model's coefficients (7,) under given values of the unknowns."""
+        return coefficients_of(values[: len(GROUPS)], *self.constants(values))
+
+    def torques(self, values: Array, trial: int) -> Torques:
+        """Return the torques of the effects in a trial, and as directions their fitted parameters."""
+        chosen: list[tuple[TorqueEffect, Sequence[float]]] = []
+        directions: list[tuple[int, int]] = []
+        for index, active in enumerate(self.effects):
+            if isinstance(active.effect, TorqueEffect) and active.trial in (None, trial):
+                parameters = active.effect.parameters
+                directions += [(len(chosen), k) for k, p in enumerate(parameters) if not p.fixed]
+                chosen.append((active.effect, active.all_values(values[self.places(index)])))
+        length, _ = self.constants(values)
+        constants = effect_constants(self.coefficients(values), length, self.mechanism.outer_length)
+        return Torques.of(chosen, constants, directions)
+
+    def predict(self, values: Array, start: Array, window: Window) -> tuple[Array, Array]:
+        """Return the angles that the encoders show in a window, and their derivatives.
+
+        Returns:
+            Angles (n, 2) [rad] and their derivatives (n, 2, 4 + unknowns) with respect to the start and the unknowns.
+        """
+        coefficients, torques = self.coefficients(values), self.torques(values, window.trial)
+
+        def motion(delay: float) -> tuple[Array, Array]:
+            grid, u = window.grid, window.u
+            if delay:
+                grid = TimeGrid.over(window.time - delay, grid.step, earliest=-LATEST)
+                u = np.pad(u, (0, max(2 * grid.steps + 1 - len(u), 0)), mode="edge")
+            states, derivatives = trajectory_with_derivatives(coefficients, start, grid, u, torques, window.begin)
+            return states, self._by_unknowns(values, derivatives, window.trial)
+
+        sensors = [
+            (active.effect, active.all_values(values[self.places(index)]), self.places(index))
+            for index, active in enumerate(self.effects)
+            if not isinstance(active.effect, TorqueEffect) and active.trial in (None, window.trial)
+        ]
+        return encoder_readings(motion, sensors, window.begin + window.time, STATE)
+
+    def _by_unknowns(self, values: Array, derivatives: Array, trial: int) -> Array:
+        """Return derivatives (n, 4, 4 + unknowns) from those (n, 4, 11 + k) that compiled code gives."""
+        base = len(self.base_names)
+        result = np.zeros((*derivatives.shape[:2], STATE + len(self.names)))
+        result[..., :STATE] = derivatives[..., :STATE]
+        result[..., STATE : STATE + base] = derivatives[..., STATE:DIRECTIONS] @ self._chain(values)
+        direction = DIRECTIONS
+        for index, active in enumerate(self.effects):
+            if isinstance(active.effect, TorqueEffect) and active.trial in (None, trial):
+                place = self.places(index)
+                count = place.stop - place.start
+                result[..., STATE + place.start : STATE + place.stop] = derivatives[..., direction : direction + count]
+                direction += count
+        return result
+
+    def _chain(self, values: Array) -> Array:
+        """Return the derivatives (7, base unknowns) of the coefficients with respect to the unknowns."""
+        length, _ = self.constants(values)
+        chain = np.zeros((len(COEFFICIENTS), len(self.base_names)))
+        chain[: len(GROUPS), : len(GROUPS)] = np.eye(len(GROUPS))
+        chain[_OUTER_MOMENT, _A23] = 1.0 / length
+        if self.length_free:
+            chain[_OUTER_MOMENT, self.base_names.index("L")] = -values[_A23] / length**2
+        if self.gravity_free:
+            chain[_GRAVITY, self.base_names.index("g")] = 1.0
+        return chain

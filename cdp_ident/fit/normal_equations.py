@@ -1,0 +1,192 @@
+"""The normal equations of all windows together, from which the windows' initial states are eliminated.
+
+The initial states meet only through the unknowns, so that they are eliminated window by window and the work grows with
+the number of windows, not with its cube. Source: Bock, Recent advances in parameter identification techniques for ODE,
+1983; the damping is Marquardt's (1963). Chaotic motion makes basins that are narrow and bent: steps that follow the
+bend (geodesic acceleration: Transtrum and Sethna, arXiv 1201.5885, 2012) get along them, where straight ones creep.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from cdp_ident.fit.initial_states import inverse_factor
+from cdp_ident.fit.motion_model import STATE, MotionModel
+from cdp_ident.fit.windows import Window
+from cdp_ident.model.parallel import share_out
+
+Array = npt.NDArray[np.float64]
+
+_PROBE = 0.1
+"""How far along a step the residuals are probed for their second derivative, as a share of the step."""
+_MOST_ACCELERATION = 0.75
+"""A step whose acceleration is larger, over its velocity, is too long; the value is that of the method's authors."""
+
+
+@dataclass(frozen=True)
+class Point:
+    """The cost at one set of values and starts, and the normal equations there."""
+
+    values: Array
+    starts: list[Array]
+    cost: float
+    residuals: list[Array]
+    sensitivities: list[Array]
+    weights: list[Array]
+    normal: Array
+    """(windows, 4 + unknowns, 4 + unknowns) each window's J^T W J."""
+    right: Array
+    """(windows, 4 + unknowns) each window's J^T W r."""
+
+
+@dataclass(frozen=True)
+class Step:
+    """Where a step leads."""
+
+    values: Array
+    starts: list[Array]
+    expected: float
+    """By how much the linearised problem says that the cost will fall."""
+
+
+class NormalEquations:
+    """What the damped Gauss-Newton iteration computes over windows."""
+
+    def __init__(self, model: MotionModel, windows: Sequence[Window], held: Array | None = None):
+        """`held` are the values that all unknowns keep where the initial states alone are fitted."""
+        self._model, self._held = model, held
+        self._windows = tuple(windows)
+        self._known_start = np.array([window.start_known for window in windows])
+        self.simulations = 0
+        """How often the motion over all windows has been computed."""
+
+    @property
+    def limits(self) -> tuple[Array, Array]:
+        """Lowest and highest value of each unknown that is fitted."""
+        return self._model.limits if self._held is None else (np.empty(0), np.empty(0))
+
+    def evaluate(self, values: Array, starts: list[Array], limit: float) -> Point | None:
+        """Return cost and normal equations, or None where the motion cannot be computed.
+
+        Residuals beyond `limit` [rad] enter the cost with their absolute value only (Huber).
+        """
+        self.simulations += 1
+        size = STATE + len(values)
+        all_values = values if self._held is None else self._held
+        residuals: list[Array] = [np.empty(0)] * len(self._windows)
+        sensitivities, weights = list(residuals), list(residuals)
+        normal = np.empty((len(self._windows), size, size))
+        right = np.empty((len(self._windows), size))
+        costs = np.empty(len(self._windows))
+
+        def work(first: int, last: int) -> None:
+            for index in range(first, last):
+                window = self._windows[index]
+                theta, sensitivity = self._model.predict(all_values, starts[index], window)
+                sensitivity, residual = sensitivity[..., :size], window.theta - theta
+                size_of = np.abs(residual)
+                weight = np.where(size_of > limit, limit / np.maximum(size_of, limit), 1.0) if limit < np.inf else None
+                rows, flat = sensitivity.reshape(-1, size), residual.ravel()
+                weighted = rows if weight is None else rows * weight.reshape(-1, 1)
+                normal[index], right[index] = weighted.T @ rows, weighted.T @ flat
+                costs[index] = (
+                    flat @ flat
+                    if weight is None
+                    else np.sum(np.where(size_of > limit, limit * (2 * size_of - limit), size_of**2))
+                )
+                residuals[index], sensitivities[index] = residual, sensitivity
+                weights[index] = np.ones_like(residual) if weight is None else weight
+
+        share_out(work, len(self._windows))
+        if not np.all(np.isfinite(costs)) or not np.all(np.isfinite(normal)):
+            return None
+        return Point(values, starts, float(costs.sum()), residuals, sensitivities, weights, normal, right)
+
+    def step(self, point: Point, damping: float) -> Step:
+        """Return the damped Gauss-Newton step."""
+        change, start_changes = self._solve(point.values, point.normal, point.right, damping)
+        right = np.where(self._known_start[:, None], 0.0, point.right[:, :STATE])
+        expected = float(change @ point.right[:, STATE:].sum(axis=0) + np.sum(start_changes * right))
+        return Step(point.values + change, _moved(point.starts, start_changes), expected)
+
+    def accelerated(self, point: Point, step: Step, damping: float) -> Step | None:
+        """Return a step with its geodesic acceleration, or None where that is too large for the step to be trusted."""
+        change = step.values - point.values
+        velocity = np.array([[*(b - a), *change] for a, b in zip(point.starts, step.starts, strict=True)])
+        near = _PROBE * velocity
+        probe = self.evaluate(point.values + _PROBE * change, _moved(point.starts, near[:, :STATE]), np.inf)
+        if probe is None:
+            return None
+        right = np.empty_like(point.right)
+        parts = zip(point.residuals, probe.residuals, point.sensitivities, point.weights, near, strict=True)
+        for index, (residual, probed, sensitivity, weight, moved) in enumerate(parts):
+            half_second_derivative = (probed - residual + sensitivity @ moved) / _PROBE**2
+            right[index] = np.einsum("nj,njk->k", weight * half_second_derivative, sensitivity)
+        more, more_starts = self._solve(step.values, point.normal, right, damping)
+        half_acceleration = np.array([[*moved, *more] for moved in more_starts])
+        scale = np.einsum("wkk->wk", point.normal)
+        if 4.0 * np.sum(scale * half_acceleration**2) > _MOST_ACCELERATION**2 * np.sum(scale * velocity**2):
+            return None
+        return replace(step, values=step.values + more, starts=_moved(step.starts, more_starts))
+
+    def _solve(self, values: Array, normal: Array, right: Array, damping: float) -> tuple[Array, Array]:
+        """Solve the damped normal equations, the starts eliminated window by window.
+
+        Args:
+            values: (unknowns,) what the change must leave within its limits.
+            normal: (windows, 4 + unknowns, 4 + unknowns) matrix of each window.
+            right: (windows, 4 + unknowns) right-hand side of each window.
+            damping: by which share the diagonals grow.
+
+        Returns:
+            Change of the unknowns (unknowns,), and of the windows' starts (windows, 4).
+        """
+        normal = normal.copy()
+        diagonal = np.arange(normal.shape[1])
+        normal[:, diagonal, diagonal] *= 1.0 + damping
+        by_state, mixed = normal[:, :STATE, :STATE], normal[:, :STATE, STATE:]
+        factor = np.where(self._known_start[:, None, None], 0.0, inverse_factor(by_state))
+        both = np.concatenate([mixed, right[:, :STATE, None]], axis=2)
+        eliminated = factor @ (factor.transpose(0, 2, 1) @ both)
+        mixed_transposed = mixed.transpose(0, 2, 1)
+        reduced = (normal[:, STATE:, STATE:] - mixed_transposed @ eliminated[:, :, :-1]).sum(axis=0)
+        reduced_right = (right[:, STATE:] - (mixed_transposed @ eliminated[:, :, -1:])[:, :, 0]).sum(axis=0)
+        change = self._solve_within_limits(values, reduced, reduced_right)
+        return change, eliminated[:, :, -1] - eliminated[:, :, :-1] @ change
+
+    def _solve_within_limits(self, values: Array, matrix: Array, right: Array) -> Array:
+        """Solve for the unknowns' change; one that would leave its range goes to its limit and no further."""
+        lower, upper = self.limits
+        change = np.zeros(len(values))
+        free = np.ones(len(values), dtype=bool)
+        diagonal = np.diag(matrix)
+        scale = np.where(diagonal > 0.0, 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0)), 0.0)
+        while np.any(free):
+            rows = np.ix_(free, free)
+            scaled = matrix[rows] * np.outer(scale[free], scale[free])
+            rest = (right - matrix[:, ~free] @ change[~free])[free] * scale[free]
+            change[free] = np.linalg.lstsq(scaled, rest, rcond=1e-14)[0] * scale[free]
+            outside = free & ((values + change < lower) | (values + change > upper))
+            if not np.any(outside):
+                break
+            change[outside] = np.clip(values + change, lower, upper)[outside] - values[outside]
+            free &= ~outside
+        return change
+
+    def rmse(self, point: Point) -> float:
+        """Return the root mean square residual [rad]."""
+        return float(np.sqrt(sum(np.sum(r**2) for r in point.residuals) / sum(r.size for r in point.residuals)))
+
+    def robust_scale(self, point: Point) -> float:
+        """Return the standard deviation of the residuals as their median size has it [rad]."""
+        return 1.4826 * float(np.median(np.abs(np.concatenate([r.ravel() for r in point.residuals]))))
+
+    def any_beyond(self, point: Point, limit: float) -> bool:
+        """Return whether a residual is beyond a limit [rad]."""
+        return any(bool(np.any(np.abs(residual) > limit)) for residual in point.residuals)
+
+
+def _moved(starts: Sequence[Array], changes: Array) -> list[Array]:
+    return [start + change for start, change in zip(starts, changes, strict=True)]

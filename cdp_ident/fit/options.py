@@ -1,0 +1,53 @@
+"""How trials are fitted: everything that a user may choose, with its default."""
+
+import math
+from dataclasses import dataclass, field
+from typing import Literal
+
+from cdp_ident.errors import OptionError
+from cdp_ident.fit.estimation import PAPER_SPAN, SHORT_IGA
+from cdp_ident.fit.motion_model import Mechanism, MotionModel
+from cdp_ident.fit.prior import Prior
+from cdp_ident.fit.windows import DEFAULT_WINDOW, SHORTEST_WINDOW
+from cdp_ident.search.options import METHODS, GeneticOptions
+
+
+@dataclass(frozen=True)
+class IdentifyOptions:
+    """How trials are identified."""
+
+    prior: Prior = field(default_factory=Prior)
+    """Nominal and known values, and the box of the search."""
+    method: Literal["iga", "tga"] | None = None
+    """The paper's search in full, by name; None: the improved one, cut short, as the refinement takes over from it."""
+    genetic: GeneticOptions | None = None
+    """The search's settings, where they are not those of the method."""
+    seed: int = 1
+    """Seed of the only random generator."""
+    window: float = DEFAULT_WINDOW
+    """Length of the windows of refinement and judgement [s]."""
+    length_free: bool = False
+    """Whether L is fitted too."""
+    gravity_free: bool = False
+    """Whether g is fitted too."""
+
+    def __post_init__(self) -> None:
+        if not SHORTEST_WINDOW <= self.window < math.inf:
+            raise OptionError(f"window is {self.window} s; it must be at least {SHORTEST_WINDOW} s")
+        if self.method is not None and self.method not in METHODS:
+            raise OptionError(f"method is {self.method!r}; it must be one of {', '.join(METHODS)}")
+
+    @property
+    def search(self) -> GeneticOptions:
+        """The search's settings."""
+        return self.genetic or (METHODS[self.method] if self.method else SHORT_IGA)
+
+    @property
+    def span(self) -> float:
+        """How long the search simulates from one start [s]."""
+        return PAPER_SPAN if self.method else self.window
+
+    @property
+    def model(self) -> MotionModel:
+        """The model to be fitted."""
+        return MotionModel(Mechanism.of(self.prior), self.length_free, self.gravity_free)

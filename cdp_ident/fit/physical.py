@@ -1,0 +1,145 @@
+"""From the groups that a trial determines to physical values, of which it determines only a family.
+
+Of all physical parameters that have the fitted groups, those are chosen that lie closest to what was known before:
+close in the logarithm, each parameter measured by its own uncertainty. They are positive, and no rod has a larger
+moment of inertia than its mass and length allow.
+"""
+
+import warnings
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy.optimize import minimize
+
+from cdp_ident.fit.prior import Prior
+from cdp_ident.model.effects.constants import outer_rod_length
+from cdp_ident.model.parameters import GROUPS, SYMBOLS, groups_of, inertia_about_cart
+
+Array = npt.NDArray[np.float64]
+
+_FRICTIONS = np.array([symbol in ("c1", "c2") for symbol in SYMBOLS])
+_FRICTION_GROUPS = np.array([group.symbol.startswith("c") for group in GROUPS])
+_FARTHEST = 20.0
+"""No value lies further from what was known before than so many of its standard deviations."""
+_VAGUE = 100.0
+"""Standard deviation of a logarithm about which nothing is known."""
+_DETERMINED = 0.2
+"""Relative standard deviation below which the data, with what was measured, determine a value."""
+
+
+@dataclass(frozen=True)
+class PhysicalValues:
+    """The chosen member of the family."""
+
+    values: Array
+    """(9,) physical values in the order of `SYMBOLS`."""
+    std: Array
+    """(9,) their standard deviations, the nominal values' own uncertainties included."""
+    determined: npt.NDArray[np.bool_]
+    """(9,) whether trials and measured values determine the value, or the nominal values had to."""
+    inertia_relative_std: float
+    """Relative standard deviation of their A22, to which all torques of the model are relative."""
+    possible: bool
+    """Whether a mechanism with these groups was found; if not, the values are those known before."""
+
+
+def nearest_physical_values(groups: Array, group_covariance: Array, prior: Prior, length: float) -> PhysicalValues:
+    """Choose the physical values with given groups that lie closest to the prior.
+
+    Args:
+        groups: (5,) fitted groups.
+        group_covariance: (5, 5) their covariance.
+        prior: nominal and known values and their uncertainties.
+        length: L [m].
+    """
+    centre, deviations = prior.centre, prior.relative_std
+    searched = (centre > 0) & ~_FRICTIONS
+    inertial = groups[~_FRICTION_GROUPS]
+
+    def physical(logarithms: Array) -> Array:
+        values = centre.copy()
+        values[searched] *= np.exp(logarithms)
+        values[_FRICTIONS] = 1.0
+        # The frictions follow from their groups, which are relative to the inertia that the others make.
+        values[_FRICTIONS] = groups[_FRICTION_GROUPS] / groups_of(values, length)[_FRICTION_GROUPS]
+        return values
+
+    def mismatch(logarithms: Array) -> Array:
+        return np.log(groups_of(physical(logarithms), length)[~_FRICTION_GROUPS] / inertial)
+
+    def room_for_inertia(logarithms: Array) -> Array:
+        m1, m2, _, l1, l2, J1, J2, *_ = physical(logarithms)
+        # Mass spread over an interval varies about its centre by no more than (end - centre)(centre - beginning)
+        # (Bhatia and Davis, 2000). The outer rod's length is not a parameter: it is at least twice l2, or L.
+        outer_length = outer_rod_length(length, l2)
+        return np.array([np.log(m1 * l1 * max(length - l1, 1e-9) / J1), np.log(m2 * l2 * (outer_length - l2) / J2)])
+
+    scale = deviations[searched]
+    count = int(searched.sum())
+    with warnings.catch_warnings():
+        # Rounding takes its steps beyond the bounds, from where they are brought back.
+        warnings.filterwarnings("ignore", "Values in x were outside bounds", RuntimeWarning)
+        result = minimize(
+            lambda z: float(z @ z),
+            np.zeros(count),
+            jac=lambda z: 2 * z,
+            method="SLSQP",
+            bounds=[(-_FARTHEST, _FARTHEST)] * count,
+            constraints=[
+                {"type": "eq", "fun": lambda z: mismatch(z * scale)},
+                {"type": "ineq", "fun": lambda z: room_for_inertia(z * scale)},
+            ],
+            options={"maxiter": 300, "ftol": 1e-12},
+        )
+    possible = bool(result.success and np.max(np.abs(mismatch(result.x * scale))) < 1e-6)
+    values = physical(result.x * scale) if possible else centre
+    std, determined, inertia_std = _uncertainty(values, groups, group_covariance, prior, length)
+    return PhysicalValues(values, std, determined, inertia_std, possible)
+
+
+def logarithmic_derivatives(values: Array, length: float) -> Array:
+    """Return the derivatives (5, 9) of the groups' logarithms with respect to the values' logarithms."""
+    step = 1e-6
+    shifted = np.exp(step * np.concatenate([np.eye(len(values)), -np.eye(len(values))])) * values
+    with np.errstate(divide="ignore", invalid="ignore"):
+        logarithms = np.log(groups_of(shifted, length))
+        derivatives = (logarithms[: len(values)] - logarithms[len(values) :]).T / (2 * step)
+    return np.nan_to_num(derivatives)
+
+
+def _uncertainty(
+    values: Array, groups: Array, group_covariance: Array, prior: Prior, length: float
+) -> tuple[Array, npt.NDArray[np.bool_], float]:
+    """Return standard deviations (9,), what is determined, and the relative one of A22, linearised about the values."""
+    derivatives = logarithmic_derivatives(values, length)
+    seen = groups > 0
+    derivatives = derivatives[seen]
+    relative = group_covariance[np.ix_(seen, seen)] / np.outer(groups[seen], groups[seen])
+    relative = np.where(np.isfinite(relative), relative, 0.0) + np.diag(
+        np.where(np.isfinite(np.diag(relative)), 0.0, _VAGUE**2)
+    )
+
+    def posterior(deviations: Array) -> Array:
+        spread = np.diag(deviations**2)
+        gain = spread @ derivatives.T @ np.linalg.pinv(derivatives @ spread @ derivatives.T + relative, hermitian=True)
+        return spread - gain @ derivatives @ spread
+
+    def std_of(covariance: Array) -> Array:
+        return np.sqrt(np.maximum(np.diag(covariance), 0.0))
+
+    without_nominal = np.where(prior.is_known, prior.relative_std, _VAGUE)
+    # A friction of zero has no logarithm: its deviation is that of its group.
+    inertia = values[~_FRICTIONS]
+    covariance = posterior(prior.relative_std)
+    std = std_of(covariance) * values
+    determined = std_of(posterior(without_nominal)) < _DETERMINED
+    step = np.exp(1e-6 * np.eye(len(values)))
+    by_values = np.log(inertia_about_cart(step * values, length) / inertia_about_cart(values, length)) / 1e-6
+    variance = float(by_values @ covariance @ by_values)
+    inertia_std = float(np.sqrt(max(variance, 0.0)))
+    for friction, group in zip(np.flatnonzero(_FRICTIONS), np.flatnonzero(_FRICTION_GROUPS), strict=True):
+        if groups[group] <= 0:
+            A22 = groups_of(np.array([*inertia, 1.0, 1.0]), length)[group] ** -1
+            std[friction] = np.sqrt(group_covariance[group, group]) * A22
+    return std, determined & (prior.centre > 0), inertia_std

@@ -1,0 +1,178 @@
+"""The refinement: multiple shooting, which takes what the search has found to the bottom of its basin.
+
+All windows share the unknowns; each has an initial state of its own.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from itertools import zip_longest
+
+import numpy as np
+import numpy.typing as npt
+
+from cdp_ident.errors import IdentificationError
+from cdp_ident.fit.motion_model import MotionModel
+from cdp_ident.fit.normal_equations import NormalEquations
+from cdp_ident.fit.windows import Window, split
+
+Array = npt.NDArray[np.float64]
+
+_MOST_ITERATIONS = 100
+_MOST_FOR_STARTS = 25
+"""Starts alone are found in few iterations, or the values that are held do not fit."""
+_GROWTH = (4, 2)
+"""Into how many parts windows are split before they are fitted whole."""
+_ROUGHLY = 1e-3
+"""Tolerance of the fits that only lead to the next longer windows."""
+_LARGEST_DAMPING = 1e8
+_DAMPING_FACTOR = 4.0
+_WILD = 6.0
+"""Residuals beyond so many robust standard deviations lose weight (Huber, Robust Statistics, 1981)."""
+
+
+@dataclass(frozen=True)
+class Fit:
+    """The model's motion over the windows under the values that fit them best."""
+
+    model: MotionModel
+    values: Array
+    """(unknowns,) fitted values, in the order of `model.names`."""
+    windows: tuple[Window, ...]
+    """The windows, with their fitted starts."""
+    residuals: tuple[Array, ...]
+    """(n, 2) measured minus simulated angle of each window [rad]."""
+    sensitivities: tuple[Array, ...]
+    """(n, 2, 4 + unknowns) derivatives of the simulated angles, by the window's initial state and by the unknowns;
+    (n, 2, 4) where these were held."""
+    weights: tuple[Array, ...]
+    """(n, 2) weight of each residual; 1 but for wild samples."""
+    iterations: int
+    simulations: int
+    """Windows simulated, as multiples of all the windows together."""
+    converged: bool
+
+    @property
+    def samples(self) -> int:
+        """Angles measured in the windows."""
+        return sum(residual.size for residual in self.residuals)
+
+    @property
+    def squared_error(self) -> float:
+        """Sum of the squared residuals [rad^2]."""
+        return float(sum(np.sum(residual**2) for residual in self.residuals))
+
+    def rmse(self, angle: int | None = None) -> float:
+        """Root mean square residual of one angle (0: theta1, 1: theta2) or of both together [rad]."""
+        columns = slice(None) if angle is None else slice(angle, angle + 1)
+        residuals = np.concatenate([residual[:, columns].ravel() for residual in self.residuals])
+        return float(np.sqrt(np.mean(residuals**2)))
+
+
+def refine(
+    model: MotionModel,
+    values: Array,
+    windows: Sequence[Window],
+    stop: Callable[[float], bool] = lambda rmse: False,
+    tolerance: float = 1e-6,
+    hold_values: bool = False,
+) -> Fit:
+    """Adjust the unknowns and the windows' starts until the squared error no longer falls.
+
+    Args:
+        model: gives the motion; the limits of its unknowns are kept to.
+        values: (unknowns,) values to begin with.
+        windows: what to fit; their starts are what to begin with there.
+        stop: called with the error [rad] after each iteration; true ends the fit with what it has.
+        tolerance: relative decrease of the cost in an iteration below which the fit has arrived.
+        hold_values: whether the unknowns keep their values and the windows' initial states alone are fitted.
+
+    Raises:
+        IdentificationError: there is no window, or the motion cannot be computed under the first values.
+    """
+    if not windows:
+        raise IdentificationError("there is nothing to fit: no window of any trial has enough samples")
+    problem = NormalEquations(model, windows, values if hold_values else None)
+    begin = np.empty(0) if hold_values else np.clip(values, *model.limits)
+    point = problem.evaluate(begin, [window.start for window in windows], np.inf)
+    if point is None:
+        raise IdentificationError("the model's motion cannot be computed from the parameters to begin with")
+    damping, iterations, converged, limit, curved = 1e-3, 0, False, np.inf, False
+    while iterations < (_MOST_FOR_STARTS if hold_values else _MOST_ITERATIONS) and damping < _LARGEST_DAMPING:
+        iterations += 1
+        step = problem.step(point, damping)
+        path = problem.accelerated(point, step, damping) if curved else step
+        candidate = problem.evaluate(path.values, path.starts, limit) if path else None
+        if candidate is None or candidate.cost > point.cost:
+            # Rounding leaves the cost where it is once the bottom is reached: that, too, is arrival.
+            if step.expected < tolerance * point.cost:
+                converged = True
+                break
+            damping *= _DAMPING_FACTOR
+            curved = True
+            continue
+        gained = point.cost - candidate.cost
+        point, damping = candidate, max(damping / _DAMPING_FACTOR, 1e-12)
+        if stop(problem.rmse(point)):
+            break
+        if gained < tolerance * point.cost:
+            # Arrived, under the limit for wild samples so far: does the error now at hand ask for a lower one?
+            lower = _WILD * problem.robust_scale(point)
+            if limit < np.inf or not problem.any_beyond(point, lower):
+                converged = True
+                break
+            limit = lower
+            reweighted = problem.evaluate(point.values, point.starts, limit)
+            if reweighted is None:  # the same motion as before, so it can be computed
+                break
+            point = reweighted
+    return Fit(
+        model=model,
+        values=values if hold_values else point.values,
+        windows=tuple(replace(w, start=s) for w, s in zip(windows, point.starts, strict=True)),
+        residuals=tuple(point.residuals),
+        sensitivities=tuple(point.sensitivities),
+        weights=tuple(point.weights),
+        iterations=iterations,
+        simulations=problem.simulations,
+        converged=converged,
+    )
+
+
+def refine_from_afar(model: MotionModel, values: Array, windows: Sequence[Window], hold_values: bool = False) -> Fit:
+    """Refine from values and starts that may be far off, by windows that grow.
+
+    Over a short window the motion is almost linear in everything that is adjusted, so that even a chaotic one is
+    followed from a poor start; what the short windows find is where the longer ones begin.
+
+    Raises:
+        IdentificationError: as `refine`.
+    """
+    iterations, simulations = 0, 0
+    found: list[list[Array]] = []
+    for parts in _GROWTH:
+        pieces = [_begun_at(split(window, parts), starts) for window, starts in zip_longest(windows, found)]
+        fit = refine(
+            model,
+            values,
+            [piece for of_window in pieces for piece in of_window],
+            tolerance=_ROUGHLY,
+            hold_values=hold_values,
+        )
+        values, iterations, simulations = fit.values, iterations + fit.iterations, simulations + fit.simulations
+        starts = iter(window.start for window in fit.windows)
+        found = [[next(starts) for _ in of_window] for of_window in pieces]
+    windows = [replace(window, start=starts[0]) for window, starts in zip(windows, found, strict=True)]
+    fit = refine(model, values, windows, hold_values=hold_values)
+    return replace(fit, iterations=iterations + fit.iterations, simulations=simulations + fit.simulations)
+
+
+def fit_initial_states(model: MotionModel, values: Array, windows: Sequence[Window]) -> Fit:
+    """Fit the windows' initial states alone, which may be far off; all values are held."""
+    return refine_from_afar(model, values, windows, hold_values=True)
+
+
+def _begun_at(pieces: list[Window], starts: list[Array] | None) -> list[Window]:
+    """Return pieces of a window with the starts found for pieces half as long, where there are such."""
+    if starts is None or len(starts) != 2 * len(pieces):
+        return pieces
+    return [replace(piece, start=start) for piece, start in zip(pieces, starts[::2], strict=True)]

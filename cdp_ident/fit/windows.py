@@ -1,0 +1,132 @@
+"""Trials cut into windows, each followed by the model from a start of its own.
+
+A double pendulum forgets where it came from: beyond a few seconds no simulation from one start can follow a long,
+energetic trial, whatever its parameters. Windows are short enough to be followed, and all share the parameters.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+import numpy.typing as npt
+from scipy.interpolate import make_smoothing_spline
+
+from cdp_ident.model.time_grid import DEFAULT_STEP, TimeGrid
+from cdp_ident.trial.kinematics import local_motion
+from cdp_ident.trial.trial import Trial
+
+Array = npt.NDArray[np.float64]
+
+DEFAULT_WINDOW = 2.5
+"""Length of a window [s]."""
+SHORTEST_WINDOW = 0.5
+"""The least length that may be asked for [s]."""
+FEWEST_SAMPLES = 12
+"""A window determines four numbers of its own from two angles a sample; with fewer samples it says nothing else."""
+
+
+@dataclass(frozen=True)
+class Window:
+    """A stretch of a trial that is simulated from one start."""
+
+    trial: int
+    """Which trial it is of."""
+    first: int
+    """Index of its first sample in the trial."""
+    begin: float
+    """Time of that sample in the trial [s]."""
+    time: Array
+    """(n,) times of its samples since then [s]."""
+    theta: Array
+    """(n, 2) measured angles theta1, theta2 [rad]."""
+    grid: TimeGrid
+    """The integrator's steps; time 0 is the window's first sample."""
+    u: Array
+    """(2 steps + 1,) cart's acceleration at the half steps [m/s^2]."""
+    start: Array
+    """(4,) state at time 0, estimated from the measured angles: theta1, theta2 [rad], omega1, omega2 [rad/s]."""
+    start_known: bool = False
+    """Whether that start is exact, and not to be estimated along with the parameters."""
+
+    @property
+    def duration(self) -> float:
+        """Time from its first to its last sample, in whole steps of the integrator [s]."""
+        return self.grid.steps * self.grid.step
+
+    @property
+    def samples(self) -> slice:
+        """Where its samples are in the trial."""
+        return slice(self.first, self.first + len(self.theta))
+
+
+def cut_into_windows(
+    trials: Sequence[Trial], duration: float = DEFAULT_WINDOW, step: float = DEFAULT_STEP
+) -> list[Window]:
+    """Cut trials into windows of about `duration` [s], equally long within a trial, without overlap.
+
+    A start is estimated from the samples of its own window alone, so that windows can be kept out of a fit without
+    a trace of them in it.
+    """
+    windows = []
+    for index, trial in enumerate(trials):
+        count = max(1, round(trial.duration / duration))  # an infinite duration makes one window
+        bounds = np.searchsorted(trial.time, trial.time[0] + trial.duration * np.arange(count + 1) / count)
+        bounds[-1] = len(trial.time)
+        acceleration = cart_acceleration(trial)
+        for first, last in pairwise(bounds):
+            if last - first < FEWEST_SAMPLES:
+                continue
+            time = trial.time[first:last] - trial.time[first]
+            theta = np.ascontiguousarray(trial.theta[first:last])
+            grid = TimeGrid.over(time, step)
+            half_steps = grid.half_step_times()
+            u = (
+                np.zeros(len(half_steps))
+                if acceleration is None
+                else np.interp(half_steps, time, acceleration[first:last])
+            )
+            angles, velocities = local_motion(time, theta, np.zeros(1))
+            start = np.concatenate([angles[0], velocities[0]])
+            windows.append(Window(index, int(first), float(trial.time[first]), time, theta, grid, u, start))
+    return windows
+
+
+def split(window: Window, parts: int) -> list[Window]:
+    """Split a window into so many of equal length, each with a start estimated from its own samples.
+
+    The first of them begins with the window's own start; fewer are made where samples are too few.
+    """
+    parts = max(1, min(parts, len(window.theta) // FEWEST_SAMPLES))
+    bounds = [len(window.theta) * part // parts for part in range(parts + 1)]
+    half_steps = window.grid.half_step_times()
+    pieces = []
+    for first, last in pairwise(bounds):
+        time, theta = window.time[first:last] - window.time[first], window.theta[first:last]
+        grid = TimeGrid.over(time, window.grid.step)
+        angles, velocities = local_motion(time, theta, np.zeros(1))
+        pieces.append(
+            Window(
+                trial=window.trial,
+                first=window.first + first,
+                begin=window.begin + float(window.time[first]),
+                time=time,
+                theta=theta,
+                grid=grid,
+                u=np.interp(grid.half_step_times() + window.time[first], half_steps, window.u),
+                start=np.concatenate([angles[0], velocities[0]]) if first else window.start,
+                start_known=window.start_known and first == 0,
+            )
+        )
+    return pieces
+
+
+def cart_acceleration(trial: Trial) -> Array | None:
+    """Return the cart's acceleration u at each sample [m/s^2], or None where the cart is at rest.
+
+    It is the second derivative of a smoothing spline through the measured positions; how smooth is decided by
+    generalised cross-validation (Wahba, Spline Models for Observational Data, 1990).
+    """
+    if trial.cart is None or np.ptp(trial.cart) == 0.0:
+        return None
+    return np.asarray(make_smoothing_spline(trial.time, trial.cart).derivative(2)(trial.time))

@@ -1,0 +1,202 @@
+"""A replay or a free motion on the simulator's node: played by a thread, at absolute deadlines."""
+
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from cdp_ident.command_line import EXIT_BAD_INPUT
+from cdp_ident.configuration.fitted_model import FittedModel
+from cdp_ident.errors import CdpIdentError
+from cdp_ident.nodes.frame_publisher import FramePublisher
+from cdp_ident.replay.player import Player
+from cdp_ident.replay.rate_timer import RateTimer
+from cdp_ident.replay.scene import Scene
+
+_IDLE = 0.05
+"""How long the thread sleeps while there is nothing to play, if nobody wakes it [s]."""
+_LISTENERS_WITHIN = 5.0
+"""What is played once begins when somebody listens, or after so long without [s]."""
+_LONGEST_SLEEP = 0.01
+"""It looks at the clock this often [s]: one that is simulated may run faster than the wall's."""
+
+
+@dataclass
+class Pace:
+    """How a motion is played."""
+
+    frequency: float
+    """Frames in a second [Hz]."""
+    rate: float
+    """The motion's time against the clock's."""
+    loop: bool
+    """Whether it begins anew at its end."""
+    once: bool
+    """Whether the node ends with it."""
+    clock: bool
+    """Whether its time is published as /clock; the pace is then the wall's."""
+
+
+class Playing:
+    """Plays the motion of whatever model it is given."""
+
+    def __init__(
+        self,
+        clock: Any,
+        frames: FramePublisher,
+        pace: Pace,
+        make_scene: Callable[[FittedModel], Scene],
+        end: Callable[[int], None],
+    ) -> None:
+        """Play nothing yet.
+
+        Args:
+            clock: the node's.
+            frames: publishes what is shown.
+            pace: how it is played.
+            make_scene: called for the first model, and again where the motion is to begin with another scene.
+            end: called with the process's exit code where the node is to end.
+        """
+        self._clock, self._frames, self._pace, self._make_scene, self._end = clock, frames, pace, make_scene, end
+        self._timer = RateTimer(pace.frequency)
+        self._epoch_ns = time.time_ns()
+        """What /clock says when the present player begins [ns]."""
+        self._model: FittedModel | None = None
+        self._player: Player | None = None
+        self._awaiting: float | None = None
+        """Since when listeners are waited for [s]."""
+        self._problem = ""
+        self._paused = False
+        self._closing = False
+        self._lock = threading.Lock()
+        self._wake = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="playing", daemon=True)
+
+    @property
+    def state(self) -> str:
+        """In words, what it does."""
+        if self._problem:
+            return f"stopped: {self._problem}"
+        player = self._player
+        if player is None:
+            return "waiting for parameters"
+        if player.finished:
+            return "finished"
+        return "paused" if self._paused else "playing"
+
+    def take_model(self, model: FittedModel) -> None:
+        """Show another model."""
+        self._model = model
+        self._change(lambda player: player.take_model(model))
+
+    def take_rate(self, rate: float) -> None:
+        """Go on at another rate."""
+        self._pace.rate = rate
+        self._change(lambda player: player.take_rate(rate))
+
+    def take_loop(self, loop: bool) -> None:
+        """Begin anew at the end, or not."""
+        self._pace.loop = loop
+        self._change(lambda player: player.take_loop(loop))
+
+    def begin_anew(self) -> None:
+        """Play another scene from its beginning."""
+        with self._lock:
+            self._drop_player()
+        self._change(lambda player: None)
+
+    def reset(self) -> None:
+        """Go to the beginning."""
+        self._change(lambda player: player.restart())
+
+    def pause(self) -> None:
+        """Stop where it is."""
+        self._paused = True
+        self._change(lambda player: None)
+
+    def resume(self) -> None:
+        """Go on from where it is."""
+        self._paused = False
+        self._change(lambda player: self._timer.begin_anew())
+
+    def start(self) -> None:
+        """Play as soon as there is a model."""
+        self._thread.start()
+
+    def close(self) -> None:
+        """End the thread."""
+        self._closing = True
+        self._wake.set()
+        self._thread.join(5.0)
+
+    def _change(self, what: Callable[[Player], None]) -> None:
+        """Change the player; where there is none yet, or none any more, make it of the present model and settings."""
+        with self._lock:
+            if self._model is not None:
+                try:
+                    if self._player is None:
+                        scene = self._make_scene(self._model)
+                        self._player = Player(scene, self._pace.frequency, self._pace.rate, self._pace.loop)
+                    else:
+                        what(self._player)
+                    self._problem = ""
+                except CdpIdentError as error:
+                    if self._pace.once:
+                        raise
+                    self._stop(error)
+            self._frames.say(self.state)
+        self._wake.set()
+
+    def _stop(self, error: CdpIdentError) -> None:
+        self._problem = str(error)
+        self._drop_player()
+
+    def _drop_player(self) -> None:
+        if self._player is not None:
+            self._epoch_ns += round(self._player.played * 1e9)
+            self._player = None
+
+    def _run(self) -> None:
+        try:
+            while not self._closing:
+                with self._lock:
+                    seconds = self._play()
+                if seconds > 0:
+                    self._wake.wait(seconds)
+                    self._wake.clear()
+        finally:
+            if not self._closing:
+                self._end(1)
+
+    def _is_awaited(self, player: Player) -> bool:
+        if not self._pace.once or player.played > 0 or self._frames.has_listeners:
+            return True
+        self._awaiting = self._awaiting or time.monotonic()
+        return time.monotonic() - self._awaiting > _LISTENERS_WITHIN
+
+    def _play(self) -> float:
+        """Show the next frame if it is due; return how long it is until there is something to do [s]."""
+        player = self._player
+        if player is None or self._paused or player.finished or not self._is_awaited(player):
+            return _IDLE
+        now_ns = time.monotonic_ns() if self._pace.clock else self._clock.now().nanoseconds
+        if now_ns == 0:  # with use_sim_time, before the first /clock
+            return _IDLE
+        due_ns = self._timer.next_ns(now_ns)
+        if now_ns < due_ns:
+            return min((due_ns - now_ns) * 1e-9, _LONGEST_SLEEP)
+        stamp_ns = self._epoch_ns + round(player.played * 1e9) if self._pace.clock else due_ns
+        try:
+            frame = player.next()
+        except CdpIdentError as error:
+            self._stop(error)
+            frame = None
+        if frame is None:
+            self._frames.say(self.state)
+            if self._pace.once:
+                self._end(EXIT_BAD_INPUT if self._problem else 0)
+            return _IDLE
+        self._frames.show(frame, stamp_ns)
+        self._timer.advance()
+        return 0.0

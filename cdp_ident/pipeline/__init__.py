@@ -1,0 +1,1 @@
+"""The whole identification, from bags to the files of its report."""

@@ -1,0 +1,76 @@
+"""The whole identification of the paper's model: trials in, parameters with intervals and errors out."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+
+from cdp_ident.diagnosis.evaluation import evaluate
+from cdp_ident.diagnosis.identification import Identification, Stage
+from cdp_ident.diagnosis.outlier_windows import outlier_windows
+from cdp_ident.fit.data import FALLBACK_FIRST, Data, prepare
+from cdp_ident.fit.estimation import estimate
+from cdp_ident.fit.options import IdentifyOptions
+from cdp_ident.fit.refinement import Fit, fit_initial_states, refine_from_afar
+from cdp_ident.model.parameters import groups_of
+from cdp_ident.search.genetic_search import Progress
+from cdp_ident.trial.trial import Trial
+
+Array = npt.NDArray[np.float64]
+
+_OUTLIER = 1.5
+"""A window in which something happened has at least so many times the others' error."""
+
+
+def identify(
+    fit: Sequence[Trial],
+    holdout: Sequence[Trial],
+    options: IdentifyOptions,
+    stop: Callable[[Progress], str | None] = lambda progress: None,
+) -> Identification:
+    """Identify the paper's model from trials.
+
+    Args:
+        fit: trials to fit jointly.
+        holdout: trials to judge by, which the fit never sees.
+        options: how.
+        stop: called after each generation of the search; a sentence that it returns ends the search, of which the
+            best so far is then refined.
+
+    Raises:
+        IdentificationError: the trials do not suffice.
+    """
+    data = prepare(fit, holdout, options.window)
+    model, prior = options.model, options.prior
+    rng = np.random.default_rng(options.seed)
+    noise = float(np.sqrt(np.mean(data.noise**2)))
+    found = estimate(model, data.fit, prior, noise, rng, options.search, options.span, stop)
+    if not holdout and _outlier_is_kept_out(found.fit, data):
+        # What happened once is found where it is fitted, and nowhere else.
+        data = prepare(fit, holdout, options.window, FALLBACK_FIRST)
+        found = replace(found, fit=refine_from_afar(model, found.fit.values, data.fit))
+    stages: dict[Stage, Array] = {
+        "nominal": model.beginning(groups_of(prior.centre, prior.length)),
+        "search": model.beginning(groups_of(found.search.best, prior.length)),
+        "refined": found.fit.values,
+    }
+    return Identification.of(
+        options,
+        data,
+        found,
+        {
+            stage: (
+                evaluate(model, stage_values, data.fit, data.trials),
+                evaluate(model, stage_values, data.holdout, data.trials),
+            )
+            for stage, stage_values in stages.items()
+        },
+    )
+
+
+def _outlier_is_kept_out(fit: Fit, data: Data) -> bool:
+    kept_out = fit_initial_states(fit.model, fit.values, data.holdout)
+    outliers = outlier_windows((fit, kept_out), _OUTLIER, data.noise)
+    places = {(window.trial, window.begin) for window in data.holdout}
+    return bool(outliers) and (outliers[0].window.trial, outliers[0].window.begin) in places

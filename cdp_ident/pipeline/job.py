@@ -1,0 +1,69 @@
+"""From bags to an identification: what `identify` does, without ROS and without a terminal."""
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from cdp_ident.errors import OptionError
+from cdp_ident.pipeline.identify import identify
+from cdp_ident.report.outcome import Job, LoadedJob, Outcome
+from cdp_ident.report.provenance import bag_checksums
+from cdp_ident.search.genetic_search import Progress
+from cdp_ident.tracing.trace import trace
+from cdp_ident.trial.load import load_trial
+
+
+def load(job: Job) -> LoadedJob:
+    """Read a job's bags.
+
+    Raises:
+        OptionError: no bag is given, or one is given twice.
+        BagError: a bag cannot be read.
+        TrialError: a bag holds no trial.
+    """
+    if not job.bags:
+        raise OptionError("there is nothing to identify from: give at least one --bag, or a folder to --watch")
+    checksums: dict[Path, dict[str, str]] = {}
+    owner: dict[str, Path] = {}
+    for bag in (*job.bags, *job.holdout):
+        sums = bag_checksums(bag)
+        for digest in sums.values():
+            if digest in owner:
+                same = (
+                    f"{bag} is given twice" if bag == owner[digest] else f"{bag} and {owner[digest]} are the same bag"
+                )
+                raise OptionError(f"{same}: each may be used once, to fit or as --holdout")
+        owner |= dict.fromkeys(sums.values(), bag)
+        checksums[bag] = sums
+    trials = [load_trial(bag, job.settings.trial) for bag in (*job.bags, *job.holdout)]
+    count = len(job.bags)
+    return LoadedJob(job, tuple(trials[:count]), tuple(trials[count:]), checksums)
+
+
+def run(
+    loaded: LoadedJob,
+    stop: Callable[[Progress], str | None],
+    told: Callable[[str], None] = lambda line: None,
+    stop_tracing: Callable[[], bool] = lambda: False,
+) -> Outcome:
+    """Identify, and trace what the paper's model leaves to effects that it lacks.
+
+    Args:
+        loaded: the job.
+        stop: called after each generation of the search; it ends the search by returning why.
+        told: called with a line for people after each step of the tracing.
+        stop_tracing: asked now and then; true ends the tracing with the effects found so far.
+
+    Raises:
+        IdentificationError: the trials do not suffice.
+    """
+    began = searched = time.monotonic()
+
+    def clocked(progress: Progress) -> str | None:
+        nonlocal searched
+        searched = time.monotonic()
+        return stop(progress)
+
+    found = identify(loaded.fit, loaded.holdout, loaded.job.settings.identify, clocked)
+    traced = trace(found, told, stop_tracing)
+    return Outcome(loaded, found, traced, searched - began, time.monotonic() - began)

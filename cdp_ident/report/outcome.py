@@ -1,0 +1,45 @@
+"""What a report tells of: the bags, how they were identified, and what came of it."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from cdp_ident.configuration.settings import Settings
+from cdp_ident.diagnosis.identification import Identification
+from cdp_ident.tracing.trace import Trace
+from cdp_ident.trial.trial import Trial
+
+
+@dataclass(frozen=True)
+class Job:
+    """Bags, and what is to be done with them."""
+
+    bags: tuple[Path, ...]
+    """Bags to fit jointly."""
+    holdout: tuple[Path, ...]
+    """Bags to judge by; if there is none, parts of the others are kept out of the fit."""
+    settings: Settings
+
+
+@dataclass(frozen=True)
+class LoadedJob:
+    """A job whose bags are read."""
+
+    job: Job
+    fit: tuple[Trial, ...]
+    holdout: tuple[Trial, ...]
+    checksums: Mapping[Path, Mapping[str, str]]
+    """SHA-256 of each bag's files."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """A finished job."""
+
+    loaded: LoadedJob
+    identification: Identification
+    trace: Trace
+    search_seconds: float
+    """Until the last generation of the last search [s]."""
+    seconds: float
+    """All in all, the reading of the bags not counted [s]."""

@@ -1,0 +1,1 @@
+"""What the nodes share: their life, parameters and topics."""

@@ -1,0 +1,116 @@
+"""The model as a node's own parameters."""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from rcl_interfaces.msg import SetParametersResult
+
+from cdp_ident.configuration.fitted_model import (
+    EFFECT_PREFIX,
+    GROUP_PREFIX,
+    OUTER_ROD_LENGTH,
+    FittedModel,
+    describes_model,
+    fitted_model,
+)
+from cdp_ident.errors import OptionError
+from cdp_ident.model.effects.catalogue import CATALOGUE
+from cdp_ident.model.parameters import CONSTANTS, GROUPS, NOMINAL, PARAMETERS
+from cdp_ident.ros.node import Parameters
+
+_OF_MECHANISM = {
+    **{parameter.symbol: (parameter.description, parameter.unit) for parameter in (*PARAMETERS, *CONSTANTS)},
+    **{f"{GROUP_PREFIX}{group.symbol}": (group.formula, group.unit) for group in GROUPS},
+    OUTER_ROD_LENGTH: ("what the outer rod's length is taken to be, for air drag along it", "m"),
+}
+
+
+class ModelParameters:
+    """Keeps a node's parameters and the model that they describe the same."""
+
+    def __init__(self, node: Any, parameters: Parameters, source: str, take: Callable[[FittedModel], None]) -> None:
+        """`source` is the node that the parameters follow, if any; `take` is given each new model."""
+        self._node, self._parameters, self._source, self._take = node, parameters, source, take
+        self._shown: dict[str, Any] = {}
+        self._from_inside = False
+        node.add_on_set_parameters_callback(self._judge)
+        node.add_post_set_parameters_callback(self._follow)
+
+    def show(self, values: Mapping[str, Any]) -> None:
+        """Make the model of `values` the node's; raises `OptionError` where they describe none."""
+        self._show(values, self._model(values))
+
+    def _model(self, values: Mapping[str, Any]) -> FittedModel:
+        return fitted_model(values, f"the parameters of {self._source}" if self._source else "the parameters")
+
+    def _show(self, values: Mapping[str, Any], model: FittedModel) -> None:
+        groups = {f"{GROUP_PREFIX}{group.symbol}": float(x) for group, x in zip(GROUPS, model.values, strict=False)}
+        effects = {name: value for name, value in values.items() if name.startswith(EFFECT_PREFIX)}
+        new: dict[str, Any] = {**model.physical, **groups, OUTER_ROD_LENGTH: model.motion.mechanism.outer_length}
+        new |= {name: value if isinstance(value, str) else float(value) for name, value in effects.items()}
+        if new == self._shown:
+            return
+        self._from_inside = True
+        try:
+            for name in set(self._shown) - set(new):
+                self._node.undeclare_parameter(name)
+            for name in new.keys() - self._shown.keys():
+                self._declare(name, new[name])
+            self._parameters.set({name: new[name] for name in new.keys() & self._shown.keys()})
+        finally:
+            self._from_inside = False
+        self._shown = new
+        self._take(model)
+
+    def _declare(self, name: str, value: Any) -> None:
+        description, unit = _described(name)
+        advice = f"it is that of {self._source}, which it follows"
+        changeable = not self._source
+        self._parameters.declare(
+            name, value, description, unit=unit, changeable=changeable, overridable=False, advice=advice
+        )
+
+    def _judge(self, parameters: list[Any]) -> Any:
+        try:
+            self._changed(parameters)
+        except OptionError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        return SetParametersResult(successful=True)
+
+    def _follow(self, parameters: list[Any]) -> None:
+        if changed := self._changed(parameters):
+            self._show(*changed)
+
+    def _changed(self, parameters: list[Any]) -> tuple[dict[str, Any], FittedModel] | None:
+        """Return what a change from outside makes of the values, and the model; None where it is about other things.
+
+        Physical values bring their groups with them, but groups the physical values not.
+        """
+        changes = {parameter.name: parameter.value for parameter in parameters if parameter.name in self._shown}
+        if self._from_inside or not changes:
+            return None
+        values = self._shown | changes
+        if changes.keys() & NOMINAL.keys():
+            values = {name: x for name, x in values.items() if name in changes or not name.startswith(GROUP_PREFIX)}
+        return values, self._model(values)
+
+
+def own_values(given: Mapping[str, Any], fitted: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the values of a model that a node was given: by ROS, before it by a fitted model's file, else Table 2.
+
+    Physical values given by ROS bring their groups with them, whatever the file has.
+    """
+    own = {name: value for name, value in given.items() if describes_model(name)}
+    if own.keys() & NOMINAL.keys():
+        fitted = {name: value for name, value in fitted.items() if not name.startswith(GROUP_PREFIX)}
+    return NOMINAL | dict(fitted) | own
+
+
+def _described(name: str) -> tuple[str, str]:
+    """Return the description and the unit of a parameter."""
+    if name in _OF_MECHANISM:
+        return _OF_MECHANISM[name]
+    effect_name, joint, *_, parameter_name = name.removeprefix(EFFECT_PREFIX).split(".")
+    effect = next(effect for effect in CATALOGUE if (effect.name, effect.joint) == (effect_name, joint))
+    unit = next((parameter.unit for parameter in effect.parameters if parameter.name == parameter_name), "")
+    return f"{effect.description}: {parameter_name}", unit

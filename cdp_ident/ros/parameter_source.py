@@ -1,0 +1,69 @@
+"""The fitted model that another node serves, read over its parameter services and followed as it changes."""
+
+import time
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+import rclpy.clock
+from rcl_interfaces.msg import ParameterEvent, ParameterType
+from rclpy.parameter import parameter_value_to_python
+from rclpy.parameter_client import AsyncParameterClient
+from std_msgs.msg import String
+
+from cdp_ident.configuration.fitted_model import describes_model
+from cdp_ident.ros.topics import latched
+
+_LOOK_SECONDS = 0.1
+"""How often it is looked whether there is something to ask for [s]."""
+_ANSWER_SECONDS = 5.0
+"""A node that has not answered for so long [s] is asked again: it may have been started anew."""
+
+
+class ParameterSource:
+    """Reads a node's model as soon as it serves one, and again whenever its parameters change."""
+
+    def __init__(self, node: Any, source: str, take: Callable[[dict[str, Any]], None]) -> None:
+        """`source` is the other node's full name; `take` is given its parameters that describe the model, by name."""
+        self._node, self._source, self._take = node, source, take
+        self._client: Any = None
+        self._changed = True
+        self._asked_at: float | None = None
+        node.create_subscription(ParameterEvent, "/parameter_events", self._note_event, 1000)
+        node.create_subscription(String, f"{source}/state", self._note, latched())
+        # Steady: it goes on where use_sim_time is set and no clock runs.
+        self._steady = rclpy.clock.Clock(clock_type=rclpy.clock.ClockType.STEADY_TIME)
+        node.create_timer(_LOOK_SECONDS, self._look, clock=self._steady)
+
+    def _note_event(self, event: Any) -> None:
+        if event.node == self._source:
+            self._changed = True
+
+    def _note(self, _message: Any) -> None:
+        # A node that comes, or whose result is ready, may have done so before its events could be heard.
+        self._changed = True
+
+    def _look(self) -> None:
+        now = time.monotonic()
+        if self._asked_at is not None and now - self._asked_at > _ANSWER_SECONDS:
+            self._client, self._asked_at, self._changed = None, None, True
+        if self._client is None:
+            self._client = AsyncParameterClient(self._node, self._source)
+        if self._changed and self._asked_at is None and self._client.services_are_ready():
+            self._changed, self._asked_at = False, now
+            self._client.list_parameters().add_done_callback(partial(self._listed, now))
+
+    def _listed(self, asked_at: float, future: Any) -> None:
+        if asked_at == self._asked_at:
+            names = [name for name in future.result().result.names if describes_model(name)]
+            self._client.get_parameters(names).add_done_callback(partial(self._got, asked_at, names))
+
+    def _got(self, asked_at: float, names: list[str], future: Any) -> None:
+        if asked_at != self._asked_at:
+            return
+        self._asked_at = None
+        values = future.result().values
+        if len(values) != len(names) or any(value.type == ParameterType.PARAMETER_NOT_SET for value in values):
+            self._changed = True  # in between they became others
+        elif not self._changed:
+            self._take({n: parameter_value_to_python(value) for n, value in zip(names, values, strict=True)})

@@ -1,0 +1,1 @@
+"""The paper's genetic search, for any objective over a box."""

@@ -1,0 +1,119 @@
+"""Forward steps: effects are added one by one, each accepted by windows that it was not fitted to.
+
+At each step all candidates get a score test and the promising ones a full refit; the best is added if it helps.
+"""
+
+from collections.abc import Sequence
+
+from cdp_ident.tracing.acceptance import FIT_GAIN, INSTANT_GAIN, earns_its_place, fits_of
+from cdp_ident.tracing.candidates import Candidate, ScoreTest, addable
+from cdp_ident.tracing.evidence import Attempt, change
+from cdp_ident.tracing.instants import instants
+from cdp_ident.tracing.pruning import drop_superfluous
+from cdp_ident.tracing.screening import WORTH_A_LOOK, expected_variance, promising
+from cdp_ident.tracing.selection import Progress, Tried
+
+_MOST_EFFECTS = 8
+_REFITS = 6
+"""Candidates that get a full refit at a step."""
+_STRONGEST, _SECONDS = 2, 3
+"""Where no candidate helps alone, so many are joined by so many others each."""
+_WELL_ABOVE_NOISE = 1.2
+"""The least error, over the noise, at which that is worth its time."""
+_NEAR_THE_BEST = 0.75
+"""A candidate that gains this share of what the best one does is preferred if it has fewer parameters."""
+
+_Refitted = tuple[tuple[Candidate, ...], Attempt]
+"""What was added, and what came of it."""
+
+
+def add_effects(progress: Progress) -> None:
+    """Add effects until none helps any more; after each, those are dropped that no longer help.
+
+    Raises:
+        InterruptedSelectionError: the selection is asked to stop.
+    """
+    while len(progress.current.model.effects) < _MOST_EFFECTS and (better := _best_addition(progress)) is not None:
+        better = drop_superfluous(progress, better)
+        if better.squared_error >= progress.current.squared_error:
+            break  # what was added made something else superfluous, and no more came of it
+        progress.current = better
+
+
+def _best_addition(progress: Progress) -> Attempt | None:
+    """Return the model with the best addition, or None where nothing helps."""
+    current = progress.current
+    test = ScoreTest(current.fit, addable(current.model))
+    ranked = promising(current, test, _REFITS)
+    refitted: list[_Refitted] = [((c,), progress.with_effects(current, [c])) for c in (*ranked, *_once(current))]
+    best = _best(current, refitted)
+    if best is None:
+        pairs = [p for p in test.pairs(_REFITS // 2) if p[2] > 2 * WORTH_A_LOOK * expected_variance(current.fit, p[2])]
+        together: list[_Refitted] = [((one, two), progress.with_effects(current, (one, two))) for one, two, _ in pairs]
+        together += _with_seconds(progress, refitted)
+        refitted += together
+        best = _best(current, together)
+    _note(progress, best, refitted)
+    return best
+
+
+def _once(current: Attempt) -> list[Candidate]:
+    """Return what may have happened once, as the windows show it and, if otherwise, as short pieces of them do."""
+    found: dict[tuple[str, int | None, float], Candidate] = {}
+    for fit in (current.fit, current.closely):
+        for candidate in [c for c in instants(fit) if c.gain > INSTANT_GAIN * expected_variance(fit, c.gain)][:2]:
+            *_, time = candidate.values
+            found.setdefault((candidate.active.effect.key, candidate.active.trial, round(time, 1)), candidate)
+    return list(found.values())
+
+
+def _with_seconds(progress: Progress, refitted: Sequence[_Refitted]) -> list[_Refitted]:
+    """Return what becomes of the effects that explain most of the fit, if each is joined by a second one.
+
+    Where two are missing, one alone also takes on what the other would explain, and is wrong elsewhere.
+    """
+    current = progress.current
+    if current.fit.rmse() < _WELL_ABOVE_NOISE * progress.noise:
+        return []
+    strong = [
+        (attempt.fit.rmse(), first, attempt)
+        for (first,), attempt in refitted
+        if not (first.active.effect.at_an_instant or attempt.at_limit(len(current.model.effects)))
+        and change(current, attempt).fit > FIT_GAIN
+    ]
+    strong.sort(key=lambda found: found[0])
+    return [
+        ((first, second), progress.with_effects(attempt, [second]))
+        for _, first, attempt in strong[:_STRONGEST]
+        for second in promising(attempt, ScoreTest(attempt.fit, addable(attempt.model)), _SECONDS)
+    ]
+
+
+def _best(current: Attempt, refitted: Sequence[_Refitted]) -> Attempt | None:
+    accepted = [a for _, a in refitted if earns_its_place(current, a)]
+    if not accepted:
+        return None
+    # The simplest of those that come near the best: while other effects are still missing, what an effect with
+    # more parameters gains over a simpler one is mostly theirs. The exchange at the end sets it right if not.
+    levels = [min(fit.squared_error for fit in of_all) for of_all in zip(*map(fits_of, accepted), strict=True)]
+
+    def error(attempt: Attempt) -> float:
+        return sum(fit.squared_error / level for fit, level in zip(fits_of(attempt), levels, strict=True))
+
+    most = max(error(current) - error(a) for a in accepted)
+    near = [a for a in accepted if error(current) - error(a) > _NEAR_THE_BEST * most]
+    return min(near, key=lambda a: (len(a.fit.values), error(a)))
+
+
+def _note(progress: Progress, best: Attempt | None, refitted: Sequence[_Refitted]) -> None:
+    current = progress.current
+    tried = [
+        Tried(tuple(c.active.effect.key for c in candidates), a.fit.rmse(), a.holdout.rmse(), change(current, a))
+        for candidates, a in refitted
+    ]
+    tried.sort(key=lambda attempt: attempt.rmse_holdout)
+    added = [e.effect.key for e in best.model.effects[len(current.model.effects) :]] if best else []
+    after = best or current
+    action = f"added {' and '.join(added)}" if best else "nothing more helps"
+    before_and_after = f"{1e3 * current.holdout.rmse():.3g} -> {1e3 * after.holdout.rmse():.3g} mrad"
+    progress.note(action, after, f"{action}: {before_and_after} on windows kept out", tried)

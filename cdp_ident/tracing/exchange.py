@@ -1,0 +1,95 @@
+"""Exchange steps: every effect has to stand against its rivals, under the model that has all the others."""
+
+from collections.abc import Sequence
+from itertools import combinations
+
+from cdp_ident.fit.motion_model import ActiveEffect
+from cdp_ident.model.effects.effect import Effect, TorqueEffect
+from cdp_ident.tracing.acceptance import brings_enough, earns_its_place
+from cdp_ident.tracing.candidates import ScoreTest, addable
+from cdp_ident.tracing.evidence import Attempt, change
+from cdp_ident.tracing.screening import promising
+from cdp_ident.tracing.selection import Progress, without_effects
+
+_RIVALS = 3
+"""Effects that each one has to stand against."""
+_INDISTINGUISHABLE = 9.0
+"""Models whose squared errors differ by less, in variances, are both possible."""
+
+
+def exchange_effects(progress: Progress) -> bool:
+    """Let every effect, and every two torques of a joint, stand against their rivals; return whether one lost.
+
+    Raises:
+        InterruptedSelectionError: the selection is asked to stop.
+    """
+    before = progress.current
+    for old in [active.effect.key for active in before.model.effects]:
+        current = progress.current
+        removed = without_effects(current, [current.place_of(old)])
+        rivals = _rivals(progress, removed, old)
+        progress.rivals[old] = tuple(rivals)
+        _exchange(progress, removed, rivals, old)
+    torques = [active.effect for active in progress.current.model.effects if isinstance(active.effect, TorqueEffect)]
+    for one, two in combinations(torques, 2):
+        current = progress.current
+        present = {active.effect.key for active in current.model.effects}
+        if one.joint == two.joint and {one.key, two.key} <= present:
+            removed = without_effects(current, [current.place_of(one.key), current.place_of(two.key)])
+            _exchange(progress, removed, _rivals(progress, removed, one.key, two.key), f"{one.key} and {two.key}")
+    return progress.current is not before
+
+
+def alternatives(
+    active: ActiveEffect, current: Attempt, removed: Attempt, rivals: Sequence[Attempt]
+) -> tuple[str, ...]:
+    """Return the rivals that the data cannot tell from the effect whose place they took.
+
+    Args:
+        active: the effect.
+        current: the model with it.
+        removed: the model without it.
+        rivals: models with another effect in its place.
+    """
+    named = {(active.effect.name, active.effect.joint) for active in current.model.effects}
+    found = []
+    for rival in rivals:
+        effect = rival.model.effects[-1].effect
+        if _is_richer_form(effect, active.effect):
+            continue
+        worse = change(rival, current)
+        close = worse.fit + worse.holdout < _INDISTINGUISHABLE
+        if close and (effect.name, effect.joint) not in named and earns_its_place(removed, rival):
+            found.append(f"{effect.name} {effect.joint}")
+    return tuple(dict.fromkeys(found))
+
+
+def _rivals(progress: Progress, removed: Attempt, *keys: str) -> list[Attempt]:
+    """Return the models that have another effect in the place of some, if its score test comes near theirs."""
+    test = ScoreTest(removed.fit, addable(removed.model))
+    candidates = promising(removed, test, _RIVALS + len(keys), keys)
+    return [progress.with_effects(removed, [c]) for c in candidates if c.active.effect.key not in keys]
+
+
+def _exchange(progress: Progress, removed: Attempt, rivals: Sequence[Attempt], old: str) -> None:
+    """Take the best of the rivals that are better than what they replace, if there is one."""
+    current = progress.current
+    better = [rival for rival in rivals if _is_better(rival, current) and earns_its_place(removed, rival)]
+    if better:
+        best = min(better, key=lambda rival: change(removed, rival).bic)
+        new = best.model.effects[-1].effect.key
+        progress.current = best
+        progress.note(f"exchanged {old} for {new}", best, f"{new} explains the motion better than {old}")
+
+
+def _is_better(rival: Attempt, current: Attempt) -> bool:
+    gained = change(current, rival)
+    fewer = len(rival.model.effects) < len(current.model.effects)
+    if len(rival.fit.values) > len(current.fit.values) and not fewer:
+        return gained.bic < 0 and brings_enough(current, rival)  # what is richer must earn its parameters
+    return gained.bic < 0 and gained.fit + gained.holdout > _INDISTINGUISHABLE and gained.holdout > 0
+
+
+def _is_richer_form(effect: Effect, other: Effect) -> bool:
+    """Return whether an effect is another one of the same joint with more to it, and so can always stand for that."""
+    return isinstance(effect, TorqueEffect) and (effect.joint, effect.contains) == (other.joint, other.name)

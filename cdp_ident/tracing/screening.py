@@ -1,0 +1,45 @@
+"""Which candidates deserve a full refit, by score tests on the windows and on short pieces of them.
+
+Where the motion is chaotic, the residual of a model that lacks something is no longer linear in what it lacks; over
+short pieces it still is, but small effects drown in noise there.
+"""
+
+from collections.abc import Sequence
+
+from cdp_ident.diagnosis.autocorrelation import integrated_autocorrelation_time
+from cdp_ident.fit.refinement import Fit
+from cdp_ident.tracing.candidates import Candidate, ScoreTest
+from cdp_ident.tracing.evidence import Attempt
+
+WORTH_A_LOOK = 16.0
+"""Gain in the score test, in variances, below which a candidate is not refitted."""
+_NEAR_A_RIVAL = 0.5
+"""An effect that gains less than this share of what another one does in the score test is no rival of it."""
+
+
+def promising(attempt: Attempt, test: ScoreTest, most: int, rival_of: Sequence[str] = ()) -> list[Candidate]:
+    """Return the candidates that deserve a refit.
+
+    Args:
+        attempt: the model that they could be added to.
+        test: of the candidates over its windows.
+        most: how many at most, by each of the two tests.
+        rival_of: keys of some of them; only those are returned that gain at least half of what any of these does.
+    """
+    nearby = ScoreTest(attempt.closely, test.candidates)
+    found: dict[str, Candidate] = {}
+    for ranking, fit in ((test.ranked(), attempt.fit), (nearby.ranked(), attempt.closely)):
+        least = _NEAR_A_RIVAL * max((c.gain for c in ranking if c.active.effect.key in rival_of), default=0.0)
+        worth = [c for c in ranking if c.gain > max(WORTH_A_LOOK * expected_variance(fit, c.gain), least)]
+        for candidate in worth[:most]:
+            found.setdefault(candidate.active.effect.key, candidate)
+    return list(found.values())
+
+
+def expected_variance(fit: Fit, gain: float) -> float:
+    """Return the variance that one independent residual would have after a gain [rad^2]."""
+    left = max(fit.squared_error - gain, 0.05 * fit.squared_error)
+    # The residual is correlated otherwise once the effect is there, but for small gains.
+    small = gain < 0.3 * fit.squared_error
+    samples = sum(residual.size for residual in fit.residuals)
+    return left / samples * (integrated_autocorrelation_time(fit) if small else 1.0)

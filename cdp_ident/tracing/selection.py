@@ -1,0 +1,133 @@
+"""A stepwise selection of effects: where it stands, and where it ended."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from cdp_ident.fit.motion_model import MotionModel
+from cdp_ident.fit.refinement import fit_initial_states, refine, refine_from_afar
+from cdp_ident.model.effects.effect import Joint
+from cdp_ident.tracing.candidates import Candidate
+from cdp_ident.tracing.evidence import Attempt, Change
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Tried:
+    """A candidate that was refitted at a step."""
+
+    effects: tuple[str, ...]
+    """Keys of the effect or, where two only help together, the two."""
+    rmse_fit: float
+    """[rad]"""
+    rmse_holdout: float
+    """[rad]"""
+    change: Change
+
+
+@dataclass(frozen=True)
+class Step:
+    """One step of the selection."""
+
+    action: str
+    """What was done: added, dropped or exchanged, and what."""
+    rmse_fit: float
+    """Error of the fit after it [rad]."""
+    rmse_holdout: float
+    """Error over the windows kept out after it [rad]."""
+    tried: tuple[Tried, ...]
+
+
+@dataclass(frozen=True)
+class Rubbing:
+    """Dry friction that is there over a part of the turn only."""
+
+    joint: Joint
+    angle: float
+    """Where it is strongest: the joint's angle from hanging [rad]."""
+
+
+@dataclass(frozen=True)
+class Selection:
+    """Where a selection ended."""
+
+    before: Attempt
+    """The paper's model."""
+    after: Attempt
+    """The model with the effects."""
+    steps: tuple[Step, ...]
+    evidence: tuple[Change, ...]
+    """What each effect of `after` is worth: the change from that model without it."""
+    holdout_without: tuple[float, ...]
+    """Error over the windows kept out without each of them [rad]."""
+    also_possible: tuple[tuple[str, ...], ...]
+    """Keys of the effects that could stand in each one's place, as far as the data can tell."""
+    rubbing: tuple[Rubbing, ...]
+    """No known effect, and no longer in the model: what was first taken for dry friction."""
+    interrupted: bool
+
+
+class InterruptedSelectionError(Exception):
+    """A selection was asked to stop; what it has is in its `Progress`."""
+
+
+class Progress:
+    """A selection under way: the model that it has so far outlives an interruption."""
+
+    def __init__(
+        self,
+        before: Attempt,
+        noise: float,
+        told: Callable[[str], None] = lambda line: None,
+        stop: Callable[[], bool] = lambda: False,
+    ) -> None:
+        """Begin.
+
+        Args:
+            before: the paper's model.
+            noise: root mean square of what the encoders add to both angles [rad].
+            told: called with a line for people after each step.
+            stop: asked before each addition of effects; true raises `InterruptedSelectionError` there.
+        """
+        self.current = before
+        """The model with the effects that are accepted."""
+        self.noise = noise
+        self.steps: list[Step] = []
+        self.rubbing: list[Rubbing] = []
+        self.rivals: dict[str, tuple[Attempt, ...]] = {}
+        """The rivals that each effect has stood against in the last exchange, by its key."""
+        self._told, self._stop = told, stop
+
+    def with_effects(self, attempt: Attempt, candidates: Sequence[Candidate]) -> Attempt:
+        """Return a model with more effects, refitted.
+
+        Raises:
+            InterruptedSelectionError: the selection is asked to stop.
+        """
+        model, values = attempt.model, attempt.fit.values
+        for candidate in candidates:
+            model = model.with_effect(candidate.active)
+            values = np.concatenate([values, candidate.values])
+        if self._stop():
+            raise InterruptedSelectionError
+        fit = refine_from_afar(model, values, attempt.fit.windows)
+        return Attempt(fit, fit_initial_states(model, fit.values, attempt.holdout.windows))
+
+    def note(self, action: str, after: Attempt, line: str, tried: Sequence[Tried] = ()) -> None:
+        """Note a step that ended with the model `after`, and tell people a line about it."""
+        self.steps.append(Step(action, after.fit.rmse(), after.holdout.rmse(), tuple(tried)))
+        self._told(line)
+
+
+def without_effects(attempt: Attempt, indices: Sequence[int]) -> Attempt:
+    """Return a model without some of its effects, refitted."""
+    model: MotionModel = attempt.model
+    values: Array = attempt.fit.values
+    for index in sorted(indices, reverse=True):
+        model, remain = model.without_effect(index)
+        values = values[remain]
+    fit = refine(model, values, attempt.fit.windows)
+    return Attempt(fit, fit_initial_states(model, fit.values, attempt.holdout.windows))

@@ -1,0 +1,69 @@
+"""Stepwise selection of the effects that a fitted model lacks: addition, exchange and pruning in turn."""
+
+from collections.abc import Callable, Sequence
+
+from cdp_ident.fit.refinement import Fit, fit_initial_states
+from cdp_ident.fit.windows import Window
+from cdp_ident.tracing.addition import add_effects
+from cdp_ident.tracing.evidence import Attempt, change
+from cdp_ident.tracing.exchange import alternatives, exchange_effects
+from cdp_ident.tracing.pruning import (
+    drop_repeated_impulses,
+    drop_superfluous,
+    drop_uneven_friction,
+    keep_what_explains,
+)
+from cdp_ident.tracing.selection import InterruptedSelectionError, Progress, Selection
+
+_MOST_ROUNDS = 3
+"""How often effects are added after others were exchanged."""
+
+
+def stepwise_selection(
+    fit: Fit,
+    holdout: Sequence[Window],
+    noise: float,
+    told: Callable[[str], None] = lambda line: None,
+    stop: Callable[[], bool] = lambda: False,
+) -> Selection:
+    """Add to a fitted model the effects that it lacks.
+
+    Args:
+        fit: the paper's model, fully fitted.
+        holdout: the windows that no fit sees.
+        noise: root mean square of what the encoders add to both angles [rad].
+        told: called with a line for people after each step.
+        stop: asked between refits; true ends the selection with the effects found so far.
+    """
+    before = Attempt(fit, fit_initial_states(fit.model, fit.values, holdout))
+    progress = Progress(before, noise, told, stop)
+    interrupted = False
+    try:
+        _select(progress)
+    except InterruptedSelectionError:
+        interrupted = True
+    without = keep_what_explains(progress)
+    after = progress.current
+    return Selection(
+        before=before,
+        after=after,
+        steps=tuple(progress.steps),
+        evidence=tuple(change(removed, after) for removed in without),
+        holdout_without=tuple(removed.holdout.rmse() for removed in without),
+        also_possible=tuple(
+            alternatives(active, after, removed, progress.rivals.get(active.effect.key, ()))
+            for active, removed in zip(after.model.effects, without, strict=True)
+        ),
+        rubbing=tuple(progress.rubbing),
+        interrupted=interrupted,
+    )
+
+
+def _select(progress: Progress) -> None:
+    for _ in range(_MOST_ROUNDS):
+        add_effects(progress)
+        if not exchange_effects(progress):
+            break
+        progress.current = drop_superfluous(progress, progress.current)
+    drop_uneven_friction(progress)
+    drop_repeated_impulses(progress)

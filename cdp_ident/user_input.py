@@ -1,0 +1,36 @@
+"""Names and values that users give in files, options and parameters, checked."""
+
+import difflib
+import math
+from collections.abc import Iterable
+from typing import Any
+
+from cdp_ident.errors import OptionError
+
+
+def number(value: Any, where: str, minimum: float, maximum: float = math.inf) -> float:
+    """Return a number as a float. Raises `OptionError` where it is none, not finite, or out of its range."""
+    usable = isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < math.inf
+    if not usable or not minimum <= value <= maximum:
+        limit = f"at least {minimum:g}" if math.isinf(maximum) else f"{minimum:g} to {maximum:g}"
+        raise OptionError(f"{where} is {value!r}; expected a number, {limit}")
+    return float(value)
+
+
+def refuse_unknown(names: Iterable[str], known: Iterable[str], where: str) -> None:
+    """Raise an `OptionError` for the first of `names` that is not `known`; it tells the nearest known name.
+
+    `where` says where the name stands, such as "parameter" or "key in 'rig.yaml'".
+    """
+    known = sorted(known)
+    for name in names:
+        if name not in known:
+            raise OptionError(f"unknown {where}: {name!r}; {_hint(str(name), known)}")
+
+
+def _hint(name: str, known: list[str]) -> str:
+    nearest = [other for other in known if other.casefold() == name.casefold()]
+    nearest = nearest or difflib.get_close_matches(name, known, n=1, cutoff=0.6)
+    if nearest:
+        return f"did you mean {nearest[0]!r}?"
+    return f"known are {', '.join(known)}" if known else "none is known here"

@@ -1,0 +1,73 @@
+"""Nodes do not outlive the block that they run in."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from cdp_ident.demo.processes import Nodes
+from cdp_ident.errors import CdpIdentError
+
+
+def check_until_it_raises(nodes):
+    deadline = time.monotonic() + 60.0
+    while time.monotonic() < deadline:
+        nodes.check()
+        time.sleep(0.02)
+
+
+def test_a_node_that_ends_is_told_of_with_its_last_words(tmp_path):
+    with Nodes(tmp_path) as nodes:
+        nodes.start("emulator")
+        with pytest.raises(CdpIdentError, match=r"the node emulator ended with exit code 2: emulator: error: .*--link"):
+            check_until_it_raises(nodes)
+
+
+def test_a_signal_is_noticed_at_the_next_check_and_then_belongs_to_its_owner_again(tmp_path):
+    before = signal.getsignal(signal.SIGTERM)
+    with Nodes(tmp_path) as nodes:
+        os.kill(os.getpid(), signal.SIGTERM)
+        with pytest.raises(KeyboardInterrupt):
+            nodes.check()
+    assert signal.getsignal(signal.SIGTERM) is before
+
+
+def start_emulator(nodes, link):
+    nodes.start("emulator", "--link", str(link))
+    deadline = time.monotonic() + 60.0
+    while not link.is_symlink():
+        nodes.check()
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+
+
+def fail_with_an_emulator(folder):
+    with Nodes(folder) as nodes:
+        start_emulator(nodes, folder / "port")
+        raise ZeroDivisionError
+
+
+def test_whatever_ends_the_block_no_node_runs_on(tmp_path):
+    with pytest.raises(ZeroDivisionError):
+        fail_with_an_emulator(tmp_path)
+    assert not (tmp_path / "port").is_symlink()  # it was unplugged
+
+
+def test_a_node_that_is_stopped_well_is_no_error(tmp_path):
+    with Nodes(tmp_path) as nodes:
+        start_emulator(nodes, tmp_path / "port")
+        nodes.stop("emulator")
+        nodes.check()
+
+
+def test_signals_that_are_ignored_stay_so(tmp_path):
+    code = (
+        "import os, signal, sys; from pathlib import Path; signal.signal(signal.SIGHUP, signal.SIG_IGN)\n"
+        "from cdp_ident.demo.processes import Nodes\n"
+        "with Nodes(Path(sys.argv[1])) as nodes: os.kill(os.getpid(), signal.SIGHUP); nodes.check()"
+    )
+    done = subprocess.run([sys.executable, "-c", code, str(tmp_path)], check=False, timeout=60)
+    assert done.returncode == 0

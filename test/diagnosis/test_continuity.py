@@ -1,0 +1,57 @@
+"""Whether windows join."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cdp_ident.diagnosis.continuity import continuity
+from cdp_ident.fit.motion_model import ActiveEffect, Mechanism, MotionModel
+from cdp_ident.fit.prior import Prior
+from cdp_ident.fit.refinement import refine
+from cdp_ident.fit.windows import cut_into_windows
+from cdp_ident.model.effects.catalogue import CATALOGUE
+from cdp_ident.model.parameters import groups_of
+from reference.twin import standard_twin
+
+
+def fit_of(seed=0, length=0.4, duration=2.5, keep=lambda window: True):
+    prior = Prior(nominal={"L": length})
+    model = MotionModel(Mechanism.of(prior))
+    windows = [w for w in cut_into_windows([standard_twin(np.random.default_rng(seed))], duration) if keep(w)]
+    return refine(model, model.beginning(groups_of(prior.centre, length)), windows)
+
+
+def test_a_true_model_s_windows_join_as_well_as_the_noise_lets_expect():
+    relative = [continuity(fit_of(seed)).relative for seed in range(24)]
+    # 24 times three boundaries of two angles: a root mean square of 144 normal numbers, many of them correlated.
+    assert 0.8 < np.sqrt(np.mean(np.square(relative))) < 1.2
+
+
+def test_windows_of_a_wrong_length_jump():
+    found = continuity(fit_of(length=0.42))
+    assert found.relative > 5
+    assert found.rms > 2e-3
+    assert found.boundaries == 3
+
+
+def test_only_neighbours_are_compared():
+    assert continuity(fit_of(keep=lambda window: window.begin != 5.0)).boundaries == 1
+
+
+def test_windows_of_two_trials_do_not_join():
+    fit = fit_of()
+    windows = tuple(replace(window, trial=k) for k, window in enumerate(fit.windows))
+    assert continuity(replace(fit, windows=windows)) is None
+
+
+def test_a_single_window_has_nothing_to_join():
+    assert continuity(fit_of(duration=np.inf)) is None
+
+
+def test_a_value_that_no_window_shows_does_not_matter():
+    knock = next(effect for effect in CATALOGUE if effect.key == "impulse.inner")
+    fit = fit_of()
+    model = fit.model.with_effect(ActiveEffect(knock, trial=1))
+    with_it = refine(model, np.append(fit.values, [0.0, 1.0]), fit.windows)
+    assert continuity(with_it).relative == pytest.approx(continuity(fit).relative, rel=0.01)

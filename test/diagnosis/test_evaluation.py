@@ -1,0 +1,60 @@
+"""The errors that reports state."""
+
+import numpy as np
+import pytest
+
+from cdp_ident.diagnosis.evaluation import evaluate
+from cdp_ident.fit.motion_model import ActiveEffect, Mechanism, MotionModel
+from cdp_ident.fit.prior import Prior
+from cdp_ident.fit.windows import cut_into_windows
+from cdp_ident.model.effects.catalogue import CATALOGUE
+from cdp_ident.model.parameters import SYMBOLS, groups_of
+from cdp_ident.trial.trial import Trial
+from reference.pendulum import TABLE_5
+from reference.twin import TEN_SECONDS, standard_motion, standard_twin
+
+PRIOR = Prior()
+MODEL = MotionModel(Mechanism.of(PRIOR))
+TRUTH = groups_of([TABLE_5[symbol] for symbol in SYMBOLS], TABLE_5["L"])
+NOMINAL = groups_of(PRIOR.centre, PRIOR.length)
+TWIN = standard_twin(np.random.default_rng(0))
+WINDOWS = cut_into_windows([TWIN])
+NOISE = float(np.sqrt(np.mean((TWIN.theta - standard_motion()) ** 2)))
+
+
+def test_the_truth_leaves_the_noise():
+    errors = evaluate(MODEL, TRUTH, WINDOWS, [TWIN])
+    assert errors.rmse == pytest.approx(NOISE, rel=0.02)
+    assert errors.rmse**2 == pytest.approx((errors.rmse_theta1**2 + errors.rmse_theta2**2) / 2)
+    # From a start that was estimated from 2.5 s, 10 s of a nearly chaotic motion are followed less well.
+    assert NOISE**2 * TWIN.theta.size * 0.9 < errors.free_run < 50 * NOISE**2 * TWIN.theta.size
+
+
+def test_worse_values_leave_more():
+    errors = evaluate(MODEL, NOMINAL, WINDOWS, [TWIN])
+    assert errors.rmse > 10 * NOISE
+    assert errors.free_run > 10
+
+
+def test_a_free_run_counts_only_the_windows_asked_for():
+    parts = [evaluate(MODEL, TRUTH, [window], [TWIN]).free_run for window in WINDOWS]
+    assert sum(parts) == pytest.approx(evaluate(MODEL, TRUTH, WINDOWS, [TWIN]).free_run)
+
+
+def test_free_runs_of_trials_add_up():
+    windows = cut_into_windows([TWIN, TWIN])
+    alone = evaluate(MODEL, TRUTH, WINDOWS, [TWIN])
+    both = evaluate(MODEL, TRUTH, windows, [TWIN, TWIN])
+    assert both.free_run == pytest.approx(2 * alone.free_run)
+    assert both.rmse == pytest.approx(alone.rmse)
+
+
+def test_a_free_run_of_the_second_trial_has_the_effects_of_the_second_trial():
+    slip = next(effect for effect in CATALOGUE if effect.key == "encoder_slip.outer")
+    slipped = Trial("slipped", TEN_SECONDS, TWIN.theta + np.outer(TEN_SECONDS >= 4.0, [0.0, 0.3]))
+    windows = cut_into_windows([TWIN, slipped])
+    model = MODEL.with_effect(ActiveEffect(slip, trial=1))
+    with_slip = evaluate(model, np.append(TRUTH, [0.3, 4.0]), windows, [TWIN, slipped])
+    without = evaluate(MODEL, TRUTH, windows, [TWIN, slipped])
+    assert with_slip.free_run == pytest.approx(2 * evaluate(MODEL, TRUTH, WINDOWS, [TWIN]).free_run, rel=0.01)
+    assert without.free_run > 10 * with_slip.free_run

@@ -1,0 +1,142 @@
+"""What trials determine, and what they cannot tell apart."""
+
+import tempfile
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cdp_ident.diagnosis.identifiability import Tradeoff, identifiability, is_determined
+from cdp_ident.fit.options import IdentifyOptions
+from cdp_ident.fit.prior import Prior
+from cdp_ident.model.parameters import GROUPS, SYMBOLS, groups_of
+from cdp_ident.pipeline.identify import identify
+from reference.clean_bags import clean_trials
+from reference.pendulum import TABLE_5
+
+
+@cache
+def trial():
+    with tempfile.TemporaryDirectory() as folder:
+        return clean_trials(Path(folder))[0]
+
+
+@cache
+def identified(**options):
+    known = options.pop("known", ())
+    prior = Prior(known={symbol: TABLE_5[symbol] for symbol in known})
+    return identify([trial()], [], IdentifyOptions(prior=prior, **options))
+
+
+def determined(found):
+    length, _ = found.options.model.constants(found.fit.values)
+    return identifiability(found.fit, found.covariance, found.physical, found.options.prior, length)
+
+
+def test_a_free_swing_shows_all_five_groups_and_no_physical_value():
+    result = determined(identified())
+    assert result.undetermined == ()
+    assert result.determined_physical == ()
+    assert result.unseen == ()
+    assert "determine no physical value" in " ".join(result.words)
+
+
+def test_combinations_come_with_falling_singular_values_and_unit_length():
+    directions = determined(identified()).directions
+    values = [direction.singular_value for direction in directions]
+    assert values == sorted(values, reverse=True)
+    assert len(values) == len(GROUPS)
+    assert all(sum(power**2 for power in d.exponents.values()) == pytest.approx(1.0) for d in directions)
+
+
+def test_a_combination_s_singular_value_is_the_inverse_of_its_uncertainty_where_residuals_are_white():
+    found = identified()
+    for direction in determined(found).directions:
+        gradient = np.array(list(direction.exponents.values())) / found.fit.values
+        std = np.sqrt(gradient @ found.covariance @ gradient)
+        assert 0.5 < std * direction.singular_value < 2.0
+
+
+def test_each_tradeoff_leaves_the_groups_as_they_are_and_together_they_are_all_there_is():
+    found = identified()
+    tradeoffs = determined(found).tradeoffs
+    assert len(tradeoffs) == len(SYMBOLS) - len(GROUPS)
+    before = groups_of(found.physical.values, 0.4)
+    moves = []
+    for tradeoff in tradeoffs:
+        move = np.array([tradeoff.changes.get(symbol, 0.0) for symbol in SYMBOLS])
+        moves.append(move)
+        after = groups_of(found.physical.values * np.exp(1e-4 * move), 0.4)
+        assert np.allclose(after, before, rtol=1e-7)
+    assert np.linalg.matrix_rank(moves) == len(moves)
+
+
+def test_scaling_all_masses_inertias_and_frictions_is_named_first():
+    first = determined(identified()).tradeoffs[0]
+    assert set(first.changes) == {"m1", "m2", "m0", "J1", "J2", "c1", "c2"}
+    assert str(first).endswith("can all be multiplied by one factor without changing the motion")
+
+
+def test_m1_cannot_be_told_from_j1():
+    assert any(set(tradeoff.changes) == {"m1", "J1", "l1"} for tradeoff in determined(identified()).tradeoffs)
+
+
+def test_measuring_what_is_asked_for_makes_everything_determinable():
+    asked = determined(identified()).to_measure
+    assert asked == ("m1", "m2", "m0", "l1")
+    result = determined(identified(known=asked))
+    assert result.determined_physical == SYMBOLS
+    assert (result.tradeoffs, result.to_measure) == ((), ())
+    assert any("determine l2, J1, J2, c1 and c2" in sentence for sentence in result.words)
+
+
+def test_a_measured_mass_fixes_the_scale():
+    result = determined(identified(known=("m1",)))
+    assert not any("m1" in tradeoff.changes for tradeoff in result.tradeoffs)
+    assert result.to_measure == ("m2", "m0", "l1")
+
+
+def test_with_length_and_gravity_free_they_cannot_be_told_from_a1():
+    result = determined(identified(length_free=True, gravity_free=True))
+    (tradeoff,) = result.unseen
+    assert tradeoff.changes == pytest.approx({"a1_over_A22": 1.0, "L": -1.0, "g": -1.0}, abs=1e-6)
+    assert set(result.undetermined) == {"a1_over_A22", "L", "g"}
+
+
+@pytest.mark.parametrize(("free", "word"), [("length_free", "strength of g"), ("gravity_free", "strength of L")])
+def test_length_or_gravity_alone_is_determined_on_the_strength_of_the_other(free, word):
+    result = determined(identified(**{free: True}))
+    assert (result.undetermined, result.unseen) == ((), ())
+    assert any(word in sentence for sentence in result.words)
+
+
+def test_a_friction_with_a_wide_interval_is_not_determined_and_no_part_of_a_tradeoff():
+    found = identified()
+    wide = found.covariance.copy()
+    wide[3, 3] = (0.3 * found.fit.values[3]) ** 2
+    result = determined(replace(found, covariance=wide))
+    assert result.undetermined == ("c1_over_A22",)
+    assert any(sentence.startswith("c1 / A22 is not determined") for sentence in result.words)
+    assert not any("c1" in tradeoff.changes for tradeoff in result.tradeoffs)
+
+
+def test_of_an_impossible_mechanism_no_physical_value_is_spoken():
+    found = identified()
+    result = determined(replace(found, physical=replace(found.physical, possible=False)))
+    assert result.tradeoffs == ()
+    assert not any("physical value" in sentence for sentence in result.words)
+
+
+@pytest.mark.parametrize(
+    ("value", "std", "expected"), [(1.0, 0.25, True), (1.0, 0.26, False), (0.0, 0.0, False), (1.0, np.inf, False)]
+)
+def test_determined_means_an_interval_within_half_the_value(value, std, expected):
+    assert is_determined(value, std) is expected
+
+
+def test_a_tradeoff_says_how_much_of_each():
+    assert str(Tradeoff.of(["a", "b", "c"], np.array([1.0, -2.0, 0.0]))) == (
+        "a and b cannot be told apart: a -0.5 %, b +1 % together change nothing"
+    )

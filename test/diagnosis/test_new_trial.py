@@ -1,0 +1,55 @@
+"""A new trial before it is fitted: does what was identified still hold?"""
+
+import numpy as np
+import pytest
+
+from cdp_ident.diagnosis.new_trial import check_new_trial
+from cdp_ident.fit.options import IdentifyOptions
+from cdp_ident.pipeline.identify import identify
+from reference.pendulum import TABLE_3, TABLE_5
+from reference.twin import twin
+
+NOISE = 5e-4
+
+
+def trial(name, start=TABLE_3, seed=1, **changed):
+    return twin(np.random.default_rng(seed), {**TABLE_5, **changed}, start, noise=NOISE, tolerance=1e-8, name=name)
+
+
+@pytest.fixture(scope="module")
+def found():
+    return identify([trial("first"), trial("second", (4.0, 2.5, 0.0, 0.0), 2)], [], IdentifyOptions())
+
+
+def judged(found, new):
+    expected = found.errors["refined"][1].rmse
+    return check_new_trial(found.fit.model, found.fit.values, found.covariance, expected, new, found.options.window)
+
+
+def test_a_trial_of_the_same_pendulum_fits_to_the_noise(found):
+    unseen = judged(found, trial("third", (2.2, 4.1, 0.0, 0.0), 3))
+    assert unseen.fits
+    assert unseen.error == pytest.approx(unseen.expected, rel=0.2)
+    assert unseen.changed == ()
+    assert unseen.warning() is None
+
+
+def test_more_friction_in_a_joint_is_told_with_the_numbers(found):
+    unseen = judged(found, trial("third", (2.2, 4.1, 0.0, 0.0), 3, c2=2 * TABLE_5["c2"]))
+    assert not unseen.fits
+    assert unseen.error > 2 * unseen.expected
+    worst = unseen.changed[0]
+    assert worst.name == "c2_over_A22"
+    assert worst.alone == pytest.approx(2 * worst.before, rel=0.05)
+    warning = unseen.warning()
+    assert warning.name == "no_longer_fits"
+    assert warning.about == ("third",)
+    assert "third no longer fits" in warning.message
+    assert "c2_over_A22" in warning.message
+
+
+def test_a_short_trial_is_one_window(found):
+    short = twin(
+        np.random.default_rng(3), TABLE_5, (2.2, 4.1, 0.0, 0.0), np.arange(200) / 200, noise=NOISE, tolerance=1e-8
+    )
+    assert judged(found, short).fits

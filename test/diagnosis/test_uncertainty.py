@@ -1,0 +1,83 @@
+"""Intervals that hold what they promise."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cdp_ident.diagnosis.uncertainty import covariance, reduced_sensitivities
+from cdp_ident.fit.motion_model import ActiveEffect, Mechanism, MotionModel
+from cdp_ident.fit.prior import Prior
+from cdp_ident.fit.refinement import refine
+from cdp_ident.fit.windows import cut_into_windows
+from cdp_ident.model.effects.catalogue import CATALOGUE
+from cdp_ident.model.parameters import SYMBOLS, groups_of
+from cdp_ident.trial.trial import Trial
+from reference.pendulum import TABLE_3, TABLE_5
+from reference.twin import TEN_SECONDS, standard_motion, standard_twin
+
+MODEL = MotionModel(Mechanism.of(Prior()))
+TRUTH = groups_of([TABLE_5[symbol] for symbol in SYMBOLS], TABLE_5["L"])
+TWINS = 300
+
+
+def fit_of(trial):
+    return refine(MODEL, TRUTH, cut_into_windows([trial]))
+
+
+def with_correlated_noise(rng, correlation=0.9, size=2e-3):
+    noise = np.zeros((len(TEN_SECONDS), 2))
+    for k in range(1, len(noise)):
+        noise[k] = correlation * noise[k - 1] + rng.normal(0, size * np.sqrt(1 - correlation**2), 2)
+    return Trial("slow noise", TEN_SECONDS, standard_motion() + noise)
+
+
+def coverage(trials):
+    fits = [fit_of(trial) for trial in trials]
+    errors = np.array([np.abs(fit.values - TRUTH) / np.sqrt(np.diag(covariance(fit))) for fit in fits])
+    return np.mean(errors < 1.96, axis=0)
+
+
+def test_intervals_hold_the_truth_as_often_as_they_say():
+    held = coverage(standard_twin(np.random.default_rng(20000 + seed)) for seed in range(TWINS))
+    assert np.all((held >= 0.92) & (held <= 0.98)), held
+
+
+def test_intervals_hold_the_truth_nearly_as_often_where_the_noise_is_correlated():
+    held = coverage(with_correlated_noise(np.random.default_rng(seed)) for seed in range(60))
+    assert np.all(held >= 0.75), held
+
+
+def test_correlated_noise_widens_the_intervals():
+    white = standard_twin(np.random.default_rng(0))
+    slow = with_correlated_noise(np.random.default_rng(0))
+    ratio = np.sqrt(np.diag(covariance(fit_of(slow))) / np.diag(covariance(fit_of(white))))
+    assert np.all(ratio > 2)
+
+
+def test_a_window_s_own_start_imitates_a_part_of_what_the_values_do():
+    windows = cut_into_windows([standard_twin(np.random.default_rng(0))])
+    fit = refine(MODEL, TRUTH, windows)
+    for sensitivity, reduced in zip(fit.sensitivities, reduced_sensitivities(fit), strict=True):
+        assert (
+            np.abs(np.einsum("nrs,nrp->sp", sensitivity[..., :4], reduced)).max()
+            < 1e-6 * np.abs(sensitivity).max() ** 2
+        )
+    known = refine(MODEL, TRUTH, [replace(windows[0], start=np.array(TABLE_3), start_known=True)])
+    assert np.array_equal(reduced_sensitivities(known)[0], known.sensitivities[0][..., 4:])
+
+
+def test_a_value_that_no_window_shows_has_an_infinite_variance_and_leaves_the_others_as_they_are():
+    fit = fit_of(standard_twin(np.random.default_rng(0)))
+    knock = next(effect for effect in CATALOGUE if effect.key == "impulse.inner")
+    model = MODEL.with_effect(ActiveEffect(knock, trial=1))
+    spread = covariance(refine(model, np.append(fit.values, [0.0, 1.0]), fit.windows))
+    assert np.all(np.isinf(np.diag(spread)[5:]))
+    assert spread[:5, :5] == pytest.approx(covariance(fit), rel=0.02)
+
+
+def test_the_covariance_is_symmetric_and_positive():
+    spread = covariance(fit_of(standard_twin(np.random.default_rng(0))))
+    assert spread == pytest.approx(spread.T)
+    scale = 1 / np.sqrt(np.diag(spread))
+    assert np.linalg.eigvalsh(spread * np.outer(scale, scale)).min() > 0

@@ -1,0 +1,112 @@
+"""Every reason for doubt is named."""
+
+import tempfile
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cdp_ident.diagnosis.warnings import find_warnings
+from cdp_ident.fit.options import IdentifyOptions
+from cdp_ident.fit.prior import Prior
+from cdp_ident.pipeline.identify import identify
+from reference.clean_bags import clean_trials
+
+
+@cache
+def trials():
+    with tempfile.TemporaryDirectory() as folder:
+        return clean_trials(Path(folder))
+
+
+@cache
+def clean():
+    return identify(trials(), [], IdentifyOptions())
+
+
+def names(found):
+    return [warning.name for warning in find_warnings(found)]
+
+
+def of_name(found, name):
+    (warning,) = [warning for warning in find_warnings(found) if warning.name == name]
+    return warning
+
+
+def test_a_good_identification_gives_no_reason_for_doubt():
+    assert names(clean()) == []
+
+
+def test_an_interrupted_search_is_named_first():
+    found = identify(trials(), [], IdentifyOptions(method="iga"), lambda progress: "interrupted")
+    assert names(found)[0] == "interrupted"
+    assert "(interrupted)" in find_warnings(found)[0].message
+
+
+def test_a_wrong_length_shows_as_error_above_the_noise_and_windows_that_do_not_join():
+    found = identify(trials(), [], IdentifyOptions(prior=Prior(nominal={"L": 0.42})))
+    assert {"error_above_noise", "windows_do_not_join"} <= set(names(found))
+
+
+def test_a_disturbance_is_found_in_its_window():
+    wide, folded = trials()
+    theta = wide.theta.copy()
+    theta[(wide.time > 7.8) & (wide.time < 8.3)] += [0.05, 0.0]
+    warning = of_name(identify([replace(wide, theta=theta), folded], [], IdentifyOptions()), "window_fits_worse")
+    (where,) = warning.about
+    begin, end = (float(word) for word in where.removeprefix("swing_wide from ").removesuffix(" s").split(" to "))
+    assert begin < wide.start + 7.8 < wide.start + 8.3 < end < begin + 2.6
+
+
+def test_wild_samples_are_counted():
+    wide, folded = trials()
+    theta = folded.theta.copy()
+    theta[[300, 900, 1500]] += 0.3
+    warning = of_name(identify([wide, replace(folded, theta=theta)], [], IdentifyOptions()), "wild_samples")
+    assert warning.about == ("swing_folded",)
+    assert warning.message.startswith("3 of ") or warning.message.startswith("2 of ")  # one may be in a window held out
+
+
+def test_trials_that_disagree_are_told_with_the_parameter():
+    found = clean()
+    values = found.repeatability.values.copy()
+    values[0, 3] *= 1.2
+    found = replace(found, repeatability=replace(found.repeatability, values=values, p_value=1e-9))
+    warning = of_name(found, "trials_disagree")
+    assert warning.about == ("c1_over_A22", "swing_wide", "swing_folded")
+
+
+def test_an_impossible_mechanism_is_told_and_then_no_limit():
+    found = clean()
+    found = replace(found, physical=replace(found.physical, possible=False, values=np.full(9, 1e6)))
+    assert names(found) == ["no_possible_mechanism"]
+
+
+@pytest.mark.parametrize(
+    ("share", "name"),
+    [(0.0, "at_limit"), (1.0, "at_limit"), (0.5, None), (-0.2, "beyond_limit"), (1.2, "beyond_limit")],
+)
+def test_a_value_at_or_beyond_its_limits_is_named(share, name):
+    found = clean()
+    lower, upper = found.options.prior.box
+    values = 0.5 * (lower + upper)
+    values[4] = lower[4] + share * (upper[4] - lower[4])
+    found = replace(found, physical=replace(found.physical, values=values))
+    assert [(w.name, w.about) for w in find_warnings(found)] == ([(name, ("l2",))] if name else [])
+
+
+def test_a_friction_of_zero_is_named_once():
+    found = clean()
+    fit = replace(found.fit, values=found.fit.values * [1, 1, 1, 1, 0])
+    values = found.physical.values.copy()
+    values[-1] = 0.0
+    found = replace(found, estimate=replace(found.estimate, fit=fit), physical=replace(found.physical, values=values))
+    assert [(w.name, w.about) for w in find_warnings(found)] == [("friction_at_zero", ("c2",))]
+
+
+def test_a_refinement_that_has_not_arrived_is_named():
+    found = clean()
+    found = replace(found, estimate=replace(found.estimate, fit=replace(found.fit, converged=False)))
+    assert names(found) == ["not_converged"]

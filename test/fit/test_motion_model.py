@@ -1,0 +1,166 @@
+"""What the refinement adjusts, and the derivatives of what the encoders show by all of it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cdp_ident.fit.motion_model import STATE, ActiveEffect, Mechanism, MotionModel
+from cdp_ident.fit.prior import Prior
+from cdp_ident.fit.windows import cut_into_windows
+from cdp_ident.model.effects.catalogue import CATALOGUE
+from cdp_ident.model.effects.effect import SensorEffect
+from cdp_ident.model.parameters import GROUPS, SYMBOLS, coefficients_of, groups_of
+from cdp_ident.trial.trial import Trial
+from reference.pendulum import TABLE_3, TABLE_5
+from reference.twin import standard_twin
+
+EFFECTS = {effect.key: effect for effect in CATALOGUE}
+SENSORS = [effect.key for effect in CATALOGUE if isinstance(effect, SensorEffect)]
+MODEL = MotionModel(Mechanism.of(Prior()))
+TRUTH = groups_of([TABLE_5[symbol] for symbol in SYMBOLS], TABLE_5["L"])
+STEP = 1e-6
+
+
+def first_window():
+    (window, *_) = cut_into_windows([standard_twin(np.random.default_rng(0))])
+    return replace(window, start=np.array(TABLE_3))
+
+
+def with_effects(*keys):
+    """Return a model with effects, and values of its unknowns."""
+    model, values = MODEL, list(TRUTH)
+    for key in keys:
+        active = ActiveEffect(EFFECTS[key], 0 if EFFECTS[key].at_an_instant else None)
+        model = model.with_effect(active)
+        values += [0.7 if p.name == "time" else p.typical for p in active.fitted]
+    return model, np.array(values)
+
+
+def assert_derivatives_are_differences(model, values, window, without=()):
+    _, sensitivity = model.predict(values, window.start, window)
+    assert sensitivity.shape == (len(window.time), 2, STATE + len(values))
+    point = np.concatenate([window.start, values])
+    for direction in np.setdiff1d(np.arange(len(point)), np.array(without, dtype=int)):
+        sides = []
+        for step in (STEP, -STEP):
+            moved = point.copy()
+            moved[direction] += step
+            sides.append(model.predict(moved[STATE:], moved[:STATE], window)[0])
+        expected = (sides[0] - sides[1]) / (2 * STEP)
+        found = sensitivity[:, :, direction]
+        assert np.abs(found - expected).max() <= 1e-4 * np.abs(expected).max() + 1e-12
+
+
+@pytest.mark.parametrize("key", SENSORS)
+def test_readings_of_an_encoder_s_effect_have_the_derivatives_of_differences(key):
+    model, values = with_effects(key)
+    window = first_window()
+    # When counts were lost enters as a step, of which no derivative says anything.
+    steps = [STATE + model.names.index(f"{key}.time")] if key.startswith("encoder_slip") else []
+    assert_derivatives_are_differences(model, values, window, without=steps)
+    assert np.all(model.predict(values, window.start, window)[1][:, :, steps] == 0.0)
+
+
+def test_effects_of_both_encoders_a_late_one_and_a_torque_have_the_derivatives_of_differences():
+    keys = ("joint_spring.outer", "time_offset.outer", "encoder_scale.inner", "encoder_eccentricity.outer")
+    model, values = with_effects(*keys)
+    assert_derivatives_are_differences(model, values, first_window())
+
+
+@pytest.mark.parametrize(
+    "free", [{"length_free": True}, {"gravity_free": True}, {"length_free": True, "gravity_free": True}]
+)
+def test_derivatives_by_length_and_gravity_are_those_of_differences(free):
+    model = replace(MODEL, **free)
+    assert_derivatives_are_differences(model, model.beginning(TRUTH), first_window())
+
+
+def test_derivatives_over_a_moving_cart_are_those_of_differences():
+    twin = standard_twin(np.random.default_rng(0))
+    moving = Trial("cart", twin.time, twin.theta, 0.05 * np.sin(3.0 * twin.time))
+    window = replace(cut_into_windows([moving])[1], start=np.array(TABLE_3))
+    assert np.ptp(window.u) > 0.5
+    assert_derivatives_are_differences(MODEL, TRUTH, window)
+
+
+def readings(key, *values, trial=0):
+    model = MODEL.with_effect(ActiveEffect(EFFECTS[key], trial if EFFECTS[key].at_an_instant else None))
+    window = first_window()
+    plain, _ = MODEL.predict(TRUTH, window.start, window)
+    shown, _ = model.predict(np.concatenate([TRUTH, values]), window.start, window)
+    return window.time, plain, shown
+
+
+@pytest.mark.parametrize(("joint", "seen_by_theta1"), [("inner", 0.02), ("outer", 0.0)])
+def test_an_offset_of_the_inner_encoder_is_in_both_absolute_angles(joint, seen_by_theta1):
+    _, plain, shown = readings(f"encoder_offset.{joint}", 0.02)
+    assert np.allclose(shown - plain, [seen_by_theta1, 0.02], rtol=0, atol=1e-12)
+
+
+def test_a_wrong_scale_does_not_show_where_the_rods_hang():
+    _, plain, shown = readings("encoder_scale.inner", 0.05)
+    assert np.allclose(shown[:, 0] - np.pi, 1.05 * (plain[:, 0] - np.pi), rtol=0, atol=1e-12)
+
+
+def test_an_eccentric_disc_adds_one_wave_a_turn_of_its_joint():
+    _, plain, shown = readings("encoder_eccentricity.outer", 0.03, 0.01)
+    joint = plain[:, 1] - plain[:, 0]
+    assert np.allclose(shown[:, 1] - plain[:, 1], 0.03 * np.sin(joint) + 0.01 * np.cos(joint), rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("delay", [0.01, -0.01])
+def test_a_late_encoder_shows_the_joint_as_it_was(delay):
+    time, plain, shown = readings("time_offset.outer", delay)
+    earlier = np.interp(time - delay, time, plain[:, 1] - plain[:, 0])
+    inside = (time > 0.02) & (time < time[-1] - 0.02)
+    assert np.allclose((shown[:, 1] - shown[:, 0])[inside], earlier[inside], rtol=0, atol=2e-3)
+    assert np.array_equal(shown[:, 0], plain[:, 0])
+
+
+def test_lost_counts_are_missing_from_then_on():
+    time, plain, shown = readings("encoder_slip.outer", 0.1, 1.0)
+    assert np.allclose(shown[:, 1] - plain[:, 1], np.where(time >= 1.0, 0.1, 0.0), rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("key", ["encoder_slip.outer", "impulse.inner"])
+def test_what_happens_in_one_trial_is_not_in_another(key):
+    _, plain, shown = readings(key, 0.1, 1.0, trial=1)
+    assert np.array_equal(shown, plain)
+
+
+def test_unknowns_are_named_in_the_order_of_their_values():
+    model, values = with_effects("joint_spring.outer", "cogging_torque.inner.3 per turn")
+    model = replace(model, length_free=True)
+    assert model.names == (
+        *(group.symbol for group in GROUPS),
+        "L",
+        "joint_spring.outer.stiffness",
+        "joint_spring.outer.torque",
+        "cogging_torque.inner.3 per turn.sine",
+        "cogging_torque.inner.3 per turn.cosine",
+    )
+    assert len(model.limits[0]) == len(model.limits[1]) == len(model.names) == len(values) + 1
+    assert model.names[model.places(1)] == model.names[-2:]
+
+
+def test_inertias_moments_and_frictions_may_not_be_negative():
+    lower, upper = replace(MODEL, length_free=True, gravity_free=True).limits
+    assert np.all(lower == 0.0)
+    assert np.all(upper == np.inf)
+
+
+def test_without_an_effect_its_unknowns_are_gone():
+    model, values = with_effects("gravity_tilt.base", "joint_spring.outer")
+    less, remain = model.without_effect(0)
+    assert less.names == tuple(np.array(model.names)[remain])
+    assert less.effects[0].effect.key == "joint_spring.outer"
+    assert len(values[remain]) == len(less.names)
+
+
+def test_free_length_and_gravity_enter_the_coefficients():
+    model = replace(MODEL, length_free=True, gravity_free=True)
+    values = np.concatenate([TRUTH, [0.3, 9.7]])
+    assert model.constants(values) == (0.3, 9.7)
+    assert np.array_equal(model.coefficients(values), coefficients_of(TRUTH, 0.3, 9.7))
+    assert np.array_equal(model.beginning(TRUTH), np.concatenate([TRUTH, [0.4, 9.81]]))

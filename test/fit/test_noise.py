@@ -1,0 +1,72 @@
+"""The noise of encoders, from the measured angles alone."""
+
+import numpy as np
+import pytest
+
+from cdp_ident.fit.noise import encoder_step, noise_of
+from cdp_ident.model.parameters import physical_coefficients
+from cdp_ident.model.simulation import simulate
+from cdp_ident.trial.trial import Trial
+from reference.pendulum import TABLE_3, TABLE_5
+from reference.twin import TEN_SECONDS, as_measured, standard_motion
+
+
+def measured(noise, counts_per_turn=None, seed=0):
+    theta = as_measured(standard_motion(), np.random.default_rng(seed), noise, counts_per_turn)
+    return Trial("twin", TEN_SECONDS, theta)
+
+
+@pytest.mark.parametrize("noise", [2e-5, 1e-3, 2e-2])
+def test_white_noise_is_found(noise):
+    assert noise_of(measured(noise)) == pytest.approx([noise, noise], rel=0.08)
+
+
+@pytest.mark.parametrize("counts", [2000, 8000])
+def test_an_encoder_without_other_noise_has_that_of_its_steps(counts):
+    step = 2 * np.pi / counts
+    # theta2 is the sum of both encoders' angles.
+    assert noise_of(measured(0.0, counts)) == pytest.approx(step / np.sqrt(12) * np.array([1, np.sqrt(2)]), rel=0.15)
+
+
+@pytest.mark.parametrize("noise", [3e-4, 2e-3])
+def test_noise_and_steps_add_up(noise):
+    step = 2 * np.pi / 8000
+    expected = np.sqrt(noise**2 + step**2 / 12 * np.array([1, 2]))
+    assert noise_of(measured(noise, 8000)) == pytest.approx(expected, rel=0.15)
+
+
+def test_uneven_stamps_are_no_noise():
+    rng = np.random.default_rng(0)
+    time = np.cumsum(rng.uniform(0.002, 0.008, 1800))
+    theta = simulate(physical_coefficients(TABLE_5), np.array(TABLE_3), time, step=0.001)[:, :2]
+    found = noise_of(Trial("uneven", time, theta + rng.normal(0, 1e-3, theta.shape)))
+    assert found == pytest.approx([1e-3, 1e-3], rel=0.08)
+
+
+def test_the_noise_of_each_angle_is_its_own():
+    theta = standard_motion() + np.random.default_rng(0).normal(0, [1e-3, 4e-3], (2000, 2))
+    assert noise_of(Trial("twin", TEN_SECONDS, theta)) == pytest.approx([1e-3, 4e-3], rel=0.08)
+
+
+def test_wild_samples_do_not_count():
+    trial = measured(1e-3)
+    theta = trial.theta.copy()
+    theta[::100] += 1.0
+    assert noise_of(Trial("wild", trial.time, theta)) == pytest.approx([1e-3, 1e-3], rel=0.15)
+
+
+def test_an_encoder_that_hardly_moves_has_at_least_the_noise_of_its_steps():
+    step = 2 * np.pi / 2000
+    theta = np.round(np.column_stack([0.02 * np.sin(TEN_SECONDS)] * 2) / step) * step
+    assert np.all(noise_of(Trial("slow", TEN_SECONDS, theta)) >= step / np.sqrt(12) * 0.999)
+
+
+@pytest.mark.parametrize("counts", [500, 4096, 8000])
+def test_the_step_of_an_encoder_is_seen(counts):
+    found = encoder_step(measured(2e-4, counts).theta[:, 0])
+    assert found == pytest.approx(2 * np.pi / counts, rel=1e-6)
+
+
+def test_angles_without_steps_have_none():
+    assert encoder_step(measured(2e-3).theta[:, 0]) == 0.0
+    assert encoder_step(np.full(100, 0.3)) == 0.0

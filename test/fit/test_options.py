@@ -1,0 +1,35 @@
+"""What a user may choose."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cdp_ident.errors import OptionError
+from cdp_ident.fit.options import IdentifyOptions
+from cdp_ident.search.options import IGA
+
+
+def test_without_method_the_search_is_short_and_with_one_the_paper_s():
+    short = IdentifyOptions()
+    assert short.search.generations < 10
+    assert short.span == short.window
+    paper = IdentifyOptions(method="iga")
+    assert paper.search is IGA
+    assert paper.span == 10.0
+    assert IdentifyOptions(genetic=replace(IGA, generations=3)).search.generations == 3
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"window": 0.4}, "window is 0.4 s; it must be at least 0.5 s"),
+        ({"window": np.inf}, "window is inf s; it must be at least 0.5 s"),
+        ({"window": np.nan}, "window is nan s"),
+        ({"method": "ga"}, "method is 'ga'; it must be one of iga, tga"),
+    ],
+)
+def test_options_that_cannot_be_are_refused(options, message):
+    with pytest.raises(OptionError) as caught:
+        IdentifyOptions(**options)
+    assert message in str(caught.value)

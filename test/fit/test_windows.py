@@ -1,0 +1,114 @@
+"""Trials cut into windows."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cdp_ident.fit.windows import cart_acceleration, cut_into_windows, split
+from cdp_ident.model.simulation import simulate
+from cdp_ident.trial.trial import Trial
+from reference.pendulum import TABLE_3
+from reference.twin import standard_twin
+
+TWIN = standard_twin(np.random.default_rng(0))
+
+
+def uneven(seconds, seed=0):
+    time = np.cumsum(np.random.default_rng(seed).uniform(0.001, 0.01, round(seconds / 0.0055)))
+    return Trial("uneven", time - time[0], np.column_stack([np.sin(time), np.cos(time)]))
+
+
+@settings(max_examples=30)
+@given(seconds=st.floats(1.0, 20.0), duration=st.floats(0.5, 30.0), seed=st.integers(0, 9))
+def test_windows_hold_every_sample_once_and_are_about_as_long_as_asked(seconds, duration, seed):
+    trial = uneven(seconds, seed)
+    windows = cut_into_windows([trial], duration)
+    assert np.array_equal(np.concatenate([window.theta for window in windows]), trial.theta)
+    assert [window.samples.start for window in windows] == [0, *(window.samples.stop for window in windows[:-1])]
+    length = trial.duration / len(windows)
+    assert all(abs(window.duration - length) < 0.03 for window in windows)
+    assert len(windows) == max(1, round(trial.duration / duration))
+
+
+def test_a_window_of_any_length_is_the_whole_trial():
+    (whole,) = cut_into_windows([TWIN], np.inf)
+    assert np.array_equal(whole.theta, TWIN.theta)
+    assert np.array_equal(whole.time, TWIN.time)
+
+
+def test_windows_know_their_trial_and_when_they_begin():
+    windows = cut_into_windows([TWIN, TWIN])
+    assert [(window.trial, window.begin) for window in windows] == [(k, 2.5 * n) for k in (0, 1) for n in range(4)]
+
+
+def test_a_window_with_too_few_samples_is_left_out():
+    time = np.concatenate([np.arange(500) / 200, 3.0 + np.arange(5) / 2])
+    trial = Trial("gap", time, np.zeros((505, 2)))
+    assert [window.begin for window in cut_into_windows([trial])] == [0.0]
+
+
+def test_the_first_start_is_near_the_true_one():
+    start = cut_into_windows([TWIN])[0].start
+    assert np.abs(start - TABLE_3).max() < 0.3
+
+
+def test_a_start_is_estimated_from_its_own_window_alone():
+    theta = TWIN.theta.copy()
+    theta[500:1000] = 1e3
+    for before, after in zip(cut_into_windows([TWIN]), cut_into_windows([replace(TWIN, theta=theta)]), strict=True):
+        assert np.array_equal(before.start, after.start) == (before.begin != 2.5)
+
+
+def test_the_cart_s_acceleration_is_the_second_derivative_of_its_position():
+    time = np.arange(2000) / 200
+    position = 0.1 * np.sin(3 * time) + np.random.default_rng(0).normal(0, 2e-5, 2000)
+    found = cart_acceleration(Trial("cart", time, np.zeros((2000, 2)), position))
+    assert np.abs(found - -0.9 * np.sin(3 * time))[100:-100].max() < 0.1
+
+
+@pytest.mark.parametrize("cart", [None, np.full(2000, 0.2)])
+def test_a_cart_that_rests_has_no_acceleration(cart):
+    trial = replace(TWIN, cart=cart)
+    assert cart_acceleration(trial) is None
+    assert not np.any(cut_into_windows([trial])[0].u)
+
+
+def test_every_window_of_a_moving_cart_has_its_stretch_of_the_acceleration():
+    trial = replace(TWIN, cart=0.1 * np.sin(3 * TWIN.time))
+    for window in cut_into_windows([trial]):
+        expected = -0.9 * np.sin(3 * (window.begin + window.grid.half_step_times()))
+        # A natural spline is straight at the ends of the trial.
+        assert np.abs(window.u - expected)[100:-100].max() < 0.01
+
+
+def test_parts_of_a_window_hold_its_samples_its_times_and_its_cart():
+    trial = replace(TWIN, cart=0.1 * np.sin(3 * TWIN.time))
+    window = cut_into_windows([trial])[1]
+    parts = split(window, 4)
+    assert np.array_equal(np.concatenate([part.theta for part in parts]), window.theta)
+    assert np.allclose(np.concatenate([part.begin + part.time for part in parts]), window.begin + window.time)
+    for part in parts:
+        expected = -0.9 * np.sin(3 * (part.begin + part.grid.half_step_times()))
+        assert np.abs(part.u - expected)[20:-20].max() < 0.02
+
+
+def test_the_first_part_begins_with_the_window_s_start_and_only_that_is_as_sure():
+    window = replace(cut_into_windows([TWIN])[0], start=np.array(TABLE_3), start_known=True)
+    first, second = split(window, 2)
+    assert np.array_equal(first.start, TABLE_3)
+    assert (first.start_known, second.start_known) == (True, False)
+
+
+def test_a_window_is_not_split_into_parts_with_too_few_samples():
+    (window,) = cut_into_windows([Trial("short", TWIN.time[:30], TWIN.theta[:30])])
+    assert len(split(window, 4)) == 2
+
+
+def test_the_grid_simulates_up_to_the_window_s_last_sample():
+    (window,) = cut_into_windows([uneven(3.0)], np.inf)
+    states = simulate(np.array([0.3, 0.3, 2.0, 0.0, 0.0, 0.8, 9.81]), np.array([3.0, 3.0, 0.0, 0.0]), window.time)
+    assert len(states) == len(window.theta)
+    assert window.grid.half_step_times()[-1] >= window.time[-1] - 1e-9

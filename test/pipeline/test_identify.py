@@ -1,0 +1,146 @@
+"""The whole identification of the paper's model."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from cdp_ident.fit.options import IdentifyOptions
+from cdp_ident.fit.prior import Prior
+from cdp_ident.model.parameters import SYMBOLS, groups_of, physical_coefficients
+from cdp_ident.model.simulation import simulate
+from cdp_ident.pipeline.identify import identify
+from cdp_ident.trial.trial import Trial
+from reference.pendulum import TABLE_3, TABLE_5
+from reference.twin import TEN_SECONDS, as_measured
+
+STARTS = {"first": TABLE_3, "second": (2.2, 2.0, 0.0, 0.0), "third": (2.4, 4.5, 0.0, 0.0)}
+TRUTH = groups_of([TABLE_5[symbol] for symbol in SYMBOLS], TABLE_5["L"])
+NOISE = 2e-3
+OPTIONS = IdentifyOptions()
+
+
+@cache
+def trials():
+    rng = np.random.default_rng(0)
+    return tuple(
+        Trial(
+            name,
+            TEN_SECONDS,
+            as_measured(
+                simulate(physical_coefficients(TABLE_5), np.array(start), TEN_SECONDS, step=0.001)[:, :2], rng, NOISE
+            ),
+        )
+        for name, start in STARTS.items()
+    )
+
+
+@cache
+def identified():
+    return identify(trials()[:2], trials()[2:], OPTIONS)
+
+
+EVERYTHING = slice(None)
+
+
+def garbage(trial, samples=EVERYTHING, size=0.1):
+    theta = trial.theta.copy()
+    theta[samples] += np.random.default_rng(1).normal(0, size, theta[samples].shape)
+    return replace(trial, theta=theta)
+
+
+def assert_same_fit(first, second):
+    assert np.array_equal(first.fit.values, second.fit.values)
+    assert np.array_equal(first.covariance, second.covariance)
+    assert first.estimate.search.history == second.estimate.search.history
+    assert all(np.array_equal(a, b) for a, b in zip(first.fit.residuals, second.fit.residuals, strict=True))
+    assert np.array_equal(first.physical.values, second.physical.values)
+    assert first.errors["refined"][0] == second.errors["refined"][0]
+
+
+def test_two_trials_give_the_groups_and_a_third_confirms_them():
+    found = identified()
+    std = np.sqrt(np.diag(found.covariance))
+    assert np.all(np.abs(found.fit.values - TRUTH) < 4 * std)
+    assert np.all(std < 0.01 * TRUTH)
+    fitted, held_out = found.errors["refined"]
+    assert fitted.rmse == pytest.approx(NOISE, rel=0.05)
+    assert held_out.rmse == pytest.approx(NOISE, rel=0.05)
+    assert found.repeatability.agree
+    assert found.repeatability.trials == ("first", "second")
+    assert 0.3 < found.continuity.relative < 2.5
+    assert found.data.noise == pytest.approx([NOISE, NOISE], rel=0.1)
+    assert not found.interrupted
+
+
+def test_each_stage_is_better_than_the_one_before():
+    errors = identified().errors
+    for part in (0, 1):
+        nominal, search, refined = (errors[stage][part].rmse for stage in ("nominal", "search", "refined"))
+        assert refined < search < nominal
+        assert errors["refined"][part].free_run < errors["nominal"][part].free_run
+
+
+def test_the_physical_values_have_the_fitted_groups():
+    found = identified()
+    assert found.physical.possible
+    assert groups_of(found.physical.values, 0.4) == pytest.approx(found.fit.values, rel=1e-5)
+
+
+def test_a_held_out_trial_is_never_touched_by_the_fit():
+    other = identify(trials()[:2], [garbage(trials()[2])], OPTIONS)
+    assert_same_fit(identified(), other)
+    assert other.errors["refined"][1].rmse > 10 * identified().errors["refined"][1].rmse
+
+
+def test_windows_kept_out_are_never_touched_by_the_fit():
+    first, second = trials()[:2]
+    plain = identify([first, second], [], OPTIONS)
+    kept_out = plain.data.holdout
+    assert [(window.trial, window.begin) for window in kept_out] == [(0, 5.0), (1, 5.0)]
+    assert not {w.begin for w in plain.fit.windows} & {5.0}
+    # How much noise there is is asked of whole trials, but decides only whether to search again; and so much that
+    # something seems to have happened there would be fitted instead.
+    spoilt = [garbage(trial, window.samples, NOISE) for trial, window in zip((first, second), kept_out, strict=True)]
+    other = identify(spoilt, [], OPTIONS)
+    assert_same_fit(plain, other)
+    assert other.errors["refined"][1].rmse > 1.2 * plain.errors["refined"][1].rmse
+
+
+def test_what_is_fitted_is_touched():
+    other = identify([garbage(trials()[0], slice(300, 310)), trials()[1]], trials()[2:], OPTIONS)
+    assert not np.array_equal(identified().fit.values, other.fit.values)
+
+
+def test_the_same_seed_gives_the_same_result_and_another_one_the_same_valley():
+    assert_same_fit(identified(), identify(trials()[:2], trials()[2:], OPTIONS))
+    other = identify(trials()[:2], trials()[2:], replace(OPTIONS, seed=2))
+    assert other.estimate.search.history != identified().estimate.search.history
+    assert other.fit.values == pytest.approx(identified().fit.values, rel=1e-4)
+
+
+def test_a_search_that_is_stopped_is_refined_all_the_same_and_said_to_be_interrupted():
+    found = identify(trials()[:2], trials()[2:], replace(OPTIONS, method="iga"), lambda progress: "stopped by hand")
+    assert found.interrupted
+    assert found.estimate.search.stopped == "stopped by hand"
+    assert found.fit.rmse() < 2 * NOISE
+
+
+def test_a_free_length_is_found_beside_the_groups():
+    prior = Prior(nominal={"L": 0.39})
+    found = identify(trials()[:2], trials()[2:], IdentifyOptions(prior=prior, length_free=True))
+    std = np.sqrt(found.covariance[-1, -1])
+    assert abs(found.fit.values[-1] - 0.4) < 4 * std < 0.01
+
+
+def test_a_window_in_which_something_happened_is_not_kept_out():
+    trial = trials()[0]
+    ordinary = identify([trial], [], IdentifyOptions())
+    kept_out = ordinary.data.holdout[0]
+    inside = (trial.time > kept_out.begin + 1.0) & (trial.time < kept_out.begin + kept_out.duration)
+    disturbed = replace(trial, theta=trial.theta + np.where(inside[:, None], 0.02, 0.0))
+    found = identify([disturbed], [], IdentifyOptions())
+    assert kept_out.begin in [window.begin for window in found.data.fit]
+    assert len(found.data.fit) + len(found.data.holdout) == len(ordinary.data.fit) + len(ordinary.data.holdout)
+    assert [window.begin for window in found.fit.windows] == [window.begin for window in found.data.fit]

@@ -1,0 +1,49 @@
+"""A measured free swing of a rig that was not ours, and what the paper's model leaves of it."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cdp_ident.fit.options import IdentifyOptions
+from cdp_ident.fit.prior import Prior
+from cdp_ident.fit.refinement import refine_from_afar
+from cdp_ident.fit.windows import cut_into_windows
+from cdp_ident.model.parameters import groups_of
+from cdp_ident.pipeline.identify import identify
+from cdp_ident.trial.trial import Trial
+
+DATA = Path(__file__).parents[3] / "shared" / "data" / "multiarm_free_swing" / "free_swing_8s_56s_1kHz.csv.gz"
+NOMINAL = {
+    "m1": 0.0938, "m2": 0.1376, "m0": 0.0, "l1": 0.1086, "l2": 0.1168, "J1": 4.4e-4, "J2": 1.27e-3, "c1": 2.4e-4,
+    "c2": 1e-5, "L": 0.17272,
+}  # fmt: skip
+"""The rig's own published fit."""
+EVERY = 5
+"""Of 1000 samples a second, 200 are taken."""
+
+pytestmark = pytest.mark.skipif(not DATA.exists(), reason=f"the measured free swing is not at {DATA}")
+
+
+@pytest.fixture(scope="module")
+def swing():
+    time, theta1, theta2 = np.loadtxt(DATA, delimiter=",", skiprows=1, usecols=(0, 1, 2))[::EVERY].T
+    return Trial("multiarm_free_swing", time - time[0], np.column_stack([theta1, theta2]))
+
+
+def test_48_seconds_are_followed_within_3_milliradians(swing):
+    options = IdentifyOptions(prior=Prior(nominal=NOMINAL), length_free=True)
+    begin = options.model.beginning(groups_of(options.prior.centre, NOMINAL["L"]))
+    fit = refine_from_afar(options.model, begin, cut_into_windows([swing], 2.5))
+    assert fit.converged
+    assert fit.rmse() < 3.05e-3
+
+
+def test_search_and_refinement_find_the_published_groups(swing):
+    found = identify([swing], [], IdentifyOptions(prior=Prior(nominal=NOMINAL), length_free=True))
+    a23, a33, a1, c1, _, length = found.fit.values
+    # Published, over A22: A23 0.4914, A33 0.5563, gravity terms 58.94 and 27.90 1/s^2, c1 0.0754.
+    assert [a23, a33, 9.81 * a1, 9.81 * a23 / length] == pytest.approx([0.4914, 0.5563, 58.94, 27.90], rel=0.02)
+    assert c1 == pytest.approx(0.0754, rel=0.3)
+    assert found.errors["refined"][1].rmse < 4e-3
+    assert np.all(found.data.noise < 1e-4)

@@ -1,0 +1,125 @@
+"""The shared ends of every node, tried on a real process."""
+
+import signal
+import subprocess
+import sys
+import textwrap
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+import pytest
+
+SCRIPT = textwrap.dedent(
+    """
+    import sys
+    from cdp_ident.command_line import ArgumentParser, entry_point
+    from cdp_ident.ros.node import parse_arguments, run_node
+
+    class Body:
+        exit_code = None
+
+        def __init__(self, node, parameters, once):
+            self.rate = parameters.declare("rate", 10.0, "how often", unit="Hz", minimum=1.0, maximum=1000.0)
+            self.codec = parameters.declare("codec", "binary", "the codec", choices=("binary", "text"))
+            parameters.declare("signs", [1.0, 1.0], "the signs", minimum=-1.0, maximum=1.0)
+            parameters.declare("count", 3, "a number", minimum=0, changeable=True)
+            parameters.set({"rate": self.rate + 1.0})
+            self.parameters, self.node, self.once = parameters, node, once
+            node.create_timer(0.05, self.tick)
+            self.said = False
+
+        def tick(self):
+            if not self.said:
+                from rclpy.parameter import Parameter
+                results = self.node.set_parameters([Parameter("rate", value=5.0), Parameter("count", value=7)])
+                print("outside", [result.successful for result in results], results[0].reason, flush=True)
+                self.parameters.set({"rate": 9.0})
+                print("ready", self.parameters.get("rate"), self.parameters.get("count"), flush=True)
+                self.said = True
+                if self.once:
+                    self.exit_code = 7
+
+        def close(self):
+            print("closed", flush=True)
+
+    @entry_point
+    def main(arguments):
+        parser = ArgumentParser("probe", "A probe.")
+        parser.add_argument("--once", action="store_true")
+        options = parse_arguments(parser, arguments)
+        return run_node("probe", lambda node, parameters: Body(node, parameters, options.once), arguments)
+
+    sys.exit(main())
+    """
+)
+ROOT = Path(__file__).parents[2]
+
+
+def start(*arguments: str) -> subprocess.Popen[str]:
+    return subprocess.Popen(
+        [sys.executable, "-c", SCRIPT, *arguments], text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE, cwd=ROOT
+    )
+
+
+@pytest.mark.parametrize("numbers", [(signal.SIGINT,), (signal.SIGTERM,), (signal.SIGINT,) * 5])
+def test_a_signal_and_any_more_of_them_end_the_node_cleanly(numbers: Sequence[signal.Signals]) -> None:
+    with start() as process:
+        assert process.stdout is not None
+        assert process.stdout.readline().startswith("outside")
+        process.stdout.readline()
+        for number in numbers:
+            process.send_signal(number)
+        output, errors = process.communicate(timeout=60)
+    assert (process.returncode, errors) == (0, "")
+    assert output.endswith("closed\n")
+
+
+def test_a_node_that_is_asked_to_end_until_it_has_ended_ends_cleanly() -> None:
+    with start() as process:
+        assert process.stdout is not None
+        assert process.stdout.readline().startswith("outside")
+        while process.poll() is None:
+            process.send_signal(signal.SIGINT)
+            time.sleep(0.01)
+        _, errors = process.communicate(timeout=60)
+    assert (process.returncode, errors) == (0, "")
+
+
+def test_a_node_ends_by_itself_with_its_own_exit_code_and_keeps_parameters_from_outside_writes() -> None:
+    with start("--once") as process:
+        output, errors = process.communicate(timeout=60)
+    assert (process.returncode, errors) == (7, "")
+    outside, ready, closed = output.splitlines()
+    assert outside.startswith("outside [False, True] rate cannot be changed")
+    assert (ready, closed) == ("ready 9.0 7", "closed")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["-p", "rat:=3.0"], ["'rat'", "did you mean 'rate'?"]),
+        (["-p", "rate:=0.5"], ["'rate'", "0.5", "at least 1 and at most 1000 Hz", "how often"]),
+        (["-p", "rate:=fast"], ["'rate'", "like its default, 10.0"]),
+        (["-p", "codec:=morse"], ["'codec'", "one of: binary, text"]),
+        (["-p", "signs:=[1.0, 3.0]"], ["'signs'", "3.0", "at most 1"]),
+        (["-p", "rate:=.nan"], ["'rate'", "nan"]),
+        (["--params-file", "/does/not/exist.yaml"], ["/does/not/exist.yaml"]),
+        (["--nonsense"], ["--nonsense"]),
+        (["-r", "__node:=a b"], ["a b"]),
+    ],
+)
+def test_what_ros_is_told_wrongly_ends_as_one_line_and_exit_code_2(arguments: list[str], words: list[str]) -> None:
+    with start("--ros-args", *arguments) as process:
+        _, errors = process.communicate(timeout=60)
+    assert process.returncode == 2, errors
+    assert errors.count("\n") == 1, errors
+    for word in words:
+        assert word in errors
+
+
+def test_help_tells_about_ros_arguments() -> None:
+    with start("--help") as process:
+        output, _ = process.communicate(timeout=60)
+    assert process.returncode == 0
+    assert "--params-file" in output

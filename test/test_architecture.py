@@ -1,0 +1,43 @@
+"""The rooms import each other only as docs/architecture.md has it."""
+
+import os
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+DOCUMENT = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+
+
+def test_the_import_rules_hold(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    importlinter = pytest.importorskip("importlinter.cli")
+    monkeypatch.chdir(ROOT)
+    assert importlinter.lint_imports(config_filename=os.fspath(ROOT / "pyproject.toml"), no_cache=True) == 0, (
+        capsys.readouterr().out
+    )
+
+
+def test_every_room_is_in_the_document() -> None:
+    rooms = {path.parent.name for path in (ROOT / "cdp_ident").glob("*/__init__.py")}
+    assert set(re.findall(r"(?m)^\| `(\w+)` \|", DOCUMENT)) == rooms
+
+
+def test_every_room_is_in_the_rules() -> None:
+    rules = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
+    layers = set(
+        re.findall(r"cdp_ident\.(\w+)", rules[rules.index("layers = [") : rules.index("]", rules.index("layers = ["))])
+    )
+    package = ROOT / "cdp_ident"
+    modules = {path.stem for path in package.glob("*.py")} - {"__init__"}
+    assert layers == modules | {path.parent.name for path in package.glob("*/__init__.py")}
+
+
+def test_the_types_at_the_doors_are_where_the_document_says() -> None:
+    doors = re.findall(r"`(\w+)` \(`([\w/]+\.py)`\)", DOCUMENT)
+    assert len(doors) > 5
+    for name, path in doors:
+        assert re.search(rf"(?m)^(class|def) {name}\b|^{name} = ", (ROOT / "cdp_ident" / path).read_text()), (
+            name,
+            path,
+        )

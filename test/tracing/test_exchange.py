@@ -1,0 +1,51 @@
+"""Exchanges that whole truths rarely show one by one."""
+
+import numpy as np
+
+from cdp_ident.diagnosis.identification import Identification
+from cdp_ident.fit.motion_model import ActiveEffect
+from cdp_ident.fit.options import IdentifyOptions
+from cdp_ident.fit.refinement import fit_initial_states, refine_from_afar
+from cdp_ident.model.effects.catalogue import CATALOGUE
+from cdp_ident.pipeline.identify import identify
+from cdp_ident.tracing.evidence import Attempt
+from cdp_ident.tracing.exchange import alternatives, exchange_effects
+from cdp_ident.tracing.selection import Progress
+from reference.hidden_truths import FIT_TRIALS, hidden_truth
+
+BY_KEY = {effect.key: effect for effect in CATALOGUE}
+
+
+def with_effects(identified: Identification, *keys: str) -> Attempt:
+    model, values = identified.fit.model, identified.fit.values
+    for key in keys:
+        active = ActiveEffect(BY_KEY[key])
+        model = model.with_effect(active)
+        values = np.concatenate([values, [parameter.typical for parameter in active.fitted]])
+    fit = refine_from_afar(model, values, identified.fit.windows)
+    return Attempt(fit, fit_initial_states(model, fit.values, identified.data.holdout))
+
+
+def test_two_effects_of_a_joint_that_imitate_one_are_exchanged_for_it() -> None:
+    trials, answer = hidden_truth("stribeck_friction.inner", 8, 1.0)
+    identified = identify(trials[:FIT_TRIALS], trials[FIT_TRIALS:], IdentifyOptions())
+    told: list[str] = []
+    two = with_effects(identified, "quadratic_friction.inner", "coulomb_friction.inner")
+    progress = Progress(two, answer.floor, told.append)
+    assert exchange_effects(progress)
+    exchanged = progress.current
+    assert told == [
+        "stribeck_friction.inner explains the motion better than quadratic_friction.inner and coulomb_friction.inner"
+    ]
+    assert [active.effect.key for active in exchanged.model.effects] == ["stribeck_friction.inner"]
+    assert exchanged.holdout.rmse() < two.holdout.rmse()
+
+
+def test_what_contains_an_effect_is_no_other_possibility_but_the_other_way_round() -> None:
+    trials, _ = hidden_truth("coulomb_friction.outer", 0, 3.0)
+    identified = identify(trials[:FIT_TRIALS], trials[FIT_TRIALS:], IdentifyOptions())
+    none, dry, more = (
+        with_effects(identified, *keys) for keys in ((), ("coulomb_friction.outer",), ("stribeck_friction.outer",))
+    )
+    assert alternatives(dry.model.effects[0], dry, none, [more]) == ()
+    assert alternatives(more.model.effects[0], more, none, [dry]) == ("coulomb_friction outer",)
