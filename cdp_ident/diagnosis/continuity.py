@@ -7,7 +7,6 @@ import numpy.typing as npt
 
 from cdp_ident.diagnosis.uncertainty import reduced_sensitivities
 from cdp_ident.fit.initial_states import InitialState
-from cdp_ident.fit.motion_model import STATE
 from cdp_ident.fit.refinement import Fit
 from cdp_ident.model.time_grid import TimeGrid
 
@@ -28,7 +27,7 @@ class Continuity:
 
 def continuity(fit: Fit) -> Continuity | None:
     """Compare the fitted starts of windows with where their neighbours before them end; None where none have any."""
-    jumps, expected = [], []
+    jumps, expected, states = [], [], fit.model.states
     variance = fit.rmse() ** 2
     curvature = sum(np.einsum("nrp,nrq->pq", s, s) for s in reduced_sensitivities(fit))
     spread_of_values = variance * np.linalg.pinv(curvature, hermitian=True)
@@ -40,10 +39,10 @@ def continuity(fit: Fit) -> Continuity | None:
         u = np.interp(grid.half_step_times(), window.grid.half_step_times(), window.u)
         end = replace(window, time=time, theta=np.zeros((1, 2)), grid=grid, u=u)
         arrival, sensitivity = fit.model.predict(fit.values, window.start, end)
-        carried = sensitivity[0, :, :STATE]
+        carried = sensitivity[0, :, :states]
         (of_this, this_by_values), (of_next, next_by_values) = (_initial_state(fit, index + k) for k in range(2))
         spread = variance * (carried @ of_this @ carried.T + of_next[:2, :2])
-        by_values = next_by_values[:2] - carried @ this_by_values - sensitivity[0, :, STATE:]
+        by_values = next_by_values[:2] - carried @ this_by_values - sensitivity[0, :, states:]
         spread += by_values @ spread_of_values @ by_values.T
         jumps.append(after.start[:2] - arrival[0])
         expected.append(np.diag(spread))
@@ -59,6 +58,7 @@ def continuity(fit: Fit) -> Continuity | None:
 
 def _initial_state(fit: Fit, index: int) -> tuple[Array, Array]:
     """Return the covariance (4, 4) of a fitted initial state, over that of the angles, and its slope by the values."""
-    rows = fit.sensitivities[index].reshape(-1, STATE + len(fit.values))
-    state = InitialState.of(rows[:, :STATE], fit.windows[index].start_known)
-    return state.covariance, -state.change_for(rows[:, STATE:])
+    states = fit.model.states
+    rows = fit.sensitivities[index].reshape(-1, states + len(fit.values))
+    state = InitialState.of(rows[:, :states], fit.windows[index].start_known)
+    return state.covariance, -state.change_for(rows[:, states:])

@@ -5,7 +5,6 @@ import numpy.typing as npt
 
 from cdp_ident.diagnosis.autocorrelation import correlation_length
 from cdp_ident.fit.initial_states import InitialState
-from cdp_ident.fit.motion_model import STATE
 from cdp_ident.fit.refinement import Fit
 
 Array = npt.NDArray[np.float64]
@@ -13,12 +12,12 @@ Array = npt.NDArray[np.float64]
 
 def reduced_sensitivities(fit: Fit) -> list[Array]:
     """Return what of each window's sensitivities (n, 2, unknowns) its own start cannot imitate."""
-    reduced = []
+    reduced, states = [], fit.model.states
     for window, sensitivity, weight in zip(fit.windows, fit.sensitivities, fit.weights, strict=True):
         rows = sensitivity.reshape(-1, sensitivity.shape[2])
         root = np.sqrt(weight.reshape(-1, 1))
-        state = InitialState.of(root * rows[:, :STATE], window.start_known)
-        by_unknowns = rows[:, STATE:] - rows[:, :STATE] @ state.change_for(root * rows[:, STATE:])
+        state = InitialState.of(root * rows[:, :states], window.start_known)
+        by_unknowns = rows[:, states:] - rows[:, :states] @ state.change_for(root * rows[:, states:])
         reduced.append(by_unknowns.reshape(*sensitivity.shape[:2], -1))
     return reduced
 
@@ -44,7 +43,7 @@ def covariance(fit: Fit) -> Array:
             product = score[lag:].T @ score[:-lag]
             middle += (1.0 - lag / (lags + 1.0)) * (product + product.T)
     samples = sum(residual.size for residual in fit.residuals)
-    estimated = len(fit.values) + STATE * sum(not window.start_known for window in fit.windows)
+    estimated = len(fit.values) + fit.model.states * sum(not window.start_known for window in fit.windows)
     scale = 1.0 / np.sqrt(np.maximum(np.diag(curvature), np.finfo(float).tiny))
     values, vectors = np.linalg.eigh(curvature * np.outer(scale, scale))
     seen = values > 1e-12 * values[-1]

@@ -10,16 +10,15 @@ import numpy.typing as npt
 from cdp_ident.fit.prior import Prior
 from cdp_ident.fit.windows import Window
 from cdp_ident.model.effects.constants import effect_constants, outer_rod_length
-from cdp_ident.model.effects.effect import Effect, EffectParameter, TorqueEffect
+from cdp_ident.model.effects.effect import Effect, EffectParameter, Form, TorqueEffect
 from cdp_ident.model.effects.readings import encoder_readings
 from cdp_ident.model.parameters import COEFFICIENTS, GROUPS, SYMBOLS, coefficients_of
 from cdp_ident.model.time_grid import TimeGrid
-from cdp_ident.model.trajectory import DIRECTIONS, Torques, trajectory_with_derivatives
+from cdp_ident.model.torques import Torques
+from cdp_ident.model.trajectory import trajectory, trajectory_with_derivatives
 
 Array = npt.NDArray[np.float64]
 
-STATE = 4
-"""Numbers in a start: theta1, theta2, omega1, omega2."""
 _A23, _OUTER_MOMENT, _GRAVITY = (COEFFICIENTS.index(name) for name in ("A23_over_A22", "m2_l2_over_A22", "g"))
 LATEST = 0.05
 """No encoder is later or earlier than this [s]."""
@@ -98,6 +97,18 @@ class MotionModel:
         lower = np.concatenate([np.zeros(base), [p.lower for p in parameters]])
         return lower, np.concatenate([np.full(base, np.inf), [p.upper for p in parameters]])
 
+    @cached_property
+    def states(self) -> int:
+        """Numbers in an initial state: theta1, theta2, omega1, omega2, and what effects bring (see `Torques.states`)."""
+        moves = any(isinstance(a.effect, TorqueEffect) and a.effect.form is Form.BASE for a in self.effects)
+        return Torques.count_of_states(moves)
+
+    def initial_state(self, start: Array) -> Array:
+        """Return an initial state of as many numbers as this model has; what another model's does not tell is zero."""
+        whole = np.zeros(self.states)
+        whole[: len(start)] = start[: self.states]
+        return whole
+
     def beginning(self, groups: Array) -> Array:
         """Return values of the unknowns without effects, for given groups (5,), L and g as known beforehand."""
         constants = [self.mechanism.length] * self.length_free + [self.mechanism.gravity] * self.gravity_free
@@ -146,41 +157,48 @@ class MotionModel:
         constants = effect_constants(self.coefficients(values), length, self.mechanism.outer_length)
         return Torques.of(chosen, constants, directions)
 
-    def predict(self, values: Array, start: Array, window: Window) -> tuple[Array, Array]:
+    def predict(self, values: Array, start: Array, window: Window, derivatives: bool = True) -> tuple[Array, Array]:
         """Return the angles that the encoders show in a window, and their derivatives.
 
         Returns:
-            Angles (n, 2) [rad] and their derivatives (n, 2, 4 + unknowns) with respect to the start and the unknowns.
+            Angles (n, 2) [rad] and their derivatives (n, 2, states + unknowns) by the initial state and the unknowns;
+            (n, 2, 0) where none are asked for.
         """
         coefficients, torques = self.coefficients(values), self.torques(values, window.trial)
+        start = self.initial_state(start)
 
         def motion(delay: float) -> tuple[Array, Array]:
             grid, u = window.grid, window.u
             if delay:
                 grid = TimeGrid.over(window.time - delay, grid.step, earliest=-LATEST)
                 u = np.pad(u, (0, max(2 * grid.steps + 1 - len(u), 0)), mode="edge")
-            states, derivatives = trajectory_with_derivatives(coefficients, start, grid, u, torques, window.begin)
-            return states, self._by_unknowns(values, derivatives, window.trial)
+            if not derivatives:
+                states = trajectory(coefficients, start, grid, u, torques, window.begin)
+                return states, np.empty((*states.shape, 0))
+            states, by_directions = trajectory_with_derivatives(coefficients, start, grid, u, torques, window.begin)
+            return states, self._by_unknowns(values, by_directions, window.trial)
 
         sensors = [
             (active.effect, active.all_values(values[self.places(index)]), self.places(index))
             for index, active in enumerate(self.effects)
             if not isinstance(active.effect, TorqueEffect) and active.trial in (None, window.trial)
         ]
-        return encoder_readings(motion, sensors, window.begin + window.time, STATE)
+        return encoder_readings(motion, sensors, window.begin + window.time, self.states)
 
     def _by_unknowns(self, values: Array, derivatives: Array, trial: int) -> Array:
-        """Return derivatives (n, 4, 4 + unknowns) from those (n, 4, 11 + k) that compiled code gives."""
-        base = len(self.base_names)
-        result = np.zeros((*derivatives.shape[:2], STATE + len(self.names)))
-        result[..., :STATE] = derivatives[..., :STATE]
-        result[..., STATE : STATE + base] = derivatives[..., STATE:DIRECTIONS] @ self._chain(values)
-        direction = DIRECTIONS
+        """Return derivatives (n, states, states + unknowns) from those that compiled code gives."""
+        base, states = len(self.base_names), self.states
+        result = np.zeros((*derivatives.shape[:2], states + len(self.names)))
+        result[..., :states] = derivatives[..., :states]
+        direction = states + len(COEFFICIENTS)
+        result[..., states : states + base] = derivatives[..., states:direction] @ self._chain(values)
         for index, active in enumerate(self.effects):
             if isinstance(active.effect, TorqueEffect) and active.trial in (None, trial):
                 place = self.places(index)
                 count = place.stop - place.start
-                result[..., STATE + place.start : STATE + place.stop] = derivatives[..., direction : direction + count]
+                result[..., states + place.start : states + place.stop] = derivatives[
+                    ..., direction : direction + count
+                ]
                 direction += count
         return result
 

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.fit.initial_states import inverse_factor
-from cdp_ident.fit.motion_model import STATE, MotionModel
+from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.windows import Window
 from cdp_ident.model.parallel import share_out
 
@@ -36,9 +36,9 @@ class Point:
     sensitivities: list[Array]
     weights: list[Array]
     normal: Array
-    """(windows, 4 + unknowns, 4 + unknowns) each window's J^T W J."""
+    """(windows, states + unknowns, states + unknowns) each window's J^T W J."""
     right: Array
-    """(windows, 4 + unknowns) each window's J^T W r."""
+    """(windows, states + unknowns) each window's J^T W r."""
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,8 @@ class NormalEquations:
         Residuals beyond `limit` [rad] enter the cost with their absolute value only (Huber).
         """
         self.simulations += 1
-        size = STATE + len(values)
+        size = self._model.states + len(values)
+        starts = [self._model.initial_state(start) for start in starts]
         all_values = values if self._held is None else self._held
         residuals: list[Array] = [np.empty(0)] * len(self._windows)
         sensitivities, weights = list(residuals), list(residuals)
@@ -104,11 +105,26 @@ class NormalEquations:
             return None
         return Point(values, starts, float(costs.sum()), residuals, sensitivities, weights, normal, right)
 
+    def residuals_at(self, values: Array, starts: Sequence[Array]) -> list[Array] | None:
+        """Return each window's residuals (n, 2) [rad], or None where the motion cannot be computed."""
+        all_values = values if self._held is None else self._held
+        residuals: list[Array] = [np.empty(0)] * len(self._windows)
+
+        def work(first: int, last: int) -> None:
+            for index in range(first, last):
+                window = self._windows[index]
+                theta, _ = self._model.predict(all_values, starts[index], window, derivatives=False)
+                residuals[index] = window.theta - theta
+
+        share_out(work, len(self._windows))
+        return residuals if all(np.all(np.isfinite(residual)) for residual in residuals) else None
+
     def step(self, point: Point, damping: float) -> Step:
         """Return the damped Gauss-Newton step."""
         change, start_changes = self._solve(point.values, point.normal, point.right, damping)
-        right = np.where(self._known_start[:, None], 0.0, point.right[:, :STATE])
-        expected = float(change @ point.right[:, STATE:].sum(axis=0) + np.sum(start_changes * right))
+        states = self._model.states
+        right = np.where(self._known_start[:, None], 0.0, point.right[:, :states])
+        expected = float(change @ point.right[:, states:].sum(axis=0) + np.sum(start_changes * right))
         return Step(point.values + change, _moved(point.starts, start_changes), expected)
 
     def accelerated(self, point: Point, step: Step, damping: float) -> Step | None:
@@ -116,11 +132,11 @@ class NormalEquations:
         change = step.values - point.values
         velocity = np.array([[*(b - a), *change] for a, b in zip(point.starts, step.starts, strict=True)])
         near = _PROBE * velocity
-        probe = self.evaluate(point.values + _PROBE * change, _moved(point.starts, near[:, :STATE]), np.inf)
+        probe = self.residuals_at(point.values + _PROBE * change, _moved(point.starts, near[:, : self._model.states]))
         if probe is None:
             return None
         right = np.empty_like(point.right)
-        parts = zip(point.residuals, probe.residuals, point.sensitivities, point.weights, near, strict=True)
+        parts = zip(point.residuals, probe, point.sensitivities, point.weights, near, strict=True)
         for index, (residual, probed, sensitivity, weight, moved) in enumerate(parts):
             half_second_derivative = (probed - residual + sensitivity @ moved) / _PROBE**2
             right[index] = np.einsum("nj,njk->k", weight * half_second_derivative, sensitivity)
@@ -136,23 +152,24 @@ class NormalEquations:
 
         Args:
             values: (unknowns,) what the change must leave within its limits.
-            normal: (windows, 4 + unknowns, 4 + unknowns) matrix of each window.
-            right: (windows, 4 + unknowns) right-hand side of each window.
+            normal: (windows, states + unknowns, states + unknowns) matrix of each window.
+            right: (windows, states + unknowns) right-hand side of each window.
             damping: by which share the diagonals grow.
 
         Returns:
-            Change of the unknowns (unknowns,), and of the windows' starts (windows, 4).
+            Change of the unknowns (unknowns,), and of the windows' starts (windows, states).
         """
         normal = normal.copy()
         diagonal = np.arange(normal.shape[1])
         normal[:, diagonal, diagonal] *= 1.0 + damping
-        by_state, mixed = normal[:, :STATE, :STATE], normal[:, :STATE, STATE:]
+        states = self._model.states
+        by_state, mixed = normal[:, :states, :states], normal[:, :states, states:]
         factor = np.where(self._known_start[:, None, None], 0.0, inverse_factor(by_state))
-        both = np.concatenate([mixed, right[:, :STATE, None]], axis=2)
+        both = np.concatenate([mixed, right[:, :states, None]], axis=2)
         eliminated = factor @ (factor.transpose(0, 2, 1) @ both)
         mixed_transposed = mixed.transpose(0, 2, 1)
-        reduced = (normal[:, STATE:, STATE:] - mixed_transposed @ eliminated[:, :, :-1]).sum(axis=0)
-        reduced_right = (right[:, STATE:] - (mixed_transposed @ eliminated[:, :, -1:])[:, :, 0]).sum(axis=0)
+        reduced = (normal[:, states:, states:] - mixed_transposed @ eliminated[:, :, :-1]).sum(axis=0)
+        reduced_right = (right[:, states:] - (mixed_transposed @ eliminated[:, :, -1:])[:, :, 0]).sum(axis=0)
         change = self._solve_within_limits(values, reduced, reduced_right)
         return change, eliminated[:, :, -1] - eliminated[:, :, :-1] @ change
 

@@ -42,8 +42,8 @@ class Fit:
     residuals: tuple[Array, ...]
     """(n, 2) measured minus simulated angle of each window [rad]."""
     sensitivities: tuple[Array, ...]
-    """(n, 2, 4 + unknowns) derivatives of the simulated angles, by the window's initial state and by the unknowns;
-    (n, 2, 4) where these were held."""
+    """(n, 2, states + unknowns) derivatives of the simulated angles, by the window's initial state and by the unknowns;
+    (n, 2, states) where these were held."""
     weights: tuple[Array, ...]
     """(n, 2) weight of each residual; 1 but for wild samples."""
     iterations: int

@@ -14,8 +14,6 @@ The base's equation, over A22, closes that with the whole acceleration U of the 
 
 import math
 
-import numpy as np
-
 from cdp_ident.model.compilation import inlined, part
 from cdp_ident.model.effects.catalogue import joint_law, rods_law
 from cdp_ident.model.effects.effect import Form
@@ -182,9 +180,7 @@ def rates_of(
         if base >= 0:
             compliance, mass = values[base, 0], values[base, 1]
             damping = 2.0 * values[base, 2] * math.sqrt(mass / compliance)
-            free1, free2 = _held(
-                j11 * n1 + j12 * n2, j12 * n1 + j22 * n2, j11, j12, j22, inner_sticks, outer_sticks
-            )
+            free1, free2 = _held(j11 * n1 + j12 * n2, j12 * n1 + j22 * n2, j11, j12, j22, inner_sticks, outer_sticks)
             give1, give2 = _held(
                 j11 * push1 + j12 * push2, j12 * push1 + j22 * push2, j11, j12, j22, inner_sticks, outer_sticks
             )

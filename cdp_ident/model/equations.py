@@ -62,7 +62,9 @@ def sine_and_cosine(angle):
 
 
 @inlined
-def accelerations(theta1, theta2, omega1, omega2, u, A23, A33, a1, c1, c2, m2_l2, g, extra1=0.0, extra2=0.0, coupled=0.0):
+def accelerations(
+    theta1, theta2, omega1, omega2, u, A23, A33, a1, c1, c2, m2_l2, g, extra1=0.0, extra2=0.0, coupled=0.0
+):
     """Return omega1', omega2' [rad/s^2] by the equations of motion above.
 
     A23 to g are the `COEFFICIENTS`, each relative to A22; extra1 and extra2 are the generalised torques of effects

@@ -5,7 +5,7 @@ where u is the cart's acceleration. Not a second statement of the physics: the p
 `equations` states, and what effects add is taken from their torques.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -17,7 +17,8 @@ from cdp_ident.model.effects.catalogue import CATALOGUE, kind_of
 from cdp_ident.model.effects.effect import Effect, TorqueEffect
 from cdp_ident.model.equations import acceleration_derivatives
 from cdp_ident.model.parameters import COEFFICIENTS
-from cdp_ident.model.trajectory import NO_TORQUES, Torques, accelerations_at
+from cdp_ident.model.torques import NO_TORQUES, Torques
+from cdp_ident.model.trajectory import accelerations_at
 
 Array = npt.NDArray[np.float64]
 
@@ -143,9 +144,12 @@ def linearize(coefficients: Array, near: tuple[float, float], torques: Torques =
 
 
 def _linear(torques: Torques) -> Torques:
-    nonlinear = [kind_of(effect) for effect in CATALOGUE if isinstance(effect, TorqueEffect) and not effect.linear]
-    kept = ~np.isin(torques.kinds, nonlinear)
-    return replace(torques, kinds=torques.kinds[kept], values=torques.values[kept], directions=NO_TORQUES.directions)
+    nonlinear = {
+        (kind_of(effect), int(effect.form))
+        for effect in CATALOGUE
+        if isinstance(effect, TorqueEffect) and not effect.linear
+    }
+    return torques.of_rods(np.array([(kind, form) not in nonlinear for kind, form, *_ in torques.table.tolist()], bool))
 
 
 def _equilibrium(coefficients: Array, near: tuple[float, float], torques: Torques) -> Array:

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -60,22 +61,25 @@ class Torques:
         ]
         return cls(np.array(table, dtype=np.int64).reshape(-1, 5), values, constants, lanes)
 
-    @property
+    @cached_property
     def directions(self) -> int:
         """How many further directions there are."""
-        return int(np.count_nonzero(self.lanes >= 0))
+        return sum(lane >= 0 for row in self.lanes.tolist() for lane in row)
 
-    @property
+    @cached_property
     def states(self) -> int:
         """Numbers in a state: theta1, theta2, omega1, omega2 and, where the base moves, its position and speed."""
-        return _OF_RODS + _OF_BASE * int(np.any(self.table[:, 1] == Form.BASE))
+        return self.count_of_states(int(Form.BASE) in self.table[:, 1].tolist())
+
+    @staticmethod
+    def count_of_states(base_moves: bool) -> int:
+        """Return how many numbers a state has."""
+        return _OF_RODS + _OF_BASE * base_moves
 
     def of_rods(self, kept: npt.NDArray[np.bool_]) -> "Torques":
         """Return some of the effects, without directions; never those that bring states of their own."""
         kept = kept & (self.table[:, 1] != Form.BASE)
-        return replace(
-            self, table=self.table[kept], values=self.values[kept], lanes=np.full_like(self.lanes[kept], -1)
-        )
+        return replace(self, table=self.table[kept], values=self.values[kept], lanes=np.full_like(self.lanes[kept], -1))
 
 
 def _turning_parameter(effect: TorqueEffect) -> int:

@@ -44,23 +44,19 @@ _CLOSE = 1e-15
 def trajectory(
     coefficients: Array, start: Array, grid: TimeGrid, u: Array, torques: Torques = NO_TORQUES, begin: float = 0.0
 ) -> Array:
-    """Return the states (n, 4) at the grid's measurement times: theta1, theta2 [rad], omega1, omega2 [rad/s].
+    """Return the states (n, states) at the grid's measurement times.
+
+    They are theta1, theta2 [rad], omega1, omega2 [rad/s] and, where an effect lets the base move, its position [m] and
+    speed [m/s].
 
     Args:
         coefficients: (7,) `COEFFICIENTS` of the pendulum.
-        start: (4,) state at the grid's time 0; with a base that moves its position [m] and speed [m/s] may follow.
+        start: (states,) state at the grid's time 0; a base whose position and speed are left out begins at rest.
         grid: the integrator's steps and the measurement times.
         u: (2 steps + 1,) the cart's acceleration at the half steps [m/s^2].
         torques: of effects.
         begin: time in the trial at the grid's time 0 [s], for effects that happen at an instant.
     """
-    return whole_trajectory(coefficients, start, grid, u, torques, begin)[:, :_OF_RODS]
-
-
-def whole_trajectory(
-    coefficients: Array, start: Array, grid: TimeGrid, u: Array, torques: Torques = NO_TORQUES, begin: float = 0.0
-) -> Array:
-    """Return what `trajectory` does, and behind it the position and speed of a base that moves: (n, 4 or 6)."""
     states = np.empty((len(grid.place), torques.states))
     _run(coefficients, start, grid, u, torques, begin, 0, states, np.empty((0, 0, 0)))
     return states
@@ -69,7 +65,7 @@ def whole_trajectory(
 def trajectory_with_derivatives(
     coefficients: Array, start: Array, grid: TimeGrid, u: Array, torques: Torques = NO_TORQUES, begin: float = 0.0
 ) -> tuple[Array, Array]:
-    """Return states (n, 4 or 6) as `whole_trajectory` does, and their derivatives (n, 4 or 6, directions).
+    """Return states (n, states) as `trajectory` does, and their derivatives (n, states, directions).
 
     The directions are the numbers of the initial state, the seven coefficients, and the parameters of effects that
     `torques.lanes` names: see `directions`.

@@ -51,10 +51,10 @@ class MotionStream:
         return theta
 
     def state(self, time: float) -> Array:
-        """Return the state (4,) at a time [s] from the first one on that was last asked for."""
+        """Return the rods' state (4,) at a time [s] from the first one on that was last asked for."""
         since = np.array([time - self._now])
         u = self._u(TimeGrid.over(since))
-        return simulate(self._coefficients, self._state, since, u, DEFAULT_STEP, self._torques, self._now)[0]
+        return simulate(self._coefficients, self._state, since, u, DEFAULT_STEP, self._torques, self._now)[0, :4]
 
     @property
     def _now(self) -> float:

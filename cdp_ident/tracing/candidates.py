@@ -13,7 +13,7 @@ import numpy.typing as npt
 from scipy.optimize import lsq_linear
 
 from cdp_ident.fit.initial_states import InitialState
-from cdp_ident.fit.motion_model import STATE, ActiveEffect, MotionModel
+from cdp_ident.fit.motion_model import ActiveEffect, MotionModel
 from cdp_ident.fit.refinement import Fit
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.parallel import share_out
@@ -42,9 +42,9 @@ class Candidate:
 
 
 def addable(model: MotionModel) -> list[ActiveEffect]:
-    """Return the effects that could be added: not those that happen at an instant, and one form of each in a joint."""
+    """Return the effects that a score test can show: one form of each in a joint, and not those of an instant."""
     present = {(active.effect.name, active.effect.joint) for active in model.effects}
-    return [ActiveEffect(e) for e in CATALOGUE if (e.name, e.joint) not in present and not e.at_an_instant]
+    return [ActiveEffect(e) for e in CATALOGUE if (e.name, e.joint) not in present and e.has_score]
 
 
 class ScoreTest:
@@ -54,14 +54,15 @@ class ScoreTest:
         model, values = fit.model, fit.values
         self.candidates = tuple(candidates)
         self._columns: list[npt.NDArray[np.int64]] = []
-        count = STATE + len(model.names)
+        states = model.states
+        count = states + len(model.names)
         for candidate in candidates:
             model = model.with_effect(candidate)
             values = np.concatenate([values, [p.typical if p.shape else 0.0 for p in candidate.fitted]])
             strengths = [k for k, p in enumerate(candidate.fitted) if not p.shape]
-            self._columns.append(count - STATE + np.array(strengths, dtype=np.int64))
+            self._columns.append(count - states + np.array(strengths, dtype=np.int64))
             count += len(candidate.fitted)
-        own, size = len(fit.values), count - STATE
+        own, size = len(fit.values), count - states
         sensitivities: list[Array] = [np.empty(0)] * len(fit.windows)
 
         def work(first: int, last: int) -> None:
@@ -76,9 +77,9 @@ class ScoreTest:
             root = np.sqrt(weight).reshape(-1, 1)
             rows = sensitivity.reshape(-1, count) * root
             left = residual.ravel() * root[:, 0]
-            free = rows[:, STATE:]
+            free = rows[:, states:]
             size_before += np.sum(free**2, axis=0)
-            state = InitialState.of(rows[:, :STATE], window.start_known)
+            state = InitialState.of(rows[:, :states], window.start_known)
             free, left = state.eliminated_from(free), state.eliminated_from(left)
             whole += free.T @ free
             target += free.T @ left

@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.fit.initial_states import InitialState
-from cdp_ident.fit.motion_model import STATE, ActiveEffect
+from cdp_ident.fit.motion_model import ActiveEffect
 from cdp_ident.fit.refinement import Fit
 from cdp_ident.fit.windows import Window
 from cdp_ident.model.effects.catalogue import CATALOGUE
@@ -64,12 +64,13 @@ def _motion(fit: Fit, window: Window) -> tuple[Array, Array, Array]:
         whose columns are an orthonormal basis. In chaotic motion those by the start itself are almost parallel.
     """
     states, derivatives = trajectory_with_derivatives(
-        fit.model.coefficients(fit.values), window.start, window.grid, window.u,
+        fit.model.coefficients(fit.values), fit.model.initial_state(window.start), window.grid, window.u,
         fit.model.torques(fit.values, window.trial), window.begin,
     )  # fmt: skip
-    by_start = derivatives[..., :STATE]
-    state = InitialState.of(by_start[:, :2].reshape(-1, STATE))
-    return states, by_start @ state.transform, state.basis.reshape(-1, 2, STATE)
+    count = fit.model.states
+    by_start = derivatives[..., :count]
+    state = InitialState.of(by_start[:, :2].reshape(-1, count))
+    return states, by_start @ state.transform, state.basis.reshape(-1, 2, count)
 
 
 def _before_each(terms: Array) -> Array:

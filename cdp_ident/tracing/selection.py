@@ -6,13 +6,19 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.motion_model import MotionModel
-from cdp_ident.fit.refinement import fit_initial_states, refine, refine_from_afar
+from cdp_ident.fit.refinement import Fit, fit_initial_states, refine, refine_from_afar
 from cdp_ident.model.effects.effect import Joint
 from cdp_ident.tracing.candidates import Candidate
 from cdp_ident.tracing.evidence import Attempt, Change
 
 Array = npt.NDArray[np.float64]
+
+_KEPT = 0.5
+"""A refit over whole windows has arrived if it gains that share of what the score test promises."""
+_AS_GOOD = 1.05
+"""Initial states have arrived if the error over windows kept out is not larger than that many times what it was."""
 
 
 @dataclass(frozen=True)
@@ -113,8 +119,8 @@ class Progress:
             values = np.concatenate([values, candidate.values])
         if self._stop():
             raise InterruptedSelectionError
-        fit = refine_from_afar(model, values, attempt.fit.windows)
-        return Attempt(fit, fit_initial_states(model, fit.values, attempt.holdout.windows))
+        expected = attempt.fit.squared_error - sum(candidate.gain for candidate in candidates)
+        return _attempt(_refit(model, values, attempt.fit, expected), attempt.holdout)
 
     def note(self, action: str, after: Attempt, line: str, tried: Sequence[Tried] = ()) -> None:
         """Note a step that ended with the model `after`, and tell people a line about it."""
@@ -129,5 +135,36 @@ def without_effects(attempt: Attempt, indices: Sequence[int]) -> Attempt:
     for index in sorted(indices, reverse=True):
         model, remain = model.without_effect(index)
         values = values[remain]
-    fit = refine(model, values, attempt.fit.windows)
-    return Attempt(fit, fit_initial_states(model, fit.values, attempt.holdout.windows))
+    return _attempt(refine(model, values, attempt.fit.windows), attempt.holdout)
+
+
+def _refit(model: MotionModel, values: Array, before: Fit, expected: float) -> Fit:
+    """Refine a model with more effects, over whole windows at once or, where that does not do, over growing ones.
+
+    Args:
+        model: the model.
+        values: (unknowns,) values to begin with.
+        before: the fit of the model without them.
+        expected: the squared error that score tests promise [rad^2].
+    """
+    at_once: Fit | None = None
+    try:
+        at_once = refine(model, values, before.windows)
+    except IdentificationError:
+        pass  # the motion cannot be computed over whole windows; over short ones it can
+    else:
+        if at_once.converged and before.squared_error - at_once.squared_error > _KEPT * (
+            before.squared_error - expected
+        ):
+            return at_once
+    grown = refine_from_afar(model, values, before.windows)
+    return at_once if at_once is not None and at_once.squared_error < grown.squared_error else grown
+
+
+def _attempt(fit: Fit, kept_out: Fit) -> Attempt:
+    """Return a fit with its initial states over the windows kept out, which another model has been fitted to before."""
+    at_once = refine(fit.model, fit.values, kept_out.windows, hold_values=True)
+    if at_once.converged and at_once.squared_error < _AS_GOOD * kept_out.squared_error:
+        return Attempt(fit, at_once)
+    grown = fit_initial_states(fit.model, fit.values, kept_out.windows)
+    return Attempt(fit, min(at_once, grown, key=lambda found: found.squared_error))

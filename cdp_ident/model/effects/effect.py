@@ -100,6 +100,11 @@ class TorqueEffect:
         """Name that no other effect of the catalogue has."""
         return ".".join(filter(None, (self.name, self.joint, self.variant)))
 
+    @property
+    def has_score(self) -> bool:
+        """Whether what a little of it would change is defined: not of what happens once, or cannot be absent."""
+        return not self.at_an_instant and any(p.lower <= 0.0 <= p.upper for p in self.parameters if not p.shape)
+
 
 @dataclass(frozen=True)
 class SensorEffect:
@@ -124,6 +129,11 @@ class SensorEffect:
     def key(self) -> str:
         """Name that no other effect of the catalogue has."""
         return ".".join(filter(None, (self.name, self.joint, self.variant)))
+
+    @property
+    def has_score(self) -> bool:
+        """Whether what a little of it would change is defined."""
+        return not self.at_an_instant
 
 
 Effect = TorqueEffect | SensorEffect

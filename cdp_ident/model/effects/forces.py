@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from cdp_ident.model.compilation import Compilable, inlined, part
+from cdp_ident.model.compilation import inlined, part
 from cdp_ident.model.effects.constants import LENGTH, OUTER_LENGTH
 from cdp_ident.model.effects.effect import EffectParameter, Form, Joint, TorqueEffect
 from cdp_ident.model.equations import accelerations

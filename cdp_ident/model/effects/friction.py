@@ -114,8 +114,18 @@ def _both(
     joints: tuple[Joint, ...] = ("inner", "outer")
     return tuple(
         TorqueEffect(
-            name, joint, "", description, formula, source, parameters, law, dry=dry, linear=False,
-            turns_over=turns_over, contains=contains,
+            name,
+            joint,
+            "",
+            description,
+            formula,
+            source,
+            parameters,
+            law,
+            dry=dry,
+            linear=False,
+            turns_over=turns_over,
+            contains=contains,
         )  # fmt: skip
         for joint in joints
     )

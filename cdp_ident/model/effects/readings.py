@@ -9,7 +9,7 @@ from cdp_ident.model.effects.effect import SensorEffect
 
 Array = npt.NDArray[np.float64]
 Motion = Callable[[float], tuple[Array, Array]]
-"""From a delay [s] to the states (n, 4) so much earlier and their derivatives (n, 4, d)."""
+"""From a delay [s] to the states (n, 4) so much earlier and their derivatives (n, 4, d); without any, d is 0."""
 
 _ENCODERS = ("inner", "outer")
 
@@ -18,6 +18,8 @@ def encoder_readings(
     motion: Motion, sensors: Sequence[tuple[SensorEffect, Sequence[float], slice]], time: Array, first: int
 ) -> tuple[Array, Array]:
     """Return the angles theta1, theta2 (n, 2) as the encoders show them, and their derivatives (n, 2, d).
+
+    Where the motion comes without derivatives, there are none of the angles either.
 
     Args:
         motion: the rods' motion.
@@ -36,7 +38,8 @@ def encoder_readings(
         if effect.delays:
             late_states, late = motion(values[0]) if values[0] else (states, derivatives)
             angles[1], slopes[1] = late_states[:, 1] - late_states[:, 0], late[:, 1] - late[:, 0]
-            slopes[1][:, first + place.start] = late_states[:, 2] - late_states[:, 3]
+            if late.shape[2]:
+                slopes[1][:, first + place.start] = late_states[:, 2] - late_states[:, 3]
     readings, by_directions = list(angles), [slope.copy() for slope in slopes]
     for effect, values, place in sensors:
         if effect.delays:
@@ -44,8 +47,9 @@ def encoder_readings(
         k = _ENCODERS.index(effect.joint)
         added, by = effect.reading(angles[k], time, np.asarray(values))
         readings[k] = readings[k] + added
-        by_directions[k] += by[:, :1] * slopes[k]
-        by_directions[k][:, first + place.start : first + place.stop] += by[:, 1:]
+        if derivatives.shape[2]:
+            by_directions[k] += by[:, :1] * slopes[k]
+            by_directions[k][:, first + place.start : first + place.stop] += by[:, 1:]
     return (
         np.stack([readings[0], readings[0] + readings[1]], axis=1),
         np.stack([by_directions[0], by_directions[0] + by_directions[1]], axis=1),

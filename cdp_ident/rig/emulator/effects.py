@@ -14,7 +14,7 @@ from cdp_ident.model.effects.constants import effect_constants, outer_rod_length
 from cdp_ident.model.effects.effect import Effect, SensorEffect, TorqueEffect
 from cdp_ident.model.effects.naming import effect_of
 from cdp_ident.model.parameters import SYMBOLS, inertia_about_cart, physical_coefficients
-from cdp_ident.model.trajectory import NO_TORQUES, Torques
+from cdp_ident.model.torques import NO_TORQUES, Torques
 
 Array = npt.NDArray[np.float64]
 

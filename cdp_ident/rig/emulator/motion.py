@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from cdp_ident.model.simulation import simulate
 from cdp_ident.model.time_grid import TimeGrid
-from cdp_ident.model.trajectory import NO_TORQUES, Torques
+from cdp_ident.model.torques import NO_TORQUES, Torques
 from cdp_ident.rig.emulator.script import Command, Hold, LetGo, MoveCart, Wait
 
 Array = npt.NDArray[np.float64]
@@ -83,7 +83,7 @@ class Motion:
             self._left = round(command.seconds / self._period)
         elif isinstance(command, Hold):
             goal = np.array([command.theta1, command.theta2])
-            self._hand = _Path(begin, command.within, self._state[:2], self._state[2:], goal)
+            self._hand = _Path(begin, command.within, self._state[:2], self._state[2:4], goal)
             self._left = round(command.within / self._period)
         elif isinstance(command, LetGo):
             self._hand = None
@@ -106,4 +106,4 @@ class Motion:
             u = self._cart.at(begin + grid.half_step_times())[2][:, 0]
             states = simulate(self._coefficients, self._state, ahead, u, self._step, self._torques, begin)
         self._state = states[-1]
-        return np.hstack([x, states])
+        return np.hstack([x, states[:, :4]])
