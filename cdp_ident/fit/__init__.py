@@ -1,0 +1,1 @@
+"""From measured angles to fitted values."""
