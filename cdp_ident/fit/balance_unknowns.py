@@ -30,8 +30,8 @@ _GRID = 1.0 / 40.0
 """Spacing of the grid, in time units: swings of an energetic double pendulum have some ten points a radian of phase."""
 _REST = 1.0
 """A joint that hardly moves for so many time units is at rest."""
-_COPIES = 4
-"""How often the motion is measured again."""
+_COPIES, _LONG = 4, 100.0
+"""How often a motion is measured again; of one longer than so many time units, once tells as much."""
 _SEED = 1
 """The noise of the copies is always the same: the same trials give the same result."""
 _NUDGE = 1e-3
@@ -99,7 +99,8 @@ class Piece:
         samples = trial.theta
         if trial.cart is not None and np.ptp(trial.cart) > 0:
             samples = np.column_stack([samples, trial.cart])
-        motion = smooth(trial.time, samples, _GRID * time_unit, _COPIES, np.random.default_rng(_SEED))
+        copies = 1 if trial.duration > _LONG * time_unit else _COPIES
+        motion = smooth(trial.time, samples, _GRID * time_unit, copies, np.random.default_rng(_SEED))
         kinematics = Kinematics.of(motion)
         points = round(_REST / _GRID)
         inner, outer = (weak_form.at_rest(kinematics, joint, points) for joint in range(2))

@@ -131,6 +131,7 @@ def balance_of_forces(
             f"{total:.2f} s hold too little motion for a balance of forces: with L = {length:g} m, some "
             f"{_HALF_WIDTHS[0] * _FEWEST_ROWS * len(plain.names) * unit:.1f} s are needed in which both joints move"
         )
+    _refuse_a_joint_that_sticks(pieces)
     half_width, fit = min(fits, key=lambda pair: pair[1].noise_share)
     whole = replace(plain, effects=tuple(effects))
     rows = mechanism.rows(pieces, whole, half_width, fit.values[: len(GROUPS)])
@@ -155,6 +156,15 @@ def balance_of_forces(
         noise=np.sqrt(np.mean([np.diag(piece.motion.noise)[:2] for piece in pieces], axis=0)),
         length=mechanism.length_of(unknowns, fit.values),
     )
+
+
+def _refuse_a_joint_that_sticks(pieces: Sequence[Piece]) -> None:
+    for joint, name in enumerate(DRY):
+        if not any(np.any(piece.motion.known & ~piece.resting[joint]) for piece in pieces):
+            raise IdentificationError(
+                f"the {name} joint does not move: its friction and the rods' inertias cannot be told apart; record "
+                "trials in which it does"
+            )
 
 
 def _subsets(joints: tuple[DryJoint, ...]) -> list[tuple[DryJoint, ...]]:

@@ -156,6 +156,8 @@ def _covariance(normal: Array, whitened_residuals: Array, inside: Mask, overlap:
     alike = sum(float(np.sum(whitened_residuals[lag:] * whitened_residuals[:-lag])) for lag in range(1, overlap + 1))
     fewer = max(1.0, 1.0 + 2.0 * alike / power) if power > 0 else 1.0
     free = np.flatnonzero(inside)
+    independent = np.count_nonzero(whitened_residuals) / overlap
+    fewer *= independent / max(independent - len(free), 1.0)
     covariance = np.zeros((len(inside), len(inside)))
     covariance[np.ix_(free, free)] = fewer * np.linalg.inv(normal[np.ix_(free, free)])
     return covariance

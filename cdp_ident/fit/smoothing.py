@@ -79,11 +79,12 @@ def smooth(time: Array, samples: Array, spacing: float, copies: int, rng: np.ran
     noise = np.atleast_2d((samples - fitted).T @ (samples - fitted)) / freedom
     at = np.arange(time[0], time[-1], spacing)
     again = rng.multivariate_normal(np.zeros(len(noise)), noise, (copies, len(time)), method="svd")
-    disturbed = _fit(time, np.moveaxis(again, 0, 1), per_knot)
-    values, rates = (
-        np.concatenate([own(at)[None], own(at) + np.moveaxis(noisy(at), 1, 0)])
-        for own, noisy in ((spline, disturbed), (spline.derivative(), disturbed.derivative()))
-    )
+    sheets = [spline] if copies == 0 else [spline, _fit(time, np.moveaxis(again, 0, 1), per_knot)]
+    at_grid = [(sheet(at), sheet.derivative()(at)) for sheet in sheets]
+    values, rates = (own[None] for own in at_grid[0])
+    for noisy_values, noisy_rates in at_grid[1:]:
+        values = np.concatenate([values, values + np.moveaxis(noisy_values, 1, 0)])
+        rates = np.concatenate([rates, rates + np.moveaxis(noisy_rates, 1, 0)])
     gap = np.diff(time)
     knots = per_knot * float(np.median(gap))
     index = np.clip(np.searchsorted(time, at, side="right") - 1, 0, len(gap) - 1)

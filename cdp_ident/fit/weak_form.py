@@ -243,8 +243,9 @@ def joined(parts: Sequence[Rows], unknowns: int) -> Rows:
     """Return the rows of several motions in one."""
     if not parts:
         return Rows(np.zeros((1, 0, 2, unknowns)), np.zeros((1, 0, 2)), np.zeros((0, 2), dtype=bool))
+    copies = min(len(part.target) for part in parts)
     return Rows(
-        np.concatenate([part.columns for part in parts], axis=1),
-        np.concatenate([part.target for part in parts], axis=1),
+        np.concatenate([part.columns[:copies] for part in parts], axis=1),
+        np.concatenate([part.target[:copies] for part in parts], axis=1),
         np.concatenate([part.holds for part in parts]),
     )
