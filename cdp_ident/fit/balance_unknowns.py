@@ -1,0 +1,190 @@
+"""What the balance of forces is made of: the terms of each unknown along measured motions, and their limits."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from cdp_ident.fit import weak_form
+from cdp_ident.fit.smoothing import SmoothMotion, smooth
+from cdp_ident.fit.weak_form import Kinematics, Rows, Term, Windows
+from cdp_ident.model.effects.constants import effect_constants
+from cdp_ident.model.effects.effect import EffectParameter, TorqueEffect
+from cdp_ident.model.parameters import GROUPS, coefficients_of
+from cdp_ident.model.torques import Torques
+from cdp_ident.model.trajectory import accelerations_at
+from cdp_ident.trial.trial import Trial
+
+Array = npt.NDArray[np.float64]
+DryJoint = Literal["inner", "outer"]
+
+MOMENT = "m2_l2_over_A22"
+"""Name of the unknown by which L is sought: it is A23 over this."""
+COUPLING = "constant_coupling_over_A22"
+DRY: dict[DryJoint, str] = {"inner": "coulomb_friction.inner.torque", "outer": "coulomb_friction.outer.torque"}
+"""Names of the torques of dry friction, by joint."""
+
+_GRID = 1.0 / 40.0
+"""Spacing of the grid, in time units: swings of an energetic double pendulum have some ten points a radian of phase."""
+_REST = 1.0
+"""A joint that hardly moves for so many time units is at rest."""
+_COPIES, _LONG = 4, 100.0
+"""How often a motion is measured again; of one longer than so many time units, once tells as much."""
+_SEED = 1
+"""The noise of the copies is always the same: the same trials give the same result."""
+_NUDGE = 1e-3
+"""Share of its typical value at which an effect's torque is taken; it is linear in its strength, or nearly so there."""
+_UNIT_INERTIA = np.array([0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+"""Coefficients with which accelerations are nothing but the torques of effects."""
+
+
+@dataclass(frozen=True)
+class Unknowns:
+    """What is sought beside the five groups."""
+
+    effects: tuple[TorqueEffect, ...] = ()
+    """Torques of the catalogue; dry friction is not among them."""
+    dry: tuple[DryJoint, ...] = ()
+    """Joints with dry friction."""
+    constant_coupling: bool = False
+    length_free: bool = False
+
+    @cached_property
+    def of_effects(self) -> tuple[tuple[TorqueEffect, int, EffectParameter], ...]:
+        """Each effect's parameters in which its torque is linear, with their places among its parameters."""
+        return tuple(
+            (effect, place, parameter)
+            for effect in self.effects
+            for place, parameter in enumerate(effect.parameters)
+            if not parameter.shape and not parameter.fixed
+        )
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """Names of the groups and of what else is sought, all relative to A22."""
+        return (
+            *(group.symbol for group in GROUPS),
+            *((MOMENT,) if self.length_free else ()),
+            *((COUPLING,) if self.constant_coupling else ()),
+            *(DRY[joint] for joint in self.dry),
+            *(f"{effect.key}.{parameter.name}" for effect, _, parameter in self.of_effects),
+        )
+
+    @property
+    def limits(self) -> tuple[Array, Array]:
+        """Lowest and highest value of each: inertias, moments and frictions are not negative."""
+        parameters = [parameter for _, _, parameter in self.of_effects]
+        plain = len(self.names) - len(parameters)
+        lower = [0.0] * plain + [parameter.lower for parameter in parameters]
+        upper = [np.inf] * plain + [parameter.upper for parameter in parameters]
+        if self.constant_coupling:
+            lower[self.names.index(COUPLING)] = -np.inf
+        return np.array(lower), np.array(upper)
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A trial's motion, smoothed and measured again."""
+
+    motion: SmoothMotion
+    kinematics: Kinematics
+    resting: tuple[weak_form.Mask, weak_form.Mask]
+    """(m,) where the inner and the outer joint rest."""
+
+    @classmethod
+    def of(cls, trial: Trial, time_unit: float) -> "Piece":
+        """Smooth a trial on a grid of the rig's time unit [s]."""
+        samples = trial.theta
+        if trial.cart is not None and np.ptp(trial.cart) > 0:
+            samples = np.column_stack([samples, trial.cart])
+        copies = 1 if trial.duration > _LONG * time_unit else _COPIES
+        motion = smooth(trial.time, samples, _GRID * time_unit, copies, np.random.default_rng(_SEED))
+        kinematics = Kinematics.of(motion)
+        points = round(_REST / _GRID)
+        inner, outer = (weak_form.at_rest(kinematics, joint, points) for joint in range(2))
+        return cls(motion, kinematics, (inner, outer))
+
+
+@dataclass(frozen=True)
+class Mechanism:
+    """What is known of a pendulum beforehand."""
+
+    length: float
+    """L [m]."""
+    gravity: float
+    """g [m/s^2]."""
+    outer_length: float
+    """Of the outer rod [m]."""
+
+    @property
+    def time_unit(self) -> float:
+        """The rig's own unit of time [s]."""
+        return float(np.sqrt(self.length / self.gravity))
+
+    def rows(self, pieces: Sequence[Piece], unknowns: Unknowns, half_width: float, groups: Array) -> Rows:
+        """Return the balance in windows of a half width [s] over all pieces.
+
+        Effects whose torque depends on the groups, as that of a tilt does, take the ones given (5,).
+        """
+        parts = []
+        for piece in pieces:
+            windows = Windows.of(half_width, piece.motion.spacing)
+            if len(piece.motion.time) < len(windows.value):
+                continue
+            k = piece.kinematics
+            terms = list(self._terms(k, unknowns, groups))
+            parts.append(
+                weak_form.rows(windows, piece.motion.known, terms, weak_form.inertia_of_inner_rod(k), piece.resting)
+            )
+        return weak_form.joined(parts, len(unknowns.names))
+
+    def gravity_torque(self, unknowns: Unknowns, values: Array, pieces: Sequence[Piece]) -> Array:
+        """Return the root mean square of gravity's torque (2,) in the inner and the outer joint, over A22 [rad/s^2]."""
+        a1 = values[unknowns.names.index("a1_over_A22")]
+        outer_moment = values[0] / self.length_of(unknowns, values)
+        theta1, theta2 = (np.concatenate([getattr(p.kinematics, n)[0] for p in pieces]) for n in ("theta1", "theta2"))
+        outer = outer_moment * self.gravity * np.sin(theta2)
+        inner = outer + a1 * self.gravity * np.sin(theta1)
+        return np.sqrt([np.mean(inner**2), np.mean(outer**2)])
+
+    def length_of(self, unknowns: Unknowns, values: Array) -> float:
+        """Return L [m], as known or as found."""
+        return float(values[0] / values[unknowns.names.index(MOMENT)]) if unknowns.length_free else self.length
+
+    def _terms(self, k: Kinematics, unknowns: Unknowns, groups: Array) -> Iterator[Term]:
+        outer_moment = weak_form.moment_of_outer_rod(k, self.gravity)
+        if unknowns.length_free:
+            yield weak_form.coupling(k)
+        else:
+            yield weak_form.coupling(k).plus(outer_moment, 1.0 / self.length)
+        yield weak_form.inertia_of_outer_rod(k)
+        yield weak_form.moment_of_inner_rod(k, self.gravity)
+        yield weak_form.joint_torques(k.joint_speeds[0], 0.0)
+        yield weak_form.joint_torques(0.0, k.joint_speeds[1])
+        if unknowns.length_free:
+            yield outer_moment
+        if unknowns.constant_coupling:
+            yield weak_form.constant_coupling(k)
+        for joint in unknowns.dry:
+            direction = weak_form.slip_direction(k, 0 if joint == "inner" else 1)
+            yield weak_form.joint_torques(*((direction, 0.0) if joint == "inner" else (0.0, direction)))
+        for effect, place, parameter in unknowns.of_effects:
+            yield self._torque(k, effect, place, parameter, groups)
+
+    def _torque(
+        self, k: Kinematics, effect: TorqueEffect, place: int, parameter: EffectParameter, groups: Array
+    ) -> Term:
+        """Return an effect's torque over one of its parameters."""
+        values = [other.typical if other.shape or other.fixed else 0.0 for other in effect.parameters]
+        values[place] = _NUDGE * (parameter.typical or 1.0)
+        coefficients = coefficients_of(groups, self.length, self.gravity)
+        constants = effect_constants(coefficients, self.length, self.outer_length)
+        states = np.stack([k.theta1, k.theta2, k.w1, k.w2], axis=-1).reshape(-1, 4)
+        torques = accelerations_at(
+            _UNIT_INERTIA, states, np.zeros(len(states)), Torques.of([(effect, values)], constants)
+        )
+        on_theta1, on_theta2 = (torques / values[place]).T.reshape(2, *k.theta1.shape)
+        return weak_form.rod_torques(on_theta1, on_theta2)

@@ -1,0 +1,200 @@
+"""The five groups, and dry friction with them, from nothing but measured angles: no start, no box, no simulation.
+
+The balance of forces (`weak_form`) is linear in the groups once L and g are known, for A23 = m2 l2 L. Its regressors
+come from smoothed angles (`smoothing`), whose noise is allowed for (`robust_regression`). Nothing here has a scale of
+its own: times are multiples of the rig's sqrt(L / g).
+"""
+
+import itertools
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from cdp_ident.errors import IdentificationError
+from cdp_ident.fit.balance_unknowns import DRY, DryJoint, Mechanism, Piece, Unknowns
+from cdp_ident.fit.robust_regression import Regression, regress
+from cdp_ident.fit.smoothing import FEWEST
+from cdp_ident.fit.weak_form import STEPS_BETWEEN, Rows
+from cdp_ident.model.effects.effect import TorqueEffect
+from cdp_ident.model.parameters import GROUPS
+from cdp_ident.trial.trial import Trial
+
+Array = npt.NDArray[np.float64]
+
+_HALF_WIDTHS = (0.5, 1.0, 2.0)
+"""Half widths of the test functions that are tried, in time units: a small swing takes 2 pi of them."""
+_LITTLE_NOISE = 0.01
+"""The narrowest windows are taken of which no unknown owes more than this share of its information to noise."""
+_FEWEST_ROWS = 1
+"""Independent windows for each unknown, below which there is no balance to speak of."""
+_MARGIN = 1.02
+"""A33 A22 is at least so many times A23^2: rods are no points."""
+_ROUNDS = 5
+_A23, _A33 = 0, 1
+
+
+@dataclass(frozen=True)
+class ForceBalance:
+    """What the balance of forces says about a pendulum."""
+
+    unknowns: Unknowns
+    values: Array
+    """(n,) values of `names`, over A22."""
+    covariance: Array
+    """(n, n) of the values; zero for one at a limit, infinite for one of which the trials say nothing."""
+    criterion: Mapping[tuple[DryJoint, ...], float]
+    """Bayesian information criterion of each choice of joints with dry friction that was compared."""
+    unexplained: Array
+    """(2,) what is left of the inner and of the outer joint's balance, as a share of gravity's torque in it (robust
+    standard deviation over root mean square)."""
+    noise_share: Array
+    """(2,) what the angles' noise alone leaves, as the same share."""
+    used: Array
+    """(2,) share of the windows in which either balance counts: none where its joint rests, or near ends and gaps."""
+    windows: int
+    """Windows altogether; neighbours overlap."""
+    half_width: float
+    """Of the windows [s]."""
+    noise: Array
+    """(2,) standard deviation of what theta1 and theta2 scatter by about a smooth motion [rad]."""
+    length: float
+    """L [m], as known or as found."""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The groups, on request m2 l2 and a constant coupling, then torques of dry friction and effects."""
+        return self.unknowns.names
+
+    @property
+    def dry(self) -> tuple[DryJoint, ...]:
+        """Joints that have dry friction."""
+        return self.unknowns.dry
+
+    @property
+    def groups(self) -> Array:
+        """(5,) the groups, in the order of `GROUPS`."""
+        return self.values[: len(GROUPS)]
+
+    @property
+    def std(self) -> Array:
+        """(n,) standard deviations of the values."""
+        return np.sqrt(np.diag(self.covariance))
+
+    def value(self, name: str) -> float:
+        """Return the value of one unknown."""
+        return float(self.values[self.names.index(name)])
+
+
+def balance_of_forces(
+    trials: Sequence[Trial],
+    length: float,
+    gravity: float,
+    *,
+    effects: Sequence[TorqueEffect] = (),
+    dry: Sequence[DryJoint] | None = None,
+    constant_coupling: bool = False,
+    length_free: bool = False,
+    outer_length: float | None = None,
+) -> ForceBalance:
+    """Fit the balance of forces to trials.
+
+    Args:
+        trials: what was measured.
+        length: L [m].
+        gravity: g [m/s^2].
+        effects: torques of the catalogue to be found too, but not dry friction.
+        dry: joints with dry friction; None lets the Bayesian information criterion choose.
+        constant_coupling: whether a constant is sought beside A23 cos(theta1 - theta2), as of a geared rotor.
+        length_free: whether L is sought too; the given one still sets the scale of time.
+        outer_length: of the outer rod [m], which air drag may need; L where it is not known.
+
+    Raises:
+        IdentificationError: there is too little motion.
+    """
+    mechanism = Mechanism(length, gravity, outer_length or length)
+    unit = mechanism.time_unit
+    pieces = [Piece.of(trial, unit) for trial in trials if len(trial.time) >= FEWEST and trial.duration > unit]
+    plain = Unknowns((), tuple(DRY) if dry is None else tuple(dry), constant_coupling, length_free)
+    fits = []
+    for width in _HALF_WIDTHS:
+        rows = mechanism.rows(pieces, plain, width * unit, np.zeros(len(GROUPS)))
+        if len(rows.holds) < STEPS_BETWEEN * _FEWEST_ROWS * len(plain.names):
+            continue
+        fits.append((width * unit, _fit(rows, plain)))
+        if fits[-1][1].noise_share < _LITTLE_NOISE:
+            break
+    if not fits:
+        total = sum(trial.duration for trial in trials)
+        raise IdentificationError(
+            f"{total:.2f} s hold too little motion for a balance of forces: with L = {length:g} m, some "
+            f"{_HALF_WIDTHS[0] * _FEWEST_ROWS * len(plain.names) * unit:.1f} s are needed in which both joints move"
+        )
+    _refuse_a_joint_that_sticks(pieces)
+    half_width, fit = min(fits, key=lambda pair: pair[1].noise_share)
+    whole = replace(plain, effects=tuple(effects))
+    rows = mechanism.rows(pieces, whole, half_width, fit.values[: len(GROUPS)])
+    choices: list[tuple[DryJoint, ...]] = [tuple(dry)] if dry is not None else _subsets(tuple(DRY))
+    candidates = {choice: replace(whole, dry=choice) for choice in choices}
+    chosen_rows = {choice: _only(rows, whole, candidate) for choice, candidate in candidates.items()}
+    regressions = {choice: _fit(chosen_rows[choice], candidates[choice]) for choice in choices}
+    criterion = {choice: _criterion(regressions[choice], rows) for choice in choices}
+    chosen = min(choices, key=criterion.__getitem__)
+    unknowns, fit = candidates[chosen], regressions[chosen]
+    gravity_torque = np.maximum(mechanism.gravity_torque(unknowns, fit.values, pieces), 1e-300)
+    return ForceBalance(
+        unknowns=unknowns,
+        values=fit.values,
+        covariance=fit.covariance,
+        criterion=criterion,
+        unexplained=np.sqrt(np.diag(fit.scatter)) / gravity_torque,
+        noise_share=chosen_rows[chosen].noise(fit.values) / gravity_torque,
+        used=rows.holds.mean(axis=0),
+        windows=len(rows.holds),
+        half_width=half_width,
+        noise=np.sqrt(np.mean([np.diag(piece.motion.noise)[:2] for piece in pieces], axis=0)),
+        length=mechanism.length_of(unknowns, fit.values),
+    )
+
+
+def _refuse_a_joint_that_sticks(pieces: Sequence[Piece]) -> None:
+    for joint, name in enumerate(DRY):
+        if not any(np.any(piece.motion.known & ~piece.resting[joint]) for piece in pieces):
+            raise IdentificationError(
+                f"the {name} joint does not move: its friction and the rods' inertias cannot be told apart; record "
+                "trials in which it does"
+            )
+
+
+def _subsets(joints: tuple[DryJoint, ...]) -> list[tuple[DryJoint, ...]]:
+    return [subset for count in range(len(joints) + 1) for subset in itertools.combinations(joints, count)]
+
+
+def _only(rows: Rows, whole: Unknowns, part: Unknowns) -> Rows:
+    """Return the rows with the columns of a part of the unknowns."""
+    return replace(rows, columns=rows.columns[..., [whole.names.index(name) for name in part.names]])
+
+
+def _fit(rows: Rows, unknowns: Unknowns) -> Regression:
+    """Fit within limits; A33 is raised above what makes a mechanism with the A23 that was found."""
+    lower, upper = unknowns.limits
+    overlap = 2 * STEPS_BETWEEN
+    fit = regress(rows.columns, rows.target, rows.holds, lower, upper, overlap)
+    for _ in range(_ROUNDS):
+        least = _MARGIN * fit.values[_A23] ** 2
+        if fit.values[_A33] >= least * (1 - 1e-6):
+            break
+        lower[_A33] = least
+        fit = regress(rows.columns, rows.target, rows.holds, lower, upper, overlap)
+    return fit
+
+
+def _criterion(fit: Regression, rows: Rows) -> float:
+    """Return the Bayesian information criterion (Schwarz, 1978) of a fit, of rows that overlap."""
+    count = rows.holds.sum(axis=0) / STEPS_BETWEEN
+    both = np.count_nonzero(rows.holds.all(axis=1)) / STEPS_BETWEEN
+    variance = np.diag(fit.scatter)
+    alike = fit.scatter[0, 1] ** 2 / np.prod(variance)
+    misfit = count @ np.log(variance) + both * np.log(1.0 - alike)
+    return float(misfit + len(fit.values) * np.log(max(count.sum(), 2.0)))

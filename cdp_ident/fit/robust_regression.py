@@ -1,0 +1,163 @@
+"""Linear regression where regressors are noisy too, errors have two components a row, and some rows are wild.
+
+Noise in the regressors draws estimates towards zero. What it adds to the normal equations is known from regressors that
+were measured again, and is taken off (corrected least squares: Fuller, Measurement Error Models, 1987; by simulation:
+Novick and Stefanski, J. Am. Stat. Assoc. 97, 2002). Wild rows lose weight (Huber, Robust Statistics, 1981), and the
+covariance allows for rows that overlap.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy.optimize import lsq_linear
+
+Array = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
+
+_ROUNDS = 15
+_WILD = 2.5
+"""Rows beyond so many standard deviations lose weight."""
+_MEDIAN_OF_TWO, _MEDIAN_OF_ONE = 1.177, 0.6745
+"""Median length of a standard normal vector of two components, and of one."""
+_MOST_CORRECTED = 0.9
+"""In a direction of which more than this share is noise, no more than this share is taken off."""
+_LEAST_SHARE = 1e-10
+
+
+@dataclass(frozen=True)
+class Regression:
+    """What fits rows best."""
+
+    values: Array
+    """(n,) unknowns."""
+    covariance: Array
+    """(n, n) of the unknowns."""
+    residuals: Array
+    """(k, 2) left in each row; zero where a component does not hold."""
+    weights: Array
+    """(k,) of each row; 1 but for wild ones."""
+    scatter: Array
+    """(2, 2) covariance of the residuals."""
+    noise_share: float
+    """Largest share of any direction of the unknowns' information that is noise in the regressors."""
+
+
+def regress(columns: Array, target: Array, holds: Mask, lower: Array, upper: Array, overlap: int) -> Regression:
+    """Fit columns @ values to the target, within limits.
+
+    Args:
+        columns: (1 + copies, k, 2, n) as measured, then as if measured again.
+        target: (1 + copies, k, 2).
+        holds: (k, 2) which components count.
+        lower: (n,) lowest values.
+        upper: (n,) highest values.
+        overlap: so many neighbouring rows share a part of what they are made of.
+    """
+    any_holds: Mask = np.asarray(holds.any(axis=1))
+    columns, target, holds = columns[:, any_holds], target[:, any_holds], holds[any_holds]
+    columns, target = columns * holds[..., None], target * holds
+    size: Array = np.sqrt(np.sum(columns[0] ** 2, axis=(0, 1)))
+    told = size > 0
+    size[~told] = 1.0
+    columns = columns / size
+    own, own_target = columns[0], target[0]
+    copies = len(columns) - 1
+    moved, moved_target = columns[1:] - own, target[1:] - own_target
+    values: Array = np.zeros(len(size))
+    weights: Array = np.ones(len(own))
+    scatter: Array = np.eye(2)
+    for _ in range(_ROUNDS):
+        precision = _precisions(scatter, holds) * weights[:, None, None]
+        normal, moment = _normal_equations(own, own_target, precision)
+        noise, noise_moment = np.zeros_like(normal), np.zeros_like(moment)
+        for change, its_target in zip(moved, moved_target, strict=True):
+            of_copy, its_moment = _normal_equations(change, its_target, precision)
+            noise, noise_moment = noise + of_copy / copies, noise_moment + its_moment / copies
+        corrected, share = _take_off(normal, noise)
+        before = values
+        values = _bounded(corrected, moment - noise_moment, lower * size, upper * size)
+        residuals = own @ values - own_target
+        distance = np.sqrt(np.einsum("ki,kij,kj->k", residuals, _precisions(scatter, holds), residuals))
+        both = holds.all(axis=1)
+        median = np.median(distance / np.where(both, _MEDIAN_OF_TWO, _MEDIAN_OF_ONE))
+        weights = np.minimum(1.0, _WILD / np.maximum(distance / max(median, 1e-300), 1e-300))
+        scatter = _covariance_of(residuals, holds, weights)
+        if np.allclose(values, before, rtol=1e-6, atol=1e-9 * np.abs(values).max()):
+            break
+    inside = (values > lower * size) & (values < upper * size)
+    whitening = np.linalg.cholesky(_precisions(scatter, holds) + 1e-300 * np.eye(2))
+    whitened = np.einsum("kij,ki->kj", whitening, residuals) * np.sqrt(weights)[:, None]
+    covariance = _covariance(corrected, whitened, inside, overlap)
+    covariance[np.ix_(~told, ~told)] = np.diag(np.full(np.count_nonzero(~told), np.inf))
+    left = np.zeros((len(any_holds), 2))
+    left[any_holds] = residuals
+    weight = np.zeros(len(any_holds))
+    weight[any_holds] = weights
+    return Regression(values / size, covariance / np.outer(size, size), left, weight, scatter, share)
+
+
+def _normal_equations(columns: Array, target: Array, precision: Array) -> tuple[Array, Array]:
+    """Return columns' precision columns (n, n) and columns' precision target (n,), summed over rows."""
+    count = columns.shape[-1]
+    heavy = np.matmul(precision, columns).reshape(-1, count)
+    return np.asarray(columns.reshape(-1, count).T @ heavy), np.asarray(heavy.T @ target.ravel())
+
+
+def _precisions(scatter: Array, holds: Mask) -> Array:
+    """Return the inverse covariance (k, 2, 2) of each row, of the components that hold."""
+    precision = np.zeros((len(holds), 2, 2))
+    for k in range(2):
+        precision[holds[:, k], k, k] = 1.0 / scatter[k, k]
+    precision[holds.all(axis=1)] = np.linalg.inv(scatter)
+    return precision
+
+
+def _covariance_of(residuals: Array, holds: Mask, weights: Array) -> Array:
+    """Return the robust covariance (2, 2) of residuals (k, 2)."""
+    both = holds.all(axis=1)
+    sizes = np.array([_spread(residuals[holds[:, k], k]) for k in range(2)])
+    floor = max(float(sizes.max()), 1e-300) * 1e-6
+    sizes = np.maximum(sizes, floor)
+    a, b = (residuals[both] * np.sqrt(weights[both, None])).T
+    lengths = float(np.sqrt(np.sum(a**2) * np.sum(b**2)))
+    correlation = np.clip(np.sum(a * b) / lengths, -0.99, 0.99) if lengths > 0 else 0.0
+    return np.asarray(np.outer(sizes, sizes) * [[1.0, correlation], [correlation, 1.0]])
+
+
+def _spread(values: Array) -> float:
+    return float(np.median(np.abs(values))) / _MEDIAN_OF_ONE if len(values) else 0.0
+
+
+def _take_off(normal: Array, noise: Array) -> tuple[Array, float]:
+    """Return the normal matrix without the noise's part in it, and the noise's largest share of any direction."""
+    size = np.trace(normal) / len(normal)
+    root = np.linalg.cholesky(normal + max(size, 1e-300) * _LEAST_SHARE * np.eye(len(normal)))
+    half = np.linalg.solve(root, noise)
+    shares, directions = np.linalg.eigh(np.linalg.solve(root, half.T))
+    kept = 1.0 - np.minimum(shares, _MOST_CORRECTED)
+    turned = root @ directions
+    return (turned * kept) @ turned.T, float(shares.max())
+
+
+def _bounded(normal: Array, moment: Array, lower: Array, upper: Array) -> Array:
+    """Minimise x normal x / 2 - moment x within limits."""
+    root = np.linalg.cholesky(normal)
+    return np.asarray(lsq_linear(root.T, np.linalg.solve(root, moment), (lower, upper), method="bvls").x)
+
+
+def _covariance(normal: Array, whitened_residuals: Array, inside: Mask, overlap: int) -> Array:
+    """Return the covariance of the unknowns.
+
+    Those at a limit have none; those of which the rows say nothing have infinite variances. Neighbouring rows share
+    their errors: the sum of the residuals' autocorrelation is by how much less they tell.
+    """
+    power = float(np.sum(whitened_residuals**2))
+    alike = sum(float(np.sum(whitened_residuals[lag:] * whitened_residuals[:-lag])) for lag in range(1, overlap + 1))
+    fewer = max(1.0, 1.0 + 2.0 * alike / power) if power > 0 else 1.0
+    free = np.flatnonzero(inside)
+    independent = np.count_nonzero(whitened_residuals) / overlap
+    fewer *= independent / max(independent - len(free), 1.0)
+    covariance = np.zeros((len(inside), len(inside)))
+    covariance[np.ix_(free, free)] = fewer * np.linalg.inv(normal[np.ix_(free, free)])
+    return covariance

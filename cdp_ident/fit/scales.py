@@ -1,0 +1,181 @@
+"""The scales of a rig: every time and speed that the identification needs, from the rig and its data.
+
+Lengths and gravity make the unit of time, sqrt(L / g). Everything that was chosen for the paper's rig (L = 0.4 m) is a
+multiple of it here, and is made shorter where the measured motion is faster or cannot be followed so long. The numbers
+without unit stand here and nowhere else.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from cdp_ident.errors import IdentificationError
+from cdp_ident.fit.following import time_followed
+from cdp_ident.fit.smoothing import FEWEST, SmoothMotion, smooth
+from cdp_ident.fit.thinning import LOST
+from cdp_ident.trial.trial import Trial
+
+Array = npt.NDArray[np.float64]
+
+STEP = 0.02476
+"""Step of the integrator, in time units: the paper's 0.005 s (Section 4.2) for its L of 0.4 m."""
+PACE = 2.5
+"""Pace of the paper's motion (Table 3), times the time unit, rounded up: it swings through the full circle. Steps are
+as much shorter as a motion is faster, for the error of a Runge-Kutta method goes with step times pace."""
+WINDOW = 12.38
+"""Longest window, in time units: 2.5 s on the paper's rig, two small swings."""
+SHORTEST_PIECE = 0.5
+"""Shortest piece that is simulated from a start of its own, in time units: a tenth of a second on the paper's rig, in
+which its motion bends enough to have a velocity and hardly more."""
+SHORTEST_PIECE_SAMPLES = 12
+"""A piece determines four numbers of its own from two angles a sample; with fewer samples it says nothing else."""
+LONGEST_HALF_WIDTH = 0.5
+"""Of a local cubic, in time units: over more than a sixth of a small swing it is none."""
+FEWEST_LOCAL = 3
+"""Samples on either side that a local cubic needs at least, to have more of them than coefficients."""
+REST_DEVIATIONS = 5.0
+"""A joint is at rest below so many standard deviations of a speed that is measured over one time unit: pure noise
+exceeds that once in a million."""
+REST_LEAST = 1e-4
+"""Rest is not told from motion slower than this, in radians a time unit, however little noise there is."""
+SAMPLES_PER_UNIT = 40.0
+"""Samples a time unit that a motion of the paper's pace needs; measured in benchmarks/scales.py: with fewer, fitted
+values scatter more than with all of them."""
+HIDDEN = 0.3
+"""Share of the noise that thinning may change an angle by."""
+_OVERTONE = 2.0
+"""How much faster than its pace the parts of a motion are that its fifth derivative shows; measured: with it the half
+width is the best one within a fifth, for motions of 2 to 5 radians a time unit."""
+_STRETCH = 200.0
+"""Time units of a trial, where it is liveliest, from which its pace is taken."""
+_GRID = 1.0 / 40.0
+_LIVELY = 0.99
+_PLAUSIBLE = (0.05, 8.0)
+"""Pace times the time unit of a pendulum that swings: slower, the noise is all that moves or the angles or L have
+another unit; faster, it whirls or does."""
+
+
+@dataclass(frozen=True)
+class Scales:
+    """Times and speeds that suit a rig and its data."""
+
+    time_unit: float
+    """sqrt(L / g) [s]."""
+    pace: float
+    """How fast the liveliest motion goes: the larger of its speed and the root of its acceleration [1/s]."""
+    plausible: bool
+    """Whether that pace is one of a pendulum with this L and g."""
+    step: float
+    """Of the integrator [s]."""
+    window: float
+    """Length of the windows of refinement and judgement [s]."""
+    shortest_piece: float
+    """That is simulated from a start of its own [s]."""
+    half_width: float
+    """Of local cubics, for angles and velocities at a time [s]."""
+    rest_speed: Array
+    """(2,) speed of the inner and the outer joint below which it counts as at rest [rad/s]."""
+    together: int
+    """Samples to be averaged into one."""
+    samples: int
+    """How many there are."""
+
+    @property
+    def left_out(self) -> int:
+        """Samples that there are fewer of after averaging."""
+        return self.samples - self.samples // self.together
+
+
+def scales_of(
+    trials: Sequence[Trial], length: float, gravity: float, noise: Array, groups: Array | None = None
+) -> Scales:
+    """Choose the scales for trials.
+
+    Args:
+        trials: what was measured.
+        length: L [m].
+        gravity: g [m/s^2].
+        noise: (2,) standard deviation of the noise of theta1 and theta2 [rad].
+        groups: (5,) rough values of the groups, from which is seen how long the motion can be followed; without them
+            windows are as long as they may be.
+
+    Raises:
+        IdentificationError: no trial has enough samples.
+    """
+    unit = float(np.sqrt(length / gravity))
+    usable = [trial for trial in trials if len(trial.time) >= FEWEST and trial.duration > unit]
+    if not usable:
+        raise IdentificationError(
+            f"no trial has {FEWEST} samples and lasts {unit:.2f} s, the time unit of a rig with L = {length:g} m"
+        )
+    motions = [_liveliest(trial, unit) for trial in usable]
+    paces = [_pace(motion) for motion in motions]
+    pace = max(paces)
+    faster = max(1.0, pace * unit / PACE)
+    spacing = float(np.median(np.concatenate([np.diff(trial.time) for trial in usable])))
+    speed = max(float(np.sqrt(np.mean(motion.rates[0][motion.known][:, :2] ** 2))) for motion in motions)
+    half_width = _half_width(spacing, float(np.sqrt(np.mean(noise**2))), speed, pace, unit)
+    shortest = max(SHORTEST_PIECE * unit / faster, SHORTEST_PIECE_SAMPLES * spacing)
+    window = WINDOW * unit
+    if groups is not None:
+        followed = [time_followed(motion, groups, length, gravity, noise, spacing, half_width) for motion in motions]
+        window = min(window, max(min(followed), shortest))
+    across = np.array([noise[0], np.hypot(*noise)])
+    together = _together(spacing, float(np.min(noise)), unit, pace, faster)
+    return Scales(
+        time_unit=unit,
+        pace=pace,
+        plausible=_PLAUSIBLE[0] <= pace * unit <= _PLAUSIBLE[1],
+        step=STEP * unit / faster,
+        window=window,
+        shortest_piece=shortest,
+        half_width=half_width,
+        rest_speed=np.maximum(REST_DEVIATIONS * across * np.sqrt(12.0 * spacing / unit**3), REST_LEAST / unit),
+        together=together,
+        samples=sum(len(trial.time) for trial in trials),
+    )
+
+
+def _liveliest(trial: Trial, unit: float) -> SmoothMotion:
+    """Return the smooth motion of the stretch of a trial in which most happens."""
+    time, theta = trial.time, trial.theta
+    if trial.duration > _STRETCH * unit:
+        moved = np.concatenate([[0.0], np.cumsum(np.sum(np.diff(theta, axis=0) ** 2, axis=1))])
+        last = np.minimum(np.searchsorted(time, time + _STRETCH * unit), len(time) - 1)
+        first = int(np.argmax(moved[last] - moved))
+        part = slice(first, int(last[first]) + 1)
+        time, theta = time[part], theta[part]
+    return smooth(time, theta, _GRID * unit, 0, np.random.default_rng(0))
+
+
+def _pace(motion: SmoothMotion) -> float:
+    rates = motion.rates[0][:, :2]
+    speeds = np.abs(rates)[motion.known]
+    accelerations = np.abs(np.gradient(rates, motion.spacing, axis=0))[motion.known]
+    if len(speeds) == 0:
+        return 0.0
+    return float(max(np.quantile(speeds, _LIVELY), np.sqrt(np.quantile(accelerations, _LIVELY))))
+
+
+def _half_width(spacing: float, noise: float, speed: float, pace: float, unit: float) -> float:
+    """Return the half width h [s] of local cubics with the least error of the velocity.
+
+    Its noise has the variance 75/8 noise^2 spacing / h^3 (Savitzky and Golay, Anal. Chem. 36, 1964), and a fifth
+    derivative x5 of the motion, about speed (2 pace)^4, moves it by x5 h^4 / 504.
+    """
+    bend = speed * (_OVERTONE * pace) ** 4 / 504.0
+    least = FEWEST_LOCAL * spacing
+    if bend == 0.0:
+        return max(LONGEST_HALF_WIDTH * unit, least)
+    best = (3.0 * 75.0 / 8.0 * noise**2 * spacing / (8.0 * bend**2)) ** (1.0 / 11.0)
+    return float(max(min(best, LONGEST_HALF_WIDTH * unit), least))
+
+
+def _together(spacing: float, noise: float, unit: float, pace: float, faster: float) -> int:
+    """Return how many samples may be averaged into one."""
+    most = max(1, int(unit / (faster * SAMPLES_PER_UNIT * spacing)))
+    while most > 1 and LOST * (pace * most * spacing) ** 4 > HIDDEN * noise / np.sqrt(most):
+        most -= 1
+    return most

@@ -1,0 +1,128 @@
+"""Smooth motion through noisy angles: how smooth is decided by the data, in samples and not in seconds.
+
+A quintic regression spline is fitted to the samples, with knots every few of them. It passes whatever is slower than
+its knots undistorted to the sixth order, has smooth velocities, and takes samples of any spacing. How many samples go
+to a knot is decided by generalised cross-validation (Craven and Wahba, Numer. Math. 31, 1979), so that neither the
+noise nor the rig's time scale need be known.
+
+What the noise does to anything computed from the smooth motion is seen by measuring again: noise like that of the
+samples is added, and the same spline is fitted (Cook and Stefanski, J. Am. Stat. Assoc. 89, 1994).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy.interpolate import BSpline, make_lsq_spline
+
+from cdp_ident.errors import TrialError
+
+Array = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
+
+DEGREE = 5
+FEWEST = 4 * (DEGREE + 1)
+"""Samples below which there is nothing to smooth."""
+_PER_KNOT = (1.2, 1.4, 1.7, 2.0, 2.5, 3.2, 4.0, 5.0, 6.4, 8.0, 10.0, 12.8, 16.0, 20.0, 25.6, 32.0)
+"""Samples a knot that are tried; more than enough follow, in the same proportion, where even the last is too few."""
+_TRIED = 4000
+"""Samples by which the knots are chosen: those of the liveliest stretch."""
+_LONGEST_GAP = 2.0
+"""Distance of neighbouring samples, in distances of knots, across which nothing is known of the motion."""
+
+_END = 3.0
+"""Distances of knots from either end within which a spline's slopes are poor."""
+
+
+@dataclass(frozen=True)
+class SmoothMotion:
+    """A motion on an even grid of times, and the same as it could have been measured again."""
+
+    time: Array
+    """(m,) times of the grid [s]."""
+    values: Array
+    """(1 + copies, m, k) smoothed angles [rad] and whatever else was measured; the copies have more noise."""
+    rates: Array
+    """(1 + copies, m, k) their rates of change [1/s]."""
+    known: Mask
+    """(m,) where there are samples near enough."""
+    noise: Array
+    """(k, k) covariance of what the samples scatter by about the smooth motion."""
+    per_knot: float
+    """Samples that went to a knot."""
+
+    @property
+    def spacing(self) -> float:
+        """Distance of the grid's times [s]."""
+        return float(self.time[1] - self.time[0])
+
+
+def smooth(time: Array, samples: Array, spacing: float, copies: int, rng: np.random.Generator) -> SmoothMotion:
+    """Smooth samples and give them on a grid, as measured and as if measured again.
+
+    Args:
+        time: (n,) times of the samples [s], strictly increasing, of any spacing.
+        samples: (n, k) what was measured: angles [rad], a cart's position [m].
+        spacing: of the grid [s].
+        copies: how often to measure again.
+        rng: where the noise of the copies comes from.
+
+    Raises:
+        TrialError: there are too few samples.
+    """
+    if len(time) < FEWEST:
+        raise TrialError(f"there are only {len(time)} samples; a smooth motion needs at least {FEWEST}")
+    per_knot = _samples_per_knot(*_liveliest(time, samples))
+    spline = _fit(time, samples, per_knot)
+    fitted = spline(time)
+    freedom = len(time) - _unknowns(len(time), per_knot)
+    noise = np.atleast_2d((samples - fitted).T @ (samples - fitted)) / freedom
+    at = np.arange(time[0], time[-1], spacing)
+    again = rng.multivariate_normal(np.zeros(len(noise)), noise, (copies, len(time)), method="svd")
+    sheets = [spline] if copies == 0 else [spline, _fit(time, np.moveaxis(again, 0, 1), per_knot)]
+    at_grid = [(sheet(at), sheet.derivative()(at)) for sheet in sheets]
+    values, rates = (own[None] for own in at_grid[0])
+    for noisy_values, noisy_rates in at_grid[1:]:
+        values = np.concatenate([values, values + np.moveaxis(noisy_values, 1, 0)])
+        rates = np.concatenate([rates, rates + np.moveaxis(noisy_rates, 1, 0)])
+    gap = np.diff(time)
+    knots = per_knot * float(np.median(gap))
+    index = np.clip(np.searchsorted(time, at, side="right") - 1, 0, len(gap) - 1)
+    inside = (at > time[0] + _END * knots) & (at < time[-1] - _END * knots)
+    return SmoothMotion(at, values, rates, inside & (gap[index] <= _LONGEST_GAP * knots), noise, per_knot)
+
+
+def _liveliest(time: Array, samples: Array) -> tuple[Array, Array]:
+    """Return the stretch of at most `_TRIED` samples in which most happens."""
+    changes = np.concatenate([[0.0], np.cumsum(np.sum(np.diff(samples, axis=0) ** 2, axis=1))])
+    count = min(_TRIED, len(time))
+    first = int(np.argmax(changes[count - 1 :] - changes[: len(changes) - count + 1]))
+    return time[first : first + count], samples[first : first + count]
+
+
+def _samples_per_knot(time: Array, samples: Array) -> float:
+    """Return the samples a knot with the least generalised cross-validation."""
+    best, least = _PER_KNOT[0], np.inf
+    scale: Array = np.zeros(samples.shape[1])
+    for per_knot in _PER_KNOT:
+        unknowns = _unknowns(len(time), per_knot)
+        if unknowns < DEGREE + 2:
+            break
+        left = np.mean((samples - _fit(time, samples, per_knot)(time)) ** 2, axis=0) / (1 - unknowns / len(time)) ** 2
+        if not np.any(scale):
+            scale = np.where(left > 0, left, np.inf)
+        score = float(np.sum(left / scale))
+        if score < least:
+            best, least = per_knot, score
+    return best
+
+
+def _unknowns(samples: int, per_knot: float) -> int:
+    return int((samples - 1) / per_knot) + DEGREE
+
+
+def _fit(time: Array, samples: Array, per_knot: float) -> BSpline:
+    places = np.linspace(0, len(time) - 1, _unknowns(len(time), per_knot) - DEGREE + 1)[1:-1]
+    inner = np.interp(places, np.arange(len(time)), time)
+    knots = np.concatenate([np.full(DEGREE + 1, time[0]), inner, np.full(DEGREE + 1, time[-1])])
+    return make_lsq_spline(time, samples, knots, DEGREE, method="norm-eq")

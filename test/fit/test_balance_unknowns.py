@@ -1,0 +1,36 @@
+import numpy as np
+
+from cdp_ident.fit.balance_unknowns import COUPLING, MOMENT, Mechanism, Piece, Unknowns
+from cdp_ident.model.effects.catalogue import CATALOGUE
+from cdp_ident.model.effects.effect import TorqueEffect
+
+EFFECTS = {effect.key: effect for effect in CATALOGUE if isinstance(effect, TorqueEffect)}
+
+
+def test_unknowns_are_named_as_the_model_names_them():
+    unknowns = Unknowns((EFFECTS["joint_spring.outer"],), ("outer",), constant_coupling=True, length_free=True)
+    assert unknowns.names == (
+        "A23_over_A22", "A33_over_A22", "a1_over_A22", "c1_over_A22", "c2_over_A22", MOMENT, COUPLING,
+        "coulomb_friction.outer.torque", "joint_spring.outer.stiffness", "joint_spring.outer.torque",
+    )  # fmt: skip
+
+
+def test_only_what_may_be_negative_has_no_lower_limit():
+    unknowns = Unknowns((EFFECTS["gravity_tilt.base"],), ("inner",), constant_coupling=True)
+    lower, upper = unknowns.limits
+    free = {name for name, limit in zip(unknowns.names, lower, strict=True) if limit < 0}
+    assert free == {COUPLING, "gravity_tilt.base.tilt"}
+    assert np.all(lower < upper)
+
+
+def test_an_effect_s_column_is_its_torque_over_its_strength(measured):
+    mechanism = Mechanism(0.4, 9.81, 0.4)
+    piece = Piece.of(measured(noise=1e-4), mechanism.time_unit)
+    effects = (EFFECTS["quadratic_friction.outer"], EFFECTS["joint_spring.inner"])
+    rows = mechanism.rows([piece], Unknowns(effects), 0.1, np.zeros(5))
+    quadratic, stiffness, torque = np.moveaxis(rows.columns[0][..., 5:], -1, 0)
+    assert np.allclose(quadratic[:, 0], 0.0), "a torque of the outer joint is not in the sum of both rods' equations"
+    assert np.std(quadratic[:, 1]) > 0.1
+    assert np.allclose(torque[:, 0], -1.0)
+    assert np.allclose(torque[:, 1], 0.0)
+    assert np.std(stiffness[:, 0]) > 0.1

@@ -1,0 +1,78 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cdp_ident.errors import IdentificationError
+from cdp_ident.fit.scales import scales_of
+from cdp_ident.trial.trial import Trial
+from reference.own_units import Rig
+
+G = 9.81
+NOISE = np.full(2, 1e-3)
+WHIRLING = np.array([0.24, 0.3, 0.0, 0.0])
+
+
+def test_the_paper_s_rig_has_the_paper_s_scales(measured):
+    scales = scales_of([measured()], 0.4, G, NOISE)
+    assert scales.step == pytest.approx(0.005, rel=1e-3)
+    assert scales.window == pytest.approx(2.5, rel=1e-3)
+    assert scales.shortest_piece == pytest.approx(0.1, rel=0.02)
+    assert scales.half_width == pytest.approx(0.05, rel=0.25)
+    assert scales.plausible
+
+
+@pytest.mark.parametrize("length", [0.05, 0.17, 2.0])
+def test_the_same_motion_of_another_size_has_the_same_scales_in_its_own_time(measured, length):
+    own, other = (scales_of([measured(length=of, rate=40.0 / np.sqrt(of / G))], of, G, NOISE) for of in (0.4, length))
+    shrink = np.sqrt(length / 0.4)
+    for name in ("time_unit", "step", "window", "shortest_piece", "half_width"):
+        assert getattr(other, name) == pytest.approx(shrink * getattr(own, name), rel=1e-3), name
+    assert other.rest_speed == pytest.approx(own.rest_speed / shrink, rel=1e-3)
+    assert other.together == own.together
+
+
+def test_a_faster_motion_has_finer_steps_and_shorter_pieces(measured):
+    own, fast = (
+        scales_of([measured(rate=1000.0, start=start)], 0.4, G, NOISE)
+        for start in (np.array([2.0, 2.6, 0.0, 0.0]), WHIRLING)
+    )
+    assert fast.pace > 1.5 * own.pace
+    assert fast.step < 0.7 * own.step
+    assert fast.half_width < own.half_width
+
+
+def test_windows_are_shorter_where_the_motion_cannot_be_followed_so_far(measured, true_groups):
+    groups, _ = true_groups(Rig(A23=0.5, A33=0.4, a1=1.4, c1=0.02, c2=0.01), 0.4)
+    trial = measured(rate=400.0, noise=1e-2, start=WHIRLING, units=30.0)
+    calm = measured(rate=400.0, noise=1e-3)
+    lost = scales_of([trial], 0.4, G, np.full(2, 1e-2), groups)
+    assert lost.shortest_piece <= lost.window < 1.5
+    assert scales_of([calm], 0.4, G, NOISE, groups).window == pytest.approx(2.5, rel=1e-3)
+
+
+def test_more_noise_needs_wider_neighbourhoods_and_hides_slower_motion(measured):
+    quiet, loud = (scales_of([measured(noise=n)], 0.4, G, np.full(2, n)) for n in (1e-4, 1e-2))
+    assert loud.half_width > 1.5 * quiet.half_width
+    assert np.all(loud.rest_speed > 10 * quiet.rest_speed)
+
+
+def test_a_fast_recording_is_averaged_and_a_slow_one_is_not(measured):
+    fast, slow = (scales_of([measured(rate=rate)], 0.4, G, NOISE) for rate in (2000.0, 100.0))
+    assert fast.together == 10
+    assert fast.left_out == fast.samples - fast.samples // 10
+    assert slow.together == 1
+    assert slow.left_out == 0
+
+
+def test_angles_in_degrees_or_a_length_in_centimetres_are_no_pendulum(measured):
+    trial = measured()
+    degrees = replace(trial, theta=np.rad2deg(trial.theta))
+    assert not scales_of([degrees], 0.4, G, NOISE).plausible
+    assert not scales_of([measured(units=60.0)], 40.0, G, NOISE).plausible
+
+
+def test_too_few_samples_are_told():
+    few = Trial("few", np.arange(10) / 100.0, np.zeros((10, 2)))
+    with pytest.raises(IdentificationError, match=r"time unit of a rig with L = 0\.4 m"):
+        scales_of([few], 0.4, G, NOISE)

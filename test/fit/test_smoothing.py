@@ -1,0 +1,50 @@
+import numpy as np
+import pytest
+
+from cdp_ident.errors import TrialError
+from cdp_ident.fit.smoothing import smooth
+from reference.own_units import Rig, motion
+
+RIG = Rig(A23=0.5, A33=0.4, a1=1.4, c1=0.02, c2=0.01)
+START = np.array([2.0, 2.6, 0.0, 0.0])
+
+
+def smoothed(rate, noise, copies=4):
+    rng = np.random.default_rng(2)
+    time = np.arange(0.0, 40.0, 1.0 / rate)
+    samples = motion(RIG, START, time)[:, :2] + rng.normal(scale=noise, size=(len(time), 2))
+    return smooth(time, samples, 0.025, copies, rng)
+
+
+@pytest.mark.parametrize("rate", [10.0, 40.0, 200.0])
+@pytest.mark.parametrize("noise", [1e-5, 1e-3, 1e-2])
+def test_speeds_are_as_good_as_what_is_measured_again_says(rate, noise):
+    smooth_motion = smoothed(rate, noise)
+    truth = motion(RIG, START, smooth_motion.time)[:, 2:]
+    known = smooth_motion.known
+    error = np.std((smooth_motion.rates[0] - truth)[known])
+    again = np.std((smooth_motion.rates[1:] - smooth_motion.rates[0])[:, known])
+    assert error < 2 * again
+
+
+@pytest.mark.parametrize("noise", [1e-4, 1e-3, 1e-2])
+def test_the_noise_is_seen_in_what_is_left(noise):
+    assert np.sqrt(np.diag(smoothed(40.0, noise).noise)) == pytest.approx(noise, rel=0.1)
+
+
+def test_more_noise_takes_more_samples_to_a_knot():
+    assert smoothed(100.0, 1e-2).per_knot > 2 * smoothed(100.0, 1e-5).per_knot
+
+
+def test_across_a_gap_nothing_is_known():
+    time = np.arange(0.0, 40.0, 0.025)
+    samples = motion(RIG, START, time)[:, :2]
+    kept = (time < 10.0) | (time > 12.0)
+    gap = smooth(time[kept], samples[kept], 0.025, 1, np.random.default_rng(0))
+    assert not np.any(gap.known[(gap.time > 10.1) & (gap.time < 11.9)])
+    assert np.mean(gap.known[(gap.time > 1.0) & (gap.time < 9.5)]) == 1.0
+
+
+def test_too_few_samples_are_told():
+    with pytest.raises(TrialError, match="only 10 samples"):
+        smooth(np.arange(10.0), np.zeros((10, 2)), 0.1, 1, np.random.default_rng(0))
