@@ -39,7 +39,7 @@ class Found:
 def found(truth: Truth) -> Found:
     """Identify a truth's rig from its first trials, and trace what is left to effects."""
     trials = _trials(truth.trials)
-    options = IdentifyOptions(prior=Prior(nominal=truth.nominal))
+    options = IdentifyOptions(prior=Prior(nominal=truth.setting.nominal))
     traced = trace(identify(trials[:FIT_TRIALS], trials[FIT_TRIALS:], options))
     named = []
     for effect in traced.effects:

@@ -15,7 +15,7 @@ from rich.table import Table
 
 from cdp_ident.identification.genetic_options import IGA, TGA
 from cdp_ident.identification.genetic_search import genetic_search
-from reference.search_problem import LOWER, UPPER, twin_objective
+from scenarios.search_problem import LOWER, UPPER, twin_objective
 
 SEEDS = 10  # the interval in the table is that of ten
 ALGORITHMS = {

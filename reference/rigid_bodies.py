@@ -20,7 +20,7 @@ Array = npt.NDArray[np.float64]
 
 _STEP = 1.5e-3
 """Step over the root of the inner rod's length, which the motion's own time goes with [s / m^0.5]."""
-_FINE = 1.0 / 256.0
+_FINE = 1.0 / 128.0
 """A step in which a joint with dry friction turns round is so much shorter."""
 _STILL = 1e-6
 """A joint of this rate is stuck [rad/s]."""
@@ -60,9 +60,10 @@ def path(plant: Plant, start: Sequence[float] | Array, times: Array) -> Path:
         rows.append(np.stack([data.qpos, data.qvel, data.qacc]))
         if moments[-1] >= times[-1]:
             break
+        # Near rest; longer steps also make the engine spread a turn of the friction over higher rates.
         rates, changes = np.abs(data.qvel[-2:]), np.abs(data.qacc[-2:])
-        turning = np.any(dry & (rates > _STILL) & (rates < 2.0 * step * changes))
-        model.opt.timestep = step * _FINE if turning else step
+        turning = dry & (rates > _STILL) & (rates < 2.0 * step * changes)
+        model.opt.timestep = step * _FINE if turning.any() else step
         mujoco.mj_step(model, data)
         moments.append(moments[-1] + model.opt.timestep)
     places, speeds, changes = np.moveaxis(np.array(rows), 1, 0)

@@ -12,8 +12,8 @@ from cdp_ident.identification.identifiability import Tradeoff, identifiability, 
 from cdp_ident.identification.identify import IdentifyOptions, identify
 from cdp_ident.identification.prior import Prior
 from cdp_ident.model.parameters import GROUPS, SYMBOLS, groups_of
-from reference.clean_bags import clean_trials
 from reference.pendulum import TABLE_5
+from scenarios.clean_bags import clean_trials
 
 
 @cache

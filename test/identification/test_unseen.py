@@ -6,7 +6,7 @@ import pytest
 from cdp_ident.identification.identify import IdentifyOptions, identify
 from cdp_ident.identification.unseen import judge_unseen
 from reference.pendulum import TABLE_3, TABLE_5
-from reference.twin import twin
+from scenarios.twin import twin
 
 NOISE = 5e-4
 

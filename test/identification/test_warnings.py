@@ -11,7 +11,7 @@ import pytest
 from cdp_ident.identification.identify import IdentifyOptions, identify
 from cdp_ident.identification.prior import Prior
 from cdp_ident.identification.warnings import find_warnings
-from reference.clean_bags import clean_trials
+from scenarios.clean_bags import clean_trials
 
 
 @cache

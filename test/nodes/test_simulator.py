@@ -25,7 +25,7 @@ from cdp_ident.model.time_grid import DEFAULT_STEP
 from cdp_ident.replay.stream import MotionStream
 from cdp_ident.trial.load import load_trial
 from cdp_ident.trial.trial import Trial
-from reference.clean_bags import write_clean_bags
+from scenarios.clean_bags import write_clean_bags
 
 Start = Callable[..., Any]
 Array = NDArray[np.float64]

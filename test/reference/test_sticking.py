@@ -111,8 +111,9 @@ STRIBECK = DryFriction(0.05, 0.1, 0.4)
     ],
 )
 def test_agrees_with_events_of_scipy_s_integrator(inner, outer):
-    states = motion(TABLE_5, START, TIMES, inner, outer)
-    assert np.abs(states - WithScipy(TABLE_5, (inner, outer)).motion(START, TIMES)).max() < 1e-9
+    times = TIMES[:901]
+    states = motion(TABLE_5, START, times, inner, outer)
+    assert np.abs(states - WithScipy(TABLE_5, (inner, outer)).motion(START, times)).max() < 1e-9
 
 
 @pytest.mark.parametrize("values", [TABLE_2, TABLE_5])

@@ -7,7 +7,7 @@ import pytest
 
 from cdp_ident.identification.identify import Identification, IdentifyOptions, identify
 from cdp_ident.tracing import instants
-from reference.hidden_truths import hidden_truth
+from scenarios.hidden_truths import hidden_truth
 
 
 @pytest.fixture(scope="module")

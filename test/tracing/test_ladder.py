@@ -9,7 +9,7 @@ from cdp_ident.identification.refinement import refine_from_afar
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.tracing.evidence import Attempt
 from cdp_ident.tracing.ladder import _Climber
-from reference.hidden_truths import FIT_TRIALS, hidden_truth
+from scenarios.hidden_truths import FIT_TRIALS, hidden_truth
 
 BY_KEY = {effect.key: effect for effect in CATALOGUE}
 
