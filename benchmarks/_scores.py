@@ -49,7 +49,7 @@ class Score:
     """Whether more than noise is said to remain."""
     description: str = ""
     seconds: float = 0.0
-    """How long the package took."""
+    """Processor time of the package: what it would take on one core that has nothing else to do."""
     strengths: tuple[dict[str, Any], ...] = field(default=())
     """Of all that is hidden: strength, and how visible it is over the noise."""
 
