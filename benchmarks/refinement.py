@@ -28,7 +28,7 @@ from cdp_ident.model.parameters import coefficients_of, groups_of, physical_coef
 from cdp_ident.model.trajectory import trajectory, trajectory_with_derivatives
 from cdp_ident.trial.trial import Trial
 from reference.pendulum import TABLE_3, TABLE_5, Array
-from reference.start_given import CLOSE, PRIOR, Arrival, StartGiven, search_and_refine
+from scenarios.start_given import CLOSE, PRIOR, Arrival, StartGiven, search_and_refine
 
 with warnings.catch_warnings():
     warnings.simplefilter("ignore", UserWarning)  # that it cannot plot

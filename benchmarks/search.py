@@ -15,7 +15,7 @@ from rich.table import Table
 
 from cdp_ident.search.genetic_search import genetic_search
 from cdp_ident.search.options import IGA, TGA
-from reference.search_problem import LOWER, UPPER, twin_objective
+from scenarios.search_problem import LOWER, UPPER, twin_objective
 
 SEEDS = 10  # the interval in the table is that of ten
 ALGORITHMS = {

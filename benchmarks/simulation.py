@@ -21,8 +21,8 @@ from cdp_ident.model.parameters import coefficients_of, groups_of, physical_coef
 from cdp_ident.model.population import Population, Segment
 from cdp_ident.model.simulation import simulate
 from reference.pendulum import TABLE_3, TABLE_5, motion
-from reference.search_problem import LOWER, UPPER
-from reference.twin import TEN_SECONDS
+from scenarios.search_problem import LOWER, UPPER
+from scenarios.twin import TEN_SECONDS
 
 Array = npt.NDArray[np.float64]
 

@@ -15,10 +15,10 @@ import numpy.typing as npt
 from scipy.integrate import odeint
 from scipy.interpolate import CubicHermiteSpline
 
-from cdp_ident.trial.trial import Trial
 from reference import hidden_effects as effects
 from reference.hidden_effects import HiddenEffect, Motion, State, Values
 from reference.pendulum import TABLE_2, TABLE_3, TABLE_5, accelerations
+from reference.truths import Measured
 
 Array = npt.NDArray[np.float64]
 
@@ -279,7 +279,7 @@ def _start(rng: np.random.Generator) -> Array:
     return np.array(TABLE_3) * rng.uniform(0.8, 1.2, 4)
 
 
-def hidden_truth(kind: str, seed: int, visible: float | None = None) -> tuple[list[Trial], Answer]:
+def hidden_truth(kind: str, seed: int, visible: float | None = None) -> tuple[list[Measured], Answer]:
     """Return three trials of a pendulum, the last one to be held out, and the answer sheet.
 
     Args:
@@ -313,5 +313,5 @@ def hidden_truth(kind: str, seed: int, visible: float | None = None) -> tuple[li
         acting = _one_trial([(h.effect, h.strength) for h in hidden], index)
         shown = encoders(values, acting, start, moments)
         counted = np.round((shown + rng.normal(scale=noise, size=shown.shape)) / step) * step
-        trials.append(Trial(f"{kind} {seed}.{index}", moments, _angles(counted)))
+        trials.append(Measured(f"{kind} {seed}.{index}", moments, _angles(counted)))
     return trials, Answer(values, tuple(hidden), sheet_noise)

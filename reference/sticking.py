@@ -1,7 +1,6 @@
 """The motion of a pendulum with dry friction as it is: joints that stick and break away, each event located."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -10,6 +9,7 @@ from reference.compilation import compiled
 from reference.dry_friction import NO_FRICTION, DryFriction
 from reference.mechanics import Rig
 from reference.modes import change_mode, end_of_mode, first_modes
+from reference.plant import Path, Plant
 from reference.stepping import STAGES, STATES, System, find_rates, step
 from reference.torques import Torque, table
 
@@ -23,24 +23,6 @@ _SHORTEST = 1e-12
 _MOST_EVENTS = 100_000
 _DONE, _TOO_SMALL, _TOO_MANY = range(3)
 _WRONG = {_TOO_SMALL: "the steps became too small", _TOO_MANY: f"there are more than {_MOST_EVENTS} events"}
-
-
-@dataclass(frozen=True)
-class Path:
-    """A motion at given times, and what happened on the way."""
-
-    times: Array
-    """(n,) [s]"""
-    states: Array
-    """(n, 4) theta1, theta2 [rad], omega1, omega2 [rad/s]."""
-    accelerations: Array
-    """(n, 2) alpha1, alpha2 [rad/s^2]."""
-    cart: Array
-    """(n,) the cart's position [m]."""
-    event_times: Array
-    """(m,) when a joint stopped, broke away or turned round [s]."""
-    event_modes: npt.NDArray[np.int64]
-    """(m, 2) what the inner and the outer joint do from then on: 0 stuck, 1 or -1 slipping that way."""
 
 
 def motion(
@@ -64,21 +46,19 @@ def motion(
     Raises:
         ArithmeticError: the motion could not be followed.
     """
-    return path(Rig(values), start, times, inner, outer, torques).states
+    return path(Plant(Rig(values), inner, outer, tuple(torques)), start, times).states
 
 
-def path(
-    rig: Rig,
-    start: Sequence[float] | Array,
-    times: Array,
-    inner: DryFriction = NO_FRICTION,
-    outer: DryFriction = NO_FRICTION,
-    torques: Sequence[Torque] = (),
-    tolerance: float = TOLERANCE,
-) -> Path:
-    """Return all about a motion, also over a cart that is free; see `motion`. The cart begins at rest at 0."""
+def path(plant: Plant, start: Sequence[float] | Array, times: Array, tolerance: float = TOLERANCE) -> Path:
+    """Return all about a plant's motion, see `motion`; a cart that is free begins at rest at 0.
+
+    Raises:
+        ArithmeticError: the motion could not be followed.
+    """
+    frictions = (plant.inner, plant.outer)
     system = (
-        rig.array, table(torques), np.array([inner.array, outer.array]), np.array([inner.any, outer.any])
+        plant.rig.array, table(plant.torques), np.array([friction.array for friction in frictions]),
+        np.array([friction.any for friction in frictions]),
     )  # fmt: skip
     begin = np.zeros(STATES)
     begin[:4] = start

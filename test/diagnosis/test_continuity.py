@@ -12,7 +12,7 @@ from cdp_ident.fit.refinement import refine
 from cdp_ident.fit.windows import cut_into_windows
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.parameters import groups_of
-from reference.twin import standard_twin
+from scenarios.twin import standard_twin
 
 
 def fit_of(seed=0, length=0.4, duration=2.5, keep=lambda window: True):

@@ -11,7 +11,7 @@ from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.parameters import SYMBOLS, groups_of
 from cdp_ident.trial.trial import Trial
 from reference.pendulum import TABLE_5
-from reference.twin import TEN_SECONDS, standard_motion, standard_twin
+from scenarios.twin import TEN_SECONDS, standard_motion, standard_twin
 
 PRIOR = Prior()
 MODEL = MotionModel(Mechanism.of(PRIOR))

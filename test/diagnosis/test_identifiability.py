@@ -13,8 +13,8 @@ from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.prior import Prior
 from cdp_ident.model.parameters import GROUPS, SYMBOLS, groups_of
 from cdp_ident.pipeline.identify import identify
-from reference.clean_bags import clean_trials
 from reference.pendulum import TABLE_5
+from scenarios.clean_bags import clean_trials
 
 
 @cache

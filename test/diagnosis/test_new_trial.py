@@ -7,7 +7,7 @@ from cdp_ident.diagnosis.new_trial import check_new_trial
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.pipeline.identify import identify
 from reference.pendulum import TABLE_3, TABLE_5
-from reference.twin import twin
+from scenarios.twin import twin
 
 NOISE = 5e-4
 

@@ -14,7 +14,7 @@ from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.parameters import SYMBOLS, groups_of
 from cdp_ident.trial.trial import Trial
 from reference.pendulum import TABLE_3, TABLE_5
-from reference.twin import TEN_SECONDS, standard_motion, standard_twin
+from scenarios.twin import TEN_SECONDS, standard_motion, standard_twin
 
 MODEL = MotionModel(Mechanism.of(Prior()))
 TRUTH = groups_of([TABLE_5[symbol] for symbol in SYMBOLS], TABLE_5["L"])

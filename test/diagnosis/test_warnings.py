@@ -12,7 +12,7 @@ from cdp_ident.diagnosis.warnings import find_warnings
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.prior import Prior
 from cdp_ident.pipeline.identify import identify
-from reference.clean_bags import clean_trials
+from scenarios.clean_bags import clean_trials
 
 
 @cache

@@ -14,8 +14,8 @@ from cdp_ident.fit.windows import cut_into_windows
 from cdp_ident.model.parameters import SYMBOLS, groups_of, physical_coefficients
 from cdp_ident.model.simulation import simulate
 from reference.pendulum import TABLE_5
-from reference.start_given import CLOSE, StartGiven, search_and_refine
-from reference.twin import standard_twin
+from scenarios.start_given import CLOSE, StartGiven, search_and_refine
+from scenarios.twin import standard_twin
 
 PRIOR = Prior()
 MODEL = MotionModel(Mechanism.of(PRIOR))

@@ -13,7 +13,7 @@ from cdp_ident.model.effects.effect import SensorEffect
 from cdp_ident.model.parameters import GROUPS, SYMBOLS, coefficients_of, groups_of
 from cdp_ident.trial.trial import Trial
 from reference.pendulum import TABLE_3, TABLE_5
-from reference.twin import standard_twin
+from scenarios.twin import standard_twin
 
 EFFECTS = {effect.key: effect for effect in CATALOGUE}
 SENSORS = [effect.key for effect in CATALOGUE if isinstance(effect, SensorEffect)]

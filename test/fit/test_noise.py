@@ -8,7 +8,7 @@ from cdp_ident.model.parameters import physical_coefficients
 from cdp_ident.model.simulation import simulate
 from cdp_ident.trial.trial import Trial
 from reference.pendulum import TABLE_3, TABLE_5
-from reference.twin import TEN_SECONDS, as_measured, standard_motion
+from scenarios.twin import TEN_SECONDS, as_measured, standard_motion
 
 
 def measured(noise, counts_per_turn=None, seed=0):

@@ -15,9 +15,9 @@ from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.parameters import SYMBOLS, groups_of, physical_coefficients
 from cdp_ident.model.simulation import simulate
 from cdp_ident.trial.trial import Trial
-from reference.hidden_truths import hidden_truth
 from reference.pendulum import TABLE_3, TABLE_5, motion
-from reference.twin import TEN_SECONDS, as_measured, standard_twin
+from scenarios.hidden_truths import hidden_truth
+from scenarios.twin import TEN_SECONDS, as_measured, standard_twin
 
 PRIOR = Prior()
 MODEL = MotionModel(Mechanism.of(PRIOR))

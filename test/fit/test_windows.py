@@ -11,7 +11,7 @@ from cdp_ident.fit.windows import cart_acceleration, cut_into_windows, split
 from cdp_ident.model.simulation import simulate
 from cdp_ident.trial.trial import Trial
 from reference.pendulum import TABLE_3
-from reference.twin import standard_twin
+from scenarios.twin import standard_twin
 
 TWIN = standard_twin(np.random.default_rng(0))
 

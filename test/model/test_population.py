@@ -9,7 +9,7 @@ from cdp_ident.model.population import Population, Segment, input_at_half_steps
 from cdp_ident.model.simulation import simulate
 from cdp_ident.model.time_grid import TimeGrid
 from reference.pendulum import TABLE_3, TABLE_5, TIME, cart_acceleration
-from reference.twin import twin
+from scenarios.twin import twin
 
 CART = 0.05 * sympy.sin(5 * TIME)
 

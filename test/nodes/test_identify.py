@@ -21,8 +21,8 @@ from cdp_ident.model.parameters import GROUPS, NOMINAL
 from cdp_ident.nodes.identify import main
 from cdp_ident.report.folder import FILES
 from cdp_ident.ros.topics import latched
-from reference.clean_bags import write_clean_bags
 from reference.pendulum import TABLE_5
+from scenarios.clean_bags import write_clean_bags
 
 ROOT = Path(__file__).parents[2]
 BAGS = Path(tempfile.gettempdir()) / f"cdp_ident_clean_bags_{os.getpid()}"

@@ -26,7 +26,7 @@ from cdp_ident.replay.stream import MotionStream
 from cdp_ident.ros.topics import latched
 from cdp_ident.trial.load import load_trial
 from cdp_ident.trial.trial import Trial
-from reference.clean_bags import write_clean_bags
+from scenarios.clean_bags import write_clean_bags
 
 Start = Callable[..., Any]
 Array = NDArray[np.float64]

@@ -5,7 +5,7 @@ import sys
 from cdp_ident.commands.report import main as draw_again
 from cdp_ident.nodes.identify import main
 from cdp_ident.report.folder import CURVES, FITTED, PAGE, REPORT
-from reference.clean_bags import write_clean_bags
+from scenarios.clean_bags import write_clean_bags
 
 
 def test_without_plotly_numbers_and_curves_are_safe_and_are_drawn_later(tmp_path, capsys, monkeypatch):

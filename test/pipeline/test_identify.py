@@ -13,7 +13,7 @@ from cdp_ident.model.simulation import simulate
 from cdp_ident.pipeline.identify import identify
 from cdp_ident.trial.trial import Trial
 from reference.pendulum import TABLE_3, TABLE_5
-from reference.twin import TEN_SECONDS, as_measured
+from scenarios.twin import TEN_SECONDS, as_measured
 
 STARTS = {"first": TABLE_3, "second": (2.2, 2.0, 0.0, 0.0), "third": (2.4, 4.5, 0.0, 0.0)}
 TRUTH = groups_of([TABLE_5[symbol] for symbol in SYMBOLS], TABLE_5["L"])

@@ -9,7 +9,7 @@ from cdp_ident.errors import OptionError
 from cdp_ident.model import parallel
 from cdp_ident.search.genetic_search import genetic_search
 from cdp_ident.search.options import IGA, METHODS, TGA
-from reference.search_problem import LOWER, PAPER_IGA_ERROR, UPPER, twin_objective
+from scenarios.search_problem import LOWER, PAPER_IGA_ERROR, UPPER, twin_objective
 
 IMPROVEMENTS = (
     "hamming_pairing",

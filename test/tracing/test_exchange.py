@@ -11,7 +11,7 @@ from cdp_ident.pipeline.identify import identify
 from cdp_ident.tracing.evidence import Attempt
 from cdp_ident.tracing.exchange import alternatives, exchange_effects
 from cdp_ident.tracing.selection import Progress
-from reference.hidden_truths import FIT_TRIALS, hidden_truth
+from scenarios.hidden_truths import FIT_TRIALS, hidden_truth
 
 BY_KEY = {effect.key: effect for effect in CATALOGUE}
 

@@ -6,7 +6,7 @@ import pytest
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.pipeline.identify import identify
 from cdp_ident.tracing.trace import Trace, trace
-from reference.hidden_truths import FIT_TRIALS, Answer, hidden_truth
+from scenarios.hidden_truths import FIT_TRIALS, Answer, hidden_truth
 
 FIT_TO_THE_NOISE = 1.2
 

@@ -9,7 +9,7 @@ from cdp_ident.diagnosis.identification import Identification
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.pipeline.identify import identify
 from cdp_ident.tracing import instants
-from reference.hidden_truths import hidden_truth
+from scenarios.hidden_truths import hidden_truth
 
 
 @pytest.fixture(scope="module")

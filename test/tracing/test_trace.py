@@ -8,7 +8,7 @@ import pytest
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.pipeline.identify import identify
 from cdp_ident.tracing.trace import trace
-from reference.twin import TEN_SECONDS, twin
+from scenarios.twin import TEN_SECONDS, twin
 
 TORQUE = 0.004
 STARTS = ((math.pi + 1.5, math.pi + 0.8, 0.0, 0.0), (math.pi - 1.1, math.pi + 1.4, 0.0, 0.0), (4.4, 4.0, 0.0, 0.0))

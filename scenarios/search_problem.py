@@ -7,7 +7,7 @@ import numpy as np
 from cdp_ident.model.parameters import PARAMETERS, coefficients_of, groups_of
 from cdp_ident.model.population import Population, Segment
 from reference.pendulum import TABLE_2, TABLE_3, Array
-from reference.twin import twin
+from scenarios.twin import twin
 
 LOWER = np.array([parameter.nominal * parameter.lower_factor for parameter in PARAMETERS])
 UPPER = np.array([parameter.nominal * parameter.upper_factor for parameter in PARAMETERS])

@@ -18,7 +18,7 @@ from cdp_ident.model.population import Population, Segment
 from cdp_ident.search.genetic_search import genetic_search
 from cdp_ident.trial.trial import Trial
 from reference.pendulum import TABLE_3, TABLE_5
-from reference.twin import standard_twin
+from scenarios.twin import standard_twin
 
 CLOSE = 1.05
 """Squared error over the truth's own at which an optimizer has arrived."""

@@ -1,0 +1,60 @@
+"""The package as a user has it: trials and nominal values in, names and errors out. Nothing else here imports it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from cdp_ident.fit.options import IdentifyOptions
+from cdp_ident.fit.prior import Prior
+from cdp_ident.pipeline.identify import identify
+from cdp_ident.tracing.trace import trace
+from cdp_ident.trial.trial import Trial
+from reference.truths import FIT_TRIALS, Measured, Truth
+
+
+@dataclass(frozen=True)
+class Named:
+    """An effect that was named."""
+
+    key: str
+    identity: tuple[str, str]
+    """Name and joint."""
+    also_possible: tuple[tuple[str, str], ...]
+    """Those of effects that are said to be as possible."""
+
+
+@dataclass(frozen=True)
+class Found:
+    """What the package makes of a truth's trials."""
+
+    named: tuple[Named, ...]
+    before: float
+    """Error on the trial that it never saw, without effects [rad]."""
+    after: float
+    """The same with the effects that it named [rad]."""
+    remains: bool
+    """Whether more than noise is said to remain."""
+    description: str
+    """Of what remains."""
+
+
+def found(truth: Truth) -> Found:
+    """Identify a truth's rig from its first trials, and trace what is left to effects."""
+    trials = _trials(truth.trials)
+    options = IdentifyOptions(prior=Prior(nominal=truth.setting.nominal))
+    traced = trace(identify(trials[:FIT_TRIALS], trials[FIT_TRIALS:], options))
+    named = []
+    for effect in traced.effects:
+        own = effect.active.effect
+        others = (other.split()[:2] for other in effect.also_possible)
+        named.append(Named(own.key, (own.name, str(own.joint)), tuple((name, joint) for name, joint in others)))
+    return Found(
+        tuple(named),
+        traced.ladder.before.holdout.rmse(),
+        traced.after.holdout.rmse(),
+        traced.unexplained.significant,
+        traced.unexplained.description,
+    )
+
+
+def _trials(measured: Sequence[Measured]) -> list[Trial]:
+    return [Trial(trial.name, trial.time, trial.theta) for trial in measured]
