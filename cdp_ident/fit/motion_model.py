@@ -99,7 +99,7 @@ class MotionModel:
 
     @cached_property
     def states(self) -> int:
-        """Numbers in an initial state: theta1, theta2, omega1, omega2, and what effects bring (see `Torques.states`)."""
+        """Numbers in an initial state: theta1, theta2, omega1, omega2, and what effects bring; see `Torques.states`."""
         moves = any(isinstance(a.effect, TorqueEffect) and a.effect.form is Form.BASE for a in self.effects)
         return Torques.count_of_states(moves)
 

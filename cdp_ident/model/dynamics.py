@@ -139,7 +139,10 @@ def rates_of(
         u: the cart's acceleration [m/s^2].
         modes: (2,) of the inner and the outer joint.
         coefficients: (7,) `COEFFICIENTS`.
-        table: with values, lanes_of and constants: the effects (`Torques`).
+        table: the effects, as `Torques` has them, like the next three.
+        values: their parameters.
+        lanes_of: the lanes of these.
+        constants: of the mechanism.
         base: row of the effect of form BASE, -1 without one.
         slopes: (2, 11 + parameters) scratch for laws.
         torque_by_state: (2, n) takes the derivatives of the effects' torques by the state.

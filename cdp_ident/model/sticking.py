@@ -35,7 +35,20 @@ def settle(
         modes: (2,) takes the joints' modes.
         dry: (2,) which joints have dry friction.
         loose: the joint that has just broken loose, whose holding torque is in `sums`; -1 for none.
-        coefficients: this and all the others as `rates_of` takes them.
+        coefficients: as `rates_of` takes them, like all that follow.
+        table: likewise.
+        values: likewise.
+        lanes_of: likewise.
+        constants: likewise.
+        base: likewise.
+        slopes: likewise.
+        torque_by_state: likewise.
+        torque_by_lane: likewise.
+        sums: likewise.
+        by_state: likewise.
+        direct: likewise.
+        rates: likewise.
+        row: likewise.
     """
     for joint in range(2):
         if dry[joint]:

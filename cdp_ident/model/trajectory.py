@@ -325,7 +325,8 @@ def _trajectory(
                 # At the beginning, and after a mode has ended.
                 settle(
                     state, time + done * step, _input(inputs, done), modes, dry, loose, coefficients, table, values,
-                    lanes_of, constants, base, slopes, torque_by_state, torque_by_lane, sums, by_state, direct, rates, 0,
+                    lanes_of, constants, base, slopes, torque_by_state, torque_by_lane, sums, by_state, direct, rates,
+                    0,
                 )  # fmt: skip
                 if lanes > 0:
                     if crossed >= 0:

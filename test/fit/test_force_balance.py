@@ -12,8 +12,8 @@ from cdp_ident.model.parameters import physical_coefficients
 from cdp_ident.model.simulation import simulate
 from cdp_ident.model.time_grid import TimeGrid
 from cdp_ident.trial.trial import Trial
-from reference.pendulum import TABLE_5
 from reference.own_units import Rig
+from reference.pendulum import TABLE_5
 
 SHARED = Path(__file__).parents[3] / "shared" / "data"
 DROPS = SHARED / "dfki_drops"

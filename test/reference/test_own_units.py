@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from reference.pendulum import TABLE_5, accelerations
 from reference.own_units import Rig, motion
+from reference.pendulum import TABLE_5, accelerations
 
 START = np.array([2.0, 2.6, 0.0, 0.0])
 TIME = np.arange(2000) * 0.05

@@ -126,7 +126,7 @@ def _both(
             linear=False,
             turns_over=turns_over,
             contains=contains,
-        )  # fmt: skip
+        )
         for joint in joints
     )
 
