@@ -1,42 +1,43 @@
 """The balance of forces of the recorded motion, without any parameter known beforehand.
 
-The equations of motion of a zero-input double pendulum are linear in six lumped numbers (all relative to A22):
-A = A23, B = A33, c1, c2 and the gravity terms G1 = a1 g, G2 = m2 l2 g. Multiplied with a test function that vanishes at
-the ends of a short window and integrated by parts they need no accelerations (the weak form: Messenger and Bortz,
-J. Comput. Phys. 443, 2021). With s, c the sine and cosine of theta1 - theta2, and w1, w2 the angular velocities,
+The equations of motion of a zero-input double pendulum are linear in lumped numbers (all relative to A22): A = A23,
+B = A33, c1, c2, the gravity terms G1 = a1 g, G2 = m2 l2 g, the joints' dry friction k1, k2, and the constant coupling D
+of a geared rotor that turns with the outer joint. Multiplied with a test function that vanishes at the ends of a short
+window and integrated by parts they need no accelerations (the weak form: Messenger and Bortz, J. Comput. Phys. 443,
+2021). With s, c the sine and cosine of theta1 - theta2, w1, w2 the angular velocities, and d1, d2 the directions in
+which the joints turn, the signs of w1 and w2 - w1,
 
-    w1' + A [(c w2)' + s w1 w2] + c1 w1 + c2 (w1 - w2) = G1 (sin theta1 - cos theta1 u / g)
-    A [(c w1)' - s w1 w2] + B w2' + c2 (w2 - w1)       = G2 (sin theta2 - cos theta2 u / g)
+    w1' + A [(c w2)' + s w1 w2] + D w2' + c1 w1 + c2 (w1 - w2) + k1 d1 - k2 d2 = G1 (sin theta1 - cos theta1 u / g)
+    A [(c w1)' - s w1 w2] + D w1' + B w2' + c2 (w2 - w1) + k2 d2               = G2 (sin theta2 - cos theta2 u / g)
 
 holds in every window in which nothing but gravity, the joints' friction and the cart's measured acceleration u acts.
-Where it does not hold with the numbers of the other windows, a hand was at work, or the angles do not mean what they
-are taken to mean.
+Zeros of the angles that are off by e1, e2 add, to first order, the derivatives of the terms with A, G1 and G2 by the
+angles, times E12 = A (e1 - e2), E1 = G1 e1 and E2 = G2 e2. A joint that stands still is held by any friction.
+Where the balance does not hold with the numbers of the other windows, a hand was at work, or the angles do not mean
+what they are taken to mean.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.model.parameters import NOMINAL
 from cdp_ident.trial.kinematics import local_motion
+from cdp_ident.trial.scales import Scales, sampling_step
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
-SPACING = 0.01
-"""Time between the centres of neighbouring windows [s]."""
 WINDOW = 25
-"""Grid points of a window: 0.24 s from its first to its last."""
-
-_TRIMMED_ROUNDS = 12
-_STRETCH = 100
-"""Windows of a stretch that the fit may begin with: 1 s of motion."""
-_MOST_STRETCHES = 24
-_AGREEMENT = 0.05
-"""Unexplained torque, as a share of gravity's, with which a window agrees with a fit."""
-_SMALLEST_GRAVITY = 0.1
-"""A rod whose gravity torque is less than this share of the other's is measured against that share."""
+"""Grid points of a window: 1.2 units of the motion's time scale from its first to its last."""
+COLUMNS = ("A", "B", "c1", "c2", "G1", "G2", "k1", "k2", "D", "E12", "E1", "E2")
+"""The lumped numbers in their order."""
+_STICKS = 0.5
+"""A joint whose friction may point anywhere to more than this share sticks."""
+_NOISE_SAMPLES = 2000
+_CUBIC_AT_CENTRE = 2.25
+"""A cubic fitted to N samples follows the noise of the one in the middle by this over N."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +45,7 @@ class Motion:
     """The motion of one piece of a recording on a grid of times."""
 
     time: Array
-    """(m,) times of the grid [s], spaced by SPACING."""
+    """(m,) times of the grid [s], spaced by `scales.spacing`."""
     angles: Array
     """(m, 2) theta1, theta2, or the positions of the inner and outer joint that they are made of [rad]."""
     rates: Array
@@ -53,56 +54,59 @@ class Motion:
     """(m,) position of the cart [m]."""
     cart_velocity: Array
     """(m,) velocity of the cart [m/s]."""
+    scales: Scales
+    noise: Array
+    """(2,) variance that the noise of the angles gives to the acceleration over a window [(rad/s^2)^2]."""
 
 
 @dataclass(frozen=True)
-class Lumped:
-    """Lumped numbers fitted to windows of motion."""
+class Windows:
+    """The balance of forces in windows of a motion."""
 
-    values: Array
-    """(6,) A, B, c1, c2, G1, G2, relative to A22 [1, 1, 1/s, 1/s, 1/s^2, 1/s^2]."""
-    unexplained: float
-    """Share of the inner rod's acceleration that is unexplained in the windows fitted to (rms over rms)."""
-    spread: float
-    """Median of the unexplained `torques` of those windows."""
+    coefficients: Array
+    """(k, 2, 12) of the lumped numbers, in the order of `COLUMNS`."""
+    target: Array
+    """(k, 2) what they must add up to [rad/s^2]."""
+    slack: Array
+    """(k, 2) how far the direction of each joint's dry friction is open, as the joint is slow: 0 to 1."""
+    noise: Array
+    """(k, 2) variance of the noise of the accelerations of both rods [(rad/s^2)^2]."""
 
-    @property
-    def is_mechanism(self) -> bool:
-        """Whether there is a double pendulum with these numbers: positive inertias, and gravity that pulls down."""
-        A, B, *_, G1, G2 = self.values
-        return bool(A > 0 and A**2 < B and G1 > 0 and G2 > 0)
+    def __getitem__(self, chosen: Mask | npt.NDArray[np.int64]) -> "Windows":
+        """Return some of the windows."""
+        return Windows(self.coefficients[chosen], self.target[chosen], self.slack[chosen], self.noise[chosen])
 
-    @property
-    def is_mechanism_upside_down(self) -> bool:
-        """Whether there is one if gravity pulls up: half a turn of both rods changes the sign of its terms alone."""
-        return replace(self, values=self.values * (1, 1, 1, 1, -1, -1)).is_mechanism
-
-    @property
-    def is_mechanism_with_outer_rod_turned(self) -> bool:
-        """Whether there is one if the outer rod alone is half a turn on: that changes the signs of A and G2."""
-        return replace(self, values=self.values * (-1, 1, 1, 1, 1, -1)).is_mechanism
+    def __len__(self) -> int:
+        """Return how many there are."""
+        return len(self.target)
 
 
-def motion_on_grid(time: Array, angles: Array, cart: Array | None) -> Motion:
-    """Estimate angles and velocities on a grid from samples: time (n,) [s], angles (n, 2) [rad], cart (n,) [m]."""
-    at = np.arange(time[0], time[-1], SPACING)
-    cart = np.zeros(len(time)) if cart is None else cart
-    values, slopes = local_motion(time, np.column_stack([angles, cart]), at)
-    return Motion(at, values[:, :2], slopes[:, :2], values[:, 2], slopes[:, 2])
+def joined(parts: list[Windows]) -> Windows:
+    """Return the windows of several motions as one."""
+    return Windows(*(np.concatenate([getattr(part, name) for part in parts]) for name in Windows.__dataclass_fields__))
 
 
-def windows(motion: Motion) -> tuple[Array, Array]:
-    """Return the balance of each window of a motion that is given in theta1 and theta2.
+def motion_on_grid(time: Array, angles: Array, cart: Array | None, scales: Scales | None = None) -> Motion:
+    """Estimate angles and velocities on a grid from samples: time (n,) [s], angles (n, 2) [rad], cart (n,) [m].
 
-    Returns:
-        Coefficients (k, 2, 6) of the lumped numbers and what they must add up to (k, 2) [rad/s^2], for the k windows
-        of WINDOW grid points that fit into the motion.
+    Without `scales` they are those of this motion.
     """
+    scales = scales or Scales.of(time, angles)
+    at = np.arange(time[0], time[-1], scales.spacing)
+    cart = np.zeros(len(time)) if cart is None else cart
+    values, slopes = local_motion(time, np.column_stack([angles, cart]), at, scales.half_width)
+    noise = _noise(time, angles, scales) ** 2 * _gain(time, scales)
+    return Motion(at, values[:, :2], slopes[:, :2], values[:, 2], slopes[:, 2], scales, noise)
+
+
+def windows(motion: Motion) -> Windows:
+    """Return the balance of each window of WINDOW grid points that fits into a motion given in theta1 and theta2."""
     theta1, theta2 = motion.angles.T
     w1, w2 = motion.rates.T
     v, g = motion.cart_velocity, NOMINAL["g"]
     s, c = np.sin(theta1 - theta2), np.cos(theta1 - theta2)
-    value, slope = _test_function()
+    direction1, direction2 = np.tanh(w1 / motion.scales.slow), np.tanh((w2 - w1) / motion.scales.slow)
+    value, slope = _test_function(motion.scales.spacing)
 
     def integral(values: Array) -> Array:
         return np.asarray(np.convolve(values, value, mode="valid"), dtype=float)
@@ -115,13 +119,22 @@ def windows(motion: Motion) -> tuple[Array, Array]:
         # cos(theta) u = (cos(theta) v)' + sin(theta) w v
         return -integral(np.sin(theta)) + (derivative(np.cos(theta) * v) + integral(np.sin(theta) * w * v)) / g
 
-    zero = np.zeros(len(motion.time) - len(value) + 1)
+    zero = np.zeros(max(0, len(motion.time) - WINDOW + 1))
+    if not len(zero):
+        empty = np.empty((0, 2))
+        return Windows(np.empty((0, 2, len(COLUMNS))), empty, empty, empty)
     inner = [
         derivative(c * w2) + integral(s * w1 * w2),
         zero,
         integral(w1),
         integral(w1 - w2),
         gravity(theta1, w1),
+        zero,
+        integral(direction1),
+        -integral(direction2),
+        derivative(w2),
+        integral(c * w1 * w2) - derivative(s * w2),
+        -integral(np.cos(theta1)),
         zero,
     ]
     outer = [
@@ -131,61 +144,69 @@ def windows(motion: Motion) -> tuple[Array, Array]:
         integral(w2 - w1),
         zero,
         gravity(theta2, w2),
+        zero,
+        integral(direction2),
+        derivative(w1),
+        -integral(c * w1 * w2) - derivative(s * w1),
+        zero,
+        -integral(np.cos(theta2)),
     ]
     coefficients = np.stack([np.stack(inner, axis=-1), np.stack(outer, axis=-1)], axis=1)
-    return coefficients, np.stack([-derivative(w1), zero], axis=-1)
+    slack = [integral(1 - np.abs(direction)) for direction in (direction1, direction2)]
+    return Windows(
+        coefficients,
+        np.stack([-derivative(w1), zero], axis=-1),
+        np.stack(slack, axis=-1),
+        np.tile(motion.noise, (len(zero), 1)),
+    )
 
 
-def fit_lumped(coefficients: Array, target: Array, trusted: Mask) -> Lumped:
-    """Fit the lumped numbers to the windows of which most agree, whatever the others say.
-
-    Of the windows `trusted` (k,) to show motion, the half that fits worst is left out (least trimmed squares with
-    concentration steps: Rousseeuw and Van Driessen, 2006). The fit begins with that of the short stretch with which
-    most windows of the recording agree, so that a hand cannot draw it to its own motion.
-    """
-    coefficients, target = coefficients[trusted], target[trusted]
-    stretches = np.array_split(np.arange(len(target)), max(1, min(_MOST_STRETCHES, len(target) // _STRETCH)))
-    fits = [_least_squares(coefficients[stretch], target[stretch]) for stretch in stretches]
-    values = max(fits, key=lambda fit: np.count_nonzero(torques(coefficients, target, fit) < _AGREEMENT))
-    keep = (len(target) + 1) // 2
-    chosen: npt.NDArray[np.int64] = np.empty(0, dtype=np.int64)
-    for _ in range(_TRIMMED_ROUNDS):
-        error = np.linalg.norm(residual(coefficients, target, values), axis=1)
-        best = np.asarray(np.sort(np.argsort(error, kind="stable")[:keep]))
-        if np.array_equal(best, chosen):
-            break
-        chosen = best
-        values = _least_squares(coefficients[chosen], target[chosen])
-    left = residual(coefficients[chosen], target[chosen], values)
-    whole = float(np.linalg.norm(target[chosen]))
-    spread = float(np.median(torques(coefficients[chosen], target[chosen], values)))
-    return Lumped(values, float(np.linalg.norm(left)) / whole if whole > 0 else np.inf, spread)
-
-
-def torques(coefficients: Array, target: Array, values: Array) -> Array:
-    """Return the torque that is unexplained in each window (k,), as a share of gravity's largest on the same rod."""
-    gravity = np.abs(values[4:])
-    gravity = np.maximum(gravity, max(_SMALLEST_GRAVITY * gravity.max(), 1e-12))
-    return np.asarray(np.max(np.abs(residual(coefficients, target, values)) / gravity, axis=1))
-
-
-def residual(coefficients: Array, target: Array, values: Array) -> Array:
+def residual(balance: Windows, values: Array) -> Array:
     """Return what the lumped numbers leave unexplained in each window (k, 2) [rad/s^2]."""
-    return np.asarray(coefficients @ values - target)
+    return np.asarray(balance.coefficients @ values - balance.target)
 
 
-def _least_squares(coefficients: Array, target: Array) -> Array:
-    # Columns are scaled so that a joint that hardly moves does not decide about the others through rounding.
-    columns = coefficients.reshape(-1, 6)
-    scale = np.linalg.norm(columns, axis=0)
-    scale[scale == 0] = 1.0
-    return np.asarray(np.linalg.lstsq(columns / scale, target.ravel(), rcond=1e-9)[0] / scale)
+def torques(balance: Windows, values: Array, smallest_gravity: float = 0.1) -> Array:
+    """Return the torque that is unexplained in each window (k,), as a share of gravity's largest on the same rod.
+
+    What friction may do in a joint that is slow is no torque: the dry friction that the motion shows, and between rods
+    that turn as one any, as no hand outside acts from one on the other. A rod whose gravity torque is less than
+    `smallest_gravity` times the other's is measured against that.
+    """
+    on_inner, on_outer = residual(balance, values).T
+    gravity = np.abs(values[4:6])
+    gravity = np.maximum(gravity, max(smallest_gravity * gravity.max(), 1e-12))
+    held1, held2 = (balance.slack * np.abs(values[6:8])).T
+    held2 = np.where(balance.slack[:, 1] > _STICKS, np.maximum(held2, gravity[1]), held2)
+    by_outer_joint = np.clip(-on_outer, -held2, held2)
+    on_outer, on_inner = on_outer + by_outer_joint, on_inner - by_outer_joint
+    on_inner = on_inner + np.clip(-on_inner, -held1, held1)
+    return np.asarray(np.maximum(np.abs(on_inner) / gravity[0], np.abs(on_outer) / gravity[1]))
 
 
-def _test_function() -> tuple[Array, Array]:
+def _test_function(spacing: float) -> tuple[Array, Array]:
     """Return weights that integrate a value, and its derivative by parts, against (1 - x^2)^3 scaled to one."""
     x = np.linspace(-1, 1, WINDOW)
     bump = (1 - x**2) ** 3
-    slope = -6 * x * (1 - x**2) ** 2 / (SPACING * (WINDOW - 1) / 2)
+    slope = -6 * x * (1 - x**2) ** 2 / (spacing * (WINDOW - 1) / 2)
     # By parts, a derivative is minus the value against the slope; np.convolve reverses the odd slope: minus once more.
     return bump / bump.sum(), slope / bump.sum()
+
+
+def _noise(time: Array, angles: Array, scales: Scales) -> Array:
+    """Return the standard deviation of each angle about smooth motion (k,) [rad], by its median."""
+    every = max(1, len(time) // _NOISE_SAMPLES)
+    values, _ = local_motion(time, angles, time[::every], scales.half_width)
+    together = max(6.0, 2 * scales.half_width / sampling_step(time))
+    median = np.median(np.abs(angles[::every] - values), axis=0)
+    return np.asarray(1.4826 * median / np.sqrt(1 - _CUBIC_AT_CENTRE / together))
+
+
+def _gain(time: Array, scales: Scales) -> float:
+    """Return the variance of a window's acceleration where the angles have white noise of variance one [1/s^4]."""
+    step = sampling_step(time)
+    at = np.asarray(np.linspace(-0.5, 0.5, WINDOW) * (WINDOW - 1) * scales.spacing, dtype=float)
+    beside = max(6, round((at[-1] + scales.half_width) / step) + 1)
+    times = np.arange(-beside, beside + 1) * step
+    _, slopes = local_motion(times, np.eye(len(times)), at, scales.half_width)
+    return float(np.sum((_test_function(scales.spacing)[1] @ slopes) ** 2))

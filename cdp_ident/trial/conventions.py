@@ -14,23 +14,25 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.errors import TrialError
-from cdp_ident.trial.balance import Lumped, Motion, fit_lumped, windows
+from cdp_ident.trial.balance import Motion, Windows, joined, windows
 from cdp_ident.trial.joints import model_angles
+from cdp_ident.trial.lumped import Lumped, fit_lumped
 from cdp_ident.trial.options import OuterAngle, TrialOptions, Zero
+from cdp_ident.trial.wording import KEYS, Wording
 
 Mask = npt.NDArray[np.bool_]
 
-_FEWEST_WINDOWS = 100
-"""Windows that show motion, below which nothing can be said: one second's worth."""
-_MUCH_BETTER = 0.33
-"""Another meaning must leave less than this share of the residual to speak against the one given."""
-_GOOD = 0.02
+GOOD = 0.02
 """Unexplained share of the acceleration that is no evidence against a meaning."""
+_FEWEST_WINDOWS = 100
+"""Windows that show motion, below which nothing can be said: five units of its time scale."""
+_MUCH_BETTER = 0.5
+"""Another meaning must leave less than this share of the residual to speak against the one given."""
 _CLEAR = 0.01
 """A coupling, and one rod's gravity as a share of the other's, that is more than an error of the fit."""
 _NO_PENDULUM = 0.25
 """Unexplained share above which the motion is not that of a free double pendulum."""
-_EVIDENT = 0.05
+_EVIDENT = 0.1
 """Unexplained share up to which wrong signs are evidence of a wrong zero, not of a hand."""
 
 
@@ -38,21 +40,36 @@ _EVIDENT = 0.05
 class Balance:
     """The balance of forces of some motions, under one meaning of their angles."""
 
-    windows: tuple[tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]], ...]
-    """Of each motion: coefficients and target, as `balance.windows` returns them."""
+    windows: tuple[Windows, ...]
+    """Of each motion."""
     lumped: Lumped
 
 
 def in_model_angles(motion: Motion, options: TrialOptions) -> Motion:
     """Return a motion of the recorded joints as one of theta1 and theta2."""
     still = model_angles(np.zeros((1, 2)), options)
+    of_inner, of_outer = motion.noise
     return replace(
-        motion, angles=model_angles(motion.angles, options), rates=model_angles(motion.rates, options) - still
+        motion,
+        angles=model_angles(motion.angles, options),
+        rates=model_angles(motion.rates, options) - still,
+        noise=np.array([of_inner, of_outer + (of_inner if options.outer_angle == "relative" else 0.0)]),
     )
 
 
+def balance_of(motions: Sequence[Motion], moving: Sequence[Mask], options: TrialOptions) -> Balance | None:
+    """Return the balance of forces of motions of the recorded joints under a meaning; None with too little motion.
+
+    `moving` are, of each motion, the windows (as many as `balance.windows` returns) that show one.
+    """
+    if sum(np.count_nonzero(mask) for mask in moving) < _FEWEST_WINDOWS:
+        return None
+    parts = [windows(in_model_angles(motion, options)) for motion in motions]
+    return Balance(tuple(parts), fit_lumped(joined(parts), np.concatenate(moving)))
+
+
 def check_conventions(
-    motions: Sequence[Motion], moving: Sequence[Mask], options: TrialOptions
+    motions: Sequence[Motion], moving: Sequence[Mask], options: TrialOptions, wording: Wording = KEYS
 ) -> tuple[Balance | None, list[str]]:
     """Compare what the options say about the angles with the balance of forces.
 
@@ -60,6 +77,7 @@ def check_conventions(
         motions: of the recorded joints.
         moving: of each motion, the windows (as many as `balance.windows` returns) that show one.
         options: what the angles are taken to mean.
+        wording: how the user writes options.
 
     Returns:
         The balance under that meaning, or None where there is too little motion for one, and warnings.
@@ -67,50 +85,63 @@ def check_conventions(
     Raises:
         TrialError: the data contradict the options and `options.conventions` is "refuse".
     """
-    if sum(np.count_nonzero(mask) for mask in moving) < _FEWEST_WINDOWS:
+    given = balance_of(motions, moving, options)
+    if given is None:
         return None, ["there is too little motion to check the joints' conventions or to tell a hand from free motion"]
-    given = _balance(motions, moving, options)
-    meanings = [
+    others = [
         replace(options, outer_angle=outer_angle, outer_sign=outer_sign)
         for outer_angle, outer_sign in itertools.product(get_args(OuterAngle), (1, -1))
+        if (outer_angle, outer_sign) != (options.outer_angle, options.outer_sign)
     ]
-    fits = [(meaning, _balance(motions, moving, meaning).lumped) for meaning in meanings if meaning != options]
-    possible = [(meaning, fit) for meaning, fit in fits if fit.is_mechanism or fit.is_mechanism_upside_down]
-    other, fit = min(possible, key=lambda pair: pair[1].unexplained, default=(options, given.lumped))
-    turned = [(meaning, fit) for meaning, fit in fits if fit.is_mechanism_with_outer_rod_turned]
-    best, its_fit = min((*turned, (other, fit)), key=lambda pair: pair[1].unexplained)
-    if given.lumped.unexplained > _GOOD and its_fit.unexplained < _MUCH_BETTER * given.lumped.unexplained:
-        contradiction = _better(options, best, given.lumped, its_fit)
-    elif given.lumped.unexplained > (_NO_PENDULUM if given.lumped.is_mechanism else _EVIDENT):
+    fits = [(other, balance.lumped) for other in others if (balance := balance_of(motions, moving, other))]
+    best, fit = min(
+        ((other, fit) for other, fit in fits if _is_possible(fit)),
+        key=lambda pair: pair[1].unexplained,
+        default=(options, given.lumped),
+    )
+    unexplained = given.lumped.unexplained
+    if unexplained > GOOD and fit.unexplained < _MUCH_BETTER * unexplained:
+        contradiction = _better(options, best, given.lumped, fit, wording)
+    elif unexplained > (_NO_PENDULUM if given.lumped.is_mechanism else _EVIDENT):
         contradiction = (
-            f"most of the motion is not that of a free double pendulum: {given.lumped.unexplained:.1%} of the inner "
-            "rod's acceleration is explained neither by gravity, coupling and friction nor by another meaning of the "
-            "angles; if a hand moves the rods for long, take the part without it by start and stop"
+            f"most of the motion is not that of a free double pendulum: {unexplained:.1%} of the inner rod's "
+            "acceleration is explained neither by gravity, coupling and friction nor by another meaning of the "
+            "angles: check columns, units and times; if a hand moves the rods for long, take the part without it by "
+            f"{wording.name('start')} and {wording.name('stop')}"
         )
-    elif given.lumped.is_mechanism:
-        ambiguous = other != options and fit.unexplained < given.lumped.unexplained / _MUCH_BETTER
-        return given, [_cannot_tell(options, other, given.lumped, fit)] if ambiguous else []
+    elif not given.lumped.is_mechanism:
+        contradiction = _wrong_signs(options, given.lumped, wording)
     else:
-        contradiction = _wrong_signs(options, given.lumped)
+        warnings = [_remains(unexplained)] if unexplained > GOOD else []
+        if best != options and _stands(fit) and fit.unexplained < max(unexplained / _MUCH_BETTER, GOOD / 2):
+            warnings.append(_cannot_tell(options, best, given.lumped, fit, wording))
+        return given, warnings
     if options.conventions == "refuse":
-        raise TrialError(f"{contradiction}; conventions: warn takes the data all the same")
+        raise TrialError(f"{contradiction}; {wording.insist}")
     return given, [contradiction]
 
 
-def _balance(motions: Sequence[Motion], moving: Sequence[Mask], options: TrialOptions) -> Balance:
-    balances = tuple(windows(in_model_angles(motion, options)) for motion in motions)
-    coefficients, target = (np.concatenate(part) for part in zip(*balances, strict=True))
-    return Balance(balances, fit_lumped(coefficients, target, np.concatenate(moving)))
+def _stands(fit: Lumped) -> bool:
+    """Return whether a pendulum is what it is with zeros that both rods share."""
+    return fit.is_mechanism or fit.is_mechanism_upside_down
 
 
-def _changes(options: TrialOptions, other: TrialOptions, fit: Lumped) -> str:
+def _is_possible(fit: Lumped) -> bool:
+    return _stands(fit) or fit.is_mechanism_with_outer_rod_turned or fit.is_mechanism_with_inner_rod_turned
+
+
+def _changes(options: TrialOptions, other: TrialOptions, fit: Lumped, wording: Wording) -> str:
     """Return which options would have to be set to what, for another meaning of the outer angle."""
     if fit.is_mechanism_upside_down:
         other = replace(other, zero=_opposite(other.zero))
     names = ("outer_angle", "outer_sign", "zero")
-    changes = [f"{name}: {getattr(other, name)}" for name in names if getattr(other, name) != getattr(options, name)]
+    changes = [
+        wording.setting(name, getattr(other, name)) for name in names if getattr(other, name) != getattr(options, name)
+    ]
     if fit.is_mechanism_with_outer_rod_turned:
         changes.append("the outer joint's zero half a turn on")
+    if fit.is_mechanism_with_inner_rod_turned:
+        changes.append("the inner joint's zero half a turn on")
     return " and ".join(changes)
 
 
@@ -118,28 +149,37 @@ def _opposite(zero: Zero) -> Zero:
     return "hanging" if zero == "upright" else "upright"
 
 
-def _better(options: TrialOptions, other: TrialOptions, given: Lumped, fit: Lumped) -> str:
+def _better(options: TrialOptions, other: TrialOptions, given: Lumped, fit: Lumped, wording: Wording) -> str:
     return (
-        f"the data contradict outer_angle: {options.outer_angle} with outer_sign: {options.outer_sign}, which leaves "
-        f"{given.unexplained:.1%} of the inner rod's acceleration unexplained: {_changes(options, other, fit)} leaves "
-        f"{fit.unexplained:.1%}; set that"
+        f"the data contradict {wording.setting('outer_angle', options.outer_angle)} with "
+        f"{wording.setting('outer_sign', options.outer_sign)}, which leaves {given.unexplained:.1%} of the inner rod's "
+        f"acceleration unexplained: {_changes(options, other, fit, wording)} leaves {fit.unexplained:.1%}; set that"
     )
 
 
-def _cannot_tell(options: TrialOptions, other: TrialOptions, given: Lumped, fit: Lumped) -> str:
+def _cannot_tell(options: TrialOptions, other: TrialOptions, given: Lumped, fit: Lumped, wording: Wording) -> str:
     return (
-        f"the data cannot tell outer_angle: {options.outer_angle} ({given.unexplained:.1%} unexplained) from "
-        f"{_changes(options, other, fit)} ({fit.unexplained:.1%}): make sure that it is right"
+        f"the data cannot tell {wording.setting('outer_angle', options.outer_angle)} ({given.unexplained:.1%} "
+        f"unexplained) from {_changes(options, other, fit, wording)} ({fit.unexplained:.1%}): make sure that it is "
+        "right"
     )
 
 
-def _wrong_signs(options: TrialOptions, given: Lumped) -> str:
+def _remains(unexplained: float) -> str:
+    return (
+        f"{unexplained:.1%} of the inner rod's acceleration is explained neither by gravity, coupling and friction nor "
+        "by noise: a zero, a unit, a time or a marker that is off, or an effect beyond these"
+    )
+
+
+def _wrong_signs(options: TrialOptions, given: Lumped, wording: Wording) -> str:
     """Say what half a turn of one zero would put right."""
-    A, *_, G1, G2 = given.values
+    A, _, _, _, G1, G2, *_ = given.values
     evidence = f"gravity terms of the rods {G1:+.1f} and {G2:+.1f} 1/s^2, coupling {A:+.2f}; all must be positive"
     if given.is_mechanism_upside_down:
-        return f"the data contradict zero: {options.zero} ({evidence}): set zero: {_opposite(options.zero)}"
-    is_clear = A < -_CLEAR and min(abs(G1), abs(G2)) > _CLEAR * max(abs(G1), abs(G2))
+        right = wording.setting("zero", _opposite(options.zero))
+        return f"the data contradict {wording.setting('zero', options.zero)} ({evidence}): set {right}"
+    is_clear = A < -_CLEAR and min(abs(G1), abs(G2)) > _CLEAR * max(abs(G1), abs(G2), 1.0)
     if is_clear and (G1 < 0) != (G2 < 0):
         joint = "inner" if G1 < 0 else "outer"
         return f"the zero of the {joint} joint is half a turn from where it is taken to be ({evidence}): set it anew"

@@ -40,16 +40,16 @@ class TrialOptions:
     """Nothing earlier after the first sample is used [s]."""
     stop: float = math.inf
     """Nothing later after the first sample is used [s]."""
-    longest_gap: float = 0.1
-    """A longer gap between samples [s] parts the recording: across it turns could be lost."""
+    longest_gap: float = 0.0
+    """A longer gap between samples parts the recording, as turns could be lost; 0: as the motion's speed asks [s]."""
     cart_limit: float = 0.01
-    """A cart that moves further within half a second [m] is being driven or pushed; less is measured motion."""
+    """A cart that moves further within about half a second [m] is being driven or pushed; less is measured motion."""
     hand_torque: float = 0.1
     """A torque on a rod beyond gravity and friction, as a share of gravity's largest on it, of a hand [1]."""
     rest_amplitude: float = 0.01
-    """A second in which neither rod moves more than this about its mean [rad rms] is rest."""
-    shortest: float = 2.0
-    """Zero-input motion shorter than this [s] is no trial."""
+    """A stretch in which neither rod moves more than this about its mean [rad rms] is rest."""
+    shortest: float = 0.0
+    """Zero-input motion shorter than this is no trial; 0: about a swing, as fast as this pendulum swings [s]."""
     conventions: Conventions = "refuse"
     """What to do where the data contradict zero, outer_angle or the signs: refuse the bag, or only warn."""
 
@@ -60,7 +60,10 @@ class TrialOptions:
         for name in ("inner_sign", "outer_sign", "cart_sign"):
             if getattr(self, name) not in (1, -1):
                 raise OptionError(f"{name} is {getattr(self, name)!r}: expected 1 or -1")
-        for name in ("longest_gap", "cart_limit", "hand_torque", "rest_amplitude", "shortest"):
+        for name in ("longest_gap", "shortest"):
+            if not 0 <= getattr(self, name) < math.inf:
+                raise OptionError(f"{name} is {getattr(self, name)!r}: expected a positive number, or 0")
+        for name in ("cart_limit", "hand_torque", "rest_amplitude"):
             if not 0 < getattr(self, name) < math.inf:
                 raise OptionError(f"{name} is {getattr(self, name)!r}: expected a positive number")
         if not 0 <= self.start < self.stop:

@@ -8,23 +8,31 @@ import numpy.typing as npt
 from scipy.ndimage import binary_closing, binary_dilation, maximum_filter1d, minimum_filter1d
 
 from cdp_ident.errors import TrialError
-from cdp_ident.trial.balance import SPACING, WINDOW, Motion, torques
+from cdp_ident.trial.balance import WINDOW, Motion, torques
 from cdp_ident.trial.conventions import Balance
 from cdp_ident.trial.options import TrialOptions
+from cdp_ident.trial.scales import PER_UNIT
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
-_REST_WINDOW = round(1.0 / SPACING)
-_CART_WINDOW = round(0.5 / SPACING)
-_KNOCK = round(0.1 / SPACING)
+_REST_WINDOW = 5 * PER_UNIT
+_CART_WINDOW = 5 * PER_UNIT // 2
+_KNOCK = PER_UNIT // 2
 """A torque that acts for no longer than this [grid points] is a knock, not a hand."""
-_NEAR = round(0.5 / SPACING)
+_NEAR = 5 * PER_UNIT // 2
 """A knock or a small torque so near [grid points] a hand is the hand's."""
 _TRACE = 0.3
 """Torque next to a hand that is the hand's too, as a share of what tells of one."""
 _NOISE = 14.0
 """A torque must exceed the median of the windows fitted to by this factor, which is about eight times their noise."""
+
+_FAST = 0.4
+"""Share of the typical speed at which the rods show what moves them."""
+_TURNING = 0.15
+"""Share of the typical speed at which a joint cannot be said to stick."""
+_FEWEST = 5 * PER_UNIT
+"""Windows without a joint that sticks, below which the others are taken too."""
 
 FREE, REST, CART, HAND = range(4)
 _CAUSES = {REST: "the rods are still", CART: "the cart is driven", HAND: "a hand is at the rods"}
@@ -50,7 +58,7 @@ class Part:
 
 
 def at_rest(motion: Motion, amplitude: float) -> Mask:
-    """Return which grid points (m,) lie in a second in which neither rod moves more than `amplitude` [rad rms]."""
+    """Return which grid points (m,) lie in a stretch in which neither rod moves more than `amplitude` [rad rms]."""
     deviation = motion.angles - np.median(motion.angles, axis=0)
     width = min(_REST_WINDOW, len(deviation))
     mean = np.ones(width) / width
@@ -60,20 +68,31 @@ def at_rest(motion: Motion, amplitude: float) -> Mask:
 
 
 def cart_driven(motion: Motion, limit: float) -> Mask:
-    """Return near which grid points (m,) the cart moves further than `limit` [m] within half a second."""
+    """Return near which grid points (m,) the cart moves further than `limit` [m] within 2.5 units of time."""
     travel = maximum_filter1d(motion.cart, _CART_WINDOW) - minimum_filter1d(motion.cart, _CART_WINDOW)
     return np.asarray(travel > limit)
 
 
 def moving_windows(motion: Motion, options: TrialOptions) -> Mask:
-    """Return which windows of the balance show the motion well: fast, for this motion, and the cart not driven."""
+    """Return which windows of the balance show the motion well.
+
+    The rods are fast, for this motion, the cart is not driven, and no joint sticks: while one does, meanings of the
+    angles that contradict each other can all be right. Where that leaves next to nothing, a joint may stick.
+    """
     idle = at_rest(motion, options.rest_amplitude) | cart_driven(motion, options.cart_limit)
     speed = np.linalg.norm(motion.rates, axis=1)
-    if np.all(idle):
+    if np.all(idle) or len(speed) < WINDOW:
         return np.zeros(max(0, len(speed) - WINDOW + 1), dtype=bool)
-    slow = speed < 0.4 * np.quantile(speed[~idle], 0.9)
+    typical = np.quantile(speed[~idle], 0.9)
     centre = slice(WINDOW // 2, len(speed) - WINDOW // 2)
-    return np.asarray(~(_covering(idle, WINDOW) | slow[centre]))
+    moving = np.asarray(~(_covering(idle, WINDOW) | (speed < _FAST * typical)[centre]))
+    inner, outer = motion.rates.T
+    # Whichever way the outer angle is meant, one of these is the speed of its joint.
+    rates = (inner, outer, outer - inner, outer + inner)
+    mean = np.ones(WINDOW) / WINDOW
+    slowest = np.min([np.convolve(rate**2, mean, mode="valid") for rate in rates], axis=0)
+    lively = moving & (slowest > (_TURNING * typical) ** 2)
+    return lively if np.count_nonzero(lively) >= _FEWEST else moving
 
 
 def find_parts(
@@ -87,7 +106,7 @@ def find_parts(
         causes[at_rest(motion, options.rest_amplitude)] = REST
         if balance:
             noise = _NOISE * balance.lumped.spread
-            acting = torques(*balance.windows[i], balance.lumped.values)
+            acting = torques(balance.windows[i], balance.lumped.values)
             hand, knocks = _lasting(acting > max(options.hand_torque, noise))
             # A hand that lets go gently, or catches so, pushes less at first: its traces next to it are its own.
             traces = acting > max(_TRACE * options.hand_torque, noise)
@@ -96,7 +115,7 @@ def find_parts(
             instants += [float(motion.time[at + WINDOW // 2]) for at in knocks if causes[at + WINDOW // 2] == FREE]
         causes[cart_driven(motion, options.cart_limit)] = CART
         changes = [0, *(np.flatnonzero(np.diff(causes)) + 1).tolist()]
-        edges = [*motion.time[changes].tolist(), float(motion.time[-1]) + SPACING]
+        edges = [*motion.time[changes].tolist(), float(motion.time[-1]) + motion.scales.spacing]
         parts += [Part(i, int(causes[at]), *edges[k : k + 2]) for k, at in enumerate(changes)]
     return parts, _knocks(instants)
 
@@ -112,7 +131,7 @@ def choose_part(parts: Sequence[Part], shortest: float) -> tuple[Part, list[str]
         found = f"the longest has {longest.duration:.2f} s" if longest else "there is none"
         causes = ", ".join(_describe(part) for part in parts if part.cause != FREE and part.duration > 0.05)
         raise TrialError(
-            f"no zero-input motion of at least {shortest} s: {found} ({causes or 'nothing else is there'})"
+            f"no zero-input motion of at least {shortest:.3g} s: {found} ({causes or 'nothing else is there'})"
         )
     notes = [f"cut {_describe(part)}" for part in parts if part.cause != FREE]
     notes += [

@@ -90,7 +90,7 @@ def test_a_whole_number_may_stand_for_a_real_one_and_a_number_in_text_too():
         ({"trial.topic": 3}, "expected text"),
         ({"method": "sga"}, "expected one of '', 'iga', 'tga'"),
         ({"trial.zero": "down"}, "trial.zero is 'down': expected one of 'upright', 'hanging'"),
-        ({"trial.shortest": 0.0}, "trial.shortest is 0.0: expected a positive number"),
+        ({"trial.shortest": -1.0}, "trial.shortest is -1.0: expected a positive number"),
         ({"L": 0.0}, "L is 0.0; it must be a positive number"),
         ({"g": math.inf}, "g is inf; it must be a positive number"),
         ({"nominal.m1": -1.0}, "nominal.m1 is -1.0"),

@@ -7,10 +7,16 @@ import numpy as np
 import pytest
 
 from cdp_ident.errors import BagError, TrialError
+from cdp_ident.model.effects.catalogue import CATALOGUE
+from cdp_ident.model.effects.constants import effect_constants
+from cdp_ident.model.parameters import NOMINAL, physical_coefficients
+from cdp_ident.model.simulation import simulate
+from cdp_ident.model.trajectory import Torques
 from cdp_ident.trial.load import load_trial
 from cdp_ident.trial.options import TrialOptions
 
 MEASURED = Path(__file__).parents[3] / "shared/data/multiarm_free_swing/free_swing_8s_56s_1kHz.csv.gz"
+DROPS = Path(__file__).parents[3] / "shared/data/dfki_drops"
 START = 1_700_000_000_000_000_000
 
 
@@ -222,14 +228,14 @@ def test_rods_at_rest_are_no_trial(recording, make_bag):
 
 def test_a_short_bag_is_no_trial(recording, make_bag):
     made = recording().carry(2.0, 2.5, 0.2).swing(1.0)
-    with pytest.raises(TrialError, match=r"hold no stretch of 2\.0 s"):
-        load_trial(bag_of(make_bag, made))
+    with pytest.raises(TrialError, match=r"hold no stretch of 2 s"):
+        load_trial(bag_of(make_bag, made), TrialOptions(shortest=2.0))
 
 
 def test_a_motion_that_is_soon_caught_is_no_trial(recording, make_bag):
     made = recording().carry(2.0, 2.5, 1.0).hold(2).swing(1.5).carry(2.5, 2.5, 0.5).hold(5)
-    with pytest.raises(TrialError, match=r"no zero-input motion of at least 2\.0 s.*a hand"):
-        load_trial(bag_of(make_bag, made))
+    with pytest.raises(TrialError, match=r"no zero-input motion of at least 2 s.*a hand"):
+        load_trial(bag_of(make_bag, made), TrialOptions(shortest=2.0))
 
 
 def test_missing_joints_are_named_with_those_that_are_there(swing, make_bag):
@@ -265,3 +271,57 @@ def test_a_measured_swing_is_free_motion_from_end_to_end(make_bag):
     assert np.allclose(trial.theta, table[:, 1:])
     with pytest.raises(TrialError, match="outer_angle: absolute leaves"):
         load_trial(bag)
+
+
+@pytest.mark.parametrize(
+    ("length", "rate", "seconds", "lost"), [(0.09, 500.0, 12.0, 0.0), (0.17, 100.0, 4.0, 0.1), (2.0, 60.0, 20.0, 0.0)]
+)
+def test_a_filmed_rig_of_any_size_is_taken_whole(make_bag, length, rate, seconds, lost):
+    time, theta = filmed(length, rate, seconds, lost)
+    bag = make_bag(START + np.round(time * 1e9).astype(np.int64), theta)
+    trial = load_trial(bag, TrialOptions(outer_angle="absolute"))
+    assert trial.duration == pytest.approx(time[-1], abs=3 / rate)
+    with pytest.raises(TrialError, match="outer_angle: absolute leaves"):
+        load_trial(bag)
+
+
+def filmed(length, rate, seconds, lost, noise=1e-3):
+    """Times and absolute angles of a pendulum of another size than Table 2's."""
+    size = length / 0.4
+    coefficients = physical_coefficients({**NOMINAL, "c1": 0.002, "c2": 0.0005})
+    coefficients = coefficients * [1, 1, 1 / size, size**-0.5, size**-0.5, 1 / size, 1]
+    time = np.arange(round(seconds * rate)) / rate
+    generator = np.random.default_rng(4)
+    theta = simulate(coefficients, np.array([2.0, 2.5, 0, 0]), time)[:, :2]
+    kept = generator.random(len(time)) >= lost
+    return time[kept], (theta + generator.normal(0, noise, theta.shape))[kept]
+
+
+def test_a_joint_that_sticks_for_good_is_no_hand(make_bag):
+    coefficients = physical_coefficients({**NOMINAL, "c1": 0.002, "c2": 0.0005})
+    dry = next(effect for effect in CATALOGUE if (effect.name, effect.joint) == ("coulomb_friction", "outer"))
+    constants = effect_constants(coefficients, NOMINAL["L"], 0.4)
+    friction = Torques.of([(dry, [0.3 * coefficients[5] * coefficients[6]])], constants)
+    time = np.arange(1600) * 0.005
+    theta = simulate(coefficients, np.array([2.2, 2.9, 0, 0]), time, torques=friction)[:, :2]
+    relative = theta[:, 1] - theta[:, 0]
+    assert np.ptp(relative[-800:]) < 0.1 < np.ptp(theta[-800:, 0])
+    noise = np.random.default_rng(2).normal(0, 3e-4, (len(time), 2))
+    trial = load_trial(
+        make_bag(START + np.round(time * 1e9).astype(np.int64), np.column_stack([theta[:, 0], relative]) + noise)
+    )
+    assert trial.duration == pytest.approx(time[-1], abs=0.02)
+
+
+@pytest.mark.skipif(not DROPS.exists(), reason="the recordings of the drops are not beside the repository")
+@pytest.mark.parametrize("number", [1, 2, 3])
+def test_a_drop_with_geared_drives_is_free_motion_from_the_release_to_the_end(make_bag, number):
+    with gzip.open(DROPS / f"drop{number}.csv.gz", "rt") as stream:
+        table = np.loadtxt(stream, delimiter=",", skiprows=1)
+    bag = make_bag(START + np.round(table[:, 0] * 1e9).astype(np.int64), table[:, 1:3])
+    trial = load_trial(bag, TrialOptions(zero="hanging"))
+    assert 5.0 <= trial.start <= 5.25
+    assert trial.start + trial.duration == pytest.approx(table[-1, 0], abs=0.02)
+    for wrong in ({"zero": "hanging", "outer_angle": "absolute"}, {"zero": "upright"}):
+        with pytest.raises(TrialError, match="contradict"):
+            load_trial(bag, TrialOptions(**wrong))

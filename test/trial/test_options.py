@@ -13,7 +13,7 @@ from cdp_ident.trial.options import TrialOptions
         ({"zero": "down"}, "expected one of upright, hanging"),
         ({"conventions": "ignore"}, "expected one of refuse, warn"),
         ({"inner_sign": 0}, "inner_sign is 0: expected 1 or -1"),
-        ({"shortest": 0.0}, "shortest is 0.0: expected a positive number"),
+        ({"shortest": -1.0}, "shortest is -1.0: expected a positive number, or 0"),
         ({"longest_gap": math.nan}, "longest_gap is nan"),
         ({"hand_torque": math.inf}, "hand_torque is inf"),
         ({"start": 5.0, "stop": 5.0}, "leave nothing"),

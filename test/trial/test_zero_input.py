@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from cdp_ident.errors import TrialError
-from cdp_ident.trial.balance import SPACING, motion_on_grid
+from cdp_ident.trial.balance import motion_on_grid
 from cdp_ident.trial.zero_input import CART, FREE, HAND, REST, Part, at_rest, cart_driven, choose_part
 
 TIME = np.arange(2000) * 0.005
@@ -13,10 +13,11 @@ def motion(angle, cart=None):
 
 
 def stretch(mask):
-    """First and last time of a mask that is one stretch."""
+    """First and last time of a mask over TIME's grid that is one stretch."""
+    spacing = (TIME[-1] - TIME[0]) / len(mask)
     marked = np.flatnonzero(mask)
     assert np.all(np.diff(marked) == 1)
-    return marked[0] * SPACING, marked[-1] * SPACING
+    return marked[0] * spacing, marked[-1] * spacing
 
 
 def test_rest_is_found_up_to_the_instant_at_which_motion_begins():
@@ -37,7 +38,7 @@ def test_the_turning_points_of_a_slow_swing_are_no_rest():
 
 def test_a_cart_is_driven_while_it_goes_far_in_a_short_time():
     cart = np.interp(TIME, [0, 5, 5.5, 10], [0, 0.004, 0.1, 0.104])
-    start, end = stretch(cart_driven(motion(TIME, cart), 0.01))
+    start, end = stretch(cart_driven(motion(4 * TIME, cart), 0.01))
     assert 4.5 <= start <= 5.1
     assert 5.4 <= end <= 6.0
 

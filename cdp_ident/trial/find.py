@@ -1,0 +1,94 @@
+"""From samples as recorded to the zero-input motion in them, checked against the physics."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from cdp_ident.errors import TrialError
+from cdp_ident.trial.balance import Motion, motion_on_grid
+from cdp_ident.trial.cleaning import Piece, clean
+from cdp_ident.trial.conventions import Balance, check_conventions
+from cdp_ident.trial.joints import Samples, model_angles
+from cdp_ident.trial.options import TrialOptions
+from cdp_ident.trial.scales import Scales
+from cdp_ident.trial.trial import Trial
+from cdp_ident.trial.wording import KEYS, Wording
+from cdp_ident.trial.zero_input import choose_part, find_parts, moving_windows
+
+_FEWEST_SAMPLES = 4
+"""Samples in one unit of the motion's time scale below which its velocities cannot be estimated."""
+
+
+@dataclass(frozen=True)
+class Found:
+    """A trial, and the motion of the whole recording that it was found in."""
+
+    trial: Trial
+    motions: tuple[Motion, ...]
+    """Of the recorded joints, one for each piece of the recording."""
+    moving: tuple[npt.NDArray[np.bool_], ...]
+    """Of each motion, the windows of the balance of forces that show it."""
+    balance: Balance | None
+    """Under the options' meaning of the angles; None where there is too little motion for one."""
+
+
+def find_trial(samples: Samples, options: TrialOptions, wording: Wording = KEYS) -> Found:
+    """Find the longest zero-input motion in samples of the joints, and check what the options say about the angles.
+
+    Args:
+        samples: as recorded.
+        options: what they mean, and what of them is taken.
+        wording: how the user writes options.
+
+    Raises:
+        TrialError: the data contradict the conventions, or there is no motion long enough.
+    """
+    taken = _between(samples, options, wording)
+    scales = Scales.of((taken.stamps - taken.stamps[0]) * 1e-9, model_angles(taken.angles, options))
+    longest_gap, shortest = options.longest_gap or scales.longest_gap, options.shortest or scales.shortest
+    pieces, notes = clean(taken, longest_gap, samples.stamps[0])
+    pieces = [piece for piece in pieces if _is_long_enough(piece, shortest, scales)]
+    if not pieces:
+        length = (taken.stamps[-1] - taken.stamps[0]) * 1e-9
+        rules = f"at least {_FEWEST_SAMPLES / scales.unit:.0f} samples a second and no gap over {longest_gap:.3g} s"
+        raise TrialError(
+            f"{len(taken.stamps)} samples over {length:.2f} s hold no stretch of {shortest:.3g} s with {rules}; "
+            f"{'; '.join(notes) or 'the recording is too short'}"
+        )
+    motions = tuple(motion_on_grid(piece.time, piece.angles, piece.cart, scales) for piece in pieces)
+    moving = tuple(moving_windows(motion, options) for motion in motions)
+    balance, warnings = check_conventions(motions, moving, options, wording)
+    parts, knocks = find_parts(motions, balance, options)
+    part, cuts = choose_part(parts, shortest)
+    piece = pieces[part.motion]
+    chosen = (piece.time >= part.start) & (piece.time <= part.stop)
+    time = piece.time[chosen]
+    trial = Trial(
+        name="",
+        time=time - time[0],
+        theta=model_angles(piece.angles[chosen], options),
+        cart=None if piece.cart is None else options.cart_sign * piece.cart[chosen],
+        start=float(time[0]),
+        notes=(*notes, *warnings, *cuts, *knocks),
+    )
+    return Found(trial, motions, moving, balance)
+
+
+def _between(samples: Samples, options: TrialOptions, wording: Wording) -> Samples:
+    """Return the samples from `start` to `stop` after the first."""
+    time = (samples.stamps - samples.stamps[0]) * 1e-9
+    chosen = (time >= options.start) & (time <= options.stop)
+    if not np.any(chosen):
+        raise TrialError(
+            f"no sample lies between {wording.name('start')} {options.start} s and {wording.name('stop')} "
+            f"{options.stop} s: the recording has {time[-1]:.2f} s"
+        )
+    cart = None if samples.cart is None else samples.cart[chosen]
+    return Samples(samples.stamps[chosen], samples.angles[chosen], cart)
+
+
+def _is_long_enough(piece: Piece, shortest: float, scales: Scales) -> bool:
+    duration = piece.time[-1] - piece.time[0]
+    enough = max(6.0, _FEWEST_SAMPLES * duration / scales.unit)
+    return bool(duration >= shortest and len(piece.time) >= enough)

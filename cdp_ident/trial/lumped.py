@@ -1,0 +1,209 @@
+"""The lumped numbers with which the balance of forces holds in most of a motion."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from cdp_ident.trial.balance import COLUMNS, Windows, residual, torques
+
+Array = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
+
+_TRIMMED_ROUNDS = 12
+_STRETCH = 100
+"""Windows of a stretch that the fit may begin with: five units of the motion's time scale."""
+_MOST_STRETCHES = 24
+_AGREEMENT = 0.05
+"""Unexplained torque, as a share of gravity's, with which a window agrees with a fit."""
+_WORTH = 0.9
+"""A geared rotor, and zeros that are off, must at least bring the squared residual below this share of it without."""
+_OUTLIER = 9.2 / (2 * np.log(2))
+"""Squared error, over the median one, that one in a hundred normal errors in two dimensions exceeds."""
+_LARGEST_OFFSET = 0.3
+"""Error of a zero [rad] up to which first order will do."""
+_OFFSET_ROUNDS = 4
+_INDEPENDENT = 5
+"""So many neighbouring windows tell as much as one: they overlap."""
+_SINGULAR = 1e-12
+_VISCOUS = (0, 1, 2, 3, 4, 5)
+_FRICTION = (6, 7)
+_ROTOR = 8
+_OFFSETS = slice(9, 12)
+
+
+@dataclass(frozen=True)
+class Lumped:
+    """Lumped numbers fitted to windows of motion."""
+
+    values: Array
+    """(12,) in the order of `balance.COLUMNS`, relative to A22; A, B, D, E12 [1], c1, c2 [1/s], the others [1/s^2]."""
+    unexplained: float
+    """Share of the inner rod's acceleration (rms) in the windows fitted to that is not explained, by noise neither."""
+    spread: float
+    """Median of the unexplained `torques` of those windows."""
+    length_std: float = np.inf
+    """Standard deviation of `length_over_gravity` [s^2]."""
+
+    @property
+    def length_over_gravity(self) -> float:
+        """L / g [s^2], as A = m2 L l2 and G2 = m2 l2 g over the same A22."""
+        A, _, _, _, _, G2, *_ = self.values
+        return float(A / G2) if G2 else np.inf
+
+    @property
+    def offsets(self) -> Array:
+        """What must be added to theta1 and theta2 (2,) for their zeros to be right [rad]; 0 where they seem to be."""
+        return np.asarray(self.values[10:12] / self.values[4:6])
+
+    @property
+    def is_mechanism(self) -> bool:
+        """Whether there is a double pendulum with these numbers: positive inertias, and gravity that pulls down."""
+        A, B, _, _, G1, G2, *_ = self.values
+        return bool(A > 0 and A**2 < B and G1 > 0 and G2 > 0)
+
+    @property
+    def is_mechanism_upside_down(self) -> bool:
+        """Whether there is one if gravity pulls up: half a turn of both rods changes the sign of its terms alone."""
+        return self._with_signs(A=1, G1=-1, G2=-1).is_mechanism
+
+    @property
+    def is_mechanism_with_outer_rod_turned(self) -> bool:
+        """Whether there is one if the outer rod alone is half a turn on: that changes the signs of A and G2."""
+        return self._with_signs(A=-1, G1=1, G2=-1).is_mechanism
+
+    @property
+    def is_mechanism_with_inner_rod_turned(self) -> bool:
+        """Whether there is one if the inner rod alone is half a turn on: that changes the signs of A and G1."""
+        return self._with_signs(A=-1, G1=-1, G2=1).is_mechanism
+
+    def _with_signs(self, A: int, G1: int, G2: int) -> "Lumped":
+        return replace(self, values=self.values * (A, 1, 1, 1, G1, G2, *[1] * 6))
+
+
+def fit_lumped(balance: Windows, trusted: Mask) -> Lumped:
+    """Fit the lumped numbers to the windows of which most agree, whatever the others say.
+
+    Of the windows `trusted` (k,) to show motion, the half that fits worst is left out (least trimmed squares with
+    concentration steps: Rousseeuw and Van Driessen, 2006). The fit begins with that of the short stretch with which
+    most windows of the recording agree, so that a hand cannot draw it to its own motion. At last all windows that are
+    no outliers are fitted to. Dry friction that comes out negative is none; a geared rotor is there, and a zero off,
+    where that explains much that nothing else does.
+    """
+    balance = balance[trusted]
+    count = max(1, min(_MOST_STRETCHES, len(balance) // _STRETCH))
+    stretches = [_Sums.of(balance[part]) for part in np.array_split(np.arange(len(balance)), count)]
+    fits = [_least_squares(stretch, np.eye(len(COLUMNS))[:, _VISCOUS]) for stretch in stretches]
+    values = max(fits, key=lambda fit: np.count_nonzero(torques(balance, fit) < _AGREEMENT))
+    keep = (len(balance) + 1) // 2
+    chosen: npt.NDArray[np.int64] = np.empty(0, dtype=np.int64)
+    for _ in range(_TRIMMED_ROUNDS):
+        best = np.asarray(np.sort(np.argsort(_squares(balance, values), kind="stable")[:keep]))
+        if np.array_equal(best, chosen):
+            break
+        chosen = best
+        values = _physical(_Sums.of(balance[chosen]))
+    squares = _squares(balance, values)
+    fitted = balance[squares <= _OUTLIER * np.median(squares)]
+    sums = _Sums.of(fitted)
+    values = _physical(sums)
+    left = float(np.sum(_squares(fitted, values)))
+    explained = max(left - float(np.sum(_noise(fitted, values))), 0.0)
+    unexplained = np.sqrt(explained / sums.of_target) if sums.of_target > 0 else np.inf
+    spread = float(np.median(torques(fitted, values)))
+    return Lumped(values, float(unexplained), spread, _length_std(sums, values, left / max(1, 2 * len(fitted))))
+
+
+@dataclass(frozen=True)
+class _Sums:
+    """What least squares need to know of windows: sums of products of their coefficients C and target y."""
+
+    coefficients: Array
+    """(12, 12) C^T C."""
+    mixed: Array
+    """(12,) C^T y."""
+    of_target: float
+    """y^T y."""
+    count: int
+    """Number of the windows."""
+
+    @classmethod
+    def of(cls, balance: Windows) -> "_Sums":
+        rows, target = balance.coefficients.reshape(-1, len(COLUMNS)), balance.target.ravel()
+        return cls(rows.T @ rows, rows.T @ target, float(target @ target), len(balance))
+
+    def left(self, values: Array) -> float:
+        """Return the squared residual that values (12,) leave."""
+        return float(self.of_target - 2 * values @ self.mixed + values @ self.coefficients @ values)
+
+
+def _squares(balance: Windows, values: Array) -> Array:
+    return np.asarray(np.sum(residual(balance, values) ** 2, axis=1))
+
+
+def _noise(balance: Windows, values: Array) -> Array:
+    """Return the variance that noise gives to the residuals (k, 2) [(rad/s^2)^2]."""
+    A, B = np.clip(values[:2], -1, 1) ** 2
+    of1, of2 = balance.noise.T
+    return np.column_stack([of1 + A * of2, A * of1 + B * of2])
+
+
+def _length_std(sums: _Sums, values: Array, variance: float) -> float:
+    """Return the standard deviation of A / G2 to first order, with residuals of a `variance` [(rad/s^2)^2]."""
+    A, G2 = values[0], values[5]
+    if not G2:
+        return np.inf
+    covariance = np.linalg.pinv(sums.coefficients[:6, :6], hermitian=True) * variance * _INDEPENDENT
+    slope = np.array([1 / G2, 0, 0, 0, 0, -A / G2**2])
+    return float(np.sqrt(max(0.0, slope @ covariance @ slope)))
+
+
+def _physical(sums: _Sums) -> Array:
+    """Fit with dry friction where it is positive, a geared rotor and zeros that are off where that is worth it.
+
+    What is worth it follows from Schwarz's criterion, with the windows that tell something of their own as its data.
+    """
+    independent = max(2.0, 2 * sums.count / _INDEPENDENT)
+    for_one = min(_WORTH, independent ** (-1 / independent))
+    choices = [
+        (_with_offsets(sums, columns) if offsets else _with_friction(sums, columns), rotor + 2 * offsets)
+        for rotor, columns in enumerate((_VISCOUS, (*_VISCOUS, _ROTOR)))
+        for offsets in (0, 1)
+    ]
+    values, _ = min(choices, key=lambda choice: sums.left(choice[0]) / for_one ** choice[1])
+    return values
+
+
+def _with_offsets(sums: _Sums, columns: Sequence[int]) -> Array:
+    """Fit errors of both zeros too; none where they come out too large for first order."""
+    values = without = _with_friction(sums, columns)
+    for _ in range(_OFFSET_ROUNDS):
+        A, _, _, _, G1, G2, *_ = values
+        of_errors = np.zeros((len(COLUMNS), 2))
+        of_errors[_OFFSETS] = [[A, -A], [G1, 0.0], [0.0, G2]]
+        values = _with_friction(sums, columns, of_errors)
+        if not np.all(np.abs(values[10:12]) <= _LARGEST_OFFSET * np.abs(values[4:6])):
+            return without
+    return values
+
+
+def _with_friction(sums: _Sums, columns: Sequence[int], of_errors: Array | None = None) -> Array:
+    """Fit some of the lumped numbers, friction that is positive, and what `of_errors` (12, 2) makes of two more."""
+    friction = list(_FRICTION)
+    errors = np.empty((len(COLUMNS), 0)) if of_errors is None else of_errors
+    while True:
+        values = _least_squares(sums, np.hstack([np.eye(len(COLUMNS))[:, [*columns, *friction]], errors]))
+        if np.all(values[friction] >= 0):
+            return values
+        friction.remove(min(friction, key=lambda column: values[column]))
+
+
+def _least_squares(sums: _Sums, basis: Array) -> Array:
+    """Return the best lumped numbers (12,) of those that `basis` (12, p) spans."""
+    products, mixed = basis.T @ sums.coefficients @ basis, basis.T @ sums.mixed
+    # Scaled, so that a joint that hardly moves does not decide about the others through rounding.
+    scale = np.sqrt(np.diag(products))
+    scale[scale == 0] = 1.0
+    found = np.linalg.pinv(products / np.outer(scale, scale), rcond=_SINGULAR, hermitian=True) @ (mixed / scale) / scale
+    return np.asarray(basis @ found)

@@ -1,0 +1,105 @@
+"""The scales of a rig's motion, from the motion itself: nothing about the rig needs to be known.
+
+A double pendulum of 5 cm swings six times as fast as one of 2 m, so nothing that looks at its motion can be so many
+seconds long. What follows is in units of the motion's own characteristic time, bounded below by what the sampling can
+resolve.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy.signal import welch
+
+Array = npt.NDArray[np.float64]
+
+PER_UNIT = 20
+"""Points of the grid on which motion is looked at, in one unit of its time scale."""
+_PER_MEDIAN_FREQUENCY = 1.25
+"""sqrt(L / g) times the median frequency [rad/s] of the speed, for wide swings; a half more for small ones."""
+_SEGMENT = 4096
+_NOISE_BAND = 0.75
+"""From this share of the highest frequency on, a spectrum shows the noise alone."""
+_ABOVE_NOISE = 20.0
+"""A frequency shows motion where its power is so many times that of the noise."""
+_FEWEST_STEPS = 12
+"""Sampling steps in the shortest time that is resolved."""
+_FEWEST_UNITS = 8
+"""Units of time in a recording: a slower motion shows nothing in it."""
+_MOST_POINTS = 1_000_000
+"""Grid points that a recording may take."""
+_FEWEST = 16
+_NO_MOTION = 0.2
+"""Time scale [s] of a recording in which nothing moves: that of a rig of 0.4 m."""
+
+
+def time_scale(time: Array, angles: Array) -> float:
+    """Return the characteristic time of a recorded motion [s], which is near sqrt(L / g) for a swinging pendulum.
+
+    It follows from the median frequency of the speed's power: the one below which half of it lies. Fast swings count
+    more than a slow hand, and rest does not count at all. Noise, whose power is taken from the highest frequencies,
+    is left out; sine and cosine stand for the angle, so that a rod that turns over and wrapped angles do no harm.
+
+    Args:
+        time: (n,) times of the samples [s], in any order; they are taken to be evenly spaced, so that a lost sample
+            here and there does little.
+        angles: (n, k) angles [rad].
+    """
+    spacing = sampling_step(time)
+    if len(time) < _FEWEST or spacing <= 0:
+        return _NO_MOTION
+    signals = np.concatenate([np.sin(angles), np.cos(angles)], axis=1)
+    frequency, power = welch(signals, 1 / spacing, nperseg=min(len(time), _SEGMENT), axis=0)
+    power = power.sum(axis=1)
+    noise = np.median(power[int(_NOISE_BAND * len(power)) :])
+    of_speed = np.cumsum(np.where(power > _ABOVE_NOISE * noise, frequency**2 * (power - noise), 0.0))
+    median = 2 * np.pi * frequency[np.argmax(of_speed >= of_speed.max() / 2)]
+    return _PER_MEDIAN_FREQUENCY / float(median) if median > 0 else _NO_MOTION
+
+
+def sampling_step(time: Array) -> float:
+    """Return the usual time between samples at `time` (n,) [s]; 0 where there is none."""
+    steps = np.diff(time)
+    steps = steps[steps > 0]
+    return float(np.median(steps)) if len(steps) else 0.0
+
+
+@dataclass(frozen=True)
+class Scales:
+    """How long, how far apart and how slow things are when a recording is looked at."""
+
+    unit: float
+    """The motion's time scale, or what the sampling resolves if that is longer [s]."""
+
+    @classmethod
+    def of(cls, time: Array, angles: Array) -> "Scales":
+        """Return the scales of samples at `time` (n,) [s] of `angles` (n, k) [rad]."""
+        step = sampling_step(time)
+        duration = step * len(time)
+        of_motion = min(time_scale(time, angles), duration / _FEWEST_UNITS)
+        return cls(max(of_motion, _FEWEST_STEPS * step, PER_UNIT * duration / _MOST_POINTS) or _NO_MOTION)
+
+    @property
+    def half_width(self) -> float:
+        """Samples this near are smoothed together [s]; what a cubic misses of a swing over them is some thousandths."""
+        return self.unit / 4
+
+    @property
+    def spacing(self) -> float:
+        """Time between grid points [s]."""
+        return self.unit / PER_UNIT
+
+    @property
+    def longest_gap(self) -> float:
+        """A longer gap could hide a turn [s]."""
+        return self.unit / 2
+
+    @property
+    def shortest(self) -> float:
+        """Shorter motion shows less than a swing [s]."""
+        return 5 * self.unit
+
+    @property
+    def slow(self) -> float:
+        """A joint this slow may be held by its dry friction [rad/s]."""
+        return 0.03 / self.unit
