@@ -5,6 +5,7 @@ every size: only the clock differs. Nothing here comes from `cdp_ident`.
 """
 
 import itertools
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -41,26 +42,31 @@ class Rig:
 
         A joint of mode 0 sticks; of mode 1 or -1 it slips in that direction.
         """
-        theta1, theta2, w1, w2 = state
-        s, c = np.sin(theta1 - theta2), np.cos(theta1 - theta2)
+        theta1, theta2, w1, w2 = (float(value) for value in state)
+        s, c = math.sin(theta1 - theta2), math.cos(theta1 - theta2)
         beside = self.A23 * c + self.coupling
-        inverse = np.array([[self.A33, -beside], [-beside, 1.0]]) / (self.A33 - beside**2)
+        # The inverse of the matrix of inertia, of the rods and, for torques in the joints, of the joints.
+        determinant = self.A33 - beside**2
+        i11, i12, i22 = self.A33 / determinant, -beside / determinant, 1.0 / determinant
+        j11, j12, j22 = i11, i12 - i11, i11 - 2.0 * i12 + i22
         relative = w2 - w1
         between = self.c2 * relative + self.square2 * relative * abs(relative)
-        free = np.array(
-            [
-                self.a1 * np.sin(theta1 - self.tilt) - self.A23 * s * w2**2 - self.c1 * w1 + between,
-                self.A23 * np.sin(theta2 - self.tilt) + self.A23 * s * w1**2 - between,
-            ]
-        )
-        # Torques in the joints act on the rods as _JOINTS does, and joints turn against the rods as its transpose.
-        friction = np.array([-self.dry1 * mode[0], -self.dry2 * mode[1]])
-        stuck = [k for k in range(2) if mode[k] == 0]
-        if stuck:
-            of_joints = _JOINTS.T @ inverse @ _JOINTS
-            slipping = _JOINTS.T @ inverse @ (free + _JOINTS @ friction)
-            friction[stuck] = np.linalg.solve(of_joints[np.ix_(stuck, stuck)], -slipping[stuck])
-        return inverse @ (free + _JOINTS @ friction), friction
+        free1 = self.a1 * math.sin(theta1 - self.tilt) - self.A23 * s * w2**2 - self.c1 * w1 + between
+        free2 = self.A23 * math.sin(theta2 - self.tilt) + self.A23 * s * w1**2 - between
+        # Accelerations of the joints without any torque of theirs that is not known.
+        dry1, dry2 = -self.dry1 * mode[0], -self.dry2 * mode[1]
+        onto1, onto2 = free1 + dry1 - dry2, free2 + dry2
+        joint1 = i11 * onto1 + i12 * onto2
+        joint2 = i12 * onto1 + i22 * onto2 - joint1
+        if mode == (0, 0):
+            both = j11 * j22 - j12 * j12
+            dry1, dry2 = (j12 * joint2 - j22 * joint1) / both, (j12 * joint1 - j11 * joint2) / both
+        elif mode[0] == 0:
+            dry1 = -joint1 / j11
+        elif mode[1] == 0:
+            dry2 = -joint2 / j22
+        onto1, onto2 = free1 + dry1 - dry2, free2 + dry2
+        return np.array([i11 * onto1 + i12 * onto2, i12 * onto1 + i22 * onto2]), np.array([dry1, dry2])
 
     def mode(self, state: Array, still: tuple[bool, bool]) -> Mode:
         """Return how the joints go on from a state in which those marked stand still."""
@@ -86,6 +92,7 @@ class Rig:
 _EDGE = 1e-7
 """Relative torque within which a joint is on the edge of slipping, and time within which it comes back from that."""
 _JOINTS = np.array([[1.0, -1.0], [0.0, 1.0]])
+"""Torques in the joints act on the rods as this does; joints turn against the rods as its transpose."""
 
 
 def motion(rig: Rig, start: Array, times: Array, tolerance: float = 1e-9) -> Array:
