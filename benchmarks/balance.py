@@ -78,7 +78,7 @@ class Case:
 @cache
 def moved(rig: str, start: str, until: float) -> CubicHermiteSpline:
     """Return the angles (2,) of a motion as a function of time, in the rig's units."""
-    clock = np.linspace(0.0, until, round(until / STEP) + 1)
+    clock: Array = np.asarray(np.linspace(0.0, until, round(until / STEP) + 1), dtype=float)
     states = motion(RIGS[rig], STARTS[start], clock, tolerance=1e-8)
     return CubicHermiteSpline(clock, states[:, :2], states[:, 2:])
 

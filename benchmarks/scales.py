@@ -12,7 +12,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from benchmarks.balance import GRAVITY, RIGS, Case, moved
+from benchmarks.balance import GRAVITY, RIGS, Array, Case, moved
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.force_balance import balance_of_forces
 from cdp_ident.fit.scales import Scales, scales_of
@@ -35,7 +35,7 @@ def followed(case: Case, trial: Trial, scales: Scales) -> float:
     """Return for how long [units] nine of ten simulations follow the truth from starts that the data give."""
     truth = moved(case.rig, case.start, 450.0)
     amplitude = np.minimum(np.std(trial.theta, axis=0), 1.0)
-    clock = np.linspace(0.0, 15.0, 151)
+    clock: Array = np.asarray(np.linspace(0.0, 15.0, 151), dtype=float)
     lasted = []
     last = min(case.duration / case.unit, 100.0)
     for begin in np.linspace(0.05, 0.9, TRIED) * last:

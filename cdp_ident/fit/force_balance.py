@@ -116,23 +116,9 @@ def balance_of_forces(
     mechanism = Mechanism(length, gravity, outer_length or length)
     unit = mechanism.time_unit
     pieces = [Piece.of(trial, unit) for trial in trials if len(trial.time) >= FEWEST and trial.duration > unit]
+    _refuse_a_joint_that_rests(pieces)
     plain = Unknowns((), tuple(DRY) if dry is None else tuple(dry), constant_coupling, length_free)
-    fits = []
-    for width in _HALF_WIDTHS:
-        rows = mechanism.rows(pieces, plain, width * unit, np.zeros(len(GROUPS)))
-        if len(rows.holds) < STEPS_BETWEEN * _FEWEST_ROWS * len(plain.names):
-            continue
-        fits.append((width * unit, _fit(rows, plain)))
-        if fits[-1][1].noise_share < _LITTLE_NOISE:
-            break
-    if not fits:
-        total = sum(trial.duration for trial in trials)
-        raise IdentificationError(
-            f"{total:.2f} s hold too little motion for a balance of forces: with L = {length:g} m, some "
-            f"{_HALF_WIDTHS[0] * _FEWEST_ROWS * len(plain.names) * unit:.1f} s are needed in which both joints move"
-        )
-    _refuse_a_joint_that_sticks(pieces)
-    half_width, fit = min(fits, key=lambda pair: pair[1].noise_share)
+    half_width, fit = _in_windows_of_their_width(mechanism, pieces, plain)
     whole = replace(plain, effects=tuple(effects))
     rows = mechanism.rows(pieces, whole, half_width, fit.values[: len(GROUPS)])
     choices: list[tuple[DryJoint, ...]] = [tuple(dry)] if dry is not None else _subsets(tuple(DRY))
@@ -158,9 +144,30 @@ def balance_of_forces(
     )
 
 
-def _refuse_a_joint_that_sticks(pieces: Sequence[Piece]) -> None:
+def _in_windows_of_their_width(
+    mechanism: Mechanism, pieces: Sequence[Piece], unknowns: Unknowns
+) -> tuple[float, Regression]:
+    """Return the half width [s] that suits the noise, and the fit with it."""
+    unit = mechanism.time_unit
+    fits = []
+    for width in _HALF_WIDTHS:
+        rows = mechanism.rows(pieces, unknowns, width * unit, np.zeros(len(GROUPS)))
+        if rows.holds.mean(axis=1).sum() < STEPS_BETWEEN * _FEWEST_ROWS * len(unknowns.names):
+            continue
+        fits.append((width * unit, _fit(rows, unknowns)))
+        if fits[-1][1].noise_share < _LITTLE_NOISE:
+            break
+    if not fits:
+        raise IdentificationError(
+            f"there is too little motion for a balance of forces: with L = {mechanism.length:g} m, some "
+            f"{_HALF_WIDTHS[0] * _FEWEST_ROWS * len(unknowns.names) * unit:.1f} s are needed in which both joints move"
+        )
+    return min(fits, key=lambda pair: pair[1].noise_share)
+
+
+def _refuse_a_joint_that_rests(pieces: Sequence[Piece]) -> None:
     for joint, name in enumerate(DRY):
-        if not any(np.any(piece.motion.known & ~piece.resting[joint]) for piece in pieces):
+        if pieces and not any(np.any(piece.motion.known & ~piece.resting[joint]) for piece in pieces):
             raise IdentificationError(
                 f"the {name} joint does not move: its friction and the rods' inertias cannot be told apart; record "
                 "trials in which it does"
