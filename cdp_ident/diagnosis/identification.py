@@ -13,6 +13,7 @@ from cdp_ident.diagnosis.repeatability import Repeatability, repeatability
 from cdp_ident.diagnosis.uncertainty import covariance
 from cdp_ident.fit.data import Data
 from cdp_ident.fit.estimation import Estimate
+from cdp_ident.fit.force_balance import ForceBalance
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.physical import PhysicalValues, nearest_physical_values
 from cdp_ident.fit.refinement import Fit
@@ -28,6 +29,8 @@ class Identification:
 
     options: IdentifyOptions
     data: Data
+    balance: ForceBalance | None
+    """What the balance of forces says of the trials, where they hold enough motion for one."""
     estimate: Estimate
     covariance: Array
     """(unknowns, unknowns) covariance of the fitted values."""
@@ -42,6 +45,7 @@ class Identification:
         cls,
         options: IdentifyOptions,
         data: Data,
+        balance: ForceBalance | None,
         estimate: Estimate,
         errors: Mapping[Stage, tuple[Errors, Errors]],
     ) -> "Identification":
@@ -52,6 +56,7 @@ class Identification:
         return cls(
             options=options,
             data=data,
+            balance=balance,
             estimate=estimate,
             covariance=spread,
             physical=nearest_physical_values(fit.values[:count], spread[:count, :count], options.prior, length),

@@ -8,7 +8,8 @@ import numpy.typing as npt
 
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.noise import noise_of
-from cdp_ident.fit.windows import SHORTEST_WINDOW, Window, cut_into_windows
+from cdp_ident.fit.scales import Scales
+from cdp_ident.fit.windows import Window, cut_into_windows
 from cdp_ident.trial.trial import Trial
 
 Array = npt.NDArray[np.float64]
@@ -32,6 +33,10 @@ class Data:
     holdout: tuple[Window, ...]
     noise: Array
     """(2,) standard deviation of the noise of theta1 and theta2 over all trials to fit [rad]."""
+    window: float
+    """Length of a window [s]."""
+    scales: Scales
+    """Times and speeds that suit the rig."""
 
     @property
     def names(self) -> list[str]:
@@ -39,13 +44,21 @@ class Data:
         return [trial.name for trial in self.trials]
 
 
-def prepare(fit: Sequence[Trial], holdout: Sequence[Trial], window: float, first: int = FIRST_KEPT_OUT) -> Data:
+def noise_over(trials: Sequence[Trial]) -> Array:
+    """Return the standard deviation (2,) of the noise of theta1 and theta2 over trials [rad]."""
+    return np.asarray(np.sqrt(np.mean([noise_of(trial) ** 2 for trial in trials], axis=0)))
+
+
+def prepare(
+    fit: Sequence[Trial], holdout: Sequence[Trial], window: float, scales: Scales, first: int = FIRST_KEPT_OUT
+) -> Data:
     """Cut trials into windows, and decide which are kept out of the fit where no trial is.
 
     Args:
         fit: trials to fit.
         holdout: trials to judge by; if there is none, every fourth window of the others is kept out of the fit.
         window: length of a window [s]; shorter where the trials would give too few otherwise.
+        scales: of the rig.
         first: index of the first window that is kept out.
 
     Raises:
@@ -56,12 +69,12 @@ def prepare(fit: Sequence[Trial], holdout: Sequence[Trial], window: float, first
     trials = (*fit, *holdout)
     if not holdout:
         window = min(window, sum(trial.duration for trial in fit) / _FEWEST_WINDOWS)
-    if window < SHORTEST_WINDOW:
-        total = sum(trial.duration for trial in fit)
+    if window < scales.shortest_piece:
+        total, least = sum(trial.duration for trial in fit), _FEWEST_WINDOWS * scales.shortest_piece
         raise IdentificationError(
-            f"the trials hold {total:.1f} s of motion; at least {_FEWEST_WINDOWS * SHORTEST_WINDOW:.0f} s are needed"
+            f"the trials hold {total:.2g} s of motion; with this rig's L and sampling at least {least:.2g} s are needed"
         )
-    windows = cut_into_windows(trials, window)
+    windows = cut_into_windows(trials, window, scales.step, scales.half_width)
     if holdout:
         fitted = [w for w in windows if w.trial < len(fit)]
         kept_out = [w for w in windows if w.trial >= len(fit)]
@@ -70,5 +83,4 @@ def prepare(fit: Sequence[Trial], holdout: Sequence[Trial], window: float, first
         kept_out = windows[first::_EVERY]
     if not fitted or not kept_out:
         raise IdentificationError("the trials have too few samples to fit and to judge by: record longer ones")
-    noise = np.sqrt(np.mean([noise_of(trial) ** 2 for trial in fit], axis=0))
-    return Data(trials, len(holdout), tuple(fitted), tuple(kept_out), noise)
+    return Data(trials, len(holdout), tuple(fitted), tuple(kept_out), noise_over(fit), window, scales)

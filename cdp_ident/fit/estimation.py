@@ -1,4 +1,4 @@
-"""From the box to the bottom of the valley: the genetic search, short or in full, and the refinement of its best."""
+"""From the box to the bottom of the basin: the genetic search, short or in full, and the refinement of its best."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -24,10 +24,12 @@ SHORT_IGA = replace(IGA, population=64, generations=2)
 PAPER_SPAN = 10.0
 """How long one simulation of the paper's search is [s] (Section 4.2)."""
 _FAR_ABOVE_NOISE = 10.0
-"""An error of so many times the noise may mean that the search has missed the valley; it is then repeated."""
+"""An error of so many times the noise may mean that the search has missed the basin; it is then repeated."""
 _MOST_SEARCHES = 4
-_SAME_VALLEY = 0.01
-"""Two searches whose refined errors differ by less than this share have found the same valley."""
+_SAME_BASIN = 0.01
+"""Two fits whose errors differ by less than this share have found the same basin."""
+_NO_BETTER = 1e-6
+"""Share of the error that is not worth a change."""
 
 
 @dataclass(frozen=True)
@@ -41,6 +43,8 @@ class Estimate:
     evaluations: int
     """Chromosomes evaluated in all of them."""
     fit: Fit
+    begun_at: str = "search"
+    """What led to the fit: the search, or the balance of forces."""
 
 
 def search_objective(windows: Sequence[Window], span: float, prior: Prior) -> Callable[[Array], Array]:
@@ -60,7 +64,7 @@ def search_objective(windows: Sequence[Window], span: float, prior: Prior) -> Ca
                 run = []
             run.append(window)
         segments.append(_segment(run))
-    population = Population(segments)
+    population = Population(segments, windows[0].grid.step)
     length, gravity = prior.length, prior.gravity
 
     def objective(chromosomes: Array) -> Array:
@@ -89,8 +93,11 @@ def estimate(
     options: GeneticOptions = SHORT_IGA,
     span: float = 0.0,
     stop: Callable[[Progress], str | None] = lambda progress: None,
+    balanced: Array | None = None,
 ) -> Estimate:
-    """Search the prior's box, refine the best, and search again where the valley may have been missed.
+    """Search the prior's box, refine the best, and search again where the basin may have been missed.
+
+    The fit is begun at the groups of a balance of forces, too, and the better one is taken.
 
     Args:
         model: what to fit.
@@ -101,6 +108,7 @@ def estimate(
         options: the genetic algorithm.
         span: how long the search simulates from one start [s]; one window at least.
         stop: called after each generation of a search; a sentence that it returns ends the searching.
+        balanced: (5,) groups of a balance of forces.
 
     Raises:
         IdentificationError: there is no window to fit.
@@ -110,6 +118,7 @@ def estimate(
     objective = search_objective(windows, span, prior)
     lower, upper = prior.box
     best: Estimate | None = None
+    from_balance = None if balanced is None else refine_from_afar(model, model.beginning(balanced), windows)
     evaluations = 0
     for attempt in range(1, _MOST_SEARCHES + 1):
         search = genetic_search(objective, lower, upper, options, rng, stop)
@@ -118,8 +127,11 @@ def estimate(
         before = best.fit.rmse() if best else np.inf
         if best is None or fit.rmse() < before:
             best = Estimate(search, attempt, evaluations, fit)
-        arrived = fit.rmse() < _FAR_ABOVE_NOISE * noise
-        agree = abs(fit.rmse() - before) < _SAME_VALLEY * before < np.inf
+        if from_balance is not None and from_balance.rmse() < (1.0 - _NO_BETTER) * best.fit.rmse():
+            best = replace(best, fit=from_balance, begun_at="balance of forces")
+        arrived = best.fit.rmse() < _FAR_ABOVE_NOISE * noise
+        other = before if from_balance is None else min(before, from_balance.rmse())
+        agree = abs(fit.rmse() - other) < _SAME_BASIN * other < np.inf
         if arrived or agree or not search.completed:
             break
         options = replace(options, generations=2 * options.generations)

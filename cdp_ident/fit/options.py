@@ -8,7 +8,6 @@ from cdp_ident.errors import OptionError
 from cdp_ident.fit.estimation import PAPER_SPAN, SHORT_IGA
 from cdp_ident.fit.motion_model import Mechanism, MotionModel
 from cdp_ident.fit.prior import Prior
-from cdp_ident.fit.windows import DEFAULT_WINDOW, SHORTEST_WINDOW
 from cdp_ident.search.options import METHODS, GeneticOptions
 
 
@@ -24,16 +23,16 @@ class IdentifyOptions:
     """The search's settings, where they are not those of the method."""
     seed: int = 1
     """Seed of the only random generator."""
-    window: float = DEFAULT_WINDOW
-    """Length of the windows of refinement and judgement [s]."""
+    window: float = 0.0
+    """Length of the windows of refinement and evaluation [s]; 0 for what suits the rig and its motion."""
     length_free: bool = False
     """Whether L is fitted too."""
     gravity_free: bool = False
     """Whether g is fitted too."""
 
     def __post_init__(self) -> None:
-        if not SHORTEST_WINDOW <= self.window < math.inf:
-            raise OptionError(f"window is {self.window} s; it must be at least {SHORTEST_WINDOW} s")
+        if not 0.0 <= self.window < math.inf:
+            raise OptionError(f"window is {self.window} s; it must be positive, or 0 for what suits the rig")
         if self.method is not None and self.method not in METHODS:
             raise OptionError(f"method is {self.method!r}; it must be one of {', '.join(METHODS)}")
 
@@ -42,10 +41,9 @@ class IdentifyOptions:
         """The search's settings."""
         return self.genetic or (METHODS[self.method] if self.method else SHORT_IGA)
 
-    @property
-    def span(self) -> float:
-        """How long the search simulates from one start [s]."""
-        return PAPER_SPAN if self.method else self.window
+    def span(self, window: float) -> float:
+        """Return how long the search simulates from one start [s], given the length of a window [s]."""
+        return PAPER_SPAN if self.method else window
 
     @property
     def model(self) -> MotionModel:

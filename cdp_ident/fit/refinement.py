@@ -138,7 +138,9 @@ def refine(
     )
 
 
-def refine_from_afar(model: MotionModel, values: Array, windows: Sequence[Window], hold_values: bool = False) -> Fit:
+def refine_from_afar(
+    model: MotionModel, values: Array, windows: Sequence[Window], hold_values: bool = False, tolerance: float = 1e-6
+) -> Fit:
     """Refine from values and starts that may be far off, by windows that grow.
 
     Over a short window the motion is almost linear in everything that is adjusted, so that even a chaotic one is
@@ -162,7 +164,7 @@ def refine_from_afar(model: MotionModel, values: Array, windows: Sequence[Window
         starts = iter(window.start for window in fit.windows)
         found = [[next(starts) for _ in of_window] for of_window in pieces]
     windows = [replace(window, start=starts[0]) for window, starts in zip(windows, found, strict=True)]
-    fit = refine(model, values, windows, hold_values=hold_values)
+    fit = refine(model, values, windows, tolerance=tolerance, hold_values=hold_values)
     return replace(fit, iterations=iterations + fit.iterations, simulations=simulations + fit.simulations)
 
 

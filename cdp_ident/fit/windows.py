@@ -13,15 +13,13 @@ import numpy.typing as npt
 from scipy.interpolate import make_smoothing_spline
 
 from cdp_ident.model.time_grid import DEFAULT_STEP, TimeGrid
-from cdp_ident.trial.kinematics import local_motion
+from cdp_ident.trial.kinematics import HALF_WIDTH, local_motion
 from cdp_ident.trial.trial import Trial
 
 Array = npt.NDArray[np.float64]
 
 DEFAULT_WINDOW = 2.5
 """Length of a window [s]."""
-SHORTEST_WINDOW = 0.5
-"""The least length that may be asked for [s]."""
 FEWEST_SAMPLES = 12
 """A window determines four numbers of its own from two angles a sample; with fewer samples it says nothing else."""
 
@@ -48,6 +46,8 @@ class Window:
     """(4,) state at time 0, estimated from the measured angles: theta1, theta2 [rad], omega1, omega2 [rad/s]."""
     start_known: bool = False
     """Whether that start is exact, and not to be estimated along with the parameters."""
+    half_width: float = HALF_WIDTH
+    """Of the local cubics that estimate initial states [s]."""
 
     @property
     def duration(self) -> float:
@@ -61,10 +61,14 @@ class Window:
 
 
 def cut_into_windows(
-    trials: Sequence[Trial], duration: float = DEFAULT_WINDOW, step: float = DEFAULT_STEP
+    trials: Sequence[Trial],
+    duration: float = DEFAULT_WINDOW,
+    step: float = DEFAULT_STEP,
+    half_width: float = HALF_WIDTH,
 ) -> list[Window]:
     """Cut trials into windows of about `duration` [s], equally long within a trial, without overlap.
 
+    The integrator's step and the half width of the local cubics that estimate initial states are in seconds, too.
     A start is estimated from the samples of its own window alone, so that windows can be kept out of a fit without
     a trace of them in it.
     """
@@ -86,9 +90,10 @@ def cut_into_windows(
                 if acceleration is None
                 else np.interp(half_steps, time, acceleration[first:last])
             )
-            angles, velocities = local_motion(time, theta, np.zeros(1))
+            angles, velocities = local_motion(time, theta, np.zeros(1), half_width)
             start = np.concatenate([angles[0], velocities[0]])
-            windows.append(Window(index, int(first), float(trial.time[first]), time, theta, grid, u, start))
+            begin = float(trial.time[first])
+            windows.append(Window(index, int(first), begin, time, theta, grid, u, start, half_width=half_width))
     return windows
 
 
@@ -104,7 +109,7 @@ def split(window: Window, parts: int) -> list[Window]:
     for first, last in pairwise(bounds):
         time, theta = window.time[first:last] - window.time[first], window.theta[first:last]
         grid = TimeGrid.over(time, window.grid.step)
-        angles, velocities = local_motion(time, theta, np.zeros(1))
+        angles, velocities = local_motion(time, theta, np.zeros(1), window.half_width)
         pieces.append(
             Window(
                 trial=window.trial,
@@ -116,6 +121,7 @@ def split(window: Window, parts: int) -> list[Window]:
                 u=np.interp(grid.half_step_times() + window.time[first], half_steps, window.u),
                 start=np.concatenate([angles[0], velocities[0]]) if first else window.start,
                 start_known=window.start_known and first == 0,
+                half_width=window.half_width,
             )
         )
     return pieces

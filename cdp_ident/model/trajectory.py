@@ -400,6 +400,9 @@ def _trajectory(
                     loose = stopped
                 else:
                     stop(state, stopped)
+                    # A joint that sticks goes on doing so, whatever the other one does.
+                    if modes[1 - stopped] == STICKS:
+                        stop(state, 1 - stopped)
                     crossed = stopped
             else:
                 rates[0] = rates[4]

@@ -120,7 +120,7 @@ class Identifier:
     def _judge(self, latest: Outcome, trial: Trial) -> None:
         after = latest.trace.after
         expected = latest.trace.errors[1].rmse
-        window = latest.identification.options.window
+        window = latest.identification.data.window
         unseen = check_new_trial(after.model, after.fit.values, latest.trace.covariance, expected, trial, window)
         self._unseen.append(unseen)
         self._say(unseen.words)

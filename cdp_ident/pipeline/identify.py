@@ -9,10 +9,14 @@ import numpy.typing as npt
 from cdp_ident.diagnosis.evaluation import evaluate
 from cdp_ident.diagnosis.identification import Identification, Stage
 from cdp_ident.diagnosis.outlier_windows import outlier_windows
-from cdp_ident.fit.data import FALLBACK_FIRST, Data, prepare
+from cdp_ident.errors import IdentificationError
+from cdp_ident.fit.data import FALLBACK_FIRST, Data, noise_over, prepare
 from cdp_ident.fit.estimation import estimate
+from cdp_ident.fit.force_balance import ForceBalance, balance_of_forces
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.refinement import Fit, fit_initial_states, refine_from_afar
+from cdp_ident.fit.scales import scales_of
+from cdp_ident.fit.thinning import thinned
 from cdp_ident.model.parameters import groups_of
 from cdp_ident.search.genetic_search import Progress
 from cdp_ident.trial.trial import Trial
@@ -41,14 +45,31 @@ def identify(
     Raises:
         IdentificationError: the trials do not suffice.
     """
-    data = prepare(fit, holdout, options.window)
+    if not fit:
+        raise IdentificationError("there is no trial to fit: give at least one bag")
     model, prior = options.model, options.prior
+    noise = noise_over(fit)
+    balance = _balance(fit, options)
+    scales = scales_of(fit, prior.length, prior.gravity, noise, balance.groups if balance else None)
+    fit, holdout = ([thinned(trial, scales.together) for trial in trials] for trials in (fit, holdout))
+    window = options.window or scales.window
+    data = prepare(fit, holdout, window, scales)
     rng = np.random.default_rng(options.seed)
-    noise = float(np.sqrt(np.mean(data.noise**2)))
-    found = estimate(model, data.fit, prior, noise, rng, options.search, options.span, stop)
+    level = float(np.sqrt(np.mean(data.noise**2)))
+    found = estimate(
+        model,
+        data.fit,
+        prior,
+        level,
+        rng,
+        options.search,
+        options.span(data.window),
+        stop,
+        balance.groups if balance else None,
+    )
     if not holdout and _outlier_is_kept_out(found.fit, data):
         # What happened once is found where it is fitted, and nowhere else.
-        data = prepare(fit, holdout, options.window, FALLBACK_FIRST)
+        data = prepare(fit, holdout, window, scales, FALLBACK_FIRST)
         found = replace(found, fit=refine_from_afar(model, found.fit.values, data.fit))
     stages: dict[Stage, Array] = {
         "nominal": model.beginning(groups_of(prior.centre, prior.length)),
@@ -58,6 +79,7 @@ def identify(
     return Identification.of(
         options,
         data,
+        balance,
         found,
         {
             stage: (
@@ -67,6 +89,15 @@ def identify(
             for stage, stage_values in stages.items()
         },
     )
+
+
+def _balance(trials: Sequence[Trial], options: IdentifyOptions) -> ForceBalance | None:
+    """Return what the balance of forces says, or None where the motion is too little for one."""
+    prior = options.prior
+    try:
+        return balance_of_forces(trials, prior.length, prior.gravity, outer_length=options.model.mechanism.outer_length)
+    except (IdentificationError, np.linalg.LinAlgError):
+        return None
 
 
 def _outlier_is_kept_out(fit: Fit, data: Data) -> bool:

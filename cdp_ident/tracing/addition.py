@@ -5,6 +5,12 @@ At each step all candidates get a score test and the promising ones a full refit
 
 from collections.abc import Sequence
 
+import numpy as np
+
+from cdp_ident.fit.balance_unknowns import DRY
+from cdp_ident.fit.force_balance import ForceBalance
+from cdp_ident.fit.motion_model import ActiveEffect
+from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.tracing.acceptance import FIT_GAIN, INSTANT_GAIN, earns_its_place, fits_of
 from cdp_ident.tracing.candidates import Candidate, ScoreTest, addable
 from cdp_ident.tracing.evidence import Attempt, change
@@ -27,6 +33,24 @@ _Refitted = tuple[tuple[Candidate, ...], Attempt]
 """What was added, and what came of it."""
 
 
+def add_dry_friction(progress: Progress, balance: ForceBalance) -> None:
+    """Begin with the dry friction that a balance of forces shows, if it earns its place.
+
+    Where it is strong, the paper's model fits so badly that nothing can be seen from there.
+    """
+    friction = {effect.joint: effect for effect in CATALOGUE if effect.name == "coulomb_friction"}
+    candidates = [
+        Candidate(ActiveEffect(friction[joint]), 0.0, np.array([balance.value(DRY[joint])])) for joint in balance.dry
+    ]
+    if not candidates:
+        return
+    current = progress.current
+    attempt = progress.from_balance(current, balance.groups, candidates)
+    if earns_its_place(current, attempt):
+        _note(progress, attempt, [(tuple(candidates), attempt)])
+        progress.current = attempt
+
+
 def add_effects(progress: Progress) -> None:
     """Add effects until none helps any more; after each, those are dropped that no longer help.
 
@@ -45,14 +69,15 @@ def _best_addition(progress: Progress) -> Attempt | None:
     current = progress.current
     test = ScoreTest(current.fit, addable(current.model))
     ranked = promising(current, test, _REFITS)
-    refitted: list[_Refitted] = [((c,), progress.with_effects(current, [c])) for c in (*ranked, *_once(current))]
+    refitted = progress.tried(current, ((c,) for c in (*ranked, *_once(current))))
     best = _best(current, refitted)
     if best is None:
         pairs = [p for p in test.pairs(_REFITS // 2) if p[2] > 2 * WORTH_A_LOOK * expected_variance(current.fit, p[2])]
-        together: list[_Refitted] = [((one, two), progress.with_effects(current, (one, two))) for one, two, _ in pairs]
+        together = progress.tried(current, ((one, two) for one, two, _ in pairs))
         together += _with_seconds(progress, refitted)
         refitted += together
         best = _best(current, together)
+    best = best and progress.finished(best)
     _note(progress, best, refitted)
     return best
 
@@ -83,9 +108,11 @@ def _with_seconds(progress: Progress, refitted: Sequence[_Refitted]) -> list[_Re
     ]
     strong.sort(key=lambda found: found[0])
     return [
-        ((first, second), progress.with_effects(attempt, [second]))
+        ((first, *seconds), joined)
         for _, first, attempt in strong[:_STRONGEST]
-        for second in promising(attempt, ScoreTest(attempt.fit, addable(attempt.model)), _SECONDS)
+        for seconds, joined in progress.tried(
+            attempt, ((c,) for c in promising(attempt, ScoreTest(attempt.fit, addable(attempt.model)), _SECONDS))
+        )
     ]
 
 

@@ -3,10 +3,13 @@
 from collections.abc import Sequence
 from itertools import combinations
 
+import numpy as np
+
 from cdp_ident.fit.motion_model import ActiveEffect
+from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.effect import Effect, TorqueEffect
 from cdp_ident.tracing.acceptance import brings_enough, earns_its_place
-from cdp_ident.tracing.candidates import ScoreTest, addable
+from cdp_ident.tracing.candidates import Candidate, ScoreTest, addable
 from cdp_ident.tracing.evidence import Attempt, change
 from cdp_ident.tracing.screening import promising
 from cdp_ident.tracing.selection import Progress, without_effects
@@ -68,7 +71,24 @@ def _rivals(progress: Progress, removed: Attempt, *keys: str) -> list[Attempt]:
     """Return the models that have another effect in the place of some, if its score test comes near theirs."""
     test = ScoreTest(removed.fit, addable(removed.model))
     candidates = promising(removed, test, _RIVALS + len(keys), keys)
-    return [progress.with_effects(removed, [c]) for c in candidates if c.active.effect.key not in keys]
+    candidates = [c for c in candidates if c.active.effect.key not in keys]
+    candidates += [c for key in keys for c in _without_score(progress, key)]
+    return [rival for _, rival in progress.tried(removed, ((c,) for c in candidates))]
+
+
+def _without_score(progress: Progress, key: str) -> list[Candidate]:
+    """Return the richer forms of an effect that no score test can show, begun where the effect is."""
+    current = progress.current
+    index = current.place_of(key)
+    active, values = current.model.effects[index], current.fit.values[current.model.places(index)]
+    known = {p.name: float(value) for p, value in zip(active.fitted, values, strict=True)}
+    forms = [e for e in CATALOGUE if not e.has_score and not e.at_an_instant and _is_richer_form(e, active.effect)]
+    return [
+        Candidate(
+            ActiveEffect(form), 0.0, np.array([known.get(p.name, p.typical) for p in form.parameters if not p.shape])
+        )
+        for form in forms
+    ]
 
 
 def _exchange(progress: Progress, removed: Attempt, rivals: Sequence[Attempt], old: str) -> None:
@@ -76,7 +96,7 @@ def _exchange(progress: Progress, removed: Attempt, rivals: Sequence[Attempt], o
     current = progress.current
     better = [rival for rival in rivals if _is_better(rival, current) and earns_its_place(removed, rival)]
     if better:
-        best = min(better, key=lambda rival: change(removed, rival).bic)
+        best = progress.finished(min(better, key=lambda rival: change(removed, rival).bic))
         new = best.model.effects[-1].effect.key
         progress.current = best
         progress.note(f"exchanged {old} for {new}", best, f"{new} explains the motion better than {old}")

@@ -1,6 +1,6 @@
 """A stepwise selection of effects: where it stands, and where it ended."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +15,8 @@ from cdp_ident.tracing.evidence import Attempt, Change
 
 Array = npt.NDArray[np.float64]
 
+_ROUGHLY = 1e-4
+"""Tolerance of refits that only compare candidates; the one that is taken is refined to the end."""
 _KEPT = 0.5
 """A refit over whole windows has arrived if it gains that share of what the score test promises."""
 _AS_GOOD = 1.05
@@ -105,6 +107,8 @@ class Progress:
         self.rubbing: list[Rubbing] = []
         self.rivals: dict[str, tuple[Attempt, ...]] = {}
         """The rivals that each effect has stood against in the last exchange, by its key."""
+        self.failures: list[str] = []
+        """What could not be computed, in words."""
         self._told, self._stop = told, stop
 
     def with_effects(self, attempt: Attempt, candidates: Sequence[Candidate]) -> Attempt:
@@ -121,6 +125,37 @@ class Progress:
             raise InterruptedSelectionError
         expected = attempt.fit.squared_error - sum(candidate.gain for candidate in candidates)
         return _attempt(_refit(model, values, attempt.fit, expected), attempt.holdout)
+
+    def tried(
+        self, attempt: Attempt, additions: Iterable[tuple[Candidate, ...]]
+    ) -> list[tuple[tuple[Candidate, ...], Attempt]]:
+        """Return a model with each of some additions, refitted; one that cannot be computed is told and left out.
+
+        Raises:
+            InterruptedSelectionError: the selection is asked to stop.
+        """
+        found = []
+        for candidates in additions:
+            try:
+                found.append((candidates, self.with_effects(attempt, candidates)))
+            except (IdentificationError, np.linalg.LinAlgError) as error:
+                keys = " and ".join(candidate.active.effect.key for candidate in candidates)
+                self.failures.append(f"{keys} could not be fitted: {error}")
+                self._told(self.failures[-1])
+        return found
+
+    def from_balance(self, attempt: Attempt, groups: Array, candidates: Sequence[Candidate]) -> Attempt:
+        """Return a model with more effects, refitted from the groups (5,) and strengths of a balance of forces."""
+        model, values = attempt.model, attempt.fit.values.copy()
+        values[: len(groups)] = groups
+        for candidate in candidates:
+            model = model.with_effect(candidate.active)
+            values = np.concatenate([values, candidate.values])
+        return _attempt(refine_from_afar(model, values, attempt.fit.windows), attempt.holdout)
+
+    def finished(self, attempt: Attempt) -> Attempt:
+        """Return a model that is taken, refined to the end."""
+        return _attempt(refine(attempt.model, attempt.fit.values, attempt.fit.windows), attempt.holdout)
 
     def note(self, action: str, after: Attempt, line: str, tried: Sequence[Tried] = ()) -> None:
         """Note a step that ended with the model `after`, and tell people a line about it."""
@@ -149,7 +184,7 @@ def _refit(model: MotionModel, values: Array, before: Fit, expected: float) -> F
     """
     at_once: Fit | None = None
     try:
-        at_once = refine(model, values, before.windows)
+        at_once = refine(model, values, before.windows, tolerance=_ROUGHLY)
     except IdentificationError:
         pass  # the motion cannot be computed over whole windows; over short ones it can
     else:
@@ -157,7 +192,7 @@ def _refit(model: MotionModel, values: Array, before: Fit, expected: float) -> F
             before.squared_error - expected
         ):
             return at_once
-    grown = refine_from_afar(model, values, before.windows)
+    grown = refine_from_afar(model, values, before.windows, tolerance=_ROUGHLY)
     return at_once if at_once is not None and at_once.squared_error < grown.squared_error else grown
 
 

@@ -2,9 +2,10 @@
 
 from collections.abc import Callable, Sequence
 
+from cdp_ident.fit.force_balance import ForceBalance
 from cdp_ident.fit.refinement import Fit, fit_initial_states
 from cdp_ident.fit.windows import Window
-from cdp_ident.tracing.addition import add_effects
+from cdp_ident.tracing.addition import add_dry_friction, add_effects
 from cdp_ident.tracing.evidence import Attempt, change
 from cdp_ident.tracing.exchange import alternatives, exchange_effects
 from cdp_ident.tracing.pruning import (
@@ -25,6 +26,7 @@ def stepwise_selection(
     noise: float,
     told: Callable[[str], None] = lambda line: None,
     stop: Callable[[], bool] = lambda: False,
+    balance: ForceBalance | None = None,
 ) -> Selection:
     """Add to a fitted model the effects that it lacks.
 
@@ -34,11 +36,14 @@ def stepwise_selection(
         noise: root mean square of what the encoders add to both angles [rad].
         told: called with a line for people after each step.
         stop: asked between refits; true ends the selection with the effects found so far.
+        balance: the balance of forces of the trials, whose dry friction is where the selection begins.
     """
     before = Attempt(fit, fit_initial_states(fit.model, fit.values, holdout))
     progress = Progress(before, noise, told, stop)
     interrupted = False
     try:
+        if balance is not None:
+            add_dry_friction(progress, balance)
         _select(progress)
     except InterruptedSelectionError:
         interrupted = True

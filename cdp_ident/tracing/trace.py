@@ -86,7 +86,7 @@ def trace(
         stop: asked now and then; true ends the tracing with the effects found so far.
     """
     selection = stepwise_selection(
-        found.fit, found.data.holdout, float(np.sqrt(np.mean(found.data.noise**2))), told, stop
+        found.fit, found.data.holdout, float(np.sqrt(np.mean(found.data.noise**2))), told, stop, found.balance
     )
     completed = _completed(found, selection.after.fit)
     after, physical = selection.after, completed.physical
@@ -113,7 +113,8 @@ def _completed(found: Identification, fit: Fit) -> Identification:
     """Return an identification with another fit, and all that follows from it."""
     if fit is found.fit:
         return found
-    return Identification.of(found.options, found.data, replace(found.estimate, fit=fit), found.errors)
+    estimate = replace(found.estimate, fit=fit)
+    return Identification.of(found.options, found.data, found.balance, estimate, found.errors)
 
 
 def _found(selection: Selection, index: int, spread: Array, inertia: float, inertia_std: float) -> FoundEffect:
