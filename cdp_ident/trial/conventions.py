@@ -53,6 +53,8 @@ def in_model_angles(motion: Motion, options: TrialOptions) -> Motion:
         motion,
         angles=model_angles(motion.angles, options),
         rates=model_angles(motion.rates, options) - still,
+        cart=options.cart_sign * motion.cart,
+        cart_velocity=options.cart_sign * motion.cart_velocity,
         noise=np.array([of_inner, of_outer + (of_inner if options.outer_angle == "relative" else 0.0)]),
     )
 
@@ -100,7 +102,9 @@ def check_conventions(
         default=(options, given.lumped),
     )
     unexplained = given.lumped.unexplained
-    if unexplained > GOOD and fit.unexplained < _MUCH_BETTER * unexplained:
+    much_better = unexplained > GOOD and fit.unexplained < _MUCH_BETTER * unexplained
+    only_one = best != options and not _is_possible(given.lumped) and fit.unexplained <= unexplained
+    if much_better or only_one:
         contradiction = _better(options, best, given.lumped, fit, wording)
     elif unexplained > (_NO_PENDULUM if given.lumped.is_mechanism else _EVIDENT):
         contradiction = (

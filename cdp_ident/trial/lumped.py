@@ -115,6 +115,20 @@ def fit_lumped(balance: Windows, trusted: Mask) -> Lumped:
     return Lumped(values, float(unexplained), spread, _length_std(sums, values, left / max(1, 2 * len(fitted))))
 
 
+def gravity_direction(balance: Windows, trusted: Mask) -> float:
+    """Return how far gravity's direction is from where the angles take it to be [rad], positive as the angles are.
+
+    It is any from -pi to pi: gravity's terms are fitted with sine and cosine to the windows `trusted` (k,), twice, the
+    second time without outliers. The angles must be absolute.
+    """
+    balance = balance[trusted]
+    basis = np.eye(len(COLUMNS))[:, [*_VISCOUS, *_FRICTION, 10, 11]]
+    values = _least_squares(_Sums.of(balance), basis)
+    squares = _squares(balance, values)
+    values = _least_squares(_Sums.of(balance[squares <= _OUTLIER * np.median(squares)]), basis)
+    return float(np.arctan2(values[10] + values[11], values[4] + values[5]))
+
+
 @dataclass(frozen=True)
 class _Sums:
     """What least squares need to know of windows: sums of products of their coefficients C and target y."""
