@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.errors import TrialError
-from cdp_ident.trial.balance import Motion, Windows, joined, windows
+from cdp_ident.trial.balance import WINDOW, Motion, Windows, joined, windows
 from cdp_ident.trial.joints import model_angles
 from cdp_ident.trial.lumped import Lumped, fit_lumped
 from cdp_ident.trial.options import OuterAngle, TrialOptions, Zero
@@ -24,6 +24,8 @@ Mask = npt.NDArray[np.bool_]
 
 GOOD = 0.02
 """Unexplained share of the acceleration that is no evidence against a meaning."""
+_LOCKED = 0.01
+"""A joint whose speed is less than this share of the inner rod's does not turn."""
 _FEWEST_WINDOWS = 100
 """Windows that show motion, below which nothing can be said: five units of its time scale."""
 _MUCH_BETTER = 0.5
@@ -53,6 +55,8 @@ def in_model_angles(motion: Motion, options: TrialOptions) -> Motion:
         motion,
         angles=model_angles(motion.angles, options),
         rates=model_angles(motion.rates, options) - still,
+        cart=options.cart_sign * motion.cart,
+        cart_velocity=options.cart_sign * motion.cart_velocity,
         noise=np.array([of_inner, of_outer + (of_inner if options.outer_angle == "relative" else 0.0)]),
     )
 
@@ -88,6 +92,8 @@ def check_conventions(
     given = balance_of(motions, moving, options)
     if given is None:
         return None, ["there is too little motion to check the joints' conventions or to tell a hand from free motion"]
+    if _is_locked(motions, moving, options):
+        raise TrialError("the outer joint does not turn: this is not the motion of a double pendulum")
     others = [
         replace(options, outer_angle=outer_angle, outer_sign=outer_sign)
         for outer_angle, outer_sign in itertools.product(get_args(OuterAngle), (1, -1))
@@ -100,7 +106,9 @@ def check_conventions(
         default=(options, given.lumped),
     )
     unexplained = given.lumped.unexplained
-    if unexplained > GOOD and fit.unexplained < _MUCH_BETTER * unexplained:
+    possible = _is_possible(given.lumped)
+    factor = _MUCH_BETTER if possible else 1.0
+    if best != options and unexplained > GOOD and fit.unexplained < factor * unexplained:
         contradiction = _better(options, best, given.lumped, fit, wording)
     elif unexplained > (_NO_PENDULUM if given.lumped.is_mechanism else _EVIDENT):
         contradiction = (
@@ -109,16 +117,33 @@ def check_conventions(
             "angles: check columns, units and times; if a hand moves the rods for long, take the part without it by "
             f"{wording.name('start')} and {wording.name('stop')}"
         )
-    elif not given.lumped.is_mechanism:
+    elif not given.lumped.is_mechanism and given.lumped.has_certain_signs and (possible or unexplained > GOOD):
         contradiction = _wrong_signs(options, given.lumped, wording)
     else:
         warnings = [_remains(unexplained)] if unexplained > GOOD else []
-        if best != options and _stands(fit) and fit.unexplained < max(unexplained / _MUCH_BETTER, GOOD / 2):
+        if not (given.lumped.is_mechanism and given.lumped.has_certain_signs):
+            warnings.append(
+                "the motion is too small, too short or too noisy to tell what the angles mean: make sure that "
+                f"{wording.setting('zero', options.zero)} and {wording.setting('outer_angle', options.outer_angle)} "
+                "are right"
+            )
+        elif best != options and _stands(fit) and fit.unexplained < max(unexplained / _MUCH_BETTER, GOOD / 2):
             warnings.append(_cannot_tell(options, best, given.lumped, fit, wording))
         return given, warnings
     if options.conventions == "refuse":
         raise TrialError(f"{contradiction}; {wording.insist}")
     return given, [contradiction]
+
+
+def _is_locked(motions: Sequence[Motion], moving: Sequence[Mask], options: TrialOptions) -> bool:
+    """Return whether the outer rod turns with the inner one where the rods move."""
+    half = WINDOW // 2
+    parts = [
+        in_model_angles(motion, options).rates[half : half + len(mask)][mask]
+        for motion, mask in zip(motions, moving, strict=True)
+    ]
+    rates = np.concatenate(parts)
+    return bool(np.std(rates[:, 1] - rates[:, 0]) < _LOCKED * np.std(rates[:, 0]))
 
 
 def _stands(fit: Lumped) -> bool:

@@ -6,15 +6,18 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.errors import TrialError
-from cdp_ident.trial.balance import Motion, motion_on_grid
+from cdp_ident.trial.balance import Motion, joined, motion_on_grid
 from cdp_ident.trial.cleaning import Piece, clean
-from cdp_ident.trial.conventions import Balance, check_conventions
+from cdp_ident.trial.conventions import Balance, balance_of, check_conventions
 from cdp_ident.trial.joints import Samples, model_angles
+from cdp_ident.trial.lumped import gravity_direction
 from cdp_ident.trial.options import TrialOptions
 from cdp_ident.trial.scales import Scales
 from cdp_ident.trial.trial import Trial
 from cdp_ident.trial.wording import KEYS, Wording
 from cdp_ident.trial.zero_input import choose_part, find_parts, moving_windows
+
+Mask = npt.NDArray[np.bool_]
 
 _FEWEST_SAMPLES = 4
 """Samples in one unit of the motion's time scale below which its velocities cannot be estimated."""
@@ -22,13 +25,11 @@ _FEWEST_SAMPLES = 4
 
 @dataclass(frozen=True)
 class Found:
-    """A trial, and the motion of the whole recording that it was found in."""
+    """A trial, and the balance of forces in the whole recording that it was found in."""
 
     trial: Trial
-    motions: tuple[Motion, ...]
-    """Of the recorded joints, one for each piece of the recording."""
-    moving: tuple[npt.NDArray[np.bool_], ...]
-    """Of each motion, the windows of the balance of forces that show it."""
+    warnings: tuple[str, ...]
+    """What of its notes casts doubt on what the angles are taken to mean."""
     balance: Balance | None
     """Under the options' meaning of the angles; None where there is too little motion for one."""
 
@@ -44,6 +45,28 @@ def find_trial(samples: Samples, options: TrialOptions, wording: Wording = KEYS)
     Raises:
         TrialError: the data contradict the conventions, or there is no motion long enough.
     """
+    pieces, motions, moving, notes = _motions(samples, options, wording)
+    balance, warnings = check_conventions(motions, moving, options, wording)
+    parts, knocks = find_parts(motions, balance, options)
+    part, cuts = choose_part(parts, options.shortest or motions[0].scales.shortest)
+    piece = pieces[part.motion]
+    chosen = (piece.time >= part.start) & (piece.time <= part.stop)
+    time = piece.time[chosen]
+    trial = Trial(
+        name="",
+        time=time - time[0],
+        theta=model_angles(piece.angles[chosen], options),
+        cart=None if piece.cart is None else options.cart_sign * piece.cart[chosen],
+        start=float(time[0]),
+        notes=(*notes, *warnings, *cuts, *knocks),
+    )
+    return Found(trial, tuple(warnings), balance)
+
+
+def _motions(
+    samples: Samples, options: TrialOptions, wording: Wording = KEYS
+) -> tuple[list[Piece], tuple[Motion, ...], tuple[Mask, ...], list[str]]:
+    """Return the pieces that are long enough, the motion of each, which windows show it, and what was dropped."""
     taken = _between(samples, options, wording)
     scales = Scales.of((taken.stamps - taken.stamps[0]) * 1e-9, model_angles(taken.angles, options))
     longest_gap, shortest = options.longest_gap or scales.longest_gap, options.shortest or scales.shortest
@@ -57,22 +80,20 @@ def find_trial(samples: Samples, options: TrialOptions, wording: Wording = KEYS)
             f"{'; '.join(notes) or 'the recording is too short'}"
         )
     motions = tuple(motion_on_grid(piece.time, piece.angles, piece.cart, scales) for piece in pieces)
-    moving = tuple(moving_windows(motion, options) for motion in motions)
-    balance, warnings = check_conventions(motions, moving, options, wording)
-    parts, knocks = find_parts(motions, balance, options)
-    part, cuts = choose_part(parts, shortest)
-    piece = pieces[part.motion]
-    chosen = (piece.time >= part.start) & (piece.time <= part.stop)
-    time = piece.time[chosen]
-    trial = Trial(
-        name="",
-        time=time - time[0],
-        theta=model_angles(piece.angles[chosen], options),
-        cart=None if piece.cart is None else options.cart_sign * piece.cart[chosen],
-        start=float(time[0]),
-        notes=(*notes, *warnings, *cuts, *knocks),
-    )
-    return Found(trial, motions, moving, balance)
+    return pieces, motions, tuple(moving_windows(motion, options) for motion in motions), notes
+
+
+def rough_balance(samples: Samples, options: TrialOptions) -> Balance | None:
+    """Return the balance of forces under one meaning of the angles, whatever it says; None with too little motion."""
+    _, motions, moving, _ = _motions(samples, options)
+    return balance_of(motions, moving, options)
+
+
+def rough_gravity(samples: Samples, options: TrialOptions) -> float | None:
+    """Return gravity's direction by the motion (`gravity_direction`) [rad]; None with too little motion."""
+    _, motions, moving, _ = _motions(samples, options)
+    balance = balance_of(motions, moving, options)
+    return gravity_direction(joined(list(balance.windows)), np.concatenate(moving)) if balance else None
 
 
 def _between(samples: Samples, options: TrialOptions, wording: Wording) -> Samples:

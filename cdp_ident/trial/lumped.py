@@ -26,6 +26,7 @@ _LARGEST_OFFSET = 0.3
 _OFFSET_ROUNDS = 4
 _INDEPENDENT = 5
 """So many neighbouring windows tell as much as one: they overlap."""
+_SIGMAS = 3.0
 _SINGULAR = 1e-12
 _VISCOUS = (0, 1, 2, 3, 4, 5)
 _FRICTION = (6, 7)
@@ -43,14 +44,29 @@ class Lumped:
     """Share of the inner rod's acceleration (rms) in the windows fitted to that is not explained, by noise neither."""
     spread: float
     """Median of the unexplained `torques` of those windows."""
-    length_std: float = np.inf
-    """Standard deviation of `length_over_gravity` [s^2]."""
+    covariance: Array
+    """(6, 6) of the first six values."""
 
     @property
     def length_over_gravity(self) -> float:
         """L / g [s^2], as A = m2 L l2 and G2 = m2 l2 g over the same A22."""
         A, _, _, _, _, G2, *_ = self.values
         return float(A / G2) if G2 else np.inf
+
+    @property
+    def length_std(self) -> float:
+        """Standard deviation of `length_over_gravity` to first order [s^2]."""
+        A, _, _, _, _, G2, *_ = self.values
+        if not G2:
+            return np.inf
+        slope = np.array([1 / G2, 0, 0, 0, 0, -A / G2**2])
+        return float(np.sqrt(max(0.0, slope @ self.covariance @ slope)))
+
+    @property
+    def has_certain_signs(self) -> bool:
+        """Whether the signs of A, G1 and G2, which tell what is upside down, are more than an error of the fit."""
+        places = [0, 4, 5]
+        return bool(np.all(np.abs(self.values[places]) > _SIGMAS * np.sqrt(np.diag(self.covariance)[places])))
 
     @property
     def offsets(self) -> Array:
@@ -112,7 +128,21 @@ def fit_lumped(balance: Windows, trusted: Mask) -> Lumped:
     explained = max(left - float(np.sum(_noise(fitted, values))), 0.0)
     unexplained = np.sqrt(explained / sums.of_target) if sums.of_target > 0 else np.inf
     spread = float(np.median(torques(fitted, values)))
-    return Lumped(values, float(unexplained), spread, _length_std(sums, values, left / max(1, 2 * len(fitted))))
+    return Lumped(values, float(unexplained), spread, _covariance(sums, left / max(1, 2 * len(fitted))))
+
+
+def gravity_direction(balance: Windows, trusted: Mask) -> float:
+    """Return how far gravity's direction is from where the angles take it to be [rad], positive as the angles are.
+
+    It is any from -pi to pi: gravity's terms are fitted with sine and cosine to the windows `trusted` (k,), twice, the
+    second time without outliers. The angles must be absolute.
+    """
+    balance = balance[trusted]
+    basis = np.eye(len(COLUMNS))[:, [*_VISCOUS, *_FRICTION, 10, 11]]
+    values = _least_squares(_Sums.of(balance), basis)
+    squares = _squares(balance, values)
+    values = _least_squares(_Sums.of(balance[squares <= _OUTLIER * np.median(squares)]), basis)
+    return float(np.arctan2(values[10] + values[11], values[4] + values[5]))
 
 
 @dataclass(frozen=True)
@@ -149,14 +179,17 @@ def _noise(balance: Windows, values: Array) -> Array:
     return np.column_stack([of1 + A * of2, A * of1 + B * of2])
 
 
-def _length_std(sums: _Sums, values: Array, variance: float) -> float:
-    """Return the standard deviation of A / G2 to first order, with residuals of a `variance` [(rad/s^2)^2]."""
-    A, G2 = values[0], values[5]
-    if not G2:
-        return np.inf
-    covariance = np.linalg.pinv(sums.coefficients[:6, :6], hermitian=True) * variance * _INDEPENDENT
-    slope = np.array([1 / G2, 0, 0, 0, 0, -A / G2**2])
-    return float(np.sqrt(max(0.0, slope @ covariance @ slope)))
+def _covariance(sums: _Sums, variance: float) -> Array:
+    """Return the covariance of the first six numbers (6, 6) with residuals of a `variance` [(rad/s^2)^2]."""
+    count = len(_VISCOUS) + len(_FRICTION)
+    products = sums.coefficients[:count, :count]
+    scale = np.sqrt(np.diag(products))
+    scale[scale == 0] = 1.0
+    eigenvalues, directions = np.linalg.eigh(products / np.outer(scale, scale))
+    # What the motion does not show at all is as uncertain as can be said.
+    inverse = directions / np.maximum(eigenvalues, _SINGULAR) @ directions.T
+    covariance = inverse / np.outer(scale, scale) * variance * _INDEPENDENT
+    return np.asarray(covariance[: len(_VISCOUS), : len(_VISCOUS)])
 
 
 def _physical(sums: _Sums) -> Array:

@@ -16,7 +16,7 @@ from cdp_ident.trial.scales import PER_UNIT
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
-_REST_WINDOW = 5 * PER_UNIT
+_REST_WINDOW = 8 * PER_UNIT
 _CART_WINDOW = 5 * PER_UNIT // 2
 _KNOCK = PER_UNIT // 2
 """A torque that acts for no longer than this [grid points] is a knock, not a hand."""
@@ -58,7 +58,7 @@ class Part:
 
 
 def at_rest(motion: Motion, amplitude: float) -> Mask:
-    """Return which grid points (m,) lie in a stretch in which neither rod moves more than `amplitude` [rad rms]."""
+    """Return which grid points (m,) lie in a long time in which neither rod moves more than `amplitude` [rad rms]."""
     deviation = motion.angles - np.median(motion.angles, axis=0)
     width = min(_REST_WINDOW, len(deviation))
     mean = np.ones(width) / width

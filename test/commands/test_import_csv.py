@@ -1,32 +1,68 @@
 """A CSV file becomes a bag in the project's conventions."""
 
+import gzip
 from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 from rosbags.highlevel import AnyReader
 
 from cdp_ident.bag.reader import read_joint_states
 from cdp_ident.commands.import_csv import main
+from cdp_ident.model.parameters import NOMINAL, physical_coefficients
+from cdp_ident.model.simulation import simulate
 from cdp_ident.trial.load import load_trial
 
-MEASURED = Path(__file__).parents[3] / "shared/data/multiarm_free_swing/free_swing_8s_56s_1kHz.csv.gz"
-TIME = np.arange(400) * 0.005
-THETA = np.column_stack([np.pi + np.sin(5 * TIME), np.pi + 0.5 * np.cos(3 * TIME)])
-"""Absolute angles, zero upright."""
+SHARED = Path(__file__).parents[3] / "shared/data"
+MEASURED = SHARED / "multiarm_free_swing/free_swing_8s_56s_1kHz.csv.gz"
+DROPS = SHARED / "dfki_drops"
+
+
+def swing(length=0.4, rate=200.0, seconds=4.0, start=(2.0, 2.5)):
+    """Times (n,) and absolute angles from upright (n, 2) of Table 2's pendulum at another size."""
+    size = length / NOMINAL["L"]
+    of_size = np.array([1, 1, 1 / size, size**-0.5, size**-0.5, 1 / size, 1])
+    coefficients = physical_coefficients({**NOMINAL, "c1": 0.002, "c2": 0.0005}) * of_size
+    time = np.arange(round(seconds * rate)) / rate
+    return time, simulate(coefficients, np.array([*start, 0, 0]), time)[:, :2]
+
+
+TIME, THETA = swing()
+RELATIVE = np.column_stack([THETA[:, 0], THETA[:, 1] - THETA[:, 0]])
+
+
+def write(folder, columns, title="t,a,b,c", delimiter=",", decimal=".", digits=9):
+    table = np.column_stack(columns)
+    head = delimiter.join(title.split(",")[: table.shape[1]]) + "\n" if title else ""
+    rows = (delimiter.join(f"{value:.{digits}f}".replace(".", decimal) for value in row) for row in table.tolist())
+    (folder / "log.csv").write_text(head + "\n".join(rows) + "\n", encoding="utf-8")
+    return str(folder / "log.csv")
 
 
 @pytest.fixture
 def convert(tmp_path):
     """Import columns with options; returns the joints' positions, the stamps and the bag."""
 
-    def run(columns, *options, title="t,a,b,c"):
-        np.savetxt(
-            tmp_path / "log.csv", np.column_stack(columns), fmt="%.12f", delimiter=",", header=title, comments=""
-        )
-        assert main([str(tmp_path / "log.csv"), "--out", str(tmp_path / "bag"), *options]) == 0
+    def run(columns, *options, **how):
+        assert main([write(tmp_path, columns, **how), "--out", str(tmp_path / "bag"), *options]) == 0
         recording = read_joint_states(tmp_path / "bag", "joint_states")
         return recording.positions, recording.stamps, recording
+
+    return run
+
+
+@pytest.fixture
+def refuse(tmp_path, capsys):
+    """Import columns that are not taken; returns the error."""
+
+    def run(columns, *options, **how):
+        assert main([write(tmp_path, columns, **how), "--out", str(tmp_path / "bag"), *options]) == 2
+        error = capsys.readouterr().err
+        assert error.count("\n") == 1
+        assert not (tmp_path / "bag").exists()
+        return error
 
     return run
 
@@ -41,38 +77,127 @@ def convert(tmp_path):
             THETA / (2 * np.pi) * [8000, 4000],
             ["--angle-unit", "counts", "--counts-per-turn", "8000", "4000", "--outer-angle", "absolute"],
         ),
-        (np.column_stack([-THETA[:, 0], THETA[:, 1] - THETA[:, 0]]), ["--inner-sign", "-1"]),
+        (RELATIVE * [-1, 1], ["--inner-sign", "-1"]),
         (np.mod(THETA, 2 * np.pi), ["--outer-angle", "absolute"]),
+        (THETA - 0.2, ["--outer-angle", "absolute", "--lean", str(np.degrees(0.2))]),
+        (RELATIVE * [-1, 1] + [0.2, 0], ["--inner-sign", "-1", "--lean", str(np.degrees(0.2))]),
     ],
 )
 def test_every_meaning_of_the_angles_ends_in_the_project_s(convert, angles, options):
     positions, _, _ = convert([TIME, angles], *options)
-    expected = np.column_stack([THETA[:, 0], THETA[:, 1] - THETA[:, 0]])
-    assert np.allclose(positions, expected, atol=1e-9)
+    difference = positions - RELATIVE
+    assert np.abs(difference - 2 * np.pi * np.round(difference[0] / (2 * np.pi))).max() < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("columns", "title", "options"),
+    [
+        ([TIME, np.degrees(RELATIVE)], "t [s],theta1 [deg],theta2 [deg]", []),
+        ([TIME, np.degrees(RELATIVE)], "t,theta1,theta2", []),
+        ([1000 * TIME, np.degrees(RELATIVE)], "time_ms,theta1_deg,theta2_deg", []),
+        ([1e6 * TIME, RELATIVE], "", []),
+        ([RELATIVE[:, ::-1], TIME], "q2,q1,t", []),
+        ([RELATIVE], "theta1,theta2", ["--rate", "200"]),
+        ([RELATIVE], "", ["--rate", "200"]),
+        ([7 + np.arange(len(TIME)), RELATIVE], "frame,theta1,theta2", ["--rate", "200"]),
+        ([np.arange(len(TIME)), RELATIVE], "", ["--rate", "200", "--time", "0"]),
+    ],
+)
+def test_what_a_file_says_and_what_its_motion_shows_needs_no_option(convert, columns, title, options):
+    positions, stamps, _ = convert(columns, *options, title=title)
+    assert np.abs(positions - RELATIVE).max() < 1e-6
+    assert np.allclose(np.diff(stamps), 5e6, atol=2)
+
+
+@settings(max_examples=12, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(
+    form=st.sampled_from([(",", "."), (";", ","), ("\t", "."), (" ", ","), ("|", ".")]),
+    unit=st.sampled_from(["rad", "deg"]),
+    zero=st.sampled_from(["upright", "hanging"]),
+    outer_angle=st.sampled_from(["relative", "absolute"]),
+    signs=st.tuples(st.sampled_from([1, -1]), st.sampled_from([1, -1])),
+    comment=st.sampled_from(["", "# ", "% "]),
+)
+def test_any_form_with_its_true_meaning_becomes_the_same_trial(
+    tmp_path_factory, form, unit, zero, outer_angle, signs, comment
+):
+    folder = tmp_path_factory.mktemp("form")
+    angles = np.column_stack([THETA[:, 0], RELATIVE[:, 1] if outer_angle == "relative" else THETA[:, 1]])
+    angles = angles - np.pi * (zero == "hanging") * np.array([1, outer_angle == "absolute"])
+    recorded = angles * signs * (180 / np.pi if unit == "deg" else 1)
+    title = f"{comment}time,inner [{unit}],outer [{unit}]"
+    path = write(folder, [TIME, recorded], title=title, delimiter=form[0], decimal=form[1])
+    options = ["--zero", zero, "--outer-angle", outer_angle, f"--inner-sign={signs[0]}", f"--outer-sign={signs[1]}"]
+    assert main([path, "--out", str(folder / "bag"), *options]) == 0
+    trial = load_trial(folder / "bag")
+    assert np.abs(trial.theta - THETA).max() < 1e-6
+
+
+@pytest.mark.parametrize("length", [0.09, 0.4])
+@pytest.mark.parametrize(
+    ("true", "given"),
+    [
+        (RELATIVE, ["--outer-angle", "absolute"]),
+        (THETA, []),
+        (THETA, ["--outer-angle", "relative", "--outer-sign", "-1"]),
+        (RELATIVE * [1, -1], []),
+        (RELATIVE, ["--zero", "hanging"]),
+        (RELATIVE + np.array([0, np.pi]), []),
+        (RELATIVE + np.array([np.pi, -np.pi]), []),
+    ],
+)
+def test_a_wrong_meaning_is_refused_as_the_user_has_typed_it(refuse, length, true, given):
+    # The same motion on a smaller rig is faster.
+    noisy = true + np.random.default_rng(1).normal(0, 1e-3, true.shape)
+    error = refuse([TIME * np.sqrt(length / 0.4), noisy], *given)
+    assert "identify would refuse it" in error
+    assert "--anyway" in error
+    assert "contradict --" in error or "half a turn" in error
+    assert "outer_angle" not in error
+
+
+def test_who_insists_gets_the_bag_and_the_warning(convert, capsys):
+    convert([TIME, THETA], "--anyway")
+    assert "warning: identify will refuse it: the data contradict --outer-angle relative" in capsys.readouterr().out
+
+
+def test_more_than_two_percent_unexplained_is_a_warning(convert, capsys):
+    push = 0.06 * np.sin(9 * TIME)[:, None] * [1.0, 0.5]
+    convert([TIME, THETA + push], "--outer-angle", "absolute")
+    assert "warning: " in capsys.readouterr().out
+
+
+def test_a_right_recording_is_told_what_was_taken_for_granted_and_warned_of_nothing(convert, capsys):
+    convert([TIME, RELATIVE])
+    said = capsys.readouterr().out
+    assert "time from column 't' in s" in said
+    assert "inner from column 'a' in rad (not stated" in said
+    assert "taken for granted: --zero upright, --outer-angle relative, --inner-sign 1, --outer-sign 1" in said
+    assert "it holds with L = 0.4 " in said
+    assert "warning" not in said
 
 
 def test_the_cart_is_taken_in_metres(convert):
-    positions, _, recording = convert(
-        [TIME, THETA, 1000 * TIME], "--cart", "c", "--cart-unit", "mm", "--cart-sign", "-1"
-    )
+    cart = 3 * np.sin(TIME)
+    positions, _, recording = convert([TIME, RELATIVE, cart], "--cart", "c", "--cart-unit", "mm", "--cart-sign", "-1")
     assert recording.joints == ("inner_joint", "outer_joint", "cart_joint")
-    assert np.allclose(positions[:, 2], -TIME)
+    assert np.allclose(positions[:, 2], -1e-3 * cart)
 
 
 def test_rows_are_chosen_by_time_and_number(convert):
-    _, stamps, _ = convert([1000 * TIME, THETA], "--time-unit", "ms", "--from", "0.5", "--to", "1.0", "--every", "5")
-    assert len(stamps) == 21
-    assert np.array_equal(np.unique(np.diff(stamps)), [25_000_000])
+    _, stamps, _ = convert([1000 * TIME, RELATIVE], "--time-unit", "ms", "--from", "0.5", "--to", "3", "--every", "4")
+    assert len(stamps) == 126
+    assert np.array_equal(np.unique(np.diff(stamps)), [20_000_000])
 
 
 def test_the_start_may_be_given_as_a_date(convert):
-    _, stamps, _ = convert([TIME, THETA], "--start-stamp", "2024-05-31T12:00:00.25Z")
+    _, stamps, _ = convert([TIME, RELATIVE], "--start-stamp", "2024-05-31T12:00:00.25Z")
     assert stamps[0] == 1_717_156_800_250_000_000
-    assert stamps[-1] - stamps[0] == 1_995_000_000
+    assert stamps[-1] - stamps[0] == 3_995_000_000
 
 
 def test_times_since_1970_are_kept(convert):
-    _, stamps, _ = convert([TIME + 1_717_156_800, THETA])
+    _, stamps, _ = convert([TIME + 1_717_156_800, RELATIVE])
     assert np.allclose(stamps, 1_717_156_800_000_000_000 + TIME * 1e9, atol=1000)
 
 
@@ -85,7 +210,7 @@ def test_the_bag_says_how_it_was_made_and_others_read_it(convert, tmp_path):
 
 
 def test_rows_without_a_number_are_left_out_and_counted(convert, capsys):
-    angles = THETA.copy()
+    angles = RELATIVE.copy()
     angles[[3, 7]] = np.nan
     _, stamps, _ = convert([TIME, angles])
     assert len(stamps) == len(TIME) - 2
@@ -96,37 +221,124 @@ def test_rows_without_a_number_are_left_out_and_counted(convert, capsys):
     ("options", "message"),
     [
         (["--inner", "arm"], "no column 'arm'"),
+        (["--inner", "a", "--outer", "1"], "cannot be both angles"),
         (["--angle-unit", "counts"], "needs --counts-per-turn"),
         (["--counts-per-turn", "8000"], "goes with --angle-unit counts"),
         (["--angle-unit", "counts", "--counts-per-turn", "0"], "positive"),
         (["--every", "0"], "--every is 0"),
+        (["--rate", "-5"], "--rate is -5.0: expected a positive number"),
         (["--from", "100"], "no complete row between"),
         (["--start-stamp", "0"], "later --start-stamp"),
         (["--cart", "3", "--cart-unit", "counts"], "needs --counts-per-metre"),
-        (["--time", "b", "--time-unit", "s", "--from", "1e300"], "no complete row"),
+        (["--time", "b", "--time-unit", "s", "--from", "1e300"], "does not increase"),
+        (["--points", "a", "b"], "--points has 2 columns"),
+        (["--points"], "the titles do not tell"),
+        (["--to", "0.1"], "hold no stretch"),
     ],
 )
-def test_bad_input_is_one_line_and_exit_code_2(tmp_path, capsys, options, message):
-    np.savetxt(tmp_path / "log.csv", np.column_stack([TIME, THETA, TIME]), delimiter=",", header="t,a,b,c", comments="")
-    assert main([str(tmp_path / "log.csv"), "--out", str(tmp_path / "bag"), *options]) == 2
-    error = capsys.readouterr().err
-    assert error.count("\n") == 1
-    assert message in error
-    assert not (tmp_path / "bag").exists()
+def test_bad_input_is_one_line_and_exit_code_2(refuse, options, message):
+    assert message in refuse([TIME, RELATIVE, TIME], *options)
+
+
+@pytest.mark.parametrize(
+    ("columns", "title", "message"),
+    [
+        ([RELATIVE], "theta1,theta2", "has no times: give --rate"),
+        ([np.arange(len(TIME)), RELATIVE], "frame,theta1,theta2", "has no times: give --rate"),
+        ([np.arange(len(TIME)), RELATIVE], "", "column 0 counts 1, 2, 3: give --rate"),
+        ([RELATIVE, TIME], "", "does not increase as times do"),
+        ([TIME, RELATIVE], "t,theta1 [counts],theta2 [counts]", "--counts-per-turn"),
+    ],
+)
+def test_what_the_file_does_not_tell_is_asked_for(refuse, columns, title, message):
+    assert message in refuse(columns, title=title)
 
 
 def test_an_existing_bag_is_not_overwritten(convert, tmp_path, capsys):
-    convert([TIME, THETA])
+    convert([TIME, RELATIVE])
     assert main([str(tmp_path / "log.csv"), "--out", str(tmp_path / "bag")]) == 2
     assert "not overwritten" in capsys.readouterr().err
 
 
+MARKERS = "frame,pivot_x,pivot_y,joint_x,joint_y,tip_x,tip_y"
+
+
+def film(length, rate, seconds, noise=0.3, lean=0.0, lost=0.0, exchanged=0.0, pixels=200.0):
+    """Frame numbers and marker positions in pixels (n, 7), y down; angles have noise of about noise / pixels."""
+    generator = np.random.default_rng(3)
+    time, theta = swing(length, rate, seconds)
+    rods = np.stack([np.sin(theta - lean), -np.cos(theta - lean)], axis=-1) * [[pixels], [0.9 * pixels]]
+    points = np.stack([np.zeros_like(rods[:, 0]), rods[:, 0], rods.sum(axis=1)], axis=1) + np.array([640, 360])
+    points += generator.normal(0, noise, points.shape)
+    swapped = generator.random(len(time)) < exchanged
+    points[swapped, 1:] = points[swapped, :0:-1]
+    kept = generator.random(len(time)) >= lost
+    return theta[kept], np.column_stack([np.arange(len(time)), points.reshape(len(time), 6)])[kept]
+
+
+@pytest.mark.parametrize(
+    ("length", "rate", "seconds", "lost"), [(0.09, 500.0, 8.0, 0.0), (0.17, 100.0, 6.0, 0.1), (1.0, 60.0, 15.0, 0.05)]
+)
+def test_a_film_becomes_a_trial_whose_length_agrees(convert, capsys, tmp_path, length, rate, seconds, lost):
+    theta, rows = film(length, rate, seconds, lean=0.01, lost=lost, exchanged=0.05)
+    convert([rows], "--rate", f"{rate:g}", "--length", f"{length:g}", title=MARKERS, digits=3)
+    said = capsys.readouterr().out
+    assert "warning" not in said
+    assert "joint and tip are exchanged in" in said
+    assert "the camera leans (--lean 0.5" in said or "the camera leans (--lean 0.6" in said
+    trial = load_trial(tmp_path / "bag")
+    assert len(trial.time) >= len(theta) - 3
+    assert np.abs(np.angle(np.exp(1j * (trial.theta + 0.01 - theta[-len(trial.time) :])))).max() < 0.02
+
+
+def test_a_film_s_rate_is_checked_against_the_motion(convert, capsys):
+    _, rows = film(0.09, 500.0, 8.0)
+    convert([rows], "--rate", "120", "--length", "0.09", title=MARKERS, digits=3)
+    assert "with --rate 50" in capsys.readouterr().out or "with --rate 49" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("lean", "options", "message"),
+    [
+        (0.0, ["--y-axis", "up"], "gravity pulls up in the picture"),
+        (0.35, [], "give --lean 20."),
+        (np.pi / 2, [], "give --lean 90.0 if"),
+        (0.0, ["--zero", "hanging"], "--zero does not go with points"),
+    ],
+)
+def test_gravity_s_direction_on_a_film_is_checked_against_the_motion(refuse, lean, options, message):
+    _, rows = film(0.4, 100.0, 8.0, lean=lean, noise=0.05)
+    assert message in refuse([rows], "--rate", "100", *options, title=MARKERS)
+
+
+def test_points_may_be_named_and_be_in_metres(convert):
+    theta, rows = film(0.4, 100.0, 8.0, noise=0.02)
+    metres = rows[:, 1:] * ([1e-3, -1e-3] * 3)
+    names = ["--points", "a", "b", "c", "d", "e", "f", "--points-unit", "m"]
+    positions, _, _ = convert([rows[:, 0] / 100, metres], *names, title="t,a,b,c,d,e,f")
+    assert np.abs(np.angle(np.exp(1j * (positions.cumsum(axis=1) - theta)))).max() < 0.01
+
+
 @pytest.mark.skipif(not MEASURED.exists(), reason="the measured swing is not beside the repository")
-def test_a_measured_swing_becomes_a_bag_and_wrong_conventions_are_noticed_at_once(tmp_path, capsys):
-    columns = ["--time", "time_s", "--inner", "theta1_rad", "--outer", "theta2_rad", "--every", "5"]
-    assert main([str(MEASURED), "--out", str(tmp_path / "right"), *columns, "--outer-angle", "absolute"]) == 0
+def test_a_measured_swing_becomes_a_bag_and_wrong_conventions_are_refused(tmp_path, capsys):
+    columns = [str(MEASURED), "--every", "5"]
+    assert main([*columns, "--out", str(tmp_path / "right"), "--outer-angle", "absolute", "--length", "0.17272"]) == 0
     assert "warning" not in capsys.readouterr().out
-    trial = load_trial(tmp_path / "right")
-    assert trial.duration == pytest.approx(47.995)
-    assert main([str(MEASURED), "--out", str(tmp_path / "wrong"), *columns]) == 0
-    assert "outer_angle: absolute leaves" in capsys.readouterr().out
+    assert load_trial(tmp_path / "right").duration == pytest.approx(47.995)
+    assert main([*columns, "--out", str(tmp_path / "wrong")]) == 2
+    assert "--outer-angle absolute leaves" in capsys.readouterr().err
+
+
+@pytest.mark.skipif(not DROPS.exists(), reason="the recordings of the drops are not beside the repository")
+@pytest.mark.parametrize("number", [1, 2, 3])
+def test_a_drop_with_geared_drives_becomes_a_trial_and_a_wrong_meaning_does_not(tmp_path, capsys, number):
+    file = str(DROPS / f"drop{number}.csv.gz")
+    assert main([file, "--out", str(tmp_path / "bag"), "--zero", "hanging", "--length", "0.3"]) == 0
+    assert "apart, but the motion" not in capsys.readouterr().out
+    trial = load_trial(tmp_path / "bag")
+    with gzip.open(file, "rt") as stream:
+        end = np.loadtxt(stream, delimiter=",", skiprows=1)[-1, 0]
+    assert 5.0 <= trial.start <= 5.25
+    assert trial.start + trial.duration == pytest.approx(end, abs=0.02)
+    for wrong in (["--outer-angle", "absolute", "--zero", "hanging"], [], ["--outer-sign", "-1", "--zero", "hanging"]):
+        assert main([file, "--out", str(tmp_path / "wrong"), *wrong]) == 2

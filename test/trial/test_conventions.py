@@ -77,3 +77,16 @@ def test_noise_neither_passes_wrong_conventions_nor_refuses_right_ones(recording
         check(made, lambda _: noisy, outer_angle="absolute")
     with pytest.raises(TrialError):
         check(made, lambda _: noisy, outer_sign=-1)
+
+
+def test_what_a_small_swing_cannot_tell_is_said_and_not_held_against_it(recording):
+    made = recording().carry(np.pi + 0.02, np.pi + 0.04, 1.0).hold(0.5).swing(10)
+    noisy = made.joints(noise=1e-3)
+    _, warnings = check(made, lambda _: noisy, rest_amplitude=1e-3)
+    assert any("too small, too short or too noisy" in warning or "cannot tell" in warning for warning in warnings)
+
+
+def test_zeros_that_are_a_little_off_contradict_nothing(swing):
+    balance, warnings = check(swing, lambda joints: joints + np.array([0.03, -0.05]))
+    assert warnings == []
+    assert balance.lumped.offsets == pytest.approx([-0.03, 0.02], abs=3e-3)

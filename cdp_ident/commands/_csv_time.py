@@ -1,0 +1,65 @@
+"""When the rows of a CSV file were measured."""
+
+import argparse
+
+import numpy as np
+import numpy.typing as npt
+
+from cdp_ident.bag.csv_file import Table
+from cdp_ident.bag.csv_titles import FRAME, TIME
+from cdp_ident.commands._csv_arguments import TIME_UNITS
+from cdp_ident.errors import OptionError
+
+Array = npt.NDArray[np.float64]
+
+_LONGEST_STEP = 0.05
+"""Steps of a time [s] longer than this show no swing: the unit is another one."""
+
+
+def times(table: Table, options: argparse.Namespace, known: dict[str, int]) -> tuple[Array, set[int], list[str]]:
+    """Return the time of each row [s], the columns that are used up, and what was taken for it.
+
+    `known` are the columns whose titles tell what they are. Raises CdpIdentError where there is no time.
+    """
+    count, width = table.values.shape
+    counted = {known[FRAME]} if FRAME in known else set()
+    if options.rate is not None:
+        place = table.place(options.time) if options.time else known.get(FRAME)
+        used = counted | ({known[TIME]} if TIME in known else set()) | ({place} if place is not None else set())
+        if place is None:
+            return np.arange(count) / options.rate, used, [f"time from the rows, {options.rate:g} a second"]
+        frames = table.column(place)
+        return (
+            frames / options.rate,
+            used,
+            [f"time from frame numbers in {table.name(place)}, {options.rate:g} a second"],
+        )
+    if options.time is None and TIME not in known and (FRAME in known or width < 3):
+        raise OptionError(f"{table.path} has no times: give --rate, or the column of the times by --time")
+    place = table.place(options.time) if options.time else known.get(TIME, 0)
+    time = table.column(place)
+    steps = np.diff(time[np.isfinite(time)])
+    if len(steps) and np.count_nonzero(steps > 0) < len(steps) / 2:
+        raise OptionError(
+            f"{table.path}: {table.name(place)} does not increase as times do: name their column by --time, or give "
+            "--rate if there is none"
+        )
+    unit, how = options.time_unit or table.unit(place), ""
+    if not unit:
+        unit, how = _time_unit(table, steps, place)
+    if unit not in TIME_UNITS:
+        raise OptionError(f"{table.path}: times in {unit}? Give --time-unit")
+    return time * TIME_UNITS[unit], counted | {place}, [f"time from {table.name(place)} in {unit}{how}"]
+
+
+def _time_unit(table: Table, steps: Array, place: int) -> tuple[str, str]:
+    """Find the unit of a time that states none by its steps."""
+    step = float(np.median(steps)) if len(steps) else 0.0
+    if step == 1 and np.all(steps == np.round(steps)):
+        raise OptionError(
+            f"{table.path}: {table.name(place)} counts 1, 2, 3: give --rate if these are frames, or --time-unit"
+        )
+    for unit, factor in TIME_UNITS.items():
+        if step * factor <= _LONGEST_STEP:
+            return unit, "" if unit == "s" else f" (not stated: steps of {step:.4g} s would be too long for a swing)"
+    return "s", ""

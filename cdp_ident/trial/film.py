@@ -1,0 +1,160 @@
+"""From markers on a film to the angles of the rods.
+
+A camera that looks along the joints' axes sees the pivot, the joint between the rods and the tip (or any other point of
+the outer rod). The distance from pivot to joint does not change, which tells markers that a tracker has exchanged or
+lost from those that are right.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from cdp_ident.errors import TrialError
+
+Array = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
+
+_TOLERANCE = 0.03
+"""How far a distance may be off at least, as a share of it: a lens that distorts, a tracker's noise."""
+_SIGMAS = 6.0
+_FEWEST_RIGHT = 0.5
+"""Share of the frames that must show the joint where it can be."""
+_RIGID = 0.1
+"""Standard deviation of the distance between the joints, as a share of it, above which they are on no rod."""
+_AT_REST = 0.02
+"""A pivot that moves less than this [distances between the joints, standard deviation] is at rest."""
+_LEVEL = 0.1
+"""A pivot on a cart moves up and down less than this [distances between the joints, standard deviation]."""
+_CIRCLE_ROUNDS = 20
+
+
+@dataclass(frozen=True)
+class Film:
+    """The motion of the rods on a film."""
+
+    kept: Mask
+    """(n,) the frames that show it."""
+    angles: Array
+    """(k, 2) theta1, theta2 of those frames: absolute, zero upright, positive towards +x, wrapped [rad]."""
+    pivot: Array | None
+    """(k,) position of the pivot along x [the film's unit]; None where it is at rest."""
+    length: float
+    """Distance between the joints [the film's unit]."""
+    notes: tuple[str, ...]
+    """What was mended and left out, in words."""
+
+
+def rods_on_film(points: Array, y_down: bool) -> Film:
+    """Find the angles of the rods from positions of the markers.
+
+    Args:
+        points: (n, 3, 2) x and y of pivot, joint and tip in each frame, or (n, 2, 2) of joint and tip if the pivot was
+            not tracked; it is then the centre of the joint's circle. NaN where a marker was not found.
+        y_down: whether y counts downwards, as in pictures.
+
+    Raises:
+        TrialError: the joint is at no fixed distance from the pivot.
+    """
+    points = points * (1.0, -1.0 if y_down else 1.0)
+    seen = np.all(np.isfinite(points), axis=(1, 2))
+    if not np.any(seen):
+        raise TrialError("no frame has numbers for all markers")
+    notes = []
+    if points.shape[1] == 2:
+        centre = _centre(points[seen, 0])
+        points = np.concatenate([np.broadcast_to(centre, (len(points), 1, 2)), points], axis=1)
+        notes.append(f"the pivot is the centre of the joint's circle, x {centre[0]:.4g}, y {abs(centre[1]):.4g}")
+    length, tolerance = _length(points[seen])
+    spread = _spread(points[seen, 0]) / length
+    if spread[1] > _LEVEL:
+        raise TrialError("the pivot moves up and down: check which columns are pivot, joint and tip")
+    is_at_rest = bool(np.all(spread < _AT_REST))
+    if is_at_rest:
+        points[:, 0] = np.median(points[seen, 0], axis=0)
+        length, tolerance = _length(points[seen])
+    exchanged, lost = _exchanged(points, seen, length, tolerance)
+    points[exchanged, 1:] = points[exchanged, :0:-1]
+    kept = seen & ~lost
+    if np.count_nonzero(kept) < _FEWEST_RIGHT * np.count_nonzero(seen):
+        raise TrialError(
+            f"in {np.count_nonzero(lost)} of {np.count_nonzero(seen)} frames neither marker is {length:.4g} from the "
+            "pivot, as the joint must be: check which columns are pivot, joint and tip"
+        )
+    if count := int(np.count_nonzero(~seen)):
+        notes.append(f"{count} frames lack a marker and are left out")
+    if count := int(np.count_nonzero(exchanged & kept)):
+        notes.append(f"joint and tip are exchanged in {count} frames: put right")
+    if count := int(np.count_nonzero(lost)):
+        notes.append(f"in {count} frames the joint is not where it can be: left out")
+    rods = np.diff(points[kept], axis=1)
+    angles = np.arctan2(rods[:, :, 0], rods[:, :, 1])
+    return Film(kept, angles, None if is_at_rest else points[kept, 0, 0], length, tuple(notes))
+
+
+def _spread(values: Array) -> Array:
+    """Return the standard deviation of columns of values (n, k) by their median deviation, (k,)."""
+    return np.asarray(1.4826 * np.median(np.abs(values - np.median(values, axis=0)), axis=0))
+
+
+def _length(points: Array) -> tuple[float, float]:
+    """Return how far the joint is from the pivot in most frames, and how far off a frame may be.
+
+    The middle of the shortest interval with half of the distances: frames in which the tip stands for the joint are
+    far from it.
+    """
+    distances = np.sort(np.linalg.norm(points[:, 1] - points[:, 0], axis=1))
+    half = max(1, len(distances) // 2)
+    widths = distances[half:] - distances[: len(distances) - half]
+    at = int(np.argmin(widths)) if len(widths) else 0
+    length = float(np.median(distances[at : at + half]))
+    if not length > 0:
+        raise TrialError("pivot and joint are the same point: check which columns are pivot, joint and tip")
+    # Half of a normal distribution lies within two thirds of its standard deviation.
+    deviation = float(widths[at]) / 1.349 if len(widths) else 0.0
+    if deviation > _RIGID * length:
+        raise TrialError(
+            f"the joint is {length:.4g} from the pivot, but {deviation:.2g} more or less in many frames: check which "
+            "columns are pivot, joint and tip"
+        )
+    return length, max(_SIGMAS * deviation, _TOLERANCE * length)
+
+
+def _exchanged(points: Array, seen: Mask, length: float, tolerance: float) -> tuple[Mask, Mask]:
+    """Return in which frames joint and tip are exchanged, and in which neither is where the joint can be.
+
+    Where both are, the order is that in which the markers move less since the frame before.
+    """
+    joint, tip = (np.abs(np.linalg.norm(points[:, k] - points[:, 0], axis=1) - length) for k in (1, 2))
+    as_is, other_way = seen & (joint <= tolerance), seen & (tip <= tolerance)
+    exchanged = other_way & ~as_is
+    lost = seen & ~as_is & ~other_way
+    last = None
+    order = np.flatnonzero(seen & ~lost)
+    certain = [i for i in order if as_is[i] != other_way[i]]
+    if certain and as_is[order[0]] and other_way[order[0]]:
+        # Before the first frame that is certain, go backwards from it.
+        order = np.concatenate([order[order <= certain[0]][::-1], order[order >= certain[0]]])
+    for i in order:
+        markers = points[i, 1:]
+        if as_is[i] and other_way[i] and last is not None:
+            exchanged[i] = np.sum((markers[::-1] - last) ** 2) < np.sum((markers - last) ** 2)
+        last = markers[::-1] if exchanged[i] else markers
+    return exchanged, lost
+
+
+def _centre(joint: Array) -> Array:
+    """Return the centre (2,) of the circle on which most positions (n, 2) lie: Kasa's fit without outliers."""
+    chosen = np.ones(len(joint), dtype=bool)
+    centre = np.median(joint, axis=0)
+    for _ in range(_CIRCLE_ROUNDS):
+        x, y = (joint[chosen] - centre).T
+        found = np.linalg.lstsq(np.column_stack([2 * x, 2 * y, np.ones(len(x))]), x**2 + y**2, rcond=None)[0]
+        centre = centre + found[:2]
+        radius = np.sqrt(max(0.0, found[2] + found[0] ** 2 + found[1] ** 2))
+        error = np.abs(np.linalg.norm(joint - centre, axis=1) - radius)
+        better = error <= 3 * np.median(error) + 1e-12
+        if np.array_equal(better, chosen):
+            break
+        chosen = better
+    return np.asarray(centre)
