@@ -8,6 +8,8 @@ from cdp_ident.model.parameters import CONSTANTS, GROUPS, SYMBOLS, groups_of
 from cdp_ident.report.contents import Section
 
 _OF_ENCODERS = frozenset(effect.name for effect in CATALOGUE if isinstance(effect, SensorEffect))
+CERTAINTY = {"named": "", "probable": "probably ", "acts_like": "something that acts like "}
+"""What stands before the name of an effect, by how sure the name is."""
 STAGES = {"nominal": "nominal values", "search": "after the search", "refined": "refined"}
 
 
@@ -43,7 +45,7 @@ def effect_title(effect: Section) -> str:
     place = "base" if effect["joint"] == "base" else f"{effect['joint']} {part}"
     variant = f", {effect['variant']}" if effect["variant"] else ""
     trial = f", in {effect['trial']}" if effect["trial"] else ""
-    return f"{effect['description']} ({place}{variant}{trial})"
+    return f"{CERTAINTY[effect['certainty']]}{effect['description']} ({place}{variant}{trial})"
 
 
 def key_words(key: str) -> str:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -73,8 +74,12 @@ class Selection:
     """Error over the windows kept out without each of them [rad]."""
     also_possible: tuple[tuple[str, ...], ...]
     """Keys of the effects that could stand in each one's place, as far as the data can tell."""
+    certainty: tuple[Literal["named", "probable", "acts_like"], ...]
+    """How sure the name of each effect of `after` is."""
     rubbing: tuple[Rubbing, ...]
-    """No known effect, and no longer in the model: what was first taken for dry friction."""
+    """What acts like dry friction, but over a part of the turn only."""
+    failures: tuple[str, ...]
+    """What could not be computed on the way, in words."""
     interrupted: bool
 
 
