@@ -54,22 +54,37 @@ def settle(
         if dry[joint]:
             speed = joint_speed(state, joint)
             modes[joint] = 1 if speed > 0.0 else (-1 if speed < 0.0 else STICKS)
-    for _ in range(3):
-        if loose >= 0:
-            # It goes against what held it.
-            modes[loose] = -1 if sums[HOLDS + loose] > 0.0 else 1
+    if loose >= 0:
+        # It goes against what held it.
+        modes[loose] = -1 if sums[HOLDS + loose] > 0.0 else 1
+    # What one joint at rest does may depend on what the other one does: all modes are tried until some are consistent.
+    given_inner, given_outer = modes[0], modes[1]
+    best, best_inner, best_outer = np.inf, given_inner, given_outer
+    for attempt in range(10):
+        inner, outer = attempt // 3, attempt % 3
+        if attempt == 9:
+            modes[0], modes[1] = best_inner, best_outer
+        elif (given_inner != STICKS and inner > 0) or (given_outer != STICKS and outer > 0):
+            continue
+        else:
+            modes[0] = (-1 if inner == 2 else inner) if given_inner == STICKS else given_inner
+            modes[1] = (-1 if outer == 2 else outer) if given_outer == STICKS else given_outer
         rates_of(
             state, time, u, modes, coefficients, table, values, lanes_of, constants, base, slopes, torque_by_state,
             torque_by_lane, sums, by_state, direct, rates, row,
         )  # fmt: skip
-        worst, loose = 0.0, -1
-        for joint in range(2):
-            if dry[joint] and modes[joint] == STICKS:
-                excess = violation(state, joint, modes, sums)
-                if excess > worst:
-                    worst, loose = excess, joint
-        if loose < 0:
+        wrong = 0.0
+        if given_inner == STICKS:
+            excess = violation(state, 0, modes, sums) if modes[0] == STICKS else -float(modes[0]) * rates[row, 2]
+            wrong += max(excess, 0.0)
+        if given_outer == STICKS:
+            onward = rates[row, 3] - rates[row, 2]
+            excess = violation(state, 1, modes, sums) if modes[1] == STICKS else -float(modes[1]) * onward
+            wrong += max(excess, 0.0)
+        if wrong == 0.0:
             return
+        if wrong < best:
+            best, best_inner, best_outer = wrong, modes[0], modes[1]
 
 
 @inlined

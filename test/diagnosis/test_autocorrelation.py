@@ -12,7 +12,7 @@ from cdp_ident.fit.refinement import Fit, refine
 from cdp_ident.fit.windows import cut_into_windows
 from cdp_ident.model.parameters import SYMBOLS, groups_of
 from reference.pendulum import TABLE_5
-from reference.twin import standard_twin
+from scenarios.twin import standard_twin
 
 TRUTH = groups_of([TABLE_5[symbol] for symbol in SYMBOLS], TABLE_5["L"])
 FIT = refine(MotionModel(Mechanism.of(Prior())), TRUTH, cut_into_windows([standard_twin(np.random.default_rng(0))]))

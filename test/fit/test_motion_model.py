@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cdp_ident.fit.motion_model import STATE, ActiveEffect, Mechanism, MotionModel
+from cdp_ident.fit.motion_model import ActiveEffect, Mechanism, MotionModel
 from cdp_ident.fit.prior import Prior
 from cdp_ident.fit.windows import cut_into_windows
 from cdp_ident.model.effects.catalogue import CATALOGUE
@@ -39,14 +39,15 @@ def with_effects(*keys):
 
 def assert_derivatives_are_differences(model, values, window, without=()):
     _, sensitivity = model.predict(values, window.start, window)
-    assert sensitivity.shape == (len(window.time), 2, STATE + len(values))
-    point = np.concatenate([window.start, values])
+    states = model.states
+    assert sensitivity.shape == (len(window.time), 2, states + len(values))
+    point = np.concatenate([model.initial_state(window.start), values])
     for direction in np.setdiff1d(np.arange(len(point)), np.array(without, dtype=int)):
         sides = []
         for step in (STEP, -STEP):
             moved = point.copy()
             moved[direction] += step
-            sides.append(model.predict(moved[STATE:], moved[:STATE], window)[0])
+            sides.append(model.predict(moved[states:], moved[:states], window)[0])
         expected = (sides[0] - sides[1]) / (2 * STEP)
         found = sensitivity[:, :, direction]
         assert np.abs(found - expected).max() <= 1e-4 * np.abs(expected).max() + 1e-12
@@ -57,7 +58,7 @@ def test_readings_of_an_encoder_s_effect_have_the_derivatives_of_differences(key
     model, values = with_effects(key)
     window = first_window()
     # When counts were lost enters as a step, of which no derivative says anything.
-    steps = [STATE + model.names.index(f"{key}.time")] if key.startswith("encoder_slip") else []
+    steps = [model.states + model.names.index(f"{key}.time")] if key.startswith("encoder_slip") else []
     assert_derivatives_are_differences(model, values, window, without=steps)
     assert np.all(model.predict(values, window.start, window)[1][:, :, steps] == 0.0)
 
@@ -66,6 +67,30 @@ def test_effects_of_both_encoders_a_late_one_and_a_torque_have_the_derivatives_o
     keys = ("joint_spring.outer", "time_offset.outer", "encoder_scale.inner", "encoder_eccentricity.outer")
     model, values = with_effects(*keys)
     assert_derivatives_are_differences(model, values, first_window())
+
+
+def test_derivatives_with_a_base_that_swings_and_a_late_encoder_are_those_of_differences():
+    model, _ = with_effects("pivot_compliance.base.oscillating", "time_offset.outer")
+    # Its own oscillation is slow enough for differences of a millionth.
+    values = np.concatenate([TRUTH, [1e-3, 20.0, 0.1, 0.002]])
+    assert model.states == 6
+    assert_derivatives_are_differences(model, values, first_window())
+
+
+def test_a_start_is_filled_up_to_what_the_model_s_effects_need():
+    model, _ = with_effects("pivot_compliance.base.oscillating")
+    start = np.array(TABLE_3)
+    assert np.array_equal(model.initial_state(start), [*start, 0.0, 0.0])
+    assert np.array_equal(MODEL.initial_state(np.array([*start, 0.1, 0.2])), start)
+
+
+def test_without_derivatives_the_readings_are_the_same():
+    model, values = with_effects("joint_spring.outer", "time_offset.outer", "encoder_scale.inner")
+    window = first_window()
+    with_them, _ = model.predict(values, window.start, window)
+    alone, none = model.predict(values, window.start, window, derivatives=False)
+    np.testing.assert_allclose(alone, with_them, rtol=0, atol=1e-12)
+    assert none.shape == (len(window.time), 2, 0)
 
 
 @pytest.mark.parametrize(

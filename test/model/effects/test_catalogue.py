@@ -1,4 +1,7 @@
-"""The catalogue's effects: what they are called, and that their torques are those of an independent description."""
+"""The catalogue's effects: their names, torques as described independently, and slopes.
+
+Tests go over the catalogue by themselves: an effect that is added there is tried here.
+"""
 
 import math
 
@@ -7,9 +10,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cdp_ident.model.effects.catalogue import CATALOGUE, effect_torque, kind_of
+from cdp_ident.model.effects.catalogue import CATALOGUE, joint_law, kind_of, rods_law
 from cdp_ident.model.effects.constants import effect_constants
-from cdp_ident.model.effects.effect import TorqueEffect
+from cdp_ident.model.effects.effect import Form, TorqueEffect
 from cdp_ident.model.effects.friction import UNEVENNESS
 from cdp_ident.model.parameters import SYMBOLS, inertia_about_cart, physical_coefficients
 from reference import hidden_effects
@@ -33,10 +36,40 @@ STATES = np.random.default_rng(1).normal(scale=[3.0, 3.0, 6.0, 6.0], size=(40, 4
 JOINTS = ("inner", "outer")
 
 
-def torque_of(effect, state, values, time=0.0):
-    row = np.zeros((1, 3))
+LAWS = [effect for effect in (*TORQUES, *UNEVENNESS) if effect.law is not None]
+MOST = max(len(effect.parameters) for effect in TORQUES)
+BY_STATE, BY_COEFFICIENTS, BY_PARAMETERS = slice(0, 4), slice(4, 11), 11
+"""Where in slopes the derivatives by what are."""
+
+
+def law_of(effect, state, values, time=0.0, constants=CONSTANTS):
+    """Return the generalised torques (2,) of an effect, dry ones against the motion, and their slopes (2, …)."""
+    state = np.array(state, dtype=float)
+    row, slopes = np.zeros((1, MOST)), np.zeros((2, BY_PARAMETERS + MOST))
     row[0, : len(values)] = values
-    return np.array(effect_torque(kind_of(effect), *state, time, row, 0, CONSTANTS))
+    inner = effect.joint == "inner"
+    angle, speed = (state[0] - math.pi, state[2]) if inner else (state[1] - state[0], state[3] - state[2])
+    onto = np.array([1.0, 0.0] if inner else [-1.0, 1.0])
+    factor = -np.sign(speed) if effect.dry else 1.0
+    if effect.form is Form.RODS:
+        torques = rods_law(kind_of(effect), state, time, row, 0, constants, slopes)
+        if not effect.dry:
+            return np.array(torques), slopes
+        return factor * torques[0] * onto, factor * np.outer(onto, slopes[0])
+    torque = joint_law(kind_of(effect), angle, speed, row, 0, slopes)
+    by = slopes[0]
+    turned = np.concatenate([by[0] * onto if not inner else [by[0], 0.0], by[1] * onto if not inner else [by[1], 0.0]])
+    whole = np.concatenate([turned, np.zeros(7), by[2 : 2 + MOST]])
+    return factor * torque * onto, factor * np.outer(onto, whole)
+
+
+def torque_of(effect, state, values, time=0.0, constants=CONSTANTS):
+    return law_of(effect, state, values, time, constants)[0]
+
+
+def typical(effect):
+    values = [parameter.typical for parameter in effect.parameters]
+    return [values[0], 0.305] if effect.at_an_instant else values
 
 
 def test_no_two_effects_have_the_same_key():
@@ -51,6 +84,7 @@ def test_the_names_are_those_that_reports_promise():
         ) for joint in JOINTS),
         ("gravity_tilt", "base"),
         ("pivot_compliance", "base"),
+        ("geared_rotor", "outer"),
         ("time_offset", "outer"),
     }  # fmt: skip
 
@@ -65,13 +99,56 @@ def test_every_effect_says_what_it_is_and_begins_within_its_limits(key):
         assert parameter.lower <= parameter.typical <= parameter.upper
 
 
-@pytest.mark.parametrize("key", [effect.key for effect in TORQUES])
-def test_a_torque_is_found_by_its_number(key):
-    effect = EFFECTS[key]
-    values = np.array([[parameter.typical for parameter in effect.parameters] + [0.0] * 3])[:, :3]
+def test_effects_that_need_no_law_are_those_that_dynamics_states():
+    assert {effect.key for effect in TORQUES if effect.law is None} == {
+        "geared_rotor.outer",
+        "pivot_compliance.base.oscillating",
+    }
+    assert all((effect.law is None) == (effect.form in (Form.COUPLING, Form.BASE)) for effect in TORQUES)
+
+
+@pytest.mark.parametrize("effect", LAWS, ids=lambda effect: effect.key)
+def test_a_law_is_found_by_its_number(effect):
+    values, scratch = np.array([typical(effect) + [0.0] * MOST])[:, :MOST], np.zeros((2, BY_PARAMETERS + MOST))
     for state in STATES[:5]:
-        found = effect_torque(kind_of(effect), *state, 0.3, values, 0, CONSTANTS)
-        assert found == pytest.approx(effect.torque(*state, 0.3, values, 0, CONSTANTS), rel=1e-9)
+        if effect.form is Form.RODS:
+            scratch[:] = 0.0
+            own = effect.law(state, 0.3, values, 0, CONSTANTS, scratch)
+            slopes = scratch.copy()
+            scratch[:] = 0.0
+            found = rods_law(kind_of(effect), state, 0.3, values, 0, CONSTANTS, scratch)
+        else:
+            own = effect.law(state[0], state[2], values, 0, scratch)
+            slopes = scratch.copy()
+            found = joint_law(kind_of(effect), state[0], state[2], values, 0, scratch)
+        assert found == pytest.approx(own, rel=1e-9)
+        assert scratch == pytest.approx(slopes, rel=1e-9)
+
+
+@pytest.mark.parametrize("effect", LAWS, ids=lambda effect: effect.key)
+def test_a_law_s_slopes_are_those_of_differences(effect):
+    values = typical(effect)
+    point = np.concatenate([np.zeros(4), COEFFICIENTS, values])
+    for state in STATES[:10]:
+        point[BY_STATE] = state
+        _, slopes = law_of(effect, state, values, 0.3)
+        for direction in range(BY_PARAMETERS + len(values)):
+            parameter = direction - BY_PARAMETERS
+            if parameter >= 0 and effect.parameters[parameter].fixed:
+                continue
+            if effect.key == "pivot_compliance.base" and 4 <= direction < BY_PARAMETERS:
+                continue  # how the pull's own acceleration depends on the coefficients is left out
+
+            def torque(step, direction=direction):
+                moved = point.copy()
+                moved[direction] += step
+                constants = effect_constants(moved[BY_COEFFICIENTS], TABLE_5["L"], OUTER_LENGTH)
+                return torque_of(effect, moved[BY_STATE], moved[BY_PARAMETERS:], 0.3, constants)
+
+            step = 1e-5 * max(0.1, abs(point[direction]))
+            expected = (torque(step) - torque(-step)) / (2.0 * step)
+            tolerance = 1e-5 * (np.abs(expected).max() + np.abs(slopes).max())
+            assert np.abs(slopes[:, direction] - expected).max() < tolerance, f"direction {direction}"
 
 
 @settings(max_examples=60)
@@ -109,8 +186,7 @@ def described_twice():
     yield "air_drag.outer.rotation", [over], hidden_effects.drag("outer", np.random.default_rng(2))
     yield "air_drag.outer.strips", [over, 1.0], hidden_effects.drag("outer", np.random.default_rng(0))
     for joint, mass in (("inner", TABLE_5["m1"] + TABLE_5["m0"] + TABLE_5["m2"]), ("outer", TABLE_5["m2"])):
-        turned = phase - (periods * math.pi if joint == "inner" else 0.0)  # there, both joints are at zero hanging
-        cogging = [over * math.cos(turned), over * math.sin(turned), periods]
+        cogging = [over * math.cos(phase), over * math.sin(phase), periods]
         yield f"coulomb_friction.{joint}", [over], hidden_effects.dry(joint)
         dry = [over, more * over, slow]
         yield f"stribeck_friction.{joint}", dry, hidden_effects.stribeck(joint, np.random.default_rng(2))
@@ -128,7 +204,7 @@ def described_twice():
 def test_a_torque_is_that_of_an_independent_description(key, values, other):
     for state in STATES:
         if min(abs(state[2]), abs(state[3] - state[2])) < 0.5:
-            continue  # near rest the two let dry friction turn over differently
+            continue  # near rest dry friction is smooth there
         expected = np.array(other.torque(0.0, tuple(state), TABLE_5, SIZE))
         found = torque_of(EFFECTS[key], state, values) * A22
         # Drag is summed over so few strips there that a rod with a standing point along it shows the difference.
@@ -157,11 +233,11 @@ def test_drag_along_a_rod_whose_joint_rests_is_that_of_its_rotation():
 
 
 def test_drag_along_a_rod_is_that_of_one_that_is_as_much_longer_as_its_length_ratio_says():
-    state, strips = STATES[0], EFFECTS["air_drag.outer.strips"].torque
+    state, strips = STATES[0], EFFECTS["air_drag.outer.strips"]
     longer = effect_constants(COEFFICIENTS, TABLE_5["L"], 1.4 * OUTER_LENGTH)
-    by_ratio = strips(*state, 0.0, np.array([[0.01, 1.4]]), 0, CONSTANTS)
-    assert by_ratio == pytest.approx(strips(*state, 0.0, np.array([[0.01, 1.0]]), 0, longer), rel=1e-12)
-    assert by_ratio != pytest.approx(strips(*state, 0.0, np.array([[0.01, 1.0]]), 0, CONSTANTS), rel=0.01)
+    by_ratio = torque_of(strips, state, [0.01, 1.4])
+    assert by_ratio == pytest.approx(torque_of(strips, state, [0.01, 1.0], constants=longer), rel=1e-12)
+    assert by_ratio != pytest.approx(torque_of(strips, state, [0.01, 1.0]), rel=0.01)
 
 
 @pytest.mark.parametrize("joint", JOINTS)
