@@ -9,8 +9,8 @@ from rich.text import Text
 
 from cdp_ident.model.parameters import GROUPS
 from cdp_ident.report.contents import Section
-from cdp_ident.report.formatting import interval, milliradians, number, unit, with_std
-from cdp_ident.report.wording import CERTAINTY, STAGES, how_determined, nominal_value
+from cdp_ident.report.formatting import CERTAINTY, interval, milliradians, number, unit, with_std
+from cdp_ident.report.wording import STAGES, how_determined, nominal_value
 
 
 def print_report(console: Console, report: Section) -> None:

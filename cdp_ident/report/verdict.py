@@ -3,8 +3,7 @@
 import numpy as np
 
 from cdp_ident.model.effects.effect import SensorEffect
-from cdp_ident.report.formatting import with_std
-from cdp_ident.report.wording import CERTAINTY
+from cdp_ident.report.formatting import CERTAINTY, with_std
 from cdp_ident.tracing.trace import FoundEffect, FoundParameter, Trace
 
 _PREFIXES = ((1.0, ""), (1e-3, "m"), (1e-6, "µ"))

@@ -6,10 +6,9 @@ from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.effect import SensorEffect
 from cdp_ident.model.parameters import CONSTANTS, GROUPS, SYMBOLS, groups_of
 from cdp_ident.report.contents import Section
+from cdp_ident.report.formatting import CERTAINTY
 
 _OF_ENCODERS = frozenset(effect.name for effect in CATALOGUE if isinstance(effect, SensorEffect))
-CERTAINTY = {"named": "", "probable": "probably ", "acts_like": "something that acts like "}
-"""What stands before the name of an effect, by how sure the name is."""
 STAGES = {"nominal": "nominal values", "search": "after the search", "refined": "refined"}
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.errors import IdentificationError
-from cdp_ident.fit.motion_model import MotionModel
+from cdp_ident.fit.motion_model import ActiveEffect, MotionModel
 from cdp_ident.fit.refinement import Fit, fit_initial_states, refine, refine_from_afar
 from cdp_ident.model.effects.effect import Joint
 from cdp_ident.tracing.candidates import Candidate
@@ -148,6 +148,24 @@ class Progress:
                 self.failures.append(f"{keys} could not be fitted: {error}")
                 self._told(self.failures[-1])
         return found
+
+    def replaced(self, attempt: Attempt, index: int, active: ActiveEffect, values: Array) -> list[Attempt]:
+        """Return a model with another effect, of given values, in the place of one; none where it cannot be fitted.
+
+        Raises:
+            InterruptedSelectionError: the selection is asked to stop.
+        """
+        if self._stop():
+            raise InterruptedSelectionError
+        model, remain = attempt.model.without_effect(index)
+        begin = np.concatenate([attempt.fit.values[remain], values])
+        try:
+            fit = refine(model.with_effect(active), begin, attempt.fit.windows, tolerance=_ROUGHLY)
+        except (IdentificationError, np.linalg.LinAlgError) as error:
+            self.failures.append(f"{active.effect.key} could not be fitted: {error}")
+            self._told(self.failures[-1])
+            return []
+        return [_attempt(fit, attempt.holdout)]
 
     def from_balance(self, attempt: Attempt, groups: Array, candidates: Sequence[Candidate]) -> Attempt:
         """Return a model with more effects, refitted from the groups (5,) and strengths of a balance of forces."""
