@@ -14,7 +14,7 @@ from cdp_ident.tracing.selection import Progress, without_effects
 
 Certainty = Literal["named", "probable", "acts_like"]
 
-_NAMED, _NAMED_WITH_OTHERS = 1.5, 0.5
+NAMED, _NAMED_WITH_OTHERS = 1.5, 0.5
 """What an effect must explain over what remains to be named; less, where it explains so much together with others."""
 _PROBABLE = 0.5
 """What it must explain over what remains for its name to be probable."""
@@ -33,17 +33,17 @@ def certainties(
     current = progress.current
     explained = [share_explained(current, removed, progress.noise) for removed in without]
     effects = [active.effect for active in current.model.effects]
-    weak = [k for k, share in enumerate(explained) if share < _NAMED and not effects[k].at_an_instant]
+    weak = [k for k, share in enumerate(explained) if share < NAMED and not effects[k].at_an_instant]
     together = 0.0
     if len(weak) > 1:
         together = share_explained(current, without_effects(current, weak), progress.noise)
     rubbing = {found.joint for found in progress.rubbing}
     found: list[Certainty] = []
     for k, (effect, share) in enumerate(zip(effects, explained, strict=True)):
-        with_others = together > _NAMED and share > _NAMED_WITH_OTHERS
+        with_others = together > NAMED and share > _NAMED_WITH_OTHERS
         if effect.name in DRY_FRICTION and effect.joint in rubbing:
             found.append("acts_like")
-        elif effect.at_an_instant or share >= _NAMED or with_others:
+        elif effect.at_an_instant or share >= NAMED or with_others:
             # What happened once has its window, which was looked at when it was added.
             found.append("probable" if also_possible[k] else "named")
         else:

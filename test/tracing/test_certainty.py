@@ -1,0 +1,50 @@
+"""How sure a name is follows from what the effect explains beside what remains, and from its rivals."""
+
+import numpy as np
+import pytest
+
+from cdp_ident.fit.motion_model import ActiveEffect, Mechanism, MotionModel
+from cdp_ident.fit.refinement import Fit
+from cdp_ident.model.effects.catalogue import CATALOGUE
+from cdp_ident.tracing.certainty import certainties
+from cdp_ident.tracing.evidence import Attempt
+from cdp_ident.tracing.selection import Progress, Rubbing
+
+NOISE = 1e-3
+DRY = next(effect for effect in CATALOGUE if effect.key == "coulomb_friction.outer")
+PLAIN = MotionModel(Mechanism(0.4, 9.81, 0.4))
+MODEL = PLAIN.with_effect(ActiveEffect(DRY))
+
+
+def attempt(model: MotionModel, error: float) -> Attempt:
+    """Return a model that leaves an error, over the noise."""
+    fit = Fit(model, np.zeros(len(model.names)), (), (np.full((10, 2), error * NOISE),), (), (), 1, 1, True)
+    return Attempt(fit, fit)
+
+
+def certainty(left, without, also_possible=(), rubbing=False):
+    progress = Progress(attempt(MODEL, left), NOISE)
+    if rubbing:
+        progress.rubbing.append(Rubbing("outer", 0.3))
+    return certainties(progress, [attempt(PLAIN, without)], [also_possible])
+
+
+def test_an_effect_that_explains_far_more_than_remains_is_named():
+    assert certainty(2.0, 10.0) == ("named",)
+
+
+def test_a_name_for_which_the_data_have_others_is_probable():
+    assert certainty(2.0, 10.0, ("air_drag outer",)) == ("probable",)
+
+
+def test_an_effect_that_explains_about_as_much_as_remains_has_a_probable_name():
+    assert certainty(10.0, 14.0) == ("probable",)
+
+
+def test_an_effect_that_explains_little_beside_what_remains_only_acts_like_its_name():
+    assert certainty(10.0, 10.5) == ("acts_like",)
+
+
+@pytest.mark.parametrize("without", [3.0, 100.0])
+def test_friction_over_a_part_of_the_turn_only_acts_like_dry_friction(without):
+    assert certainty(1.0, without, rubbing=True) == ("acts_like",)
