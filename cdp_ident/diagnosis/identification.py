@@ -29,8 +29,8 @@ class Identification:
 
     options: IdentifyOptions
     data: Data
-    balance: ForceBalance | None
-    """What the balance of forces says of the trials, where they hold enough motion for one."""
+    balances: tuple[ForceBalance, ...]
+    """What the balance of forces says of the trials, the likeliest first; none where they hold too little motion."""
     estimate: Estimate
     covariance: Array
     """(unknowns, unknowns) covariance of the fitted values."""
@@ -45,7 +45,7 @@ class Identification:
         cls,
         options: IdentifyOptions,
         data: Data,
-        balance: ForceBalance | None,
+        balances: tuple[ForceBalance, ...],
         estimate: Estimate,
         errors: Mapping[Stage, tuple[Errors, Errors]],
     ) -> "Identification":
@@ -56,7 +56,7 @@ class Identification:
         return cls(
             options=options,
             data=data,
-            balance=balance,
+            balances=balances,
             estimate=estimate,
             covariance=spread,
             physical=nearest_physical_values(fit.values[:count], spread[:count, :count], options.prior, length),

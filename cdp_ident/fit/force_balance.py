@@ -13,10 +13,11 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.errors import IdentificationError
-from cdp_ident.fit.balance_unknowns import DRY, DryJoint, Mechanism, Piece, Unknowns
+from cdp_ident.fit.balance_unknowns import COUPLING, DRY, DryJoint, Mechanism, Piece, Unknowns
 from cdp_ident.fit.robust_regression import Regression, regress
 from cdp_ident.fit.smoothing import FEWEST
 from cdp_ident.fit.weak_form import STEPS_BETWEEN, Rows
+from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.effect import TorqueEffect
 from cdp_ident.model.parameters import GROUPS
 from cdp_ident.trial.trial import Trial
@@ -33,6 +34,8 @@ _MARGIN = 1.02
 """A33 A22 is at least so many times A23^2: rods are no points."""
 _ROUNDS = 5
 _A23, _A33 = 0, 1
+_OF_CATALOGUE = {COUPLING: "geared_rotor.outer.coupling"}
+"""What has another name in the catalogue."""
 
 
 @dataclass(frozen=True)
@@ -71,6 +74,17 @@ class ForceBalance:
     def dry(self) -> tuple[DryJoint, ...]:
         """Joints that have dry friction."""
         return self.unknowns.dry
+
+    @property
+    def effects(self) -> Mapping[str, TorqueEffect]:
+        """The effects of the catalogue that dry friction and a constant coupling are, by the name of their value."""
+        by_parameter = {
+            f"{effect.key}.{effect.parameters[0].name}": effect
+            for effect in CATALOGUE
+            if isinstance(effect, TorqueEffect)
+        }
+        names = [*([COUPLING] if self.unknowns.constant_coupling else []), *(DRY[joint] for joint in self.dry)]
+        return {name: by_parameter[_OF_CATALOGUE.get(name, name)] for name in names}
 
     @property
     def groups(self) -> Array:

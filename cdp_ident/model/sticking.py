@@ -59,7 +59,7 @@ def settle(
         modes[loose] = -1 if sums[HOLDS + loose] > 0.0 else 1
     # What one joint at rest does may depend on what the other one does: all modes are tried until some are consistent.
     given_inner, given_outer = modes[0], modes[1]
-    best, best_inner, best_outer = np.inf, given_inner, given_outer
+    best, best_inner, best_outer = 1e300, given_inner, given_outer
     for attempt in range(10):
         inner, outer = attempt // 3, attempt % 3
         if attempt == 9:

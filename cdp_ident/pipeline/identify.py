@@ -10,6 +10,7 @@ from cdp_ident.diagnosis.evaluation import evaluate
 from cdp_ident.diagnosis.identification import Identification, Stage
 from cdp_ident.diagnosis.outlier_windows import outlier_windows
 from cdp_ident.errors import IdentificationError
+from cdp_ident.fit.balance_unknowns import DRY, DryJoint
 from cdp_ident.fit.data import FALLBACK_FIRST, Data, noise_over, prepare
 from cdp_ident.fit.estimation import estimate
 from cdp_ident.fit.force_balance import ForceBalance, balance_of_forces
@@ -23,6 +24,8 @@ from cdp_ident.trial.trial import Trial
 
 Array = npt.NDArray[np.float64]
 
+_CLEARLY_BETTER = 20.0
+"""A drive geared to a joint is looked for where it lowers the balance's information criterion by so much."""
 _OUTLIER = 1.5
 """A window in which something happened has at least so many times the others' error."""
 
@@ -49,8 +52,9 @@ def identify(
         raise IdentificationError("there is no trial to fit: give at least one bag")
     model, prior = options.model, options.prior
     noise = noise_over(fit)
-    balance = _balance(fit, options)
-    scales = scales_of(fit, prior.length, prior.gravity, noise, balance.groups if balance else None)
+    balances = _balances(fit, options)
+    balanced = balances[0].groups if balances else None
+    scales = scales_of(fit, prior.length, prior.gravity, noise, balanced)
     fit, holdout = ([thinned(trial, scales.together) for trial in trials] for trials in (fit, holdout))
     window = options.window or scales.window
     data = prepare(fit, holdout, window, scales)
@@ -65,7 +69,7 @@ def identify(
         options.search,
         options.span(data.window),
         stop,
-        balance.groups if balance else None,
+        balanced,
     )
     if not holdout and _outlier_is_kept_out(found.fit, data):
         # What happened once is found where it is fitted, and nowhere else.
@@ -79,7 +83,7 @@ def identify(
     return Identification.of(
         options,
         data,
-        balance,
+        balances,
         found,
         {
             stage: (
@@ -91,13 +95,47 @@ def identify(
     )
 
 
-def _balance(trials: Sequence[Trial], options: IdentifyOptions) -> ForceBalance | None:
-    """Return what the balance of forces says, or None where the motion is too little for one."""
-    prior = options.prior
+def _balances(trials: Sequence[Trial], options: IdentifyOptions) -> tuple[ForceBalance, ...]:
+    """Return what the balance of forces says, the choice of dry friction and couplings that it prefers first.
+
+    Where it prefers any, the one with dry friction in both joints follows, as friction in one may hide that in the
+    other. Where the motion is too little for a balance, there is none.
+    """
+    plain = _balance(trials, options)
+    if plain is None:
+        return ()
+    geared = _balance(trials, options, constant_coupling=True)
+    coupled = geared is not None and _best(geared) < _best(plain) - _CLEARLY_BETTER
+    preferred = geared if geared is not None and coupled else plain
+    if not preferred.effects or len(preferred.dry) == len(DRY):
+        return (preferred,)
+    both = _balance(trials, options, constant_coupling=coupled, dry=tuple(DRY))
+    return (preferred,) if both is None else (preferred, both)
+
+
+def _balance(
+    trials: Sequence[Trial],
+    options: IdentifyOptions,
+    constant_coupling: bool = False,
+    dry: tuple[DryJoint, ...] | None = None,
+) -> ForceBalance | None:
+    """Return the balance of forces, or None where it cannot be computed: the search begins without it then."""
+    prior, outer_length = options.prior, options.model.mechanism.outer_length
     try:
-        return balance_of_forces(trials, prior.length, prior.gravity, outer_length=options.model.mechanism.outer_length)
+        return balance_of_forces(
+            trials,
+            prior.length,
+            prior.gravity,
+            dry=dry,
+            constant_coupling=constant_coupling,
+            outer_length=outer_length,
+        )
     except (IdentificationError, np.linalg.LinAlgError):
         return None
+
+
+def _best(balance: ForceBalance) -> float:
+    return min(balance.criterion.values())
 
 
 def _outlier_is_kept_out(fit: Fit, data: Data) -> bool:

@@ -174,6 +174,7 @@ def _effect(outcome: Outcome, index: int) -> Section:
             "rmse_holdout_after_rad": found.holdout_with,
             "delta_bic": found.delta_bic,
         },
+        "certainty": found.certainty,
         "also_possible": list(found.also_possible),
     }
 

@@ -1,8 +1,11 @@
-"""Numbers of a report as people read them."""
+"""Numbers of a report, and how sure names are, as people read them."""
 
 import math
 
 from cdp_ident.diagnosis.identifiability import CONFIDENCE
+
+CERTAINTY = {"named": "", "probable": "probably ", "acts_like": "something that acts like "}
+"""What stands before the name of an effect, by how sure the name is."""
 
 
 def number(value: float | None) -> float:

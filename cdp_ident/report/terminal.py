@@ -9,7 +9,7 @@ from rich.text import Text
 
 from cdp_ident.model.parameters import GROUPS
 from cdp_ident.report.contents import Section
-from cdp_ident.report.formatting import interval, milliradians, number, unit, with_std
+from cdp_ident.report.formatting import CERTAINTY, interval, milliradians, number, unit, with_std
 from cdp_ident.report.wording import STAGES, how_determined, nominal_value
 
 
@@ -101,7 +101,7 @@ def _effects(effects: list[Section]) -> Table:
     )  # fmt: skip
     for effect in effects:
         without = milliradians(effect["evidence"]["rmse_holdout_before_rad"])
-        first = (effect["name"], effect["joint"])
+        first = (f"{CERTAINTY[effect['certainty']]}{effect['name']}", effect["joint"])
         for name, quantity in effect["parameters"].items():
             value = with_std(quantity["value"], quantity["std"])
             last = (without, ", ".join(effect["also_possible"])) if first[0] else ("", "")

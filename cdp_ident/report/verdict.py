@@ -3,7 +3,7 @@
 import numpy as np
 
 from cdp_ident.model.effects.effect import SensorEffect
-from cdp_ident.report.formatting import with_std
+from cdp_ident.report.formatting import CERTAINTY, with_std
 from cdp_ident.tracing.trace import FoundEffect, FoundParameter, Trace
 
 _PREFIXES = ((1.0, ""), (1e-3, "m"), (1e-6, "µ"))
@@ -41,7 +41,8 @@ def _words(found: FoundEffect) -> str:
         place = f" in the {effect.joint} joint"
     strength = next((p for p in found.parameters if not p.description.shape and p.value != 0), found.parameters[0])
     alternatives = f" (or {' or '.join(found.also_possible)}, which the data cannot tell from it)"
-    return f"{effect.description}{place}, {_with_unit(strength)}{alternatives if found.also_possible else ''}"
+    named = f"{CERTAINTY[found.certainty]}{effect.description}{place}, {_with_unit(strength)}"
+    return f"{named}{alternatives if found.also_possible else ''}"
 
 
 def _with_unit(parameter: FoundParameter) -> str:

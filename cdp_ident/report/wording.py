@@ -6,6 +6,7 @@ from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.effect import SensorEffect
 from cdp_ident.model.parameters import CONSTANTS, GROUPS, SYMBOLS, groups_of
 from cdp_ident.report.contents import Section
+from cdp_ident.report.formatting import CERTAINTY
 
 _OF_ENCODERS = frozenset(effect.name for effect in CATALOGUE if isinstance(effect, SensorEffect))
 STAGES = {"nominal": "nominal values", "search": "after the search", "refined": "refined"}
@@ -43,7 +44,7 @@ def effect_title(effect: Section) -> str:
     place = "base" if effect["joint"] == "base" else f"{effect['joint']} {part}"
     variant = f", {effect['variant']}" if effect["variant"] else ""
     trial = f", in {effect['trial']}" if effect["trial"] else ""
-    return f"{effect['description']} ({place}{variant}{trial})"
+    return f"{CERTAINTY[effect['certainty']]}{effect['description']} ({place}{variant}{trial})"
 
 
 def key_words(key: str) -> str:

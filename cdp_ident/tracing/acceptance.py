@@ -22,8 +22,6 @@ INSTANT_GAIN = 60.0
 """Least fall of the fit's squared error by something that happened once, which the windows kept out cannot judge."""
 KNOCK_ALONE = 10.0
 """A knock must explain so many times what another one would explain besides."""
-WORTH_NAMING, WORTH_NAMING_WITH_OTHERS = 1.5, 0.5
-"""What an effect must explain over what remains in the end; less, where it explains so much together with others."""
 _NOISE_KNOWN_WITHIN = 0.02
 """Less than this share of it, the noise is not known: so much may remain where nothing seems to."""
 

@@ -7,10 +7,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from cdp_ident.fit.balance_unknowns import DRY
 from cdp_ident.fit.force_balance import ForceBalance
 from cdp_ident.fit.motion_model import ActiveEffect
-from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.tracing.acceptance import FIT_GAIN, INSTANT_GAIN, earns_its_place, fits_of
 from cdp_ident.tracing.candidates import Candidate, ScoreTest, addable
 from cdp_ident.tracing.evidence import Attempt, change
@@ -33,22 +31,27 @@ _Refitted = tuple[tuple[Candidate, ...], Attempt]
 """What was added, and what came of it."""
 
 
-def add_dry_friction(progress: Progress, balance: ForceBalance) -> None:
-    """Begin with the dry friction that a balance of forces shows, if it earns its place.
+def add_balanced(progress: Progress, balances: Sequence[ForceBalance]) -> None:
+    """Begin with the effects that balances of forces show, dry friction above all, if they earn their place.
 
-    Where it is strong, the paper's model fits so badly that nothing can be seen from there.
+    Where they are strong, the paper's model fits so badly that nothing can be seen from there.
     """
-    friction = {effect.joint: effect for effect in CATALOGUE if effect.name == "coulomb_friction"}
-    candidates = [
-        Candidate(ActiveEffect(friction[joint]), 0.0, np.array([balance.value(DRY[joint])])) for joint in balance.dry
-    ]
-    if not candidates:
-        return
     current = progress.current
-    attempt = progress.from_balance(current, balance.groups, candidates)
-    if earns_its_place(current, attempt):
-        _note(progress, attempt, [(tuple(candidates), attempt)])
-        progress.current = attempt
+    refitted: list[_Refitted] = []
+    for balance in balances:
+        candidates = tuple(
+            Candidate(ActiveEffect(effect), 0.0, np.array([balance.value(name)]))
+            for name, effect in balance.effects.items()
+        )
+        # All of them, and without the first, which is the most unusual.
+        for chosen in (candidates, candidates[1:]):
+            if chosen:
+                refitted.append((chosen, progress.from_balance(current, balance.groups, chosen)))
+    accepted = [attempt for _, attempt in refitted if earns_its_place(current, attempt)]
+    if accepted:
+        best = min(accepted, key=lambda attempt: change(current, attempt).bic)
+        _note(progress, best, refitted)
+        progress.current = best
 
 
 def add_effects(progress: Progress) -> None:

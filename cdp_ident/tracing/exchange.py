@@ -9,13 +9,17 @@ from cdp_ident.fit.motion_model import ActiveEffect
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.effect import Effect, TorqueEffect
 from cdp_ident.tracing.acceptance import brings_enough, earns_its_place
-from cdp_ident.tracing.candidates import Candidate, ScoreTest, addable
+from cdp_ident.tracing.candidates import ScoreTest, addable
 from cdp_ident.tracing.evidence import Attempt, change
 from cdp_ident.tracing.screening import promising
 from cdp_ident.tracing.selection import Progress, without_effects
 
 _RIVALS = 3
 """Effects that each one has to stand against."""
+_SHAPES = (0.3, 1.0, 4.0)
+"""A richer form is begun with its parameters of shape at so many times what is typical."""
+_SOME = 0.3
+"""And with a strength that it has besides at that share of the strength of the simpler one."""
 _INDISTINGUISHABLE = 9.0
 """Models whose squared errors differ by less, in variances, are both possible."""
 
@@ -68,27 +72,41 @@ def alternatives(
 
 
 def _rivals(progress: Progress, removed: Attempt, *keys: str) -> list[Attempt]:
-    """Return the models that have another effect in the place of some, if its score test comes near theirs."""
+    """Return the models that have another effect in the place of some.
+
+    They are those whose score test comes near theirs, and the richer forms of each.
+    """
     test = ScoreTest(removed.fit, addable(removed.model))
     candidates = promising(removed, test, _RIVALS + len(keys), keys)
-    candidates = [c for c in candidates if c.active.effect.key not in keys]
-    candidates += [c for key in keys for c in _without_score(progress, key)]
-    return [rival for _, rival in progress.tried(removed, ((c,) for c in candidates))]
+    others = progress.tried(removed, ((c,) for c in candidates if c.active.effect.key not in keys))
+    richer = [rival for key in keys for rival in _richer(progress, key)] if len(keys) == 1 else []
+    return [*(rival for _, rival in others), *richer]
 
 
-def _without_score(progress: Progress, key: str) -> list[Candidate]:
-    """Return the richer forms of an effect that no score test can show, begun where the effect is."""
+def _richer(progress: Progress, key: str) -> list[Attempt]:
+    """Return models that have a richer form of an effect in its place, begun where the effect is.
+
+    From the model without the effect, as a score test looks, a richer form may be out of reach, or not be defined.
+    """
     current = progress.current
     index = current.place_of(key)
     active, values = current.model.effects[index], current.fit.values[current.model.places(index)]
     known = {p.name: float(value) for p, value in zip(active.fitted, values, strict=True)}
-    forms = [e for e in CATALOGUE if not e.has_score and not e.at_an_instant and _is_richer_form(e, active.effect)]
-    return [
-        Candidate(
-            ActiveEffect(form), 0.0, np.array([known.get(p.name, p.typical) for p in form.parameters if not p.shape])
-        )
-        for form in forms
-    ]
+    found = []
+    for form in CATALOGUE:
+        if form.at_an_instant or not _is_richer_form(form, active.effect):
+            continue
+        new = ActiveEffect(form)
+        for factor in _SHAPES:
+            begin = [
+                known.get(p.name, factor * p.typical if p.shape else _SOME * max(known.values())) for p in new.fitted
+            ]
+            found += progress.replaced(current, index, new, np.clip(begin, *_limits(new)))
+    return found
+
+
+def _limits(active: ActiveEffect) -> tuple[list[float], list[float]]:
+    return [p.lower for p in active.fitted], [p.upper for p in active.fitted]
 
 
 def _exchange(progress: Progress, removed: Attempt, rivals: Sequence[Attempt], old: str) -> None:

@@ -7,10 +7,7 @@ from cdp_ident.model.effects.effect import TorqueEffect
 from cdp_ident.model.effects.friction import UNEVENNESS
 from cdp_ident.tracing.acceptance import (
     KNOCK_ALONE,
-    WORTH_NAMING,
-    WORTH_NAMING_WITH_OTHERS,
     is_uneven,
-    share_explained,
     still_helps,
 )
 from cdp_ident.tracing.candidates import Candidate
@@ -20,7 +17,7 @@ from cdp_ident.tracing.selection import Progress, Rubbing, without_effects
 
 _SAFE = 10.0
 """Strength above which an effect is not asked again whether it helps."""
-_DRY_FRICTION = ("coulomb_friction", "stribeck_friction")
+DRY_FRICTION = ("coulomb_friction", "stribeck_friction")
 
 
 def drop_superfluous(progress: Progress, attempt: Attempt) -> Attempt:
@@ -50,54 +47,23 @@ def drop_repeated_impulses(progress: Progress) -> None:
             _note(progress, effect.key, removed, "knocks at other instants would explain something, too")
 
 
-def drop_uneven_friction(progress: Progress) -> None:
-    """Drop dry friction that is there over a part of the turn only: something rubs, which is no such effect.
+def find_uneven_friction(progress: Progress) -> None:
+    """Note dry friction that is there over a part of the turn only: something rubs, which only acts like it.
 
     Raises:
         InterruptedSelectionError: the selection is asked to stop.
     """
-    for active in progress.current.model.effects:
-        current, effect = progress.current, active.effect
-        if effect.name not in _DRY_FRICTION:
+    current = progress.current
+    for index, active in enumerate(current.model.effects):
+        effect = active.effect
+        if effect.name not in DRY_FRICTION:
             continue
-        index = current.place_of(effect.key)
         variation = next(varied for varied in UNEVENNESS if varied.joint == effect.joint)
-        uneven = progress.with_effects(current, [Candidate(ActiveEffect(variation), 0.0, np.zeros(2))])
-        if is_uneven(current, uneven, index):
-            sine, cosine = uneven.fit.values[uneven.model.places(len(uneven.model.effects) - 1)]
-            progress.rubbing.append(Rubbing(effect.joint, float(np.arctan2(sine, cosine))))
-            progress.current = without_effects(current, [index])
-            _note(progress, effect.key, progress.current, "it is there over a part of the turn only")
-
-
-def keep_what_explains(progress: Progress) -> list[Attempt]:
-    """Drop effects that explain too little beside what remains: they may be a part of that, imitated.
-
-    One that happened once has its window, which is looked at instead.
-
-    Returns:
-        The model without each of the effects that stay.
-    """
-    while True:
-        current = progress.current
-        indices = range(len(current.model.effects))
-        without = [without_effects(current, [index]) for index in indices]
-        explained = {
-            index: share_explained(current, without[index], progress.noise)
-            for index in indices
-            if not current.model.effects[index].effect.at_an_instant
-        }
-        weak = [index for index, share in explained.items() if share < WORTH_NAMING]
-        if not weak:
-            return without
-        least = min(weak, key=explained.__getitem__)
-        if len(weak) > 1 and explained[least] > WORTH_NAMING_WITH_OTHERS:
-            together = share_explained(current, without_effects(current, weak), progress.noise)
-            if together > WORTH_NAMING:
-                return without
-        key = current.model.effects[least].effect.key
-        progress.current = without[least]
-        _note(progress, key, progress.current, "it explains too little beside what remains")
+        candidate = Candidate(ActiveEffect(variation), 0.0, np.zeros(2))
+        for _, uneven in progress.tried(current, [(candidate,)]):
+            if is_uneven(current, uneven, index):
+                sine, cosine = uneven.fit.values[uneven.model.places(len(uneven.model.effects) - 1)]
+                progress.rubbing.append(Rubbing(effect.joint, float(np.arctan2(sine, cosine))))
 
 
 def _note(progress: Progress, key: str, after: Attempt, reason: str) -> None:

@@ -2,12 +2,13 @@
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.errors import IdentificationError
-from cdp_ident.fit.motion_model import MotionModel
+from cdp_ident.fit.motion_model import ActiveEffect, MotionModel
 from cdp_ident.fit.refinement import Fit, fit_initial_states, refine, refine_from_afar
 from cdp_ident.model.effects.effect import Joint
 from cdp_ident.tracing.candidates import Candidate
@@ -73,8 +74,12 @@ class Selection:
     """Error over the windows kept out without each of them [rad]."""
     also_possible: tuple[tuple[str, ...], ...]
     """Keys of the effects that could stand in each one's place, as far as the data can tell."""
+    certainty: tuple[Literal["named", "probable", "acts_like"], ...]
+    """How sure the name of each effect of `after` is."""
     rubbing: tuple[Rubbing, ...]
-    """No known effect, and no longer in the model: what was first taken for dry friction."""
+    """What acts like dry friction, but over a part of the turn only."""
+    failures: tuple[str, ...]
+    """What could not be computed on the way, in words."""
     interrupted: bool
 
 
@@ -143,6 +148,24 @@ class Progress:
                 self.failures.append(f"{keys} could not be fitted: {error}")
                 self._told(self.failures[-1])
         return found
+
+    def replaced(self, attempt: Attempt, index: int, active: ActiveEffect, values: Array) -> list[Attempt]:
+        """Return a model with another effect, of given values, in the place of one; none where it cannot be fitted.
+
+        Raises:
+            InterruptedSelectionError: the selection is asked to stop.
+        """
+        if self._stop():
+            raise InterruptedSelectionError
+        model, remain = attempt.model.without_effect(index)
+        begin = np.concatenate([attempt.fit.values[remain], values])
+        try:
+            fit = refine(model.with_effect(active), begin, attempt.fit.windows, tolerance=_ROUGHLY)
+        except (IdentificationError, np.linalg.LinAlgError) as error:
+            self.failures.append(f"{active.effect.key} could not be fitted: {error}")
+            self._told(self.failures[-1])
+            return []
+        return [_attempt(fit, attempt.holdout)]
 
     def from_balance(self, attempt: Attempt, groups: Array, candidates: Sequence[Candidate]) -> Attempt:
         """Return a model with more effects, refitted from the groups (5,) and strengths of a balance of forces."""

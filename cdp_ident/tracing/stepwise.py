@@ -5,16 +5,16 @@ from collections.abc import Callable, Sequence
 from cdp_ident.fit.force_balance import ForceBalance
 from cdp_ident.fit.refinement import Fit, fit_initial_states
 from cdp_ident.fit.windows import Window
-from cdp_ident.tracing.addition import add_dry_friction, add_effects
+from cdp_ident.tracing.addition import add_balanced, add_effects
+from cdp_ident.tracing.certainty import certainties
 from cdp_ident.tracing.evidence import Attempt, change
 from cdp_ident.tracing.exchange import alternatives, exchange_effects
 from cdp_ident.tracing.pruning import (
     drop_repeated_impulses,
     drop_superfluous,
-    drop_uneven_friction,
-    keep_what_explains,
+    find_uneven_friction,
 )
-from cdp_ident.tracing.selection import InterruptedSelectionError, Progress, Selection
+from cdp_ident.tracing.selection import InterruptedSelectionError, Progress, Selection, without_effects
 
 _MOST_ROUNDS = 3
 """How often effects are added after others were exchanged."""
@@ -26,7 +26,7 @@ def stepwise_selection(
     noise: float,
     told: Callable[[str], None] = lambda line: None,
     stop: Callable[[], bool] = lambda: False,
-    balance: ForceBalance | None = None,
+    balances: Sequence[ForceBalance] = (),
 ) -> Selection:
     """Add to a fitted model the effects that it lacks.
 
@@ -36,29 +36,31 @@ def stepwise_selection(
         noise: root mean square of what the encoders add to both angles [rad].
         told: called with a line for people after each step.
         stop: asked between refits; true ends the selection with the effects found so far.
-        balance: the balance of forces of the trials, whose dry friction is where the selection begins.
+        balances: of the trials' forces, whose dry friction is where the selection begins.
     """
     before = Attempt(fit, fit_initial_states(fit.model, fit.values, holdout))
     progress = Progress(before, noise, told, stop)
     interrupted = False
     try:
-        if balance is not None:
-            add_dry_friction(progress, balance)
+        add_balanced(progress, balances)
         _select(progress)
     except InterruptedSelectionError:
         interrupted = True
-    without = keep_what_explains(progress)
     after = progress.current
+    without = [without_effects(after, [index]) for index in range(len(after.model.effects))]
+    also_possible = tuple(
+        alternatives(active, after, removed, progress.rivals.get(active.effect.key, ()))
+        for active, removed in zip(after.model.effects, without, strict=True)
+    )
     return Selection(
         before=before,
         after=after,
         steps=tuple(progress.steps),
         evidence=tuple(change(removed, after) for removed in without),
         holdout_without=tuple(removed.holdout.rmse() for removed in without),
-        also_possible=tuple(
-            alternatives(active, after, removed, progress.rivals.get(active.effect.key, ()))
-            for active, removed in zip(after.model.effects, without, strict=True)
-        ),
+        also_possible=also_possible,
+        certainty=certainties(progress, without, also_possible),
+        failures=tuple(progress.failures),
         rubbing=tuple(progress.rubbing),
         interrupted=interrupted,
     )
@@ -70,5 +72,5 @@ def _select(progress: Progress) -> None:
         if not exchange_effects(progress):
             break
         progress.current = drop_superfluous(progress, progress.current)
-    drop_uneven_friction(progress)
     drop_repeated_impulses(progress)
+    find_uneven_friction(progress)

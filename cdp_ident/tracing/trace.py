@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -43,6 +44,8 @@ class FoundEffect:
     """The same of the model with all effects [rad]."""
     delta_bic: float
     """Bayes's information criterion of the model with all effects less that of the one without this effect."""
+    certainty: Literal["named", "probable", "acts_like"]
+    """How sure its name is; that it predicts is judged apart from that."""
     also_possible: tuple[str, ...]
     """Effects that the data cannot tell from this one."""
 
@@ -86,7 +89,7 @@ def trace(
         stop: asked now and then; true ends the tracing with the effects found so far.
     """
     selection = stepwise_selection(
-        found.fit, found.data.holdout, float(np.sqrt(np.mean(found.data.noise**2))), told, stop, found.balance
+        found.fit, found.data.holdout, float(np.sqrt(np.mean(found.data.noise**2))), told, stop, found.balances
     )
     completed = _completed(found, selection.after.fit)
     after, physical = selection.after, completed.physical
@@ -114,7 +117,7 @@ def _completed(found: Identification, fit: Fit) -> Identification:
     if fit is found.fit:
         return found
     estimate = replace(found.estimate, fit=fit)
-    return Identification.of(found.options, found.data, found.balance, estimate, found.errors)
+    return Identification.of(found.options, found.data, found.balances, estimate, found.errors)
 
 
 def _found(selection: Selection, index: int, spread: Array, inertia: float, inertia_std: float) -> FoundEffect:
@@ -134,5 +137,6 @@ def _found(selection: Selection, index: int, spread: Array, inertia: float, iner
         holdout_without=selection.holdout_without[index],
         holdout_with=after.holdout.rmse(),
         delta_bic=selection.evidence[index].bic,
+        certainty=selection.certainty[index],
         also_possible=selection.also_possible[index],
     )

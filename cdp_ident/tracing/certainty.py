@@ -1,0 +1,51 @@
+"""How sure the names of effects are, apart from whether they predict motion: that was asked when they were added.
+
+A real rig always leaves something, and an effect may be no more than the part of it that the effect can imitate. So a
+name is the surer the more the effect explains beside what remains, and the fewer others could stand in its place.
+"""
+
+from collections.abc import Sequence
+from typing import Literal
+
+from cdp_ident.tracing.acceptance import share_explained
+from cdp_ident.tracing.evidence import Attempt
+from cdp_ident.tracing.pruning import DRY_FRICTION
+from cdp_ident.tracing.selection import Progress, without_effects
+
+Certainty = Literal["named", "probable", "acts_like"]
+
+_NAMED, _NAMED_WITH_OTHERS = 1.5, 0.5
+"""What an effect must explain over what remains to be named; less, where it explains so much together with others."""
+_PROBABLE = 0.5
+"""What it must explain over what remains for its name to be probable."""
+
+
+def certainties(
+    progress: Progress, without: Sequence[Attempt], also_possible: Sequence[Sequence[str]]
+) -> tuple[Certainty, ...]:
+    """Return how sure the name of each effect of a model is.
+
+    Args:
+        progress: where the selection of the effects has ended.
+        without: the model without each of them.
+        also_possible: others that could stand in each one's place.
+    """
+    current = progress.current
+    explained = [share_explained(current, removed, progress.noise) for removed in without]
+    effects = [active.effect for active in current.model.effects]
+    weak = [k for k, share in enumerate(explained) if share < _NAMED and not effects[k].at_an_instant]
+    together = 0.0
+    if len(weak) > 1:
+        together = share_explained(current, without_effects(current, weak), progress.noise)
+    rubbing = {found.joint for found in progress.rubbing}
+    found: list[Certainty] = []
+    for k, (effect, share) in enumerate(zip(effects, explained, strict=True)):
+        with_others = together > _NAMED and share > _NAMED_WITH_OTHERS
+        if effect.name in DRY_FRICTION and effect.joint in rubbing:
+            found.append("acts_like")
+        elif effect.at_an_instant or share >= _NAMED or with_others:
+            # What happened once has its window, which was looked at when it was added.
+            found.append("probable" if also_possible[k] else "named")
+        else:
+            found.append("probable" if share > _PROBABLE else "acts_like")
+    return tuple(found)
