@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 
 from cdp_ident.fit.motion_model import Mechanism, MotionModel
 from cdp_ident.fit.refinement import Fit
-from cdp_ident.tracing.acceptance import WORTH_NAMING, share_explained
+from cdp_ident.tracing.acceptance import share_explained
+from cdp_ident.tracing.certainty import _NAMED, _PROBABLE
 from cdp_ident.tracing.evidence import Attempt
 
 NOISE = 1e-3
@@ -30,15 +31,15 @@ def test_what_an_effect_explains_is_compared_with_what_remains_above_the_noise()
 
 
 def test_it_may_explain_more_on_the_motion_kept_out():
-    assert share_explained(attempt(2.0, 1.1), attempt(2.0, 2.0), NOISE) > WORTH_NAMING
+    assert share_explained(attempt(2.0, 1.1), attempt(2.0, 2.0), NOISE) > _NAMED
 
 
 @given(st.floats(0.9, 1.0), st.floats(0.9, 1.0))
 def test_a_hundredth_of_the_noise_is_not_worth_a_name_even_where_nothing_remains(of_fit, of_holdout):
     before = attempt(of_fit * 1.01, of_holdout * 1.01)
-    assert share_explained(attempt(of_fit, of_holdout), before, NOISE) < WORTH_NAMING
+    assert share_explained(attempt(of_fit, of_holdout), before, NOISE) < _PROBABLE
 
 
 @given(st.floats(0.9, 1.02))
 def test_half_the_noise_is_worth_a_name_where_nothing_remains(error):
-    assert share_explained(attempt(error, error), attempt(error + 0.5, error + 0.5), NOISE) > WORTH_NAMING
+    assert share_explained(attempt(error, error), attempt(error + 0.5, error + 0.5), NOISE) > _NAMED
