@@ -82,7 +82,7 @@ def test_a_whole_number_may_stand_for_a_real_one_and_a_number_in_text_too():
         ({"window": [2.0]}, "expected a number"),
         ({"window": 10**400}, "expected a number"),
         ({"window": None}, "expected a number"),
-        ({"window": 0.1}, "at least 0.5 s"),
+        ({"window": -0.1}, "it must be positive, or 0 for what suits the rig"),
         ({"seed": 1.5}, "seed is 1.5: expected a whole number"),
         ({"seed": -1}, "seed is -1; it must be 0 or more"),
         ({"seed": 10**30}, "not believed"),

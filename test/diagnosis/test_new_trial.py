@@ -23,7 +23,7 @@ def found():
 
 def judged(found, new):
     expected = found.errors["refined"][1].rmse
-    return check_new_trial(found.fit.model, found.fit.values, found.covariance, expected, new, found.options.window)
+    return check_new_trial(found.fit.model, found.fit.values, found.covariance, expected, new, found.data.window)
 
 
 def test_a_trial_of_the_same_pendulum_fits_to_the_noise(found):

@@ -52,12 +52,15 @@ def test_a_wrong_length_shows_as_error_above_the_noise_and_windows_that_do_not_j
 
 def test_a_disturbance_is_found_in_its_window():
     wide, folded = trials()
+    window = next(w for w in clean().fit.windows if w.trial == 0 and w.begin > 5.0)
+    first, last = window.begin + 0.3 * window.duration, window.begin + 0.5 * window.duration
     theta = wide.theta.copy()
-    theta[(wide.time > 7.8) & (wide.time < 8.3)] += [0.05, 0.0]
+    theta[(wide.time > first) & (wide.time < last)] += [0.05, 0.0]
     warning = of_name(identify([replace(wide, theta=theta), folded], [], IdentifyOptions()), "window_fits_worse")
     (where,) = warning.about
     begin, end = (float(word) for word in where.removeprefix("swing_wide from ").removesuffix(" s").split(" to "))
-    assert begin < wide.start + 7.8 < wide.start + 8.3 < end < begin + 2.6
+    assert begin < wide.start + first < wide.start + last < end
+    assert end - begin == pytest.approx(window.duration, abs=0.02)
 
 
 def test_wild_samples_are_counted():

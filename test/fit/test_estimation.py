@@ -78,6 +78,33 @@ def test_a_search_that_is_stopped_is_refined_and_not_repeated():
     assert found.evaluations == SHORT_IGA.population
 
 
+def test_where_the_search_has_missed_the_valley_the_balance_of_forces_leads_to_it(monkeypatch):
+    real = estimate.__globals__["refine_from_afar"]
+    begun = []
+
+    def missed(model, values, windows):
+        begun.append(values)
+        fit = real(model, values, windows)
+        if len(begun) > 1:  # the balance comes first
+            fit = replace(fit, residuals=tuple(10.0 + residual for residual in fit.residuals))
+        return fit
+
+    monkeypatch.setattr("cdp_ident.fit.estimation.refine_from_afar", missed)
+    roughly = 1.05 * TRUTH
+    found = estimate(MODEL, WINDOWS, PRIOR, NOISE, np.random.default_rng(0), balanced=roughly)
+    assert np.array_equal(begun[0], MODEL.beginning(roughly))
+    assert found.begun_at == "balance of forces"
+    assert found.searches == 1
+    assert found.fit.rmse() < NOISE
+
+
+def test_a_balance_of_forces_that_leads_nowhere_better_changes_nothing():
+    alone = estimate(MODEL, WINDOWS, PRIOR, NOISE, np.random.default_rng(0))
+    with_it = estimate(MODEL, WINDOWS, PRIOR, NOISE, np.random.default_rng(0), balanced=1.05 * TRUTH)
+    assert with_it.begun_at == "search"
+    assert np.array_equal(with_it.fit.values, alone.fit.values)
+
+
 def test_nothing_to_fit_is_refused():
     with pytest.raises(IdentificationError, match="nothing to fit: no window of any trial has enough samples"):
         estimate(MODEL, [], PRIOR, NOISE, np.random.default_rng(0))

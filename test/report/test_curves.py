@@ -52,7 +52,7 @@ def test_windows_are_numbered_and_the_held_out_ones_marked(shown_curves):
 def test_the_effect_s_torque_is_that_of_its_formula(content, shown_curves):
     torques = shown_curves.torques
     size = content["effects"][0]["parameters"]["torque"]["value"]
-    expected = -size * np.tanh(torques.speed[:, 1] / 0.02)
+    expected = -size * np.sign(torques.speed[:, 1])
     assert torques.effects.shape == (1, len(torques.time), 2)
     assert torques.effects[0][:, 1] == pytest.approx(expected, abs=1e-6 * size)
     assert torques.effects[0][:, 0] == pytest.approx(0.0, abs=1e-9)

@@ -1,0 +1,98 @@
+"""Candidates are refitted one by one; what cannot be fitted costs itself alone."""
+
+import numpy as np
+import pytest
+
+from cdp_ident.errors import IdentificationError
+from cdp_ident.fit.motion_model import ActiveEffect, Mechanism, MotionModel
+from cdp_ident.fit.prior import Prior
+from cdp_ident.fit.refinement import fit_initial_states, refine
+from cdp_ident.fit.windows import cut_into_windows
+from cdp_ident.model.effects.catalogue import CATALOGUE
+from cdp_ident.model.parameters import SYMBOLS, groups_of
+from cdp_ident.tracing import selection
+from cdp_ident.tracing.candidates import Candidate
+from cdp_ident.tracing.evidence import Attempt
+from cdp_ident.tracing.selection import InterruptedSelectionError, Progress
+from reference.pendulum import TABLE_5
+from scenarios.twin import TEN_SECONDS, twin
+
+BY_KEY = {effect.key: effect for effect in CATALOGUE}
+STIFFNESS = 0.02
+"""Of a spring in the outer joint [N m/rad]."""
+TRUTH = groups_of([TABLE_5[symbol] for symbol in SYMBOLS], TABLE_5["L"])
+
+
+def sprung(time, state):
+    torque = -STIFFNESS * (state[1] - state[0])
+    return -torque, torque
+
+
+@pytest.fixture(scope="module")
+def plain():
+    start = (2.2, 2.6, 0.0, 0.0)
+    trial = twin(np.random.default_rng(0), start=start, times=TEN_SECONDS, noise=5e-4, torque=sprung, tolerance=1e-8)
+    windows = cut_into_windows([trial], 1.25)
+    model = MotionModel(Mechanism.of(Prior()))
+    fit = refine(model, TRUTH, windows[::2])
+    return Attempt(fit, fit_initial_states(model, fit.values, windows[1::2]))
+
+
+def candidate(key):
+    effect = BY_KEY[key]
+    return Candidate(ActiveEffect(effect), 0.0, np.array([p.typical for p in effect.parameters if not p.shape]))
+
+
+SPRING, DRAG = candidate("joint_spring.outer"), candidate("air_drag.inner")
+
+
+def test_each_addition_is_refitted(plain):
+    progress = Progress(plain, 5e-4)
+    (((first,), with_spring), ((second,), with_drag)) = progress.tried(plain, ((c,) for c in (SPRING, DRAG)))
+    assert (first, second) == (SPRING, DRAG)
+    assert [active.effect.key for active in with_spring.model.effects] == ["joint_spring.outer"]
+    assert with_spring.fit.rmse() < 0.5 * plain.fit.rmse()
+    assert with_spring.holdout.rmse() < 0.5 * plain.holdout.rmse()
+    assert with_spring.fit.rmse() < with_drag.fit.rmse()
+    assert progress.failures == []
+
+
+def test_what_cannot_be_fitted_is_told_and_left_out(plain, monkeypatch):
+    real = selection._refit
+
+    def fails_with_drag(model, values, before, expected):
+        if model.effects[-1].effect.key == "air_drag.inner":
+            raise IdentificationError("it diverged")
+        return real(model, values, before, expected)
+
+    monkeypatch.setattr(selection, "_refit", fails_with_drag)
+    told = []
+    progress = Progress(plain, 5e-4, told.append)
+    found = progress.tried(plain, ((c,) for c in (DRAG, SPRING)))
+    assert [candidates for candidates, _ in found] == [(SPRING,)]
+    assert progress.failures == told == ["air_drag.inner could not be fitted: it diverged"]
+
+
+def test_what_is_taken_is_refined_to_the_end(plain):
+    progress = Progress(plain, 5e-4)
+    ((_, roughly),) = progress.tried(plain, [(SPRING,)])
+    finished = progress.finished(roughly)
+    assert finished.fit.converged
+    assert finished.fit.squared_error <= roughly.fit.squared_error * (1 + 1e-9)
+    assert np.array_equal(progress.finished(finished).fit.values, finished.fit.values) or (
+        progress.finished(finished).fit.squared_error == pytest.approx(finished.fit.squared_error, rel=1e-6)
+    )
+
+
+def test_a_balance_of_forces_gives_groups_and_strengths_to_begin_with(plain):
+    progress = Progress(plain, 5e-4)
+    ((_, expected),) = progress.tried(plain, [(SPRING,)])
+    found = progress.from_balance(plain, 1.02 * TRUTH, [SPRING])
+    assert [active.effect.key for active in found.model.effects] == ["joint_spring.outer"]
+    assert found.fit.rmse() == pytest.approx(expected.fit.rmse(), rel=1e-3)
+
+
+def test_a_selection_that_is_asked_to_stop_tries_nothing_more(plain):
+    progress = Progress(plain, 5e-4, stop=lambda: True)
+    with pytest.raises(InterruptedSelectionError):
+        progress.tried(plain, [(SPRING,)])
