@@ -44,6 +44,8 @@ def found(truth: Truth) -> Found:
     traced = trace(identify(trials[:FIT_TRIALS], trials[FIT_TRIALS:], options))
     named = []
     for effect in traced.effects:
+        if effect.certainty == "acts_like":
+            continue  # that is no name
         own = effect.active.effect
         others = (other.split()[:2] for other in effect.also_possible)
         named.append(Named(own.key, (own.name, str(own.joint)), tuple((name, joint) for name, joint in others)))

@@ -62,7 +62,7 @@ def free_run(model: MotionModel, values: Array, trial: Trial, index: int, durati
 
 
 def start_of(model: MotionModel, values: Array, trial: Trial, index: int, duration: float) -> Array:
-    """Return the state (4,) in which a trial begins, fitted to its beginning; the arguments are those of `free_run`."""
+    """Return the state (states,) in which a trial begins, fitted to its beginning; arguments as those of `free_run`."""
     # A trial cut by itself is the first, but effects that happen once ask which one it is.
     first = replace(cut_into_windows([trial], duration)[0], trial=index)
     return fit_initial_states(model, values, [first]).windows[0].start

@@ -1,4 +1,7 @@
-"""From the box to the bottom of the basin: the genetic search, short or in full, and the refinement of its best."""
+"""From the box to the bottom of the basin: the genetic search, short or in full, and the refinement of its best.
+
+The groups of a balance of forces are refined, too, and the better fit is taken.
+"""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace

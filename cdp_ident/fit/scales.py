@@ -1,8 +1,7 @@
 """The scales of a rig: every time and speed that the identification needs, from the rig and its data.
 
 Lengths and gravity make the unit of time, sqrt(L / g). Everything that was chosen for the paper's rig (L = 0.4 m) is a
-multiple of it here, and is made shorter where the measured motion is faster or cannot be followed so long. The numbers
-without unit stand here and nowhere else.
+multiple of it here, and is made shorter where the measured motion is faster or cannot be followed so long.
 """
 
 from collections.abc import Sequence

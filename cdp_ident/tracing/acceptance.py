@@ -1,4 +1,4 @@
-"""What an effect must bring to be added to a model, to stay there, and to be named in the end."""
+"""What an effect must bring to be added to a model and to stay there, and how much it explains beside what remains."""
 
 import numpy as np
 

@@ -168,7 +168,13 @@ class Progress:
         return [_attempt(fit, attempt.holdout)]
 
     def from_balance(self, attempt: Attempt, groups: Array, candidates: Sequence[Candidate]) -> Attempt:
-        """Return a model with more effects, refitted from the groups (5,) and strengths of a balance of forces."""
+        """Return a model with more effects, refitted from the groups (5,) and strengths of a balance of forces.
+
+        Raises:
+            InterruptedSelectionError: the selection is asked to stop.
+        """
+        if self._stop():
+            raise InterruptedSelectionError
         model, values = attempt.model, attempt.fit.values.copy()
         values[: len(groups)] = groups
         for candidate in candidates:

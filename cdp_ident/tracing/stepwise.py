@@ -36,7 +36,7 @@ def stepwise_selection(
         noise: root mean square of what the encoders add to both angles [rad].
         told: called with a line for people after each step.
         stop: asked between refits; true ends the selection with the effects found so far.
-        balances: of the trials' forces, whose dry friction is where the selection begins.
+        balances: of the trials' forces, whose dry friction and coupling are where the selection begins.
     """
     before = Attempt(fit, fit_initial_states(fit.model, fit.values, holdout))
     progress = Progress(before, noise, told, stop)

@@ -45,7 +45,8 @@ class EffectParameter:
 class Form(IntEnum):
     """How a torque enters the equations of motion, and so what its compiled `law` is called with.
 
-    Laws return values over A22 and fill in their derivatives exactly; all those that they are asked for.
+    Laws return values over A22 and fill in their derivatives, all those that they are asked for: in closed form, but
+    for those of the quasi-static base by the state, which are differences.
     """
 
     JOINT = 0
