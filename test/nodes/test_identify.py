@@ -173,7 +173,7 @@ def test_bad_input_is_one_line_and_exit_code_2(options, words, capsys, tmp_path,
         ("identify: {ros__parameters: {trial: {topic: /other}}}", "no topic /other"),
         ("identify: {ros__parameters: {trial: {inner_joint: elbow}}}", "elbow"),
         ("identify: {ros__parameters: {trial: {zero: hanging}}}", "zero"),
-        ("identify: {ros__parameters: {trial: {stop: 5.0}}}", "no zero-input motion"),
+        ("identify: {ros__parameters: {trial: {stop: 0.5}}}", "no zero-input motion"),
         ("identify: {ros__parameters: {search: {population: 1}}}", "population"),
     ],
 )
