@@ -116,7 +116,7 @@ def refine(
             break
         if gained < tolerance * point.cost:
             # Arrived, under the limit for wild samples so far: does the error now at hand ask for a lower one?
-            lower = _WILD * problem.robust_scale(point)
+            lower = max(_WILD * problem.robust_scale(point), np.finfo(float).tiny)
             if limit < np.inf or not problem.any_beyond(point, lower):
                 converged = True
                 break

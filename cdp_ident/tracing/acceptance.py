@@ -16,6 +16,8 @@ _STRENGTH = 4.0
 """Least strength of an effect in its own standard deviations."""
 _HOLDOUT_SHARE = 0.01
 """Least fall of the root mean square error over the windows kept out, as a share of it."""
+_CERTAIN = 30.0
+"""Fall of the squared error over the windows kept out, in variances, that is enough however small its share."""
 _STRUCTURED, _STRUCTURED_SHARE = 5.0, 0.05
 """The same where residuals would remain that are correlated over more than so many samples."""
 INSTANT_GAIN = 60.0
@@ -54,8 +56,11 @@ def brings_enough(before: Attempt, after: Attempt) -> bool:
     of_fit, of_holdout = (
         1.0 - new.rmse() / old.rmse() for old, new in zip(fits_of(before), fits_of(after), strict=True)
     )
-    least = _STRUCTURED_SHARE if integrated_autocorrelation_time(after.fit) > _STRUCTURED else _HOLDOUT_SHARE
+    structured = integrated_autocorrelation_time(after.fit) > _STRUCTURED
+    least = _STRUCTURED_SHARE if structured else _HOLDOUT_SHARE
     enough = of_holdout > _HOLDOUT_SHARE and max(of_fit, of_holdout) > least
+    # In short windows what is certain may be a small share of the error.
+    enough = enough or (not structured and gained.holdout > _CERTAIN)
     return gained.fit > FIT_GAIN and gained.holdout > _HOLDOUT_GAIN and enough
 
 

@@ -23,6 +23,9 @@ Array = npt.NDArray[np.float64]
 _INDEPENDENT = 1e-6
 """A candidate of whose sensitivity less than this share is left, when the model's own is taken out, is no new one."""
 
+_LARGEST = 1e100
+"""Sensitivities beyond this have overflowed."""
+
 
 @dataclass(frozen=True)
 class Candidate:
@@ -75,7 +78,9 @@ class ScoreTest:
         parts = zip(fit.windows, sensitivities, fit.residuals, fit.weights, strict=True)
         for window, sensitivity, residual, weight in parts:
             root = np.sqrt(weight).reshape(-1, 1)
-            rows = sensitivity.reshape(-1, count) * root
+            # A candidate whose sensitivity cannot be computed is none.
+            known = np.abs(sensitivity) < _LARGEST
+            rows = np.where(known, sensitivity, 0.0).reshape(-1, count) * root
             left = residual.ravel() * root[:, 0]
             free = rows[:, states:]
             size_before += np.sum(free**2, axis=0)

@@ -16,7 +16,7 @@ Certainty = Literal["named", "probable", "acts_like"]
 
 NAMED, _NAMED_WITH_OTHERS = 1.5, 0.5
 """What an effect must explain over what remains to be named; less, where it explains so much together with others."""
-_PROBABLE = 0.5
+_PROBABLE = 1.0
 """What it must explain over what remains for its name to be probable."""
 
 
