@@ -36,7 +36,7 @@ _SAME = (
 _BEYOND = {
     "partial_rub": "unknown_torque",
     "magnet": "unknown_torque",
-    "rotor_inertia": "",
+    "rotor_inertia": "geared_rotor",
     "presliding_friction": "coulomb_friction",
     "rod_flex": "",
     "backlash": "",
