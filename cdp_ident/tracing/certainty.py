@@ -16,8 +16,6 @@ Certainty = Literal["named", "probable", "acts_like"]
 
 NAMED, _NAMED_WITH_OTHERS = 1.5, 0.5
 """What an effect must explain over what remains to be named; less, where it explains so much together with others."""
-_PROBABLE = 1.0
-"""What it must explain over what remains for its name to be probable."""
 
 
 def certainties(
@@ -47,5 +45,5 @@ def certainties(
             # What happened once has its window, which was looked at when it was added.
             found.append("probable" if also_possible[k] else "named")
         else:
-            found.append("probable" if share > _PROBABLE else "acts_like")
+            found.append("acts_like")
     return tuple(found)

@@ -37,12 +37,9 @@ def test_a_name_for_which_the_data_have_others_is_probable():
     assert certainty(2.0, 10.0, ("air_drag outer",)) == ("probable",)
 
 
-def test_an_effect_that_explains_about_as_much_as_remains_has_a_probable_name():
-    assert certainty(10.0, 14.0) == ("probable",)
-
-
-def test_an_effect_that_explains_little_beside_what_remains_only_acts_like_its_name():
-    assert certainty(10.0, 10.5) == ("acts_like",)
+@pytest.mark.parametrize("without", [10.5, 14.0])
+def test_an_effect_that_explains_no_more_than_remains_only_acts_like_its_name(without):
+    assert certainty(10.0, without) == ("acts_like",)
 
 
 @pytest.mark.parametrize("without", [3.0, 100.0])
