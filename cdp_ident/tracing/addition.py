@@ -36,7 +36,7 @@ def add_balanced(progress: Progress, balances: Sequence[ForceBalance]) -> None:
 
     Where they are strong, the paper's model fits so badly that nothing can be seen from there.
     """
-    current = progress.current
+    current, seen = progress.current, set[tuple[str, ...]]()
     refitted: list[_Refitted] = []
     for balance in balances:
         candidates = tuple(
@@ -45,7 +45,9 @@ def add_balanced(progress: Progress, balances: Sequence[ForceBalance]) -> None:
         )
         # All of them, and without the first, which is the most unusual.
         for chosen in (candidates, candidates[1:]):
-            if chosen:
+            keys = tuple(candidate.active.effect.key for candidate in chosen)
+            if chosen and keys not in seen:
+                seen.add(keys)
                 refitted.append((chosen, progress.from_balance(current, balance.groups, chosen)))
     accepted = [attempt for _, attempt in refitted if earns_its_place(current, attempt)]
     if accepted:

@@ -122,7 +122,8 @@ def test_a_law_is_found_by_its_number(effect):
             slopes = scratch.copy()
             found = joint_law(kind_of(effect), state[0], state[2], values, 0, scratch)
         assert found == pytest.approx(own, rel=1e-9)
-        assert scratch == pytest.approx(slopes, rel=1e-9)
+        # Slopes that are taken by differences differ by rounding, as one of the two is compiled into the other loop.
+        assert scratch == pytest.approx(slopes, rel=1e-6, abs=1e-12)
 
 
 @pytest.mark.parametrize("effect", LAWS, ids=lambda effect: effect.key)

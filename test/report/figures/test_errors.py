@@ -30,9 +30,9 @@ def test_the_search_s_history_is_shown_on_a_logarithmic_axis_where_it_falls_far(
 @pytest.fixture
 def with_many_tried(read_content):
     """The report, as if what was tried later had been tried at the first step, and that had been the only one."""
-    first, *later = read_content["ladder"]["rungs"]
-    others = max((rung["tried"] for rung in later), key=len)
-    assert len(others) > 3
+    first = read_content["ladder"]["rungs"][0]
+    keys = ("air_drag.outer.strips", "load_friction.outer", "quadratic_friction.outer", "encoder_offset.outer")
+    others = [first["tried"][0] | {"effects": [key]} for key in keys]
     first["tried"] = [others[0], *first["tried"], *others[1:]]
     read_content["ladder"]["rungs"] = [first]
     return read_content
