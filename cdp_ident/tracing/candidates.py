@@ -92,7 +92,6 @@ class ScoreTest:
         self._gram = whole - whole[:, :own] @ kept @ whole[:own, :]
         self._right = target - whole[:, :own] @ kept @ target[:own]
         self._independent = np.diag(self._gram) > _INDEPENDENT * np.maximum(size_before, np.finfo(float).tiny)
-        self._offset = own
 
     def ranked(self) -> list[Candidate]:
         """Return the candidates that would gain something, the best first."""
