@@ -17,7 +17,7 @@ PHONE = {"width": 375, "height": 800}
 SECTIONS = ("result", "motion", "paper", "effects", "parameters", "warnings", "repeat")
 LENGTH, OUTER_LENGTH = 0.4, 0.4
 EVIL = "\"'><img src=x onerror=alert(1)></script><script>alert(2)</script>{{7*7}}$x$`<b>"
-FIXED = {"schema", "role", "joint", "unit", "method", "written_at"}
+FIXED = {"schema", "role", "joint", "unit", "method", "written_at", "certainty"}
 
 
 def tips(theta):
