@@ -16,6 +16,8 @@ from typing import Any
 import yaml
 
 from cdp_ident.errors import OptionError
+from cdp_ident.user_input import quoted
+from cdp_ident.yaml_file import read_yaml
 
 _ROOT = "ros__parameters"
 _DEEPEST = 8
@@ -28,10 +30,10 @@ def read_parameter_file(path: Path, node: str) -> dict[str, Any]:
         OptionError: the file cannot be read, is not YAML, or has no section for the node.
     """
     try:
-        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+        content = read_yaml(path)
     except OSError as error:
         raise OptionError(f"{path} cannot be read: {error.strerror or error}") from error
-    except (yaml.YAMLError, ValueError, RecursionError) as error:
+    except ValueError as error:
         raise OptionError(f"{path} is not YAML: {error}") from error
     names = ("/**", "/*", f"/{node}", node)
     if not isinstance(content, dict) or not any(name in content for name in names):
@@ -42,10 +44,10 @@ def read_parameter_file(path: Path, node: str) -> dict[str, Any]:
         if section is None:
             continue
         if not isinstance(section, dict) or list(section) != [_ROOT]:
-            raise OptionError(f"{path}: below '{name}:' expected '{_ROOT}:' and nothing else, found {_shown(section)}")
+            raise OptionError(f"{path}: below '{name}:' expected '{_ROOT}:' and nothing else, found {quoted(section)}")
         parameters = section[_ROOT]
         if not isinstance(parameters, dict | None):
-            raise OptionError(f"{path}: below '{_ROOT}:' expected names and values, found {_shown(parameters)}")
+            raise OptionError(f"{path}: below '{_ROOT}:' expected names and values, found {quoted(parameters)}")
         values |= dict(_flat(parameters or {}, "", path))
     return values
 
@@ -65,11 +67,8 @@ def _flat(values: Mapping[Any, Any], prefix: str, path: Path) -> Iterable[tuple[
     if prefix.count(".") > _DEEPEST:
         raise OptionError(f"{path}: {prefix[:60]}… is nested too deep: no parameter's name has so many parts")
     for key, value in values.items():
+        name = prefix + (key if isinstance(key, str) else quoted(key))
         if isinstance(value, dict):
-            yield from _flat(value, f"{prefix}{key}.", path)
+            yield from _flat(value, f"{name}.", path)
         else:
-            yield f"{prefix}{key}", value
-
-
-def _shown(value: Any) -> str:
-    return repr(value)[:60]
+            yield name, value

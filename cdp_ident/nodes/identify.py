@@ -68,7 +68,7 @@ def main(arguments: list[str]) -> int:
         loaded, interruption = identifier.load({}), Interruption()
         interruption.install()
         try:
-            identifier.finish(loaded, interruption)
+            identifier.write(identifier.identify(loaded, interruption))
         finally:
             interruption.remove()
         return 0

@@ -12,6 +12,7 @@ from cdp_ident.configuration.fitted_model import fitted_parameters
 from cdp_ident.configuration.keys import KEYS
 from cdp_ident.configuration.settings import Settings
 from cdp_ident.errors import CdpIdentError
+from cdp_ident.outside_text import shown
 from cdp_ident.pipeline.identifier import NODE_NAME, Identifier
 from cdp_ident.pipeline.interruption import Interruption
 from cdp_ident.report.contents import Section
@@ -40,7 +41,9 @@ class IdentifyNode:
         parameters.start()
         self._interruption = Interruption()
         self._interruption.install()
-        self._outcome: tuple[LoadedJob, Section] | Exception | None = None
+        self._found: tuple[Settings, Section] | None = None
+        """What is to be served as soon as the main thread comes to it."""
+        self._outcome: Section | BaseException | None = None
         self._serves = False
         self._state = node.create_publisher(String, "~/state", latched())
         node.create_service(Trigger, "~/identify_again", self._again)
@@ -84,29 +87,40 @@ class IdentifyNode:
     def _identify(self, loaded: LoadedJob | None) -> None:
         try:
             loaded = loaded or self._identifier.load(self._given)
-            self._outcome = (loaded, self._identifier.finish(loaded, self._interruption))
-        except Exception as error:  # noqa: BLE001 - raised again where the node's life is decided about
+            result = self._identifier.identify(loaded, self._interruption)
+            self._found = (loaded.job.settings, result.report)
+            self._tell()
+            self._identifier.write(result)
+            self._outcome = result.report
+        except BaseException as error:  # noqa: BLE001 - raised again where the node's life is decided about
             self._outcome = error
+        self._tell()
+
+    def _tell(self) -> None:
         if not self._closing:
             self._done.trigger()
 
     def _take_outcome(self) -> None:
+        found, self._found = self._found, None
+        if found is not None:
+            self._show(*found)
+            self._serves = True
+            if not self._once:
+                self._node.get_logger().info(f"{self._node.get_fully_qualified_name()} serves the fitted parameters")
         outcome, self._outcome = self._outcome, None
-        if isinstance(outcome, Exception):
-            waits = self._serves or self._identifier.waits_for is not None
+        if outcome is None:
+            return
+        ends = self._once or self._interruption.ends
+        if isinstance(outcome, BaseException):
+            waits = (self._serves or self._identifier.waits_for is not None) and not ends
             if not waits or not isinstance(outcome, CdpIdentError):
                 raise outcome
-            self._state.publish(String(data=f"failed: {outcome}"))
-            self._node.get_logger().error(f"{outcome}; the parameters are still those of before")
-        elif outcome is not None:
-            loaded, report = outcome
-            self._show(loaded.job.settings, report)
-            self._serves = True
-            self._state.publish(String(data=f"ready: {summary(report)}"))
-            if self._once:
+            self._state.publish(String(data=f"failed: {shown(outcome)}"))
+            self._node.get_logger().error(f"{shown(outcome)}; the parameters are those found last")
+        else:
+            self._state.publish(String(data=f"ready: {summary(outcome)}"))
+            if ends:
                 self.exit_code = 0
-            else:
-                self._node.get_logger().info(f"{self._node.get_fully_qualified_name()} serves the fitted parameters")
 
     def _show(self, settings: Settings, report: Section | None) -> None:
         """Make the settings in effect, and the fitted values once there are any, the node's parameters."""

@@ -15,6 +15,7 @@ from cdp_ident.report.folder import (
     CURVES,
     FIGURES,
     PAGE,
+    PICTURES,
     REPORT,
     TEXT,
     write_files,
@@ -70,7 +71,7 @@ def write_pictures(folder: Path, files: Mapping[str, str | bytes]) -> None:
     """
     write_files(folder, files)
     for path in (folder / FIGURES).iterdir():
-        if path.suffix in (".png", ".svg") and f"{FIGURES}/{path.name}" not in files:
+        if path.suffix in PICTURES and f"{FIGURES}/{path.name}" not in files:
             path.unlink(missing_ok=True)
 
 
