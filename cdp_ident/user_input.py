@@ -4,6 +4,7 @@ import difflib
 import math
 import sys
 from collections.abc import Iterable
+from pathlib import Path
 from typing import Any
 
 from cdp_ident.errors import OptionError
@@ -28,6 +29,14 @@ def number(value: Any, where: str, minimum: float, maximum: float = math.inf) ->
         limit = f"at least {minimum:g}" if math.isinf(maximum) else f"{minimum:g} to {maximum:g}"
         raise OptionError(f"{where} is {quoted(value)}; expected a number, {limit}")
     return float(value)
+
+
+def user_path(text: str) -> Path:
+    """Return the path that a user wrote, `~` for a home. Raises `OptionError` where there is no such home."""
+    try:
+        return Path(text).expanduser()
+    except (RuntimeError, ValueError) as error:
+        raise OptionError(f"{quoted(text)} is no path: {error}") from error
 
 
 def refuse_unknown(names: Iterable[str], known: Iterable[str], where: str) -> None:

@@ -1,6 +1,5 @@
 """Records free-swing trials as rosbag2 bags, one bag a trial."""
 
-from pathlib import Path
 from typing import Any
 
 import rclpy.clock
@@ -13,11 +12,13 @@ from std_srvs.srv import Trigger
 from cdp_ident.bag.joint_state import MESSAGE_TYPE
 from cdp_ident.command_line import ArgumentParser, entry_point
 from cdp_ident.errors import RigError
+from cdp_ident.outside_text import shown
 from cdp_ident.rig.recording.facts import DIAGNOSTICS_TYPE, JointNames
 from cdp_ident.rig.recording.recorder import FLUSH_NS, Recorder, RecorderOptions
 from cdp_ident.ros.node import Parameters, parse_arguments, run_node
 from cdp_ident.ros.topics import latched
 from cdp_ident.ros.trial_limits import declare_trial_limits
+from cdp_ident.user_input import user_path
 
 DESCRIPTION = """\
 Record free-swing trials. Armed, it waits until the pendulum is held away from hanging and let go, records until it is
@@ -51,7 +52,7 @@ class RecorderNode:
         self._bag = node.create_publisher(String, "~/bag", latched())
         self._recorder = Recorder(
             options,
-            say=node.get_logger().info,
+            say=lambda sentence: node.get_logger().info(shown(sentence)),
             on_state=lambda state: self._state.publish(String(data=state)),
             on_bag=lambda folder: self._bag.publish(String(data=str(folder))),
         )
@@ -106,7 +107,7 @@ def _declare_options(parameters: Parameters) -> RecorderOptions:
         return parameters.declare(name, default, description, unit=unit, minimum=0.0, maximum=maximum)
 
     return RecorderOptions(
-        folder=Path(parameters.declare("folder", "trials", "where bags go")).expanduser(),
+        folder=user_path(parameters.declare("folder", "trials", "where bags go")),
         name=parameters.declare("name", "trial", "what names of bags begin with; the time follows"),
         joints=JointNames(
             cart=parameters.declare("cart_joint", joints.cart, "name of the cart's joint; may be missing in messages"),

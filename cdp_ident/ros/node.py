@@ -144,7 +144,7 @@ class Parameters:
         if not self._started or self._own_thread == threading.get_ident():
             return SetParametersResult(successful=True)
         for parameter in parameters:
-            if parameter.name not in self._changeable and parameter.name != "use_sim_time":
+            if parameter.name not in self._changeable:
                 reason = f"{parameter.name} cannot be changed from outside while {self._node.get_name()} runs"
                 return SetParametersResult(successful=False, reason=f"{reason}: {self._advice.get(parameter.name, '')}")
         return SetParametersResult(successful=True)
