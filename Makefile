@@ -8,7 +8,7 @@ SHARED := $(wildcard config/* launch/* urdf/*)
 ROS := export HOME="$${HOME:-/tmp}" ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST ROS_DOMAIN_ID=$$(( $$$$ % 100 + 1 )) \
        VIRTUAL_ENV="$(VENV)" PATH="$(BIN):$$PATH" AMENT_PREFIX_PATH="$(VENV)"; . install/setup.bash;
 
-.PHONY: demo test check format bench build clean
+.PHONY: demo test check format bench fuzz build clean
 
 demo: build  ## the data's whole way, from an emulated rig to served parameters, in two minutes
 	@$(ROS) $(BIN)/python -m cdp_ident demo
@@ -28,6 +28,9 @@ format: $(VENV)/.ready  ## what `check` asks for, as far as a tool can do it
 
 bench: build  ## how fast, beside what a user would use instead
 	@$(ROS) $(BIN)/python -m benchmarks
+
+fuzz: $(VENV)/.ready  ## damaged and hostile input for a minute; the seed is printed
+	$(BIN)/python -m fuzz --seconds 60
 
 build: install/.ready  ## the ROS 2 package, with colcon
 

@@ -80,11 +80,7 @@ class Recorder:
         `say` is given each thing that people should know, `on_state` each new state, `on_bag` each finished bag.
         Raises `RigError` where the folder cannot be written, or the bags' name is none.
         """
-        if (
-            Path(options.name).name != options.name
-            or len(options.name) > _LONGEST_NAME
-            or not options.name.isprintable()
-        ):
+        if not _is_name(options.name):
             raise RigError(f"{shown(options.name)!r} is no name for bags: expected a name without folders")
         self.state = IDLE
         self._options = options
@@ -158,7 +154,7 @@ class Recorder:
             self._rig.update(status)
 
     def _keep(self, message: _Message) -> None:
-        """Keep what is from shortly before now; what seems to be from after it is from before the clock was set back."""
+        """Keep what is from shortly before now; what is from after it was received before the clock was set back."""
         now = message.received_ns
         self._before.append(message)
         self._kept_bytes += len(message.raw)
@@ -315,3 +311,8 @@ class Recorder:
         if state != self.state:
             self.state = state
             self._on_state(state)
+
+
+def _is_name(name: str) -> bool:
+    """Tell whether a text can begin the names of folders, and leads nowhere else."""
+    return name.isprintable() and 0 < len(name) <= _LONGEST_NAME and name[0] != "." and Path(name).name == name
