@@ -173,7 +173,7 @@ class McapScan:
         if self.lost_bytes:
             parts.append(f"{self.lost_bytes} bytes at the end are not readable (its recorder was killed?)")
         if self.damaged_chunks:
-            parts.append(f"{self.damaged_chunks} damaged chunk(s) are left out")
+            parts.append(f"{self.damaged_chunks} chunk(s) that are damaged, or claim too much, are left out")
         if self.orphaned_messages:
             parts.append(f"{self.orphaned_messages} messages without a known topic are left out")
         return ", ".join(parts)

@@ -75,7 +75,7 @@ def read_joint_states(bag: Path, topic: str) -> JointRecording:
         with _uncompressed(file, budget) as plain:
             notes += _read_file(plain, file, topic, joints, types, budget)
     if types.get(topic) not in _MESSAGE_TYPES:
-        raise BagError(_wrong_topic(bag, topic, types))
+        raise BagError("; ".join([_wrong_topic(bag, topic, types), *map(shown, notes)]))
     return joints.recording(_name(bag), topic, notes)
 
 
