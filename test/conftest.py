@@ -24,8 +24,9 @@ _DOMAIN = int(os.environ.get("ROS_DOMAIN_ID", os.getpid()))
 os.environ["ROS_DOMAIN_ID"] = str((_DOMAIN - 1 + _WORKER) % 100 + 1)
 
 # The first example of a property may have to compile the model; how long an example takes says nothing about it.
-settings.register_profile("cdp_ident", deadline=None)
-settings.load_profile("cdp_ident")
+settings.register_profile("quick", deadline=None, max_examples=20)
+settings.register_profile("campaign", deadline=None, max_examples=300)
+settings.load_profile("quick")
 
 _DEFAULT_HANDLERS = {
     signal.SIGINT: signal.default_int_handler,
