@@ -8,7 +8,8 @@ SHARED := $(wildcard config/* launch/* urdf/*)
 ROS := export HOME="$${HOME:-/tmp}" ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST ROS_DOMAIN_ID=$$(( $$$$ % 100 + 1 )) \
        VIRTUAL_ENV="$(VENV)" PATH="$(BIN):$$PATH" AMENT_PREFIX_PATH="$(VENV)"; . install/setup.bash;
 
-ALL_CORES := --numprocesses=auto --dist=worksteal
+# One process more than there are cores: tests of nodes often wait.
+ALL_CORES := --numprocesses=$$(( $$(nproc) + 1 )) --dist=worksteal
 
 .PHONY: demo test test-all check format bench build clean
 

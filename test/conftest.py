@@ -46,6 +46,11 @@ def arriving_signals():
         signal.signal(number, handler)
 
 
+def pytest_collection_modifyitems(items):
+    """Let the tests of the one identification come first and together, so that one process makes it for all of them."""
+    items.sort(key=lambda item: "outcome" not in item.fixturenames)
+
+
 BAGS = Path(__file__).parents[1] / "bags"
 
 
