@@ -4,10 +4,13 @@ import os
 import signal
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import settings
 
 from cdp_ident.configuration.settings import Settings
+from cdp_ident.model.parameters import NOMINAL, physical_coefficients
+from cdp_ident.model.simulation import simulate
 from cdp_ident.pipeline.job import load, run
 from cdp_ident.report.contents import report
 from cdp_ident.report.curves import curves
@@ -44,6 +47,12 @@ def arriving_signals():
     """
     for number, handler in _DEFAULT_HANDLERS.items():
         signal.signal(number, handler)
+
+
+def pytest_sessionstart(session):
+    """Compile the longest loop once, before several processes share the tests out and each compiles it."""
+    if getattr(session.config.option, "numprocesses", None):
+        simulate(physical_coefficients(NOMINAL), np.zeros(4), np.zeros(1))
 
 
 def pytest_collection_modifyitems(items):

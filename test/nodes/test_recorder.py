@@ -71,7 +71,8 @@ def test_a_trial_from_the_rig_to_the_bag(
 
     success, message = listener.call("/recorder/start")
     assert success
-    time.sleep(0.5)
+    heard = len(listener.joint_states)
+    listener.wait_for(lambda: len(listener.joint_states) > heard + 200)
     assert recorder.end(signal.SIGTERM) == 0
     assert len(stamps(Path(message))) > 100
 
