@@ -5,6 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from cdp_ident.bag.diagnostics import ClockRate
+
 Array = npt.NDArray[np.float64]
 
 
@@ -28,6 +30,8 @@ class Trial:
     """Time of the first sample since the beginning of the bag [s]."""
     notes: tuple[str, ...] = ()
     """What was dropped, cut or noticed on the way from the bag to here, in words, with numbers."""
+    clock: ClockRate | None = None
+    """How fast the device's clock ran whose times these are, None where they are stamps."""
 
     @property
     def duration(self) -> float:

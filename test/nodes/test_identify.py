@@ -20,7 +20,7 @@ from cdp_ident.commands.import_csv import main as import_csv
 from cdp_ident.model.parameters import GROUPS, NOMINAL
 from cdp_ident.nodes.identify import main
 from cdp_ident.report.folder import FILES
-from cdp_ident.ros.topics import latched
+from cdp_ident.ros.qos import latched
 from reference.pendulum import TABLE_5
 from scenarios.clean_bags import write_clean_bags
 

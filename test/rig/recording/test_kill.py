@@ -14,7 +14,7 @@ import numpy as np
 from rosbags.highlevel import AnyReader
 
 from cdp_ident.bag.joint_state import typestore
-from cdp_ident.rig.recording.recorder import Recorder, RecorderOptions
+from cdp_ident.rig.recording.recorder import Recorder, RecorderOptions, Surroundings
 
 BATCHES, RECORDERS = 10, 20
 LONGEST = 1.8
@@ -25,10 +25,10 @@ SCRIPT = textwrap.dedent(
     import json, os, sys, time
     from pathlib import Path
     from cdp_ident.bag.joint_state import MESSAGE_TYPE, serialize_joint_state
-    from cdp_ident.rig.recording.recorder import Recorder, RecorderOptions
+    from cdp_ident.rig.recording.recorder import Recorder, RecorderOptions, Surroundings
 
     def record(folder):
-        recorder = Recorder(RecorderOptions(folder), lambda _: None)
+        recorder = Recorder(RecorderOptions(folder), Surroundings())
         number, ticked = 0, time.time_ns()
         while True:
             now = time.time_ns()
@@ -94,7 +94,7 @@ def test_killed_at_200_random_times_a_recorder_loses_nothing_older_than_a_second
 
     with_something = 0
     for folder, killed in killed_ns.items():
-        Recorder(RecorderOptions(folder), lambda _: None)  # the next start
+        Recorder(RecorderOptions(folder), Surroundings())  # the next start
         if not any(folder.iterdir()):
             continue
         (bag,) = folder.iterdir()
