@@ -54,15 +54,22 @@ def read_joint_states(bag: Path, topic: str) -> JointRecording:
     stamp; where most messages have none, it is the time of receipt. Where the bag has `sensor_msgs/TimeReference`
     messages with the samples' stamps, they are the device's own times.
 
+    A topic without a leading `/` that the bag does not have stands for its one topic of joint states, in whatever
+    namespace.
+
     Raises BagError where something cannot be read or the topic holds no JointState.
     """
-    topic = f"/{topic.lstrip('/')}"
+    asked, topic = topic, f"/{topic.lstrip('/')}"
     joints, devices, notes, types = _JointStates(), DeviceMessages(), [], dict[str, str]()
     for file in _storage_files(bag):
         with _uncompressed(file) as plain:
             notes += _read_file(plain, file, topic, joints, devices, types)
     if types.get(topic) not in _MESSAGE_TYPES:
-        raise BagError(_wrong_topic(bag, topic, types))
+        suitable = sorted(name for name, message_type in types.items() if message_type in _MESSAGE_TYPES)
+        if topic not in types and len(suitable) == 1 and not asked.startswith("/"):
+            found = read_joint_states(bag, suitable[0])
+            return replace(found, notes=(f"joint states are those on {suitable[0]}", *found.notes))
+        raise BagError(_wrong_topic(bag, topic, types, suitable))
     return _with_device(joints.recording(_name(bag), topic, notes), devices)
 
 
@@ -129,8 +136,7 @@ def _read_file(
     return [f"{shown.name}: {damage}"] if (damage := scan.damage()) else []
 
 
-def _wrong_topic(bag: Path, topic: str, types: dict[str, str]) -> str:
-    suitable = sorted(name for name, message_type in types.items() if message_type in _MESSAGE_TYPES)
+def _wrong_topic(bag: Path, topic: str, types: dict[str, str], suitable: list[str]) -> str:
     if topic in types:
         found = f"topic {topic} of {bag} holds {types[topic]}, not {MESSAGE_TYPE}"
     else:

@@ -19,7 +19,7 @@ from cdp_ident.rig.measurement import Measurement, MeasurementStream
 from cdp_ident.rig.port import PortReader
 from cdp_ident.rig.text_codec import TextCodec
 from cdp_ident.rig.zero import load_zero, save_zero
-from cdp_ident.ros.diagnostics import Diagnostics, Status
+from cdp_ident.ros.diagnostics import Diagnostics, Status, log
 from cdp_ident.ros.node import parse_arguments, run_node
 from cdp_ident.ros.parameters import Parameters
 from cdp_ident.ros.qos import create_publisher
@@ -90,7 +90,6 @@ class Driver:
         self._before = self._stream.totals()
         self._assessed = time.monotonic()
         logger = node.get_logger()
-        self._log = {Level.OK: logger.info, Level.WARN: logger.warning, Level.ERROR: logger.error}
         self._reader = PortReader(port, baud, self._stream.port_was_opened, self._take, logger.info, logger.warning)
         self._diagnostics = Diagnostics(node, self._report)
         self._reader.start()
@@ -133,7 +132,7 @@ class Driver:
         self._before, self._assessed = now, instant
         self._reference.source = health.hardware_id
         if health.level != self._level and (self._level is not None or health.level == Level.WARN):
-            self._log.get(health.level, self._node.get_logger().warning)(health.message)
+            log(self._node.get_logger(), health.level, health.message)
         self._level = health.level
         return Status(health.level, health.message, health.values, health.hardware_id)
 
@@ -147,7 +146,7 @@ class Driver:
         except RigError as error:
             response.message = f"{response.message}; but {error}" if response.success else str(error)
             response.success = False
-        self._log[Level.OK if response.success else Level.WARN](response.message)
+        log(self._node.get_logger(), Level.OK if response.success else Level.WARN, response.message)
         return response
 
 

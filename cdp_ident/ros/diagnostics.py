@@ -1,4 +1,4 @@
-"""What a node says of itself in `/diagnostics`, once a second, and in its log where that changes."""
+"""What a node says of itself in `/diagnostics`, once a second, and with that severity in its log."""
 
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
@@ -17,6 +17,16 @@ class Status(NamedTuple):
     values: Mapping[str, str] = {}
     hardware_id: str = ""
     """The device that it is about, if any."""
+
+
+def log(logger: Any, level: Level, sentence: str) -> None:
+    """Say something with the severity of a level; rclpy takes one severity from each line of code."""
+    if level is Level.OK:
+        logger.info(sentence)
+    elif level is Level.ERROR:
+        logger.error(sentence)
+    else:
+        logger.warning(sentence)
 
 
 class Diagnostics:
