@@ -15,6 +15,7 @@ from cdp_ident.tracing.pruning import (
     find_uneven_friction,
 )
 from cdp_ident.tracing.selection import InterruptedSelectionError, Progress, Selection, without_effects
+from cdp_ident.tracing.zeros import fit_zeros_by_trial
 
 _MOST_ROUNDS = 3
 """How often effects are added after others were exchanged."""
@@ -43,6 +44,7 @@ def stepwise_selection(
     interrupted = False
     try:
         add_balanced(progress, balances)
+        fit_zeros_by_trial(progress)
         _select(progress)
     except InterruptedSelectionError:
         interrupted = True

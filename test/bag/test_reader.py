@@ -23,11 +23,11 @@ STAMPS = START + PERIOD * np.arange(COUNT)
 POSITIONS = np.column_stack([np.linspace(0, 1, COUNT), np.linspace(3, -3, COUNT)])
 
 
-def fill(bag, stamps=STAMPS, positions=POSITIONS, names=NAMES, delay=1000):
+def fill(bag, stamps=STAMPS, positions=POSITIONS, names=NAMES, delay=1000, topic="/joint_states"):
     with BagWriter(bag) as writer:
         for stamp, position in zip(stamps.tolist(), positions, strict=True):
             receipt = (stamp or START) + delay
-            writer.write("/joint_states", MESSAGE_TYPE, receipt, serialize_joint_state(names, position, stamp))
+            writer.write(topic, MESSAGE_TYPE, receipt, serialize_joint_state(names, position, stamp))
             writer.flush()
     return bag
 
