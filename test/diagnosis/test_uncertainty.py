@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from cdp_ident.bag.diagnostics import ClockRate
 from cdp_ident.diagnosis.uncertainty import covariance, reduced_sensitivities
 from cdp_ident.fit.motion_model import ActiveEffect, Mechanism, MotionModel
 from cdp_ident.fit.prior import Prior
@@ -56,6 +57,28 @@ def test_correlated_noise_widens_the_intervals():
     slow = with_correlated_noise(np.random.default_rng(0))
     ratio = np.sqrt(np.diag(covariance(fit_of(slow))) / np.diag(covariance(fit_of(white))))
     assert np.all(ratio > 2)
+
+
+def test_an_uncertain_unit_of_time_counts_by_what_it_changes():
+    uncertain = 1e-3
+    trial = standard_twin(np.random.default_rng(0))
+    sure = fit_of(trial)
+    unsure = fit_of(replace(trial, clock=ClockRate(0.0, uncertain)))
+    changed = fit_of(replace(trial, time=trial.time * (1.0 + uncertain)))
+    added = np.sqrt(np.diag(covariance(unsure)) - np.diag(covariance(sure)))
+    assert added == pytest.approx(np.abs(changed.values - sure.values), rel=0.1)
+
+
+def test_the_units_of_time_of_two_trials_are_uncertain_apart_from_each_other():
+    first, second = (standard_twin(np.random.default_rng(seed)) for seed in (0, 1))
+    clock = ClockRate(0.0, 1e-2)
+
+    def added(*trials):
+        return np.diag(covariance(refine(MODEL, TRUTH, cut_into_windows(trials))))
+
+    one = added(replace(first, clock=clock))
+    both = added(replace(first, clock=clock), replace(second, clock=clock))
+    assert one / both == pytest.approx(2.0, rel=0.2)
 
 
 def test_a_window_s_own_start_imitates_a_part_of_what_the_values_do():

@@ -15,7 +15,7 @@ import pytest
 from rosbags.highlevel import AnyReader
 
 from cdp_ident.bag.joint_state import typestore
-from cdp_ident.rig.recording.recorder import Recorder, RecorderOptions
+from cdp_ident.rig.recording.recorder import Recorder, RecorderOptions, Surroundings
 
 RECORDERS = 20
 """In a batch, at once."""
@@ -27,10 +27,10 @@ SCRIPT = textwrap.dedent(
     import json, os, sys, time
     from pathlib import Path
     from cdp_ident.bag.joint_state import MESSAGE_TYPE, serialize_joint_state
-    from cdp_ident.rig.recording.recorder import Recorder, RecorderOptions
+    from cdp_ident.rig.recording.recorder import Recorder, RecorderOptions, Surroundings
 
     def record(folder):
-        recorder = Recorder(RecorderOptions(folder), lambda _: None)
+        recorder = Recorder(RecorderOptions(folder), Surroundings())
         number, ticked = 0, time.time_ns()
         while True:
             now = time.time_ns()
@@ -97,7 +97,7 @@ def test_killed_at_random_times_a_recorder_loses_nothing_older_than_a_second(tmp
 
     with_something = 0
     for folder, killed in killed_ns.items():
-        Recorder(RecorderOptions(folder), lambda _: None)  # the next start
+        Recorder(RecorderOptions(folder), Surroundings())  # the next start
         if not any(folder.iterdir()):
             continue
         (bag,) = folder.iterdir()
