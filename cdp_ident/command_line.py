@@ -10,7 +10,7 @@ from cdp_ident.errors import CdpIdentError, OptionError
 from cdp_ident.outside_text import shown
 from cdp_ident.standard_streams import output_problem
 
-EXIT_BAD_INPUT = 2
+EXIT_BAD_INPUT = CdpIdentError.exit_code
 EXIT_INTERRUPTED = 130
 _LONGEST_ERROR = 2000
 
@@ -36,7 +36,7 @@ def entry_point(body: Callable[[list[str]], int]) -> Callable[[Sequence[str] | N
     """Make the entry point of an executable from its body.
 
     The body takes the arguments after the executable's name and returns the exit code. Bad input, which the body
-    reports by raising a `CdpIdentError`, ends as one line on stderr and exit code 2, never as a traceback.
+    reports by raising a `CdpIdentError`, ends as one line on stderr and the error's exit code, never as a traceback.
     """
     name = body.__module__.rpartition(".")[2]
 
@@ -48,7 +48,7 @@ def entry_point(body: Callable[[list[str]], int]) -> Callable[[Sequence[str] | N
                 raise OptionError(f"not all output could be written: {problem}")
         except CdpIdentError as error:
             print(f"{name}: error: {shown(error, _LONGEST_ERROR)}", file=sys.stderr)
-            return EXIT_BAD_INPUT
+            return error.exit_code
         except KeyboardInterrupt:
             print(f"{name}: interrupted", file=sys.stderr)
             return EXIT_INTERRUPTED

@@ -26,7 +26,7 @@ _LONGEST = 2000
 _FITTED = {
     **NOMINAL,
     "effects.coulomb_friction.outer.torque": 0.002,
-    "effects.quadratic_drag.inner.coefficient": 1e-4,
+    "effects.quadratic_friction.inner.coefficient": 1e-4,
 }
 _ZERO = {"cart_counts": 0.0, "inner_counts": 12.5, "outer_counts": -3.0, "sequence": 7, "taken_at_ns": 10**18}
 _TABLE = "t [s];theta1 [deg];theta2 [deg]\n" + "".join(f"{k / 100},5;{k}.25;-{k}\n" for k in range(60))
@@ -54,7 +54,7 @@ def _texts() -> tuple[tuple[str, bytes, Callable[[Path], Any]], ...]:
         (
             "configuration",
             (_CONFIG / "identify.yaml").read_bytes(),
-            lambda path: Settings.of(read_parameter_file(path, "identify")),
+            lambda path: Settings.of(read_parameter_file(path, "identify").taken()),
         ),
         ("rig", (_CONFIG / "emulated_rig.yaml").read_bytes(), load_rig),
         ("zero", yaml.safe_dump(_ZERO).encode(), load_zero),

@@ -3,7 +3,7 @@
 import os
 import struct
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
@@ -37,6 +37,8 @@ class Topic:
     serialization: str
     schema: tuple[str, bytes]
     """Encoding and text of the message's definition."""
+    described: Mapping[str, str]
+    """What rosbag2 says of it: `offered_qos_profiles` and `topic_type_hash`."""
 
 
 class McapScan:
@@ -145,9 +147,11 @@ class McapScan:
             elif opcode == Opcode.CHANNEL:
                 channel = Channel.read(ReadDataStream(BytesIO(record)))
                 schema = self._schemas.get(channel.schema_id, Schema(id=0, name="", encoding="", data=b""))
-                described = (schema.encoding, schema.data)
+                definition = (schema.encoding, schema.data)
                 if channel.id in topics or len(topics) < MOST_TOPICS:
-                    topics[channel.id] = Topic(channel.topic, schema.name, channel.message_encoding, described)
+                    topics[channel.id] = Topic(
+                        channel.topic, schema.name, channel.message_encoding, definition, channel.metadata
+                    )
         except _GARBLED:
             return  # its messages are then counted as orphaned
 

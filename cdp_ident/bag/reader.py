@@ -7,7 +7,7 @@ import struct
 from array import array
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -15,9 +15,11 @@ import numpy as np
 import numpy.typing as npt
 import zstandard
 
+from cdp_ident.bag.device_messages import DeviceMessages, DeviceTime
 from cdp_ident.bag.joint_state import HEAD_OFFSET, MESSAGE_TYPE, NANOSECONDS, STAMP_OFFSET, Layout, parse_layout
-from cdp_ident.bag.limits import LARGEST_MESSAGE, LARGEST_WINDOW, Budget, decompressed
+from cdp_ident.bag.limits import LARGEST_WINDOW, Budget
 from cdp_ident.bag.mcap_scan import McapScan
+from cdp_ident.bag.message_compression import plain_message
 from cdp_ident.bag.sqlite_scan import sqlite_messages, sqlite_topics
 from cdp_ident.errors import BagError
 from cdp_ident.outside_text import shown
@@ -25,7 +27,6 @@ from cdp_ident.regular_file import open_regular
 
 _MESSAGE_TYPES = (MESSAGE_TYPE, "sensor_msgs/JointState")
 _SQLITE_MAGIC = b"SQLite format 3\0"
-_ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
 _BLOCK = 1 << 20
 _LEFT_FREE = 100_000_000
 """So much of the disk with the temporary files is left to others [bytes]."""
@@ -56,6 +57,8 @@ class JointRecording:
     """(n, joints) positions as recorded [rad or m]; NaN where a message does not name the joint."""
     notes: tuple[str, ...]
     """What was dropped or noticed while reading, in words, with numbers."""
+    device: DeviceTime | None = None
+    """The device's own time of the samples, where the bag has it."""
 
 
 def read_joint_states(bag: Path, topic: str) -> JointRecording:
@@ -63,20 +66,28 @@ def read_joint_states(bag: Path, topic: str) -> JointRecording:
 
     `bag` is a folder or one .mcap or .db3 file, also compressed as a whole (.zstd) or by message. `metadata.yaml` is
     not needed. Of a file whose recorder was killed every complete chunk is read. The time of a sample is its header's
-    stamp; where most messages have none, it is the time of receipt.
+    stamp; where most messages have none, it is the time of receipt. Where the bag has `sensor_msgs/TimeReference`
+    messages with the samples' stamps, they are the device's own times.
+
+    A topic without a leading `/` that the bag does not have stands for its one topic of joint states, in whatever
+    namespace.
 
     Raises BagError where something cannot be read or the topic holds no JointState.
     """
-    topic = f"/{topic.lstrip('/')}"
-    joints, notes, types = _JointStates(bag), [], dict[str, str]()
+    asked, topic = topic, f"/{topic.lstrip('/')}"
+    joints, devices, notes, types = _JointStates(bag), DeviceMessages(), [], dict[str, str]()
     files = storage_files(bag)
     budget = Budget(bag, sum(file.stat().st_size for file in files))
     for file in files:
         with _uncompressed(file, budget) as plain:
-            notes += _read_file(plain, file, topic, joints, types, budget)
+            notes += _read_file(plain, file, topic, joints, devices, types, budget)
     if types.get(topic) not in _MESSAGE_TYPES:
-        raise BagError("; ".join([_wrong_topic(bag, topic, types), *map(shown, notes)]))
-    return joints.recording(_name(bag), topic, notes)
+        suitable = sorted(name for name, message_type in types.items() if message_type in _MESSAGE_TYPES)
+        if topic not in types and len(suitable) == 1 and not asked.startswith("/"):
+            found = read_joint_states(bag, suitable[0])
+            return replace(found, notes=(f"joint states are those on {shown(suitable[0])}", *found.notes))
+        raise BagError("; ".join([_wrong_topic(bag, topic, types, suitable), *map(shown, notes)]))
+    return _with_device(joints.recording(_name(bag), topic, notes), devices)
 
 
 def storage_files(bag: Path) -> list[Path]:
@@ -124,9 +135,15 @@ def _uncompressed(file: Path, budget: Budget) -> Iterator[Path]:
 
 
 def _read_file(
-    file: Path, called: Path, topic: str, joints: _JointStates, types: dict[str, str], budget: Budget
+    file: Path,
+    called: Path,
+    topic: str,
+    joints: _JointStates,
+    devices: DeviceMessages,
+    types: dict[str, str],
+    budget: Budget,
 ) -> list[str]:
-    """Add the messages of one file to `joints` and its topics to `types`; return what there is to say about it."""
+    """Add a file's messages to `joints` and `devices`, its topics to `types`; return what there is to say about it."""
     try:
         with open_regular(file) as stream:
             is_sqlite = stream.read(len(_SQLITE_MAGIC)) == _SQLITE_MAGIC
@@ -138,17 +155,22 @@ def _read_file(
             for stamp, data in sqlite_messages(file, topic):
                 budget.spend(unfolded=len(data), records=1)
                 joints.add(stamp, data)
+        for name, message_type in types.items():
+            if message_type in DeviceMessages.TYPES:
+                for _, data in sqlite_messages(file, name):
+                    devices.add(name, message_type, data)
         return []
     scan = McapScan(file, budget)
     for channel, stamp, data in scan.messages():
         if channel.name == topic and channel.message_type in _MESSAGE_TYPES:
             joints.add(stamp, data)
+        elif channel.message_type in DeviceMessages.TYPES:
+            devices.add(channel.name, channel.message_type, data)
     types.update(scan.types())
     return [f"{called.name}: {damage}"] if (damage := scan.damage()) else []
 
 
-def _wrong_topic(bag: Path, topic: str, types: dict[str, str]) -> str:
-    suitable = sorted(name for name, message_type in types.items() if message_type in _MESSAGE_TYPES)
+def _wrong_topic(bag: Path, topic: str, types: dict[str, str], suitable: list[str]) -> str:
     if topic in types:
         found = f"topic {topic} of {bag} holds {shown(types[topic])}, not {MESSAGE_TYPE}"
     else:
@@ -157,6 +179,20 @@ def _wrong_topic(bag: Path, topic: str, types: dict[str, str]) -> str:
         return f"{found}; joint states are on {shown(', '.join(suitable))}: name that topic"
     there = shown(", ".join(sorted(types))) or "no topics at all"
     return f"{found}; no topic of it holds joint states (it has {there})"
+
+
+def _with_device(recording: JointRecording, devices: DeviceMessages) -> JointRecording:
+    """Add the device's time to a recording; the few samples that lack it, at the ends, are dropped."""
+    found = devices.device_time(recording.stamps)
+    if found is None:
+        return recording
+    device, known = found
+    notes = recording.notes
+    if not np.all(known):
+        notes = (*notes, f"{np.count_nonzero(~known)} samples without the device's own time are dropped")
+    return replace(
+        recording, stamps=recording.stamps[known], positions=recording.positions[known], notes=notes, device=device
+    )
 
 
 def _name(bag: Path) -> str:
@@ -207,8 +243,7 @@ class _JointStates:
         """Add one message: its time of receipt [ns since the epoch] and its bytes."""
         row = len(self._receipts)
         try:
-            if raw[:4] == _ZSTD_MAGIC:
-                raw = decompressed(raw, "zstd", LARGEST_MESSAGE)
+            raw = plain_message(raw)
             if not any(group.take(row, raw) for group in self._at_hand):
                 self._begin_group(raw).take(row, raw)
         except (ValueError, struct.error):

@@ -3,7 +3,6 @@
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.diagnosis.autocorrelation import correlation_length
 from cdp_ident.fit.initial_states import InitialState
 from cdp_ident.fit.refinement import Fit
 
@@ -27,15 +26,16 @@ def covariance(fit: Fit) -> Array:
 
     It is the curvature's, corrected for residuals that are correlated in time and of different size in the two
     angles: S^-1 B S^-1 with S the curvature and B the sum of the scores' autocovariances, up to the
-    correlation length of the residuals, with Bartlett's weights (Newey and West, Econometrica 55, 1987). An unknown
-    that the windows do not show at all gets an infinite variance.
+    correlation length of the residuals, with Bartlett's weights (Newey and West, Econometrica 55, 1987). What the
+    values would change by if a trial's unit of time were another is added, as uncertain as that is. An unknown that
+    the windows do not show at all gets an infinite variance.
     """
-    scores, curvature = [], 0.0
-    for sensitivity, residual, weight in zip(reduced_sensitivities(fit), fit.residuals, fit.weights, strict=True):
+    scores, curvature, reduced = [], 0.0, reduced_sensitivities(fit)
+    for sensitivity, residual, weight in zip(reduced, fit.residuals, fit.weights, strict=True):
         weighted = sensitivity * weight[..., None]
         curvature = curvature + np.einsum("nrp,nrq->pq", weighted, sensitivity)
         scores.append(np.einsum("nrp,nr->np", weighted, residual))
-    lags = correlation_length(fit)
+    lags = fit.autocorrelation.length
     middle = np.zeros_like(curvature)
     for score in scores:
         middle += score.T @ score
@@ -49,6 +49,22 @@ def covariance(fit: Fit) -> Array:
     seen = values > 1e-12 * values[-1]
     inverse = (vectors[:, seen] / values[seen]) @ vectors[:, seen].T * np.outer(scale, scale)
     result = inverse @ middle @ inverse * (samples / max(samples - estimated, 1))
+    for change in _changes_by_units_of_time(fit, reduced):
+        result += np.outer(inverse @ change, inverse @ change)
     unseen = np.any(np.abs(vectors[:, ~seen]) > 1e-3, axis=1)
     result[unseen, unseen] = np.inf
     return np.asarray(result)
+
+
+def _changes_by_units_of_time(fit: Fit, reduced: list[Array]) -> list[Array]:
+    """Return what a unit of time that is off by one standard deviation changes in the scores (unknowns,), by trial.
+
+    Measured against a clock that is fast by e, a motion is where it would be e t later.
+    """
+    changes: dict[int, Array] = {}
+    for window, sensitivity, residual, weight in zip(fit.windows, reduced, fit.residuals, fit.weights, strict=True):
+        if window.time_std > 0.0:
+            later = np.gradient(window.theta - residual, window.time, axis=0) * window.time[:, None]
+            change = window.time_std * np.einsum("nrp,nr->p", sensitivity * weight[..., None], later)
+            changes[window.trial] = changes.get(window.trial, 0.0) + change
+    return list(changes.values())

@@ -8,6 +8,7 @@ import numpy.typing as npt
 
 from cdp_ident.diagnosis.evaluation import evaluate
 from cdp_ident.diagnosis.identification import Identification, Stage
+from cdp_ident.diagnosis.length import LengthByBalance, length_by_balance, refuse_what_does_not_balance
 from cdp_ident.diagnosis.outlier_windows import outlier_windows
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.balance_unknowns import DRY, DryJoint
@@ -16,8 +17,9 @@ from cdp_ident.fit.estimation import estimate
 from cdp_ident.fit.force_balance import ForceBalance, balance_of_forces
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.refinement import Fit, fit_initial_states, refine_from_afar
-from cdp_ident.fit.scales import scales_of
+from cdp_ident.fit.scales import Scales, scales_of
 from cdp_ident.fit.thinning import thinned
+from cdp_ident.fit.window_lengths import Lengths, lengths_followed
 from cdp_ident.model.parameters import groups_of
 from cdp_ident.search.genetic_search import Progress
 from cdp_ident.trial.trial import Trial
@@ -47,6 +49,7 @@ def identify(
 
     Raises:
         IdentificationError: the trials do not suffice.
+        FitFailedError: they are of no double pendulum with these L and g.
     """
     if not fit:
         raise IdentificationError("there is no trial to fit: give at least one bag")
@@ -54,10 +57,14 @@ def identify(
     noise = noise_over(fit)
     balances = _balances(fit, options)
     balanced = balances[0].groups if balances else None
+    length = None
+    if balances and not options.length_free:
+        length = _length(fit, options, balances[0])
+        refuse_what_does_not_balance(balances[0], length)
     scales = scales_of(fit, prior.length, prior.gravity, noise, balanced)
     fit, holdout = ([thinned(trial, scales.together) for trial in trials] for trials in (fit, holdout))
-    window = options.window or scales.window
-    data = prepare(fit, holdout, window, scales)
+    lengths = [_lengths(trial, scales, balanced, options, noise_over(fit)) for trial in (*fit, *holdout)]
+    data = prepare(fit, holdout, lengths, scales)
     rng = np.random.default_rng(options.seed)
     level = float(np.sqrt(np.mean(data.noise**2)))
     found = estimate(
@@ -73,7 +80,7 @@ def identify(
     )
     if not holdout and _outlier_is_kept_out(found.fit, data):
         # What happened once is found where it is fitted, and nowhere else.
-        data = prepare(fit, holdout, window, scales, FALLBACK_FIRST)
+        data = prepare(fit, holdout, lengths, scales, FALLBACK_FIRST)
         found = replace(found, fit=refine_from_afar(model, found.fit.values, data.fit))
     stages: dict[Stage, Array] = {
         "nominal": model.beginning(groups_of(prior.centre, prior.length)),
@@ -84,6 +91,7 @@ def identify(
         options,
         data,
         balances,
+        length,
         found,
         {
             stage: (
@@ -93,6 +101,12 @@ def identify(
             for stage, stage_values in stages.items()
         },
     )
+
+
+def _lengths(trial: Trial, scales: Scales, groups: Array | None, options: IdentifyOptions, noise: Array) -> Lengths:
+    if options.window:
+        return lambda time: options.window
+    return lengths_followed(trial, scales, groups, options.prior.length, options.prior.gravity, noise)
 
 
 def _balances(trials: Sequence[Trial], options: IdentifyOptions) -> tuple[ForceBalance, ...]:
@@ -113,11 +127,18 @@ def _balances(trials: Sequence[Trial], options: IdentifyOptions) -> tuple[ForceB
     return (preferred,) if both is None else (preferred, both)
 
 
+def _length(trials: Sequence[Trial], options: IdentifyOptions, balance: ForceBalance) -> LengthByBalance | None:
+    coupled = balance.unknowns.constant_coupling
+    free = _balance(trials, options, constant_coupling=coupled, dry=balance.dry, length_free=True)
+    return None if free is None else length_by_balance(balance, free)
+
+
 def _balance(
     trials: Sequence[Trial],
     options: IdentifyOptions,
     constant_coupling: bool = False,
     dry: tuple[DryJoint, ...] | None = None,
+    length_free: bool = False,
 ) -> ForceBalance | None:
     """Return the balance of forces, or None where it cannot be computed: the search begins without it then."""
     prior, outer_length = options.prior, options.model.mechanism.outer_length
@@ -128,6 +149,7 @@ def _balance(
             prior.gravity,
             dry=dry,
             constant_coupling=constant_coupling,
+            length_free=length_free,
             outer_length=outer_length,
         )
     except (IdentificationError, np.linalg.LinAlgError):
