@@ -165,6 +165,13 @@ REPORT: Schema = {
                 samples=_count(),
                 start_s=_finite("where the free swing begins in the bag [s]"),
                 duration_s=_finite("of the free swing [s]"),
+                clock=_or_null(
+                    _object(
+                        "of the device, where the bag has its own times",
+                        fast=_number("by which share it is fast"),
+                        std=_number("standard deviation of that"),
+                    )
+                ),
                 warnings=_list(_text(), "what was cut or noticed"),
             ),
             "each bag",
