@@ -1,6 +1,7 @@
 """What the launch files share: nodes in a namespace that end together, and packages that must be there before."""
 
 import importlib.util
+import os
 
 from ament_index_python.packages import PackageNotFoundError, get_package_prefix
 from launch import LaunchContext
@@ -8,6 +9,8 @@ from launch.actions import DeclareLaunchArgument, OpaqueFunction, Shutdown
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
+
+from cdp_ident.bag.metadata import ROS_DISTRO
 
 LEVELS = ("debug", "info", "warn", "error", "fatal")
 
@@ -55,7 +58,7 @@ def needs(*packages: str) -> OpaqueFunction:
     def check(_context: LaunchContext) -> None:
         for package in packages:
             if not _is_installed(package):
-                apt = f"sudo apt install ros-$ROS_DISTRO-{package.replace('_', '-')}"
+                apt = f"sudo apt install ros-{os.environ.get('ROS_DISTRO', ROS_DISTRO)}-{package.replace('_', '-')}"
                 raise RuntimeError(f"the ROS package {package} is not installed: {apt}")
 
     return OpaqueFunction(function=check)
