@@ -87,6 +87,9 @@ def trace(
         found: the paper's model, identified.
         told: called with a line for people after each step.
         stop: asked now and then; true ends the tracing with the effects found so far.
+
+    Raises:
+        FitFailedError: the model does not follow the motion; no effect is sought then.
     """
     selection = stepwise_selection(
         found.fit, found.data.holdout, float(np.sqrt(np.mean(found.data.noise**2))), told, stop, found.balances
@@ -117,7 +120,7 @@ def _completed(found: Identification, fit: Fit) -> Identification:
     if fit is found.fit:
         return found
     estimate = replace(found.estimate, fit=fit)
-    return Identification.of(found.options, found.data, found.balances, estimate, found.errors)
+    return Identification.of(found.options, found.data, found.balances, found.length, estimate, found.errors)
 
 
 def _found(selection: Selection, index: int, spread: Array, inertia: float, inertia_std: float) -> FoundEffect:

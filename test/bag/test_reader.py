@@ -262,7 +262,7 @@ def read_or_refuse(file):
     return recording
 
 
-HOSTILE = settings(deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=150)
+HOSTILE = settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 
 
 @HOSTILE

@@ -19,7 +19,6 @@ from scenarios.twin import TEN_SECONDS, standard_motion, standard_twin
 
 MODEL = MotionModel(Mechanism.of(Prior()))
 TRUTH = groups_of([TABLE_5[symbol] for symbol in SYMBOLS], TABLE_5["L"])
-TWINS = 300
 
 
 def fit_of(trial):
@@ -39,14 +38,18 @@ def coverage(trials):
     return np.mean(errors < 1.96, axis=0)
 
 
-def test_intervals_hold_the_truth_as_often_as_they_say():
-    held = coverage(standard_twin(np.random.default_rng(20000 + seed)) for seed in range(TWINS))
-    assert np.all((held >= 0.92) & (held <= 0.98)), held
+@pytest.mark.parametrize(
+    ("twins", "fewest", "most"), [(40, 0.85, 1.0), pytest.param(300, 0.92, 0.98, marks=pytest.mark.campaign)]
+)
+def test_intervals_hold_the_truth_as_often_as_they_say(twins, fewest, most):
+    held = coverage(standard_twin(np.random.default_rng(20000 + seed)) for seed in range(twins))
+    assert np.all((held >= fewest) & (held <= most)), held
 
 
-def test_intervals_hold_the_truth_nearly_as_often_where_the_noise_is_correlated():
-    held = coverage(with_correlated_noise(np.random.default_rng(seed)) for seed in range(60))
-    assert np.all(held >= 0.75), held
+@pytest.mark.parametrize("trials", [15, pytest.param(60, marks=pytest.mark.campaign)])
+def test_intervals_hold_the_truth_nearly_as_often_where_the_noise_is_correlated(trials):
+    held = coverage(with_correlated_noise(np.random.default_rng(seed)) for seed in range(trials))
+    assert np.all(held >= 0.7), held
 
 
 def test_correlated_noise_widens_the_intervals():

@@ -77,11 +77,21 @@ def test_the_search_s_history_is_that_of_the_search(content):
     assert search["cut_short"]
 
 
-def test_a_run_can_be_repeated_from_its_report(content, outcome):
+def job_in(content):
     options = json.loads(json_text(content["run"]["options"]))
     options["trial.stop"] = math.inf  # which JSON cannot say: null there
     bags = [Path(bag) for bag in content["run"]["bag_sha256"]]
-    again = report(run(load(Job(tuple(bags[:2]), tuple(bags[2:]), Settings.of(options))), lambda progress: None))
+    return Job(tuple(bags[:2]), tuple(bags[2:]), Settings.of(options))
+
+
+def test_what_was_asked_for_stands_in_the_report(content, outcome):
+    job, asked = job_in(content), outcome.loaded.job
+    assert (job.bags, job.holdout, job.settings.values()) == (asked.bags, asked.holdout, asked.settings.values())
+
+
+@pytest.mark.campaign
+def test_a_run_can_be_repeated_from_its_report(content):
+    again = report(run(load(job_in(content)), lambda progress: None))
     assert without_times(again) == without_times(content)
 
 
