@@ -117,7 +117,7 @@ def test_bytes_without_a_delimiter_are_not_hoarded(codec: Codec) -> None:
         assert len(decoder._rest) <= LONGEST_FRAME
     sent = run()
     assert decoder.feed(codec.delimiter + stream(codec, *sent)) == sent
-    assert decoder.counters.malformed == 1
+    assert decoder.counters.malformed > 100000 // (LONGEST_FRAME + 100)
 
 
 @both
