@@ -3,7 +3,6 @@
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.diagnosis.autocorrelation import correlation_length
 from cdp_ident.fit.initial_states import InitialState
 from cdp_ident.fit.refinement import Fit
 
@@ -36,7 +35,7 @@ def covariance(fit: Fit) -> Array:
         weighted = sensitivity * weight[..., None]
         curvature = curvature + np.einsum("nrp,nrq->pq", weighted, sensitivity)
         scores.append(np.einsum("nrp,nr->np", weighted, residual))
-    lags = correlation_length(fit)
+    lags = fit.autocorrelation.length
     middle = np.zeros_like(curvature)
     for score in scores:
         middle += score.T @ score

@@ -63,8 +63,10 @@ def test_the_true_groups_are_in_their_intervals(content):
 
 
 def test_the_error_falls_from_stage_to_stage_and_before_is_the_last(content):
-    errors = [stage["holdout"]["rmse_rad"] for stage in content["stages"].values()]
+    errors = [stage["fit"]["rmse_rad"] for stage in content["stages"].values()]
     assert errors == sorted(errors, reverse=True)
+    held_out = [stage["holdout"]["rmse_rad"] for stage in content["stages"].values()]
+    assert held_out[-1] == min(held_out)
     assert content["before"]["error"] == content["stages"]["refined"]
     after = content["after"]["error"]["holdout"]["rmse_rad"]
     assert after < 1.2 * max(content["noise_rad"].values()) < errors[-1]
