@@ -44,6 +44,8 @@ setup(
         "rosbags",
         "mcap",
         "zstandard",
+        "lz4",
+        "jsonschema",
         "pyserial",
         "cobs",
     ],

@@ -1,6 +1,7 @@
 """How the samples of a rig go on, so that one that does not can be told."""
 
 import math
+from collections.abc import Sequence
 
 from cdp_ident.rig.codec import UNSIGNED_32
 from cdp_ident.rig.records import Sample
@@ -26,7 +27,7 @@ class Course:
         """Change by the reading of time [us] and of the counts of cart, inner and outer joint."""
         self._period = math.inf
         """The shortest time between two readings of late [us]; a device may miss one."""
-        self._usual = [0.0, 0.0, 0.0, 0.0]
+        self._usual = list(_LEAST)
         """How far off the samples of late were, in the same."""
 
     def take(self, sample: Sample) -> None:
@@ -47,7 +48,19 @@ class Course:
         """
         if self.last is None or self._slopes is None:
             return self.last is not None
-        off = self._off(sample, steps_between(self.last, sample))
+        return self._is_near(self._off(sample, steps_between(self.last, sample)))
+
+    def has_between(self, sample: Sample, after: Sample) -> bool:
+        """Tell whether a sample lies between the last one and one after it: more is known then than before."""
+        if self.last is None:
+            return False
+        steps, all_steps = steps_between(self.last, sample), steps_between(self.last, after)
+        if not steps < all_steps:
+            return False
+        changes = zip(_changes(self.last, sample), _changes(self.last, after), strict=True)
+        return self._is_near([abs(change - whole * steps / all_steps) for change, whole in changes])
+
+    def _is_near(self, off: Sequence[float]) -> bool:
         limits = zip(off, _LEAST, self._usual, strict=True)
         return all(error <= max(least, _TIMES_USUAL * usual) for error, least, usual in limits)
 

@@ -46,9 +46,9 @@ class Decoder:
     """Decodes a stream of bytes, cut anywhere, into events in the order of arrival.
 
     A sample is passed on when its frame is intact, and sequence number, time and counts go on from the samples before
-    (`Course`). One that does not waits for the next: if that goes on from the samples before, the one that waited is
-    dropped, as a damaged frame whose checksum happens to match (one in 65536); if not, both are taken, and the device
-    was reset where sequence number and time do not follow either.
+    (`Course`). One that does not waits for the next: if that goes on from the samples before, and the one that waited
+    does not lie between them, it is dropped, as a damaged frame whose checksum happens to match (one in 65536); if
+    not, both are taken, and the device was reset where sequence number and time do not follow either.
     """
 
     def __init__(self, codec: Codec) -> None:
@@ -92,7 +92,9 @@ class Decoder:
         elif record in self._recent or record == self._doubtful:
             self.counters.duplicates += 1
         elif self._follows(record) and self._course.foretells(record):
-            self._doubtful = None
+            doubtful, self._doubtful = self._doubtful, None
+            if doubtful is not None and self._course.has_between(doubtful, record):
+                yield self._pass(doubtful)
             yield self._pass(record)
         elif self._doubtful is not None and _can_follow(self._doubtful, record):
             doubtful, self._doubtful = self._doubtful, None

@@ -98,7 +98,7 @@ def test_ros_s_params_files_and_single_parameters_mean_the_same_as_a_configurati
     ]
     done = identify("--bag", WIDE, "--out", str(out), "--once", "--ros-args", *ways)
     assert done.returncode == 0, done.stderr
-    configuration = read_parameter_file(ROOT / "config/identify.yaml", "identify") | in_file | single
+    configuration = read_parameter_file(ROOT / "config/identify.yaml", "identify").taken() | in_file | single
     assert report_in(out)["run"]["options"] == json.loads(json_text(Settings.of(configuration).values()))
 
 

@@ -94,12 +94,7 @@ class Recorder:
 
         Raises `RigError` where the folder cannot be written, or the bags' name is none.
         """
-        if (
-            options.name in ("", "..")
-            or Path(options.name).name != options.name
-            or len(options.name) > _LONGEST_NAME
-            or not options.name.isprintable()
-        ):
+        if not _is_name(options.name):
             raise RigError(f"{shown(options.name)!r} is no name for bags: expected a name without folders")
         self.state = IDLE
         self.problem = ""
@@ -190,7 +185,7 @@ class Recorder:
             self._take_diagnostics(raw)
 
     def _keep(self, message: _Message) -> None:
-        """Keep what is from shortly before now; what seems to be from after it came before the clock was set back."""
+        """Keep what is from shortly before now; what is from after it was received before the clock was set back."""
         now = message.received_ns
         self._before.append(message)
         self._kept_bytes += len(message.raw)
@@ -364,3 +359,8 @@ class Recorder:
         if state != self.state:
             self.state = state
             self._around.on_state(state)
+
+
+def _is_name(name: str) -> bool:
+    """Tell whether a text can begin the names of folders, and leads nowhere else."""
+    return name.isprintable() and 0 < len(name) <= _LONGEST_NAME and name[0] != "." and Path(name).name == name
