@@ -71,6 +71,7 @@ class Listener:
         self.node = rclpy.create_node("listener", context=self.context)
         self.joint_states: list[JointState] = []
         self.diagnostics: list[Any] = []
+        self.statuses: list[Any] = []
         self.states: list[str] = []
         self.bags: list[Path] = []
         reliable = rclpy.qos.QoSProfile(depth=20000)
@@ -89,6 +90,7 @@ class Listener:
         self.thread.start()
 
     def _take_diagnostics(self, message: Any) -> None:
+        self.statuses += message.status
         self.diagnostics += [status for status in message.status if status.name == "/driver"]
 
     def _spin(self) -> None:
