@@ -165,6 +165,13 @@ REPORT: Schema = {
                 samples=_count(),
                 start_s=_finite("where the free swing begins in the bag [s]"),
                 duration_s=_finite("of the free swing [s]"),
+                clock=_or_null(
+                    _object(
+                        "the device's clock, where the trial has its time",
+                        fast=_finite("by how much it runs fast against ROS time, relative"),
+                        std=_finite("standard deviation of that"),
+                    )
+                ),
                 warnings=_list(_text(), "what was cut or noticed"),
             ),
             "each bag",

@@ -257,6 +257,7 @@ class Client:
     def wait_until_it_serves(self):
         self.listener.wait_for(self.client.services_are_ready)
         self.listener.wait_for(lambda: "m1" in self.names())
+        self.listener.wait_for(lambda: self.states and self.states[-1].startswith("ready"))
 
     def names(self):
         return self.listener.answer(self.client.list_parameters).result.names
