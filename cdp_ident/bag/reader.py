@@ -158,6 +158,7 @@ def _read_file(
         for name, message_type in types.items():
             if message_type in DeviceMessages.TYPES:
                 for _, data in sqlite_messages(file, name):
+                    budget.spend(unfolded=len(data), records=1)
                     devices.add(name, message_type, data)
         return []
     scan = McapScan(file, budget)

@@ -17,6 +17,7 @@ def main(arguments: list[str]) -> int:
     parser = ArgumentParser("report", DESCRIPTION)
     parser.add_argument("folders", type=Path, nargs="+", metavar="DIR", help="folders that identify wrote into")
     for folder in parser.parse_args(arguments).folders:
-        draw_again(folder)
-        print(f"{folder / PAGE}, {TEXT} and {FIGURES}/ are drawn")
+        problem = draw_again(folder)
+        print(problem or f"{folder / PAGE} is drawn")
+        print(f"{folder / TEXT} and {FIGURES}/ are drawn")
     return 0

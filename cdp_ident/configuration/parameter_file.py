@@ -59,7 +59,7 @@ def read_parameter_file(path: Path, node: str) -> ParameterFile:
         keys = shown(", ".join(key for key, _ in sections)) or "none"
         raise OptionError(
             f"{path} says nothing to {full}: expected a ROS parameter file with a key for it, such as "
-            f"'/**/{full.rpartition('/')[2]}: {{{_ROOT}: …}}'; its keys are {keys}"
+            f"'/**/{full.rpartition('/')[2]}: {{{_ROOT}: …}}'; its keys are {shown(keys)}"
         )
     result = ParameterFile({}, {})
     for key, section in sections:

@@ -1,6 +1,6 @@
 """One identification from the command line's request to the files of its report, without ROS."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -74,6 +74,8 @@ class Identifier:
 
     def __init__(self, request: Request, output: Console, progress: Console) -> None:
         self._request, self._output, self._progress = request, output, progress
+        self.warn: Callable[[str], None] = lambda sentence: None
+        """Is given what is to be warned of beside the report, which is printed as well."""
         self._folder = request.out
         self._may_replace = request.force
         self._watched = WatchedFolder(request.watch) if request.watch else None
@@ -133,7 +135,7 @@ class Identifier:
                 if self._latest and not again:
                     self._judge(self._latest, trial)
             except CdpIdentError as error:
-                self._say(f"{bag} is left out: {error}")
+                self._warn(f"{bag} is left out: {error}")
                 self._came = others
             else:
                 self._came = [*others, bag]
@@ -142,7 +144,7 @@ class Identifier:
         """Go on without the bags of the watched folder that are not there any more."""
         for bag in self._came:
             if not bag.exists():
-                self._say(f"{bag} is left out from now on: it is not there any more")
+                self._warn(f"{bag} is left out from now on: it is not there any more")
         self._came = [bag for bag in self._came if bag.exists()]
 
     def _judge(self, latest: Outcome, trial: Trial) -> None:
@@ -151,7 +153,14 @@ class Identifier:
         window = latest.identification.data.window
         unseen = check_new_trial(after.model, after.fit.values, latest.trace.covariance, expected, trial, window)
         self._unseen.append(unseen)
-        self._say(unseen.words)
+        if unseen.fits:
+            self._say(unseen.words)
+        else:
+            self._warn(unseen.words)
+
+    def _warn(self, sentence: str) -> None:
+        self._say(sentence)
+        self.warn(shown(sentence, _LONGEST_SENTENCE))
 
     def _say(self, sentence: str) -> None:
         self._output.print(shown(sentence, _LONGEST_SENTENCE), highlight=False, markup=False, soft_wrap=True)
@@ -208,10 +217,12 @@ class Identifier:
     def _draw(self, folder: Path, content: Section, drawn_from: Curves) -> None:
         """Draw the report; a failure is told, and takes nothing of the result."""
         try:
-            write_pictures(folder, draw(content, drawn_from))
+            drawn = draw(content, drawn_from)
+            write_pictures(folder, drawn.files)
         except Exception as error:  # noqa: BLE001 - whatever it is, the parameters are to be served
             reason = shown(error) or type(error).__name__
             said = f"no pictures: {reason}; once that is mended, `ros2 run cdp_ident report {folder}` draws them"
         else:
-            said = f"{folder / PAGE} shows it all, {TEXT} and {FIGURES}/ as files"
+            page = drawn.problem or f"{folder / PAGE} shows it all"
+            said = f"{page}; {folder / TEXT} and {FIGURES}/ are for version control and papers"
         self._say(said)

@@ -34,6 +34,11 @@ class Interruption:
         while self._before:
             signal.signal(*self._before.popitem())
 
+    def cancel(self) -> bool:
+        """Ask the search that runs to stop, as a first SIGINT does; return whether one runs."""
+        self.asked |= self._searching
+        return self._searching
+
     @contextmanager
     def searching(self) -> Iterator[None]:
         """Say that a search runs."""

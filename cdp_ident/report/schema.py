@@ -167,9 +167,9 @@ REPORT: Schema = {
                 duration_s=_finite("of the free swing [s]"),
                 clock=_or_null(
                     _object(
-                        "of the device, where the bag has its own times",
-                        fast=_number("by which share it is fast"),
-                        std=_number("standard deviation of that"),
+                        "the device's clock, where the trial has its time",
+                        fast=_finite("by how much it runs fast against ROS time, relative"),
+                        std=_finite("standard deviation of that"),
                     )
                 ),
                 warnings=_list(_text(), "what was cut or noticed"),

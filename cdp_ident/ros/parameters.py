@@ -64,6 +64,8 @@ class Parameters:
     def __init__(self, node: Any, arguments: Sequence[str]) -> None:
         """Raises `OptionError` where a parameter file of the node's `arguments` cannot be read or has no key for it."""
         self._node = node
+        # Clocks that change while a node runs would mix two times.
+        node.set_descriptor("use_sim_time", Shown(False, "whether time comes from /clock").descriptor())
         self._for_any = _given_to_any(node.get_fully_qualified_name(), arguments)
 
     def declare(

@@ -7,6 +7,7 @@ import re
 import shutil
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import numba
@@ -37,14 +38,15 @@ def package(tmp_path, monkeypatch):
     """A copy of the package whose files may be changed."""
     copy = tmp_path / "cdp_ident"
     shutil.copytree(Path(compilation.__file__).parents[1], copy, ignore=shutil.ignore_patterns("__pycache__"))
-    monkeypatch.setattr(compilation, "_PACKAGE", copy)
+    monkeypatch.setattr(compilation, "_MODEL", copy / "model")
     return copy
 
 
-def test_kept_code_is_left_behind_when_any_compiled_file_changes(package):
+@pytest.mark.parametrize("file", ["equations.py", "effects/constants.py"])
+def test_kept_code_is_left_behind_when_any_compiled_file_changes(package, file):
     before = compilation._cache_folder()
     assert compilation._cache_folder() == before
-    with (package / "model" / "equations.py").open("a") as source:
+    with (package / "model" / file).open("a") as source:
         source.write("# changed\n")
     assert compilation._cache_folder() != before
 
@@ -60,6 +62,16 @@ def test_kept_code_is_where_the_user_keeps_caches(monkeypatch, tmp_path):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     monkeypatch.setattr(numba.core.config, "CACHE_DIR", "")
     assert Path(compilation._cache_folder()).parent == tmp_path / "cdp_ident"
+
+
+def test_folders_of_other_versions_that_were_not_used_for_long_go(monkeypatch, tmp_path):
+    monkeypatch.setattr(numba.core.config, "CACHE_DIR", str(tmp_path))
+    names = {"0123456789abcdef": 40, "fedcba9876543210": 20, "something else": 40}
+    for name, days in names.items():
+        (tmp_path / name).mkdir()
+        os.utime(tmp_path / name, (time.time() - 86400 * days,) * 2)
+    own = Path(compilation._cache_folder()).name
+    assert {path.name for path in tmp_path.iterdir()} == {own, "fedcba9876543210", "something else"}
 
 
 def test_compiling_leaves_numbas_own_setting_alone(monkeypatch, tmp_path):

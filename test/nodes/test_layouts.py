@@ -11,7 +11,7 @@ from sensor_msgs.msg import JointState
 
 ROOT = Path(__file__).parents[2]
 CONFIG = ROOT / "config"
-DESCRIPTIONS = {"/measured/robot_description", "/simulated/robot_description"}
+DESCRIPTIONS = {"measured/robot_description", "simulated/robot_description"}
 """Topics of the two robot_state_publishers that view.launch.py starts."""
 
 

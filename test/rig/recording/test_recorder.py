@@ -360,9 +360,9 @@ def test_recorders_that_begin_in_the_same_second_have_bags_of_their_own(tmp_path
 START = """
 import sys
 from pathlib import Path
-from cdp_ident.rig.recording.recorder import Recorder, RecorderOptions
+from cdp_ident.rig.recording.recorder import Recorder, RecorderOptions, Surroundings
 sys.stdin.readline()
-recorder = Recorder(RecorderOptions(Path(sys.argv[1])), print)
+recorder = Recorder(RecorderOptions(Path(sys.argv[1])), Surroundings(print))
 recorder._last_sample_ns = 10**18
 recorder.start(10**18)
 sys.stdin.readline()
