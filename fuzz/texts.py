@@ -34,7 +34,7 @@ _TABLE = "t [s];theta1 [deg];theta2 [deg]\n" + "".join(f"{k / 100},5;{k}.25;-{k}
 
 def case(generator: random.Random) -> str:
     """Damage one of the texts that users hand over, and read it."""
-    kind, content, read = generator.choice(_texts())
+    kind, content, read = generator.choice(good_texts())
     with TemporaryDirectory() as name:
         path = Path(name) / "some"
         path.write_bytes(mutated_text(content, generator))
@@ -48,7 +48,7 @@ def case(generator: random.Random) -> str:
 
 
 @cache
-def _texts() -> tuple[tuple[str, bytes, Callable[[Path], Any]], ...]:
+def good_texts() -> tuple[tuple[str, bytes, Callable[[Path], Any]], ...]:
     """Return kinds of texts, a good one of each, and what reads it."""
     return (
         (

@@ -147,12 +147,12 @@ class BagWriter:
             self._writer.add_metadata("rosbag2", {"serialized_metadata": dump_yaml(information)})
             self._writer.finish()
             _sync(self._stream)
-            self._stream.close()
             unfinished = self.folder / f".{METADATA_FILE}"
             with unfinished.open("w", encoding="utf-8") as stream:
                 stream.write(text)
                 _sync(stream)
             unfinished.rename(self.folder / METADATA_FILE)
+            self._stream.close()  # and with it the lock: without metadata the bag would look unfinished to `salvage`
         except OSError as error:
             raise self._failure(error) from error
 

@@ -4,6 +4,7 @@ import pytest
 
 from fuzz.__main__ import CAMPAIGNS
 from fuzz.campaign import FindingError, run
+from fuzz.texts import good_texts
 
 
 @pytest.mark.parametrize("name", CAMPAIGNS)
@@ -11,6 +12,12 @@ def test_a_campaign_has_no_findings(name):
     tally = run(name, CAMPAIGNS[name], seed=1, cases=60, seconds=60.0)
     assert tally.findings == []
     assert tally.outcomes.total() > 0
+
+
+@pytest.mark.parametrize(("kind", "content", "read"), good_texts(), ids=lambda value: str(value)[:20])
+def test_what_is_damaged_is_good_before(tmp_path, kind, content, read):
+    (tmp_path / "some").write_bytes(content)
+    assert read(tmp_path / "some")
 
 
 def test_a_broken_promise_is_told_with_the_key_that_brings_it_back():

@@ -18,7 +18,7 @@ def allowed(node: str, kind: str, direction: str) -> set[str]:
     return {f"/{node}{name[1:]}" if name.startswith("~") else f"/{name}" for name in names}
 
 
-@pytest.mark.parametrize("node", ["driver", "recorder", "identify"])
+@pytest.mark.parametrize("node", ["driver", "recorder", "identify", "simulator"])
 def test_everything_in_the_graph_is_allowed(
     listener: Any, start: Callable[..., Any], tmp_path: Path, node: str
 ) -> None:
@@ -26,6 +26,7 @@ def test_everything_in_the_graph_is_allowed(
         "driver": ["--ros-args", "-p", f"port:={tmp_path / 'tty'}", "-p", f"zero_file:={tmp_path / 'zero.yaml'}"],
         "recorder": ["--ros-args", "-p", f"folder:={tmp_path}"],
         "identify": ["--watch", str(tmp_path), "--out", str(tmp_path / "out")],
+        "simulator": ["--bag", "bags/swing_wide"],
     }
     start(node, *options[node])
 
