@@ -26,7 +26,7 @@ _LONGEST = 2000
 _FITTED = {
     **NOMINAL,
     "effects.coulomb_friction.outer.torque": 0.002,
-    "effects.quadratic_drag.inner.coefficient": 1e-4,
+    "effects.quadratic_friction.inner.coefficient": 1e-4,
 }
 _ZERO = {"cart_counts": 0.0, "inner_counts": 12.5, "outer_counts": -3.0, "sequence": 7, "taken_at_ns": 10**18}
 _TABLE = "t [s];theta1 [deg];theta2 [deg]\n" + "".join(f"{k / 100},5;{k}.25;-{k}\n" for k in range(60))

@@ -33,7 +33,7 @@ HOSTILE = {
 }
 NUMBERS = {"400 digits": "1" * 400, "5000 hexadecimal digits": "0x" + "f" * 4000, "infinity": ".inf", "none": "~"}
 LOADERS = {
-    "parameters": lambda path: Settings.of(read_parameter_file(path, "identify")),
+    "parameters": lambda path: Settings.of(read_parameter_file(path, "identify").taken()),
     "rig": load_rig,
     "zero": load_zero,
 }

@@ -147,9 +147,11 @@ class McapScan:
             elif opcode == Opcode.CHANNEL:
                 channel = Channel.read(ReadDataStream(BytesIO(record)))
                 schema = self._schemas.get(channel.schema_id, Schema(id=0, name="", encoding="", data=b""))
-                definition, encoding = (schema.encoding, schema.data), channel.message_encoding
+                definition = (schema.encoding, schema.data)
                 if channel.id in topics or len(topics) < MOST_TOPICS:
-                    topics[channel.id] = Topic(channel.topic, schema.name, encoding, definition, channel.metadata)
+                    topics[channel.id] = Topic(
+                        channel.topic, schema.name, channel.message_encoding, definition, channel.metadata
+                    )
         except _GARBLED:
             return  # its messages are then counted as orphaned
 
@@ -175,7 +177,7 @@ class McapScan:
         if self.lost_bytes:
             parts.append(f"{self.lost_bytes} bytes at the end are not readable (its recorder was killed?)")
         if self.damaged_chunks:
-            parts.append(f"{self.damaged_chunks} damaged chunk(s) are left out")
+            parts.append(f"{self.damaged_chunks} chunk(s) that are damaged, or claim too much, are left out")
         if self.orphaned_messages:
             parts.append(f"{self.orphaned_messages} messages without a known topic are left out")
         return ", ".join(parts)

@@ -86,7 +86,7 @@ def read_joint_states(bag: Path, topic: str) -> JointRecording:
         if topic not in types and len(suitable) == 1 and not asked.startswith("/"):
             found = read_joint_states(bag, suitable[0])
             return replace(found, notes=(f"joint states are those on {shown(suitable[0])}", *found.notes))
-        raise BagError(_wrong_topic(bag, topic, types, suitable))
+        raise BagError("; ".join([_wrong_topic(bag, topic, types, suitable), *map(shown, notes)]))
     return _with_device(joints.recording(_name(bag), topic, notes), devices)
 
 

@@ -56,7 +56,7 @@ def read_parameter_file(path: Path, node: str) -> ParameterFile:
     full = f"/{node.strip('/')}"
     sections = list(_sections(content, "")) if isinstance(content, dict) else []
     if not any(_matches(key, full) for key, _ in sections):
-        keys = ", ".join(key for key, _ in sections) or "none"
+        keys = shown(", ".join(key for key, _ in sections)) or "none"
         raise OptionError(
             f"{path} says nothing to {full}: expected a ROS parameter file with a key for it, such as "
             f"'/**/{full.rpartition('/')[2]}: {{{_ROOT}: …}}'; its keys are {shown(keys)}"
@@ -79,7 +79,7 @@ def read_parameter_file(path: Path, node: str) -> ParameterFile:
 def _sections(content: Mapping[Any, Any], namespace: str) -> Iterator[tuple[str, Any]]:
     """Yield the sections for nodes and their keys, with the namespaces that they are nested in."""
     for key, value in content.items():
-        name = f"{namespace}/{str(key).strip('/')}"
+        name = f"{namespace}/{_name(key).strip('/')}"
         nested = isinstance(value, dict) and value and all(isinstance(below, dict) for below in value.values())
         if nested and _ROOT not in value and name.count("/") < _DEEPEST:
             yield from _sections(value, name)
@@ -109,8 +109,12 @@ def _flat(values: Mapping[Any, Any], prefix: str, path: Path) -> Iterable[tuple[
     if prefix.count(".") > _DEEPEST:
         raise OptionError(f"{path}: {prefix[:60]}… is nested too deep: no parameter's name has so many parts")
     for key, value in values.items():
-        name = prefix + (key if isinstance(key, str) else quoted(key))
+        name = prefix + _name(key)
         if isinstance(value, dict):
             yield from _flat(value, f"{name}.", path)
         else:
             yield name, value
+
+
+def _name(key: Any) -> str:
+    return key if isinstance(key, str) else quoted(key)

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
 import rclpy.exceptions
-from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
+from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
 from rclpy.parameter import Parameter
 
 from cdp_ident.configuration.parameter_file import read_parameter_file
@@ -146,6 +146,7 @@ class Parameters:
         """
         declared = self._node._parameters
         refuse_unknown(self.given(declared.__contains__), declared, f"parameter of {self._node.get_name()}")
+        self._node.add_on_set_parameters_callback(_keep_clock)
 
     def warn_of_idle_overrides(self) -> None:
         """Say which `qos_overrides` given to this node change nothing: it has no such topic."""
@@ -162,6 +163,14 @@ class Parameters:
             result = self._node._set_parameters_atomically_common(list(parameters.values()), own)
             if not result.successful:
                 raise OptionError(result.reason)
+
+
+def _keep_clock(parameters: Iterable[Parameter]) -> SetParametersResult:
+    """Refuse to change the clock while the node runs: rclpy, which declares `use_sim_time`, lets anybody do so."""
+    if any(parameter.name == "use_sim_time" for parameter in parameters):
+        reason = "use_sim_time cannot be changed from outside while the node runs: restart it with the new value"
+        return SetParametersResult(successful=False, reason=reason)
+    return SetParametersResult(successful=True)
 
 
 def _given_to_any(node: str, arguments: Sequence[str]) -> set[str]:
