@@ -384,6 +384,7 @@ def test_trials_that_come_into_a_watched_folder_are_judged_then_fitted_too(start
     assert report_in(out)["unseen"] == []
 
     (trials / "broken").mkdir()
+    (trials / "broken/broken_0.mcap").write_text("nothing")
     (trials / "broken/metadata.yaml").write_text("nothing")
     write_clean_bags(tmp_path / "changed", {**TABLE_5, "c2": 2 * TABLE_5["c2"]}, SWING)
     record(FOLDED, "second")
