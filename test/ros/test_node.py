@@ -93,7 +93,7 @@ def test_a_node_ends_by_itself_with_its_own_exit_code_and_keeps_parameters_from_
         output, errors = process.communicate(timeout=PATIENCE)
     assert (process.returncode, errors) == (7, "")
     outside, ready, closed = output.splitlines()
-    assert outside.startswith("outside [False, True] Trying to set a read-only parameter: rate")
+    assert outside.startswith("outside [False, True, False] Trying to set a read-only parameter: rate")
     assert (ready, closed) == ("ready 9.0 7", "closed")
 
 
