@@ -92,7 +92,13 @@ def trace(
         FitFailedError: the model does not follow the motion; no effect is sought then.
     """
     selection = stepwise_selection(
-        found.fit, found.data.holdout, float(np.sqrt(np.mean(found.data.noise**2))), told, stop, found.balances
+        found.fit,
+        found.data.holdout,
+        float(np.sqrt(np.mean(found.data.noise**2))),
+        told,
+        stop,
+        found.balances,
+        found.data.scales.encoder_steps,
     )
     completed = _completed(found, selection.after.fit)
     after, physical = selection.after, completed.physical
