@@ -147,11 +147,9 @@ class McapScan:
             elif opcode == Opcode.CHANNEL:
                 channel = Channel.read(ReadDataStream(BytesIO(record)))
                 schema = self._schemas.get(channel.schema_id, Schema(id=0, name="", encoding="", data=b""))
-                definition = (schema.encoding, schema.data)
+                definition, encoding = (schema.encoding, schema.data), channel.message_encoding
                 if channel.id in topics or len(topics) < MOST_TOPICS:
-                    topics[channel.id] = Topic(
-                        channel.topic, schema.name, channel.message_encoding, definition, channel.metadata
-                    )
+                    topics[channel.id] = Topic(channel.topic, schema.name, encoding, definition, channel.metadata)
         except _GARBLED:
             return  # its messages are then counted as orphaned
 

@@ -2,7 +2,7 @@
 
 from cdp_ident.bag.limits import LARGEST_MESSAGE, decompressed
 
-_MAGIC = b"\x28\xb5\x2f\xfd"
+_ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
 
 
 def plain_message(raw: bytes) -> bytes:
@@ -10,4 +10,4 @@ def plain_message(raw: bytes) -> bytes:
 
     Raises ValueError where it cannot be decompressed, or is larger than a mebibyte.
     """
-    return decompressed(raw, "zstd", LARGEST_MESSAGE) if raw[:4] == _MAGIC else raw
+    return decompressed(raw, "zstd", LARGEST_MESSAGE) if raw[:4] == _ZSTD_MAGIC else raw

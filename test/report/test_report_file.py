@@ -92,6 +92,7 @@ def test_a_missing_file_is_named(path):
         (("search", "history"), {}, "is not of type 'array'"),
         (("noise_rad", "theta1"), float("nan"), "NaN is no number in JSON"),
     ],
+    ids=lambda value: str(value)[:40],
 )
 def test_what_is_of_the_wrong_kind_is_named(read_content, path, place, value, words):
     path.write_text(json.dumps(changed(read_content, place, value)))
