@@ -14,7 +14,7 @@ from cdp_ident.search.options import METHODS
 DESCRIPTION = """\
 Identify the parameters of a cart double pendulum from free-swing bags: find the zero-input motion in each, search,
 refine, trace what is left to the effects behind it, judge by motion that the fit has not seen. A folder is written with
-report.html to look at, report.md with its figures, report.json, and fitted.yaml (a ROS parameter file). Then the fitted
+report.html to look at, report.md, report.json, and fitted.yaml (a ROS parameter file). Then the fitted
 parameters are served until Ctrl-C; with --once it ends, which needs no ROS.
 
 serves     the parameters m1 m2 m0 l1 l2 J1 J2 c1 c2 L g, groups.<group>, std.<each of these>, and the configuration
@@ -62,6 +62,7 @@ def main(arguments: list[str]) -> int:
         options.config,
         options.force,
         options.watch,
+        options.figures,
     )
     if options.watch and options.once:
         raise OptionError("--watch goes on until Ctrl-C, so --once cannot go with it")
@@ -118,6 +119,7 @@ def _parser() -> ArgumentParser:
         help="bags that are only judged by (default: every fourth window of the others)",
     )
     parser.add_argument("--out", type=Path, metavar="DIR", help="where the report goes (identification/<bag name>)")
+    parser.add_argument("--figures", action="store_true", help="draw the figures as PNG and SVG files, too")
     parser.add_argument("--force", action="store_true", help="replace a report that is there already")
     parser.add_argument(
         "--method", choices=tuple(METHODS), help="the paper's search in full (default: the improved one, cut short)"

@@ -67,6 +67,8 @@ class Request:
     force: bool
     watch: Path | None = None
     """Folder whose bags are fitted too, as they come."""
+    figures: bool = False
+    """Whether figures are drawn as files, too."""
 
 
 class Identifier:
@@ -217,12 +219,13 @@ class Identifier:
     def _draw(self, folder: Path, content: Section, drawn_from: Curves) -> None:
         """Draw the report; a failure is told, and takes nothing of the result."""
         try:
-            drawn = draw(content, drawn_from)
+            drawn = draw(content, drawn_from, self._request.figures)
             write_pictures(folder, drawn.files)
         except Exception as error:  # noqa: BLE001 - whatever it is, the parameters are to be served
             reason = shown(error) or type(error).__name__
             said = f"no pictures: {reason}; once that is mended, `ros2 run cdp_ident report {folder}` draws them"
         else:
             page = drawn.problem or f"{folder / PAGE} shows it all"
-            said = f"{page}; {folder / TEXT} and {FIGURES}/ are for version control and papers"
+            drawn_too = f"{folder / TEXT} and {FIGURES}/ are" if self._request.figures else f"{folder / TEXT} is"
+            said = f"{page}; {drawn_too} for version control and papers"
         self._say(said)

@@ -34,13 +34,14 @@ class Drawn(NamedTuple):
     """Why there is no page, where there is none: the library that draws it may be missing."""
 
 
-def draw(report: Section, curves: Curves) -> Drawn:
-    """Draw a report: page, text and figures."""
+def draw(report: Section, curves: Curves, for_paper: bool = False) -> Drawn:
+    """Draw a report: page and text; only `for_paper` the figures as files, to which the text links then."""
     # Only who draws waits for what draws to be loaded.
     from cdp_ident.report.page.report_page import report_html, report_md  # noqa: PLC0415
 
     shown = figures(report, curves)
-    files = {TEXT: report_md(report, shown, FIGURES), **_for_paper(shown)}
+    on_paper = shown if for_paper else []
+    files = {TEXT: report_md(report, on_paper, FIGURES), **_for_paper(on_paper)}
     return _with_page(files, PAGE, lambda: report_html(report, curves, shown))
 
 
@@ -82,13 +83,13 @@ def write_pictures(folder: Path, files: Mapping[str, str | bytes]) -> None:
     write_files(folder, files)
     if PAGE not in files:
         (folder / PAGE).unlink(missing_ok=True)
-    for path in (folder / FIGURES).iterdir():
+    for path in (folder / FIGURES).iterdir() if (folder / FIGURES).exists() else ():
         if path.suffix in PICTURES and f"{FIGURES}/{path.name}" not in files:
             path.unlink(missing_ok=True)
 
 
-def draw_again(folder: Path) -> str:
-    """Draw the report in a folder anew; return why there is no page, where there is none.
+def draw_again(folder: Path, for_paper: bool = False) -> str:
+    """Draw the report in a folder anew, `for_paper` with figures; return why there is no page, where there is none.
 
     Raises:
         ReportError: there is no complete report in it.
@@ -96,6 +97,6 @@ def draw_again(folder: Path) -> str:
     """
     report = read_report(folder / REPORT)
     curves = read_curves(folder / CURVES, len(report["trials"]), len(report["effects"]))
-    drawn = draw(report, curves)
+    drawn = draw(report, curves, for_paper)
     write_pictures(folder, drawn.files)
     return drawn.problem

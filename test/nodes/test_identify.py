@@ -21,7 +21,7 @@ from cdp_ident.configuration.parameter_file import read_parameter_file
 from cdp_ident.configuration.settings import Settings
 from cdp_ident.model.parameters import GROUPS, NOMINAL
 from cdp_ident.nodes.identify import main
-from cdp_ident.report.folder import FILES, json_text
+from cdp_ident.report.folder import FIGURES, FILES, json_text
 from cdp_ident.ros.qos import latched
 from reference.pendulum import TABLE_5
 from scenarios.clean_bags import write_clean_bags
@@ -72,7 +72,7 @@ def test_once_it_identifies_prints_and_writes_a_folder_named_after_the_first_bag
     printed = capsys.readouterr()
     assert "Error, measured against simulated" in printed.out
     assert "best error" in printed.err
-    assert {path.name for path in out.iterdir()} == set(FILES)
+    assert {path.name for path in out.iterdir()} == {*FILES} - {FIGURES}
 
 
 def test_the_same_seed_gives_the_same_report_in_a_process_without_ros_too(tmp_path):
@@ -391,6 +391,7 @@ def test_trials_that_come_into_a_watched_folder_are_judged_then_fitted_too(start
     assert report_in(out)["unseen"] == []
 
     (trials / "broken").mkdir()
+    (trials / "broken/broken_0.mcap").write_text("nothing")
     (trials / "broken/metadata.yaml").write_text("nothing")
     write_clean_bags(tmp_path / "changed", {**TABLE_5, "c2": 2 * TABLE_5["c2"]}, SWING)
     record(FOLDED, "second")

@@ -11,7 +11,7 @@ from sensor_msgs.msg import JointState
 
 ROOT = Path(__file__).parents[2]
 CONFIG = ROOT / "config"
-DESCRIPTIONS = {"measured/robot_description", "simulated/robot_description"}
+DESCRIPTIONS = {"/measured/robot_description", "/simulated/robot_description"}
 """Topics of the two robot_state_publishers that view.launch.py starts."""
 
 
@@ -42,7 +42,8 @@ def rviz_models():
     """Return the RobotModel displays by the topic of their description."""
     displays = yaml.safe_load((CONFIG / "view.rviz").read_text())["Visualization Manager"]["Displays"]
     models = [display for display in displays if display["Class"] == "rviz_default_plugins/RobotModel"]
-    return {model["Description Topic"]["Value"]: model for model in models}
+    # Relative, for an RViz in a namespace.
+    return {"/" + model["Description Topic"]["Value"]: model for model in models}
 
 
 @pytest.fixture

@@ -21,7 +21,7 @@ def test_without_plotly_everything_but_the_page_is_drawn_and_that_is_drawn_later
     out = tmp_path / "out"
     with monkeypatch.context() as without:
         without.setitem(sys.modules, "plotly.offline", None)
-        assert main(["--bag", str(tmp_path / "swing_wide"), "--out", str(out), "--once"]) == 0
+        assert main(["--bag", str(tmp_path / "swing_wide"), "--out", str(out), "--once", "--figures"]) == 0
     said = capsys.readouterr().out
     assert "there is no page without plotly: pip install plotly" in said
     assert {path.name for path in out.iterdir()} == {REPORT, FITTED, CURVES, TEXT, FIGURES}
