@@ -3,7 +3,7 @@
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.diagnosis.autocorrelation import correlation_length
+from cdp_ident.diagnosis.autocorrelation import correlation_length, integrated_autocorrelation_time
 from cdp_ident.fit.initial_states import InitialState
 from cdp_ident.fit.refinement import Fit
 
@@ -22,30 +22,51 @@ def reduced_sensitivities(fit: Fit) -> list[Array]:
     return reduced
 
 
+def curvature(fit: Fit) -> Array:
+    """Return half the second derivative (unknowns, unknowns) of a fit's squared error, its starts following."""
+    total = np.zeros((len(fit.values),) * 2)
+    for sensitivity, weight in zip(reduced_sensitivities(fit), fit.weights, strict=True):
+        rows = sensitivity.reshape(-1, sensitivity.shape[2])
+        total += (rows * weight.reshape(-1, 1)).T @ rows
+    return total
+
+
+def effective_unknowns(fit: Fit) -> float:
+    """Return how many unknowns a fit adjusts: fewer than there are where a penalty keeps some of them together."""
+    penalty = fit.model.penalty
+    if not np.any(penalty):
+        return float(len(fit.values))
+    bent = curvature(fit)
+    return len(fit.values) - float(np.trace(np.linalg.pinv(bent + penalty, rcond=1e-14, hermitian=True) @ penalty))
+
+
 def covariance(fit: Fit) -> Array:
     """Return the covariance (unknowns, unknowns) of the fitted values.
 
     It is the curvature's, corrected for residuals that are correlated in time and of different size in the two
     angles: S^-1 B S^-1 with S the curvature and B the sum of the scores' autocovariances, up to the
     correlation length of the residuals, with Bartlett's weights (Newey and West, Econometrica 55, 1987). An unknown
-    that the windows do not show at all gets an infinite variance.
+    that the windows do not show at all gets an infinite variance. What a penalty keeps smooth has one as of a prior
+    (Nychka, J. Am. Stat. Assoc. 83, 1988).
     """
-    scores, curvature = [], 0.0
+    scores, bent = [], fit.model.penalty
     for sensitivity, residual, weight in zip(reduced_sensitivities(fit), fit.residuals, fit.weights, strict=True):
         weighted = sensitivity * weight[..., None]
-        curvature = curvature + np.einsum("nrp,nrq->pq", weighted, sensitivity)
+        bent = bent + np.tensordot(weighted, sensitivity, axes=((0, 1), (0, 1)))
         scores.append(np.einsum("nrp,nr->np", weighted, residual))
     lags = correlation_length(fit)
-    middle = np.zeros_like(curvature)
+    middle = np.zeros_like(bent)
     for score in scores:
         middle += score.T @ score
         for lag in range(1, min(lags, len(score) - 1) + 1):
             product = score[lag:].T @ score[:-lag]
             middle += (1.0 - lag / (lags + 1.0)) * (product + product.T)
+    if np.any(fit.model.penalty):
+        middle += fit.model.penalty * (fit.rmse() ** 2 * integrated_autocorrelation_time(fit))
     samples = sum(residual.size for residual in fit.residuals)
-    estimated = len(fit.values) + fit.model.states * sum(not window.start_known for window in fit.windows)
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(curvature), np.finfo(float).tiny))
-    values, vectors = np.linalg.eigh(curvature * np.outer(scale, scale))
+    estimated = effective_unknowns(fit) + fit.model.states * sum(not window.start_known for window in fit.windows)
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(bent), np.finfo(float).tiny))
+    values, vectors = np.linalg.eigh(bent * np.outer(scale, scale))
     seen = values > 1e-12 * values[-1]
     inverse = (vectors[:, seen] / values[seen]) @ vectors[:, seen].T * np.outer(scale, scale)
     result = inverse @ middle @ inverse * (samples / max(samples - estimated, 1))

@@ -6,10 +6,12 @@ from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
+from scipy.linalg import block_diag
 
 from cdp_ident.fit.prior import Prior
 from cdp_ident.fit.windows import Window
 from cdp_ident.model.effects.constants import effect_constants, outer_rod_length
+from cdp_ident.model.effects.curves import penalties
 from cdp_ident.model.effects.effect import Effect, EffectParameter, Form, TorqueEffect
 from cdp_ident.model.effects.readings import encoder_readings
 from cdp_ident.model.parameters import COEFFICIENTS, GROUPS, SYMBOLS, coefficients_of
@@ -31,11 +33,21 @@ class ActiveEffect:
     effect: Effect
     trial: int | None = None
     """For an effect that happens once: in which trial."""
+    stiffness: tuple[float, float] = (0.0, 0.0)
+    """For a curve: what the squares of its coefficients and of its bends add to the cost [rad^2]; see `penalties`."""
 
     @cached_property
     def fitted(self) -> tuple[EffectParameter, ...]:
         """Its parameters that are fitted."""
         return tuple(parameter for parameter in self.effect.parameters if not parameter.fixed)
+
+    @property
+    def penalty(self) -> Array:
+        """(k, k) what its fitted parameters add to the cost, as a quadratic form [rad^2]."""
+        if self.effect.curve is None:
+            return np.zeros((len(self.fitted),) * 2)
+        size, bends = penalties(self.effect.curve)
+        return self.stiffness[0] * size + self.stiffness[1] * bends
 
     def all_values(self, fitted: Array) -> list[float]:
         """Return the values of all its parameters, given those of the fitted ones."""
@@ -96,6 +108,11 @@ class MotionModel:
         parameters = [p for active in self.effects for p in active.fitted]
         lower = np.concatenate([np.zeros(base), [p.lower for p in parameters]])
         return lower, np.concatenate([np.full(base, np.inf), [p.upper for p in parameters]])
+
+    @cached_property
+    def penalty(self) -> Array:
+        """(unknowns, unknowns) what the unknowns add to the cost of a fit, as a quadratic form [rad^2]."""
+        return block_diag(np.zeros((len(self.base_names),) * 2), *(active.penalty for active in self.effects))
 
     @cached_property
     def states(self) -> int:

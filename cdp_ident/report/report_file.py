@@ -10,7 +10,7 @@ from cdp_ident.errors import ReportError
 from cdp_ident.model.effects.effect import Joint
 from cdp_ident.model.parameters import GROUPS, NOMINAL
 from cdp_ident.report.contents import SCHEMA, Section
-from cdp_ident.tracing.certainty import Certainty
+from cdp_ident.tracing.selection import Certainty
 
 _LARGEST = 2**27
 """Bytes; a longer file was not written by identify."""
@@ -72,6 +72,12 @@ _SHAPE = {
             "description": str, "formula": str, "source": str,
             "parameters": _Each({"value": _NUMBER, "std": _NUMBER, "unit": str, "as_fitted": _ESTIMATE}),
             "evidence": {"rmse_holdout_before_rad": _NUMBER, "rmse_holdout_after_rad": _NUMBER, "delta_bic": _NUMBER},
+            "curve": _Optional(
+                {
+                    "over": _Choice("angle", "speed"), "at": [float], "torque": [_NUMBER], "std": [_NUMBER],
+                    "coefficients": [float], "coefficients_std": [_NUMBER], "likeness": str,
+                }
+            ),
             "certainty": _Choice(*get_args(Certainty)),
             "also_possible": [str],
         }

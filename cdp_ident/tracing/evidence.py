@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.diagnosis.autocorrelation import integrated_autocorrelation_time
-from cdp_ident.diagnosis.uncertainty import covariance
+from cdp_ident.diagnosis.uncertainty import covariance, effective_unknowns
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.refinement import Fit, refine
 from cdp_ident.fit.windows import split
@@ -43,6 +43,16 @@ class Attempt:
         pieces = [piece for window in self.fit.windows for piece in split(window, _PIECES)]
         return refine(self.model, self.fit.values, pieces, hold_values=True)
 
+    @cached_property
+    def unknowns(self) -> float:
+        """How many unknowns were adjusted, those of smooth curves as far as they are free."""
+        return effective_unknowns(self.fit)
+
+    @cached_property
+    def covariance(self) -> Array:
+        """(unknowns, unknowns) covariance of the fitted values."""
+        return covariance(self.fit)
+
     def place_of(self, key: str) -> int:
         """Return the index of an effect among the model's, by its key."""
         return [active.effect.key for active in self.model.effects].index(key)
@@ -51,7 +61,7 @@ class Attempt:
         """Return the strength of an effect in its own standard deviations (the root of Wald's statistic)."""
         place = self.model.places(index)
         strong = [place.start + k for k, p in enumerate(self.model.effects[index].fitted) if not p.shape]
-        spread = covariance(self.fit)[np.ix_(strong, strong)]
+        spread = self.covariance[np.ix_(strong, strong)]
         values = self.fit.values[strong]
         if not np.all(np.isfinite(spread)):
             return 0.0
@@ -86,7 +96,7 @@ def change(before: Attempt, after: Attempt) -> Change:
     """Compare two models, by the residuals that the better one leaves."""
     better = min(before, after, key=lambda attempt: attempt.squared_error)
     spread = integrated_autocorrelation_time(better.fit)
-    more = len(after.fit.values) - len(before.fit.values)
+    more = after.unknowns - before.unknowns
 
     def fall(old: Fit, new: Fit, reference: Fit) -> float:
         return (old.squared_error - new.squared_error) / (reference.rmse() ** 2 * spread)

@@ -10,7 +10,6 @@ import numpy.typing as npt
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.motion_model import ActiveEffect, MotionModel
 from cdp_ident.fit.refinement import Fit, fit_initial_states, refine, refine_from_afar
-from cdp_ident.model.effects.effect import Joint
 from cdp_ident.tracing.candidates import Candidate
 from cdp_ident.tracing.evidence import Attempt, Change
 
@@ -22,6 +21,10 @@ _KEPT = 0.5
 """A refit over whole windows has arrived if it gains that share of what the score test promises."""
 _AS_GOOD = 1.05
 """Initial states have arrived if the error over windows kept out is not larger than that many times what it was."""
+
+
+Certainty = Literal["named", "probable", "acts_like", "unknown"]
+"""How sure an effect's name is; `unknown` for what has none."""
 
 
 @dataclass(frozen=True)
@@ -51,15 +54,6 @@ class Step:
 
 
 @dataclass(frozen=True)
-class Rubbing:
-    """Dry friction that is there over a part of the turn only."""
-
-    joint: Joint
-    angle: float
-    """Where it is strongest: the joint's angle from hanging [rad]."""
-
-
-@dataclass(frozen=True)
 class Selection:
     """Where a selection ended."""
 
@@ -74,10 +68,8 @@ class Selection:
     """Error over the windows kept out without each of them [rad]."""
     also_possible: tuple[tuple[str, ...], ...]
     """Keys of the effects that could stand in each one's place, as far as the data can tell."""
-    certainty: tuple[Literal["named", "probable", "acts_like"], ...]
+    certainty: tuple[Certainty, ...]
     """How sure the name of each effect of `after` is."""
-    rubbing: tuple[Rubbing, ...]
-    """What acts like dry friction, but over a part of the turn only."""
     failures: tuple[str, ...]
     """What could not be computed on the way, in words."""
     interrupted: bool
@@ -109,7 +101,6 @@ class Progress:
         """The model with the effects that are accepted."""
         self.noise = noise
         self.steps: list[Step] = []
-        self.rubbing: list[Rubbing] = []
         self.rivals: dict[str, tuple[Attempt, ...]] = {}
         """The rivals that each effect has stood against in the last exchange, by its key."""
         self.failures: list[str] = []

@@ -9,12 +9,9 @@ from cdp_ident.tracing.addition import add_balanced, add_effects
 from cdp_ident.tracing.certainty import certainties
 from cdp_ident.tracing.evidence import Attempt, change
 from cdp_ident.tracing.exchange import alternatives, exchange_effects
-from cdp_ident.tracing.pruning import (
-    drop_repeated_impulses,
-    drop_superfluous,
-    find_uneven_friction,
-)
+from cdp_ident.tracing.pruning import drop_repeated_impulses, drop_superfluous
 from cdp_ident.tracing.selection import InterruptedSelectionError, Progress, Selection, without_effects
+from cdp_ident.tracing.unknown_torques import add_unknown_torques
 
 _MOST_ROUNDS = 3
 """How often effects are added after others were exchanged."""
@@ -27,6 +24,7 @@ def stepwise_selection(
     told: Callable[[str], None] = lambda line: None,
     stop: Callable[[], bool] = lambda: False,
     balances: Sequence[ForceBalance] = (),
+    named_only: bool = False,
 ) -> Selection:
     """Add to a fitted model the effects that it lacks.
 
@@ -37,6 +35,7 @@ def stepwise_selection(
         told: called with a line for people after each step.
         stop: asked between refits; true ends the selection with the effects found so far.
         balances: of the trials' forces, whose dry friction and coupling are where the selection begins.
+        named_only: whether torques without a name are not looked for.
     """
     before = Attempt(fit, fit_initial_states(fit.model, fit.values, holdout))
     progress = Progress(before, noise, told, stop)
@@ -44,6 +43,8 @@ def stepwise_selection(
     try:
         add_balanced(progress, balances)
         _select(progress)
+        if not named_only:
+            add_unknown_torques(progress)
     except InterruptedSelectionError:
         interrupted = True
     after = progress.current
@@ -61,7 +62,6 @@ def stepwise_selection(
         also_possible=also_possible,
         certainty=certainties(progress, without, also_possible),
         failures=tuple(progress.failures),
-        rubbing=tuple(progress.rubbing),
         interrupted=interrupted,
     )
 
@@ -73,4 +73,3 @@ def _select(progress: Progress) -> None:
             break
         progress.current = drop_superfluous(progress, progress.current)
     drop_repeated_impulses(progress)
-    find_uneven_friction(progress)

@@ -26,6 +26,7 @@ STICKING = {
     "both": [("coulomb_friction.inner", 0.5), ("coulomb_friction.outer", 0.2)],
     "strongly": [("coulomb_friction.inner", 8.0), ("coulomb_friction.outer", 4.0)],
     "inner stands": [("coulomb_friction.inner", 20.0), ("coulomb_friction.outer", 3.0)],
+    "where it rubs": [("friction_over_angle.outer", *(1.0 + np.sin(np.arange(128) * np.pi / 8)))],
     "stribeck and load": [("stribeck_friction.inner", 1.0, 0.5, 0.4), ("load_friction.outer", 0.02, 2.0)],
     "on a base that swings": [
         ("coulomb_friction.inner", 3.0),
@@ -45,6 +46,8 @@ INEXACT = {
 
 
 def typical(effect):
+    if effect.curve:
+        return [0.05 + 0.02 * np.sin(k) for k in range(effect.curve.count)]
     values = [parameter.typical for parameter in effect.parameters]
     return [values[0], BEGIN + 0.7] if effect.at_an_instant else values
 
