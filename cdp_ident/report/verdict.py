@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from cdp_ident.model.effects.effect import SensorEffect
+from cdp_ident.model.effects.effect import Form, SensorEffect
 from cdp_ident.report.formatting import CERTAINTY, with_std
 from cdp_ident.tracing.found_effects import FoundEffect, FoundParameter
 from cdp_ident.tracing.trace import Trace
@@ -36,7 +36,7 @@ def _words(found: FoundEffect) -> str:
         place = ""
     elif isinstance(effect, SensorEffect):
         place = f" (the {effect.joint} encoder)"
-    elif effect.name in ("air_drag", "impulse"):
+    elif effect.form is Form.RODS and not effect.dry:
         place = f" ({effect.joint})"
     else:
         place = f" in the {effect.joint} joint"

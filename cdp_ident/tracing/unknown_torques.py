@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from cdp_ident.fit.motion_model import ActiveEffect
 from cdp_ident.model.effects.curves import CURVES
-from cdp_ident.model.effects.effect import TorqueEffect
+from cdp_ident.model.effects.effect import Effect, Form, TorqueEffect
 from cdp_ident.tracing.acceptance import earns_its_place, fits_of
 from cdp_ident.tracing.candidates import Candidate, ScoreTest
 from cdp_ident.tracing.evidence import Attempt, change
@@ -31,8 +31,6 @@ _NEAR_THE_BEST = 0.3
 """A curve that gains a smaller share in the score test than the best one is not fitted."""
 _LOOSER = 10.0
 """How much looser a curve becomes at a time."""
-_EVEN_FRICTION = ("coulomb_friction", "stribeck_friction")
-"""In whose place dry friction that depends on the angle stands."""
 
 
 def add_unknown_torques(progress: Progress) -> None:
@@ -64,8 +62,13 @@ def _possible(attempt: Attempt, noise: float) -> list[TorqueEffect]:
     curves = [curve for curve in CURVES if curve not in effects]
     if max(fit.rmse() for fit in fits_of(attempt)) > _ABOVE_NOISE * noise:
         return curves
-    rubbing = {effect.joint for effect in effects if effect.name in _EVEN_FRICTION}
-    return [curve for curve in curves if curve.dry and curve.joint in rubbing]
+    even = {effect.joint for effect in effects if _is_even_friction(effect)}
+    return [curve for curve in curves if curve.dry and curve.joint in even]
+
+
+def _is_even_friction(effect: Effect) -> bool:
+    """Return whether an effect is dry friction that depends on nothing but the speed: the angle may be missing."""
+    return isinstance(effect, TorqueEffect) and effect.dry and effect.form is Form.JOINT and effect.curve is None
 
 
 def _promising(attempt: Attempt, curves: Sequence[TorqueEffect]) -> list[Candidate]:
@@ -113,7 +116,7 @@ def _begun(progress: Progress, candidate: Candidate) -> list[Attempt]:
     if not (isinstance(active.effect, TorqueEffect) and active.effect.dry):
         return [attempt for _, attempt in progress.tried(current, [(candidate,)])]
     for index, other in enumerate(current.model.effects):
-        if other.effect.name in _EVEN_FRICTION and other.effect.joint == active.effect.joint:
+        if _is_even_friction(other.effect) and other.effect.joint == active.effect.joint:
             even = float(current.fit.values[current.model.places(index)][0])
             return progress.replaced(current, index, active, np.maximum(even + candidate.strengths, 0.0))
     begun = replace(candidate, strengths=np.maximum(candidate.strengths, 0.0))
