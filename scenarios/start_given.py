@@ -12,7 +12,7 @@ from cdp_ident.fit.estimation import SHORT_IGA, search_objective
 from cdp_ident.fit.motion_model import Mechanism, MotionModel
 from cdp_ident.fit.prior import Prior
 from cdp_ident.fit.refinement import refine
-from cdp_ident.fit.windows import Window, cut_into_windows
+from cdp_ident.fit.windows import Window, as_one_window, cut_into_windows
 from cdp_ident.model.parameters import groups_of, physical_coefficients
 from cdp_ident.model.population import Population, Segment
 from cdp_ident.search.genetic_search import genetic_search
@@ -42,7 +42,7 @@ class StartGiven:
     def of(cls, seed: int) -> "StartGiven":
         """Make the twin of a seed."""
         trial = standard_twin(np.random.default_rng(seed))
-        (whole,) = cut_into_windows([trial], np.inf)
+        whole = as_one_window(trial, 0)
         population = Population([Segment(np.array(TABLE_3), trial.time, trial.theta)])
         error = float(population.squared_errors(physical_coefficients(TABLE_5)[None])[0, 0])
         return cls(trial, replace(whole, start=np.array(TABLE_3), start_known=True), population, error)

@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.refinement import fit_initial_states
-from cdp_ident.fit.windows import Window, cut_into_windows
+from cdp_ident.fit.windows import Window, as_one_window, cut_into_windows
 from cdp_ident.trial.trial import Trial
 
 Array = npt.NDArray[np.float64]
@@ -39,7 +39,7 @@ def evaluate(model: MotionModel, values: Array, windows: Sequence[Window], trial
     """
     fit = fit_initial_states(model, values, windows)
     free_run = sum(
-        _free_run(model, values, [window for window in windows if window.trial == index], trials[index])
+        _free_run(fit.model, fit.values, [window for window in windows if window.trial == index], trials[index])
         for index in sorted({window.trial for window in windows})
     )
     return Errors(fit.rmse(), fit.rmse(0), fit.rmse(1), float(free_run))
@@ -55,9 +55,8 @@ def free_run(model: MotionModel, values: Array, trial: Trial, index: int, durati
         index: which trial it is, for effects that happen once.
         duration: length of the beginning to which the start is fitted [s].
     """
-    (whole,) = cut_into_windows([trial], np.inf)
     start = start_of(model, values, trial, index, duration)
-    theta, _ = model.predict(values, start, replace(whole, trial=index))
+    theta, _ = model.predict(values, start, as_one_window(trial, index))
     return theta
 
 

@@ -99,11 +99,11 @@ def identifiability(
         prior: says which of them were measured beforehand.
         length: L [m].
     """
-    names, std = fit.model.names, np.sqrt(np.diag(covariance))
+    of_rig = np.flatnonzero(fit.model.of_rig)
+    names, values = [fit.model.names[index] for index in of_rig], fit.values[of_rig]
+    std = np.sqrt(np.diag(covariance))[of_rig]
     undetermined = tuple(
-        name
-        for name, value, deviation in zip(names, fit.values, std, strict=True)
-        if not is_determined(value, deviation)
+        name for name, value, deviation in zip(names, values, std, strict=True) if not is_determined(value, deviation)
     )
     directions, unseen = _directions(fit)
     # A group that cannot be told from L or g is seen as well as they are known.
@@ -129,7 +129,7 @@ def identifiability(
         to_measure=_to_measure(free),
         words=(),
     )
-    words = [*_words_on_unknowns(result, names, fit.values, std)]
+    words = [*_words_on_unknowns(result, names, values, std)]
     if physical.possible:
         words += _words_on_physical_values(result, tuple(prior.known))
     return Identifiability(**{**vars(result), "words": tuple(words)})
@@ -142,7 +142,7 @@ def is_determined(value: float, std: float) -> bool:
 
 def _directions(fit: Fit) -> tuple[tuple[Direction, ...], tuple[Tradeoff, ...]]:
     """Part the unknowns that are not zero into combinations, by the singular values of their scaled sensitivities."""
-    shown = np.flatnonzero(fit.values)
+    shown = np.flatnonzero(fit.model.of_rig & (fit.values != 0.0))
     names = [fit.model.names[index] for index in shown]
     rows = [
         (np.sqrt(weight)[..., None] * sensitivity)[..., shown].reshape(-1, len(shown))

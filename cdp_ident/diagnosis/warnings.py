@@ -37,6 +37,7 @@ def find_warnings(identification: Identification) -> list[FitWarning]:
     return [
         *_not_finished(identification),
         *_impossible(identification),
+        *_zeros(identification),
         *_above_noise(identification),
         *_disagreement(identification),
         *_windows(identification),
@@ -62,6 +63,23 @@ def _impossible(found: Identification) -> Iterator[FitWarning]:
             "no masses, lengths and inertias that rods can have were found for the fitted groups: check L, the known "
             "and nominal values, and what the joints' angles mean",
         )
+
+
+def _zeros(found: Identification) -> Iterator[FitWarning]:
+    model, values = found.fit.model, found.fit.values
+    if not model.zeros:
+        return
+    names = tuple(found.data.names[trial] for trial in model.zeros)
+    offsets = (np.degrees(values[model.zero_places(trial)]) for trial in model.zeros)
+    words = ", ".join(
+        f"{inner:+.2g} and {outer:+.2g} in {name}" for name, (inner, outer) in zip(names, offsets, strict=True)
+    )
+    yield FitWarning(
+        "zeros_by_trial",
+        names,
+        f"the zeros of the inner and the outer encoder differ from trial to trial (degrees: {words}); each trial's "
+        "are fitted along with it. Let the rods hang still when the zero is taken, or take it once for all trials",
+    )
 
 
 def _above_noise(found: Identification) -> Iterator[FitWarning]:

@@ -9,7 +9,8 @@ import numpy.typing as npt
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.noise import noise_of
 from cdp_ident.fit.scales import Scales
-from cdp_ident.fit.windows import Window, cut_into_windows
+from cdp_ident.fit.window_lengths import Lengths, window_bounds
+from cdp_ident.fit.windows import Window, cut_at
 from cdp_ident.trial.trial import Trial
 
 Array = npt.NDArray[np.float64]
@@ -34,7 +35,7 @@ class Data:
     noise: Array
     """(2,) standard deviation of the noise of theta1 and theta2 over all trials to fit [rad]."""
     window: float
-    """Length of a window [s]."""
+    """Length of a window, in the median [s]."""
     scales: Scales
     """Times and speeds that suit the rig."""
 
@@ -50,14 +51,18 @@ def noise_over(trials: Sequence[Trial]) -> Array:
 
 
 def prepare(
-    fit: Sequence[Trial], holdout: Sequence[Trial], window: float, scales: Scales, first: int = FIRST_KEPT_OUT
+    fit: Sequence[Trial],
+    holdout: Sequence[Trial],
+    lengths: Sequence[Lengths],
+    scales: Scales,
+    first: int = FIRST_KEPT_OUT,
 ) -> Data:
     """Cut trials into windows, and decide which are kept out of the fit where no trial is.
 
     Args:
         fit: trials to fit.
         holdout: trials to judge by; if there is none, every fourth window of the others is kept out of the fit.
-        window: length of a window [s]; shorter where the trials would give too few otherwise.
+        lengths: of the windows of each trial, those to fit first; shorter where there would be too few otherwise.
         scales: of the rig.
         first: index of the first window that is kept out.
 
@@ -67,14 +72,18 @@ def prepare(
     if not fit:
         raise IdentificationError("there is no trial to fit: give at least one bag")
     trials = (*fit, *holdout)
-    if not holdout:
-        window = min(window, sum(trial.duration for trial in fit) / _FEWEST_WINDOWS)
-    if window < scales.shortest_piece:
-        total, least = sum(trial.duration for trial in fit), _FEWEST_WINDOWS * scales.shortest_piece
+    total, least = sum(trial.duration for trial in fit), _FEWEST_WINDOWS * scales.shortest_piece
+    if not holdout and total < least:
         raise IdentificationError(
             f"the trials hold {total:.2g} s of motion; with this rig's L and sampling at least {least:.2g} s are needed"
         )
-    windows = cut_into_windows(trials, window, scales.step, scales.half_width)
+    longest = np.inf if holdout else total / _FEWEST_WINDOWS
+    windows = [
+        window
+        for index, (trial, length_at) in enumerate(zip(trials, lengths, strict=True))
+        for bounds in window_bounds(trial, length_at, longest)
+        for window in cut_at(trial, index, bounds, scales.step, scales.half_width)
+    ]
     if holdout:
         fitted = [w for w in windows if w.trial < len(fit)]
         kept_out = [w for w in windows if w.trial >= len(fit)]
@@ -83,4 +92,5 @@ def prepare(
         kept_out = windows[first::_EVERY]
     if not fitted or not kept_out:
         raise IdentificationError("the trials have too few samples to fit and to judge by: record longer ones")
-    return Data(trials, len(holdout), tuple(fitted), tuple(kept_out), noise_over(fit), window, scales)
+    typical = float(np.median([window.duration for window in windows]))
+    return Data(trials, len(holdout), tuple(fitted), tuple(kept_out), noise_over(fit), typical, scales)

@@ -4,6 +4,8 @@ Errors of a start grow by the equations of motion linearised along the motion (f
 al., Meccanica 15, 1980). The motion along which they grow is the measured one, so that nothing is simulated.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 import numpy.typing as npt
 
@@ -18,11 +20,34 @@ _LOST = 0.2
 than that, corrections of the start are still about linear."""
 _FOLLOWED_BY = 0.1
 """Quantile over starts: nine of ten can be followed for the time returned."""
-_STARTS = 40
+_APART = 10
+"""Points of the motion's grid from one start to the next."""
+_NEAR = 2
+"""Starts so near count too: how an error grows depends on where exactly it begins."""
 _NUDGE = 1e-6
 
 
-def time_followed(
+@dataclass(frozen=True)
+class Followed:
+    """For how long a motion can be followed from starts that local cubics give."""
+
+    time: Array
+    """(k,) times of the starts [s]."""
+    lasts: Array
+    """(k,) how long it can be followed from each [s]."""
+
+    def at(self, time: float) -> float:
+        """Return for how long it can be followed from a time and from near it [s]."""
+        at = int(np.argmin(np.abs(self.time - time)))
+        return float(np.min(self.lasts[max(at - _NEAR, 0) : at + _NEAR + 1]))
+
+    @property
+    def mostly(self) -> float:
+        """How long most of the starts can be followed [s]."""
+        return float(np.quantile(self.lasts, _FOLLOWED_BY, method="lower"))
+
+
+def followed(
     motion: SmoothMotion,
     groups: Array,
     length: float,
@@ -30,8 +55,9 @@ def time_followed(
     noise: Array,
     spacing: float,
     half_width: float,
-) -> float:
-    """Return for how long [s] most of a motion can be followed from starts that local cubics give.
+    longest: float,
+) -> Followed:
+    """Return for how long a motion can be followed from starts that local cubics give.
 
     Args:
         motion: the smooth motion.
@@ -41,30 +67,33 @@ def time_followed(
         noise: (2,) standard deviation of the noise of the angles [rad].
         spacing: of the samples [s].
         half_width: of the local cubics [s].
+        longest: time beyond which nobody asks [s].
     """
+    time = motion.time[motion.known]
     angles, rates = motion.values[0][motion.known][:, :2], motion.rates[0][motion.known][:, :2]
     count = len(angles)
     if count < 2:
-        return 0.0
+        return Followed(motion.time[:1], np.zeros(1))
     steps = _steps(np.concatenate([angles, rates], axis=1), coefficients_of(groups, length, gravity), motion.spacing)
     # Variances of a local cubic's value and slope in its middle, from samples so far apart (Savitzky and Golay, 1964).
     samples = max(2.0 * half_width / spacing, 6.0)
     of_angle, of_rate = 9.0 / 4.0 / samples, 75.0 / 4.0 / (samples * half_width**2)
     start = np.concatenate([noise * np.sqrt(of_angle), noise * np.sqrt(of_rate)])
     amplitude = np.minimum(np.std(angles, axis=0), 1.0)
-    begins = np.unique(np.linspace(0, count - 2, min(_STARTS, count - 1)).astype(np.int64))
+    begins = np.arange(0, count - 1, _APART)
     error = np.broadcast_to(np.diag(start), (len(begins), 4, 4)).copy()
-    followed = np.full(len(begins), np.inf)
-    for step in range(count - 1):
-        at = begins + step
-        on = at < count - 1
-        if not np.any(on & np.isinf(followed)):
+    lasts = np.full(len(begins), longest)
+    on = np.arange(len(begins))
+    for step in range(min(count - 1, int(longest / motion.spacing))):
+        on = on[begins[on] + step < count - 1]
+        error[on] = steps[begins[on] + step] @ error[on]
+        share = np.sqrt(np.sum(error[on, :2] ** 2, axis=2)) / amplitude
+        lost = share.max(axis=1) > _LOST
+        lasts[on[lost]] = (step + 1) * motion.spacing
+        on = on[~lost]
+        if len(on) == 0:
             break
-        error[on] = steps[at[on]] @ error[on]
-        share = np.sqrt(np.sum(error[:, :2] ** 2, axis=2)) / amplitude
-        lost = on & np.isinf(followed) & (share.max(axis=1) > _LOST)
-        followed[lost] = (step + 1) * motion.spacing
-    return float(np.quantile(followed, _FOLLOWED_BY, method="lower"))
+    return Followed(time[begins], lasts)
 
 
 def _steps(states: Array, coefficients: Array, spacing: float) -> Array:

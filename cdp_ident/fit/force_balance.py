@@ -129,7 +129,8 @@ def balance_of_forces(
     """
     mechanism = Mechanism(length, gravity, outer_length or length)
     unit = mechanism.time_unit
-    pieces = [Piece.of(trial, unit) for trial in trials if len(trial.time) >= FEWEST and trial.duration > unit]
+    stretches = [stretch for trial in trials for stretch in trial.stretches]
+    pieces = [Piece.of(trial, unit) for trial in stretches if len(trial.time) >= FEWEST and trial.duration > unit]
     _refuse_a_joint_that_rests(pieces)
     plain = Unknowns((), tuple(DRY) if dry is None else tuple(dry), constant_coupling, length_free)
     half_width, fit = _in_windows_of_their_width(mechanism, pieces, plain)

@@ -1,6 +1,6 @@
 """The model as the refinement sees it: numbers to adjust, and the motion and its derivatives that follow from them."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -21,7 +21,10 @@ from cdp_ident.model.trajectory import trajectory, trajectory_with_derivatives
 
 Array = npt.NDArray[np.float64]
 
+JOINTS = ("inner", "outer")
 _A23, _OUTER_MOMENT, _GRAVITY = (COEFFICIENTS.index(name) for name in ("A23_over_A22", "m2_l2_over_A22", "g"))
+_LARGEST_ZERO = 0.5
+"""No encoder's zero is off by more than this in a trial [rad]."""
 LATEST = 0.05
 """No encoder is later or earlier than this [s]."""
 
@@ -85,6 +88,8 @@ class MotionModel:
     length_free: bool = False
     gravity_free: bool = False
     effects: tuple[ActiveEffect, ...] = ()
+    zeros: tuple[int, ...] = ()
+    """Trials whose encoders have a zero of their own; none where the zeros are right, or the same for all trials."""
 
     @cached_property
     def base_names(self) -> tuple[str, ...]:
@@ -99,20 +104,22 @@ class MotionModel:
     def names(self) -> tuple[str, ...]:
         """Names of the unknowns, in the order of their values."""
         of_effects = (f"{active.effect.key}.{p.name}" for active in self.effects for p in active.fitted)
-        return (*self.base_names, *of_effects)
+        of_zeros = (f"zero.{joint}.{trial}" for trial in self.zeros for joint in JOINTS)
+        return (*self.base_names, *of_zeros, *of_effects)
 
     @cached_property
     def limits(self) -> tuple[Array, Array]:
         """Lowest and highest value of each unknown: inertias, moments and frictions are not negative."""
-        base = len(self.base_names)
+        base, zeros = len(self.base_names), np.full(len(JOINTS) * len(self.zeros), _LARGEST_ZERO)
         parameters = [p for active in self.effects for p in active.fitted]
-        lower = np.concatenate([np.zeros(base), [p.lower for p in parameters]])
-        return lower, np.concatenate([np.full(base, np.inf), [p.upper for p in parameters]])
+        lower = np.concatenate([np.zeros(base), -zeros, [p.lower for p in parameters]])
+        return lower, np.concatenate([np.full(base, np.inf), zeros, [p.upper for p in parameters]])
 
     @cached_property
     def penalty(self) -> Array:
         """(unknowns, unknowns) what the unknowns add to the cost of a fit, as a quadratic form [rad^2]."""
-        return block_diag(np.zeros((len(self.base_names),) * 2), *(active.penalty for active in self.effects))
+        others = len(self.base_names) + len(JOINTS) * len(self.zeros)
+        return block_diag(np.zeros((others, others)), *(active.penalty for active in self.effects))
 
     @cached_property
     def states(self) -> int:
@@ -141,6 +148,29 @@ class MotionModel:
         remain[self.places(index)] = False
         return replace(self, effects=self.effects[:index] + self.effects[index + 1 :]), remain
 
+    def with_zeros(self, values: Array, trials: Iterable[int]) -> tuple["MotionModel", Array]:
+        """Return this model and its values with encoders that have a zero of their own in more trials, 0 at first."""
+        more = tuple(trial for trial in sorted(set(trials)) if trial not in self.zeros)
+        end = len(self.base_names) + len(JOINTS) * len(self.zeros)
+        added = np.zeros(len(JOINTS) * len(more))
+        return replace(self, zeros=self.zeros + more), np.concatenate([values[:end], added, values[end:]])
+
+    def zero_places(self, trial: int) -> slice:
+        """Return where the unknowns of a trial's zeros are: empty for a trial that has none of its own."""
+        first = len(self.base_names)
+        if trial not in self.zeros:
+            return slice(first, first)
+        first += len(JOINTS) * self.zeros.index(trial)
+        return slice(first, first + len(JOINTS))
+
+    @property
+    def of_rig(self) -> npt.NDArray[np.bool_]:
+        """Which of the unknowns are the rig's, and not the zeros of a trial."""
+        first = len(self.base_names)
+        of_rig = np.ones(len(self.names), dtype=bool)
+        of_rig[first : first + len(JOINTS) * len(self.zeros)] = False
+        return of_rig
+
     def places(self, index: int) -> slice:
         """Return where the unknowns of an effect are."""
         return self._places[index]
@@ -148,7 +178,7 @@ class MotionModel:
     @cached_property
     def _places(self) -> list[slice]:
         counts = [len(active.fitted) for active in self.effects]
-        ends = len(self.base_names) + np.cumsum(counts, dtype=int)
+        ends = len(self.base_names) + len(JOINTS) * len(self.zeros) + np.cumsum(counts, dtype=int)
         return [slice(int(end) - count, int(end)) for end, count in zip(ends, counts, strict=True)]
 
     def constants(self, values: Array) -> tuple[float, float]:
@@ -200,7 +230,15 @@ class MotionModel:
             for index, active in enumerate(self.effects)
             if not isinstance(active.effect, TorqueEffect) and active.trial in (None, window.trial)
         ]
-        return encoder_readings(motion, sensors, window.begin + window.time, self.states)
+        theta, by_unknowns = encoder_readings(motion, sensors, window.begin + window.time, self.states)
+        place = self.zero_places(window.trial)
+        if place.start < place.stop:
+            # The inner encoder's angle is in both absolute ones.
+            theta = theta + np.cumsum(values[place])
+            if derivatives:
+                by_unknowns[:, :, self.states + place.start] = 1.0
+                by_unknowns[:, 1, self.states + place.start + 1] = 1.0
+        return theta, by_unknowns
 
     def _by_unknowns(self, values: Array, derivatives: Array, trial: int) -> Array:
         """Return derivatives (n, states, states + unknowns) from those that compiled code gives."""

@@ -18,6 +18,7 @@ from cdp_ident.fit.windows import Window
 from cdp_ident.model.parallel import share_out
 
 Array = npt.NDArray[np.float64]
+Indices = npt.NDArray[np.int64]
 
 _PROBE = 0.1
 """How far along a step the residuals are probed for their second derivative, as a share of the step."""
@@ -54,10 +55,18 @@ class Step:
 class NormalEquations:
     """What the damped Gauss-Newton iteration computes over windows."""
 
-    def __init__(self, model: MotionModel, windows: Sequence[Window], held: Array | None = None):
-        """`held` are the values that all unknowns keep where the initial states alone are fitted."""
-        self._model, self._held = model, held
-        self._penalty = model.penalty if held is None else np.zeros((0, 0))
+    def __init__(self, model: MotionModel, windows: Sequence[Window], free: Indices, held: Array):
+        """Begin.
+
+        Args:
+            model: gives the motion.
+            windows: what is fitted.
+            free: indices of the unknowns that are fitted beside the initial states.
+            held: (unknowns,) values that the others keep.
+        """
+        self._model, self._free, self._held = model, free, held
+        self._columns = np.concatenate([np.arange(model.states), model.states + free])
+        self._penalty = model.penalty[np.ix_(free, free)]
         self._windows = tuple(windows)
         self._known_start = np.array([window.start_known for window in windows])
         self.simulations = 0
@@ -66,7 +75,14 @@ class NormalEquations:
     @property
     def limits(self) -> tuple[Array, Array]:
         """Lowest and highest value of each unknown that is fitted."""
-        return self._model.limits if self._held is None else (np.empty(0), np.empty(0))
+        lower, upper = self._model.limits
+        return lower[self._free], upper[self._free]
+
+    def all_values(self, values: Array) -> Array:
+        """Return the values of all unknowns (unknowns,), given those that are fitted."""
+        whole = self._held.copy()
+        whole[self._free] = values
+        return whole
 
     def evaluate(self, values: Array, starts: list[Array], limit: float) -> Point | None:
         """Return cost and normal equations, or None where the motion cannot be computed.
@@ -76,7 +92,7 @@ class NormalEquations:
         self.simulations += 1
         size = self._model.states + len(values)
         starts = [self._model.initial_state(start) for start in starts]
-        all_values = values if self._held is None else self._held
+        all_values = self.all_values(values)
         residuals: list[Array] = [np.empty(0)] * len(self._windows)
         sensitivities, weights = list(residuals), list(residuals)
         normal = np.empty((len(self._windows), size, size))
@@ -87,7 +103,7 @@ class NormalEquations:
             for index in range(first, last):
                 window = self._windows[index]
                 theta, sensitivity = self._model.predict(all_values, starts[index], window)
-                sensitivity, residual = sensitivity[..., :size], window.theta - theta
+                sensitivity, residual = sensitivity[..., self._columns], window.theta - theta
                 size_of = np.abs(residual)
                 weight = np.where(size_of > limit, limit / np.maximum(size_of, limit), 1.0) if limit < np.inf else None
                 rows, flat = sensitivity.reshape(-1, size), residual.ravel()
@@ -109,7 +125,7 @@ class NormalEquations:
 
     def residuals_at(self, values: Array, starts: Sequence[Array]) -> list[Array] | None:
         """Return each window's residuals (n, 2) [rad], or None where the motion cannot be computed."""
-        all_values = values if self._held is None else self._held
+        all_values = self.all_values(values)
         residuals: list[Array] = [np.empty(0)] * len(self._windows)
 
         def work(first: int, last: int) -> None:

@@ -42,8 +42,8 @@ class Fit:
     residuals: tuple[Array, ...]
     """(n, 2) measured minus simulated angle of each window [rad]."""
     sensitivities: tuple[Array, ...]
-    """(n, 2, states + unknowns) derivatives of the simulated angles, by the window's initial state and by the unknowns;
-    (n, 2, states) where these were held."""
+    """(n, 2, states + unknowns) derivatives of the simulated angles, by the window's initial state and by the unknowns,
+    where these were held, by those that were not."""
     weights: tuple[Array, ...]
     """(n, 2) weight of each residual; 1 but for wild samples."""
     iterations: int
@@ -84,15 +84,20 @@ def refine(
         windows: what to fit; their starts are what to begin with there.
         stop: called with the error [rad] after each iteration; true ends the fit with what it has.
         tolerance: relative decrease of the cost in an iteration below which the fit has arrived.
-        hold_values: whether the unknowns keep their values and the windows' initial states alone are fitted.
+        hold_values: whether the unknowns keep their values and the windows' initial states alone are fitted, with
+            the zeros of trials that the model does not know where each trial has its own.
 
     Raises:
         IdentificationError: there is no window, or the motion cannot be computed under the first values.
     """
     if not windows:
         raise IdentificationError("there is nothing to fit: no window of any trial has enough samples")
-    problem = NormalEquations(model, windows, values if hold_values else None)
-    begin = np.empty(0) if hold_values else np.clip(values, *model.limits)
+    if hold_values:
+        model, values, free = _zeros_of_new_trials(model, values, windows)
+    else:
+        values, free = np.clip(values, *model.limits), np.arange(len(values))
+    problem = NormalEquations(model, windows, free, values)
+    begin = values[free]
     point = problem.evaluate(begin, [window.start for window in windows], np.inf)
     if point is None:
         raise IdentificationError("the model's motion cannot be computed from the parameters to begin with")
@@ -127,7 +132,7 @@ def refine(
             point = reweighted
     return Fit(
         model=model,
-        values=values if hold_values else point.values,
+        values=problem.all_values(point.values),
         windows=tuple(replace(w, start=s) for w, s in zip(windows, point.starts, strict=True)),
         residuals=tuple(point.residuals),
         sensitivities=tuple(point.sensitivities),
@@ -136,6 +141,21 @@ def refine(
         simulations=problem.simulations,
         converged=converged,
     )
+
+
+def _zeros_of_new_trials(
+    model: MotionModel, values: Array, windows: Sequence[Window]
+) -> tuple[MotionModel, Array, npt.NDArray[np.int64]]:
+    """Where each trial's encoders have zeros of their own, add those of trials that the model has not been fitted to.
+
+    Returns the model, its values, and the indices of these zeros.
+    """
+    if not model.zeros:
+        return model, values, np.empty(0, dtype=np.int64)
+    new = sorted({window.trial for window in windows} - set(model.zeros))
+    model, values = model.with_zeros(values, new)
+    places = [np.arange(place.start, place.stop) for place in map(model.zero_places, new)]
+    return model, values, np.concatenate([np.empty(0, dtype=np.int64), *places])
 
 
 def refine_from_afar(
@@ -160,7 +180,8 @@ def refine_from_afar(
             tolerance=_ROUGHLY,
             hold_values=hold_values,
         )
-        values, iterations, simulations = fit.values, iterations + fit.iterations, simulations + fit.simulations
+        model, values = fit.model, fit.values
+        iterations, simulations = iterations + fit.iterations, simulations + fit.simulations
         starts = iter(window.start for window in fit.windows)
         found = [[next(starts) for _ in of_window] for of_window in pieces]
     windows = [replace(window, start=starts[0]) for window, starts in zip(windows, found, strict=True)]

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.errors import IdentificationError
-from cdp_ident.fit.following import time_followed
+from cdp_ident.fit.following import followed
 from cdp_ident.fit.smoothing import FEWEST, SmoothMotion, smooth
 from cdp_ident.fit.thinning import LOST
 from cdp_ident.trial.trial import Trial
@@ -49,7 +49,7 @@ _OVERTONE = 2.0
 width is the best one within a fifth, for motions of 2 to 5 radians a time unit."""
 _STRETCH = 200.0
 """Time units of a trial, where it is liveliest, from which its pace is taken."""
-_GRID = 1.0 / 40.0
+GRID = 1.0 / 40.0
 _LIVELY = 0.99
 _PLAUSIBLE = (0.05, 8.0)
 """Pace times the time unit of a pendulum that swings: slower, the noise is all that moves or the angles or L have
@@ -69,7 +69,9 @@ class Scales:
     step: float
     """Of the integrator [s]."""
     window: float
-    """Length of the windows of refinement and judgement [s]."""
+    """For how long the liveliest motion can be followed, nearly always [s]."""
+    longest_window: float
+    """No window is longer [s]."""
     shortest_piece: float
     """That is simulated from a start of its own [s]."""
     half_width: float
@@ -119,8 +121,10 @@ def scales_of(
     shortest = max(SHORTEST_PIECE * unit / faster, SHORTEST_PIECE_SAMPLES * spacing)
     window = WINDOW * unit
     if groups is not None:
-        followed = [time_followed(motion, groups, length, gravity, noise, spacing, half_width) for motion in motions]
-        window = min(window, max(min(followed), shortest))
+        mostly = [
+            followed(motion, groups, length, gravity, noise, spacing, half_width, window).mostly for motion in motions
+        ]
+        window = max(min(mostly), shortest)
     across = np.array([noise[0], np.hypot(*noise)])
     together = _together(spacing, float(np.min(noise)), unit, pace, faster)
     return Scales(
@@ -129,6 +133,7 @@ def scales_of(
         plausible=_PLAUSIBLE[0] <= pace * unit <= _PLAUSIBLE[1],
         step=STEP * unit / faster,
         window=window,
+        longest_window=WINDOW * unit,
         shortest_piece=shortest,
         half_width=half_width,
         rest_speed=np.maximum(REST_DEVIATIONS * across * np.sqrt(12.0 * spacing / unit**3), REST_LEAST / unit),
@@ -146,7 +151,12 @@ def _liveliest(trial: Trial, unit: float) -> SmoothMotion:
         first = int(np.argmax(moved[last] - moved))
         part = slice(first, int(last[first]) + 1)
         time, theta = time[part], theta[part]
-    return smooth(time, theta, _GRID * unit, 0, np.random.default_rng(0))
+    return smooth_on_grid(time, theta, unit)
+
+
+def smooth_on_grid(time: Array, theta: Array, unit: float) -> SmoothMotion:
+    """Return the smooth motion through samples (n, 2), on a grid of a rig's time unit [s]."""
+    return smooth(time, theta, GRID * unit, 0, np.random.default_rng(0))
 
 
 def _pace(motion: SmoothMotion) -> float:

@@ -43,6 +43,7 @@ def thinned(trial: Trial, together: int) -> Trial:
         theta=np.ascontiguousarray(average[:, :2]),
         cart=None if trial.cart is None else average[:, 2],
         start=trial.start + float(time[0]),
+        breaks=tuple(int(at) for at in np.searchsorted(first, trial.breaks)),
         notes=(*trial.notes, note),
     )
 

@@ -66,34 +66,53 @@ def cut_into_windows(
     step: float = DEFAULT_STEP,
     half_width: float = HALF_WIDTH,
 ) -> list[Window]:
-    """Cut trials into windows of about `duration` [s], equally long within a trial, without overlap.
+    """Cut trials into windows of about `duration` [s], equally long within a stretch of a trial, without overlap.
 
     The integrator's step and the half width of the local cubics that estimate initial states are in seconds, too.
-    A start is estimated from the samples of its own window alone, so that windows can be kept out of a fit without
-    a trace of them in it.
     """
     windows = []
     for index, trial in enumerate(trials):
-        count = max(1, round(trial.duration / duration))  # an infinite duration makes one window
-        bounds = np.searchsorted(trial.time, trial.time[0] + trial.duration * np.arange(count + 1) / count)
-        bounds[-1] = len(trial.time)
-        acceleration = cart_acceleration(trial)
-        for first, last in pairwise(bounds):
-            if last - first < FEWEST_SAMPLES:
-                continue
-            time = trial.time[first:last] - trial.time[first]
-            theta = np.ascontiguousarray(trial.theta[first:last])
-            grid = TimeGrid.over(time, step)
-            half_steps = grid.half_step_times()
-            u = (
-                np.zeros(len(half_steps))
-                if acceleration is None
-                else np.interp(half_steps, time, acceleration[first:last])
-            )
-            angles, velocities = local_motion(time, theta, np.zeros(1), half_width)
-            start = np.concatenate([angles[0], velocities[0]])
-            begin = float(trial.time[first])
-            windows.append(Window(index, int(first), begin, time, theta, grid, u, start, half_width=half_width))
+        for first, last in trial.bounds:
+            lasts = float(trial.time[last - 1] - trial.time[first])
+            count = max(1, round(lasts / duration))
+            places = trial.time[first] + lasts * np.arange(1, count) / count
+            bounds = [first, *(first + np.searchsorted(trial.time[first:last], places)), last]
+            windows += cut_at(trial, index, bounds, step, half_width)
+    return windows
+
+
+def as_one_window(trial: Trial, index: int, step: float = DEFAULT_STEP, half_width: float = HALF_WIDTH) -> Window:
+    """Return a whole trial as one window."""
+    return cut_at(trial, index, [0, len(trial.time)], step, half_width)[0]
+
+
+def cut_at(trial: Trial, index: int, bounds: Sequence[int], step: float, half_width: float) -> list[Window]:
+    """Cut a trial into windows at samples.
+
+    A start is estimated from the samples of its own window alone, so that windows can be kept out of a fit without
+    a trace of them in it. What has too few samples for a window is left out.
+
+    Args:
+        trial: what is cut.
+        index: which trial it is.
+        bounds: the first sample of each window, and the one after the last.
+        step: of the integrator [s].
+        half_width: of the local cubics that estimate initial states [s].
+    """
+    windows = []
+    acceleration = cart_acceleration(trial)
+    for first, last in pairwise(bounds):
+        if last - first < FEWEST_SAMPLES:
+            continue
+        time = trial.time[first:last] - trial.time[first]
+        theta = np.ascontiguousarray(trial.theta[first:last])
+        grid = TimeGrid.over(time, step)
+        half_steps = grid.half_step_times()
+        u = np.zeros(len(half_steps)) if acceleration is None else np.interp(half_steps, time, acceleration[first:last])
+        angles, velocities = local_motion(time, theta, np.zeros(1), half_width)
+        start = np.concatenate([angles[0], velocities[0]])
+        begin = float(trial.time[first])
+        windows.append(Window(index, int(first), begin, time, theta, grid, u, start, half_width=half_width))
     return windows
 
 

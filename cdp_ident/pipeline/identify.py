@@ -16,8 +16,9 @@ from cdp_ident.fit.estimation import estimate
 from cdp_ident.fit.force_balance import ForceBalance, balance_of_forces
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.refinement import Fit, fit_initial_states, refine_from_afar
-from cdp_ident.fit.scales import scales_of
+from cdp_ident.fit.scales import Scales, scales_of
 from cdp_ident.fit.thinning import thinned
+from cdp_ident.fit.window_lengths import Lengths, lengths_followed
 from cdp_ident.model.parameters import groups_of
 from cdp_ident.search.genetic_search import Progress
 from cdp_ident.trial.trial import Trial
@@ -56,8 +57,8 @@ def identify(
     balanced = balances[0].groups if balances else None
     scales = scales_of(fit, prior.length, prior.gravity, noise, balanced)
     fit, holdout = ([thinned(trial, scales.together) for trial in trials] for trials in (fit, holdout))
-    window = options.window or scales.window
-    data = prepare(fit, holdout, window, scales)
+    lengths = [_lengths(trial, scales, balanced, options, noise_over(fit)) for trial in (*fit, *holdout)]
+    data = prepare(fit, holdout, lengths, scales)
     rng = np.random.default_rng(options.seed)
     level = float(np.sqrt(np.mean(data.noise**2)))
     found = estimate(
@@ -73,7 +74,7 @@ def identify(
     )
     if not holdout and _outlier_is_kept_out(found.fit, data):
         # What happened once is found where it is fitted, and nowhere else.
-        data = prepare(fit, holdout, window, scales, FALLBACK_FIRST)
+        data = prepare(fit, holdout, lengths, scales, FALLBACK_FIRST)
         found = replace(found, fit=refine_from_afar(model, found.fit.values, data.fit))
     stages: dict[Stage, Array] = {
         "nominal": model.beginning(groups_of(prior.centre, prior.length)),
@@ -93,6 +94,12 @@ def identify(
             for stage, stage_values in stages.items()
         },
     )
+
+
+def _lengths(trial: Trial, scales: Scales, groups: Array | None, options: IdentifyOptions, noise: Array) -> Lengths:
+    if options.window:
+        return lambda time: options.window
+    return lengths_followed(trial, scales, groups, options.prior.length, options.prior.gravity, noise)
 
 
 def _balances(trials: Sequence[Trial], options: IdentifyOptions) -> tuple[ForceBalance, ...]:

@@ -146,17 +146,26 @@ class Progress:
         Raises:
             InterruptedSelectionError: the selection is asked to stop.
         """
-        if self._stop():
-            raise InterruptedSelectionError
         model, remain = attempt.model.without_effect(index)
         begin = np.concatenate([attempt.fit.values[remain], values])
+        other = self.refitted(model.with_effect(active), begin, attempt, active.effect.key)
+        return [] if other is None else [other]
+
+    def refitted(self, model: MotionModel, values: Array, attempt: Attempt, what: str) -> Attempt | None:
+        """Return another model, refitted over an attempt's windows from given values; None where it cannot be fitted.
+
+        Raises:
+            InterruptedSelectionError: the selection is asked to stop.
+        """
+        if self._stop():
+            raise InterruptedSelectionError
         try:
-            fit = refine(model.with_effect(active), begin, attempt.fit.windows, tolerance=_ROUGHLY)
+            fit = refine(model, values, attempt.fit.windows, tolerance=_ROUGHLY)
         except (IdentificationError, np.linalg.LinAlgError) as error:
-            self.failures.append(f"{active.effect.key} could not be fitted: {error}")
+            self.failures.append(f"{what} could not be fitted: {error}")
             self._told(self.failures[-1])
-            return []
-        return [_attempt(fit, attempt.holdout)]
+            return None
+        return _attempt(fit, attempt.holdout)
 
     def from_balance(self, attempt: Attempt, groups: Array, candidates: Sequence[Candidate]) -> Attempt:
         """Return a model with more effects, refitted from the groups (5,) and strengths of a balance of forces.

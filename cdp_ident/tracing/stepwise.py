@@ -12,6 +12,7 @@ from cdp_ident.tracing.exchange import alternatives, exchange_effects
 from cdp_ident.tracing.pruning import drop_repeated_impulses, drop_superfluous
 from cdp_ident.tracing.selection import InterruptedSelectionError, Progress, Selection, without_effects
 from cdp_ident.tracing.unknown_torques import add_unknown_torques
+from cdp_ident.tracing.zeros import fit_zeros_by_trial
 
 _MOST_ROUNDS = 3
 """How often effects are added after others were exchanged."""
@@ -42,6 +43,7 @@ def stepwise_selection(
     interrupted = False
     try:
         add_balanced(progress, balances)
+        fit_zeros_by_trial(progress)
         _select(progress)
         if not named_only:
             add_unknown_torques(progress)

@@ -49,7 +49,7 @@ def clean(samples: Samples, longest_gap: float, origin: int) -> tuple[list[Piece
     for at in long[:3]:
         notes.append(f"a gap of {gaps[at - 1]:.3f} s at {time[at - 1]:.3f} s parts the recording")
     if len(long) > 3:
-        notes.append(f"{len(long) - 3} more gaps longer than {longest_gap} s part it too")
+        notes.append(f"{len(long) - 3} more gaps longer than {longest_gap:.3g} s part it too")
     for at in steps[:3]:
         notes.append(
             f"the clock was set back by {-gaps[at - 1]:.3f} s at {time[at - 1]:.3f} s, which parts the recording"

@@ -100,18 +100,18 @@ def _spread(values: Array) -> Array:
 def _length(points: Array) -> tuple[float, float]:
     """Return how far the joint is from the pivot in most frames, and how far off a frame may be.
 
-    The middle of the shortest interval with half of the distances: frames in which the tip stands for the joint are
-    far from it.
+    The middle of the shortest interval with a third of the distances: frames in which the tip stands for the joint, or
+    nothing was found, are far from it, and may be most.
     """
     distances = np.sort(np.linalg.norm(points[:, 1] - points[:, 0], axis=1))
-    half = max(1, len(distances) // 2)
-    widths = distances[half:] - distances[: len(distances) - half]
+    third = max(1, len(distances) // 3)
+    widths = distances[third:] - distances[: len(distances) - third]
     at = int(np.argmin(widths)) if len(widths) else 0
-    length = float(np.median(distances[at : at + half]))
+    length = float(np.median(distances[at : at + third]))
     if not length > 0:
         raise TrialError("pivot and joint are the same point: check which columns are pivot, joint and tip")
-    # Half of a normal distribution lies within two thirds of its standard deviation.
-    deviation = float(widths[at]) / 1.349 if len(widths) else 0.0
+    # A third of a normal distribution lies within 0.431 of its standard deviation.
+    deviation = float(widths[at]) / 0.861 if len(widths) else 0.0
     if deviation > _RIGID * length:
         raise TrialError(
             f"the joint is {length:.4g} from the pivot, but {deviation:.2g} more or less in many frames: check which "

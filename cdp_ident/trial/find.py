@@ -1,21 +1,22 @@
 """From samples as recorded to the zero-input motion in them, checked against the physics."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.errors import TrialError
-from cdp_ident.trial.balance import Motion, joined, motion_on_grid
+from cdp_ident.trial.balance import Motion, motion_on_grid
+from cdp_ident.trial.balance import joined as joined_windows
 from cdp_ident.trial.cleaning import Piece, clean
 from cdp_ident.trial.conventions import Balance, balance_of, check_conventions
 from cdp_ident.trial.joints import Samples, model_angles
 from cdp_ident.trial.lumped import gravity_direction
 from cdp_ident.trial.options import TrialOptions
 from cdp_ident.trial.scales import Scales
-from cdp_ident.trial.trial import Trial
+from cdp_ident.trial.trial import Trial, joined
 from cdp_ident.trial.wording import KEYS, Wording
-from cdp_ident.trial.zero_input import choose_part, find_parts, moving_windows
+from cdp_ident.trial.zero_input import Part, choose_parts, find_parts, moving_windows
 
 Mask = npt.NDArray[np.bool_]
 
@@ -48,19 +49,22 @@ def find_trial(samples: Samples, options: TrialOptions, wording: Wording = KEYS)
     pieces, motions, moving, notes = _motions(samples, options, wording)
     balance, warnings = check_conventions(motions, moving, options, wording)
     parts, knocks = find_parts(motions, balance, options)
-    part, cuts = choose_part(parts, options.shortest or motions[0].scales.shortest)
-    piece = pieces[part.motion]
+    taken, cuts = choose_parts(parts, options.shortest or motions[0].scales.shortest)
+    stretches = [_stretch(pieces[part.motion], part, options) for part in taken]
+    trial = replace(joined(stretches), notes=(*notes, *warnings, *cuts, *knocks))
+    return Found(trial, tuple(warnings), balance)
+
+
+def _stretch(piece: Piece, part: Part, options: TrialOptions) -> Trial:
     chosen = (piece.time >= part.start) & (piece.time <= part.stop)
     time = piece.time[chosen]
-    trial = Trial(
+    return Trial(
         name="",
         time=time - time[0],
         theta=model_angles(piece.angles[chosen], options),
         cart=None if piece.cart is None else options.cart_sign * piece.cart[chosen],
         start=float(time[0]),
-        notes=(*notes, *warnings, *cuts, *knocks),
     )
-    return Found(trial, tuple(warnings), balance)
 
 
 def _motions(
@@ -93,7 +97,7 @@ def rough_gravity(samples: Samples, options: TrialOptions) -> float | None:
     """Return gravity's direction by the motion (`gravity_direction`) [rad]; None with too little motion."""
     _, motions, moving, _ = _motions(samples, options)
     balance = balance_of(motions, moving, options)
-    return gravity_direction(joined(list(balance.windows)), np.concatenate(moving)) if balance else None
+    return gravity_direction(joined_windows(list(balance.windows)), np.concatenate(moving)) if balance else None
 
 
 def _between(samples: Samples, options: TrialOptions, wording: Wording) -> Samples:

@@ -1,6 +1,8 @@
 """A trial: one stretch of zero-input motion, in the angles that the model uses."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -28,8 +30,58 @@ class Trial:
     """Time of the first sample since the beginning of the bag [s]."""
     notes: tuple[str, ...] = ()
     """What was dropped, cut or noticed on the way from the bag to here, in words, with numbers."""
+    breaks: tuple[int, ...] = ()
+    """Indices of the first samples after gaps so long that turns of the rods could be lost in them."""
 
     @property
     def duration(self) -> float:
         """Time from the first to the last sample [s]."""
         return float(self.time[-1] - self.time[0])
+
+    @property
+    def bounds(self) -> tuple[tuple[int, int], ...]:
+        """First sample of each stretch without such gaps, and the one after its last."""
+        edges = (0, *self.breaks, len(self.time))
+        return tuple(pairwise(edges))
+
+    @property
+    def stretches(self) -> tuple["Trial", ...]:
+        """The stretches without such gaps, as trials of their own, each beginning at time 0."""
+        if not self.breaks:
+            return (self,)
+        return tuple(
+            replace(
+                self,
+                time=self.time[first:last] - self.time[first],
+                theta=self.theta[first:last],
+                cart=None if self.cart is None else self.cart[first:last],
+                start=self.start + float(self.time[first]),
+                breaks=(),
+            )
+            for first, last in self.bounds
+        )
+
+
+def joined(stretches: Sequence[Trial]) -> Trial:
+    """Return one trial of stretches of one motion, of each of which `start` tells when it began.
+
+    Turns between two of them are taken to be those that the velocities ask for. The names and notes are the first's.
+    """
+    first = stretches[0]
+    times, angles, breaks = [first.time], [first.theta], []
+    for before, after in pairwise(stretches):
+        breaks.append(sum(map(len, times)))
+        gap = after.start - before.start - before.duration
+        velocity = (before.theta[-1] - before.theta[-2]) / (before.time[-1] - before.time[-2])
+        expected = angles[-1][-1] + velocity * gap
+        turns = np.round((expected - after.theta[0]) / (2.0 * np.pi))
+        times.append(after.time + after.start - first.start)
+        angles.append(after.theta + 2.0 * np.pi * turns)
+    carts = [stretch.cart for stretch in stretches if stretch.cart is not None]
+    return replace(
+        first,
+        time=np.concatenate(times),
+        theta=np.concatenate(angles),
+        cart=np.concatenate(carts) if carts else None,
+        breaks=tuple(breaks),
+    )

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -120,26 +121,44 @@ def find_parts(
     return parts, _knocks(instants)
 
 
-def choose_part(parts: Sequence[Part], shortest: float) -> tuple[Part, list[str]]:
-    """Take the longest free part; the notes say what is cut and why.
+def choose_parts(parts: Sequence[Part], shortest: float) -> tuple[list[Part], list[str]]:
+    """Take the longest free motion: one part, or several with nothing between them but short gaps in the samples.
 
-    Raises TrialError where there is none of at least `shortest` [s].
+    The notes say what is cut and why. Raises TrialError where none lasts `shortest` [s].
     """
-    free = [part for part in parts if part.cause == FREE]
-    longest = max(free, key=lambda part: part.duration, default=None)
-    if longest is None or longest.duration < shortest:
-        found = f"the longest has {longest.duration:.2f} s" if longest else "there is none"
+    motions = _free_motions(parts, shortest)
+    longest = max(motions, key=_lasts, default=[])
+    if _lasts(longest) < shortest:
+        found = f"the longest has {_lasts(longest):.2f} s" if longest else "there is none"
         causes = ", ".join(_describe(part) for part in parts if part.cause != FREE and part.duration > 0.05)
         raise TrialError(
             f"no zero-input motion of at least {shortest:.3g} s: {found} ({causes or 'nothing else is there'})"
         )
     notes = [f"cut {_describe(part)}" for part in parts if part.cause != FREE]
     notes += [
-        f"another zero-input part from {part.start:.2f} to {part.stop:.2f} s is not used: the longest is taken"
-        for part in free
-        if part is not longest and part.duration >= shortest
+        f"another zero-input part from {motion[0].start:.2f} to {motion[-1].stop:.2f} s is not used: another is longer"
+        for motion in motions
+        if motion is not longest and _lasts(motion) >= shortest
     ]
     return longest, notes
+
+
+def _free_motions(parts: Sequence[Part], shortest: float) -> list[list[Part]]:
+    """Put the free parts together between which only samples are missing, for less than a swing."""
+    motions: list[list[Part]] = []
+    for before, part in pairwise((None, *parts)):
+        if part is None or part.cause != FREE:
+            continue
+        goes_on = before is not None and before.cause == FREE and 0.0 <= part.start - before.stop < shortest
+        if goes_on:
+            motions[-1].append(part)
+        else:
+            motions.append([part])
+    return motions
+
+
+def _lasts(motion: Sequence[Part]) -> float:
+    return sum(part.duration for part in motion)
 
 
 def _lasting(flags: Mask) -> tuple[Mask, list[int]]:

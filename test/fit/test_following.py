@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from cdp_ident.fit.following import time_followed
+from cdp_ident.fit.following import followed
 from cdp_ident.fit.smoothing import smooth
 from reference.own_units import Rig, motion
 
@@ -10,22 +10,23 @@ GROUPS = np.array([0.5, 0.4, 1.4, 0.004, 0.002])
 """Of a rig with L = 1 m where g = 1 m/s^2, so that its unit of time is a second."""
 CALM, WHIRLING = np.array([3.7, 2.5, 0.0, 0.0]), np.array([0.24, 0.3, 0.0, 0.0])
 SPACING, HALF_WIDTH = 0.025, 0.2
-LOST = 0.2
+LOST, LONGEST = 0.2, 30.0
 
 
-def seconds(start, noise):
+def lasts(start, noise):
     time = np.arange(2400) * SPACING
-    followed = smooth(time, motion(RIG, start, time)[:, :2], SPACING, 0, np.random.default_rng(0))
-    return time_followed(followed, GROUPS, 1.0, 1.0, np.full(2, noise), SPACING, HALF_WIDTH)
+    smoothed = smooth(time, motion(RIG, start, time)[:, :2], SPACING, 0, np.random.default_rng(0))
+    return followed(smoothed, GROUPS, 1.0, 1.0, np.full(2, noise), SPACING, HALF_WIDTH, LONGEST)
 
 
 def test_a_calm_motion_is_followed_to_its_end():
-    assert np.isinf(seconds(CALM, 1e-3))
+    assert np.all(lasts(CALM, 1e-3).lasts == LONGEST)
 
 
 def test_a_whirling_one_is_lost_the_sooner_the_larger_the_noise():
-    fine, coarse = seconds(WHIRLING, 1e-4), seconds(WHIRLING, 1e-2)
-    assert coarse < 0.7 * fine < np.inf
+    fine, coarse = lasts(WHIRLING, 1e-4), lasts(WHIRLING, 1e-2)
+    assert coarse.mostly < 0.7 * fine.mostly < LONGEST
+    assert np.all(coarse.lasts <= fine.lasts)
 
 
 def test_simulations_from_disturbed_starts_are_lost_about_then():
@@ -41,4 +42,14 @@ def test_simulations_from_disturbed_starts_are_lost_about_then():
         disturbed = motion(RIG, states[begin] + rng.normal(scale=scatter), time, 1e-7)
         lost = np.abs(disturbed - states[begin : begin + 500])[:, :2] / amplitude > LOST
         lasted.append(time[np.argmax(lost.any(axis=1))] if lost.any() else np.inf)
-    assert seconds(WHIRLING, noise) == pytest.approx(np.quantile(lasted, 0.1, method="lower"), rel=0.6)
+    assert lasts(WHIRLING, noise).mostly == pytest.approx(np.quantile(lasted, 0.1, method="lower"), rel=0.6)
+
+
+def test_a_motion_that_calms_down_is_followed_longer_and_longer():
+    time = np.arange(2400) * SPACING
+    damped = Rig(A23=0.5, A33=0.4, a1=1.4, c1=0.1, c2=0.05)
+    smoothed = smooth(time, motion(damped, WHIRLING, time)[:, :2], SPACING, 0, np.random.default_rng(0))
+    groups = np.array([0.5, 0.4, 1.4, 0.1, 0.05])
+    found = followed(smoothed, groups, 1.0, 1.0, np.full(2, 1e-2), SPACING, HALF_WIDTH, LONGEST)
+    assert found.at(0.0) < 0.6 * found.at(25.0)
+    assert found.at(0.0) <= found.lasts[0]  # what begins near it counts too

@@ -23,7 +23,7 @@ STATES = MODEL.states
 @pytest.mark.parametrize("damping", [0.0, 1e-2])
 def test_eliminating_initial_states_gives_the_step_of_all_normal_equations_together(known, damping):
     windows = [replace(w, start_known=k in known) for k, w in enumerate(cut_into_windows([TWIN]))]
-    problem = NormalEquations(MODEL, windows)
+    problem = NormalEquations(MODEL, windows, np.arange(len(TRUTH)), TRUTH)
     point = problem.evaluate(TRUTH * 1.001, [window.start for window in windows], 0.01)
     step = problem.step(point, damping)
 

@@ -1,0 +1,63 @@
+"""Encoders whose zeros differ from trial to trial, as each trial was begun with a zero of its own.
+
+A trial's zeros belong to the trial and not to the rig, as its initial states do: they are fitted along with everything
+else, and those of a trial that is kept out of the fit are fitted to it, with nothing else but its initial states.
+"""
+
+import numpy as np
+
+from cdp_ident.fit.motion_model import ActiveEffect
+from cdp_ident.model.effects.catalogue import CATALOGUE
+from cdp_ident.tracing.acceptance import brings_enough
+from cdp_ident.tracing.candidates import Candidate
+from cdp_ident.tracing.evidence import Attempt, change
+from cdp_ident.tracing.selection import Progress
+
+_OFFSET = "encoder_offset"
+_FOR_ALL = tuple(effect for effect in CATALOGUE if effect.name in (_OFFSET, "gravity_tilt"))
+"""Effects that are, in each trial, the same as zeros that are off."""
+
+
+def fit_zeros_by_trial(progress: Progress) -> None:
+    """Let the zeros of both encoders differ from trial to trial, if that is better than zeros off by the same in all.
+
+    Raises:
+        InterruptedSelectionError: the selection is asked to stop.
+    """
+    current = progress.current
+    trials = {window.trial for fit in (current.fit, current.holdout) for window in fit.windows}
+    if len(trials) < 2 or current.model.zeros:
+        return
+    present = {active.effect.key for active in current.model.effects}
+    offsets = [effect for effect in CATALOGUE if effect.name == _OFFSET and effect.key not in present]
+    same = progress.tried(current, [tuple(Candidate(ActiveEffect(effect), 0.0, np.zeros(1)) for effect in offsets)])
+    own = _with_zeros_by_trial(progress, current)
+    if not same or own is None:
+        return
+    (_, in_all) = same[0]
+    if brings_enough(in_all, own) and change(in_all, own).bic < 0:
+        progress.current = own
+        of_trials = " and ".join(f"{1e3 * size:.3g}" for size in largest_zeros(own))
+        progress.note(
+            "zeros by trial",
+            own,
+            f"each trial has zeros of its own, off by up to {of_trials} mrad: {1e3 * current.holdout.rmse():.3g} -> "
+            f"{1e3 * own.holdout.rmse():.3g} mrad on windows kept out",
+        )
+
+
+def largest_zeros(attempt: Attempt) -> list[float]:
+    """Return the largest zero of each encoder in the trials fitted [rad]."""
+    places = map(attempt.model.zero_places, attempt.model.zeros)
+    return list(np.max(np.abs([attempt.fit.values[place] for place in places]), axis=0, initial=0.0))
+
+
+def _with_zeros_by_trial(progress: Progress, attempt: Attempt) -> Attempt | None:
+    """Return a model with zeros by trial in the place of what is off in all; None where it cannot be fitted."""
+    model, values = attempt.model, attempt.fit.values
+    for index in reversed(range(len(model.effects))):
+        if model.effects[index].effect in _FOR_ALL:
+            model, remain = model.without_effect(index)
+            values = values[remain]
+    model, values = model.with_zeros(values, {window.trial for window in attempt.fit.windows})
+    return progress.refitted(model, values, attempt, "zeros by trial")

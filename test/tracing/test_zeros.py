@@ -1,0 +1,71 @@
+"""Encoders whose zeros are taken anew for each trial."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cdp_ident.fit.motion_model import ActiveEffect, Mechanism, MotionModel
+from cdp_ident.fit.prior import Prior
+from cdp_ident.fit.refinement import fit_initial_states, refine
+from cdp_ident.fit.windows import cut_into_windows
+from cdp_ident.model.effects.catalogue import CATALOGUE
+from cdp_ident.model.parameters import SYMBOLS, groups_of
+from cdp_ident.tracing.evidence import Attempt
+from cdp_ident.tracing.selection import Progress
+from cdp_ident.tracing.zeros import fit_zeros_by_trial, largest_zeros
+from reference.pendulum import TABLE_5
+from scenarios.twin import TEN_SECONDS, twin
+
+TRUTH = groups_of([TABLE_5[symbol] for symbol in SYMBOLS], TABLE_5["L"])
+MODEL = MotionModel(Mechanism.of(Prior()))
+STARTS = ((2.2, 2.6, 0.0, 0.0), (2.0, 2.9, 0.0, 0.0), (2.5, 2.1, 0.0, 0.0))
+NOISE = 5e-4
+ZEROS = np.array([[0.02, -0.03], [-0.01, 0.05], [0.03, 0.01]])
+"""Of the inner and the outer encoder in each trial [rad]."""
+
+
+@pytest.fixture(scope="module")
+def trials():
+    times = TEN_SECONDS[:1200]
+    rngs = map(np.random.default_rng, range(len(STARTS)))
+    return [twin(rng, start=s, times=times, noise=NOISE, tolerance=1e-8) for rng, s in zip(rngs, STARTS, strict=True)]
+
+
+def progress_of(trials, zeros):
+    off = [replace(trial, theta=trial.theta + np.cumsum(zero)) for trial, zero in zip(trials, zeros, strict=True)]
+    windows = cut_into_windows(off, 1.5)
+    fit = refine(MODEL, TRUTH, [window for window in windows if window.trial < 2])
+    return Progress(Attempt(fit, fit_initial_states(MODEL, fit.values, [w for w in windows if w.trial == 2])), NOISE)
+
+
+def test_zeros_of_each_trial_are_found_those_of_a_trial_kept_out_among_them(trials):
+    progress = progress_of(trials, ZEROS)
+    fit_zeros_by_trial(progress)
+    fit, holdout = progress.current.fit, progress.current.holdout
+    assert fit.model.zeros == (0, 1)
+    assert [fit.values[fit.model.zero_places(k)] for k in range(2)] == pytest.approx(ZEROS[:2], abs=2e-4)
+    assert holdout.values[holdout.model.zero_places(2)] == pytest.approx(ZEROS[2], abs=2e-4)
+    assert fit.values[fit.model.of_rig] == pytest.approx(TRUTH, rel=0.01)
+    assert np.array_equal(holdout.values[holdout.model.of_rig], fit.values[fit.model.of_rig])
+    assert max(fit.rmse(), holdout.rmse()) < 1.2 * NOISE  # its counts add to it
+    assert largest_zeros(progress.current) == pytest.approx([0.02, 0.05], abs=2e-4)
+
+
+@pytest.mark.parametrize("zeros", [np.zeros((3, 2)), np.tile([0.01, -0.02], (3, 1))])
+def test_zeros_that_are_right_or_off_by_the_same_in_all_trials_are_left_to_the_effects(trials, zeros):
+    progress = progress_of(trials, zeros)
+    fit_zeros_by_trial(progress)
+    assert progress.current.model.zeros == ()
+
+
+def test_a_model_with_more_effects_keeps_the_zeros(trials):
+    progress = progress_of(trials, ZEROS)
+    fit_zeros_by_trial(progress)
+    model = progress.current.model
+    spring = next(e for e in CATALOGUE if e.key == "joint_spring.inner")
+    sprung = model.with_effect(ActiveEffect(spring))
+    assert sprung.names == (*model.names, "joint_spring.inner.stiffness", "joint_spring.inner.torque")
+    assert sprung.without_effect(0)[0] == model
+    values = np.concatenate([progress.current.fit.values, [0.3, 0.1]])
+    assert values[sprung.places(0)].tolist() == [0.3, 0.1]
