@@ -21,6 +21,8 @@ _KEPT = 0.5
 """A refit over whole windows has arrived if it gains that share of what the score test promises."""
 _AS_GOOD = 1.05
 """Initial states have arrived if the error over windows kept out is not larger than that many times what it was."""
+_LIKE_THE_FIT = 1.5
+"""And if it is not larger than that many times the fit's."""
 
 
 Certainty = Literal["named", "probable", "acts_like", "unknown"]
@@ -228,7 +230,8 @@ def _refit(model: MotionModel, values: Array, before: Fit, expected: float) -> F
 def _attempt(fit: Fit, kept_out: Fit) -> Attempt:
     """Return a fit with its initial states over the windows kept out, which another model has been fitted to before."""
     at_once = refine(fit.model, fit.values, kept_out.windows, hold_values=True)
-    if at_once.converged and at_once.squared_error < _AS_GOOD * kept_out.squared_error:
+    arrived = at_once.squared_error < _AS_GOOD * kept_out.squared_error and at_once.rmse() < _LIKE_THE_FIT * fit.rmse()
+    if at_once.converged and arrived:
         return Attempt(fit, at_once)
     grown = fit_initial_states(fit.model, fit.values, kept_out.windows)
     return Attempt(fit, min(at_once, grown, key=lambda found: found.squared_error))
