@@ -31,6 +31,12 @@ def curvature(fit: Fit) -> Array:
     return total
 
 
+def downhill(fit: Fit) -> Array:
+    """Return half the slope (unknowns,) of a fit's squared error, downwards, its starts following."""
+    parts = zip(reduced_sensitivities(fit), fit.weights, fit.residuals, strict=True)
+    return np.asarray(sum(np.einsum("nrp,nr->p", sensitivity, weight * r) for sensitivity, weight, r in parts))
+
+
 def effective_unknowns(fit: Fit) -> float:
     """Return how many unknowns a fit adjusts: fewer than there are where a penalty keeps some of them together."""
     penalty = fit.model.penalty

@@ -9,9 +9,9 @@ import numpy.typing as npt
 from scipy.linalg import block_diag
 
 from cdp_ident.fit.prior import Prior
+from cdp_ident.fit.stiffness import Stiffness, penalty
 from cdp_ident.fit.windows import Window
 from cdp_ident.model.effects.constants import effect_constants, outer_rod_length
-from cdp_ident.model.effects.curves import penalties
 from cdp_ident.model.effects.effect import Effect, EffectParameter, Form, TorqueEffect
 from cdp_ident.model.effects.readings import encoder_readings
 from cdp_ident.model.parameters import COEFFICIENTS, GROUPS, SYMBOLS, coefficients_of
@@ -36,8 +36,8 @@ class ActiveEffect:
     effect: Effect
     trial: int | None = None
     """For an effect that happens once: in which trial."""
-    stiffness: tuple[float, float] = (0.0, 0.0)
-    """For a curve: what the squares of its coefficients and of its bends add to the cost [rad^2]; see `penalties`."""
+    stiffness: Stiffness = ()
+    """For a curve that is fitted: the weights of its penalties."""
 
     @cached_property
     def fitted(self) -> tuple[EffectParameter, ...]:
@@ -47,10 +47,9 @@ class ActiveEffect:
     @property
     def penalty(self) -> Array:
         """(k, k) what its fitted parameters add to the cost, as a quadratic form [rad^2]."""
-        if self.effect.curve is None:
+        if self.effect.curve is None or not self.stiffness:
             return np.zeros((len(self.fitted),) * 2)
-        size, bends = penalties(self.effect.curve)
-        return self.stiffness[0] * size + self.stiffness[1] * bends
+        return penalty(self.effect.curve, self.stiffness)
 
     def all_values(self, fitted: Array) -> list[float]:
         """Return the values of all its parameters, given those of the fitted ones."""

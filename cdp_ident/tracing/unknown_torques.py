@@ -10,7 +10,9 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
+from cdp_ident.diagnosis.uncertainty import curvature, downhill
 from cdp_ident.fit.motion_model import ActiveEffect
+from cdp_ident.fit.stiffness import Stiffness
 from cdp_ident.model.effects.curves import CURVES
 from cdp_ident.model.effects.effect import Effect, Form, TorqueEffect
 from cdp_ident.tracing.acceptance import earns_its_place, fits_of
@@ -29,8 +31,8 @@ _REFITS = 2
 """Curves that are fitted, of those that look best by each of two score tests."""
 _NEAR_THE_BEST = 0.3
 """A curve that gains a smaller share in the score test than the best one is not fitted."""
-_LOOSER = 10.0
-"""How much looser a curve becomes at a time."""
+_BETTER = 0.98
+"""Stiffness is found anew as long as the error over windows kept out falls to that share of it."""
 
 
 def add_unknown_torques(progress: Progress) -> None:
@@ -49,7 +51,7 @@ def add_unknown_torques(progress: Progress) -> None:
         accepted = [attempt for attempt in found if _earns_its_place(current, attempt)]
         if not accepted:
             return
-        best = min(accepted, key=lambda attempt: change(current, attempt).bic)
+        best = progress.finished(min(accepted, key=lambda attempt: change(current, attempt).bic))
         key = best.model.effects[-1].effect.key
         before_and_after = f"{1e3 * current.holdout.rmse():.3g} -> {1e3 * best.holdout.rmse():.3g} mrad"
         progress.note(f"added {key}", best, f"added {key}: {before_and_after} on windows kept out")
@@ -96,18 +98,32 @@ def _promising(attempt: Attempt, curves: Sequence[TorqueEffect]) -> list[Candida
 def _fitted(progress: Progress, candidate: Candidate) -> list[Attempt]:
     """Return the model with a curve; none where it cannot be fitted.
 
-    It is as stiff at first as the score test says. What stands out at one place and is smooth elsewhere asks for less:
-    it is let loose as long as that lowers the error over the motion kept out of the fit.
+    It is as stiff at first as the score test says, and then as the fit says, as long as that lowers the error over the
+    motion kept out of it. A curve that fits worse than nothing, or than the friction that it replaces, has gone astray.
     """
     best: Attempt | None = None
     attempts = _begun(progress, candidate)
-    while attempts and (best is None or attempts[-1].holdout.rmse() < best.holdout.rmse()):
+    while attempts and attempts[-1].fit.squared_error < progress.current.fit.squared_error:
+        if best is not None and attempts[-1].holdout.rmse() > _BETTER * best.holdout.rmse():
+            break
         best = attempts[-1]
         last = len(best.model.effects) - 1
-        active = best.model.effects[last]
-        looser = replace(active, stiffness=(active.stiffness[0] / _LOOSER, active.stiffness[1] / _LOOSER))
-        attempts = progress.replaced(best, last, looser, best.fit.values[best.model.places(last)])
+        changed = replace(best.model.effects[last], stiffness=_stiffness(best))
+        attempts = progress.replaced(best, last, changed, best.fit.values[best.model.places(last)])
     return [best] if best else []
+
+
+def _stiffness(attempt: Attempt) -> Stiffness:
+    """Return how stiff the last effect, a curve, is to be as its fit says."""
+    active, place = attempt.model.effects[-1], attempt.model.places(len(attempt.model.effects) - 1)
+    assert active.effect.curve
+    values, penalties = attempt.fit.values, attempt.model.penalty
+    bent, pull = curvature(attempt.fit) + penalties, downhill(attempt.fit) - penalties @ values
+    others, across = bent[: place.start, : place.start], bent[: place.start, place]
+    held = np.linalg.pinv(others, rcond=1e-14, hermitian=True) @ np.column_stack([across, pull[: place.start]])
+    matrix = bent[place, place] - active.penalty - across.T @ held[:, :-1]
+    right = (matrix + active.penalty) @ values[place] + pull[place] - across.T @ held[:, -1]
+    return smooth_curve(active.effect.curve, matrix, right, expected_variance(attempt.fit, 0.0)).stiffness
 
 
 def _begun(progress: Progress, candidate: Candidate) -> list[Attempt]:

@@ -83,8 +83,7 @@ coefficients = physical_coefficients(NOMINAL)
 constants, start = effect_constants(coefficients, NOMINAL["L"], 0.4), np.array([1.0, -2.0, 3.0, -4.0])
 effects = [effect for effect in CATALOGUE if isinstance(effect, TorqueEffect)]
 typical = {
-    effect: [0.05 + 0.001 * k if effect.curve else parameter.typical for k, parameter in enumerate(effect.parameters)]
-    for effect in effects
+    effect: [parameter.typical for parameter in effect.parameters] for effect in effects
 }
 most = max(map(len, typical.values()))
 if sys.argv[1] == "each torque alone first":

@@ -105,7 +105,7 @@ def test_a_cart_that_gives_way_adds_its_acceleration_to_the_rods():
     ids=lambda effect: effect.key,
 )
 def test_an_effect_has_a_linear_part_just_where_the_smallest_motions_feel_it_in_proportion(effect):
-    typical = [0.05 + 0.001 * k if effect.curve else p.typical for k, p in enumerate(effect.parameters)]
+    typical = [parameter.typical for parameter in effect.parameters]
     alone = Torques.of([(effect, typical)], effect_constants(COEFFICIENTS, TABLE_2["L"], 0.4))
 
     def added(state):

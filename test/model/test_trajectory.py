@@ -48,8 +48,6 @@ INEXACT = {
 
 
 def typical(effect):
-    if effect.curve:
-        return [0.5 + 0.2 * np.sin(0.4 * k) for k in range(effect.curve.count)]
     values = [parameter.typical for parameter in effect.parameters]
     return [values[0], BEGIN + 0.7] if effect.at_an_instant else values
 

@@ -82,15 +82,6 @@ def basis(curve: Curve, at: Array) -> Array:
     return np.where(away < 1.0, near, far)
 
 
-def penalties(curve: Curve) -> tuple[Array, Array]:
-    """Return two matrices (count, count): how large the coefficients are, and how far from a straight line."""
-    identity = np.eye(curve.count)
-    bends = np.diff(identity, 2, axis=0)
-    if curve.over == "angle":
-        bends = np.roll(identity, -1, axis=0) - 2.0 * identity + np.roll(identity, 1, axis=0)
-    return identity, bends.T @ bends
-
-
 def _in_both(
     name: str, description: str, formula: str, curve: Curve, law: Compilable, lowest: float, dry: bool
 ) -> tuple[TorqueEffect, ...]:

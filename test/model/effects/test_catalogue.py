@@ -75,8 +75,6 @@ def torque_of(effect, state, values, time=0.0, constants=CONSTANTS):
 
 
 def typical(effect):
-    if effect.curve:
-        return [0.05 + 0.02 * math.sin(k) for k in range(effect.curve.count)]
     values = [parameter.typical for parameter in effect.parameters]
     return [values[0], 0.305] if effect.at_an_instant else values
 

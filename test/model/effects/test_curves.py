@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cdp_ident.model.effects.catalogue import joint_law, kind_of
-from cdp_ident.model.effects.curves import CURVES, basis, penalties
+from cdp_ident.model.effects.curves import CURVES, basis
 
 EACH = pytest.mark.parametrize("effect", CURVES, ids=lambda effect: effect.key)
 
@@ -65,12 +65,3 @@ def test_over_the_angle_it_repeats_with_each_turn():
 def test_speeds_beyond_all_that_occur_change_nothing_more():
     curve = next(effect.curve for effect in CURVES if effect.curve.over == "speed")
     np.testing.assert_array_equal(basis(curve, np.array([1e3])), basis(curve, np.array([1e6])))
-
-
-@EACH
-def test_what_does_not_bend_is_not_held_back(effect):
-    size, bends = penalties(effect.curve)
-    even, rising = np.ones(effect.curve.count), np.arange(effect.curve.count, dtype=float)
-    assert even @ bends @ even == pytest.approx(0.0, abs=1e-12)
-    assert (rising @ bends @ rising == pytest.approx(0.0, abs=1e-9)) == (effect.curve.over == "speed")
-    assert even @ size @ even == effect.curve.count
