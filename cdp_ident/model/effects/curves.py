@@ -86,7 +86,10 @@ def _in_both(
     name: str, description: str, formula: str, curve: Curve, law: Compilable, lowest: float, dry: bool
 ) -> tuple[TorqueEffect, ...]:
     joints: tuple[Joint, ...] = ("inner", "outer")
-    parameters = tuple(EffectParameter(f"c{k}", "N m", lowest, 500.0, 0.0, inertia_power=1) for k in range(curve.count))
+    parameters = tuple(
+        EffectParameter(f"c{k}", "N m", lowest, 500.0, 0.5 + 0.2 * math.sin(0.4 * k), inertia_power=1)
+        for k in range(curve.count)
+    )
     source = "P-splines: Eilers and Marx, Statistical Science 11, 1996"
     return tuple(
         TorqueEffect(
