@@ -4,17 +4,24 @@ PYTHON ?= python3
 VENV := $(CURDIR)/.venv
 BIN := $(VENV)/bin
 SHARED := $(wildcard config/* launch/* urdf/*)
-# Nodes of tests and demonstrations find each other on this machine only, on a domain of this run's own.
-ROS := export HOME="$${HOME:-/tmp}" ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST ROS_DOMAIN_ID=$$(( $$$$ % 100 + 1 )) \
+# Nodes of tests and demonstrations find each other on this machine only, on a domain of this run's own. They are started
+# often, so their bytecode is kept.
+ROS := export PYTHONDONTWRITEBYTECODE= HOME="$${HOME:-/tmp}" ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST ROS_DOMAIN_ID=$$(( $$$$ % 100 + 1 )) \
        VIRTUAL_ENV="$(VENV)" PATH="$(BIN):$$PATH" AMENT_PREFIX_PATH="$(VENV)"; . install/setup.bash;
 
-.PHONY: demo test check format bench build clean
+# One process more than there are cores: tests of nodes often wait.
+ALL_CORES := --numprocesses=$$(( $$(nproc) + 1 )) --dist=worksteal
+
+.PHONY: demo test test-all check format bench build clean
 
 demo: build  ## the data's whole way, from an emulated rig to served parameters, in two minutes
 	@$(ROS) $(BIN)/python -m cdp_ident demo
 
-test: build  ## all tests, nodes included, shared out over the cores
-	@$(ROS) $(BIN)/python -m pytest --numprocesses=auto --dist=loadfile
+test: build  ## every behaviour, nodes included, shared out over the cores
+	@$(ROS) $(BIN)/python -m pytest $(ALL_CORES)
+
+test-all: build  ## the same with many more truths, seeds, kills and examples: before a release, and each night
+	@$(ROS) $(BIN)/python -m pytest $(ALL_CORES) -m "" --hypothesis-profile=campaign
 
 check: $(VENV)/.ready  ## format, lint, types and which room imports which
 	$(BIN)/ruff format --check .

@@ -9,7 +9,7 @@ from typing import NoReturn
 
 from cdp_ident.errors import CdpIdentError, OptionError
 
-EXIT_BAD_INPUT = 2
+EXIT_BAD_INPUT = CdpIdentError.exit_code
 EXIT_INTERRUPTED = 130
 
 
@@ -34,7 +34,7 @@ def entry_point(body: Callable[[list[str]], int]) -> Callable[[Sequence[str] | N
     """Make the entry point of an executable from its body.
 
     The body takes the arguments after the executable's name and returns the exit code. Bad input, which the body
-    reports by raising a `CdpIdentError`, ends as one line on stderr and exit code 2, never as a traceback.
+    reports by raising a `CdpIdentError`, ends as one line on stderr and the error's exit code, never as a traceback.
     """
     name = body.__module__.rpartition(".")[2]
 
@@ -44,7 +44,7 @@ def entry_point(body: Callable[[list[str]], int]) -> Callable[[Sequence[str] | N
             return body(list(sys.argv[1:] if arguments is None else arguments))
         except CdpIdentError as error:
             print(f"{name}: error: {' '.join(str(error).split())}", file=sys.stderr)
-            return EXIT_BAD_INPUT
+            return error.exit_code
         except KeyboardInterrupt:
             print(f"{name}: interrupted", file=sys.stderr)
             return EXIT_INTERRUPTED

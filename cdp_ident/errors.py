@@ -5,7 +5,9 @@ A message says what was wrong, where (file, topic, joint, time), what was expect
 
 
 class CdpIdentError(Exception):
-    """Root of every error that a user can cause and mend; commands print it as one line and exit with code 2."""
+    """Root of every error that a user can cause and mend; commands print it as one line and exit with its code."""
+
+    exit_code = 2
 
 
 class OptionError(CdpIdentError):
@@ -22,6 +24,12 @@ class TrialError(CdpIdentError):
 
 class IdentificationError(CdpIdentError):
     """The trials are good, but the search or the fit cannot work with them."""
+
+
+class FitFailedError(IdentificationError):
+    """The model's best motion is not the measured one: nothing that was fitted means anything."""
+
+    exit_code = 3
 
 
 class SimulationError(CdpIdentError):

@@ -23,11 +23,11 @@ _COUNT = math.tau / 8000
 _FIRST_STAMP = 1_717_156_800_000_000_000
 
 
-def write_clean_bags(folder: Path, values: Mapping[str, float] = TABLE_5) -> None:
-    """Write the bags: each hangs for 1 s, is led up and held for 3 s, and swings freely for 14 s."""
+def write_clean_bags(folder: Path, values: Mapping[str, float] = TABLE_5, swing: float = 14.0) -> None:
+    """Write the bags: each hangs for 1 s, is led up and held for 3 s, and swings freely for so long [s]."""
     for name, start in STARTS.items():
         with BagWriter(folder / name) as writer:
-            for i, measured in enumerate(_positions(start, values)):
+            for i, measured in enumerate(_positions(start, values, swing)):
                 stamp = _FIRST_STAMP + i * 1_000_000_000 // _RATE
                 writer.write("/joint_states", MESSAGE_TYPE, stamp, serialize_joint_state(NAMES, measured, stamp))
             writer.close({})
@@ -39,8 +39,10 @@ def clean_trials(folder: Path) -> tuple[Trial, ...]:
     return tuple(load_trial(folder / name) for name in STARTS)
 
 
-def _positions(start: tuple[float, float], values: Mapping[str, float]) -> Array:
-    script = (Wait(1.0), Hold(*start, within=1.5), Wait(1.5), LetGo(), Wait(14.0))
-    cart, theta1, theta2 = Motion(physical_coefficients(values), script, 1 / _RATE).advance(18 * _RATE).T[:3]
+def _positions(start: tuple[float, float], values: Mapping[str, float], swing: float) -> Array:
+    script = (Wait(1.0), Hold(*start, within=1.5), Wait(1.5), LetGo(), Wait(swing))
+    cart, theta1, theta2 = (
+        Motion(physical_coefficients(values), script, 1 / _RATE).advance(round((4.0 + swing) * _RATE)).T[:3]
+    )
     joints = np.column_stack([theta1, theta2 - theta1])
     return np.column_stack([cart, np.round(joints / _COUNT) * _COUNT])

@@ -4,10 +4,13 @@ import os
 import signal
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import settings
 
 from cdp_ident.configuration.settings import Settings
+from cdp_ident.model.parameters import NOMINAL, physical_coefficients
+from cdp_ident.model.simulation import simulate
 from cdp_ident.pipeline.job import load, run
 from cdp_ident.report.contents import report
 from cdp_ident.report.curves import curves
@@ -24,8 +27,9 @@ _DOMAIN = int(os.environ.get("ROS_DOMAIN_ID", os.getpid()))
 os.environ["ROS_DOMAIN_ID"] = str((_DOMAIN - 1 + _WORKER) % 100 + 1)
 
 # The first example of a property may have to compile the model; how long an example takes says nothing about it.
-settings.register_profile("cdp_ident", deadline=None)
-settings.load_profile("cdp_ident")
+settings.register_profile("quick", deadline=None, max_examples=20)
+settings.register_profile("campaign", deadline=None, max_examples=300)
+settings.load_profile("quick")
 
 _DEFAULT_HANDLERS = {
     signal.SIGINT: signal.default_int_handler,
@@ -43,6 +47,17 @@ def arriving_signals():
     """
     for number, handler in _DEFAULT_HANDLERS.items():
         signal.signal(number, handler)
+
+
+def pytest_sessionstart(session):
+    """Compile the longest loop once, before several processes share the tests out and each compiles it."""
+    if getattr(session.config.option, "numprocesses", None):
+        simulate(physical_coefficients(NOMINAL), np.zeros(4), np.zeros(1))
+
+
+def pytest_collection_modifyitems(items):
+    """Let the tests of the one identification come first and together, so that one process makes it for all of them."""
+    items.sort(key=lambda item: "outcome" not in item.fixturenames)
 
 
 BAGS = Path(__file__).parents[1] / "bags"

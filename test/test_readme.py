@@ -30,7 +30,7 @@ def test_the_library_s_example_runs():
 
 def test_the_configuration_is_accepted(tmp_path):
     (tmp_path / "rig.yaml").write_text(block("yaml"))
-    settings = Settings.of(read_parameter_file(tmp_path / "rig.yaml", "identify"))
+    settings = Settings.of(read_parameter_file(tmp_path / "rig.yaml", "identify").taken())
     assert dict(settings.identify.prior.known) == {"m0": 0.208}
 
 

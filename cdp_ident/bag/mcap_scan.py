@@ -1,7 +1,7 @@
 """One pass through an MCAP file that keeps every complete chunk, whether or not the file was finished."""
 
 import struct
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
@@ -36,6 +36,8 @@ class Topic:
     serialization: str
     schema: tuple[str, bytes]
     """Encoding and text of the message's definition."""
+    described: Mapping[str, str]
+    """What rosbag2 says of it: `offered_qos_profiles` and `topic_type_hash`."""
 
 
 class McapScan:
@@ -131,8 +133,10 @@ class McapScan:
             elif opcode == Opcode.CHANNEL:
                 channel = Channel.read(ReadDataStream(BytesIO(record)))
                 schema = self._schemas.get(channel.schema_id, Schema(id=0, name="", encoding="", data=b""))
-                described = (schema.encoding, schema.data)
-                self.topics[channel.id] = Topic(channel.topic, schema.name, channel.message_encoding, described)
+                definition = (schema.encoding, schema.data)
+                self.topics[channel.id] = Topic(
+                    channel.topic, schema.name, channel.message_encoding, definition, channel.metadata
+                )
         except _GARBLED:
             return  # its messages are then counted as orphaned
 

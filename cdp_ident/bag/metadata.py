@@ -1,6 +1,6 @@
 """The `metadata.yaml` of a rosbag2 folder, in the version that ROS 2 Jazzy writes."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,22 +9,25 @@ import yaml
 METADATA_FILE = "metadata.yaml"
 METADATA_VERSION = 9
 ROS_DISTRO = "jazzy"
-_INFINITE = {"sec": 9223372036, "nsec": 854775807}
+INFINITE = {"sec": 9223372036, "nsec": 854775807}
 
-OFFERED_QOS_PROFILES: list[dict[str, Any]] = [
+QosProfile = dict[str, Any]
+"""One quality of service, as rosbag2 writes it."""
+
+OFFERED_QOS_PROFILES: Sequence[QosProfile] = [
     {
         "history": "keep_last",
         "depth": 10,
         "reliability": "reliable",
         "durability": "volatile",
-        "deadline": _INFINITE,
-        "lifespan": _INFINITE,
+        "deadline": INFINITE,
+        "lifespan": INFINITE,
         "liveliness": "automatic",
-        "liveliness_lease_duration": _INFINITE,
+        "liveliness_lease_duration": INFINITE,
         "avoid_ros_namespace_conventions": False,
     }
 ]
-"""What `ros2 bag play` shall offer: ROS's default profile, which every subscription can receive."""
+"""What `ros2 bag play` shall offer where nothing else is known: ROS's default profile, for every subscription."""
 
 
 @dataclass
@@ -34,6 +37,7 @@ class TopicCount:
     name: str
     message_type: str
     type_hash: str
+    offered: Sequence[QosProfile]
     message_count: int = 0
 
 
@@ -47,6 +51,16 @@ class _Dumper(yaml.SafeDumper):
 def dump_yaml(value: object) -> str:
     """Return a value as block-style YAML with its keys in the order given."""
     return yaml.dump(value, Dumper=_Dumper, default_flow_style=False, sort_keys=False, allow_unicode=True)
+
+
+def read_offered(text: str) -> Sequence[QosProfile]:
+    """Return the profiles that a topic's description in an MCAP file tells; the default where it tells none."""
+    try:
+        offered = yaml.safe_load(text)
+    except (yaml.YAMLError, ValueError, RecursionError):
+        return OFFERED_QOS_PROFILES
+    usable = isinstance(offered, list) and offered and all(isinstance(profile, dict) for profile in offered)
+    return offered if usable else OFFERED_QOS_PROFILES
 
 
 def bag_information(
@@ -71,7 +85,7 @@ def bag_information(
                     "name": topic.name,
                     "type": topic.message_type,
                     "serialization_format": "cdr",
-                    "offered_qos_profiles": OFFERED_QOS_PROFILES,
+                    "offered_qos_profiles": list(topic.offered),
                     "type_description_hash": topic.type_hash,
                 },
                 "message_count": topic.message_count,

@@ -6,7 +6,7 @@ import struct
 from array import array
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -14,15 +14,15 @@ import numpy as np
 import numpy.typing as npt
 import zstandard
 
+from cdp_ident.bag.device_messages import DeviceMessages, DeviceTime
 from cdp_ident.bag.joint_state import HEAD_OFFSET, MESSAGE_TYPE, NANOSECONDS, STAMP_OFFSET, Layout, parse_layout
 from cdp_ident.bag.mcap_scan import McapScan
+from cdp_ident.bag.message_compression import plain_message
 from cdp_ident.bag.sqlite_scan import sqlite_messages, sqlite_topics
 from cdp_ident.errors import BagError
 
 _MESSAGE_TYPES = (MESSAGE_TYPE, "sensor_msgs/JointState")
 _SQLITE_MAGIC = b"SQLite format 3\0"
-_ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
-_LARGEST_MESSAGE = 1 << 20
 _LAYOUTS_AT_HAND = 8
 _MOST_JOINTS = 256
 
@@ -42,6 +42,8 @@ class JointRecording:
     """(n, joints) positions as recorded [rad or m]; NaN where a message does not name the joint."""
     notes: tuple[str, ...]
     """What was dropped or noticed while reading, in words, with numbers."""
+    device: DeviceTime | None = None
+    """The device's own time of the samples, where the bag has it."""
 
 
 def read_joint_states(bag: Path, topic: str) -> JointRecording:
@@ -49,18 +51,26 @@ def read_joint_states(bag: Path, topic: str) -> JointRecording:
 
     `bag` is a folder or one .mcap or .db3 file, also compressed as a whole (.zstd) or by message. `metadata.yaml` is
     not needed. Of a file whose recorder was killed every complete chunk is read. The time of a sample is its header's
-    stamp; where most messages have none, it is the time of receipt.
+    stamp; where most messages have none, it is the time of receipt. Where the bag has `sensor_msgs/TimeReference`
+    messages with the samples' stamps, they are the device's own times.
+
+    A topic without a leading `/` that the bag does not have stands for its one topic of joint states, in whatever
+    namespace.
 
     Raises BagError where something cannot be read or the topic holds no JointState.
     """
-    topic = f"/{topic.lstrip('/')}"
-    joints, notes, types = _JointStates(), [], dict[str, str]()
+    asked, topic = topic, f"/{topic.lstrip('/')}"
+    joints, devices, notes, types = _JointStates(), DeviceMessages(), [], dict[str, str]()
     for file in _storage_files(bag):
         with _uncompressed(file) as plain:
-            notes += _read_file(plain, file, topic, joints, types)
+            notes += _read_file(plain, file, topic, joints, devices, types)
     if types.get(topic) not in _MESSAGE_TYPES:
-        raise BagError(_wrong_topic(bag, topic, types))
-    return joints.recording(_name(bag), topic, notes)
+        suitable = sorted(name for name, message_type in types.items() if message_type in _MESSAGE_TYPES)
+        if topic not in types and len(suitable) == 1 and not asked.startswith("/"):
+            found = read_joint_states(bag, suitable[0])
+            return replace(found, notes=(f"joint states are those on {suitable[0]}", *found.notes))
+        raise BagError(_wrong_topic(bag, topic, types, suitable))
+    return _with_device(joints.recording(_name(bag), topic, notes), devices)
 
 
 def _storage_files(bag: Path) -> list[Path]:
@@ -97,8 +107,10 @@ def _uncompressed(file: Path) -> Iterator[Path]:
         yield plain
 
 
-def _read_file(file: Path, shown: Path, topic: str, joints: _JointStates, types: dict[str, str]) -> list[str]:
-    """Add the messages of one file to `joints` and its topics to `types`; return what there is to say about it."""
+def _read_file(
+    file: Path, shown: Path, topic: str, joints: _JointStates, devices: DeviceMessages, types: dict[str, str]
+) -> list[str]:
+    """Add a file's messages to `joints` and `devices`, its topics to `types`; return what there is to say about it."""
     try:
         with file.open("rb") as stream:
             is_sqlite = stream.read(len(_SQLITE_MAGIC)) == _SQLITE_MAGIC
@@ -109,17 +121,22 @@ def _read_file(file: Path, shown: Path, topic: str, joints: _JointStates, types:
         if types.get(topic) in _MESSAGE_TYPES:
             for stamp, data in sqlite_messages(file, topic):
                 joints.add(stamp, data)
+        for name, message_type in types.items():
+            if message_type in DeviceMessages.TYPES:
+                for _, data in sqlite_messages(file, name):
+                    devices.add(name, message_type, data)
         return []
     scan = McapScan(file)
     for channel, stamp, data in scan.messages():
         if channel.name == topic and channel.message_type in _MESSAGE_TYPES:
             joints.add(stamp, data)
+        elif channel.message_type in DeviceMessages.TYPES:
+            devices.add(channel.name, channel.message_type, data)
     types.update({channel.name: channel.message_type for channel in scan.topics.values()})
     return [f"{shown.name}: {damage}"] if (damage := scan.damage()) else []
 
 
-def _wrong_topic(bag: Path, topic: str, types: dict[str, str]) -> str:
-    suitable = sorted(name for name, message_type in types.items() if message_type in _MESSAGE_TYPES)
+def _wrong_topic(bag: Path, topic: str, types: dict[str, str], suitable: list[str]) -> str:
     if topic in types:
         found = f"topic {topic} of {bag} holds {types[topic]}, not {MESSAGE_TYPE}"
     else:
@@ -127,6 +144,20 @@ def _wrong_topic(bag: Path, topic: str, types: dict[str, str]) -> str:
     if suitable:
         return f"{found}; joint states are on {', '.join(suitable)}: name that topic"
     return f"{found}; no topic of it holds joint states (it has {', '.join(sorted(types)) or 'no topics at all'})"
+
+
+def _with_device(recording: JointRecording, devices: DeviceMessages) -> JointRecording:
+    """Add the device's time to a recording; the few samples that lack it, at the ends, are dropped."""
+    found = devices.device_time(recording.stamps)
+    if found is None:
+        return recording
+    device, known = found
+    notes = recording.notes
+    if not np.all(known):
+        notes = (*notes, f"{np.count_nonzero(~known)} samples without the device's own time are dropped")
+    return replace(
+        recording, stamps=recording.stamps[known], positions=recording.positions[known], notes=notes, device=device
+    )
 
 
 def _name(bag: Path) -> str:
@@ -174,8 +205,7 @@ class _JointStates:
         """Add one message: its time of receipt [ns since the epoch] and its bytes."""
         row = len(self._receipts)
         try:
-            if raw[:4] == _ZSTD_MAGIC:
-                raw = zstandard.ZstdDecompressor().decompress(raw, max_output_size=_LARGEST_MESSAGE)
+            raw = plain_message(raw)
             if not any(group.take(row, raw) for group in self._at_hand):
                 group = _Alike(parse_layout(raw))
                 group.take(row, raw)

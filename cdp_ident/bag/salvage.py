@@ -10,7 +10,7 @@ from pathlib import Path
 from mcap.writer import MCAP0_MAGIC
 
 from cdp_ident.bag.mcap_scan import McapScan
-from cdp_ident.bag.metadata import METADATA_FILE
+from cdp_ident.bag.metadata import METADATA_FILE, read_offered
 from cdp_ident.bag.writer import BagWriter
 from cdp_ident.errors import BagError
 
@@ -83,7 +83,10 @@ def _write_anew(original: Path, folder: Path) -> tuple[Salvaged, bool]:
     messages, first, last = 0, 0, 0
     with BagWriter(folder, original.name) as writer:
         for topic, stamp, data in scan.messages():
-            writer.add_topic(topic.name, topic.message_type, topic.schema)
+            if topic.name not in writer.topics:
+                type_hash = topic.described.get("topic_type_hash", "")
+                offered = read_offered(topic.described.get("offered_qos_profiles", ""))
+                writer.add_topic(topic.name, topic.message_type, topic.schema, type_hash, offered)
             writer.write(topic.name, topic.message_type, stamp, data)
             first, last = (min(first, stamp), max(last, stamp)) if messages else (stamp, stamp)
             messages += 1

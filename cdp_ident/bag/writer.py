@@ -2,7 +2,7 @@
 
 import fcntl
 import os
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping, Sequence
 from contextlib import nullcontext, suppress
 from pathlib import Path
 from types import TracebackType
@@ -12,7 +12,14 @@ from mcap.writer import Writer
 from rosbags.typesys.base import TypesysError
 
 from cdp_ident.bag.joint_state import typestore
-from cdp_ident.bag.metadata import METADATA_FILE, OFFERED_QOS_PROFILES, TopicCount, bag_information, dump_yaml
+from cdp_ident.bag.metadata import (
+    METADATA_FILE,
+    OFFERED_QOS_PROFILES,
+    QosProfile,
+    TopicCount,
+    bag_information,
+    dump_yaml,
+)
 from cdp_ident.errors import BagError
 
 
@@ -51,19 +58,30 @@ class BagWriter:
         """Messages written so far."""
         return sum(topic.message_count for _, topic in self._channels.values())
 
-    def add_topic(self, topic: str, message_type: str, schema: tuple[str, bytes] | None = None) -> None:
+    @property
+    def topics(self) -> Collection[str]:
+        """The topics declared so far."""
+        return self._channels.keys()
+
+    def add_topic(
+        self,
+        topic: str,
+        message_type: str,
+        schema: tuple[str, bytes] | None = None,
+        type_hash: str = "",
+        offered: Sequence[QosProfile] = OFFERED_QOS_PROFILES,
+    ) -> None:
         """Declare a topic; `write` does so by itself for the message types of ROS's common interfaces.
 
-        `message_type` is the full name (`sensor_msgs/msg/JointState`), `schema` the encoding (`ros2msg`, `ros2idl`) and
-        text of its definition where it is not one of those. Raises BagError where the type is not known, or the topic
-        is there with another type.
+        `message_type` is the full name (`sensor_msgs/msg/JointState`); `schema` is the encoding (`ros2msg`, `ros2idl`)
+        and text of its definition and `type_hash` its hash, where it is not one of those; `offered` is the quality of
+        service of its publishers. Raises BagError where the type is not known, or the topic is there with another type.
         """
         if topic in self._channels:
             known = self._channels[topic][1].message_type
             if known != message_type:
                 raise BagError(f"topic {topic} of {self.folder} holds {known}: {message_type} cannot go there too")
             return
-        type_hash = ""
         if schema is None:
             try:
                 definition, _ = typestore().generate_msgdef(message_type, ros_version=2)
@@ -73,9 +91,9 @@ class BagWriter:
             schema = ("ros2msg", definition.encode())
         if message_type not in self._schemas:
             self._schemas[message_type] = self._writer.register_schema(message_type, *schema)
-        described = {"offered_qos_profiles": dump_yaml(OFFERED_QOS_PROFILES), "topic_type_hash": type_hash}
+        described = {"offered_qos_profiles": dump_yaml(list(offered)), "topic_type_hash": type_hash}
         channel = self._writer.register_channel(topic, "cdr", self._schemas[message_type], described)
-        self._channels[topic] = (channel, TopicCount(topic, message_type, type_hash))
+        self._channels[topic] = (channel, TopicCount(topic, message_type, type_hash, offered))
 
     def write(self, topic: str, message_type: str, stamp_ns: int, cdr_bytes: bytes) -> None:
         """Write one serialised message that was received at `stamp_ns` [ns since the epoch].

@@ -151,7 +151,7 @@ def read_fitted_model(path: Path, node: str) -> FittedModel:
     Raises:
         OptionError: the file cannot be read, or does not describe a model.
     """
-    return fitted_model(read_parameter_file(path, node), str(path))
+    return fitted_model(read_parameter_file(path, node).taken(), str(path))
 
 
 def fitted_model(given: Mapping[str, Any], where: str) -> FittedModel:

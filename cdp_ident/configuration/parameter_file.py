@@ -2,16 +2,17 @@
 
 `--config FILE` is read here, `--ros-args --params-file FILE` by ROS itself; both mean the same:
 
-    identify:            # or /identify, or /** for any node
+    /**/identify:        # in any namespace; or identify, /rig1/identify, /** for any node
       ros__parameters:
         L: 0.4
         nominal: {m1: 0.1}
         nominal.m2: 0.1  # nested or dotted
 """
 
-from collections.abc import Iterable, Mapping
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import yaml
 
@@ -21,11 +22,27 @@ _ROOT = "ros__parameters"
 _DEEPEST = 8
 
 
-def read_parameter_file(path: Path, node: str) -> dict[str, Any]:
-    """Return what a ROS parameter file holds for a node, by dotted name; the node's own section wins over `/**`.
+class ParameterFile(NamedTuple):
+    """What a ROS parameter file holds for a node, by dotted name."""
+
+    own: dict[str, Any]
+    """Below keys that name the node."""
+    for_any: dict[str, Any]
+    """Below keys such as `/**`: it may be meant for other nodes."""
+
+    def taken(self, knows: Callable[[str], bool] = lambda name: True) -> dict[str, Any]:
+        """Return what the node takes: everything that names it, and before that what it knows of the rest."""
+        return {name: value for name, value in self.for_any.items() if knows(name)} | self.own
+
+
+def read_parameter_file(path: Path, node: str) -> ParameterFile:
+    """Return what a ROS parameter file holds for a node, given by its fully qualified name (`identify`: `/identify`).
+
+    Keys are matched as ROS does: `*` stands for one part of a name, `**` for any number of them, and namespaces may be
+    nested.
 
     Raises:
-        OptionError: the file cannot be read, is not YAML, or has no section for the node.
+        OptionError: the file cannot be read, is not YAML, or none of its keys is for the node.
     """
     try:
         content = yaml.safe_load(path.read_text(encoding="utf-8"))
@@ -33,21 +50,45 @@ def read_parameter_file(path: Path, node: str) -> dict[str, Any]:
         raise OptionError(f"{path} cannot be read: {error.strerror or error}") from error
     except (yaml.YAMLError, ValueError, RecursionError) as error:
         raise OptionError(f"{path} is not YAML: {error}") from error
-    names = ("/**", "/*", f"/{node}", node)
-    if not isinstance(content, dict) or not any(name in content for name in names):
-        raise OptionError(f"{path} says nothing to {node}: expected a ROS parameter file, '{node}: {{{_ROOT}: …}}'")
-    values: dict[str, Any] = {}
-    for name in names:
-        section = content.get(name)
-        if section is None:
-            continue
-        if not isinstance(section, dict) or list(section) != [_ROOT]:
-            raise OptionError(f"{path}: below '{name}:' expected '{_ROOT}:' and nothing else, found {_shown(section)}")
-        parameters = section[_ROOT]
-        if not isinstance(parameters, dict | None):
-            raise OptionError(f"{path}: below '{_ROOT}:' expected names and values, found {_shown(parameters)}")
-        values |= dict(_flat(parameters or {}, "", path))
-    return values
+    full = f"/{node.strip('/')}"
+    sections = list(_sections(content, "")) if isinstance(content, dict) else []
+    if not any(_matches(key, full) for key, _ in sections):
+        keys = ", ".join(key for key, _ in sections) or "none"
+        raise OptionError(
+            f"{path} says nothing to {full}: expected a ROS parameter file with a key for it, such as "
+            f"'/**/{full.rpartition('/')[2]}: {{{_ROOT}: …}}'; its keys are {keys}"
+        )
+    result = ParameterFile({}, {})
+    for key, section in sections:
+        if _matches(key, full) and section is not None:
+            if not isinstance(section, dict) or list(section) != [_ROOT]:
+                raise OptionError(
+                    f"{path}: below '{key}:' expected '{_ROOT}:' and nothing else, found {_shown(section)}"
+                )
+            parameters = section[_ROOT]
+            if not isinstance(parameters, dict | None):
+                raise OptionError(f"{path}: below '{_ROOT}:' expected names and values, found {_shown(parameters)}")
+            values = result.for_any if key.rpartition("/")[2].strip("*") == "" else result.own
+            values.update(_flat(parameters or {}, "", path))
+    return result
+
+
+def _sections(content: Mapping[Any, Any], namespace: str) -> Iterator[tuple[str, Any]]:
+    """Yield the sections for nodes and their keys, with the namespaces that they are nested in."""
+    for key, value in content.items():
+        name = f"{namespace}/{str(key).strip('/')}"
+        nested = isinstance(value, dict) and value and all(isinstance(below, dict) for below in value.values())
+        if nested and _ROOT not in value and name.count("/") < _DEEPEST:
+            yield from _sections(value, name)
+        else:
+            yield name, value
+
+
+def _matches(key: str, node: str) -> bool:
+    parts = {"**": "(?:/[^/]+)*", "*": "/[^/]+"}
+    return (
+        re.fullmatch("".join(parts.get(part, f"/{re.escape(part)}") for part in key[1:].split("/")), node) is not None
+    )
 
 
 def parameter_file(values: Mapping[str, Any], comments: Iterable[str] = ()) -> str:

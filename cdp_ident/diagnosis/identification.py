@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from cdp_ident.diagnosis.continuity import Continuity, continuity
 from cdp_ident.diagnosis.evaluation import Errors
+from cdp_ident.diagnosis.length import LengthByBalance
 from cdp_ident.diagnosis.repeatability import Repeatability, repeatability
 from cdp_ident.diagnosis.uncertainty import covariance
 from cdp_ident.fit.data import Data
@@ -31,6 +32,8 @@ class Identification:
     data: Data
     balances: tuple[ForceBalance, ...]
     """What the balance of forces says of the trials, the likeliest first; none where they hold too little motion."""
+    length: LengthByBalance | None
+    """L, where the balance of forces says that it is clearly another one than was given."""
     estimate: Estimate
     covariance: Array
     """(unknowns, unknowns) covariance of the fitted values."""
@@ -46,6 +49,7 @@ class Identification:
         options: IdentifyOptions,
         data: Data,
         balances: tuple[ForceBalance, ...],
+        length_by_balance: LengthByBalance | None,
         estimate: Estimate,
         errors: Mapping[Stage, tuple[Errors, Errors]],
     ) -> "Identification":
@@ -57,6 +61,7 @@ class Identification:
             options=options,
             data=data,
             balances=balances,
+            length=length_by_balance,
             estimate=estimate,
             covariance=spread,
             physical=nearest_physical_values(fit.values[:count], spread[:count, :count], options.prior, length),

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.diagnosis.autocorrelation import integrated_autocorrelation_time
 from cdp_ident.fit.refinement import Fit
 from cdp_ident.fit.windows import Window
 
@@ -64,6 +63,6 @@ def explains_an_outlier(before: Fit, after: Fit) -> bool:
     usual = np.median(others)
     # The mean square of n independent residuals varies by the root of 2 / n, relatively; that of what is not explained
     # yet, by as much as is seen.
-    by_chance = np.sqrt(2.0 * integrated_autocorrelation_time(after) / before.residuals[window].size)
+    by_chance = np.sqrt(2.0 * after.autocorrelation.integrated_time / before.residuals[window].size)
     spread = max(by_chance, np.std(others) / usual)
     return bool(powers[window, 0] > (1.0 + _OUTSTANDING * spread) * usual and powers[window, 1] < _USUAL * usual)

@@ -3,7 +3,6 @@
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.diagnosis.autocorrelation import correlation_length, integrated_autocorrelation_time
 from cdp_ident.fit.initial_states import InitialState
 from cdp_ident.fit.refinement import Fit
 
@@ -51,16 +50,17 @@ def covariance(fit: Fit) -> Array:
 
     It is the curvature's, corrected for residuals that are correlated in time and of different size in the two
     angles: S^-1 B S^-1 with S the curvature and B the sum of the scores' autocovariances, up to the
-    correlation length of the residuals, with Bartlett's weights (Newey and West, Econometrica 55, 1987). An unknown
-    that the windows do not show at all gets an infinite variance. What a penalty keeps smooth has one as of a prior
+    correlation length of the residuals, with Bartlett's weights (Newey and West, Econometrica 55, 1987). What the
+    values would change by if a trial's unit of time were another is added, as uncertain as that is. An unknown that
+    the windows do not show at all gets an infinite variance. What a penalty keeps smooth has one as of a prior
     (Nychka, J. Am. Stat. Assoc. 83, 1988).
     """
-    scores, bent = [], fit.model.penalty
-    for sensitivity, residual, weight in zip(reduced_sensitivities(fit), fit.residuals, fit.weights, strict=True):
+    scores, bent, reduced = [], fit.model.penalty, reduced_sensitivities(fit)
+    for sensitivity, residual, weight in zip(reduced, fit.residuals, fit.weights, strict=True):
         weighted = sensitivity * weight[..., None]
         bent = bent + np.tensordot(weighted, sensitivity, axes=((0, 1), (0, 1)))
         scores.append(np.einsum("nrp,nr->np", weighted, residual))
-    lags = correlation_length(fit)
+    lags = fit.autocorrelation.length
     middle = np.zeros_like(bent)
     for score in scores:
         middle += score.T @ score
@@ -68,7 +68,7 @@ def covariance(fit: Fit) -> Array:
             product = score[lag:].T @ score[:-lag]
             middle += (1.0 - lag / (lags + 1.0)) * (product + product.T)
     if np.any(fit.model.penalty):
-        middle += fit.model.penalty * (fit.rmse() ** 2 * integrated_autocorrelation_time(fit))
+        middle += fit.model.penalty * (fit.rmse() ** 2 * fit.autocorrelation.integrated_time)
     samples = sum(residual.size for residual in fit.residuals)
     estimated = effective_unknowns(fit) + fit.model.states * sum(not window.start_known for window in fit.windows)
     scale = 1.0 / np.sqrt(np.maximum(np.diag(bent), np.finfo(float).tiny))
@@ -76,6 +76,22 @@ def covariance(fit: Fit) -> Array:
     seen = values > 1e-12 * values[-1]
     inverse = (vectors[:, seen] / values[seen]) @ vectors[:, seen].T * np.outer(scale, scale)
     result = inverse @ middle @ inverse * (samples / max(samples - estimated, 1))
+    for change in _changes_by_units_of_time(fit, reduced):
+        result += np.outer(inverse @ change, inverse @ change)
     unseen = np.any(np.abs(vectors[:, ~seen]) > 1e-3, axis=1)
     result[unseen, unseen] = np.inf
     return np.asarray(result)
+
+
+def _changes_by_units_of_time(fit: Fit, reduced: list[Array]) -> list[Array]:
+    """Return what a unit of time that is off by one standard deviation changes in the scores (unknowns,), by trial.
+
+    Measured against a clock that is fast by e, a motion is where it would be e t later.
+    """
+    changes: dict[int, Array] = {}
+    for window, sensitivity, residual, weight in zip(fit.windows, reduced, fit.residuals, fit.weights, strict=True):
+        if window.time_std > 0.0:
+            later = np.gradient(window.theta - residual, window.time, axis=0) * window.time[:, None]
+            change = window.time_std * np.einsum("nrp,nr->p", sensitivity * weight[..., None], later)
+            changes[window.trial] = changes.get(window.trial, 0.0) + change
+    return list(changes.values())

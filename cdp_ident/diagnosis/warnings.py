@@ -37,6 +37,7 @@ def find_warnings(identification: Identification) -> list[FitWarning]:
     return [
         *_not_finished(identification),
         *_impossible(identification),
+        *_length(identification),
         *_zeros(identification),
         *_above_noise(identification),
         *_disagreement(identification),
@@ -62,6 +63,16 @@ def _impossible(found: Identification) -> Iterator[FitWarning]:
             (),
             "no masses, lengths and inertias that rods can have were found for the fitted groups: check L, the known "
             "and nominal values, and what the joints' angles mean",
+        )
+
+
+def _length(found: Identification) -> Iterator[FitWarning]:
+    if found.length is not None:
+        yield FitWarning(
+            "length_off",
+            ("L",),
+            f"{found.length.words}: measure it again, or fit it too (length_free: true). Effects that are named here "
+            "may stand for the wrong L",
         )
 
 

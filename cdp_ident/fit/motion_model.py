@@ -240,8 +240,9 @@ class MotionModel:
         return theta, by_unknowns
 
     def _by_unknowns(self, values: Array, derivatives: Array, trial: int) -> Array:
-        """Return derivatives (n, states, states + unknowns) from those that compiled code gives."""
+        """Return derivatives (n, 2, states + unknowns) of the angles from those that compiled code gives."""
         base, states = len(self.base_names), self.states
+        derivatives = derivatives[:, :2]
         result = np.zeros((*derivatives.shape[:2], states + len(self.names)))
         result[..., :states] = derivatives[..., :states]
         direction = states + len(COEFFICIENTS)

@@ -5,12 +5,14 @@ All windows share the unknowns; each has an initial state of its own.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import zip_longest
 
 import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.errors import IdentificationError
+from cdp_ident.fit.autocorrelation import Autocorrelation
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.normal_equations import NormalEquations
 from cdp_ident.fit.windows import Window, split
@@ -50,6 +52,11 @@ class Fit:
     simulations: int
     """Windows simulated, as multiples of all the windows together."""
     converged: bool
+
+    @cached_property
+    def autocorrelation(self) -> Autocorrelation:
+        """How far the residuals are correlated in time."""
+        return Autocorrelation.of(self.residuals)
 
     @property
     def samples(self) -> int:

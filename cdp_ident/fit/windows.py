@@ -48,6 +48,8 @@ class Window:
     """Whether that start is exact, and not to be estimated along with the parameters."""
     half_width: float = HALF_WIDTH
     """Of the local cubics that estimate initial states [s]."""
+    time_std: float = 0.0
+    """Relative standard deviation of its trial's unit of time."""
 
     @property
     def duration(self) -> float:
@@ -112,7 +114,10 @@ def cut_at(trial: Trial, index: int, bounds: Sequence[int], step: float, half_wi
         angles, velocities = local_motion(time, theta, np.zeros(1), half_width)
         start = np.concatenate([angles[0], velocities[0]])
         begin = float(trial.time[first])
-        windows.append(Window(index, int(first), begin, time, theta, grid, u, start, half_width=half_width))
+        time_std = trial.clock.std if trial.clock else 0.0
+        windows.append(
+            Window(index, int(first), begin, time, theta, grid, u, start, half_width=half_width, time_std=time_std)
+        )
     return windows
 
 
@@ -141,6 +146,7 @@ def split(window: Window, parts: int) -> list[Window]:
                 start=np.concatenate([angles[0], velocities[0]]) if first else window.start,
                 start_known=window.start_known and first == 0,
                 half_width=window.half_width,
+                time_std=window.time_std,
             )
         )
     return pieces

@@ -7,10 +7,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-import rclpy.clock
-import rclpy.qos
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from sensor_msgs.msg import JointState
+from sensor_msgs.msg import JointState, TimeReference
 from std_srvs.srv import Trigger
 
 from cdp_ident.command_line import ArgumentParser, entry_point
@@ -22,12 +19,16 @@ from cdp_ident.rig.measurement import Measurement, MeasurementStream
 from cdp_ident.rig.port import PortReader
 from cdp_ident.rig.text_codec import TextCodec
 from cdp_ident.rig.zero import load_zero, save_zero
-from cdp_ident.ros.node import Parameters, parse_arguments, run_node
+from cdp_ident.ros.diagnostics import Diagnostics, Status, log
+from cdp_ident.ros.node import parse_arguments, run_node
+from cdp_ident.ros.parameters import Parameters
+from cdp_ident.ros.qos import create_publisher
 
 DESCRIPTION = """\
 Read the encoders of a cart double pendulum from a serial port (docs/protocol.md) and publish their positions.
 
 publishes  joint_states (sensor_msgs/JointState)           stamped with the time of the measurement
+           time_reference (sensor_msgs/TimeReference)      the device's own time of it, with the same stamp
            /diagnostics (diagnostic_msgs/DiagnosticArray)  once a second
 serves     ~/zero_hanging (std_srvs/Trigger)               takes a second of rest as hanging, and keeps it
 
@@ -80,19 +81,17 @@ class Driver:
             survives,
             bool(parameters.get("use_sim_time")),
         )
-        reliable = rclpy.qos.QoSProfile(depth=QUEUE_DEPTH, reliability=rclpy.qos.ReliabilityPolicy.RELIABLE)
-        self._joint_states = node.create_publisher(JointState, "joint_states", reliable)
-        self._diagnostics = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
+        self._joint_states = create_publisher(node, JointState, "joint_states", QUEUE_DEPTH)
+        self._time_references = create_publisher(node, TimeReference, "time_reference", QUEUE_DEPTH)
         node.create_service(Trigger, "~/zero_hanging", self._zero_hanging)
-        self._message = JointState(name=names[self._first_joint :])
+        self._message, self._reference = JointState(name=names[self._first_joint :]), TimeReference()
         self._clock = node.get_clock()
         self._level: Level | None = None
         self._before = self._stream.totals()
         self._assessed = time.monotonic()
-        # Steady: it goes on where use_sim_time is set and no clock runs.
-        self._steady = rclpy.clock.Clock(clock_type=rclpy.clock.ClockType.STEADY_TIME)
-        node.create_timer(1.0, self._report, clock=self._steady)
-        self._reader = PortReader(port, baud, self._stream.port_was_opened, self._take, node.get_logger().info)
+        logger = node.get_logger()
+        self._reader = PortReader(port, baud, self._stream.port_was_opened, self._take, logger.info, logger.warning)
+        self._diagnostics = Diagnostics(node, self._report)
         self._reader.start()
 
     def close(self) -> None:
@@ -107,12 +106,15 @@ class Driver:
             self._publish(measurement)
 
     def _publish(self, measurement: Measurement) -> None:
-        message = self._message
-        message.header.stamp.sec, message.header.stamp.nanosec = divmod(measurement.stamp_ns, 1_000_000_000)
+        message, reference = self._message, self._reference
+        _set_time(message.header.stamp, measurement.stamp_ns)
         message.position = array.array("d", measurement.positions[self._first_joint :])
+        reference.header.stamp = message.header.stamp
+        _set_time(reference.time_ref, measurement.device_ns)
+        self._time_references.publish(reference)
         self._joint_states.publish(message)
 
-    def _report(self) -> None:
+    def _report(self) -> Status:
         if self._reader.failed:
             self.exit_code = 1
         now, instant = self._stream.totals(), time.monotonic()
@@ -128,19 +130,11 @@ class Driver:
             self._calibration,
         )
         self._before, self._assessed = now, instant
-        status = DiagnosticStatus(
-            level=bytes([health.level]),
-            name=f"{self._node.get_name()}: rig",
-            message=health.message,
-            hardware_id=now.hello.firmware if now.hello else "",
-            values=[KeyValue(key=key, value=value) for key, value in health.values.items()],
-        )
-        message = DiagnosticArray(status=[status])
-        message.header.stamp = self._clock.now().to_msg()
-        self._diagnostics.publish(message)
+        self._reference.source = health.hardware_id
         if health.level != self._level and (self._level is not None or health.level == Level.WARN):
-            self._node.get_logger().info(f"{health.level.name}: {health.message}")
+            log(self._node.get_logger(), health.level, health.message)
         self._level = health.level
+        return Status(health.level, health.message, health.values, health.hardware_id)
 
     def _zero_hanging(self, _request: Any, response: Any) -> Any:
         try:
@@ -152,8 +146,12 @@ class Driver:
         except RigError as error:
             response.message = f"{response.message}; but {error}" if response.success else str(error)
             response.success = False
-        self._node.get_logger().info(response.message)
+        log(self._node.get_logger(), Level.OK if response.success else Level.WARN, response.message)
         return response
+
+
+def _set_time(time_message: Any, nanoseconds: int) -> None:
+    time_message.sec, time_message.nanosec = divmod(nanoseconds, 1_000_000_000)
 
 
 def _declare_calibration(parameters: Parameters) -> Calibration:

@@ -16,7 +16,8 @@ from cdp_ident.rig.emulator.configuration import EmulatedRig, load_rig
 from cdp_ident.rig.emulator.emulation import Emulation, Events
 from cdp_ident.rig.emulator.faults import Faults
 from cdp_ident.rig.text_codec import TextCodec
-from cdp_ident.ros.node import Parameters, parse_arguments, run_node
+from cdp_ident.ros.node import parse_arguments, run_node
+from cdp_ident.ros.parameters import Parameters
 
 DESCRIPTION = """\
 Emulate a rig: a serial port (a pseudo-terminal behind --link) that speaks docs/protocol.md like the rig's

@@ -4,7 +4,6 @@ import array
 from collections.abc import Sequence
 from typing import Any
 
-import rclpy.qos
 from builtin_interfaces.msg import Time
 from rclpy.duration import Duration
 from rosgraph_msgs.msg import Clock
@@ -12,7 +11,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
 from cdp_ident.replay.scene import Frame
-from cdp_ident.ros.topics import latched
+from cdp_ident.ros.qos import create_publisher, latched
 
 JOINTS = ("cart_joint", "inner_joint", "outer_joint")
 _QUEUE_DEPTH = 2000
@@ -72,8 +71,7 @@ class _JointStates:
     """One topic of JointState messages with positions only."""
 
     def __init__(self, node: Any, topic: str, joints: Sequence[str]) -> None:
-        reliable = rclpy.qos.QoSProfile(depth=_QUEUE_DEPTH, reliability=rclpy.qos.ReliabilityPolicy.RELIABLE)
-        self._publisher = node.create_publisher(JointState, topic, reliable)
+        self._publisher = create_publisher(node, JointState, topic, _QUEUE_DEPTH)
         self._message = JointState(name=list(joints))
 
     @property

@@ -1,15 +1,15 @@
 """The ROS side of `identify`: parameters, the service to identify again, and the state."""
 
 import threading
-from collections.abc import Iterator, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Sequence
+from typing import Any
 
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from cdp_ident.command_line import EXIT_INTERRUPTED
 from cdp_ident.configuration.fitted_model import fitted_parameters
-from cdp_ident.configuration.keys import KEYS
+from cdp_ident.configuration.keys import KEYS, Scalar
 from cdp_ident.configuration.settings import Settings
 from cdp_ident.errors import CdpIdentError
 from cdp_ident.pipeline.identifier import NODE_NAME, Identifier
@@ -17,8 +17,9 @@ from cdp_ident.pipeline.interruption import Interruption
 from cdp_ident.report.contents import Section
 from cdp_ident.report.outcome import LoadedJob
 from cdp_ident.report.terminal import summary
-from cdp_ident.ros.node import Parameters, run_node
-from cdp_ident.ros.topics import latched
+from cdp_ident.ros.node import run_node
+from cdp_ident.ros.parameters import Parameters, Shown
+from cdp_ident.ros.qos import latched
 
 _SECONDS_BETWEEN_LOOKS = 1.0
 _LONGEST_GOODBYE = 5.0
@@ -32,7 +33,7 @@ class IdentifyNode:
 
     def __init__(self, node: Any, parameters: Parameters, identifier: Identifier, once: bool) -> None:
         self._node, self._parameters, self._identifier, self._once = node, parameters, identifier, once
-        self._given = parameters.given()
+        self._given = parameters.given(KEYS.__contains__)
         waits_for = identifier.waits_for
         loaded = None if waits_for else identifier.load(self._given)
         self._shown: set[str] = set()
@@ -110,51 +111,19 @@ class IdentifyNode:
 
     def _show(self, settings: Settings, report: Section | None) -> None:
         """Make the settings in effect, and the fitted values once there are any, the node's parameters."""
-        entries = dict(_settings_entries(settings))
+        shown = {name: _setting(name, value) for name, value in settings.values().items()}
         if report is not None:
-            entries |= _fitted_entries(report)
-        for name in self._shown - set(entries):
-            self._node.undeclare_parameter(name)
-        for name in set(entries) - self._shown:
-            entry = entries[name]
-            self._parameters.declare(
-                name,
-                entry.value,
-                entry.description,
-                unit=entry.unit,
-                minimum=entry.minimum,
-                choices=entry.choices,
-                overridable=False,
-                advice=entry.advice,
-            )
-        self._parameters.set({name: entry.value for name, entry in entries.items() if name in self._shown})
-        self._shown = set(entries)
+            shown |= {
+                fitted.name: Shown(fitted.value, fitted.description, fitted.unit, fitted.minimum)
+                for fitted in fitted_parameters(report)
+            }
+        self._parameters.show(shown, gone=self._shown - shown.keys())
+        self._shown = set(shown)
 
 
-class _Entry(NamedTuple):
-    """One parameter to be shown."""
-
-    value: Any  # a `Scalar`
-    description: str
-    unit: str
-    minimum: float | None
-    choices: tuple[str, ...]
-    advice: str
-
-
-def _settings_entries(settings: Settings) -> Iterator[tuple[str, _Entry]]:
-    advice = "restart it with the new value, or change the file of --config and call ~/identify_again"
-    for name, value in settings.values().items():
-        key = KEYS[name]
-        yield name, _Entry(value, key.description, key.unit, key.minimum, key.choices, advice)
-
-
-def _fitted_entries(report: Section) -> dict[str, _Entry]:
-    advice = "it is a result, which ~/identify_again makes anew"
-    return {
-        fitted.name: _Entry(fitted.value, fitted.description, fitted.unit, fitted.minimum, (), advice)
-        for fitted in fitted_parameters(report)
-    }
+def _setting(name: str, value: Scalar) -> Shown:
+    key = KEYS[name]
+    return Shown(value, key.description, key.unit, key.minimum, choices=key.choices)
 
 
 def run_identify_node(identifier: Identifier, once: bool, arguments: Sequence[str]) -> int:

@@ -4,30 +4,34 @@ from pathlib import Path
 from typing import Any
 
 import rclpy.clock
-import rclpy.qos
 from diagnostic_msgs.msg import DiagnosticArray
-from sensor_msgs.msg import JointState
+from sensor_msgs.msg import JointState, TimeReference
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
-from cdp_ident.bag.joint_state import MESSAGE_TYPE
+from cdp_ident.bag import diagnostics, joint_state, time_reference
 from cdp_ident.command_line import ArgumentParser, entry_point
 from cdp_ident.errors import RigError
-from cdp_ident.rig.recording.facts import DIAGNOSTICS_TYPE, JointNames
-from cdp_ident.rig.recording.recorder import FLUSH_NS, Recorder, RecorderOptions
-from cdp_ident.ros.node import Parameters, parse_arguments, run_node
-from cdp_ident.ros.topics import latched
+from cdp_ident.rig.health import Level
+from cdp_ident.rig.recording.facts import JointNames
+from cdp_ident.rig.recording.recorder import FLUSH_NS, Recorder, RecorderOptions, Surroundings
+from cdp_ident.ros.diagnostics import Diagnostics, Status
+from cdp_ident.ros.node import parse_arguments, run_node
+from cdp_ident.ros.parameters import Parameters
+from cdp_ident.ros.qos import Subscription, latched, offered
 from cdp_ident.ros.trial_limits import declare_trial_limits
 
 DESCRIPTION = """\
 Record free-swing trials. Armed, it waits until the pendulum is held away from hanging and let go, records until it is
-at rest, and writes one rosbag2 bag (MCAP) a trial: the joint states and diagnostics from a moment before the release
-on, and what is known of the trial as metadata. It tells when a trial is of little use: not zero-input, samples lost,
-too short. Killed in the middle, it completes the bag at its next start.
+at rest or caught, and writes one rosbag2 bag (MCAP) a trial: the joint states, the device's own times and the
+diagnostics from a moment before the release on, and what is known of the trial as metadata. It tells when a trial is of
+little use: not zero-input, samples lost, too short. Killed in the middle, it completes the bag at its next start.
 
-subscribes  joint_states (sensor_msgs/JointState), /diagnostics (diagnostic_msgs/DiagnosticArray)
+subscribes  joint_states (sensor_msgs/JointState), time_reference (sensor_msgs/TimeReference)
+            /diagnostics (diagnostic_msgs/DiagnosticArray)
 publishes   ~/state (std_msgs/String, latched)  idle, armed or recording
             ~/bag (std_msgs/String, latched)    folder of the last finished bag
+            /diagnostics (diagnostic_msgs/DiagnosticArray)  once a second
 serves      ~/arm    (std_srvs/Trigger)  wait for the release
             ~/start  (std_srvs/Trigger)  record now, release or not
             ~/stop   (std_srvs/Trigger)  end the trial, or the waiting for one"""
@@ -35,6 +39,10 @@ serves      ~/arm    (std_srvs/Trigger)  wait for the release
 EXAMPLE = """\
 example:
   ros2 run cdp_ident recorder --ros-args -p folder:=bags -p rearm:=true"""
+
+
+_DEPTH = 5000
+"""Five seconds at 1 kHz: what it may be behind without loss."""
 
 
 class RecorderNode:
@@ -49,33 +57,55 @@ class RecorderNode:
         parameters.start()
         self._state = node.create_publisher(String, "~/state", latched())
         self._bag = node.create_publisher(String, "~/bag", latched())
+        joint_states = node.resolve_topic_name("joint_states")
+        logger = node.get_logger()
         self._recorder = Recorder(
             options,
-            say=node.get_logger().info,
-            on_state=lambda state: self._state.publish(String(data=state)),
-            on_bag=lambda folder: self._bag.publish(String(data=str(folder))),
+            Surroundings(
+                say=logger.info,
+                warn=logger.warning,
+                on_state=lambda state: self._state.publish(String(data=state)),
+                on_bag=lambda folder: self._bag.publish(String(data=str(folder))),
+                drivers=lambda: {
+                    f"{info.node_namespace.rstrip('/')}/{info.node_name}"
+                    for info in node.get_publishers_info_by_topic(joint_states)
+                },
+                offered=lambda topic: offered(node, topic),
+            ),
         )
-        reliable = rclpy.qos.QoSProfile(depth=5000, reliability=rclpy.qos.ReliabilityPolicy.RELIABLE)
-        self._subscribe(JointState, MESSAGE_TYPE, "joint_states", reliable)
-        self._subscribe(DiagnosticArray, DIAGNOSTICS_TYPE, "/diagnostics", 10)
+        self._subscriptions = [
+            self._subscribe(JointState, joint_state.MESSAGE_TYPE, "joint_states", _DEPTH),
+            self._subscribe(TimeReference, time_reference.MESSAGE_TYPE, "time_reference", _DEPTH),
+            self._subscribe(DiagnosticArray, diagnostics.MESSAGE_TYPE, "/diagnostics", 100),
+        ]
         node.create_service(Trigger, "~/arm", self._arm)
         node.create_service(Trigger, "~/start", self._start)
         node.create_service(Trigger, "~/stop", self._stop)
         # Steady: it goes on where use_sim_time is set and no clock runs.
         self._steady = rclpy.clock.Clock(clock_type=rclpy.clock.ClockType.STEADY_TIME)
         node.create_timer(FLUSH_NS * 1e-9, lambda: self._recorder.tick(self._now()), clock=self._steady)
+        self._diagnostics = Diagnostics(node, self._report)
 
     def close(self) -> None:
         """Complete the bag that is being recorded."""
         self._recorder.close()
 
-    def _subscribe(self, message_class: type, message_type: str, topic: str, profile: Any) -> None:
+    def _report(self) -> Status:
+        recorder = self._recorder
+        values = {"state": recorder.state, "last bag": str(recorder.last_bag or "none"), "folder": str(recorder.folder)}
+        if recorder.problem:
+            return Status(Level.ERROR, recorder.problem, values)
+        if not recorder.hears_joint_states(self._now()):
+            return Status(Level.WARN, f"{recorder.state}: no joint states come", values)
+        return Status(Level.OK, recorder.state, values)
+
+    def _subscribe(self, message_class: type, message_type: str, topic: str, depth: int) -> Subscription:
         name = self._node.resolve_topic_name(topic)
 
         def take(raw: bytes) -> None:
             self._recorder.take(name, message_type, self._now(), raw)
 
-        self._node.create_subscription(message_class, topic, take, profile, raw=True)
+        return Subscription(self._node, message_class, topic, take, depth)
 
     def _now(self) -> int:
         return int(self._clock.now().nanoseconds)

@@ -3,7 +3,6 @@
 from contextlib import suppress
 from typing import Any
 
-import rclpy.qos
 from sensor_msgs.msg import JointState
 
 from cdp_ident.configuration.fitted_model import FittedModel
@@ -12,7 +11,11 @@ from cdp_ident.nodes.frame_publisher import FramePublisher
 from cdp_ident.replay.shadow import Shadow
 from cdp_ident.rig.recording.detector import TrialLimits
 from cdp_ident.rig.recording.facts import JointNames, PositionReader
+from cdp_ident.ros.qos import Subscription
 from cdp_ident.trial.options import TrialOptions
+
+_DEPTH = 5000
+"""Five seconds at 1 kHz: what it may be behind without loss."""
 
 
 class Shadowing:
@@ -26,8 +29,7 @@ class Shadowing:
         self._shadow: Shadow | None = None
         self._paused = False
         self._reader = PositionReader(JointNames(options.cart_joint, options.inner_joint, options.outer_joint))
-        reliable = rclpy.qos.QoSProfile(depth=5000, reliability=rclpy.qos.ReliabilityPolicy.RELIABLE)
-        node.create_subscription(JointState, options.topic, self._take, reliable, raw=True)
+        self._subscription = Subscription(node, JointState, options.topic, self._take, _DEPTH)
 
     @property
     def state(self) -> str:

@@ -9,7 +9,7 @@ from std_srvs.srv import Trigger
 
 from cdp_ident.command_line import ArgumentParser, entry_point
 from cdp_ident.configuration.field_documentation import field_documentation, without_unit
-from cdp_ident.configuration.fitted_model import ABOUT_THE_FIT, FittedModel, describes_model, fitted_model
+from cdp_ident.configuration.fitted_model import FittedModel, describes_model, fitted_model
 from cdp_ident.configuration.keys import KEYS
 from cdp_ident.configuration.parameter_file import read_parameter_file
 from cdp_ident.configuration.settings import Settings
@@ -21,8 +21,9 @@ from cdp_ident.nodes.shadowing import Shadowing
 from cdp_ident.replay.scene import Free, Replay, Scene, Start
 from cdp_ident.replay.shadow import DEFAULT_LEAD
 from cdp_ident.ros.model_parameters import ModelParameters, own_values
-from cdp_ident.ros.node import Parameters, parse_arguments, run_node
+from cdp_ident.ros.node import parse_arguments, run_node
 from cdp_ident.ros.parameter_source import ParameterSource
+from cdp_ident.ros.parameters import Parameters, Shown
 from cdp_ident.ros.trial_limits import declare_trial_limits
 from cdp_ident.trial.load import load_trial
 from cdp_ident.trial.options import TrialOptions
@@ -90,10 +91,10 @@ class Simulator:
         else:
             values = {}
             if fitted:
-                values = read_parameter_file(fitted, NODE_NAME)
+                values = read_parameter_file(fitted, NODE_NAME).taken()
                 fitted_model(values, str(fitted))  # complete by itself
             self._model.show(own_values(parameters.given(), values))
-        parameters.start(pass_over=ABOUT_THE_FIT)
+        parameters.start()
         node.add_post_set_parameters_callback(self._follow)
         for service, action in (
             ("reset", self._show.reset),
@@ -182,11 +183,8 @@ def _declare_trial_options(parameters: Parameters) -> TrialOptions:
     """Show what the joints of the bag or the rig mean, which is told as `identify` is told."""
     given = {name: value for name, value in parameters.given().items() if name.startswith(_TRIAL) and name in KEYS}
     settings = Settings.of(given)
-    value: Any  # a `Scalar`
-    for name, value in settings.values().items():
-        if name.startswith(_TRIAL):
-            key = KEYS[name]
-            parameters.declare(name, value, key.description, unit=key.unit, choices=key.choices, overridable=False)
+    keys = ((KEYS[name], value) for name, value in settings.values().items() if name.startswith(_TRIAL))
+    parameters.show({key.name: Shown(value, key.description, key.unit, choices=key.choices) for key, value in keys})
     return settings.trial
 
 

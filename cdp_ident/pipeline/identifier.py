@@ -9,6 +9,7 @@ from rich.console import Console
 
 from cdp_ident.bag.watched_folder import WatchedFolder
 from cdp_ident.configuration.fitted_model import fitted_yaml
+from cdp_ident.configuration.keys import KEYS
 from cdp_ident.configuration.parameter_file import read_parameter_file
 from cdp_ident.configuration.settings import Settings
 from cdp_ident.diagnosis.new_trial import NewTrialCheck, check_new_trial
@@ -75,7 +76,7 @@ class Identifier:
         Raises `CdpIdentError` for whatever is wrong with it.
         """
         request = self._request
-        values = read_parameter_file(request.config, NODE_NAME) if request.config else {}
+        values = read_parameter_file(request.config, NODE_NAME).taken(KEYS.__contains__) if request.config else {}
         values |= given
         values |= {name: told for name in ("method", "seed") if (told := getattr(request, name)) is not None}
         return Settings.of(values)

@@ -8,6 +8,7 @@ import numpy.typing as npt
 
 from cdp_ident.diagnosis.evaluation import evaluate
 from cdp_ident.diagnosis.identification import Identification, Stage
+from cdp_ident.diagnosis.length import LengthByBalance, length_by_balance, refuse_what_does_not_balance
 from cdp_ident.diagnosis.outlier_windows import outlier_windows
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.balance_unknowns import DRY, DryJoint
@@ -48,6 +49,7 @@ def identify(
 
     Raises:
         IdentificationError: the trials do not suffice.
+        FitFailedError: they are of no double pendulum with these L and g.
     """
     if not fit:
         raise IdentificationError("there is no trial to fit: give at least one bag")
@@ -55,6 +57,10 @@ def identify(
     noise = noise_over(fit)
     balances = _balances(fit, options)
     balanced = balances[0].groups if balances else None
+    length = None
+    if balances and not options.length_free:
+        length = _length(fit, options, balances[0])
+        refuse_what_does_not_balance(balances[0], length)
     scales = scales_of(fit, prior.length, prior.gravity, noise, balanced)
     fit, holdout = ([thinned(trial, scales.together) for trial in trials] for trials in (fit, holdout))
     lengths = [_lengths(trial, scales, balanced, options, noise_over(fit)) for trial in (*fit, *holdout)]
@@ -85,6 +91,7 @@ def identify(
         options,
         data,
         balances,
+        length,
         found,
         {
             stage: (
@@ -120,11 +127,18 @@ def _balances(trials: Sequence[Trial], options: IdentifyOptions) -> tuple[ForceB
     return (preferred,) if both is None else (preferred, both)
 
 
+def _length(trials: Sequence[Trial], options: IdentifyOptions, balance: ForceBalance) -> LengthByBalance | None:
+    coupled = balance.unknowns.constant_coupling
+    free = _balance(trials, options, constant_coupling=coupled, dry=balance.dry, length_free=True)
+    return None if free is None else length_by_balance(balance, free)
+
+
 def _balance(
     trials: Sequence[Trial],
     options: IdentifyOptions,
     constant_coupling: bool = False,
     dry: tuple[DryJoint, ...] | None = None,
+    length_free: bool = False,
 ) -> ForceBalance | None:
     """Return the balance of forces, or None where it cannot be computed: the search begins without it then."""
     prior, outer_length = options.prior, options.model.mechanism.outer_length
@@ -135,6 +149,7 @@ def _balance(
             prior.gravity,
             dry=dry,
             constant_coupling=constant_coupling,
+            length_free=length_free,
             outer_length=outer_length,
         )
     except (IdentificationError, np.linalg.LinAlgError):

@@ -2,15 +2,19 @@
 
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
-from cdp_ident.errors import OptionError
+from cdp_ident.errors import FitFailedError, OptionError
 from cdp_ident.pipeline.identify import identify
 from cdp_ident.report.outcome import Job, LoadedJob, Outcome
 from cdp_ident.report.provenance import bag_checksums
 from cdp_ident.search.genetic_search import Progress
 from cdp_ident.tracing.trace import trace
 from cdp_ident.trial.load import load_trial
+
+_MOST_ATTEMPTS, _SHORTER = 3, 0.5
+"""Where a fit fails, windows are shortened by this factor, and it is begun anew."""
 
 
 def load(job: Job) -> LoadedJob:
@@ -54,8 +58,11 @@ def run(
         told: called with a line for people after each step of the tracing.
         stop_tracing: asked now and then; true ends the tracing with the effects found so far.
 
+    Where the fit fails, shorter windows are tried, unless their length is given.
+
     Raises:
         IdentificationError: the trials do not suffice.
+        FitFailedError: the model does not follow the motion, in shorter windows neither.
     """
     began = searched = time.monotonic()
 
@@ -64,6 +71,16 @@ def run(
         searched = time.monotonic()
         return stop(progress)
 
-    found = identify(loaded.fit, loaded.holdout, loaded.job.settings.identify, clocked)
-    traced = trace(found, told, stop_tracing)
-    return Outcome(loaded, found, traced, searched - began, time.monotonic() - began)
+    options = loaded.job.settings.identify
+    attempts = 1 if options.window else _MOST_ATTEMPTS
+    while True:
+        found = identify(loaded.fit, loaded.holdout, options, clocked)
+        attempts -= 1
+        try:
+            traced = trace(found, told, stop_tracing)
+            return Outcome(loaded, found, traced, searched - began, time.monotonic() - began)
+        except FitFailedError:
+            if not attempts:
+                raise
+            options = replace(options, window=_SHORTER * found.data.window)
+            told(f"the model does not follow the motion: windows of {options.window:.2g} s are tried")

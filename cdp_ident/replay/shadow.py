@@ -87,7 +87,7 @@ class Shadow:
         self._last_ns = position.stamp_ns
         theta = model_angles(np.array([[position.inner, position.outer]]), self._options)[0]
         inner, outer = float(theta[0]), float(theta[1] - theta[0])
-        if self._release.update(position.stamp_ns, inner, outer) and self.phase is Phase.WAITING:
+        if self._release.update(position.stamp_ns, inner, outer):
             self._begin(position)
         if self.phase is Phase.WAITING or self._ended(position, inner, outer):
             return []
@@ -122,8 +122,6 @@ class Shadow:
         """Notice that the motion is no longer that of a pendulum left to itself."""
         if end := self._end.update(position.stamp_ns, inner, outer):
             self._wait(end.value)
-        elif self._release.holds:
-            self._wait("the pendulum was caught")
         elif self._cart_moved(position) > self._options.cart_limit:
             self._wait(f"the cart moved by more than {self._options.cart_limit:g} m")
         return self.phase is Phase.WAITING

@@ -237,6 +237,7 @@ def _trials(outcome: Outcome) -> list[Section]:
             "samples": len(trial.time),
             "start_s": trial.start,
             "duration_s": trial.duration,
+            "clock": trial.clock and {"fast": trial.clock.fast, "std": trial.clock.std},
             "warnings": list(trial.notes),
         }
         for index, (bag, trial) in enumerate(zip(bags, trials, strict=True))

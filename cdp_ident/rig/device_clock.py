@@ -4,6 +4,9 @@ from collections import deque
 from itertools import pairwise
 
 import numpy as np
+from scipy.stats import theilslopes
+
+from cdp_ident.bag.diagnostics import ClockRate
 
 ROLL_OVER_US = 2**32
 
@@ -31,6 +34,12 @@ of the clocks was set: the fit starts anew."""
 _GAP = 1.0
 """A silence of the device this long starts the fit anew [s]."""
 
+_RATE_BUCKETS = 4
+"""The rate that is told comes of the least delayed arrival of so many buckets together …"""
+_FEWEST_FOR_RATE = 6
+"""… and of so many such arrivals at least."""
+_ONE_SIGMA = 0.6827
+
 Point = tuple[float, float]
 
 
@@ -52,6 +61,7 @@ class DeviceClock:
         """
         self._simulated = simulated
         self._origin_ns: int | None = None
+        self._first_us = 0
         self._last_us: int | None = None
         self._unrolled_us = 0
         self._bucket_end = 0.0
@@ -84,7 +94,7 @@ class DeviceClock:
     def observe(self, time_us: int, arrival_ns: int) -> None:
         """Take the device's time of a sample and the host's time when it arrived, in the order of the device."""
         if self._origin_ns is None:
-            self._origin_ns = arrival_ns
+            self._origin_ns, self._first_us = arrival_ns, time_us
         device = self._device(time_us)
         self._unrolled_us += 0 if self._last_us is None else (time_us - self._last_us) % ROLL_OVER_US
         self._last_us = time_us
@@ -99,11 +109,39 @@ class DeviceClock:
 
     def stamp(self, time_us: int) -> int:
         """Return the host's time [ns] of a device time that is at most half a roll-over from the last observed one."""
-        if self._origin_ns is None or self._last_us is None:
+        device_us = self._since_first(time_us)
+        return (self._origin_ns or 0) + device_us * 1000 + round(self._offset(device_us * 1e-6) * 1e9)
+
+    def device_time(self, time_us: int) -> int:
+        """Return a device time as above [ns] with the roll-overs since the first observed one counted."""
+        return (self._first_us + self._since_first(time_us)) * 1000
+
+    def rate(self) -> ClockRate | None:
+        """Return how fast the device's clock runs by the last minute; None while too little was seen.
+
+        It is the median of the slopes between the least delayed arrivals of each second, with the interval that goes
+        with it (Theil 1950; Sen, J. Am. Stat. Assoc. 63, 1968): unlike the mapping, which must make no steps, it does
+        not depend on how the offset was found.
+        """
+        if self._simulated:
+            return ClockRate(0.0, 0.0)
+        points = list(self._buckets)
+        least = [
+            min(points[first : first + _RATE_BUCKETS], key=lambda point: point[1])
+            for first in range(0, len(points) - _RATE_BUCKETS + 1, _RATE_BUCKETS)
+        ]
+        if len(least) < _FEWEST_FOR_RATE:
+            return None
+        device, delay = np.array(least).T
+        slope, _, low, high = theilslopes(delay, device, _ONE_SIGMA)
+        return ClockRate(float(-slope / (1.0 + slope)), float(high - low) / 2.0)
+
+    def _since_first(self, time_us: int) -> int:
+        """Return the time since the first observed sample [us]."""
+        if self._last_us is None:
             raise ValueError("nothing observed yet")
         ahead = (time_us - self._last_us + ROLL_OVER_US // 2) % ROLL_OVER_US - ROLL_OVER_US // 2
-        device_us = self._unrolled_us + ahead
-        return self._origin_ns + device_us * 1000 + round(self._offset(device_us * 1e-6) * 1e9)
+        return self._unrolled_us + ahead
 
     def _device(self, time_us: int) -> float:
         """Return device time since the first sample of this run [s]."""

@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass
 from enum import IntEnum
 
+from cdp_ident.bag.diagnostics import CLOCK_RATE, CLOCK_RATE_STD
 from cdp_ident.rig.joints import Calibration
 from cdp_ident.rig.measurement import Totals
 
@@ -35,6 +36,8 @@ class Health:
 
     level: Level
     message: str
+    hardware_id: str
+    """Which device it is about."""
     values: dict[str, str]
 
 
@@ -68,13 +71,21 @@ def assess(
         "impossible jumps": str(now.jumps),
         "dropped without greeting": str(now.unsent),
         "clock fits begun anew": str(now.clock_restarts),
+        CLOCK_RATE: f"{1e6 * now.clock_rate.fast:.3f}" if now.clock_rate else "unknown",
+        CLOCK_RATE_STD: f"{1e6 * now.clock_rate.std:.3f}" if now.clock_rate else "unknown",
         "zero": now.zero or "taken",
         "zero counts": ", ".join(f"{count:g}" for count in now.zero_counts),
         "counts per turn": ", ".join(str(counts or "unknown") for counts in told.counts_per_turn(now.hello)),
         "metres per count": f"{told.metres_per_count:g}",
         "signs": ", ".join(str(sign) for sign in told.signs),
     }
-    return Health(level, message, values)
+    return Health(level, message, _hardware_id(now, port.name), values)
+
+
+def _hardware_id(totals: Totals, port: str | None) -> str:
+    """Return which device it is: its firmware and its port, or as much of it as is known."""
+    firmware = totals.hello.firmware if totals.hello else ""
+    return " on ".join(filter(None, (firmware, port)))
 
 
 def _judge(

@@ -4,6 +4,7 @@ import threading
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from cdp_ident.bag.diagnostics import ClockRate
 from cdp_ident.errors import RigError
 from cdp_ident.rig.codec import Codec
 from cdp_ident.rig.decoder import Counters, Decoder, Restart
@@ -21,6 +22,8 @@ class Measurement(NamedTuple):
 
     stamp_ns: int
     """Host's time of the measurement [ns]."""
+    device_ns: int
+    """The device's own time of it, roll-overs counted [ns]."""
     positions: Triple
     """Cart [m], inner joint [rad], outer joint relative to the inner rod [rad]; zero upright."""
 
@@ -42,6 +45,8 @@ class Totals:
     """Samples before which the device missed a reading."""
     clock_restarts: int = 0
     """How often the mapping of the device's clock was begun anew."""
+    clock_rate: ClockRate | None = None
+    """How fast the device's clock runs, None while it is not known."""
     unsent: int = 0
     """Samples dropped because no greeting told the counts per turn."""
     zero: str = "none was ever taken"
@@ -111,7 +116,8 @@ class MeasurementStream:
         """Return a copy of what has happened since the start."""
         with self._lock:
             jumps = self._totals.jumps + (self._tracker.jumps_dropped if self._tracker else 0)
-            return Totals(**{**vars(self._totals), "line": Counters(**vars(self._totals.line)), "jumps": jumps})
+            now = {"line": Counters(**vars(self._totals.line)), "jumps": jumps, "clock_rate": self._clock.rate()}
+            return Totals(**{**vars(self._totals), **now})
 
     def take_zero(self) -> Zero:
         """Take the last second as hanging, from now on, and return it to be kept. Raises `RigError` while it moves."""
@@ -156,7 +162,7 @@ class MeasurementStream:
             stamp = self._clock.stamp(sample.time_us)
             positions = self._positions(sample, stamp)
             if positions is not None:
-                result.append(Measurement(stamp, positions))
+                result.append(Measurement(stamp, self._clock.device_time(sample.time_us), positions))
         self._waiting.clear()
         return result
 

@@ -29,15 +29,16 @@ class PortReader:
         on_open: Callable[[], None],
         on_bytes: Callable[[bytes], None],
         say: Callable[[str], None],
+        warn: Callable[[str], None],
     ) -> None:
-        """`on_open`, `on_bytes` and `say` (a sentence for the log) are called in the reading thread."""
+        """`on_open`, `on_bytes`, `say` and `warn` (a sentence for the log) are called in the reading thread."""
         self.failed = False
         """Whether reading ended by an error of the program, which no waiting mends."""
         self.unplugged = 0
         """How often an open port went away."""
         self._pattern = str(Path(pattern).absolute())
         self._baud = baud
-        self._on_open, self._on_bytes, self._say = on_open, on_bytes, say
+        self._on_open, self._on_bytes, self._say, self._warn = on_open, on_bytes, say, warn
         self._stop = threading.Event()
         self._port: str | None = None
         self._problem = "not opened yet"
@@ -74,7 +75,7 @@ class PortReader:
             connection = self._open()
             if connection is None:
                 if not told:
-                    self._say(f"{self._problem}; trying again until it works")
+                    self._warn(f"{self._problem}; trying again until it works")
                     told = True
                 self._stop.wait(pause)
                 pause = min(2 * pause, _LONGEST_PAUSE)
@@ -86,7 +87,7 @@ class PortReader:
                 self._problem = self._read(connection)
             if not self._stop.is_set():
                 self.unplugged += 1
-                self._say(f"{self._port} went away ({self._problem}); trying again until it is back")
+                self._warn(f"{self._port} went away ({self._problem}); trying again until it is back")
                 told = True
             self._port = None
 

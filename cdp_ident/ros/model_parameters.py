@@ -16,7 +16,7 @@ from cdp_ident.configuration.fitted_model import (
 from cdp_ident.errors import OptionError
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.parameters import CONSTANTS, GROUPS, NOMINAL, PARAMETERS
-from cdp_ident.ros.node import Parameters
+from cdp_ident.ros.parameters import Parameters, Shown
 
 _OF_MECHANISM = {
     **{parameter.symbol: (parameter.description, parameter.unit) for parameter in (*PARAMETERS, *CONSTANTS)},
@@ -30,7 +30,7 @@ class ModelParameters:
 
     def __init__(self, node: Any, parameters: Parameters, source: str, take: Callable[[FittedModel], None]) -> None:
         """`source` is the node that the parameters follow, if any; `take` is given each new model."""
-        self._node, self._parameters, self._source, self._take = node, parameters, source, take
+        self._parameters, self._source, self._take = parameters, source, take
         self._shown: dict[str, Any] = {}
         self._from_inside = False
         node.add_on_set_parameters_callback(self._judge)
@@ -52,23 +52,12 @@ class ModelParameters:
             return
         self._from_inside = True
         try:
-            for name in set(self._shown) - set(new):
-                self._node.undeclare_parameter(name)
-            for name in new.keys() - self._shown.keys():
-                self._declare(name, new[name])
-            self._parameters.set({name: new[name] for name in new.keys() & self._shown.keys()})
+            shown = {name: Shown(value, *_described(name), changeable=not self._source) for name, value in new.items()}
+            self._parameters.show(shown, gone=self._shown.keys() - new.keys())
         finally:
             self._from_inside = False
         self._shown = new
         self._take(model)
-
-    def _declare(self, name: str, value: Any) -> None:
-        description, unit = _described(name)
-        advice = f"it is that of {self._source}, which it follows"
-        changeable = not self._source
-        self._parameters.declare(
-            name, value, description, unit=unit, changeable=changeable, overridable=False, advice=advice
-        )
 
     def _judge(self, parameters: list[Any]) -> Any:
         try:

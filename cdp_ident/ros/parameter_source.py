@@ -12,7 +12,7 @@ from rclpy.parameter_client import AsyncParameterClient
 from std_msgs.msg import String
 
 from cdp_ident.configuration.fitted_model import describes_model
-from cdp_ident.ros.topics import latched
+from cdp_ident.ros.qos import latched
 
 _LOOK_SECONDS = 0.1
 """How often it is looked whether there is something to ask for [s]."""

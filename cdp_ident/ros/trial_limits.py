@@ -1,7 +1,7 @@
 """The parameters that say what counts as held, let go and at rest."""
 
 from cdp_ident.rig.recording.detector import TrialLimits
-from cdp_ident.ros.node import Parameters
+from cdp_ident.ros.parameters import Parameters
 
 
 def declare_trial_limits(parameters: Parameters) -> TrialLimits:

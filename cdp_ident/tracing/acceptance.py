@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 
-from cdp_ident.diagnosis.autocorrelation import integrated_autocorrelation_time
 from cdp_ident.diagnosis.outlier_windows import explains_an_outlier
 from cdp_ident.fit.refinement import Fit
 from cdp_ident.model.effects.effect import SensorEffect, TorqueEffect
@@ -47,7 +46,7 @@ def earns_its_place(before: Attempt, after: Attempt, new: Sequence[int] | None =
         return gained.fit > INSTANT_GAIN and gained.holdout > -_HOLDOUT_GAIN and apart
     # Where more than noise would remain, a small gain may be another effect's, and one harmonic a part of what
     # depends on position in another way.
-    structured = integrated_autocorrelation_time(after.fit) > _STRUCTURED
+    structured = after.fit.autocorrelation.integrated_time > _STRUCTURED
     if structured and any(isinstance(effect, TorqueEffect) and effect.harmonic for effect in added):
         return False
     return brings_enough(before, after)
@@ -59,7 +58,7 @@ def brings_enough(before: Attempt, after: Attempt) -> bool:
     of_fit, of_holdout = (
         1.0 - new.rmse() / old.rmse() for old, new in zip(fits_of(before), fits_of(after), strict=True)
     )
-    structured = integrated_autocorrelation_time(after.fit) > _STRUCTURED
+    structured = after.fit.autocorrelation.integrated_time > _STRUCTURED
     least = _STRUCTURED_SHARE if structured else _HOLDOUT_SHARE
     enough = of_holdout > _HOLDOUT_SHARE and max(of_fit, of_holdout) > least
     # In short windows what is certain may be a small share of the error.

@@ -66,28 +66,25 @@ class ScoreTest:
             self._columns.append(count - states + np.array(strengths, dtype=np.int64))
             count += len(candidate.fitted)
         own, size = len(fit.values), count - states
-        sensitivities: list[Array] = [np.empty(0)] * len(fit.windows)
+        windows = len(fit.windows)
+        squares, targets = np.empty((windows, size, size)), np.empty((windows, size))
+        sizes = np.empty((windows, size))
 
         def work(first: int, last: int) -> None:
             for index in range(first, last):
-                window = fit.windows[index]
-                sensitivities[index] = model.predict(values, window.start, window)[1]
+                window, root = fit.windows[index], np.sqrt(fit.weights[index]).reshape(-1, 1)
+                sensitivity = model.predict(values, window.start, window)[1].reshape(-1, count)
+                # A candidate whose sensitivity cannot be computed is none.
+                rows = np.where(np.abs(sensitivity) < _LARGEST, sensitivity, 0.0)
+                rows *= root
+                free, left = rows[:, states:], fit.residuals[index].ravel() * root[:, 0]
+                sizes[index] = np.einsum("nk,nk->k", free, free)
+                state = InitialState.of(rows[:, :states], window.start_known)
+                free, left = state.eliminated_from(free), state.eliminated_from(left)
+                squares[index], targets[index] = free.T @ free, free.T @ left
 
-        share_out(work, len(fit.windows))
-        whole, target, size_before = np.zeros((size, size)), np.zeros(size), np.zeros(size)
-        parts = zip(fit.windows, sensitivities, fit.residuals, fit.weights, strict=True)
-        for window, sensitivity, residual, weight in parts:
-            root = np.sqrt(weight).reshape(-1, 1)
-            # A candidate whose sensitivity cannot be computed is none.
-            known = np.abs(sensitivity) < _LARGEST
-            rows = np.where(known, sensitivity, 0.0).reshape(-1, count) * root
-            left = residual.ravel() * root[:, 0]
-            free = rows[:, states:]
-            size_before += np.sum(free**2, axis=0)
-            state = InitialState.of(rows[:, :states], window.start_known)
-            free, left = state.eliminated_from(free), state.eliminated_from(left)
-            whole += free.T @ free
-            target += free.T @ left
+        share_out(work, windows)
+        whole, target, size_before = squares.sum(axis=0), targets.sum(axis=0), sizes.sum(axis=0)
         whole[:own, :own] += fit.model.penalty
         target[:own] -= fit.model.penalty @ fit.values
         kept = np.linalg.pinv(whole[:own, :own], rcond=1e-12, hermitian=True)

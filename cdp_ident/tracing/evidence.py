@@ -6,7 +6,6 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.diagnosis.autocorrelation import integrated_autocorrelation_time
 from cdp_ident.diagnosis.uncertainty import covariance, effective_unknowns
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.refinement import Fit, refine
@@ -49,8 +48,7 @@ class Attempt:
         return effective_unknowns(self.fit)
 
     @cached_property
-    def covariance(self) -> Array:
-        """(unknowns, unknowns) covariance of the fitted values."""
+    def _covariance(self) -> Array:
         return covariance(self.fit)
 
     def place_of(self, key: str) -> int:
@@ -61,7 +59,7 @@ class Attempt:
         """Return the strength of an effect in its own standard deviations (the root of Wald's statistic)."""
         place = self.model.places(index)
         strong = [place.start + k for k, p in enumerate(self.model.effects[index].fitted) if not p.shape]
-        spread = self.covariance[np.ix_(strong, strong)]
+        spread = self._covariance[np.ix_(strong, strong)]
         values = self.fit.values[strong]
         if not np.all(np.isfinite(spread)):
             return 0.0
@@ -95,7 +93,7 @@ class Change:
 def change(before: Attempt, after: Attempt) -> Change:
     """Compare two models, by the residuals that the better one leaves."""
     better = min(before, after, key=lambda attempt: attempt.squared_error)
-    spread = integrated_autocorrelation_time(better.fit)
+    spread = better.fit.autocorrelation.integrated_time
     more = after.unknowns - before.unknowns
 
     def fall(old: Fit, new: Fit, reference: Fit) -> float:

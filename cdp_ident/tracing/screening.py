@@ -6,7 +6,6 @@ short pieces it still is, but small effects drown in noise there.
 
 from collections.abc import Sequence
 
-from cdp_ident.diagnosis.autocorrelation import integrated_autocorrelation_time
 from cdp_ident.fit.refinement import Fit
 from cdp_ident.tracing.candidates import Candidate, ScoreTest
 from cdp_ident.tracing.evidence import Attempt
@@ -42,4 +41,4 @@ def expected_variance(fit: Fit, gain: float) -> float:
     # The residual is correlated otherwise once the effect is there, but for small gains.
     small = gain < 0.3 * fit.squared_error
     samples = sum(residual.size for residual in fit.residuals)
-    return left / samples * (integrated_autocorrelation_time(fit) if small else 1.0)
+    return left / samples * (fit.autocorrelation.integrated_time if small else 1.0)

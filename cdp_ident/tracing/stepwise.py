@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 
+from cdp_ident.diagnosis.failure import refuse_a_failed_fit
 from cdp_ident.fit.force_balance import ForceBalance
 from cdp_ident.fit.refinement import Fit, fit_initial_states
 from cdp_ident.fit.windows import Window
@@ -37,6 +38,9 @@ def stepwise_selection(
         stop: asked between refits; true ends the selection with the effects found so far.
         balances: of the trials' forces, whose dry friction and coupling are where the selection begins.
         named_only: whether torques without a name are not looked for.
+
+    Raises:
+        FitFailedError: with them, too, the model does not follow the motion.
     """
     before = Attempt(fit, fit_initial_states(fit.model, fit.values, holdout))
     progress = Progress(before, noise, told, stop)
@@ -44,6 +48,7 @@ def stepwise_selection(
     try:
         add_balanced(progress, balances)
         fit_zeros_by_trial(progress)
+        refuse_a_failed_fit((progress.current.fit, progress.current.holdout))
         _select(progress)
         if not named_only:
             add_unknown_torques(progress)

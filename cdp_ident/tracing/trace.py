@@ -57,6 +57,9 @@ def trace(
         found: the paper's model, identified.
         told: called with a line for people after each step.
         stop: asked now and then; true ends the tracing with the effects found so far.
+
+    Raises:
+        FitFailedError: the model does not follow the motion; no effect is sought then.
     """
     selection = stepwise_selection(
         found.fit,
@@ -90,4 +93,4 @@ def _completed(found: Identification, fit: Fit) -> Identification:
     if fit is found.fit:
         return found
     estimate = replace(found.estimate, fit=fit)
-    return Identification.of(found.options, found.data, found.balances, estimate, found.errors)
+    return Identification.of(found.options, found.data, found.balances, found.length, estimate, found.errors)

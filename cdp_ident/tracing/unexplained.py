@@ -6,7 +6,6 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.diagnosis.autocorrelation import integrated_autocorrelation_time
 from cdp_ident.diagnosis.outlier_windows import outlier_windows
 from cdp_ident.model.effects.effect import Joint
 from cdp_ident.tracing.evidence import Attempt
@@ -57,7 +56,7 @@ def unexplained(selection: Selection, noise: Array, trials: Sequence[str], inert
     dependence = max(_dependences(residual), key=lambda found: found.share)
     worst = int(np.argmax(ratios))
     remains = f"{1e3 * errors[worst]:.3g} mrad remain in theta{worst + 1}, {ratios[worst]:.1f} times its noise"
-    correlated = integrated_autocorrelation_time(attempt.fit)
+    correlated = attempt.fit.autocorrelation.integrated_time
     slow = f"; it changes slowly, over {correlated:.0f} samples" if correlated > 3 else ""
     description = "; ".join(filter(None, (remains, dependence.words(inertia) + slow, window)))
     return Unexplained(True, JOINTS[dependence.joint], overall, description)

@@ -77,11 +77,11 @@ def _promising(attempt: Attempt, curves: Sequence[TorqueEffect]) -> list[Candida
     """Return the curves that look best by score tests over the windows and over short pieces of them."""
     found: dict[str, Candidate] = {}
     for fit in (attempt.closely, attempt.fit) if curves else ():
-        test = ScoreTest(fit, [ActiveEffect(effect) for effect in curves])
         ranked = []
-        for index, effect in enumerate(curves):
+        for effect in curves:
             assert effect.curve
-            matrix, right = test.reduced(index)
+            # One by one: all of them together would take a gigabyte for a long recording.
+            matrix, right = ScoreTest(fit, [ActiveEffect(effect)]).reduced(0)
             smooth = smooth_curve(effect.curve, matrix, right, expected_variance(fit, 0.0))
             gain = smooth.gain / expected_variance(fit, smooth.gain) - 2.0 * smooth.freedom
             candidate = Candidate(

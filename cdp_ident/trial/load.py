@@ -5,6 +5,7 @@ from pathlib import Path
 
 from cdp_ident.bag.reader import read_joint_states
 from cdp_ident.errors import TrialError
+from cdp_ident.trial.device_time import in_device_time
 from cdp_ident.trial.find import find_trial
 from cdp_ident.trial.joints import select_joints
 from cdp_ident.trial.options import TrialOptions
@@ -17,17 +18,19 @@ def load_trial(bag: Path, options: TrialOptions | None = None) -> Trial:
     The bag is read (`read_joint_states`), its joints are mapped to theta1 and theta2 (`TrialOptions`), repeated and
     late samples are dropped, and the angles unwrapped; what was taken for granted about the angles is checked against
     the physics of the motion; the hand's holding and pushing, the cart's driving and the rest at the end are cut. What
-    was done stands in `Trial.notes`. Samples keep the times at which they were measured.
+    was done stands in `Trial.notes`. Samples keep the times at which they were measured, by the device's own clock
+    where the bag has it (`in_device_time`).
 
     Raises:
         BagError: the bag cannot be read or holds no joint states on the topic.
         TrialError: joints are missing, the data contradict the conventions, or there is no motion long enough.
     """
     options = options or TrialOptions()
-    recording = read_joint_states(bag, options.topic)
+    recording, clock, clock_notes = in_device_time(read_joint_states(bag, options.topic))
     try:
         samples, notes = select_joints(recording, options)
         trial = find_trial(samples, options).trial
     except TrialError as error:
         raise TrialError(f"{bag}: {error}") from error
-    return replace(trial, name=recording.name, notes=(*recording.notes, *notes, *trial.notes))
+    notes = [*recording.notes, *clock_notes, *notes, *trial.notes]
+    return replace(trial, name=recording.name, notes=tuple(notes), clock=clock)

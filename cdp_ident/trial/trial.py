@@ -7,6 +7,8 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
+from cdp_ident.bag.diagnostics import ClockRate
+
 Array = npt.NDArray[np.float64]
 
 
@@ -30,6 +32,8 @@ class Trial:
     """Time of the first sample since the beginning of the bag [s]."""
     notes: tuple[str, ...] = ()
     """What was dropped, cut or noticed on the way from the bag to here, in words, with numbers."""
+    clock: ClockRate | None = None
+    """How fast the device's clock ran whose times these are, None where they are stamps."""
     breaks: tuple[int, ...] = ()
     """Indices of the first samples after gaps so long that turns of the rods could be lost in them."""
 

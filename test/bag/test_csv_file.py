@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from cdp_ident.bag.csv_file import read_table
 from cdp_ident.errors import BagError
 
-IN_A_FOLDER = settings(deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+IN_A_FOLDER = settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 
 
 def table(tmp_path, text, **options):

@@ -10,10 +10,7 @@ import pytest
 from rosbags.highlevel import AnyReader
 
 from cdp_ident.bag.reader import read_joint_states
-from cdp_ident.configuration.settings import Settings
 from cdp_ident.demo.recording import RIG, swing_times
-from cdp_ident.pipeline.job import load, run
-from cdp_ident.report.outcome import Job
 from cdp_ident.rig.emulator.configuration import load_rig
 from cdp_ident.rig.emulator.motion import Motion
 from cdp_ident.trial.load import load_trial
@@ -65,9 +62,8 @@ def test_the_free_swing_is_found_in_them(name):
     assert trial.duration < min(swing_times(RIG))
 
 
-def test_identify_names_what_is_hidden_in_them_and_nothing_else():
-    wide, folded, check = (BAGS / name for name in make_bags.NAMES)
-    found = run(load(Job((wide, folded), (check,), Settings.of({}))), lambda progress: None).trace
+def test_identify_names_what_is_hidden_in_them_and_nothing_else(outcome):
+    found = outcome.trace
     (effect,) = found.effects
     assert effect.active.effect.key == "coulomb_friction.outer"
     assert effect.holdout_without > 10 * effect.holdout_with

@@ -109,7 +109,7 @@ def test_what_a_file_says_and_what_its_motion_shows_needs_no_option(convert, col
     assert np.allclose(np.diff(stamps), 5e6, atol=2)
 
 
-@settings(max_examples=12, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=settings().max_examples // 4, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     form=st.sampled_from([(",", "."), (";", ","), ("\t", "."), (" ", ","), ("|", ".")]),
     unit=st.sampled_from(["rad", "deg"]),

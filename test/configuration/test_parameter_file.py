@@ -11,7 +11,7 @@ def read(tmp_path):
     def run(text):
         file = tmp_path / "some.yaml"
         file.write_text(text)
-        return read_parameter_file(file, "identify")
+        return read_parameter_file(file, "identify").taken()
 
     return run
 
@@ -34,6 +34,32 @@ def test_the_node_s_own_section_wins_over_that_of_all_nodes(read):
     }
 
 
+@pytest.mark.parametrize("key", ["/**/identify", "/rig1/identify", "/*/identify", "/rig1/*", "rig1/identify"])
+def test_keys_are_matched_as_ros_does(tmp_path, key):
+    (tmp_path / "some.yaml").write_text(f"{key}: {{ros__parameters: {{g: 1.0}}}}")
+    assert read_parameter_file(tmp_path / "some.yaml", "/rig1/identify").taken() == {"g": 1.0}
+
+
+@pytest.mark.parametrize("key", ["identify", "/identify", "/*", "/rig2/identify", "/**/driver"])
+def test_keys_for_other_namespaces_and_names_are_not_for_this_node(tmp_path, key):
+    (tmp_path / "some.yaml").write_text(f"{key}: {{ros__parameters: {{g: 1.0}}}}")
+    with pytest.raises(OptionError, match="says nothing to /rig1/identify"):
+        read_parameter_file(tmp_path / "some.yaml", "/rig1/identify")
+
+
+def test_namespaces_may_be_nested(tmp_path):
+    (tmp_path / "some.yaml").write_text("rig1: {identify: {ros__parameters: {g: 1.0}}, driver: {ros__parameters: {}}}")
+    assert read_parameter_file(tmp_path / "some.yaml", "/rig1/identify").taken() == {"g": 1.0}
+
+
+def test_of_what_is_for_any_node_only_what_is_known_is_taken(tmp_path):
+    (tmp_path / "some.yaml").write_text(
+        "/**: {ros__parameters: {g: 2.0, baud: 3}}\nidentify: {ros__parameters: {window: 1.0, gg: 4.0}}"
+    )
+    found = read_parameter_file(tmp_path / "some.yaml", "identify")
+    assert found.taken({"g", "window"}.__contains__) == {"g": 2.0, "window": 1.0, "gg": 4.0}
+
+
 def test_sections_of_other_nodes_are_left_alone(read):
     assert read("driver: {ros__parameters: {port: x}}\nidentify: {ros__parameters: {}}") == {}
 
@@ -48,9 +74,9 @@ def test_an_empty_section_says_nothing(read):
         ("identify: [", "not YAML"),
         ("identify: {ros__parameters: {t: 2024-99-99}}", "not YAML"),
         ("\x00", "not YAML"),
-        ("", "says nothing to identify"),
-        ("[1, 2]", "says nothing to identify"),
-        ("driver: {ros__parameters: {port: x}}", "says nothing to identify"),
+        ("", "says nothing to /identify"),
+        ("[1, 2]", "says nothing to /identify"),
+        ("driver: {ros__parameters: {port: x}}", "says nothing to /identify"),
         ("identify: {L: 0.4}", "expected 'ros__parameters:'"),
         ("identify: 3", "expected 'ros__parameters:'"),
         ("identify: {ros__parameters: [1]}", "expected names and values"),
@@ -86,4 +112,4 @@ def test_what_is_written_is_read_again(tmp_path):
         "n": 3,
     }
     (tmp_path / "some.yaml").write_text(parameter_file(values, ["a comment"]))
-    assert read_parameter_file(tmp_path / "some.yaml", "anyone") == values
+    assert read_parameter_file(tmp_path / "some.yaml", "anyone").for_any == values

@@ -26,15 +26,17 @@ WINDOWS = cut_into_windows([TWIN])
 NOISE = 2.1e-3
 
 
-def test_with_the_start_given_search_and_refinement_arrive_at_the_noise_from_every_seed():
-    arrivals = [search_and_refine(StartGiven.of(seed), np.random.default_rng(seed)) for seed in range(100)]
+@pytest.mark.parametrize("seeds", [8, pytest.param(100, marks=pytest.mark.campaign)])
+def test_with_the_start_given_search_and_refinement_arrive_at_the_noise_from_every_seed(seeds):
+    arrivals = [search_and_refine(StartGiven.of(seed), np.random.default_rng(seed)) for seed in range(seeds)]
     assert max(arrival.relative_error for arrival in arrivals) < CLOSE
     # pycma needs 2400 simulations for it (benchmarks/refinement.py).
     assert max(arrival.simulations + 2 * arrival.passes for arrival in arrivals) < 800
 
 
-def test_with_starts_unknown_they_arrive_as_well():
-    found = [estimate(MODEL, WINDOWS, PRIOR, NOISE, np.random.default_rng(seed)) for seed in range(20)]
+@pytest.mark.parametrize("seeds", [3, pytest.param(20, marks=pytest.mark.campaign)])
+def test_with_starts_unknown_they_arrive_as_well(seeds):
+    found = [estimate(MODEL, WINDOWS, PRIOR, NOISE, np.random.default_rng(seed)) for seed in range(seeds)]
     assert max(each.fit.rmse() for each in found) < NOISE
     assert all(each.searches == 1 for each in found)
     spread = np.sqrt(np.diag(covariance(found[0].fit)))

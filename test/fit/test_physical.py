@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from cdp_ident.fit.physical import logarithmic_derivatives, nearest_physical_values
@@ -35,7 +35,6 @@ def is_possible(values):
     )
 
 
-@settings(max_examples=15)
 @given(values=pendulums())
 def test_the_values_have_the_groups_and_are_positive_and_are_found_where_there_are_any(values):
     truth = np.array([values[symbol] for symbol in SYMBOLS])
@@ -151,7 +150,6 @@ def test_a_rig_without_an_encoder_between_the_rods_has_none_found():
     assert not found.determined[M0]
 
 
-@settings(max_examples=25)
 @given(values=pendulums(), scale=st.floats(0.5, 2.0))
 def test_scaling_all_masses_inertias_and_frictions_is_a_direction_without_a_derivative(values, scale):
     physical = scale * np.array([values[symbol] for symbol in SYMBOLS])

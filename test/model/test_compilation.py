@@ -100,6 +100,7 @@ for effect in effects:
 """
 
 
+@pytest.mark.campaign
 def test_kept_code_goes_together_with_code_compiled_since(tmp_path):
     def motions(order):
         done = subprocess.run(

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 import sympy
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.linalg import eigh, expm
 
@@ -55,7 +55,6 @@ def test_a_moving_cart_makes_a_difference():
     assert np.abs(pendulum.motion(TABLE_5, TABLE_3, times, SWAYING_CART) - at_rest).max() > 0.1
 
 
-@settings(max_examples=25)
 @given(values=pendulums(), start=starts())
 def test_any_pendulum_moves_as_in_the_reference(values, start):
     angles, velocities = largest_difference(values, start, A_SECOND, 0.0005)
@@ -69,7 +68,6 @@ def test_the_error_falls_with_the_fourth_power_of_the_step():
     assert 12 < coarse / fine < 24
 
 
-@settings(max_examples=40)
 @given(values=pendulums(friction=False), start=starts())
 def test_energy_is_kept_without_friction(values, start):
     states = simulate(physical_coefficients(values), start, np.linspace(0, 3, 301), step=0.0005)
@@ -79,7 +77,6 @@ def test_energy_is_kept_without_friction(values, start):
     assert np.ptp(energy) < 1e-6 * scale
 
 
-@settings(max_examples=40)
 @given(values=pendulums(), start=starts())
 def test_energy_falls_at_all_times_with_friction(values, start):
     # A pendulum that begins at rest in a balance loses nothing.
@@ -103,7 +100,6 @@ def linearised_about_hanging(values):
 
 @pytest.mark.parametrize("mode", [0, 1], ids=["together", "against each other"])
 @given(values=pendulums(friction=False))
-@settings(max_examples=20)
 def test_small_motions_about_hanging_have_the_analytic_eigenfrequencies(mode, values):
     inertia, _, stiffness = linearised_about_hanging(values)
     squared_frequencies, shapes = eigh(stiffness, inertia)
@@ -117,7 +113,6 @@ def test_small_motions_about_hanging_have_the_analytic_eigenfrequencies(mode, va
 
 
 @given(values=pendulums())
-@settings(max_examples=20)
 def test_small_motions_about_hanging_die_away_as_the_linear_equations_say(values):
     inertia, friction, stiffness = linearised_about_hanging(values)
     system = np.zeros((4, 4))
@@ -131,7 +126,6 @@ def test_small_motions_about_hanging_die_away_as_the_linear_equations_say(values
 
 
 @given(values=pendulums(), start=starts(), factor=st.floats(1e-3, 1e3))
-@settings(max_examples=25)
 def test_scaling_all_masses_inertias_and_frictions_changes_no_motion(values, start, factor):
     scaled = {symbol: value * (1 if symbol in ("l1", "l2", "L", "g") else factor) for symbol, value in values.items()}
     states = [simulate(physical_coefficients(each), start, A_SECOND) for each in (values, scaled)]
@@ -170,7 +164,6 @@ def test_every_group_shows_in_the_papers_motion():
 
 
 @given(start=starts(), turns=st.tuples(st.integers(-20, 20), st.integers(-20, 20)))
-@settings(max_examples=25)
 def test_whole_turns_of_the_start_change_nothing_else(start, turns):
     coefficients, whole = physical_coefficients(TABLE_5), 2 * np.pi * np.array([*turns, 0, 0])
     np.testing.assert_allclose(
@@ -179,7 +172,6 @@ def test_whole_turns_of_the_start_change_nothing_else(start, turns):
 
 
 @given(start=starts())
-@settings(max_examples=25)
 def test_the_mirror_image_of_a_motion_is_a_motion(start):
     coefficients = physical_coefficients(TABLE_5)
     np.testing.assert_allclose(

@@ -20,11 +20,11 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
-from cdp_ident.ros.topics import latched
+from cdp_ident.ros.qos import latched
 
 ROOT = Path(__file__).parents[2]
-PATIENCE = 90.0
-"""Longest wait for anything [s]: the machine may be busy."""
+PATIENCE = 300.0
+"""Longest wait for anything [s]: the machine may be busy, and may have to compile first."""
 
 
 class Process:
@@ -42,11 +42,24 @@ class Process:
         """Everything it printed so far."""
         return self.log.read_text()
 
+    def wait_until_it_says(self, words: str, *, once_more: bool = False) -> None:
+        """Wait until it has printed something, or printed it once more; if it ends without, tell what it said."""
+        enough = self.said.count(words) + 1 if once_more else 1
+        deadline = time.monotonic() + PATIENCE
+        while self.said.count(words) < enough:
+            assert self.popen.poll() is None, f"it ended: {self.said}"
+            assert time.monotonic() < deadline, f"it did not say {words!r} within {PATIENCE:g} s: {self.said}"
+            time.sleep(0.02)
+
+    def exit_code(self) -> int:
+        """Wait until it ends by itself."""
+        return self.popen.wait(timeout=PATIENCE)
+
     def end(self, number: int = signal.SIGINT) -> int:
         """Send a signal, wait for the end and return the exit code."""
         if self.popen.poll() is None:
             self.popen.send_signal(number)
-        return self.popen.wait(timeout=PATIENCE)
+        return self.exit_code()
 
 
 class Listener:
@@ -124,15 +137,20 @@ class Listener:
             self.node.destroy_client(client)
 
     def answer(self, ask: Callable[[], Any]) -> Any:
-        """Return a service's answer; ask again where a request went to a node that was killed but not yet forgotten."""
+        """Return a service's answer; ask again where a request went to a node that was killed but not yet forgotten.
+
+        A slow answer to the first request is still the answer: asked once more, a node may say that it is busy.
+        """
         deadline = time.monotonic() + PATIENCE
+        futures: list[Any] = []
         while time.monotonic() < deadline:
-            future = ask()
-            answer_by = time.monotonic() + 3.0
-            while not future.done() and time.monotonic() < answer_by:
+            futures.append(ask())
+            ask_again = time.monotonic() + 3.0
+            while time.monotonic() < ask_again:
+                for future in futures:
+                    if future.done():
+                        return future.result()
                 time.sleep(0.02)
-            if future.done():
-                return future.result()
         raise AssertionError(f"no service answered within {PATIENCE:g} s")
 
     def level(self) -> int | None:

@@ -152,7 +152,7 @@ def test_faster_than_real_time_stamps_are_the_rigs_time(
 )
 def test_a_wrong_parameter_is_one_line_and_exit_code_2(start_driver: Start, parameter: str, words: str) -> None:
     driver = start_driver(parameter)
-    assert driver.popen.wait(timeout=90) == 2
+    assert driver.exit_code() == 2
     assert driver.said.count("\n") == 1
     assert words in driver.said
 
@@ -160,6 +160,6 @@ def test_a_wrong_parameter_is_one_line_and_exit_code_2(start_driver: Start, para
 def test_a_damaged_zero_file_is_one_line_and_exit_code_2(start_driver: Start, tmp_path: Path) -> None:
     (tmp_path / "zero.yaml").write_text("nonsense")
     driver = start_driver()
-    assert driver.popen.wait(timeout=90) == 2
+    assert driver.exit_code() == 2
     assert "zero.yaml" in driver.said
     assert driver.said.count("\n") == 1

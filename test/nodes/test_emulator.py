@@ -23,13 +23,13 @@ def test_wrong_arguments_are_told_with_exit_code_2(
 ) -> None:
     (tmp_path / "tty").write_text("")
     emulator = start("emulator", "--link", str(tmp_path / "tty"), *arguments)
-    assert emulator.popen.wait(timeout=90) == 2
+    assert emulator.exit_code() == 2
     assert words in emulator.said
     assert "Traceback" not in emulator.said
 
 
 def test_help_tells_the_faults(start: Start) -> None:
     emulator = start("emulator", "--help")
-    assert emulator.popen.wait(timeout=90) == 0
+    assert emulator.exit_code() == 0
     for words in ("--unplug-at", "/clock", "--ros-args", "example:"):
         assert words in emulator.said

@@ -17,10 +17,12 @@ from rclpy.parameter_client import AsyncParameterClient
 from std_msgs.msg import String
 
 from cdp_ident.commands.import_csv import main as import_csv
+from cdp_ident.configuration.parameter_file import read_parameter_file
+from cdp_ident.configuration.settings import Settings
 from cdp_ident.model.parameters import GROUPS, NOMINAL
 from cdp_ident.nodes.identify import main
-from cdp_ident.report.folder import FILES
-from cdp_ident.ros.topics import latched
+from cdp_ident.report.folder import FILES, json_text
+from cdp_ident.ros.qos import latched
 from reference.pendulum import TABLE_5
 from scenarios.clean_bags import write_clean_bags
 
@@ -28,13 +30,15 @@ ROOT = Path(__file__).parents[2]
 BAGS = Path(tempfile.gettempdir()) / f"cdp_ident_clean_bags_{os.getpid()}"
 WIDE, FOLDED = str(BAGS / "swing_wide"), str(BAGS / "swing_folded")
 MEASURED = ROOT.parent / "shared/data/multiarm_free_swing/free_swing_8s_56s_1kHz.csv.gz"
+SWING = 6.0
+"""How long each trial is [s]."""
 ENDLESS = "{identify: {ros__parameters: {method: iga, search.generations: 1000000}}}"
 
 
 @pytest.fixture(scope="module", autouse=True)
 def clean_bags():
-    """Nothing is hidden in them: what is tested here is not how effects are found, which takes its time."""
-    write_clean_bags(BAGS)
+    """Short, and nothing is hidden in them: what is tested here is not how effects are found, which takes its time."""
+    write_clean_bags(BAGS, swing=SWING)
     yield
     shutil.rmtree(BAGS)
 
@@ -57,8 +61,10 @@ def identify(*arguments):
 # On the command line
 
 
-def test_once_it_identifies_writes_prints_and_ends(out, capsys):
-    assert main(["--bag", WIDE, FOLDED, "--out", str(out), "--once"]) == 0
+def test_once_it_identifies_prints_and_writes_a_folder_named_after_the_first_bag(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(["--bag", WIDE, "--bag", FOLDED, "--once"]) == 0
+    out = tmp_path / "identification/swing_wide"
     report = report_in(out)
     assert [trial["bag"] for trial in report["trials"]] == [WIDE, FOLDED]
     values = yaml.safe_load((out / "fitted.yaml").read_text())["/**"]["ros__parameters"]
@@ -69,32 +75,12 @@ def test_once_it_identifies_writes_prints_and_ends(out, capsys):
     assert {path.name for path in out.iterdir()} == set(FILES)
 
 
-def test_once_needs_no_ros(out):
+def test_the_same_seed_gives_the_same_report_in_a_process_without_ros_too(tmp_path):
+    arguments = ["--bag", WIDE, "--once", "--seed", "7", "--out"]
+    assert main([*arguments, str(tmp_path / "one")]) == 0
     code = "import sys; sys.modules['rclpy'] = None; from cdp_ident.nodes.identify import main; sys.exit(main())"
-    command = [sys.executable, "-c", code, "--bag", WIDE, "--out", str(out), "--once"]
+    command = [sys.executable, "-c", code, *arguments, str(tmp_path / "two")]
     assert subprocess.run(command, cwd=ROOT, check=False, capture_output=True, timeout=300).returncode == 0
-    assert (out / "report.json").exists()
-
-
-def test_the_folder_is_named_after_the_first_bag(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    assert main(["--bag", WIDE, "--bag", FOLDED, "--once"]) == 0
-    assert (tmp_path / "identification/swing_wide/report.json").exists()
-
-
-def test_the_command_line_wins_over_the_configuration(out, tmp_path):
-    (tmp_path / "some.yaml").write_text(
-        "identify: {ros__parameters: {seed: 3, method: iga, window: 2.0, search.generations: 2}}"
-    )
-    options = ["--config", str(tmp_path / "some.yaml"), "--seed", "9", "--method", "tga"]
-    assert main(["--bag", WIDE, "--out", str(out), "--once", *options]) == 0
-    options = report_in(out)["run"]["options"]
-    assert (options["seed"], options["method"], options["window"]) == (9, "tga", 2.0)
-
-
-def test_the_same_seed_gives_the_same_report(tmp_path):
-    for name in ("one", "two"):
-        assert main(["--bag", WIDE, "--out", str(tmp_path / name), "--once", "--seed", "7"]) == 0
     one, two = (report_in(tmp_path / name) for name in ("one", "two"))
     for report in (one, two):
         del report["search"]["seconds"], report["run"]["seconds"], report["run"]["written_at"]
@@ -102,39 +88,40 @@ def test_the_same_seed_gives_the_same_report(tmp_path):
     assert (tmp_path / "one/fitted.yaml").read_text() == (tmp_path / "two/fitted.yaml").read_text()
 
 
-def test_configuration_file_and_params_file_and_single_parameters_mean_the_same(tmp_path):
-    values = {"nominal.m1": 0.12, "window": 2.0, "trial.stop": math.inf, "known.m2": 0.1154, "seed": 4}
-    file = tmp_path / "some.yaml"
-    file.write_text(yaml.safe_dump({"identify": {"ros__parameters": values}}))
-    single = [word for name, value in values.items() for word in ("-p", f"{name}:={yaml.safe_dump(value).split()[0]}")]
-    single[single.index("window:=2.0")] = "window:=2"  # a whole number may stand for a real one
-    assert main(["--bag", WIDE, "--out", str(tmp_path / "config"), "--once", "--config", str(file)]) == 0
-    options = [report_in(tmp_path / "config")["run"]["options"]]
-    for way in (["--params-file", str(file)], single):
-        done = identify("--bag", WIDE, "--out", str(tmp_path / way[0]), "--once", "--ros-args", *way)
-        assert done.returncode == 0, done.stderr
-        options.append(report_in(tmp_path / way[0])["run"]["options"])
-    assert options[0] == options[1] == options[2]
-    assert options[0]["known.m2"] == 0.1154
-
-
-def test_the_shipped_configuration_is_accepted_by_ros_too(tmp_path):
-    shipped = ["--ros-args", "--params-file", str(ROOT / "config/identify.yaml")]
-    done = identify("--bag", WIDE, "--out", str(tmp_path / "out"), "--once", *shipped)
+def test_ros_s_params_files_and_single_parameters_mean_the_same_as_a_configuration(tmp_path, out):
+    in_file = {"nominal.m1": 0.12, "window": 2.0, "trial.stop": math.inf, "method": "tga", "search.generations": 2}
+    (tmp_path / "some.yaml").write_text(yaml.safe_dump({"identify": {"ros__parameters": in_file}}))
+    single = {"known.m2": 0.1154, "seed": 4, "window": 3}  # a whole number may stand for a real one
+    ways = [
+        *("--params-file", str(ROOT / "config/identify.yaml"), "--params-file", str(tmp_path / "some.yaml")),
+        *(word for name, value in single.items() for word in ("-p", f"{name}:={value}")),
+    ]
+    done = identify("--bag", WIDE, "--out", str(out), "--once", "--ros-args", *ways)
     assert done.returncode == 0, done.stderr
+    configuration = read_parameter_file(ROOT / "config/identify.yaml", "identify") | in_file | single
+    assert report_in(out)["run"]["options"] == json.loads(json_text(Settings.of(configuration).values()))
 
 
 def test_a_report_is_replaced_only_by_force_and_the_search_not_even_begun(out, capsys):
-    assert main(["--bag", WIDE, "--out", str(out), "--once"]) == 0
-    before = (out / "report.json").read_text()
-    capsys.readouterr()
-    assert main(["--bag", WIDE, "--out", str(out), "--once", "--seed", "2"]) == 2
+    out.mkdir()
+    (out / "report.json").write_text("an earlier one")
+    assert main(["--bag", WIDE, "--out", str(out), "--once"]) == 2
     printed = capsys.readouterr()
     assert "--force" in printed.err
     assert printed.err.count("\n") == 1
-    assert (out / "report.json").read_text() == before
-    assert main(["--bag", WIDE, "--out", str(out), "--once", "--seed", "2", "--force"]) == 0
-    assert report_in(out)["search"]["seed"] == 2
+    assert (out / "report.json").read_text() == "an earlier one"
+
+
+def test_with_force_it_is_replaced_and_the_command_line_wins_over_the_configuration(out, tmp_path):
+    out.mkdir()
+    (out / "report.json").write_text("an earlier one")
+    (tmp_path / "some.yaml").write_text(
+        "identify: {ros__parameters: {seed: 3, method: iga, window: 2.0, search.generations: 2}}"
+    )
+    options = ["--config", str(tmp_path / "some.yaml"), "--seed", "9", "--method", "tga", "--force"]
+    assert main(["--bag", WIDE, "--out", str(out), "--once", *options]) == 0
+    options = report_in(out)["run"]["options"]
+    assert (options["seed"], options["method"], options["window"]) == (9, "tga", 2.0)
 
 
 @pytest.mark.parametrize(
@@ -162,6 +149,16 @@ def test_bad_input_is_one_line_and_exit_code_2(options, words, capsys, tmp_path,
     assert error.count("\n") == 1
     assert words in error
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_fit_that_failed_is_one_line_and_exit_code_3(capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "long.yaml").write_text("identify: {ros__parameters: {L: 1.5}}")
+    assert main(["--bag", WIDE, "--config", "long.yaml", "--once"]) == 3
+    error = capsys.readouterr().err.splitlines()[-1]
+    assert error.startswith("identify: error: the fit failed")
+    assert "L is 0.4" in error
+    assert list(tmp_path.iterdir()) == [tmp_path / "long.yaml"]
 
 
 @pytest.mark.parametrize(
@@ -194,6 +191,7 @@ def test_a_bad_ros_parameter_is_one_line_and_exit_code_2(parameter, out):
     assert parameter.partition(":")[0] in done.stderr
 
 
+@pytest.mark.campaign
 @pytest.mark.skipif(not MEASURED.exists(), reason="the measured swing is not beside the repository")
 def test_a_measured_swing_is_identified_and_its_errors_printed(tmp_path, capsys):
     columns = ["--time", "time_s", "--inner", "theta1_rad", "--outer", "theta2_rad", "--outer-angle", "absolute"]
@@ -215,10 +213,10 @@ def test_a_measured_swing_is_identified_and_its_errors_printed(tmp_path, capsys)
 # Interrupted
 
 
-def test_ctrl_c_keeps_the_best_so_far(start, listener, tmp_path, out):
+def test_ctrl_c_keeps_the_best_so_far(start, tmp_path, out):
     (tmp_path / "endless.yaml").write_text(ENDLESS)
     process = start("identify", "--bag", WIDE, "--out", str(out), "--once", "--config", str(tmp_path / "endless.yaml"))
-    listener.wait_for(lambda: "searching: generation" in process.said)
+    process.wait_until_it_says("searching: generation")
     assert process.end(signal.SIGINT) == 0
     report = report_in(out)
     assert report["search"]["stopped"] == "interrupted"
@@ -236,7 +234,7 @@ def test_sigterm_ends_a_search_without_a_report(tmp_path, out):
         while "searching: generation" not in process.stderr.readline():
             pass
         process.send_signal(signal.SIGTERM)
-        _, error = process.communicate(timeout=90)
+        _, error = process.communicate(timeout=300)
     assert process.returncode == 130
     assert "Traceback" not in error
     assert not out.exists()
@@ -276,7 +274,7 @@ def client(listener):
     return Client(listener)
 
 
-def test_it_serves_what_it_reports_with_descriptions_units_and_ranges(start, client, out):
+def test_it_serves_what_it_reports_with_descriptions_and_refuses_to_be_written(start, client, listener, out):
     process = start("identify", "--bag", WIDE, "--out", str(out))
     client.wait_until_it_serves()
     names = [*NOMINAL, *(f"groups.{group.symbol}" for group in GROUPS)]
@@ -288,12 +286,6 @@ def test_it_serves_what_it_reports_with_descriptions_units_and_ranges(start, cli
         assert descriptor.floating_point_range[0].from_value == 0.0
     assert {"std.m1", "determined.groups.c1_over_A22", "window", "lower.m1", "trial.zero"} <= set(client.names())
     client.listener.wait_for(lambda: client.states and client.states[-1].startswith("ready: swing_wide"))
-    assert process.end() == 0
-
-
-def test_it_refuses_to_be_written_from_outside_and_says_why(start, client, listener, out):
-    start("identify", "--bag", WIDE, "--out", str(out))
-    client.wait_until_it_serves()
     before = client.values("m1", "window")
     assert listener.set_parameter("/identify", "m1", 9.0) == (
         False,
@@ -303,6 +295,7 @@ def test_it_refuses_to_be_written_from_outside_and_says_why(start, client, liste
     assert not changed
     assert "--config" in reason
     assert client.values("m1", "window") == before
+    assert process.end() == 0
 
 
 def test_it_identifies_again_with_what_configuration_and_bags_say_then(start, client, listener, tmp_path, out):
@@ -318,8 +311,7 @@ def test_it_identifies_again_with_what_configuration_and_bags_say_then(start, cl
     assert listener.call("/identify/identify_again")[0] is False
     assert client.values("m1", "window") == [first["after"]["physical"]["m1"]["value"], 2.0]  # until the new is done
     assert report_in(out) == first
-    lines = process.said.count("searching: generation")
-    listener.wait_for(lambda: process.said.count("searching: generation") > lines)
+    process.wait_until_it_says("searching: generation", once_more=True)
     process.popen.send_signal(signal.SIGINT)
 
     listener.wait_for(lambda: client.values("window") == [3.0])
@@ -334,20 +326,33 @@ def test_it_identifies_again_with_what_configuration_and_bags_say_then(start, cl
     assert process.end() == 0
 
 
-def test_what_fails_again_leaves_the_parameters_and_files_of_before(start, client, listener, tmp_path, out):
+def test_what_fails_again_leaves_all_as_before_and_what_succeeds_is_told_as_parameter_events(
+    start, client, listener, tmp_path, out
+):
     config = tmp_path / "some.yaml"
     config.write_text("identify: {ros__parameters: {seed: 5}}")
     process = start("identify", "--bag", WIDE, "--out", str(out), "--config", str(config))
     client.wait_until_it_serves()
     before, report = client.values("m1"), report_in(out)
+    events = []
+    listener.node.create_subscription(ParameterEvent, "/parameter_events", events.append, 1000)
     config.write_text("identify: {ros__parameters: {seeed: 5}}")
     assert listener.call("/identify/identify_again")[0]
     listener.wait_for(lambda: any(state.startswith("failed: unknown key") for state in client.states))
     assert client.values("m1") == before
     assert report_in(out) == report
-    config.write_text("identify: {ros__parameters: {seed: 6}}")
+    config.write_text("identify: {ros__parameters: {seed: 6, L: 0.39}}")
     assert listener.call("/identify/identify_again")[0]
-    listener.wait_for(lambda: report_in(out)["search"]["seed"] == 6)
+    # A simulator that follows /identify has nothing else to go by.
+    listener.wait_for(
+        lambda: any(
+            parameter.name == "L" and parameter.value.double_value == 0.39
+            for event in events
+            if event.node == "/identify"
+            for parameter in event.changed_parameters
+        )
+    )
+    assert report_in(out)["search"]["seed"] == 6
     assert process.end() == 0
 
 
@@ -370,17 +375,14 @@ def test_trials_that_come_into_a_watched_folder_are_judged_then_fitted_too(start
 
     (trials / "broken").mkdir()
     (trials / "broken/metadata.yaml").write_text("nothing")
+    write_clean_bags(tmp_path / "changed", {**TABLE_5, "c2": 2 * TABLE_5["c2"]}, SWING)
     record(FOLDED, "second")
-    listener.wait_for(lambda: trials_in_report() == ["first", "second"])
-    (second,) = report_in(out)["unseen"]
-    assert (second["trial"], second["fits"]) == ("second", True)
-    assert "broken is left out: " in process.said
-
-    write_clean_bags(tmp_path / "changed", {**TABLE_5, "c2": 2 * TABLE_5["c2"]})
     record(tmp_path / "changed/swing_folded", "third")
     listener.wait_for(lambda: trials_in_report() == ["first", "second", "third"])
+    assert "broken is left out: " in process.said
     report = report_in(out)
-    third = report["unseen"][-1]
+    second, third = report["unseen"]
+    assert (second["trial"], second["fits"]) == ("second", True)
     assert (third["trial"], third["fits"], third["changed"][0]["name"]) == ("third", False, "c2_over_A22")
     assert "no_longer_fits" in [warning["name"] for warning in report["warnings"]]
     assert "third no longer fits" in process.said
@@ -398,23 +400,3 @@ def test_trials_that_come_into_a_watched_folder_are_judged_then_fitted_too(start
 def test_without_bags_or_end_it_says_so(arguments, complaint, capsys):
     assert main([*arguments]) == 2
     assert complaint in capsys.readouterr().err
-
-
-def test_other_nodes_see_the_new_values_as_parameter_events(start, client, listener, tmp_path, out):
-    """A simulator that follows /identify has nothing else to go by."""
-    events = []
-    listener.node.create_subscription(ParameterEvent, "/parameter_events", events.append, 1000)
-    config = tmp_path / "some.yaml"
-    config.write_text("identify: {ros__parameters: {L: 0.4}}")
-    start("identify", "--bag", WIDE, "--out", str(out), "--config", str(config))
-    client.wait_until_it_serves()
-    config.write_text("identify: {ros__parameters: {L: 0.39}}")
-    assert listener.call("/identify/identify_again")[0]
-    listener.wait_for(
-        lambda: any(
-            parameter.name == "L" and parameter.value.double_value == 0.39
-            for event in events
-            if event.node == "/identify"
-            for parameter in event.changed_parameters
-        )
-    )

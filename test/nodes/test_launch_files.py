@@ -23,7 +23,7 @@ from reference.pendulum import TABLE_5
 
 ROOT = Path(__file__).parents[2]
 FILES = ("rig", "emulated", "view", "loop")
-PATIENCE = 90.0
+PATIENCE = 300.0
 """Longest wait for anything [s]: the machine may be busy."""
 LAUNCH = """
 import sys

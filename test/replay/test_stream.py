@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
@@ -42,7 +42,6 @@ def in_pieces(stream: MotionStream, times: Array, cuts: Sequence[int]) -> Array:
     return np.concatenate([stream.readings(piece) for piece in np.split(times, sorted(set(cuts)))])
 
 
-@settings(max_examples=20)
 @given(st.lists(st.integers(1, 2000), max_size=30))
 def test_however_it_is_cut_it_is_one_simulation_with_effects_of_torques_and_encoders(cuts: list[int]) -> None:
     stream = MotionStream(MODEL, START, MODEL.trial("swing"))

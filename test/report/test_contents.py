@@ -63,8 +63,10 @@ def test_the_true_groups_are_in_their_intervals(content):
 
 
 def test_the_error_falls_from_stage_to_stage_and_before_is_the_last(content):
-    errors = [stage["holdout"]["rmse_rad"] for stage in content["stages"].values()]
+    errors = [stage["fit"]["rmse_rad"] for stage in content["stages"].values()]
     assert errors == sorted(errors, reverse=True)
+    held_out = [stage["holdout"]["rmse_rad"] for stage in content["stages"].values()]
+    assert held_out[-1] == min(held_out)
     assert content["before"]["error"] == content["stages"]["refined"]
     after = content["after"]["error"]["holdout"]["rmse_rad"]
     assert after < 1.2 * max(content["noise_rad"].values()) < errors[-1]
@@ -77,11 +79,21 @@ def test_the_search_s_history_is_that_of_the_search(content):
     assert search["cut_short"]
 
 
-def test_a_run_can_be_repeated_from_its_report(content, outcome):
+def job_in(content):
     options = json.loads(json_text(content["run"]["options"]))
     options["trial.stop"] = math.inf  # which JSON cannot say: null there
     bags = [Path(bag) for bag in content["run"]["bag_sha256"]]
-    again = report(run(load(Job(tuple(bags[:2]), tuple(bags[2:]), Settings.of(options))), lambda progress: None))
+    return Job(tuple(bags[:2]), tuple(bags[2:]), Settings.of(options))
+
+
+def test_what_was_asked_for_stands_in_the_report(content, outcome):
+    job, asked = job_in(content), outcome.loaded.job
+    assert (job.bags, job.holdout, job.settings.values()) == (asked.bags, asked.holdout, asked.settings.values())
+
+
+@pytest.mark.campaign
+def test_a_run_can_be_repeated_from_its_report(content):
+    again = report(run(load(job_in(content)), lambda progress: None))
     assert without_times(again) == without_times(content)
 
 

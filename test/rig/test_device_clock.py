@@ -138,3 +138,36 @@ def test_a_simulated_host_clock_that_goes_in_late_steps_gives_even_stamps() -> N
             result.append(clock.stamp(time_us))
     assert len(result) > 5700
     assert np.all(np.diff(result) == 5_000_000)
+
+
+@pytest.mark.parametrize("skew", [0.0, 5e-5, -5e-3])
+@pytest.mark.parametrize("kind", ["uniform", "bursts"])
+def test_the_rate_that_is_told_is_as_good_as_it_says(kind: str, skew: float) -> None:
+    off = []
+    for seed in range(20):
+        device, true = line(10.0 + seed, 200.0, skew)
+        arrivals = arrive(true, DELAYS[kind](np.random.default_rng(seed), true))
+        clock = DeviceClock()
+        for time_us, arrival in zip(device.tolist(), arrivals.tolist(), strict=True):
+            clock.observe(time_us, arrival)
+        rate = clock.rate()
+        assert rate is not None
+        assert 0.0 < rate.std < 1e-3
+        off.append((rate.fast - skew) / rate.std)
+    assert 0.4 < np.sqrt(np.mean(np.square(off))) < 1.6
+
+
+def test_no_rate_is_told_before_enough_was_seen_and_none_but_one_of_a_simulated_clock() -> None:
+    clock, simulated = DeviceClock(), DeviceClock(simulated=True)
+    for number in range(800):
+        clock.observe(number * 5000, EPOCH_NS + number * 5_000_000)
+    assert clock.rate() is None
+    assert simulated.rate() == (0.0, 0.0)
+
+
+def test_the_devices_own_time_counts_roll_overs() -> None:
+    clock = DeviceClock()
+    first = ROLL_OVER_US - 1_000_000
+    for number in range(400):
+        clock.observe((first + number * 5000) % ROLL_OVER_US, EPOCH_NS + number * 5_000_000)
+    assert clock.device_time((first + 399 * 5000) % ROLL_OVER_US) == (first + 399 * 5000) * 1000

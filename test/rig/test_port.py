@@ -37,7 +37,7 @@ class Cable:
 class Listener:
     def __init__(self, pattern: str, baud: int = 115200) -> None:
         self.data, self.said, self.opened = b"", [""], 0
-        self.reader = PortReader(pattern, baud, self.on_open, self.on_bytes, self.said.append)
+        self.reader = PortReader(pattern, baud, self.on_open, self.on_bytes, self.said.append, self.said.append)
         self.reader.start()
 
     def on_open(self) -> None:
@@ -128,7 +128,7 @@ def test_an_error_of_the_program_is_not_taken_for_an_unplugged_port(tmp_path: Pa
         raise RuntimeError("a mistake")
 
     opened: list[int] = []
-    reader = PortReader(str(cable.link), 115200, lambda: opened.append(1), fail, lambda _: None)
+    reader = PortReader(str(cable.link), 115200, lambda: opened.append(1), fail, lambda _: None, lambda _: None)
     reader.start()
     wait_for(lambda: bool(opened))
     os.write(cable.device, b"x")

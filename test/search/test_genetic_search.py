@@ -2,7 +2,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from cdp_ident.errors import OptionError
@@ -179,7 +179,6 @@ def test_without_generations_the_best_of_the_first_population_is_returned(option
     mutation_rate=st.floats(0, 1),
     method=st.sampled_from(list(METHODS.values())),
 )
-@settings(max_examples=40)
 def test_any_settings_in_range_give_a_result(population, genes, crossover_rate, mutation_rate, method):
     options = replace(
         method, population=population, generations=5, crossover_rate=crossover_rate, mutation_rate=mutation_rate
@@ -254,13 +253,15 @@ def median_error(objective, options, seeds):
     )
 
 
-def test_on_a_twin_the_improved_algorithm_is_far_ahead_of_the_traditional_one_after_the_same_work(twin_error):
+@pytest.mark.parametrize("seeds", [1, pytest.param(5, marks=pytest.mark.campaign)])
+def test_on_a_twin_the_improved_algorithm_is_far_ahead_of_the_traditional_one_after_the_same_work(twin_error, seeds):
     # A generation of the improved one costs 344 evaluations, one of the traditional one 200.
-    improved = median_error(twin_error, replace(IGA, generations=40), range(5))
-    traditional = median_error(twin_error, replace(TGA, generations=70), range(5))
+    improved = median_error(twin_error, replace(IGA, generations=40), range(seeds))
+    traditional = median_error(twin_error, replace(TGA, generations=70), range(seeds))
     assert improved < traditional / 5
 
 
+@pytest.mark.campaign
 def test_with_the_papers_settings_the_improved_algorithm_beats_the_papers_error_and_the_traditional_one(twin_error):
     improved = median_error(twin_error, IGA, range(10))
     traditional = median_error(twin_error, TGA, range(10))

@@ -34,7 +34,7 @@ def named(found: Trace) -> set[tuple[str, str]]:
     return {(e.active.effect.name, e.active.effect.joint) for e in found.effects if e.certainty not in nameless}
 
 
-@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.campaign)])
 def test_nothing_is_named_where_nothing_is_hidden(seed: int) -> None:
     found, answer = traced("none", seed, 0.0)
     assert named(found) == set()
@@ -42,7 +42,14 @@ def test_nothing_is_named_where_nothing_is_hidden(seed: int) -> None:
     assert found.after.holdout.rmse() < FIT_TO_THE_NOISE * answer.floor
 
 
-@pytest.mark.parametrize("kind", ["coulomb_friction.outer", "air_drag.outer", "encoder_offset.outer"])
+@pytest.mark.parametrize(
+    "kind",
+    [
+        "encoder_offset.outer",
+        pytest.param("coulomb_friction.outer", marks=pytest.mark.campaign),
+        pytest.param("air_drag.outer", marks=pytest.mark.campaign),
+    ],
+)
 def test_what_is_hidden_is_named_and_explains_all_but_the_noise(kind: str) -> None:
     found, answer = traced(kind, 0, 3.0)
     assert named(found) == {hidden.identity for hidden in answer.hidden}
@@ -50,6 +57,7 @@ def test_what_is_hidden_is_named_and_explains_all_but_the_noise(kind: str) -> No
     assert found.after.holdout.rmse() < FIT_TO_THE_NOISE * answer.floor
 
 
+@pytest.mark.campaign
 def test_an_effect_that_took_the_part_of_two_goes_once_both_are_there() -> None:
     found, answer = traced("coulomb_friction.outer+air_drag.outer", 7003)
     assert "dropped load_friction.outer" in [step.action for step in found.ladder.steps]
@@ -57,6 +65,7 @@ def test_an_effect_that_took_the_part_of_two_goes_once_both_are_there() -> None:
     assert found.after.holdout.rmse() < FIT_TO_THE_NOISE * answer.floor
 
 
+@pytest.mark.campaign
 def test_an_effect_that_imitates_a_part_of_something_else_is_not_named() -> None:
     found, answer = traced("backlash.inner", 1000, 0.9)
     assert named(found) == set()
@@ -64,6 +73,7 @@ def test_an_effect_that_imitates_a_part_of_something_else_is_not_named() -> None
     assert found.after.holdout.rmse() > 1.5 * answer.floor
 
 
+@pytest.mark.campaign
 def test_a_knock_is_named_though_the_window_it_is_in_hardly_stands_out() -> None:
     found, answer = traced("impulse.inner", 1000, 1.0)
     assert named(found) == {hidden.identity for hidden in answer.hidden}
@@ -72,10 +82,13 @@ def test_a_knock_is_named_though_the_window_it_is_in_hardly_stands_out() -> None
 @pytest.mark.parametrize(
     ("kind", "seed", "key", "like"),
     [
-        ("partial_rub.outer", 5001, "friction_over_angle.outer", "a part of the turn that rubs at "),
+        pytest.param(
+            "partial_rub.outer", 5001, "friction_over_angle.outer", "a part of the turn that rubs at ",
+            marks=pytest.mark.campaign,
+        ),
         ("magnet.inner", 0, "torque_over_angle.inner", "a magnet at "),
     ],
-)
+)  # fmt: skip
 def test_what_has_no_name_is_found_as_a_curve(kind: str, seed: int, key: str, like: str) -> None:
     found, answer = traced(kind, seed)
     (effect,) = found.effects
@@ -88,6 +101,7 @@ def test_what_has_no_name_is_found_as_a_curve(kind: str, seed: int, key: str, li
     assert found.after.holdout.rmse() < 1.5 * answer.floor
 
 
+@pytest.mark.campaign
 def test_what_has_no_name_is_said_to_remain_where_named_effects_alone_are_asked_for() -> None:
     found, answer = traced("partial_rub.outer", 0, 2.6, named_effects_only=True)
     assert named(found) == set()

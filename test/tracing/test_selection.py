@@ -4,38 +4,16 @@ import numpy as np
 import pytest
 
 from cdp_ident.errors import IdentificationError
-from cdp_ident.fit.motion_model import ActiveEffect, Mechanism, MotionModel
-from cdp_ident.fit.prior import Prior
-from cdp_ident.fit.refinement import fit_initial_states, refine
-from cdp_ident.fit.windows import cut_into_windows
+from cdp_ident.fit.motion_model import ActiveEffect
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.parameters import SYMBOLS, groups_of
 from cdp_ident.tracing import selection
 from cdp_ident.tracing.candidates import Candidate
-from cdp_ident.tracing.evidence import Attempt
 from cdp_ident.tracing.selection import InterruptedSelectionError, Progress
 from reference.pendulum import TABLE_5
-from scenarios.twin import TEN_SECONDS, twin
 
 BY_KEY = {effect.key: effect for effect in CATALOGUE}
-STIFFNESS = 0.02
-"""Of a spring in the outer joint [N m/rad]."""
 TRUTH = groups_of([TABLE_5[symbol] for symbol in SYMBOLS], TABLE_5["L"])
-
-
-def sprung(time, state):
-    torque = -STIFFNESS * (state[1] - state[0])
-    return -torque, torque
-
-
-@pytest.fixture(scope="module")
-def plain():
-    start = (2.2, 2.6, 0.0, 0.0)
-    trial = twin(np.random.default_rng(0), start=start, times=TEN_SECONDS, noise=5e-4, torque=sprung, tolerance=1e-8)
-    windows = cut_into_windows([trial], 1.25)
-    model = MotionModel(Mechanism.of(Prior()))
-    fit = refine(model, TRUTH, windows[::2])
-    return Attempt(fit, fit_initial_states(model, fit.values, windows[1::2]))
 
 
 def candidate(key):

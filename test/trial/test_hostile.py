@@ -28,7 +28,7 @@ def joint(kind, n, generator):
     return np.round(np.cumsum(generator.normal(0, 0.2, n)))
 
 
-@settings(deadline=None, max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     st.tuples(st.sampled_from(KINDS), st.sampled_from(KINDS), st.sampled_from(KINDS)),
     st.integers(1, 1200),

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xacro
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from cdp_ident.model.effects.constants import outer_rod_length
@@ -49,7 +49,6 @@ def posed(model, cart, theta1, theta2, omega1=0.0, omega2=0.0):
     return data
 
 
-@settings(max_examples=40)
 @given(values=pendulums(), state=starts(speed=15.0), u=st.floats(-10, 10))
 def test_the_rods_accelerate_as_the_lagrangian_says(values, state, u):
     model = engine(description(**physical(values)), values["g"])

@@ -10,12 +10,16 @@ from cdp_ident.rig.joints import HANGING
 _HOLD_SECONDS, _REST_SECONDS = 0.3, 1.0
 _RELEASE_WITHIN = 0.5
 """A hand that moves the pendulum more slowly than this [s] out of its hold has not let it go."""
+_HELD_FOR = 4.0
+"""A pendulum that was held stayed there so many times as long as it then takes to get away from there. One that turned
+back stayed about twice as long, however far and fast it swings: its angle is a parabola there."""
 
 
 class End(Enum):
     """Why a trial ended."""
 
     AT_REST = "the pendulum came to rest"
+    CAUGHT = "a hand caught the pendulum"
     TIME_OUT = "it lasted as long as it may"
     SILENCE = "no joint states came any more"
     STOPPED = "it was stopped"
@@ -68,35 +72,38 @@ class ReleaseDetector:
     def __init__(self, limits: TrialLimits) -> None:
         self._limits = limits
         self._ranges = (SlidingRange(_HOLD_SECONDS), SlidingRange(_HOLD_SECONDS))
+        self._still_since = 0
         self._held: tuple[int, float, float] | None = None
-        self.holds = False
-        """Whether the pendulum was held away from hanging at the last positions taken."""
 
     def update(self, stamp_ns: int, inner: float, outer: float) -> bool:
         """Take the next positions [rad]; return whether this is the first one seen to be free."""
-        still = (
-            max(moved.update(stamp_ns, value) for moved, value in zip(self._ranges, (inner, outer), strict=True))
-            <= self._limits.hold
-        )
-        self.holds = still and _from_hanging(inner, outer) > self._limits.away
-        if still:
-            self._held = (stamp_ns, inner, outer) if self.holds else None
+        if _range(self._ranges, stamp_ns, inner, outer) <= self._limits.hold:
+            if _from_hanging(inner, outer) <= self._limits.away:
+                self._held = None
+                return False
+            if self._held is None:
+                self._still_since = stamp_ns - round(_HOLD_SECONDS * 1e9)
+            self._held = (stamp_ns, inner, outer)
             return False
         if self._held is None:
             return False
-        since, held_inner, held_outer = self._held
-        if stamp_ns - since > _RELEASE_WITHIN * 1e9:
+        still_until, held_inner, held_outer = self._held
+        leaving = stamp_ns - still_until
+        if max(abs(inner - held_inner), abs(outer - held_outer)) > self._limits.release:
             self._held = None
-            return False
-        return max(abs(inner - held_inner), abs(outer - held_outer)) > self._limits.release
+            return still_until - self._still_since > _HELD_FOR * leaving
+        if leaving > _RELEASE_WITHIN * 1e9:
+            self._held = None
+        return False
 
 
 class EndDetector:
-    """Notices that a pendulum that moved has come to rest, or that the trial has lasted long enough."""
+    """Notices that a pendulum that moved rests or is held, or that the trial has lasted long enough."""
 
-    def __init__(self, limits: TrialLimits, start_ns: int) -> None:
+    def __init__(self, limits: TrialLimits, start_ns: int, ends_when_caught: bool = True) -> None:
         self._limits = limits
         self._start_ns = start_ns
+        self._ends_when_caught = ends_when_caught
         self._first: tuple[float, float] | None = None
         self._moved = False
         self._ranges = (SlidingRange(_REST_SECONDS), SlidingRange(_REST_SECONDS))
@@ -105,10 +112,18 @@ class EndDetector:
         """Take the next positions [rad]; return why the trial ends here, None while it goes on."""
         first = self._first = self._first or (inner, outer)
         self._moved |= max(abs(inner - first[0]), abs(outer - first[1])) > self._limits.release
-        moved = max(kept.update(stamp_ns, value) for kept, value in zip(self._ranges, (inner, outer), strict=True))
-        if self._moved and moved <= self._limits.rest and _from_hanging(inner, outer) < self._limits.away:
+        moved = _range(self._ranges, stamp_ns, inner, outer)
+        hangs = _from_hanging(inner, outer) < self._limits.away
+        if self._moved and moved <= self._limits.rest and hangs:
             return End.AT_REST
+        if self._moved and moved <= self._limits.hold and not hangs and self._ends_when_caught:
+            return End.CAUGHT
         return End.TIME_OUT if stamp_ns - self._start_ns > self._limits.longest * 1e9 else None
+
+
+def _range(ranges: tuple[SlidingRange, SlidingRange], stamp_ns: int, inner: float, outer: float) -> float:
+    """Return how far the joint that moved more has moved lately [rad]."""
+    return max(moved.update(stamp_ns, value) for moved, value in zip(ranges, (inner, outer), strict=True))
 
 
 def _from_hanging(inner: float, outer: float) -> float:

@@ -6,14 +6,12 @@ import struct
 from array import array
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
-from cdp_ident.bag.joint_state import HEAD_OFFSET, NANOSECONDS, STAMP_OFFSET, Layout, parse_layout, typestore
+from cdp_ident.bag.joint_state import HEAD_OFFSET, NANOSECONDS, STAMP_OFFSET, Layout, parse_layout
 from cdp_ident.rig.recording.detector import End
 
-DIAGNOSTICS_TYPE = "diagnostic_msgs/msg/DiagnosticArray"
 _GAP = 1.5
 """Two samples more than this many usual periods apart have lost others between them."""
 
@@ -61,18 +59,6 @@ class PositionReader:
         return Position(seconds * NANOSECONDS + nanoseconds, inner, outer, values.get(self._joints.cart))
 
 
-def read_rig_status(raw: bytes) -> Mapping[str, str] | None:
-    """Return what the driver says of the rig in the bytes of a DiagnosticArray, None where it says nothing."""
-    try:
-        message: Any = typestore().deserialize_cdr(raw, DIAGNOSTICS_TYPE)
-    except Exception:  # noqa: BLE001  a foreign message: rosbags raises whatever its bytes lead to
-        return None
-    for status in message.status:
-        if status.name.endswith(": rig"):
-            return {"status": status.message, **{value.key: value.value for value in status.values}}
-    return None
-
-
 @dataclass
 class TrialFacts:
     """Collected from the samples of one trial."""
@@ -115,6 +101,17 @@ class TrialFacts:
         periods = steps / np.median(steps)
         return int(np.sum(np.round(periods[periods > _GAP]) - 1))
 
+    def unevenness(self) -> tuple[float, float]:
+        """Return how far the stamps are from even spacing [s]: root mean square, and at most."""
+        stamps = np.unique(np.array(self.stamps, dtype=np.int64))
+        steps = np.diff(stamps)
+        if len(steps) < 2:
+            return 0.0, 0.0
+        number = np.concatenate([[0.0], np.cumsum(np.round(steps / np.median(steps)))])
+        seconds = (stamps - stamps[0]) * 1e-9
+        off = seconds - np.polyval(np.polyfit(number, seconds, 1), number)
+        return float(np.sqrt(np.mean(off**2))), float(np.max(np.abs(off)))
+
     def warnings(self) -> list[str]:
         """Return what is wrong with the trial, in words."""
         found = []
@@ -132,6 +129,7 @@ class TrialFacts:
     def as_metadata(self, end: End, parameters: Mapping[str, object]) -> dict[str, str]:
         """Return the facts as a bag's custom data; `parameters` are the recorder's."""
         motion = self.cart_motion
+        rms, most = self.unevenness()
         return {
             "recorder": "cdp_ident",
             "released_at_ns": str(self.released_ns),
@@ -140,10 +138,12 @@ class TrialFacts:
             "duration_s": f"{self.duration:.3f}",
             "samples": str(len(self.stamps)),
             "samples_lost": str(self.lost()),
+            "stamps_uneven_by_us": f"{1e6 * rms:.2g} rms, {1e6 * most:.2g} at most",
             "cart_at_rest": "not measured" if motion is None else str(motion <= self.cart_limit).lower(),
             "cart_motion_m": "" if motion is None else f"{motion:.6g}",
             "warnings": "; ".join(self.warnings()),
             "zero": self.rig.get("zero", "unknown"),
+            "rig_name": self.rig.get("name", "unknown"),
             "rig": json.dumps(self.rig),
             "parameters": json.dumps(dict(parameters)),
         }

@@ -3,23 +3,27 @@
 import shutil
 import tempfile
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
 from typing import NamedTuple
 
+from cdp_ident.bag import diagnostics
+from cdp_ident.bag.diagnostics import read_statuses
 from cdp_ident.bag.joint_state import MESSAGE_TYPE
+from cdp_ident.bag.metadata import OFFERED_QOS_PROFILES, QosProfile
 from cdp_ident.bag.salvage import complete_bag, incomplete_bags
 from cdp_ident.bag.writer import BagWriter
 from cdp_ident.errors import BagError, RigError
 from cdp_ident.rig.recording.detector import End, EndDetector, ReleaseDetector, TrialLimits
-from cdp_ident.rig.recording.facts import DIAGNOSTICS_TYPE, JointNames, PositionReader, TrialFacts, read_rig_status
+from cdp_ident.rig.recording.facts import JointNames, PositionReader, TrialFacts
 
 FLUSH_NS = 250_000_000
 """What is older than this is out of reach of a kill [ns]; a bag has one chunk for each."""
 _SILENCE_NS = 5_000_000_000
+_SET_BACK_NS = 100_000_000
 _LEAST_FREE = 50_000_000
 """With less space on the disk [bytes], arming is refused: ten minutes at 1 kHz need more."""
 
@@ -46,6 +50,24 @@ class RecorderOptions:
     """Whether to arm at the start and after each trial without being asked."""
 
 
+@dataclass(frozen=True)
+class Surroundings:
+    """What a recorder asks and tells; without ROS there is nobody to ask or tell."""
+
+    say: Callable[[str], None] = lambda _: None
+    """Is given each thing that people should know …"""
+    warn: Callable[[str], None] = lambda _: None
+    """… and each that they should do something about."""
+    on_state: Callable[[str], None] = lambda _: None
+    """Is given each new state."""
+    on_bag: Callable[[Path], None] = lambda _: None
+    """Is given each finished bag."""
+    drivers: Callable[[], Collection[str]] = lambda: ()
+    """Returns the names of the nodes that publish the joint states: their diagnostics are those of the rig."""
+    offered: Callable[[str], Sequence[QosProfile]] = lambda _: OFFERED_QOS_PROFILES
+    """Returns the quality of service that the publishers of a topic offer."""
+
+
 class _Message(NamedTuple):
     topic: str
     message_type: str
@@ -64,21 +86,19 @@ class _Trial:
 class Recorder:
     """Records trials from serialised messages. All methods belong to one thread."""
 
-    def __init__(
-        self,
-        options: RecorderOptions,
-        say: Callable[[str], None],
-        on_state: Callable[[str], None] = lambda _: None,
-        on_bag: Callable[[Path], None] = lambda _: None,
-    ) -> None:
+    def __init__(self, options: RecorderOptions, surroundings: Surroundings) -> None:
         """Complete the bags that an earlier recorder left unfinished, and arm if so wished.
 
-        `say` is given each thing that people should know, `on_state` each new state, `on_bag` each finished bag.
         Raises `RigError` where the folder cannot be written.
         """
         self.state = IDLE
+        self.problem = ""
+        """What kept the last trial from being recorded; empty where nothing did."""
+        self.last_bag: Path | None = None
+        """Folder of the last finished bag."""
         self._options = options
-        self._say, self._on_state, self._on_bag = say, on_state, on_bag
+        self._around = surroundings
+        self._say, self._warn = surroundings.say, surroundings.warn
         self._reader = PositionReader(options.joints)
         self._release = ReleaseDetector(options.limits)
         self._before: deque[_Message] = deque()
@@ -89,9 +109,18 @@ class Recorder:
         self._told_of_joints = False
         self._check_folder()
         self._complete_unfinished()
-        on_state(self.state)
+        surroundings.on_state(self.state)
         if options.rearm:
             self.arm()
+
+    @property
+    def folder(self) -> Path:
+        """Where bags go."""
+        return self._options.folder.absolute()
+
+    def hears_joint_states(self, now_ns: int) -> bool:
+        """Return whether positions of the pendulum came lately."""
+        return self._last_sample_ns is not None and now_ns - self._last_sample_ns <= _SILENCE_NS
 
     def arm(self) -> None:
         """Wait for the release. Raises `RigError` while a trial is recorded, or where it could not be."""
@@ -108,7 +137,7 @@ class Recorder:
         """
         if self.state == RECORDING:
             raise RigError("a trial is being recorded already")
-        if self._last_sample_ns is None or now_ns - self._last_sample_ns > _SILENCE_NS:
+        if not self.hears_joint_states(now_ns):
             raise RigError("no joint states come: is the driver running, and on the same topic?")
         self._check_folder()
         return self._begin(self._last_stamp_ns, now_ns, by_hand=True)
@@ -136,8 +165,13 @@ class Recorder:
                 self._finish(End.STOPPED)
 
     def take(self, topic: str, message_type: str, received_ns: int, raw: bytes) -> None:
-        """Take a serialised JointState or DiagnosticArray that was received at `received_ns` [ns since the epoch]."""
+        """Take a serialised message that was received at `received_ns` [ns since the epoch].
+
+        JointState and DiagnosticArray messages tell of the trial; those of other types are recorded with them.
+        """
         message = _Message(topic, message_type, received_ns, raw)
+        if self._before and received_ns < self._before[-1].received_ns - _SET_BACK_NS:
+            self._before.clear()  # the clock was set back: what came before it is never old enough to go
         if self._trial is not None:
             self._write(message)
         self._before.append(message)
@@ -145,8 +179,8 @@ class Recorder:
             self._before.popleft()
         if message_type == MESSAGE_TYPE:
             self._take_sample(message)
-        elif message_type == DIAGNOSTICS_TYPE and (status := read_rig_status(raw)):
-            self._rig.update(status)
+        elif message_type == diagnostics.MESSAGE_TYPE:
+            self._take_diagnostics(raw)
 
     def tick(self, now_ns: int) -> None:
         """Bring what was written out of reach of a kill; to be called several times a second."""
@@ -159,7 +193,7 @@ class Recorder:
         except BagError as error:
             self._fail(error)
             return
-        if self._last_sample_ns is not None and now_ns - self._last_sample_ns > _SILENCE_NS:
+        if not self.hears_joint_states(now_ns):
             with suppress(RigError):
                 self._finish(End.SILENCE)
 
@@ -169,32 +203,42 @@ class Recorder:
             if not self._told_of_joints:
                 self._told_of_joints = True
                 joints = self._options.joints
-                self._say(
+                self._warn(
                     f"a message on {message.topic} has no positions of {joints.inner} and {joints.outer}: it is "
                     "recorded, but tells nothing of release and rest; set the parameters inner_joint and outer_joint"
                 )
             return
         self._last_sample_ns, self._last_stamp_ns = message.received_ns, position.stamp_ns
+        released = self._release.update(position.stamp_ns, position.inner, position.outer)
         if self._trial is not None:
             self._trial.facts.take(position)
             end = self._trial.end.update(position.stamp_ns, position.inner, position.outer)
+            if released and not self._trial.facts.started_by_hand:
+                end = End.CAUGHT
             if end is not None:
                 with suppress(RigError):
                     self._finish(end)
-        elif self.state == ARMED and self._release.update(position.stamp_ns, position.inner, position.outer):
+        if released and self.state == ARMED:
             with suppress(RigError):
                 self._begin(position.stamp_ns, message.received_ns, by_hand=False)
+
+    def _take_diagnostics(self, raw: bytes) -> None:
+        drivers = self._around.drivers()
+        for status in read_statuses(raw):
+            if status.name in drivers:
+                told = {"name": status.name, "hardware_id": status.hardware_id, "status": status.message}
+                self._rig = told | dict(status.values)
 
     def _begin(self, stamp_ns: int, now_ns: int, by_hand: bool) -> Path:
         options = self._options
         try:
             writer = BagWriter(self._new_folder(now_ns))
         except BagError as error:
-            self._say(str(error))
-            self._set_state(IDLE)
+            self._fail_with(str(error))
             raise RigError(str(error)) from error
         facts = TrialFacts(options.cart_limit, options.shortest, stamp_ns, by_hand)
-        self._trial = _Trial(writer, EndDetector(options.limits, stamp_ns), facts, now_ns)
+        self._trial = _Trial(writer, EndDetector(options.limits, stamp_ns, not by_hand), facts, now_ns)
+        self.problem = ""
         self._set_state(RECORDING)
         self._say(f"{'started' if by_hand else 'released'}: recording {writer.folder}")
         for message in tuple(self._before):
@@ -209,6 +253,9 @@ class Recorder:
         if trial is None:
             return
         try:
+            if message.topic not in trial.writer.topics:
+                offered = self._around.offered(message.topic)
+                trial.writer.add_topic(message.topic, message.message_type, offered=offered)
             trial.writer.write(message.topic, message.message_type, message.received_ns, message.raw)
             if message.received_ns - trial.flushed_ns >= FLUSH_NS:
                 trial.writer.flush()
@@ -224,15 +271,15 @@ class Recorder:
         try:
             trial.writer.close(trial.facts.as_metadata(end, self._parameters()))
         except BagError as error:
-            self._say(f"{error}; what was written is kept, and completed at the recorder's next start")
-            self._set_state(IDLE)
+            self._fail_with(f"{error}; what was written is kept, and completed at the recorder's next start")
             raise RigError(str(error)) from error
         folder = trial.writer.folder
         self._say(f"{folder}: {end.value} after {trial.facts.duration:.1f} s, {len(trial.facts.stamps)} samples")
         for warning in trial.facts.warnings():
-            self._say(f"{folder}: {warning}")
+            self._warn(f"{folder}: {warning}")
         self._set_state(IDLE)
-        self._on_bag(folder)
+        self.last_bag = folder.absolute()
+        self._around.on_bag(self.last_bag)
         if self._options.rearm and end is not End.FAILED:
             with suppress(RigError):
                 self.arm()
@@ -240,12 +287,16 @@ class Recorder:
     def _fail(self, error: BagError) -> None:
         """Give up the trial whose bag cannot be written; what is on the disk stays there."""
         trial, self._trial = self._trial, None
-        self._say(f"{error}; recording stops, what was written is kept")
+        self._fail_with(f"{error}; recording stops, what was written is kept")
         if trial is not None:
             try:
                 trial.writer.close(trial.facts.as_metadata(End.FAILED, self._parameters()))
             except BagError:
-                self._say(f"{trial.writer.folder} is completed at the recorder's next start")
+                self._warn(f"{trial.writer.folder} is completed at the recorder's next start")
+
+    def _fail_with(self, problem: str) -> None:
+        self.problem = problem
+        self._warn(problem)
         self._set_state(IDLE)
 
     def _parameters(self) -> Mapping[str, object]:
@@ -283,9 +334,9 @@ class Recorder:
             try:
                 self._say(f"completed a bag that was left unfinished: {complete_bag(folder)}")
             except BagError as error:
-                self._say(f"left as it is: {error}")
+                self._warn(f"left as it is: {error}")
 
     def _set_state(self, state: str) -> None:
         if state != self.state:
             self.state = state
-            self._on_state(state)
+            self._around.on_state(state)

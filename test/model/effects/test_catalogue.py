@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from cdp_ident.model.effects.catalogue import CATALOGUE, joint_law, kind_of, rods_law
@@ -161,7 +161,6 @@ def test_a_law_s_slopes_are_those_of_differences(effect):
             assert np.abs(slopes[:, direction] - expected).max() < tolerance, f"direction {direction}"
 
 
-@settings(max_examples=60)
 @given(
     state=st.tuples(*[st.floats(-10.0, 10.0)] * 2, *[st.floats(-20.0, 20.0)] * 2),
     shares=st.tuples(*[st.floats(0.0, 1.0)] * 3),

@@ -1,21 +1,15 @@
 """What is said about a trial."""
 
 import json
+import math
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cdp_ident.bag.joint_state import serialize_joint_state, typestore
+from cdp_ident.bag.joint_state import serialize_joint_state
 from cdp_ident.rig.recording.detector import End
-from cdp_ident.rig.recording.facts import (
-    DIAGNOSTICS_TYPE,
-    JointNames,
-    Position,
-    PositionReader,
-    TrialFacts,
-    read_rig_status,
-)
+from cdp_ident.rig.recording.facts import JointNames, Position, PositionReader, TrialFacts
 
 
 def facts(count: int = 2000, cart_step: float = 0.0, missing: frozenset[int] = frozenset()) -> TrialFacts:
@@ -74,19 +68,20 @@ def test_positions_are_read_by_the_joints_names() -> None:
 
 
 @given(raw=st.binary(max_size=200))
-def test_arbitrary_bytes_are_no_position_and_no_status(raw: bytes) -> None:
+def test_arbitrary_bytes_are_no_position(raw: bytes) -> None:
     assert PositionReader(JointNames()).read(raw) is None
-    assert read_rig_status(raw) is None
 
 
-def test_the_rigs_status_is_found_among_others() -> None:
-    types = typestore().types
-    stamp = types["builtin_interfaces/msg/Time"](sec=1, nanosec=2)
-    header = types["std_msgs/msg/Header"](stamp=stamp, frame_id="")
-    status = types["diagnostic_msgs/msg/DiagnosticStatus"]
-    value = types["diagnostic_msgs/msg/KeyValue"]
-    other = status(level=0, name="camera", message="", hardware_id="", values=[])
-    rig = status(level=1, name="driver: rig", message="lost: 3", hardware_id="", values=[value(key="lost", value="3")])
-    message = types[DIAGNOSTICS_TYPE](header=header, status=[other, rig])
-    raw = bytes(typestore().serialize_cdr(message, DIAGNOSTICS_TYPE))
-    assert read_rig_status(raw) == {"status": "lost: 3", "lost": "3"}
+def test_how_even_the_stamps_are_is_told_lost_samples_or_not() -> None:
+    even = facts(missing=frozenset(range(500, 510)))
+    assert even.unevenness() == pytest.approx((0.0, 0.0), abs=1e-8)
+    uneven = TrialFacts(0.002, 5.0, 0, started_by_hand=False)
+    for number in range(2000):
+        off = round(20_000 * math.sin(number / 100.0))
+        uneven.take(Position(number * 5_000_000 + off, 3.0, 0.0, None))
+    rms, most = uneven.unevenness()
+    assert rms == pytest.approx(20e-6 / math.sqrt(2.0), rel=0.1)
+    assert most == pytest.approx(20e-6, rel=0.2)
+    assert (
+        uneven.as_metadata(End.AT_REST, {})["stamps_uneven_by_us"] == f"{1e6 * rms:.2g} rms, {1e6 * most:.2g} at most"
+    )

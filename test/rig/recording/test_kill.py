@@ -1,4 +1,4 @@
-"""Two hundred recorders killed at random times: what is older than a second is there."""
+"""Recorders killed at random times: what is older than a second is there."""
 
 import json
 import os
@@ -11,12 +11,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 from rosbags.highlevel import AnyReader
 
 from cdp_ident.bag.joint_state import typestore
-from cdp_ident.rig.recording.recorder import Recorder, RecorderOptions
+from cdp_ident.rig.recording.recorder import Recorder, RecorderOptions, Surroundings
 
-BATCHES, RECORDERS = 10, 20
+RECORDERS = 20
+"""In a batch, at once."""
 LONGEST = 1.8
 """The last of a batch is killed this long after its start [s]."""
 
@@ -25,10 +27,10 @@ SCRIPT = textwrap.dedent(
     import json, os, sys, time
     from pathlib import Path
     from cdp_ident.bag.joint_state import MESSAGE_TYPE, serialize_joint_state
-    from cdp_ident.rig.recording.recorder import Recorder, RecorderOptions
+    from cdp_ident.rig.recording.recorder import Recorder, RecorderOptions, Surroundings
 
     def record(folder):
-        recorder = Recorder(RecorderOptions(folder), lambda _: None)
+        recorder = Recorder(RecorderOptions(folder), Surroundings())
         number, ticked = 0, time.time_ns()
         while True:
             now = time.time_ns()
@@ -71,11 +73,12 @@ def read(folder: Path) -> list[tuple[int, int]]:
     ]
 
 
-def test_killed_at_200_random_times_a_recorder_loses_nothing_older_than_a_second(tmp_path: Path) -> None:
+@pytest.mark.parametrize("batches", [2, pytest.param(10, marks=pytest.mark.campaign)])
+def test_killed_at_random_times_a_recorder_loses_nothing_older_than_a_second(tmp_path: Path, batches: int) -> None:
     generator = np.random.default_rng(20)
     killed_ns: dict[Path, int] = {}
     with subprocess.Popen(
-        [sys.executable, "-c", SCRIPT, str(tmp_path), str(BATCHES), str(RECORDERS)],
+        [sys.executable, "-c", SCRIPT, str(tmp_path), str(batches), str(RECORDERS)],
         stdout=subprocess.PIPE,
         text=True,
         cwd=Path(__file__).parents[3],
@@ -90,11 +93,11 @@ def test_killed_at_200_random_times_a_recorder_loses_nothing_older_than_a_second
                 killed_ns[folder] = time.time_ns()
                 os.kill(child, signal.SIGKILL)
     assert process.returncode == 0
-    assert len(killed_ns) == BATCHES * RECORDERS
+    assert len(killed_ns) == batches * RECORDERS
 
     with_something = 0
     for folder, killed in killed_ns.items():
-        Recorder(RecorderOptions(folder), lambda _: None)  # the next start
+        Recorder(RecorderOptions(folder), Surroundings())  # the next start
         if not any(folder.iterdir()):
             continue
         (bag,) = folder.iterdir()

@@ -1,5 +1,6 @@
 """Trials to bags, read back by a reader of others."""
 
+import json
 import resource
 import shutil
 from pathlib import Path
@@ -10,17 +11,24 @@ import pytest
 import yaml
 from rosbags.highlevel import AnyReader
 
+from cdp_ident.bag.diagnostics import MESSAGE_TYPE as DIAGNOSTICS
 from cdp_ident.bag.joint_state import MESSAGE_TYPE, serialize_joint_state, typestore
+from cdp_ident.bag.metadata import OFFERED_QOS_PROFILES
 from cdp_ident.errors import RigError
 from cdp_ident.model.parameters import NOMINAL, physical_coefficients
 from cdp_ident.rig.emulator.motion import Motion
 from cdp_ident.rig.emulator.script import Hold, LetGo, MoveCart, Wait
 from cdp_ident.rig.recording.detector import TrialLimits
-from cdp_ident.rig.recording.recorder import ARMED, IDLE, RECORDING, Recorder, RecorderOptions
+from cdp_ident.rig.recording.recorder import ARMED, IDLE, RECORDING, Recorder, RecorderOptions, Surroundings
+from scenarios.device_messages import diagnostics
 
 EPOCH_NS = 1_760_000_000_000_000_000
 PERIOD_NS = 5_000_000
 NAMES = ["cart_joint", "inner_joint", "outer_joint"]
+OFFERED = {
+    "/joint_states": {**OFFERED_QOS_PROFILES[0], "reliability": "best_effort"},
+    "/diagnostics": OFFERED_QOS_PROFILES[0],
+}
 HEAVY = physical_coefficients(NOMINAL | {"c1": 0.1, "c2": 0.05})
 TRIAL = (Wait(1.0), Hold(1.5, 1.5, 1.0), Wait(1.0), LetGo(), Wait(15.0))
 
@@ -30,13 +38,22 @@ class Bench:
 
     def __init__(self, folder: Path, *script: Any, **options: Any) -> None:
         self.said: list[str] = []
+        self.warned: list[str] = []
         self.states: list[str] = []
         self.bags: list[Path] = []
         self.sent: list[tuple[int, float]] = []
         self.motion = Motion(HEAVY, script or TRIAL, PERIOD_NS * 1e-9)
         self.now_ns = EPOCH_NS
         self.recorder = Recorder(
-            RecorderOptions(folder, **options), self.said.append, self.states.append, self.bags.append
+            RecorderOptions(folder, **options),
+            Surroundings(
+                self.said.append,
+                self.warned.append,
+                self.states.append,
+                self.bags.append,
+                lambda: {"/rig1/driver"},
+                lambda topic: [OFFERED[topic]],
+            ),
         )
 
     def run(self, seconds: float, silent: bool = False) -> None:
@@ -59,9 +76,12 @@ def read(bag: Path) -> list[tuple[int, float]]:
     ]
 
 
+def information(bag: Path) -> dict[str, Any]:
+    return dict(yaml.safe_load((bag / "metadata.yaml").read_text())["rosbag2_bagfile_information"])
+
+
 def custom_data(bag: Path) -> dict[str, str]:
-    content = yaml.safe_load((bag / "metadata.yaml").read_text())
-    return dict(content["rosbag2_bagfile_information"]["custom_data"])
+    return dict(information(bag)["custom_data"])
 
 
 def test_an_armed_recorder_records_one_trial_from_before_the_release_to_the_rest(tmp_path: Path) -> None:
@@ -89,6 +109,70 @@ def test_rearmed_it_records_trial_after_trial_and_never_overwrites(tmp_path: Pat
     assert len(set(bench.bags)) == 3
     assert all(len(read(bag)) > 500 for bag in bench.bags)
     assert bench.recorder.state == ARMED
+
+
+CATCHES = (Wait(1.0), *3 * (Hold(1.5, 1.5, 0.7), Wait(0.7), LetGo(), Wait(2.0)), Wait(15.0))
+
+
+def test_a_catch_ends_a_trial_and_the_next_release_begins_another(tmp_path: Path) -> None:
+    bench = Bench(tmp_path, *CATCHES, rearm=True)
+    bench.run(28.0)
+    assert [custom_data(bag)["ended"] for bag in bench.bags] == [
+        *2 * ["a hand caught the pendulum"],
+        "the pendulum came to rest",
+    ]
+    assert [custom_data(bag)["started"] for bag in bench.bags] == 3 * ["by release"]
+
+
+def test_not_rearmed_only_the_first_of_several_swings_is_recorded(tmp_path: Path) -> None:
+    bench = Bench(tmp_path, *CATCHES)
+    bench.recorder.arm()
+    bench.run(28.0)
+    assert [custom_data(bag)["ended"] for bag in bench.bags] == ["a hand caught the pendulum"]
+
+
+def test_it_tells_the_state_of_the_rig_whose_joint_states_it_records(tmp_path: Path) -> None:
+    bench = Bench(tmp_path)
+    rigs = {"/rig2/driver": {"zero": "none was ever taken"}, "/rig1/driver": {"zero": "taken"}, "/camera": {}}
+    bench.run(0.1)
+    bag = bench.recorder.start(bench.now_ns)
+    bench.recorder.take("/diagnostics", DIAGNOSTICS, bench.now_ns, diagnostics(rigs, "firmware on /dev/tty"))
+    bench.recorder.stop()
+    facts = custom_data(bag)
+    assert (facts["rig_name"], facts["zero"]) == ("/rig1/driver", "taken")
+    assert json.loads(facts["rig"])["hardware_id"] == "firmware on /dev/tty"
+
+
+def test_what_publishers_offer_is_recorded(tmp_path: Path) -> None:
+    bench = Bench(tmp_path)
+    bench.run(1.0)
+    bag = bench.recorder.start(bench.now_ns)
+    bench.recorder.stop()
+    (topic,) = information(bag)["topics_with_message_count"]
+    assert topic["topic_metadata"]["offered_qos_profiles"] == [OFFERED["/joint_states"]]
+
+
+def test_a_clock_that_is_set_back_leaves_nothing_behind_in_memory(tmp_path: Path) -> None:
+    bench = Bench(tmp_path)
+    bench.run(3.0)
+    bench.now_ns -= 3_600_000_000_000
+    before = len(bench.sent)
+    bench.run(3.0)
+    bag = bench.recorder.start(bench.now_ns)
+    bench.recorder.stop()
+    assert read(bag) == bench.sent[-201:]
+    assert len(bench.sent) == before + 600
+
+
+def test_a_bag_s_folder_is_told_absolutely(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    bench = Bench(Path("trials"))
+    bench.run(0.1)
+    bench.recorder.start(bench.now_ns)
+    bench.recorder.stop()
+    (bag,) = bench.bags
+    assert bag.is_absolute()
+    assert bag.parent == tmp_path / "trials"
 
 
 def test_two_bags_of_one_second_have_two_names(tmp_path: Path) -> None:
@@ -122,7 +206,7 @@ def test_a_moving_cart_lost_samples_and_a_short_trial_are_said_and_kept_as_metad
     warnings = custom_data(bag)["warnings"]
     for words in ("not zero-input: the cart moved by 0.05 m", "20 of", "too short"):
         assert words in warnings
-        assert any(words in said for said in bench.said)
+        assert any(words in warned for warned in bench.warned)
 
 
 def test_when_joint_states_stop_the_trial_ends(tmp_path: Path) -> None:
@@ -169,8 +253,8 @@ def test_joint_states_without_the_pendulums_joints_are_told_once(tmp_path: Path)
     bench = Bench(tmp_path)
     for stamp in range(3):
         bench.recorder.take("/joint_states", MESSAGE_TYPE, stamp, serialize_joint_state(["elbow"], [1.0], stamp))
-    (said,) = bench.said
-    assert "no positions of inner_joint and outer_joint" in said
+    (warned,) = bench.warned
+    assert "no positions of inner_joint and outer_joint" in warned
 
 
 def test_closing_completes_the_bag(tmp_path: Path) -> None:
@@ -211,7 +295,8 @@ def test_a_disk_that_takes_no_more_is_said_at_once_and_what_was_written_is_compl
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, before)
     assert bench.recorder.state == IDLE
-    assert any("cannot be written: File too large" in said for said in bench.said)
+    assert any("cannot be written: File too large" in warned for warned in bench.warned)
+    assert "File too large" in bench.recorder.problem
     again = Bench(tmp_path)
     assert any("completed a bag" in said for said in again.said)
     kept = read(bag)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cdp_ident.diagnosis.autocorrelation import autocovariance, correlation_length, integrated_autocorrelation_time
+from cdp_ident.fit.autocorrelation import autocovariance
 from cdp_ident.fit.motion_model import Mechanism, MotionModel
 from cdp_ident.fit.prior import Prior
 from cdp_ident.fit.refinement import Fit, refine
@@ -27,19 +27,19 @@ def with_residuals(correlation: float) -> Fit:
 
 
 def test_white_residuals_are_not_correlated() -> None:
-    assert correlation_length(FIT) <= 3
-    assert integrated_autocorrelation_time(FIT) < 1.5
-    assert integrated_autocorrelation_time(with_residuals(0.0)) == pytest.approx(1.0, abs=0.1)
+    assert FIT.autocorrelation.length <= 3
+    assert FIT.autocorrelation.integrated_time < 1.5
+    assert with_residuals(0.0).autocorrelation.integrated_time == pytest.approx(1.0, abs=0.1)
 
 
 def test_the_integrated_time_of_a_first_order_process_is_the_known_one() -> None:
     fit = with_residuals(0.8)
-    assert integrated_autocorrelation_time(fit) == pytest.approx(1.8 / 0.2, rel=0.25)
-    assert correlation_length(fit) > 10
+    assert fit.autocorrelation.integrated_time == pytest.approx(1.8 / 0.2, rel=0.25)
+    assert fit.autocorrelation.length > 10
 
 
 def test_the_autocovariance_is_the_sum_of_products() -> None:
-    found = autocovariance(FIT)
+    found = autocovariance(FIT.residuals)
     for lag in (0, 3):
         expected = sum(np.sum(r[lag:] * r[: len(r) - lag], axis=0) for r in FIT.residuals)
         np.testing.assert_allclose(found[lag], expected, rtol=1e-9)

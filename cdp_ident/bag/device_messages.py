@@ -1,0 +1,84 @@
+"""What a bag holds of the device beside its samples: its own time of each, and how fast its clock runs."""
+
+import struct
+from array import array
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+import numpy as np
+import numpy.typing as npt
+import zstandard
+
+from cdp_ident.bag import diagnostics, time_reference
+from cdp_ident.bag.diagnostics import ClockRate, read_statuses
+from cdp_ident.bag.message_compression import plain_message
+from cdp_ident.bag.time_reference import parse_time_reference
+
+Times = npt.NDArray[np.int64]
+Mask = npt.NDArray[np.bool_]
+
+_LEAST_SHARE = 0.9
+"""A device's time that fewer of the samples have is not used."""
+
+
+@dataclass(frozen=True)
+class DeviceTime:
+    """The device's own time of the samples of a recording."""
+
+    times: Times
+    """(n,) of each sample [ns]; it begins anew in the middle where the device was reset."""
+    rate: ClockRate | None = None
+    """How fast its clock runs, as its driver says last."""
+
+
+@dataclass
+class _Topic:
+    """The time references of one topic."""
+
+    source: str = ""
+    stamps: "array[int]" = field(default_factory=lambda: array("q"))
+    times: "array[int]" = field(default_factory=lambda: array("q"))
+
+    def at(self, stamps: Times) -> tuple[Times, Mask]:
+        """Return the device's times of samples with these stamps (n,), and which of them are known."""
+        known, first = np.unique(np.array(self.stamps, dtype=np.int64), return_index=True)
+        place = np.minimum(np.searchsorted(known, stamps), len(known) - 1)
+        return np.array(self.times, dtype=np.int64)[first][place], known[place] == stamps
+
+
+class DeviceMessages:
+    """Collects a bag's time references and statuses."""
+
+    TYPES: ClassVar = (time_reference.MESSAGE_TYPE, diagnostics.MESSAGE_TYPE)
+
+    def __init__(self) -> None:
+        self._topics: dict[str, _Topic] = {}
+        self._rates: dict[str, ClockRate] = {}
+
+    def add(self, topic: str, message_type: str, raw: bytes) -> None:
+        """Add a message of one of TYPES; one that is not well-formed is passed over."""
+        try:
+            raw = plain_message(raw)
+            if message_type == time_reference.MESSAGE_TYPE:
+                stamp, device, source = parse_time_reference(raw)
+                references = self._topics.setdefault(topic, _Topic())
+                references.source = source
+                references.stamps.append(stamp)
+                references.times.append(device)
+                return
+        except (ValueError, struct.error, zstandard.ZstdError, MemoryError):
+            return
+        self._rates |= {status.hardware_id: rate for status in read_statuses(raw) if (rate := status.clock_rate)}
+
+    def device_time(self, stamps: Times) -> tuple[DeviceTime, Mask] | None:
+        """Return the device's time of the samples with these stamps (n,) that have one, and which have one.
+
+        It is that of whichever topic has these stamps; None where none has nine in ten of them.
+        """
+        if not len(stamps):
+            return None
+        for references in self._topics.values():
+            times, known = references.at(stamps)
+            if np.mean(known) >= _LEAST_SHARE:
+                return DeviceTime(times[known], self._rates.get(references.source)), known
+        return None

@@ -1,0 +1,26 @@
+"""`sensor_msgs/msg/TimeReference` from its bytes on the wire (CDR), without ROS."""
+
+import struct
+
+from cdp_ident.bag.joint_state import NANOSECONDS
+
+MESSAGE_TYPE = "sensor_msgs/msg/TimeReference"
+
+
+def parse_time_reference(raw: bytes) -> tuple[int, int, str]:
+    """Return stamp [ns], device's time [ns] and source in the CDR bytes of a TimeReference.
+
+    Raises ValueError or struct.error where the bytes are none.
+    """
+    if raw[:2] not in (b"\0\0", b"\0\1"):
+        raise ValueError("not plain CDR")
+    order = "<" if raw[1] else ">"
+    seconds, nanoseconds, frame = struct.unpack_from(f"{order}iII", raw, 4)
+    # Four-byte numbers are aligned from the end of the four bytes that tell the encoding, which are four themselves.
+    at = 16 + frame + -frame % 4
+    device_seconds, device_nanoseconds, length = struct.unpack_from(f"{order}iII", raw, at)
+    source = raw[at + 12 : at + 12 + length]
+    if len(source) != length or max(nanoseconds, device_nanoseconds) >= NANOSECONDS:
+        raise ValueError("not a time reference")
+    stamp, device = seconds * NANOSECONDS + nanoseconds, device_seconds * NANOSECONDS + device_nanoseconds
+    return stamp, device, source.removesuffix(b"\0").decode(errors="replace")

@@ -1,0 +1,73 @@
+"""Whether the length between the joints is what it was said to be, as the balance of forces has it.
+
+The coupling of the rods, A23, over the outer rod's moment of gravity, m2 l2, is L: known too exactly to be wrong by a
+little, it makes everything else a little wrong, and effects that are not there explain the rest.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from cdp_ident.errors import FitFailedError
+from cdp_ident.fit.balance_unknowns import MOMENT
+from cdp_ident.fit.force_balance import ForceBalance
+
+_OFF = 3e-3
+"""Share of L that matters: it moves every frequency by half of that, as much as friction does in a few swings."""
+_CLEARLY = 4.0
+"""Standard deviations."""
+_CLEARLY_BETTER = 20.0
+"""Fall of the balance's information criterion."""
+_NO_BALANCE = 0.5
+"""Share of gravity's torque that is unexplained in no free swing: the strongest dry friction leaves a fifth."""
+
+_BESIDE_NOISE = 2.0
+"""What is unexplained counts where it is so many times what noise leaves."""
+
+
+@dataclass(frozen=True)
+class LengthByBalance:
+    """L as the balance of forces has it, where that is clearly another one than was given."""
+
+    given: float
+    """[m]"""
+    found: float
+    """[m]"""
+    std: float
+    """[m]"""
+
+    @property
+    def words(self) -> str:
+        """It in words."""
+        share = 100.0 * (self.found / self.given - 1.0)
+        found = f"{self.found:.4g} ± {self.std:.2g} m"
+        return f"by the balance of forces L is {found}, {share:+.2g} % from the {self.given:g} m given"
+
+
+def length_by_balance(given: ForceBalance, free: ForceBalance) -> LengthByBalance | None:
+    """Compare a balance of forces with L as given to the same with L free; None where they agree about L."""
+    place = [free.names.index(name) for name in ("A23_over_A22", MOMENT)]
+    coupling, moment = free.values[place]
+    spread = free.covariance[np.ix_(place, place)]
+    if not (coupling > 0.0 and moment > 0.0 and np.all(np.isfinite(spread))):
+        return None
+    slope = np.array([1.0 / coupling, -1.0 / moment])
+    std = free.length * float(np.sqrt(slope @ spread @ slope))
+    off = abs(free.length - given.length)
+    better = min(free.criterion.values()) < min(given.criterion.values()) - _CLEARLY_BETTER
+    if off < max(_OFF * given.length, _CLEARLY * std) or not better:
+        return None
+    return LengthByBalance(given.length, free.length, std)
+
+
+def refuse_what_does_not_balance(balance: ForceBalance, length: LengthByBalance | None) -> None:
+    """Raise `FitFailedError` where gravity, friction and inertia do not explain the motion at all."""
+    own = np.where(balance.unexplained > _BESIDE_NOISE * balance.noise_share, balance.unexplained, 0.0)
+    if np.any(own > _NO_BALANCE):
+        joint = ("inner", "outer")[int(np.argmax(own))]
+        hint = f"; {length.words}" if length else ""
+        raise FitFailedError(
+            f"the fit failed: gravity, friction and inertia of a double pendulum with L = {balance.length:g} m do not "
+            f"balance in the {joint} joint{hint}. Check L, g and what the angles mean (trial.zero, trial.outer_angle, "
+            "trial.inner_sign, trial.outer_sign), and that all bags are of one rig"
+        )

@@ -1,0 +1,54 @@
+"""What a node says of itself in `/diagnostics`, once a second, and with that severity in its log."""
+
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
+
+import rclpy.clock
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+
+from cdp_ident.rig.health import Level
+
+
+class Status(NamedTuple):
+    """One report of a node."""
+
+    level: Level
+    message: str
+    values: Mapping[str, str] = {}
+    hardware_id: str = ""
+    """The device that it is about, if any."""
+
+
+def log(logger: Any, level: Level, sentence: str) -> None:
+    """Say something with the severity of a level; rclpy takes one severity from each line of code."""
+    if level is Level.OK:
+        logger.info(sentence)
+    elif level is Level.ERROR:
+        logger.error(sentence)
+    else:
+        logger.warning(sentence)
+
+
+class Diagnostics:
+    """Publishes what a node reports, under its fully qualified name."""
+
+    def __init__(self, node: Any, report: Callable[[], Status]) -> None:
+        """`report` is asked once a second."""
+        self._node, self._report = node, report
+        self._publisher = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
+        # Steady: it goes on where use_sim_time is set and no clock runs.
+        self._steady = rclpy.clock.Clock(clock_type=rclpy.clock.ClockType.STEADY_TIME)
+        node.create_timer(1.0, self._publish, clock=self._steady)
+
+    def _publish(self) -> None:
+        reported = self._report()
+        status = DiagnosticStatus(
+            level=bytes([reported.level]),
+            name=self._node.get_fully_qualified_name(),
+            message=reported.message,
+            hardware_id=reported.hardware_id,
+            values=[KeyValue(key=key, value=value) for key, value in reported.values.items()],
+        )
+        message = DiagnosticArray(status=[status])
+        message.header.stamp = self._node.get_clock().now().to_msg()
+        self._publisher.publish(message)

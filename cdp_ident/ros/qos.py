@@ -1,0 +1,111 @@
+"""Quality of service of the topics: what is asked for and offered, and how users and publishers change it."""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from rclpy.event_handler import SubscriptionEventCallbacks
+from rclpy.exceptions import InvalidParameterTypeException
+from rclpy.qos import DurabilityPolicy, QoSPolicyKind, QoSProfile, ReliabilityPolicy
+from rclpy.qos_overriding_options import InvalidQosOverridesError, QoSOverridingOptions
+
+from cdp_ident.bag.metadata import INFINITE, OFFERED_QOS_PROFILES, QosProfile
+from cdp_ident.errors import OptionError
+
+QOS_OVERRIDES = "qos_overrides."
+"""Parameters that begin so are ROS's own, which change the quality of service of topics."""
+
+_SIZE = (QoSPolicyKind.HISTORY, QoSPolicyKind.DEPTH)
+
+
+def latched(depth: int = 1) -> QoSProfile:
+    """Return the quality of service of a topic whose last `depth` messages are given to each new subscriber."""
+    return QoSProfile(depth=depth, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+
+def create_publisher(node: Any, message_class: type, topic: str, depth: int) -> Any:
+    """Return a reliable publisher whose quality of service users can change by `qos_overrides`.
+
+    Raises `OptionError` where what they say makes no sense.
+    """
+    profile, options = QoSProfile(depth=depth), QoSOverridingOptions((*_SIZE, QoSPolicyKind.RELIABILITY))
+    return _checked(topic, lambda: node.create_publisher(message_class, topic, profile, qos_overriding_options=options))
+
+
+class Subscription:
+    """A subscription to serialised messages that hears best-effort publishers too.
+
+    It asks for reliable messages. Where a publisher offers less, it says so and asks for less, unless the user has
+    settled that by `qos_overrides`.
+    """
+
+    def __init__(
+        self, node: Any, message_class: type, topic: str, callback: Callable[[bytes], None], depth: int
+    ) -> None:
+        """Raises `OptionError` where `qos_overrides` make no sense."""
+        self._node, self._class, self._topic, self._callback = node, message_class, topic, callback
+        self._profile = QoSProfile(depth=depth, reliability=ReliabilityPolicy.RELIABLE)
+        reliability = f"{QOS_OVERRIDES}{node.resolve_topic_name(topic)}.subscription.reliability"
+        self._settled = reliability in node._parameter_overrides  # rclpy has no public way to ask for these
+        # A subscription cannot be replaced from within its own event.
+        self._adapting = node.create_guard_condition(self._adapt)
+        self._subscription = self._subscribe((*_SIZE, QoSPolicyKind.RELIABILITY))
+
+    def _subscribe(self, policies: Sequence[QoSPolicyKind]) -> Any:
+        return _checked(
+            self._topic,
+            lambda: self._node.create_subscription(
+                self._class,
+                self._topic,
+                self._callback,
+                self._profile,
+                raw=True,
+                event_callbacks=SubscriptionEventCallbacks(incompatible_qos=self._incompatible),
+                qos_overriding_options=QoSOverridingOptions(policies),
+            ),
+        )
+
+    def _incompatible(self, event: Any) -> None:
+        name, logger = self._node.resolve_topic_name(self._topic), self._node.get_logger()
+        if event.last_policy_kind == QoSPolicyKind.RELIABILITY and not self._settled:
+            self._settled = True
+            logger.warning(f"a publisher of {name} does not make sure that its messages arrive: some may be lost")
+            self._adapting.trigger()
+        else:
+            policy = QoSPolicyKind(event.last_policy_kind).name.lower()
+            logger.error(f"nothing is heard from a publisher of {name}: it offers less {policy} than is asked for")
+
+    def _adapt(self) -> None:
+        self._node.destroy_subscription(self._subscription)
+        self._profile.reliability = ReliabilityPolicy.BEST_EFFORT
+        self._subscription = self._subscribe(_SIZE)
+
+
+def offered(node: Any, topic: str) -> Sequence[QosProfile]:
+    """Return what the publishers of a topic offer, as rosbag2 writes it; ROS's default where there is none."""
+    profiles = [info.qos_profile for info in node.get_publishers_info_by_topic(topic)]
+    return [_as_written(profile) for profile in profiles] or OFFERED_QOS_PROFILES
+
+
+def _as_written(profile: Any) -> QosProfile:
+    def duration(name: str) -> dict[str, int]:
+        seconds, nanoseconds = divmod(getattr(profile, name).nanoseconds, 1_000_000_000)
+        return INFINITE if seconds >= INFINITE["sec"] else {"sec": seconds, "nsec": nanoseconds}
+
+    return {
+        "history": profile.history.short_key,
+        "depth": profile.depth,
+        "reliability": profile.reliability.short_key,
+        "durability": profile.durability.short_key,
+        "deadline": duration("deadline"),
+        "lifespan": duration("lifespan"),
+        "liveliness": profile.liveliness.short_key,
+        "liveliness_lease_duration": duration("liveliness_lease_duration"),
+        "avoid_ros_namespace_conventions": profile.avoid_ros_namespace_conventions,
+    }
+
+
+def _checked(topic: str, make: Callable[[], Any]) -> Any:
+    try:
+        return make()
+    except (InvalidQosOverridesError, InvalidParameterTypeException, RuntimeError, ValueError) as error:
+        raise OptionError(f"{QOS_OVERRIDES}{topic}: {error}") from error

@@ -1,0 +1,43 @@
+"""A fit that does not follow the motion is called failed."""
+
+import numpy as np
+import pytest
+
+from cdp_ident.diagnosis.failure import refuse_a_failed_fit
+from cdp_ident.errors import FitFailedError
+from cdp_ident.fit.motion_model import Mechanism, MotionModel
+from cdp_ident.fit.prior import Prior
+from cdp_ident.fit.refinement import refine
+from cdp_ident.fit.windows import cut_into_windows
+from cdp_ident.model.parameters import SYMBOLS, groups_of
+from reference.pendulum import TABLE_5
+from scenarios.twin import standard_twin
+
+MODEL = MotionModel(Mechanism.of(Prior()))
+TRUTH = groups_of([TABLE_5[symbol] for symbol in SYMBOLS], TABLE_5["L"])
+WINDOWS = cut_into_windows([standard_twin(np.random.default_rng(0))])
+
+
+@pytest.fixture(scope="module")
+def fits():
+    """With the rig's values, and with those of a rig whose gravity is four times that."""
+    wrong = TRUTH * (1.0, 1.0, 4.0, 1.0, 1.0)
+    return [refine(MODEL, values, WINDOWS, hold_values=True) for values in (TRUTH, wrong)]
+
+
+def test_a_fit_that_follows_the_motion_is_none(fits):
+    right, _ = fits
+    refuse_a_failed_fit((right, right))
+
+
+@pytest.mark.parametrize(("place", "which"), [(0, "fitted"), (1, "kept out of the fit")])
+def test_one_that_does_not_is_refused_with_what_to_try(fits, place, which):
+    right, wrong = fits
+    pair = [right, right]
+    pair[place] = wrong
+    with pytest.raises(FitFailedError, match=rf"of {len(WINDOWS)} windows {which} .*trial\.zero.* shorter window"):
+        refuse_a_failed_fit(pair)
+
+
+def test_a_fit_that_failed_has_an_exit_code_of_its_own():
+    assert FitFailedError.exit_code == 3

@@ -1,0 +1,46 @@
+"""A length that was given wrongly is seen in the balance of forces."""
+
+import numpy as np
+import pytest
+
+from cdp_ident.diagnosis.length import length_by_balance, refuse_what_does_not_balance
+from cdp_ident.errors import FitFailedError
+from cdp_ident.fit.force_balance import balance_of_forces
+from reference.pendulum import TABLE_5
+from scenarios.twin import TEN_SECONDS, twin
+
+TRUE = TABLE_5["L"]
+
+
+@pytest.fixture(scope="module")
+def balances():
+    trial = twin(np.random.default_rng(0), start=(2.2, 2.6, 0.0, 0.0), times=TEN_SECONDS, noise=5e-4, tolerance=1e-8)
+
+    def compute(given):
+        return tuple(balance_of_forces([trial], given, 9.81, length_free=free) for free in (False, True))
+
+    return compute
+
+
+@pytest.mark.parametrize("share", [0.98, 1.012])
+def test_a_length_that_is_off_is_told_with_the_right_one(balances, share):
+    given, free = balances(share * TRUE)
+    found = length_by_balance(given, free)
+    assert found.found == pytest.approx(TRUE, abs=4 * found.std)
+    assert found.std < 0.002 * TRUE
+    assert found.words.startswith("by the balance of forces L is 0.4")
+    assert found.words.endswith(f" % from the {share * TRUE:g} m given")
+    refuse_what_does_not_balance(given, found)
+
+
+@pytest.mark.parametrize("share", [1.0, 1.001])
+def test_one_that_is_right_or_off_by_nothing_that_matters_is_not(balances, share):
+    assert length_by_balance(*balances(share * TRUE)) is None
+
+
+def test_what_no_pendulum_of_this_length_does_is_refused_with_the_length_that_would_do(balances):
+    given, free = balances(4 * TRUE)
+    with pytest.raises(
+        FitFailedError, match=r"L = 1\.6 m do not balance in the outer joint; by the balance .* L is 0\.4"
+    ):
+        refuse_what_does_not_balance(given, length_by_balance(given, free))
