@@ -107,4 +107,3 @@ def test_what_has_no_name_is_said_to_remain_where_named_effects_alone_are_asked_
     assert named(found) == set()
     assert found.after.holdout.rmse() > FIT_TO_THE_NOISE * answer.floor
     assert found.unexplained.significant
-    assert found.unexplained.joint == answer.hidden[0].effect.joint
