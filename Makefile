@@ -12,7 +12,7 @@ ROS := export PYTHONDONTWRITEBYTECODE= HOME="$${HOME:-/tmp}" ROS_AUTOMATIC_DISCO
 # One process more than there are cores: tests of nodes often wait.
 ALL_CORES := --numprocesses=$$(( $$(nproc) + 1 )) --dist=worksteal
 
-.PHONY: demo test test-all check format bench build clean
+.PHONY: demo test test-all check format bench fuzz build clean
 
 demo: build  ## the data's whole way, from an emulated rig to served parameters, in two minutes
 	@$(ROS) $(BIN)/python -m cdp_ident demo
@@ -35,6 +35,9 @@ format: $(VENV)/.ready  ## what `check` asks for, as far as a tool can do it
 
 bench: build  ## how fast, beside what a user would use instead
 	@$(ROS) $(BIN)/python -m benchmarks
+
+fuzz: $(VENV)/.ready  ## damaged and hostile input for a minute; the seed is printed
+	$(BIN)/python -m fuzz --seconds 60
 
 build: install/.ready  ## the ROS 2 package, with colcon
 

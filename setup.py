@@ -12,7 +12,7 @@ ROOT = Path(__file__).parent
 def executables() -> list[str]:
     """Return an entry point for each executable of the package's table."""
     table = runpy.run_path(str(ROOT / NAME / "executables.py"))["EXECUTABLES"]
-    return [f"{name} = {module}:main" for name, module in table.items()]
+    return [f"{name} = {NAME}.start:{name}" for name in table]
 
 
 def shared(folder: str) -> tuple[str, list[str]]:
@@ -44,6 +44,8 @@ setup(
         "rosbags",
         "mcap",
         "zstandard",
+        "lz4",
+        "jsonschema",
         "pyserial",
         "cobs",
     ],

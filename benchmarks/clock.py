@@ -36,6 +36,8 @@ Array = npt.NDArray[np.float64]
 
 CRYSTAL = 30e-6
 """Standard deviation of the clocks' errors: that of cheap crystals."""
+HAND = 0.1
+"""How differently the hand lets go [rad], so that the counts' rounding is another each time."""
 TIMES = ("device", "stamps")
 """By which times trials are identified."""
 _TRIALS = 3
@@ -92,7 +94,11 @@ def record(recording: Recording) -> list[Path]:
     folder.mkdir(parents=True, exist_ok=True)
     rig = yaml.safe_load(RIG.read_text())
     rig["effects"] = {}  # the paper's model is all that there is to find
-    rig["clock_error"] = float(np.random.default_rng(recording.number).normal(0.0, CRYSTAL))
+    generator = np.random.default_rng(recording.number)
+    rig["clock_error"] = float(generator.normal(0.0, CRYSTAL))
+    for hold in (command["hold"] for command in rig["script"] if "hold" in command):
+        for angle in ("theta1", "theta2"):
+            hold[angle] += float(generator.normal(0.0, HAND))
     (folder / "rig.yaml").write_text(yaml.safe_dump(rig))
     with Nodes(folder / "logs") as nodes, client_node(nodes.check) as client:
         return record_trials(nodes, client, folder / "rig.yaml", folder, lambda said: None)

@@ -1,10 +1,10 @@
 """`python3 -m cdp_ident NODE …`: the same as `ros2 run cdp_ident NODE …`, for people without ROS's command line."""
 
-import importlib
 import sys
 
 from cdp_ident.command_line import EXIT_BAD_INPUT
 from cdp_ident.executables import EXECUTABLES
+from cdp_ident.start import start
 
 
 def main() -> int:
@@ -18,7 +18,7 @@ def main() -> int:
         print(f"cdp_ident: error: there is no node {name!r}; {usage}", file=sys.stderr)
         return EXIT_BAD_INPUT
     sys.argv[0] = name
-    return int(importlib.import_module(EXECUTABLES[name]).main())
+    return start(name)
 
 
 if __name__ == "__main__":

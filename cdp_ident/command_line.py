@@ -2,15 +2,17 @@
 
 import argparse
 import functools
-import os
 import sys
 from collections.abc import Callable, Sequence
 from typing import NoReturn
 
 from cdp_ident.errors import CdpIdentError, OptionError
+from cdp_ident.outside_text import shown
+from cdp_ident.standard_streams import output_problem
 
 EXIT_BAD_INPUT = CdpIdentError.exit_code
 EXIT_INTERRUPTED = 130
+_LONGEST_ERROR = 2000
 
 
 class ArgumentParser(argparse.ArgumentParser):
@@ -41,16 +43,15 @@ def entry_point(body: Callable[[list[str]], int]) -> Callable[[Sequence[str] | N
     @functools.wraps(body)
     def main(arguments: Sequence[str] | None = None) -> int:
         try:
-            return body(list(sys.argv[1:] if arguments is None else arguments))
+            code = body(list(sys.argv[1:] if arguments is None else arguments))
+            if problem := output_problem():
+                raise OptionError(f"not all output could be written: {problem}")
         except CdpIdentError as error:
-            print(f"{name}: error: {' '.join(str(error).split())}", file=sys.stderr)
+            print(f"{name}: error: {shown(error, _LONGEST_ERROR)}", file=sys.stderr)
             return error.exit_code
         except KeyboardInterrupt:
             print(f"{name}: interrupted", file=sys.stderr)
             return EXIT_INTERRUPTED
-        except BrokenPipeError:
-            # The reader of our output went away (`| head`): nothing more can be said, not even at exit.
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-            return 0
+        return code
 
     return main

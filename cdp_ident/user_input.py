@@ -2,19 +2,41 @@
 
 import difflib
 import math
+import sys
 from collections.abc import Iterable
+from pathlib import Path
 from typing import Any
 
 from cdp_ident.errors import OptionError
+from cdp_ident.outside_text import shown
+
+_LARGEST = sys.float_info.max
+_LONGEST_NAME = 60
+
+
+def quoted(value: Any) -> str:
+    """Return what a user gave, as Python writes it, short and safe to be shown."""
+    try:
+        return shown(repr(value), _LONGEST_NAME)
+    except ValueError:  # a whole number with more digits than Python writes
+        return "a number of thousands of digits"
 
 
 def number(value: Any, where: str, minimum: float, maximum: float = math.inf) -> float:
     """Return a number as a float. Raises `OptionError` where it is none, not finite, or out of its range."""
-    usable = isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < math.inf
+    usable = isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= _LARGEST
     if not usable or not minimum <= value <= maximum:
         limit = f"at least {minimum:g}" if math.isinf(maximum) else f"{minimum:g} to {maximum:g}"
-        raise OptionError(f"{where} is {value!r}; expected a number, {limit}")
+        raise OptionError(f"{where} is {quoted(value)}; expected a number, {limit}")
     return float(value)
+
+
+def user_path(text: str) -> Path:
+    """Return the path that a user wrote, `~` for a home. Raises `OptionError` where there is no such home."""
+    try:
+        return Path(text).expanduser()
+    except (RuntimeError, ValueError) as error:
+        raise OptionError(f"{quoted(text)} is no path: {error}") from error
 
 
 def refuse_unknown(names: Iterable[str], known: Iterable[str], where: str) -> None:
@@ -25,7 +47,7 @@ def refuse_unknown(names: Iterable[str], known: Iterable[str], where: str) -> No
     known = sorted(known)
     for name in names:
         if name not in known:
-            raise OptionError(f"unknown {where}: {name!r}; {_hint(str(name), known)}")
+            raise OptionError(f"unknown {where}: {quoted(name)}; {_hint(str(name)[:_LONGEST_NAME], known)}")
 
 
 def _hint(name: str, known: list[str]) -> str:

@@ -12,6 +12,8 @@ from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription, Opaq
 from launch.substitutions import LaunchConfiguration, PythonExpression
 from launch_ros.actions import Node
 
+from cdp_ident.ros.launching import common_arguments, node, value
+
 SHARE = Path(get_package_share_directory("cdp_ident"))
 
 
@@ -19,6 +21,7 @@ def generate_launch_description() -> LaunchDescription:
     """Return what is launched."""
     return LaunchDescription(
         [
+            *common_arguments()[:2],
             DeclareLaunchArgument(
                 "rig",
                 default_value=str(SHARE / "config/emulated_rig.yaml"),
@@ -52,5 +55,4 @@ def generate_launch_description() -> LaunchDescription:
 def _emulator(context: LaunchContext) -> list[Node]:
     options = ("link", "rig", "speed")
     arguments = [word for name in options for word in (f"--{name}", LaunchConfiguration(name))]
-    more = shlex.split(LaunchConfiguration("options").perform(context))
-    return [Node(package="cdp_ident", executable="emulator", arguments=[*arguments, *more], output="screen")]
+    return [node("emulator", arguments=[*arguments, *shlex.split(value(context, "options"))])]

@@ -15,6 +15,7 @@ from launch.substitutions import IfElseSubstitution, LaunchConfiguration, NotEqu
 from launch_ros.actions import Node
 
 from cdp_ident.demo.recording import RIG
+from cdp_ident.ros.launching import common_arguments, node, value
 
 LAUNCH = Path(get_package_share_directory("cdp_ident"), "launch")
 
@@ -25,6 +26,7 @@ def generate_launch_description() -> LaunchDescription:
     identifies = NotEqualsSubstitution(LaunchConfiguration("identify"), "")
     return LaunchDescription(
         [
+            *common_arguments(),
             DeclareLaunchArgument("emulated", default_value="true", description="whether the rig is an emulated one"),
             DeclareLaunchArgument(
                 "rig", default_value=str(RIG), description="the emulated rig's file: that of the example bags"
@@ -41,7 +43,7 @@ def generate_launch_description() -> LaunchDescription:
                 str(LAUNCH / "view.launch.py"),
                 launch_arguments={
                     "mode": "shadow",
-                    "source": IfElseSubstitution(identifies, if_value="/identify", else_value=""),
+                    "source": IfElseSubstitution(identifies, if_value="identify", else_value=""),
                 }.items(),
             ),
             OpaqueFunction(function=_identify, condition=IfCondition(identifies)),
@@ -52,5 +54,4 @@ def generate_launch_description() -> LaunchDescription:
 
 
 def _identify(context: LaunchContext) -> list[Node]:
-    arguments = shlex.split(LaunchConfiguration("identify").perform(context))
-    return [Node(package="cdp_ident", executable="identify", arguments=arguments, output="screen")]
+    return [node("identify", arguments=shlex.split(value(context, "identify")))]

@@ -1,6 +1,7 @@
 """The rig and its trials: driver and recorder.
 
 ros2 launch cdp_ident rig.launch.py port:=/dev/ttyACM0 folder:=trials rearm:=true
+ros2 launch cdp_ident rig.launch.py namespace:=rig2 port:=/dev/ttyACM1 folder:=trials/rig2
 """
 
 from pathlib import Path
@@ -10,7 +11,8 @@ from launch import LaunchContext, LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
-from launch_ros.parameter_descriptions import ParameterValue
+
+from cdp_ident.ros.launching import common_arguments, given, node
 
 CONFIG = Path(get_package_share_directory("cdp_ident"), "config")
 
@@ -19,6 +21,7 @@ def generate_launch_description() -> LaunchDescription:
     """Return what is launched."""
     return LaunchDescription(
         [
+            *common_arguments(),
             DeclareLaunchArgument(
                 "parameters",
                 default_value=str(CONFIG / "rig.yaml"),
@@ -32,24 +35,14 @@ def generate_launch_description() -> LaunchDescription:
                 default_value="",
                 description="whether the recorder waits for a release from the start and after each trial by itself",
             ),
-            DeclareLaunchArgument("use_sim_time", default_value="false", description="whether time comes from /clock"),
             OpaqueFunction(function=_nodes),
         ]
     )
 
 
 def _nodes(context: LaunchContext) -> list[Node]:
-    def node(executable: str, **types: type) -> Node:
-        given = {
-            name: ParameterValue(LaunchConfiguration(name), value_type=kind)
-            for name, kind in {"use_sim_time": bool, **types}.items()
-            if LaunchConfiguration(name).perform(context)
-        }
-        return Node(
-            package="cdp_ident",
-            executable=executable,
-            parameters=[LaunchConfiguration("parameters"), given],
-            output="screen",
-        )
-
-    return [node("driver", port=str, zero_file=str), node("recorder", folder=str, rearm=bool)]
+    file, time = LaunchConfiguration("parameters"), {"use_sim_time": bool}
+    return [
+        node("driver", parameters=[file, given(context, port=str, zero_file=str, **time)]),
+        node("recorder", parameters=[file, given(context, folder=str, rearm=bool, **time)]),
+    ]

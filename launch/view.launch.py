@@ -5,7 +5,6 @@ ros2 launch cdp_ident view.launch.py bag:=bags/swing_wide fitted:=identification
 
 from pathlib import Path
 
-import xacro
 from ament_index_python.packages import get_package_share_directory
 from launch import LaunchContext, LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction
@@ -16,6 +15,7 @@ from launch_ros.parameter_descriptions import ParameterValue
 
 from cdp_ident.configuration.fitted_model import fitted_model, read_fitted_model
 from cdp_ident.model.parameters import NOMINAL
+from cdp_ident.ros.launching import common_arguments, given, needs, node, value
 
 SHARE = Path(get_package_share_directory("cdp_ident"))
 
@@ -31,6 +31,7 @@ def generate_launch_description() -> LaunchDescription:
         return Node(
             package=package,
             executable=package,
+            namespace=LaunchConfiguration("namespace"),
             arguments=arguments,
             parameters=[{"use_sim_time": LaunchConfiguration("use_sim_time")}],
             condition=IfCondition(LaunchConfiguration(name)),
@@ -38,6 +39,8 @@ def generate_launch_description() -> LaunchDescription:
 
     return LaunchDescription(
         [
+            *common_arguments(),
+            needs("robot_state_publisher", "xacro"),
             DeclareLaunchArgument("bag", default_value="", description="replay the trial of this bag"),
             DeclareLaunchArgument(
                 "mode",
@@ -50,7 +53,7 @@ def generate_launch_description() -> LaunchDescription:
             DeclareLaunchArgument(
                 "source",
                 default_value="",
-                description="take the model from this node, such as /identify; a fitted.yaml is then for the look only",
+                description="take the model from this node, such as identify; a fitted.yaml is then for the look only",
             ),
             DeclareLaunchArgument(
                 "simulator_parameters",
@@ -62,7 +65,6 @@ def generate_launch_description() -> LaunchDescription:
             DeclareLaunchArgument(
                 "apart", default_value="0.3", description="from the measured rig to the simulated one behind it [m]"
             ),
-            DeclareLaunchArgument("use_sim_time", default_value="false", description="whether time comes from /clock"),
             DeclareLaunchArgument("rviz", default_value="true", description="open RViz"),
             DeclareLaunchArgument("plotjuggler", default_value="false", description="open PlotJuggler"),
             DeclareLaunchArgument("foxglove", default_value="false", description="start the bridge to Foxglove"),
@@ -75,52 +77,44 @@ def generate_launch_description() -> LaunchDescription:
 
 
 def _rigs(context: LaunchContext) -> list[Node]:
-    def value(name: str) -> str:
-        return str(LaunchConfiguration(name).perform(context))
+    import xacro  # noqa: PLC0415 - `needs` has told where it is missing
 
-    bag, fitted, source = value("bag"), value("fitted"), value("source")
-    mode = value("mode") or ("replay" if bag else "free")
-    use_sim_time = ParameterValue(LaunchConfiguration("use_sim_time"), value_type=bool)
+    namespace, bag, fitted, source = (value(context, name) for name in ("namespace", "bag", "fitted", "source"))
+    namespace = f"/{namespace.strip('/')}".rstrip("/")
+    mode = value(context, "mode") or ("replay" if bag else "free")
     looks = _looks(Path(fitted) if fitted else None)
+    time = given(context, use_sim_time=bool)
 
     def rig(looks_besides: dict[str, str], remappings: dict[str, str]) -> Node:
         description = xacro.process_file(
             str(SHARE / "urdf/cart_double_pendulum.urdf.xacro"), mappings=looks | looks_besides
         ).toxml()
-        return Node(
+        text = ParameterValue(description, value_type=str)
+        return node(
+            "robot_state_publisher",
             package="robot_state_publisher",
-            executable="robot_state_publisher",
-            namespace=looks_besides["prefix"].rstrip("/"),
-            parameters=[
-                {
-                    "robot_description": ParameterValue(description, value_type=str),
-                    "publish_frequency": 60.0,
-                    "use_sim_time": use_sim_time,
-                }
-            ],
+            namespace=f"{namespace}/{looks_besides['prefix'].rstrip('/')}",
+            parameters=[{"robot_description": text, "publish_frequency": 60.0} | time],
             remappings=remappings.items(),
         )
 
-    types = {"source": str, "rate": float, "loop": bool}
-    given = {
-        name: ParameterValue(LaunchConfiguration(name), value_type=kind) for name, kind in types.items() if value(name)
-    }
-    file = value("simulator_parameters")
-    simulator = Node(
-        package="cdp_ident",
-        executable="simulator",
+    file = value(context, "simulator_parameters")
+    simulator = node(
+        "simulator",
         arguments=[
             *(("--bag", bag) if bag else ()),
             *(("--fitted", fitted) if fitted and not source else ()),
         ],
-        parameters=[*([file] if file else ()), {"mode": mode, "use_sim_time": use_sim_time, **given}],
-        output="screen",
+        parameters=[
+            *([file] if file else ()),
+            {"mode": mode} | given(context, source=str, rate=float, loop=bool) | time,
+        ],
     )
-    nodes = [simulator, rig(SIMULATED | {"y": value("apart")}, {})]
+    rigs = [rig(SIMULATED | {"y": value(context, "apart")}, {})]
     if mode != "free":
         # Only a replay has measured joint states of its own; a live rig has its driver's.
-        nodes.append(rig(MEASURED, {"joint_states": "/joint_states"} if mode == "shadow" else {}))
-    return nodes
+        rigs.append(rig(MEASURED, {"joint_states": f"{namespace}/joint_states"} if mode == "shadow" else {}))
+    return [*rigs, simulator]
 
 
 def _looks(fitted: Path | None) -> dict[str, str]:

@@ -84,7 +84,7 @@ def report_folder(content, shown_curves, tmp_path_factory):
     """A folder with that report, drawn; not to be written into."""
     folder = tmp_path_factory.mktemp("report")
     write_files(folder, {REPORT: json_text(content), CURVES: curves_npz(shown_curves)})
-    draw_again(folder)
+    draw_again(folder, for_paper=True)
     return folder
 
 

@@ -2,6 +2,7 @@
 
 import csv
 import gzip
+import io
 import re
 import zlib
 from collections import Counter
@@ -14,6 +15,7 @@ import numpy.typing as npt
 
 from cdp_ident.bag.csv_titles import Title, is_unit
 from cdp_ident.errors import BagError
+from cdp_ident.regular_file import read_regular
 
 Array = npt.NDArray[np.float64]
 Line = tuple[int, str]
@@ -23,6 +25,8 @@ _COMMENTS = "#%!"
 _FORMATS = tuple((sign, decimal) for decimal in (".", ",") for sign in ("\t", ";", ",", " ", "|"))
 _NAMES = {"\t": "tabs", ";": "semicolons", ",": "commas", " ": "blanks", "|": "bars"}
 _MISSING = {"", "na", "n/a", "#n/a", "nan", "null", "none", "-", "--", "?"}
+_LARGEST = 1 << 28
+"""Bytes; an hour at 1 kHz has half of them."""
 _LOOKED_AT = 200
 """Lines from which the format is found."""
 
@@ -104,9 +108,12 @@ def read_table(path: Path, delimiter: str | None = None, decimal: str | None = N
 
 def _text(path: Path) -> str:
     try:
-        content = path.read_bytes()
+        content = read_regular(path, _LARGEST)
         if content[:2] == b"\x1f\x8b":
-            content = gzip.decompress(content)
+            with gzip.open(io.BytesIO(content)) as stream:
+                content = stream.read(_LARGEST + 1)
+            if len(content) > _LARGEST:
+                raise BagError(f"{path} unfolds to more than {_LARGEST} bytes: it is not read as CSV")
         if content[:2] in (b"\xff\xfe", b"\xfe\xff"):
             return content.decode("utf-16")
         try:

@@ -7,7 +7,6 @@ from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
-import zstandard
 
 from cdp_ident.bag import diagnostics, time_reference
 from cdp_ident.bag.diagnostics import ClockRate, read_statuses
@@ -66,7 +65,7 @@ class DeviceMessages:
                 references.stamps.append(stamp)
                 references.times.append(device)
                 return
-        except (ValueError, struct.error, zstandard.ZstdError, MemoryError):
+        except (ValueError, struct.error):
             return
         self._rates |= {status.hardware_id: rate for status in read_statuses(raw) if (rate := status.clock_rate)}
 

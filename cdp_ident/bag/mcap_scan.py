@@ -1,30 +1,31 @@
 """One pass through an MCAP file that keeps every complete chunk, whether or not the file was finished."""
 
+import os
 import struct
+import zlib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
 from typing import IO
 
-import zstandard
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.records import Channel, Chunk, Schema
-from mcap.stream_reader import get_chunk_data_stream
 from mcap.writer import MCAP0_MAGIC
 
+from cdp_ident.bag.limits import LARGEST_CHUNK, LARGEST_SCHEMA, MOST_TOPICS, Budget, decompressed
 from cdp_ident.errors import BagError
-
-LARGEST_CHUNK = 1 << 30
-"""Bytes of an uncompressed chunk that are still believed; recorders make chunks of about 1 MB."""
+from cdp_ident.regular_file import open_regular
 
 _RECORD_HEAD = struct.Struct("<BQ")
 _MESSAGE_HEAD = struct.Struct("<HIQQ")
+_CHUNK_HEAD = 64
+"""Bytes of a chunk's record beside its data, and a few to spare."""
 _HOLDING_MESSAGES = (Opcode.CHUNK, Opcode.MESSAGE, Opcode.SCHEMA, Opcode.CHANNEL)
-# What the record parsers of mcap and its decompressors raise on bytes that are not what they should be.
-_GARBLED = (McapError, struct.error, ValueError, OverflowError, MemoryError, RuntimeError, zstandard.ZstdError)
+# What the record parsers of mcap raise on bytes that are not what they should be.
+_GARBLED = (McapError, struct.error, ValueError, OverflowError, MemoryError, RuntimeError)
 
 
 @dataclass(frozen=True)
@@ -44,12 +45,15 @@ class McapScan:
     """The messages of one MCAP file in the order of the file, and afterwards what of the file could not be read.
 
     Chunks are checked against their CRC. A damaged chunk is left out and the pass goes on behind it; where the file
-    ends early, or is no longer a sequence of records, the pass ends.
+    ends early, or is no longer a sequence of records, the pass ends. The summary behind the data, which nothing
+    protects, is believed only where the data do not say the same themselves.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, budget: Budget | None = None) -> None:
+        """`budget` is what reading it may cost; that of a bag of this file alone if it is not given."""
         self.path = path
         self.topics: dict[int, Topic] = {}
+        """Of the data, by the number of the channel."""
         self.size = 0
         """Bytes of the file."""
         self.lost_bytes = 0
@@ -58,7 +62,12 @@ class McapScan:
         """Chunks that are there but contradict their CRC or their format."""
         self.orphaned_messages = 0
         """Messages whose topic is not known, because its declaration stood in a damaged chunk."""
+        self._budget = budget
         self._schemas: dict[int, Schema] = {}
+        self._ended = False
+        """Whether the pass is behind the data."""
+        self._repeated: dict[int, Topic] = {}
+        """Topics by the summary."""
 
     def messages(self) -> Iterator[tuple[Topic, int, bytes]]:
         """Yield topic, time of receipt [ns since the epoch] and serialised bytes of every readable message.
@@ -66,28 +75,32 @@ class McapScan:
         Raises BagError where the file cannot be opened or is not an MCAP file.
         """
         try:
-            with self.path.open("rb") as stream:
-                self.size = self.path.stat().st_size
+            with open_regular(self.path) as stream:
+                self.size = os.fstat(stream.fileno()).st_size
+                self._budget = self._budget or Budget(self.path, self.size)
                 if stream.read(len(MCAP0_MAGIC)) != MCAP0_MAGIC:
                     what = "is empty" if self.size == 0 else "is not an MCAP file"
                     raise BagError(f"{self.path} {what}: expected a rosbag2 recording")
                 # A finished file repeats its topics behind the data: they are then known whatever chunk is damaged.
                 for opcode, record in self._records(stream, (Opcode.SCHEMA, Opcode.CHANNEL)):
-                    self._declare(opcode, record)
+                    self._declare(opcode, record, self._repeated)
+                self._schemas.clear()
                 stream.seek(len(MCAP0_MAGIC))
                 for opcode, record in self._records(stream, _HOLDING_MESSAGES):
                     if opcode == Opcode.CHUNK:
                         yield from self._chunk(record)
                     elif opcode == Opcode.MESSAGE:
-                        yield from self._message(record)
-                    else:
-                        self._declare(opcode, record)
+                        if message := self._message(record):
+                            yield message
+                    elif not self._ended:
+                        self._declare(opcode, record, self.topics)
         except OSError as error:
             raise BagError(f"{self.path} cannot be read: {error.strerror or error}") from error
 
     def _records(self, stream: IO[bytes], wanted: tuple[Opcode, ...]) -> Iterator[tuple[int, bytes]]:
         """Yield kind and content of the complete records of some kinds; the others are passed over unread."""
-        all_data = False
+        assert self._budget is not None
+        self._ended = False
         end = stream.tell()
         while len(head := stream.read(_RECORD_HEAD.size)) == _RECORD_HEAD.size:
             opcode, length = _RECORD_HEAD.unpack(head)
@@ -95,58 +108,66 @@ class McapScan:
             if opcode == 0 or length > self.size - end - _RECORD_HEAD.size:
                 break
             end += _RECORD_HEAD.size + length
-            all_data = all_data or opcode in (Opcode.DATA_END, Opcode.FOOTER)
-            if opcode in wanted:
+            self._ended = self._ended or opcode in (Opcode.DATA_END, Opcode.FOOTER)
+            self._budget.spend(records=1)
+            if opcode in wanted and length <= LARGEST_CHUNK + _CHUNK_HEAD:
                 yield opcode, stream.read(length)
+            elif opcode == Opcode.CHUNK:
+                self.damaged_chunks += Opcode.CHUNK in wanted
             if opcode == Opcode.FOOTER:
                 break
             stream.seek(end)
         # Behind the data there is only the index, which this pass does without.
-        self.lost_bytes = 0 if all_data else self.size - end
+        self.lost_bytes = 0 if self._ended else self.size - end
 
     def _chunk(self, record: bytes) -> Iterator[tuple[Topic, int, bytes]]:
-        messages = []
+        assert self._budget is not None
         try:
-            data = _uncompressed(Chunk.read(ReadDataStream(BytesIO(record))))
-            position = 0
-            while position < len(data):
-                opcode, length = _RECORD_HEAD.unpack_from(data, position)
-                start = position + _RECORD_HEAD.size
-                position = start + length
-                if position > len(data):
-                    raise ValueError("a record is longer than its chunk")
-                if opcode == Opcode.MESSAGE:
-                    messages.append(data[start:position])
-                else:
-                    self._declare(opcode, data[start:position])
+            data = _uncompressed(Chunk.read(ReadDataStream(BytesIO(record))), self._budget)
+            count = sum(1 for _ in _records_in(data))
         except _GARBLED:
             self.damaged_chunks += 1
             return
-        for message in messages:
-            yield from self._message(message)
+        self._budget.spend(records=count)
+        for opcode, start, end in _records_in(data):
+            if opcode == Opcode.MESSAGE:
+                if message := self._message(data[start:end]):
+                    yield message
+            elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
+                self._declare(opcode, data[start:end], self.topics)
 
-    def _declare(self, opcode: int, record: bytes) -> None:
+    def _declare(self, opcode: int, record: bytes, topics: dict[int, Topic]) -> None:
+        if len(record) > LARGEST_SCHEMA:
+            return
         try:
             if opcode == Opcode.SCHEMA:
                 schema = Schema.read(ReadDataStream(BytesIO(record)))
-                self._schemas[schema.id] = schema
+                if schema.id in self._schemas or len(self._schemas) < MOST_TOPICS:
+                    self._schemas[schema.id] = schema
             elif opcode == Opcode.CHANNEL:
                 channel = Channel.read(ReadDataStream(BytesIO(record)))
                 schema = self._schemas.get(channel.schema_id, Schema(id=0, name="", encoding="", data=b""))
-                definition = (schema.encoding, schema.data)
-                self.topics[channel.id] = Topic(
-                    channel.topic, schema.name, channel.message_encoding, definition, channel.metadata
-                )
+                definition, encoding = (schema.encoding, schema.data), channel.message_encoding
+                if channel.id in topics or len(topics) < MOST_TOPICS:
+                    topics[channel.id] = Topic(channel.topic, schema.name, encoding, definition, channel.metadata)
         except _GARBLED:
             return  # its messages are then counted as orphaned
 
-    def _message(self, record: bytes) -> Iterator[tuple[Topic, int, bytes]]:
+    def _message(self, record: bytes) -> tuple[Topic, int, bytes] | None:
+        """Return what `messages` yields; None, and count it, where the topic is not known."""
         if len(record) >= _MESSAGE_HEAD.size:
             channel, _, log_time, _ = _MESSAGE_HEAD.unpack_from(record)
+            if channel not in self.topics and channel in self._repeated:
+                # Its declaration stood in a chunk that is damaged.
+                self.topics[channel] = self._repeated[channel]
             if channel in self.topics and log_time < 2**63:
-                yield self.topics[channel], log_time, record[_MESSAGE_HEAD.size :]
-                return
+                return self.topics[channel], log_time, record[_MESSAGE_HEAD.size :]
         self.orphaned_messages += 1
+        return None
+
+    def types(self) -> dict[str, str]:
+        """Return the message type of each topic of the pass, now at its end."""
+        return {topic.name: topic.message_type for topic in (*self._repeated.values(), *self.topics.values())}
 
     def damage(self) -> str:
         """Return in words what the pass, now at its end, could not read; empty if nothing."""
@@ -154,18 +175,31 @@ class McapScan:
         if self.lost_bytes:
             parts.append(f"{self.lost_bytes} bytes at the end are not readable (its recorder was killed?)")
         if self.damaged_chunks:
-            parts.append(f"{self.damaged_chunks} damaged chunk(s) are left out")
+            parts.append(f"{self.damaged_chunks} chunk(s) that are damaged, or claim too much, are left out")
         if self.orphaned_messages:
             parts.append(f"{self.orphaned_messages} messages without a known topic are left out")
         return ", ".join(parts)
 
 
-def _uncompressed(chunk: Chunk) -> bytes:
+def _uncompressed(chunk: Chunk, budget: Budget) -> bytes:
     """Return the checked records of a chunk, or raise one of `_GARBLED`."""
     size = chunk.uncompressed_size
     if size > LARGEST_CHUNK:
         raise ValueError(f"a chunk of {size} bytes")
-    if chunk.compression == "zstd" and zstandard.frame_content_size(chunk.data) not in (size, -1):
-        raise ValueError("a chunk's size contradicts its compressed data")
-    stream, length = get_chunk_data_stream(chunk, validate_crc=True)
-    return bytes(stream.read(length))
+    budget.spend(unfolded=size)
+    data = decompressed(chunk.data, chunk.compression, size) if chunk.compression else chunk.data
+    if len(data) != size or chunk.uncompressed_crc not in (0, zlib.crc32(data)):
+        raise ValueError("a chunk's records contradict its size or CRC")
+    return data
+
+
+def _records_in(data: bytes) -> Iterator[tuple[int, int, int]]:
+    """Yield kind, begin and end of each record of a chunk. Raises ValueError or struct.error where they do not fit."""
+    position = 0
+    while position < len(data):
+        opcode, length = _RECORD_HEAD.unpack_from(data, position)
+        start = position + _RECORD_HEAD.size
+        position = start + length
+        if position > len(data):
+            raise ValueError("a record is longer than its chunk")
+        yield opcode, start, position

@@ -1,14 +1,13 @@
 """Messages that rosbag2 has compressed one by one."""
 
-import zstandard
+from cdp_ident.bag.limits import LARGEST_MESSAGE, decompressed
 
-_MAGIC = b"\x28\xb5\x2f\xfd"
-_LARGEST = 1 << 20
+_ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
 
 
 def plain_message(raw: bytes) -> bytes:
     """Return the serialised message that may be compressed in `raw`.
 
-    Raises `zstandard.ZstdError` or MemoryError where it cannot be decompressed, or is larger than a mebibyte.
+    Raises ValueError where it cannot be decompressed, or is larger than a mebibyte.
     """
-    return zstandard.ZstdDecompressor().decompress(raw, max_output_size=_LARGEST) if raw[:4] == _MAGIC else raw
+    return decompressed(raw, "zstd", LARGEST_MESSAGE) if raw[:4] == _ZSTD_MAGIC else raw

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import struct
 from array import array
 from collections.abc import Iterator
@@ -16,15 +17,29 @@ import zstandard
 
 from cdp_ident.bag.device_messages import DeviceMessages, DeviceTime
 from cdp_ident.bag.joint_state import HEAD_OFFSET, MESSAGE_TYPE, NANOSECONDS, STAMP_OFFSET, Layout, parse_layout
+from cdp_ident.bag.limits import LARGEST_WINDOW, Budget
 from cdp_ident.bag.mcap_scan import McapScan
 from cdp_ident.bag.message_compression import plain_message
 from cdp_ident.bag.sqlite_scan import sqlite_messages, sqlite_topics
 from cdp_ident.errors import BagError
+from cdp_ident.outside_text import shown
+from cdp_ident.regular_file import open_regular
 
 _MESSAGE_TYPES = (MESSAGE_TYPE, "sensor_msgs/JointState")
 _SQLITE_MAGIC = b"SQLite format 3\0"
+_BLOCK = 1 << 20
+_LEFT_FREE = 100_000_000
+"""So much of the disk with the temporary files is left to others [bytes]."""
 _LAYOUTS_AT_HAND = 8
 _MOST_JOINTS = 256
+_LONGEST_HEAD = 1 << 14
+"""Bytes of the frame and joint names of a message; 256 joints with names of 60 letters have no more."""
+_MOST_ROWS = 8_000_000
+"""Two hours at 1 kHz."""
+_MOST_VALUES = 1 << 25
+"""Positions of all joints in all rows: an hour of a robot with eight joints at 1 kHz."""
+_MOST_LAYOUTS = 1 << 14
+"""Ways in which messages begin; writers have one or a few."""
 
 
 @dataclass(frozen=True)
@@ -60,28 +75,30 @@ def read_joint_states(bag: Path, topic: str) -> JointRecording:
     Raises BagError where something cannot be read or the topic holds no JointState.
     """
     asked, topic = topic, f"/{topic.lstrip('/')}"
-    joints, devices, notes, types = _JointStates(), DeviceMessages(), [], dict[str, str]()
-    for file in _storage_files(bag):
-        with _uncompressed(file) as plain:
-            notes += _read_file(plain, file, topic, joints, devices, types)
+    joints, devices, notes, types = _JointStates(bag), DeviceMessages(), [], dict[str, str]()
+    files = storage_files(bag)
+    budget = Budget(bag, sum(file.stat().st_size for file in files))
+    for file in files:
+        with _uncompressed(file, budget) as plain:
+            notes += _read_file(plain, file, topic, joints, devices, types, budget)
     if types.get(topic) not in _MESSAGE_TYPES:
         suitable = sorted(name for name, message_type in types.items() if message_type in _MESSAGE_TYPES)
         if topic not in types and len(suitable) == 1 and not asked.startswith("/"):
             found = read_joint_states(bag, suitable[0])
-            return replace(found, notes=(f"joint states are those on {suitable[0]}", *found.notes))
-        raise BagError(_wrong_topic(bag, topic, types, suitable))
+            return replace(found, notes=(f"joint states are those on {shown(suitable[0])}", *found.notes))
+        raise BagError("; ".join([_wrong_topic(bag, topic, types, suitable), *map(shown, notes)]))
     return _with_device(joints.recording(_name(bag), topic, notes), devices)
 
 
-def _storage_files(bag: Path) -> list[Path]:
+def storage_files(bag: Path) -> list[Path]:
     """Return the files that hold the bag's messages, in the order in which they were recorded."""
     if bag.name == "metadata.yaml":
         bag = bag.parent
     try:
-        if bag.is_file():
-            return [bag]
-        if not bag.is_dir():
+        if not bag.exists():
             raise BagError(f"there is no bag {bag}")
+        if not bag.is_dir():
+            return [bag]
         files = [file for file in bag.iterdir() if file.name.removesuffix(".zstd").endswith((".mcap", ".db3"))]
     except (OSError, ValueError) as error:
         raise BagError(f"{bag} cannot be read: {error}") from error
@@ -92,7 +109,7 @@ def _storage_files(bag: Path) -> list[Path]:
 
 
 @contextmanager
-def _uncompressed(file: Path) -> Iterator[Path]:
+def _uncompressed(file: Path, budget: Budget) -> Iterator[Path]:
     """Give the path of a file's content: itself, or a temporary file if it is compressed as a whole."""
     if not file.name.endswith(".zstd"):
         yield file
@@ -100,50 +117,69 @@ def _uncompressed(file: Path) -> Iterator[Path]:
     with TemporaryDirectory() as folder:
         plain = Path(folder) / file.name.removesuffix(".zstd")
         try:
-            with file.open("rb") as source, plain.open("wb") as target:
-                zstandard.ZstdDecompressor().copy_stream(source, target)
+            room = shutil.disk_usage(folder).free - _LEFT_FREE
+            with (
+                open_regular(file) as source,
+                plain.open("wb") as target,
+                zstandard.ZstdDecompressor(max_window_size=LARGEST_WINDOW).stream_reader(source) as stream,
+            ):
+                while block := stream.read(_BLOCK):
+                    budget.spend(unfolded=len(block))
+                    room -= len(block)
+                    if room < 0:
+                        raise BagError(f"{file} cannot be decompressed: {folder} has no room for it")
+                    target.write(block)
         except (OSError, MemoryError, zstandard.ZstdError) as error:
             raise BagError(f"{file} cannot be decompressed: {error}") from error
         yield plain
 
 
 def _read_file(
-    file: Path, shown: Path, topic: str, joints: _JointStates, devices: DeviceMessages, types: dict[str, str]
+    file: Path,
+    called: Path,
+    topic: str,
+    joints: _JointStates,
+    devices: DeviceMessages,
+    types: dict[str, str],
+    budget: Budget,
 ) -> list[str]:
     """Add a file's messages to `joints` and `devices`, its topics to `types`; return what there is to say about it."""
     try:
-        with file.open("rb") as stream:
+        with open_regular(file) as stream:
             is_sqlite = stream.read(len(_SQLITE_MAGIC)) == _SQLITE_MAGIC
     except OSError as error:
-        raise BagError(f"{shown} cannot be read: {error.strerror or error}") from error
+        raise BagError(f"{called} cannot be read: {error.strerror or error}") from error
     if is_sqlite:
         types.update(sqlite_topics(file))
         if types.get(topic) in _MESSAGE_TYPES:
             for stamp, data in sqlite_messages(file, topic):
+                budget.spend(unfolded=len(data), records=1)
                 joints.add(stamp, data)
         for name, message_type in types.items():
             if message_type in DeviceMessages.TYPES:
                 for _, data in sqlite_messages(file, name):
+                    budget.spend(unfolded=len(data), records=1)
                     devices.add(name, message_type, data)
         return []
-    scan = McapScan(file)
+    scan = McapScan(file, budget)
     for channel, stamp, data in scan.messages():
         if channel.name == topic and channel.message_type in _MESSAGE_TYPES:
             joints.add(stamp, data)
         elif channel.message_type in DeviceMessages.TYPES:
             devices.add(channel.name, channel.message_type, data)
-    types.update({channel.name: channel.message_type for channel in scan.topics.values()})
-    return [f"{shown.name}: {damage}"] if (damage := scan.damage()) else []
+    types.update(scan.types())
+    return [f"{called.name}: {damage}"] if (damage := scan.damage()) else []
 
 
 def _wrong_topic(bag: Path, topic: str, types: dict[str, str], suitable: list[str]) -> str:
     if topic in types:
-        found = f"topic {topic} of {bag} holds {types[topic]}, not {MESSAGE_TYPE}"
+        found = f"topic {topic} of {bag} holds {shown(types[topic])}, not {MESSAGE_TYPE}"
     else:
         found = f"{bag} has no topic {topic}"
     if suitable:
-        return f"{found}; joint states are on {', '.join(suitable)}: name that topic"
-    return f"{found}; no topic of it holds joint states (it has {', '.join(sorted(types)) or 'no topics at all'})"
+        return f"{found}; joint states are on {shown(', '.join(suitable))}: name that topic"
+    there = shown(", ".join(sorted(types))) or "no topics at all"
+    return f"{found}; no topic of it holds joint states (it has {there})"
 
 
 def _with_device(recording: JointRecording, devices: DeviceMessages) -> JointRecording:
@@ -164,8 +200,8 @@ def _name(bag: Path) -> str:
     if bag.name == "metadata.yaml":
         bag = bag.parent
     if bag.is_dir():
-        return bag.resolve().name
-    return bag.name.removesuffix(".zstd").removesuffix(".mcap").removesuffix(".db3")
+        return shown(bag.resolve().name)
+    return shown(bag.name.removesuffix(".zstd").removesuffix(".mcap").removesuffix(".db3"))
 
 
 @dataclass
@@ -195,10 +231,13 @@ class _Alike:
 class _JointStates:
     """Collects messages into arrays; a layout is found once and then serves all messages that begin alike."""
 
-    def __init__(self) -> None:
+    def __init__(self, bag: Path) -> None:
+        self._bag = bag
         self._receipts = array("q")
         self._groups: list[_Alike] = []
         self._at_hand: list[_Alike] = []
+        self._joints: dict[str, None] = {}
+        """Names of all joints, in the order in which they came."""
         self._garbled = 0
 
     def add(self, receipt: int, raw: bytes) -> None:
@@ -207,20 +246,32 @@ class _JointStates:
         try:
             raw = plain_message(raw)
             if not any(group.take(row, raw) for group in self._at_hand):
-                group = _Alike(parse_layout(raw))
-                group.take(row, raw)
-                self._groups.append(group)
-                self._at_hand = [group, *self._at_hand[: _LAYOUTS_AT_HAND - 1]]
-        except (ValueError, struct.error, zstandard.ZstdError, MemoryError):
+                self._begin_group(raw).take(row, raw)
+        except (ValueError, struct.error):
             self._garbled += 1
         else:
             self._receipts.append(receipt)
+            if row >= _MOST_ROWS or row * len(self._joints) > _MOST_VALUES:
+                raise BagError(f"{self._bag} holds too many joint states ({row}): cut the swing out of it")
+
+    def _begin_group(self, raw: bytes) -> _Alike:
+        layout = parse_layout(raw)
+        if len(layout.head) > _LONGEST_HEAD or len(layout.names) > _MOST_JOINTS:
+            raise ValueError("more names than are believed")
+        group = _Alike(layout)
+        self._groups.append(group)
+        self._at_hand = [group, *self._at_hand[: _LAYOUTS_AT_HAND - 1]]
+        self._joints |= dict.fromkeys(layout.names)
+        if len(self._joints) > _MOST_JOINTS or len(self._groups) > _MOST_LAYOUTS:
+            raise BagError(
+                f"{self._bag} names {len(self._joints)} joints in {len(self._groups)} ways: at most {_MOST_JOINTS} and "
+                f"{_MOST_LAYOUTS} are believed"
+            )
+        return group
 
     def recording(self, name: str, topic: str, notes: list[str]) -> JointRecording:
         """Return all messages as one recording, in the order of their receipt."""
-        joints = tuple(dict.fromkeys(joint for group in self._groups for joint in group.layout.names))
-        if len(joints) > _MOST_JOINTS:
-            raise BagError(f"topic {topic} of {name} names {len(joints)} joints: at most {_MOST_JOINTS} are believed")
+        joints = tuple(self._joints)
         column = {joint: i for i, joint in enumerate(joints)}
         positions = np.full((len(self._receipts), len(joints)), np.nan)
         stamps = np.zeros(len(self._receipts), dtype=np.int64)

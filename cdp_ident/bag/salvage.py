@@ -13,6 +13,7 @@ from cdp_ident.bag.mcap_scan import McapScan
 from cdp_ident.bag.metadata import METADATA_FILE, read_offered
 from cdp_ident.bag.writer import BagWriter
 from cdp_ident.errors import BagError
+from cdp_ident.regular_file import open_regular
 
 
 @dataclass(frozen=True)
@@ -38,6 +39,8 @@ def is_incomplete(folder: Path) -> bool:
     try:
         files = list(folder.glob("*.mcap"))
         return bool(files) and not ((folder / METADATA_FILE).is_file() and all(_is_finished(file) for file in files))
+    except FileNotFoundError:  # another recorder is completing it
+        return False
     except OSError as error:
         raise BagError(f"{folder} cannot be read: {error.strerror or error}") from error
 
@@ -50,8 +53,10 @@ def incomplete_bags(parent: Path) -> list[Path]:
         raise BagError(f"{parent} cannot be read: {error.strerror or error}") from error
 
 
-def complete_bag(folder: Path) -> Salvaged:
+def complete_bag(folder: Path) -> Salvaged | None:
     """Make an ordinary bag of one whose recorder was killed, with every message that is readable.
+
+    Returns None where it is complete already: another recorder was quicker.
 
     The file is written anew beside the old one and takes its place only when it is complete on the disk. Where more
     than the end is damaged, the old file is kept too, as `<name>.mcap.damaged`. Raises BagError where the bag is still
@@ -63,13 +68,16 @@ def complete_bag(folder: Path) -> Salvaged:
     (original,) = files
     unfinished = folder / ".salvage"
     with _exclusively(original):
+        if not is_incomplete(folder):
+            return None
         try:
             shutil.rmtree(unfinished, ignore_errors=True)
             salvaged, damaged = _write_anew(original, unfinished)
             if damaged:
                 shutil.copy2(original, original.with_name(f"{original.name}.damaged"))
-            (unfinished / original.name).replace(original)
+            # The file last: with it goes the lock, and who comes then finds nothing left to do.
             (unfinished / METADATA_FILE).replace(folder / METADATA_FILE)
+            (unfinished / original.name).replace(original)
         except OSError as error:
             raise BagError(f"{folder} cannot be completed: {error.strerror or error}") from error
         finally:
@@ -97,7 +105,7 @@ def _write_anew(original: Path, folder: Path) -> tuple[Salvaged, bool]:
 
 def _is_finished(file: Path) -> bool:
     """Say whether a file ends as an MCAP file does."""
-    with file.open("rb") as stream:
+    with open_regular(file) as stream:
         stream.seek(0, 2)
         stream.seek(max(0, stream.tell() - len(MCAP0_MAGIC)))
         return stream.read() == bytes(MCAP0_MAGIC)
@@ -107,7 +115,7 @@ def _is_finished(file: Path) -> bool:
 def _exclusively(file: Path) -> Iterator[None]:
     """Hold the lock that a BagWriter has on its file as long as it lives."""
     try:
-        with file.open("rb") as stream:
+        with open_regular(file) as stream:
             fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
             yield
     except BlockingIOError as error:

@@ -1,9 +1,17 @@
 """A folder into which bags are recorded one after the other."""
 
+import time
 from pathlib import Path
 
 from cdp_ident.bag.metadata import METADATA_FILE
-from cdp_ident.errors import OptionError
+from cdp_ident.bag.reader import storage_files
+from cdp_ident.errors import BagError, OptionError
+
+_SETTLED_NS = 1_000_000_000
+"""Files that were changed less than this ago [ns] may still be being copied."""
+
+_Files = tuple[tuple[str, int, int], ...]
+"""Name, size and time of change [ns] of each file of a bag."""
 
 
 class WatchedFolder:
@@ -18,16 +26,30 @@ class WatchedFolder:
         if folder.exists() and not folder.is_dir():
             raise OptionError(f"{folder} is not a folder: --watch takes the one that the recorder records into")
         self.folder = folder
-        self._taken: set[Path] = set()
+        self._taken: dict[Path, _Files] = {}
 
     def new(self) -> list[Path]:
-        """Return the complete bags that have not been taken, the one that was completed first before the others.
+        """Return the complete bags that have not been taken as they are, the one completed first before the others.
 
-        A bag is complete once it has its metadata, which whoever records writes last.
+        A bag is complete once it has its metadata, which whoever records writes last, and its files no longer change.
         """
-        found = [(path.stat().st_mtime_ns, path.parent) for path in self.folder.glob(f"*/{METADATA_FILE}")]
-        return [bag for _, bag in sorted(found) if bag not in self._taken]
+        found = [
+            (max(changed for _, _, changed in files), bag)
+            for bag in {path.parent for path in self.folder.glob(f"*/{METADATA_FILE}")}
+            if (files := _files(bag)) and self._taken.get(bag) != files
+        ]
+        now = time.time_ns()
+        return [bag for changed, bag in sorted(found) if abs(now - changed) >= _SETTLED_NS]
 
     def take(self, bag: Path) -> None:
-        """Do not return a bag any more."""
-        self._taken.add(bag)
+        """Do not return a bag any more, until its files change."""
+        self._taken[bag] = _files(bag)
+
+
+def _files(bag: Path) -> _Files:
+    """Return what tells whether a bag has changed; nothing where it has no messages, or is not there any more."""
+    try:
+        files = [*storage_files(bag), bag / METADATA_FILE]
+        return tuple((file.name, (told := file.stat()).st_size, told.st_mtime_ns) for file in files)
+    except (OSError, BagError):
+        return ()

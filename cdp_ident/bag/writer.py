@@ -40,13 +40,15 @@ class BagWriter:
         self._path = folder / (file_name or f"{folder.resolve().name}_0.mcap")
         try:
             folder.mkdir(parents=True)
-            self._stream = self._path.open("xb")
+            unlocked = folder / f".{self._path.name}.unlocked"
+            self._stream = unlocked.open("xb")
+            with suppress(OSError):  # file systems without locks
+                fcntl.flock(self._stream, fcntl.LOCK_EX | fcntl.LOCK_NB)  # tells `salvage` that the recorder lives
+            unlocked.rename(self._path)
         except FileExistsError as error:
             raise BagError(f"{folder} exists already and is not overwritten: give another folder") from error
         except OSError as error:
             raise self._failure(error) from error
-        with suppress(OSError):  # file systems without locks
-            fcntl.flock(self._stream, fcntl.LOCK_EX | fcntl.LOCK_NB)  # tells `salvage` that the recorder lives
         self._writer = Writer(self._stream)
         self._writer.start(profile="ros2")
         self._schemas: dict[str, int] = {}

@@ -36,9 +36,10 @@ def main(arguments: list[str]) -> int:
     for comparison in compare(runs):
         _print(console, comparison)
     if options.out:
-        write_files(options.out, draw_comparison(runs))
-        said = f"{options.out / COMPARISON_PAGE}, {COMPARISON_TEXT} and {FIGURES}/ are written"
-        console.print(said, soft_wrap=True)
+        drawn = draw_comparison(runs)
+        write_files(options.out, drawn.files)
+        console.print(drawn.problem or f"{options.out / COMPARISON_PAGE} is written", soft_wrap=True)
+        console.print(f"{options.out / COMPARISON_TEXT} and {FIGURES}/ are written", soft_wrap=True)
     return 0
 
 

@@ -7,8 +7,8 @@ from cdp_ident.report.folder import FIGURES, PAGE, TEXT
 from cdp_ident.report.pictures import draw_again
 
 DESCRIPTION = """\
-Draw report.html, report.md and figures/ (PNG and SVG) of an identification anew, from the report.json and curves.npz
-that identify wrote. Nothing is identified again."""
+Draw report.html and report.md of an identification anew, from the report.json and curves.npz that identify wrote; with
+--figures also figures/ (PNG and SVG), to which report.md links then. Nothing is identified again."""
 
 
 @entry_point
@@ -16,7 +16,10 @@ def main(arguments: list[str]) -> int:
     """Draw the reports."""
     parser = ArgumentParser("report", DESCRIPTION)
     parser.add_argument("folders", type=Path, nargs="+", metavar="DIR", help="folders that identify wrote into")
-    for folder in parser.parse_args(arguments).folders:
-        draw_again(folder)
-        print(f"{folder / PAGE}, {TEXT} and {FIGURES}/ are drawn")
+    parser.add_argument("--figures", action="store_true", help="draw the figures as PNG and SVG, too")
+    options = parser.parse_args(arguments)
+    for folder in options.folders:
+        problem = draw_again(folder, options.figures)
+        print(problem or f"{folder / PAGE} is drawn")
+        print(f"{folder / TEXT} and {FIGURES}/ are drawn" if options.figures else f"{folder / TEXT} is drawn")
     return 0

@@ -28,6 +28,7 @@ from cdp_ident.model.parameters import (
     inertia_about_cart,
     physical_coefficients,
 )
+from cdp_ident.outside_text import shown
 from cdp_ident.user_input import number, refuse_unknown
 
 Array = npt.NDArray[np.float64]
@@ -141,7 +142,7 @@ def fitted_yaml(report: Mapping[str, Any]) -> str:
     """Return the text of `fitted.yaml`."""
     values = {parameter.name: parameter.value for parameter in fitted_parameters(report)}
     bags = ", ".join(trial["name"] for trial in report["trials"] if trial["role"] == "fit")
-    comments = [f"Fitted by cdp_ident identify from {bags!r}; report.json tells how. SI units, radians."]
+    comments = [f"Fitted by cdp_ident identify from {shown(bags)}; report.json tells how. SI units, radians."]
     return parameter_file(values, comments)
 
 

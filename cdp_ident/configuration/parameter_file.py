@@ -17,6 +17,9 @@ from typing import Any, NamedTuple
 import yaml
 
 from cdp_ident.errors import OptionError
+from cdp_ident.outside_text import shown
+from cdp_ident.user_input import quoted
+from cdp_ident.yaml_file import read_yaml
 
 _ROOT = "ros__parameters"
 _DEEPEST = 8
@@ -45,29 +48,29 @@ def read_parameter_file(path: Path, node: str) -> ParameterFile:
         OptionError: the file cannot be read, is not YAML, or none of its keys is for the node.
     """
     try:
-        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+        content = read_yaml(path)
     except OSError as error:
         raise OptionError(f"{path} cannot be read: {error.strerror or error}") from error
-    except (yaml.YAMLError, ValueError, RecursionError) as error:
+    except ValueError as error:
         raise OptionError(f"{path} is not YAML: {error}") from error
     full = f"/{node.strip('/')}"
     sections = list(_sections(content, "")) if isinstance(content, dict) else []
     if not any(_matches(key, full) for key, _ in sections):
-        keys = ", ".join(key for key, _ in sections) or "none"
+        keys = shown(", ".join(key for key, _ in sections)) or "none"
         raise OptionError(
             f"{path} says nothing to {full}: expected a ROS parameter file with a key for it, such as "
-            f"'/**/{full.rpartition('/')[2]}: {{{_ROOT}: …}}'; its keys are {keys}"
+            f"'/**/{full.rpartition('/')[2]}: {{{_ROOT}: …}}'; its keys are {shown(keys)}"
         )
     result = ParameterFile({}, {})
     for key, section in sections:
         if _matches(key, full) and section is not None:
             if not isinstance(section, dict) or list(section) != [_ROOT]:
                 raise OptionError(
-                    f"{path}: below '{key}:' expected '{_ROOT}:' and nothing else, found {_shown(section)}"
+                    f"{path}: below '{key}:' expected '{_ROOT}:' and nothing else, found {quoted(section)}"
                 )
             parameters = section[_ROOT]
             if not isinstance(parameters, dict | None):
-                raise OptionError(f"{path}: below '{_ROOT}:' expected names and values, found {_shown(parameters)}")
+                raise OptionError(f"{path}: below '{_ROOT}:' expected names and values, found {quoted(parameters)}")
             values = result.for_any if key.rpartition("/")[2].strip("*") == "" else result.own
             values.update(_flat(parameters or {}, "", path))
     return result
@@ -76,7 +79,7 @@ def read_parameter_file(path: Path, node: str) -> ParameterFile:
 def _sections(content: Mapping[Any, Any], namespace: str) -> Iterator[tuple[str, Any]]:
     """Yield the sections for nodes and their keys, with the namespaces that they are nested in."""
     for key, value in content.items():
-        name = f"{namespace}/{str(key).strip('/')}"
+        name = f"{namespace}/{_name(key).strip('/')}"
         nested = isinstance(value, dict) and value and all(isinstance(below, dict) for below in value.values())
         if nested and _ROOT not in value and name.count("/") < _DEEPEST:
             yield from _sections(value, name)
@@ -106,11 +109,12 @@ def _flat(values: Mapping[Any, Any], prefix: str, path: Path) -> Iterable[tuple[
     if prefix.count(".") > _DEEPEST:
         raise OptionError(f"{path}: {prefix[:60]}… is nested too deep: no parameter's name has so many parts")
     for key, value in values.items():
+        name = prefix + _name(key)
         if isinstance(value, dict):
-            yield from _flat(value, f"{prefix}{key}.", path)
+            yield from _flat(value, f"{name}.", path)
         else:
-            yield f"{prefix}{key}", value
+            yield name, value
 
 
-def _shown(value: Any) -> str:
-    return repr(value)[:60]
+def _name(key: Any) -> str:
+    return key if isinstance(key, str) else quoted(key)

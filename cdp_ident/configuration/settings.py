@@ -11,7 +11,7 @@ from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.prior import Prior
 from cdp_ident.model.parameters import CONSTANTS, NOMINAL, SYMBOLS
 from cdp_ident.trial.options import TrialOptions
-from cdp_ident.user_input import refuse_unknown
+from cdp_ident.user_input import quoted, refuse_unknown
 
 _LARGEST_INTEGER = 2**63 - 1
 _PRIOR = ("nominal", "lower", "upper", "known", "known_std")
@@ -94,9 +94,9 @@ def _checked(key: Key, value: Any) -> Scalar:
         checked = value
     if checked is None or (isinstance(checked, float) and math.isnan(checked)):
         kinds = {float: "a number", int: "a whole number", bool: "true or false", str: "text"}
-        raise OptionError(f"{key.name} is {value!r}: expected {kinds[key.kind]} ({key.description})")
+        raise OptionError(f"{key.name} is {quoted(value)}: expected {kinds[key.kind]} ({key.description})")
     if type(checked) is int and abs(checked) > _LARGEST_INTEGER:
-        raise OptionError(f"{key.name} is {value}: such a large number is not believed")
+        raise OptionError(f"{key.name} is {quoted(value)}: such a large number is not believed")
     if key.choices and checked not in key.choices:
-        raise OptionError(f"{key.name} is {value!r}: expected one of {', '.join(map(repr, key.choices))}")
+        raise OptionError(f"{key.name} is {quoted(value)}: expected one of {', '.join(map(repr, key.choices))}")
     return checked

@@ -5,11 +5,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-import yaml
 
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.parameters import GROUPS, SYMBOLS, groups_of, inertia_about_cart
 from cdp_ident.rig.emulator.configuration import load_rig
+from cdp_ident.yaml_file import read_yaml
 
 
 class Compared(NamedTuple):
@@ -45,7 +45,7 @@ _Effects = Iterator[tuple[str, str, str, float]]
 
 
 def _hidden_effects(rig: Path) -> _Effects:
-    content = yaml.safe_load(rig.read_text(encoding="utf-8"))
+    content = read_yaml(rig)
     for name, joints in content.get("effects", {}).items():
         for joint, values in joints.items():
             yield from ((name, joint, parameter, value) for parameter, value in values.items())

@@ -38,6 +38,12 @@ def noise_of(trial: Trial) -> Array:
     return np.maximum(spread, [encoder_step(theta[:, k]) / np.sqrt(12.0) for k in range(theta.shape[1])])
 
 
+def encoder_steps(trial: Trial) -> Array:
+    """Return the steps (2,) of the inner and the outer encoder, 0 where none shows [rad]."""
+    theta1, theta2 = trial.theta.T
+    return np.array([encoder_step(theta1), encoder_step(theta2 - theta1)])
+
+
 def encoder_step(angles: Array) -> float:
     """Return the step of the encoder that measured angles (n,) [rad], or 0 where none shows.
 

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.following import followed
+from cdp_ident.fit.noise import encoder_steps
 from cdp_ident.fit.smoothing import FEWEST, SmoothMotion, smooth
 from cdp_ident.fit.thinning import LOST
 from cdp_ident.trial.trial import Trial
@@ -82,6 +83,8 @@ class Scales:
     """Samples to be averaged into one."""
     samples: int
     """How many there are."""
+    encoder_steps: Array
+    """(2,) step of the inner and the outer encoder, 0 where none shows [rad]."""
 
     @property
     def left_out(self) -> int:
@@ -139,6 +142,7 @@ def scales_of(
         rest_speed=np.maximum(REST_DEVIATIONS * across * np.sqrt(12.0 * spacing / unit**3), REST_LEAST / unit),
         together=together,
         samples=sum(len(trial.time) for trial in trials),
+        encoder_steps=np.max([encoder_steps(trial) for trial in trials], axis=0),
     )
 
 

@@ -10,6 +10,7 @@ samples is added, and the same spline is fitted (Cook and Stefanski, J. Am. Stat
 """
 
 from dataclasses import dataclass
+from inspect import signature
 
 import numpy as np
 import numpy.typing as npt
@@ -27,6 +28,8 @@ _PER_KNOT = (1.2, 1.4, 1.7, 2.0, 2.5, 3.2, 4.0, 5.0, 6.4, 8.0, 10.0, 12.8, 16.0,
 """Samples a knot that are tried; more than enough follow, in the same proportion, where even the last is too few."""
 _TRIED = 4000
 """Samples by which the knots are chosen: those of the liveliest stretch."""
+_NORMAL_EQUATIONS = {"method": "norm-eq"} if "method" in signature(make_lsq_spline).parameters else {}
+"""SciPy before 1.15 solves these anyway, and has no such argument."""
 _LONGEST_GAP = 2.0
 """Distance of neighbouring samples, in distances of knots, across which nothing is known of the motion."""
 
@@ -125,4 +128,4 @@ def _fit(time: Array, samples: Array, per_knot: float) -> BSpline:
     places = np.linspace(0, len(time) - 1, _unknowns(len(time), per_knot) - DEGREE + 1)[1:-1]
     inner = np.interp(places, np.arange(len(time)), time)
     knots = np.concatenate([np.full(DEGREE + 1, time[0]), inner, np.full(DEGREE + 1, time[-1])])
-    return make_lsq_spline(time, samples, knots, DEGREE, method="norm-eq")
+    return make_lsq_spline(time, samples, knots, DEGREE, **_NORMAL_EQUATIONS)

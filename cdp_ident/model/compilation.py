@@ -2,12 +2,19 @@
 
 Compiling takes seconds, so numba keeps the result on disk. It looks only at the file of the function it was asked
 for when it decides whether a kept result is still good, while our loops are made of functions from several files.
-Therefore the folder it keeps them in is named after the contents of all files that use this module: a change to any
-of them starts an empty folder.
+Therefore the folder it keeps them in is named after the contents of all files of this room, to which all that is
+compiled belongs: a change to any of them starts an empty folder, and folders that were not used for long go. Where
+nothing can be kept (a full disk, a home that is read-only or none at all) or what is kept is damaged, it is compiled
+each time.
 """
 
+import functools
 import hashlib
 import os
+import re
+import shutil
+import tempfile
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -17,18 +24,35 @@ import numba.core.config
 
 Compilable = Callable[..., Any]
 
-_PACKAGE = Path(__file__).parents[1]
+_MODEL = Path(__file__).parent
+_UNUSED_FOR = 30 * 86400.0
+"""A folder that no process has begun with for so long goes [s]."""
 
 
-def _cache_folder() -> str:
+def _cache_folder() -> str | None:
+    """Return the folder for compiled code; None where there is none that is the user's own."""
     digest = hashlib.sha256()
-    for path in sorted(_PACKAGE.rglob("*.py")):
-        source = path.read_bytes()
-        if __name__.encode() in source or path == Path(__file__):
-            digest.update(source)
-    user_cache = os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser()
-    base = numba.core.config.CACHE_DIR or Path(user_cache) / "cdp_ident"
-    return str(Path(base) / digest.hexdigest()[:16])
+    for path in sorted(_MODEL.rglob("*.py")):
+        digest.update(path.read_bytes())
+    try:
+        user_cache = os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser()
+        folder = Path(numba.core.config.CACHE_DIR or Path(user_cache) / "cdp_ident") / digest.hexdigest()[:16]
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+        folder.touch()
+        _remove_unused(folder)
+    except (OSError, RuntimeError):  # RuntimeError: there is no home
+        return None
+    return str(folder)
+
+
+def _remove_unused(folder: Path) -> None:
+    """Remove the folders of other versions beside this one that were not used for long."""
+    for other in folder.parent.iterdir():
+        is_one = re.fullmatch("[0-9a-f]{16}", other.name) and other.is_dir() and not other.is_symlink()
+        if is_one and other.stat().st_mtime < time.time() - _UNUSED_FOR:
+            shutil.rmtree(other, ignore_errors=True)
 
 
 _CACHE_FOLDER = _cache_folder()
@@ -49,9 +73,30 @@ def part(function: Compilable) -> Compilable:
 
 def compiled(function: Compilable) -> Compilable:
     """Compile an inner loop; it runs without Python's global lock and is kept on disk."""
+    if _CACHE_FOLDER is None:
+        return part(function)
     configured = numba.core.config.CACHE_DIR
     numba.core.config.CACHE_DIR = _CACHE_FOLDER
     try:
-        return numba.njit(function, nogil=True, cache=True, **_FLOATING_POINT)
+        loop = numba.njit(function, nogil=True, cache=True, **_FLOATING_POINT)
+    except (OSError, RuntimeError):  # numba's word for a folder that cannot be written to
+        return part(function)
     finally:
         numba.core.config.CACHE_DIR = configured
+    cache = loop._cache  # numba has no public way to go on without one
+    cache.load_overload = _or_none(cache.load_overload)
+    cache.save_overload = _or_none(cache.save_overload)
+    return loop
+
+
+def _or_none(function: Compilable) -> Compilable:
+    """Make a function that returns None where the one given fails: what is kept may be damaged, the disk full."""
+
+    @functools.wraps(function)
+    def tolerant(*arguments: Any, **named: Any) -> Any:
+        try:
+            return function(*arguments, **named)
+        except Exception:  # noqa: BLE001 - unpickling and loading a damaged file raises anything
+            return None
+
+    return tolerant

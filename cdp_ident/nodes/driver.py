@@ -4,7 +4,6 @@ import array
 import math
 import os
 import time
-from pathlib import Path
 from typing import Any
 
 from sensor_msgs.msg import JointState, TimeReference
@@ -23,6 +22,7 @@ from cdp_ident.ros.diagnostics import Diagnostics, Status, log
 from cdp_ident.ros.node import parse_arguments, run_node
 from cdp_ident.ros.parameters import Parameters
 from cdp_ident.ros.qos import create_publisher
+from cdp_ident.user_input import user_path
 
 DESCRIPTION = """\
 Read the encoders of a cart double pendulum from a serial port (docs/protocol.md) and publish their positions.
@@ -62,9 +62,9 @@ class Driver:
         survives = parameters.declare(
             "counters_survive_reset", False, "true for absolute encoders: the zero still holds after a device reset"
         )
-        self._zero_file = Path(
+        self._zero_file = user_path(
             parameters.declare("zero_file", _default_zero_file(node), "where the hanging position is kept")
-        ).expanduser()
+        )
         self._stale_after = parameters.declare(
             "stale_after", 0.5, "without a sample for this long the rig is stale", unit="s", minimum=0.01, maximum=60.0
         )

@@ -14,12 +14,14 @@ from cdp_ident.search.options import METHODS
 DESCRIPTION = """\
 Identify the parameters of a cart double pendulum from free-swing bags: find the zero-input motion in each, search,
 refine, trace what is left to the effects behind it, judge by motion that the fit has not seen. A folder is written with
-report.html to look at, report.md with its figures, report.json, and fitted.yaml (a ROS parameter file). Then the fitted
+report.html to look at, report.md, report.json, and fitted.yaml (a ROS parameter file). Then the fitted
 parameters are served until Ctrl-C; with --once it ends, which needs no ROS.
 
 serves     the parameters m1 m2 m0 l1 l2 J1 J2 c1 c2 L g, groups.<group>, std.<each of these>, and the configuration
            ~/identify_again (std_srvs/Trigger)  read configuration and bags again and identify anew
+           ~/cancel (std_srvs/Trigger)          end the search as Ctrl-C does: its best so far is reported and served
 publishes  ~/state (std_msgs/String, latched)   waiting, identifying, ready, or failed and why
+           /diagnostics (diagnostic_msgs/DiagnosticArray)  the same, once a second
 
 With --watch, each trial that comes into the folder is judged as it is unseen, with a warning if it no longer fits, then
 fitted jointly with all before it, and the parameters are updated.
@@ -60,6 +62,7 @@ def main(arguments: list[str]) -> int:
         options.config,
         options.force,
         options.watch,
+        options.figures,
     )
     if options.watch and options.once:
         raise OptionError("--watch goes on until Ctrl-C, so --once cannot go with it")
@@ -68,7 +71,7 @@ def main(arguments: list[str]) -> int:
         loaded, interruption = identifier.load({}), Interruption()
         interruption.install()
         try:
-            identifier.finish(loaded, interruption)
+            identifier.write(identifier.identify(loaded, interruption))
         finally:
             interruption.remove()
         return 0
@@ -116,6 +119,7 @@ def _parser() -> ArgumentParser:
         help="bags that are only judged by (default: every fourth window of the others)",
     )
     parser.add_argument("--out", type=Path, metavar="DIR", help="where the report goes (identification/<bag name>)")
+    parser.add_argument("--figures", action="store_true", help="draw the figures as PNG and SVG files, too")
     parser.add_argument("--force", action="store_true", help="replace a report that is there already")
     parser.add_argument(
         "--method", choices=tuple(METHODS), help="the paper's search in full (default: the improved one, cut short)"

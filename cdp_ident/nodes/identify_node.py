@@ -12,11 +12,14 @@ from cdp_ident.configuration.fitted_model import fitted_parameters
 from cdp_ident.configuration.keys import KEYS, Scalar
 from cdp_ident.configuration.settings import Settings
 from cdp_ident.errors import CdpIdentError
+from cdp_ident.outside_text import shown
 from cdp_ident.pipeline.identifier import NODE_NAME, Identifier
 from cdp_ident.pipeline.interruption import Interruption
 from cdp_ident.report.contents import Section
 from cdp_ident.report.outcome import LoadedJob
 from cdp_ident.report.terminal import summary
+from cdp_ident.rig.health import Level
+from cdp_ident.ros.diagnostics import Diagnostics, Status
 from cdp_ident.ros.node import run_node
 from cdp_ident.ros.parameters import Parameters, Shown
 from cdp_ident.ros.qos import latched
@@ -41,17 +44,23 @@ class IdentifyNode:
         parameters.start()
         self._interruption = Interruption()
         self._interruption.install()
-        self._outcome: tuple[LoadedJob, Section] | Exception | None = None
+        self._found: tuple[Settings, Section] | None = None
+        """What is to be served as soon as the main thread comes to it."""
+        self._outcome: Section | BaseException | None = None
         self._serves = False
-        self._state = node.create_publisher(String, "~/state", latched())
+        self._states = node.create_publisher(String, "~/state", latched())
+        self._state, self._level = "", Level.OK
+        identifier.warn = lambda sentence: node.get_logger().warning(sentence)
         node.create_service(Trigger, "~/identify_again", self._again)
+        node.create_service(Trigger, "~/cancel", self._cancel)
+        self._diagnostics = Diagnostics(node, self._report)
         self._done = node.create_guard_condition(self._take_outcome)
         self._closing = False
         self._thread = threading.Thread()
         if loaded:
             self._start(loaded)
         else:
-            self._state.publish(String(data=f"waiting for a first trial in {waits_for}"))
+            self._say(f"waiting for a first trial in {waits_for}")
         node.create_timer(_SECONDS_BETWEEN_LOOKS, self._look)
 
     def close(self) -> None:
@@ -72,42 +81,71 @@ class IdentifyNode:
             response.success, response.message = True, "identifying: ~/state tells when it is done"
         return response
 
+    def _cancel(self, _request: Any, response: Any) -> Any:
+        response.success = self._interruption.cancel()
+        response.message = (
+            "the search ends: its best so far is refined, reported and served"
+            if response.success
+            else "no search is running"
+        )
+        return response
+
+    def _say(self, state: str, level: Level = Level.OK) -> None:
+        self._state, self._level = state, level
+        self._states.publish(String(data=state))
+
+    def _report(self) -> Status:
+        return Status(self._level, self._state, {"serves a result": str(self._serves).lower()})
+
     def _look(self) -> None:
         """Identify anew when another bag has come into the folder that is watched."""
         if not self._thread.is_alive() and self._outcome is None and self._identifier.has_new:
             self._start(None)
 
     def _start(self, loaded: LoadedJob | None) -> None:
-        self._state.publish(String(data="identifying"))
+        self._say("identifying")
         self._thread = threading.Thread(target=self._identify, args=(loaded,), name="identification", daemon=True)
         self._thread.start()
 
     def _identify(self, loaded: LoadedJob | None) -> None:
         try:
             loaded = loaded or self._identifier.load(self._given)
-            self._outcome = (loaded, self._identifier.finish(loaded, self._interruption))
-        except Exception as error:  # noqa: BLE001 - raised again where the node's life is decided about
+            result = self._identifier.identify(loaded, self._interruption)
+            self._found = (loaded.job.settings, result.report)
+            self._tell()
+            self._identifier.write(result)
+            self._outcome = result.report
+        except BaseException as error:  # noqa: BLE001 - raised again where the node's life is decided about
             self._outcome = error
+        self._tell()
+
+    def _tell(self) -> None:
         if not self._closing:
             self._done.trigger()
 
     def _take_outcome(self) -> None:
+        found, self._found = self._found, None
+        if found is not None:
+            self._show(*found)
+            self._serves = True
+            for warning in found[1]["warnings"]:
+                self._node.get_logger().warning(shown(f"{warning['name']}: {warning['message']}"))
+            if not self._once:
+                self._node.get_logger().info(f"{self._node.get_fully_qualified_name()} serves the fitted parameters")
         outcome, self._outcome = self._outcome, None
-        if isinstance(outcome, Exception):
-            waits = self._serves or self._identifier.waits_for is not None
+        if outcome is None:
+            return
+        ends = self._once or self._interruption.ends
+        if isinstance(outcome, BaseException):
+            waits = (self._serves or self._identifier.waits_for is not None) and not ends
             if not waits or not isinstance(outcome, CdpIdentError):
                 raise outcome
-            self._state.publish(String(data=f"failed: {outcome}"))
-            self._node.get_logger().error(f"{outcome}; the parameters are still those of before")
-        elif outcome is not None:
-            loaded, report = outcome
-            self._show(loaded.job.settings, report)
-            self._serves = True
-            self._state.publish(String(data=f"ready: {summary(report)}"))
-            if self._once:
+            self._say(f"failed: {shown(outcome)}", Level.ERROR)
+            self._node.get_logger().error(f"{shown(outcome)}; the parameters are those found last")
+        else:
+            self._say(f"ready: {summary(outcome)}", Level.WARN if outcome["warnings"] else Level.OK)
+            if ends:
                 self.exit_code = 0
-            else:
-                self._node.get_logger().info(f"{self._node.get_fully_qualified_name()} serves the fitted parameters")
 
     def _show(self, settings: Settings, report: Section | None) -> None:
         """Make the settings in effect, and the fitted values once there are any, the node's parameters."""

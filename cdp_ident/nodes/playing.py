@@ -67,6 +67,8 @@ class Playing:
         self._awaiting: float | None = None
         """Since when listeners are waited for [s]."""
         self._problem = ""
+        self._clockless = False
+        """Whether time stands still, as none came from /clock yet."""
         self._paused = False
         self._closing = False
         self._lock = threading.Lock()
@@ -83,6 +85,8 @@ class Playing:
             return "waiting for parameters"
         if player.finished:
             return "finished"
+        if self._clockless:
+            return "waiting for a clock: use_sim_time is true, and nothing comes on /clock"
         return "paused" if self._paused else "playing"
 
     def take_model(self, model: FittedModel) -> None:
@@ -181,7 +185,10 @@ class Playing:
         if player is None or self._paused or player.finished or not self._is_awaited(player):
             return _IDLE
         now_ns = time.monotonic_ns() if self._pace.clock else self._clock.now().nanoseconds
-        if now_ns == 0:  # with use_sim_time, before the first /clock
+        if self._clockless != (now_ns == 0):  # with use_sim_time, before the first /clock
+            self._clockless = now_ns == 0
+            self._frames.say(self.state)
+        if self._clockless:
             return _IDLE
         due_ns = self._timer.next_ns(now_ns)
         if now_ns < due_ns:

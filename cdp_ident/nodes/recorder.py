@@ -1,6 +1,5 @@
 """Records free-swing trials as rosbag2 bags, one bag a trial."""
 
-from pathlib import Path
 from typing import Any
 
 import rclpy.clock
@@ -12,6 +11,7 @@ from std_srvs.srv import Trigger
 from cdp_ident.bag import diagnostics, joint_state, time_reference
 from cdp_ident.command_line import ArgumentParser, entry_point
 from cdp_ident.errors import RigError
+from cdp_ident.outside_text import shown
 from cdp_ident.rig.health import Level
 from cdp_ident.rig.recording.facts import JointNames
 from cdp_ident.rig.recording.recorder import FLUSH_NS, Recorder, RecorderOptions, Surroundings
@@ -20,6 +20,7 @@ from cdp_ident.ros.node import parse_arguments, run_node
 from cdp_ident.ros.parameters import Parameters
 from cdp_ident.ros.qos import Subscription, latched, offered
 from cdp_ident.ros.trial_limits import declare_trial_limits
+from cdp_ident.user_input import user_path
 
 DESCRIPTION = """\
 Record free-swing trials. Armed, it waits until the pendulum is held away from hanging and let go, records until it is
@@ -62,8 +63,8 @@ class RecorderNode:
         self._recorder = Recorder(
             options,
             Surroundings(
-                say=logger.info,
-                warn=logger.warning,
+                say=lambda sentence: logger.info(shown(sentence)),
+                warn=lambda sentence: logger.warning(shown(sentence)),
                 on_state=lambda state: self._state.publish(String(data=state)),
                 on_bag=lambda folder: self._bag.publish(String(data=str(folder))),
                 drivers=lambda: {
@@ -136,7 +137,7 @@ def _declare_options(parameters: Parameters) -> RecorderOptions:
         return parameters.declare(name, default, description, unit=unit, minimum=0.0, maximum=maximum)
 
     return RecorderOptions(
-        folder=Path(parameters.declare("folder", "trials", "where bags go")).expanduser(),
+        folder=user_path(parameters.declare("folder", "trials", "where bags go")),
         name=parameters.declare("name", "trial", "what names of bags begin with; the time follows"),
         joints=JointNames(
             cart=parameters.declare("cart_joint", joints.cart, "name of the cart's joint; may be missing in messages"),

@@ -1,6 +1,6 @@
 """One identification from the command line's request to the files of its report, without ROS."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,9 +13,10 @@ from cdp_ident.configuration.keys import KEYS
 from cdp_ident.configuration.parameter_file import read_parameter_file
 from cdp_ident.configuration.settings import Settings
 from cdp_ident.diagnosis.new_trial import NewTrialCheck, check_new_trial
-from cdp_ident.errors import CdpIdentError
+from cdp_ident.errors import CdpIdentError, OptionError
+from cdp_ident.outside_text import shown
 from cdp_ident.pipeline.interruption import GivenUpError, Interruption
-from cdp_ident.pipeline.job import load, run
+from cdp_ident.pipeline.job import load, refuse_copies, run
 from cdp_ident.report.contents import Section, report
 from cdp_ident.report.curves import Curves, curves
 from cdp_ident.report.curves_file import curves_npz
@@ -27,8 +28,9 @@ from cdp_ident.report.folder import (
     REPORT,
     TEXT,
     check_folder,
+    clean_folder,
     json_text,
-    write_files,
+    write_result,
 )
 from cdp_ident.report.outcome import Job, LoadedJob, Outcome
 from cdp_ident.report.pictures import draw, write_pictures
@@ -40,6 +42,16 @@ from cdp_ident.trial.trial import Trial
 
 NODE_NAME = "identify"
 DEFAULT_FOLDER = Path("identification")
+_LONGEST_SENTENCE = 2000
+
+
+@dataclass(frozen=True)
+class Result:
+    """What an identification found."""
+
+    report: Section
+    """The contents of `report.json`."""
+    curves: Curves
 
 
 @dataclass(frozen=True)
@@ -55,6 +67,8 @@ class Request:
     force: bool
     watch: Path | None = None
     """Folder whose bags are fitted too, as they come."""
+    figures: bool = False
+    """Whether figures are drawn as files, too."""
 
 
 class Identifier:
@@ -62,6 +76,8 @@ class Identifier:
 
     def __init__(self, request: Request, output: Console, progress: Console) -> None:
         self._request, self._output, self._progress = request, output, progress
+        self.warn: Callable[[str], None] = lambda sentence: None
+        """Is given what is to be warned of beside the report, which is printed as well."""
         self._folder = request.out
         self._may_replace = request.force
         self._watched = WatchedFolder(request.watch) if request.watch else None
@@ -98,6 +114,7 @@ class Identifier:
         """
         settings = self.settings(given)
         if self._watched:
+            self._leave_out_vanished()
             self._take_new(self._watched, settings)
         loaded = load(Job((*self._request.bags, *self._came), self._request.holdout, settings))
         name = self._request.watch.resolve().name if self._request.watch else loaded.fit[0].name
@@ -106,17 +123,31 @@ class Identifier:
         return loaded
 
     def _take_new(self, watched: WatchedFolder, settings: Settings) -> None:
-        """Add the new bags of the watched folder, each judged as unseen first; one without a trial is left out."""
+        """Add the new bags of the watched folder, each judged as unseen first.
+
+        One that has no trial, or is the copy of another, is left out until its files change.
+        """
         for bag in watched.new():
             watched.take(bag)
+            again = bag in self._came
+            others = [other for other in self._came if other != bag]
             try:
                 trial = load_trial(bag, settings.trial)
-                if self._latest:
+                refuse_copies([*self._request.bags, *others, bag, *self._request.holdout])
+                if self._latest and not again:
                     self._judge(self._latest, trial)
             except CdpIdentError as error:
-                self._say(f"{bag} is left out: {' '.join(str(error).split())}")
+                self._warn(f"{bag} is left out: {error}")
+                self._came = others
             else:
-                self._came.append(bag)
+                self._came = [*others, bag]
+
+    def _leave_out_vanished(self) -> None:
+        """Go on without the bags of the watched folder that are not there any more."""
+        for bag in self._came:
+            if not bag.exists():
+                self._warn(f"{bag} is left out from now on: it is not there any more")
+        self._came = [bag for bag in self._came if bag.exists()]
 
     def _judge(self, latest: Outcome, trial: Trial) -> None:
         after = latest.trace.after
@@ -124,18 +155,24 @@ class Identifier:
         window = latest.identification.data.window
         unseen = check_new_trial(after.model, after.fit.values, latest.trace.covariance, expected, trial, window)
         self._unseen.append(unseen)
-        self._say(unseen.words)
+        if unseen.fits:
+            self._say(unseen.words)
+        else:
+            self._warn(unseen.words)
+
+    def _warn(self, sentence: str) -> None:
+        self._say(sentence)
+        self.warn(shown(sentence, _LONGEST_SENTENCE))
 
     def _say(self, sentence: str) -> None:
-        self._output.print(sentence, highlight=False, markup=False, soft_wrap=True)
+        self._output.print(shown(sentence, _LONGEST_SENTENCE), highlight=False, markup=False, soft_wrap=True)
 
-    def finish(self, loaded: LoadedJob, interruption: Interruption) -> Section:
-        """Identify, write the report's files, print it, and return it.
+    def identify(self, loaded: LoadedJob, interruption: Interruption) -> Result:
+        """Identify, print the report, and return it; `write` writes it.
 
         An interruption ends the search, not the identification. Raises `CdpIdentError`, and `GivenUpError` where the
         identification was given up.
         """
-        assert self._folder is not None
         with SearchDisplay(self._progress, loaded.job.settings.identify.search.generations) as display:
 
             def stop(progress: Progress) -> str | None:
@@ -152,25 +189,43 @@ class Identifier:
         if interruption.given_up:
             raise GivenUpError
         self._latest = outcome
-        content, drawn_from = report(outcome, self._unseen), curves(outcome)
-        # What took long to find is safe before it is drawn.
-        write_files(
-            self._folder,
-            {REPORT: json_text(content), FITTED: fitted_yaml(content), CURVES: curves_npz(drawn_from)},
-        )
+        result = Result(report(outcome, self._unseen), curves(outcome))
+        print_report(self._output, result.report)
+        return result
+
+    def write(self, result: Result) -> None:
+        """Write the files of a result, its numbers before its pictures.
+
+        Raises `OptionError` where the numbers cannot be written; `fitted.yaml` is printed then, that they are not lost.
+        """
+        assert self._folder is not None
+        content, fitted = result.report, fitted_yaml(result.report)
+        try:
+            clean_folder(self._folder)
+            files: dict[str, str | bytes] = {
+                REPORT: json_text(content),
+                FITTED: fitted,
+                CURVES: curves_npz(result.curves),
+            }
+            write_result(self._folder, files)
+        except OptionError:
+            self._say(f"{FITTED}, which could not be written:")
+            self._output.print(fitted, highlight=False, markup=False, soft_wrap=True)
+            raise
         self._may_replace = True
-        print_report(self._output, content)
         self._say(f"{self._folder / REPORT} and {FITTED} are written")
-        self._draw(self._folder, content, drawn_from)
-        return content
+        self._draw(self._folder, content, result.curves)
 
     def _draw(self, folder: Path, content: Section, drawn_from: Curves) -> None:
         """Draw the report; a failure is told, and takes nothing of the result."""
         try:
-            write_pictures(folder, draw(content, drawn_from))
+            drawn = draw(content, drawn_from, self._request.figures)
+            write_pictures(folder, drawn.files)
         except Exception as error:  # noqa: BLE001 - whatever it is, the parameters are to be served
-            reason = " ".join(str(error).split()) or type(error).__name__
+            reason = shown(error) or type(error).__name__
             said = f"no pictures: {reason}; once that is mended, `ros2 run cdp_ident report {folder}` draws them"
         else:
-            said = f"{folder / PAGE} shows it all, {TEXT} and {FIGURES}/ as files"
+            page = drawn.problem or f"{folder / PAGE} shows it all"
+            drawn_too = f"{folder / TEXT} and {FIGURES}/ are" if self._request.figures else f"{folder / TEXT} is"
+            said = f"{page}; {drawn_too} for version control and papers"
         self._say(said)

@@ -1,35 +1,43 @@
-"""Ctrl-C while a search runs."""
+"""Ctrl-C, or a request to end, while a search runs."""
 
+import os
 import signal
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
 from typing import Any
 
+_SIGNALS = (signal.SIGINT, signal.SIGTERM)
+
 
 class Interruption:
-    """While a search runs the first SIGINT only asks it to stop; any other one does what it did before."""
+    """While a search runs the first signal only asks it to stop; any other one does what it did before."""
 
     def __init__(self) -> None:
         self.asked = False
         """Whether the search that runs has been asked to stop."""
+        self.ends = False
+        """Whether the signal was one to end the program (SIGTERM), which it shall do once the result is there."""
         self.given_up = False
         """Whether nobody waits for the result any more."""
         self._searching = False
-        self._before: Callable[[int, FrameType | None], Any] | None = None
+        self._before: dict[int, Callable[[int, FrameType | None], Any] | int | None] = {}
 
     def install(self) -> None:
-        """Take SIGINT over, in the main thread; a SIGINT that is ignored stays so."""
-        before = signal.getsignal(signal.SIGINT)
-        if callable(before):
-            self._before = before
-            signal.signal(signal.SIGINT, self._handle)
+        """Take SIGINT and SIGTERM over, in the main thread; one that is ignored stays so."""
+        for number in _SIGNALS:
+            if signal.getsignal(number) not in (signal.SIG_IGN, None):
+                self._before[number] = signal.signal(number, self._handle)
 
     def remove(self) -> None:
-        """Give SIGINT back."""
-        if self._before is not None:
-            signal.signal(signal.SIGINT, self._before)
-            self._before = None
+        """Give the signals back."""
+        while self._before:
+            signal.signal(*self._before.popitem())
+
+    def cancel(self) -> bool:
+        """Ask the search that runs to stop, as a first SIGINT does; return whether one runs."""
+        self.asked |= self._searching
+        return self._searching
 
     @contextmanager
     def searching(self) -> Iterator[None]:
@@ -41,10 +49,15 @@ class Interruption:
             self._searching = False
 
     def _handle(self, number: int, frame: FrameType | None) -> None:
+        before = self._before.get(number)
         if self._searching and not self.asked:
             self.asked = True
-        elif self._before is not None:
-            self._before(number, frame)
+            self.ends = number == signal.SIGTERM
+        elif callable(before):
+            before(number, frame)
+        elif before is signal.SIG_DFL:
+            signal.signal(number, signal.SIG_DFL)
+            os.kill(os.getpid(), number)
 
 
 class GivenUpError(Exception):

@@ -1,7 +1,7 @@
 """From bags to an identification: what `identify` does, without ROS and without a terminal."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -27,9 +27,22 @@ def load(job: Job) -> LoadedJob:
     """
     if not job.bags:
         raise OptionError("there is nothing to identify from: give at least one --bag, or a folder to --watch")
+    checksums = refuse_copies((*job.bags, *job.holdout))
+    trials = [load_trial(bag, job.settings.trial) for bag in (*job.bags, *job.holdout)]
+    count = len(job.bags)
+    return LoadedJob(job, tuple(trials[:count]), tuple(trials[count:]), checksums)
+
+
+def refuse_copies(bags: Sequence[Path]) -> dict[Path, dict[str, str]]:
+    """Return the checksums of the files of bags.
+
+    Raises:
+        OptionError: two bags have a file in common.
+        BagError: a file cannot be read.
+    """
     checksums: dict[Path, dict[str, str]] = {}
     owner: dict[str, Path] = {}
-    for bag in (*job.bags, *job.holdout):
+    for bag in bags:
         sums = bag_checksums(bag)
         for digest in sums.values():
             if digest in owner:
@@ -39,9 +52,7 @@ def load(job: Job) -> LoadedJob:
                 raise OptionError(f"{same}: each may be used once, to fit or as --holdout")
         owner |= dict.fromkeys(sums.values(), bag)
         checksums[bag] = sums
-    trials = [load_trial(bag, job.settings.trial) for bag in (*job.bags, *job.holdout)]
-    count = len(job.bags)
-    return LoadedJob(job, tuple(trials[:count]), tuple(trials[count:]), checksums)
+    return checksums
 
 
 def run(

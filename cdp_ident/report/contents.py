@@ -17,8 +17,10 @@ from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.physical import PhysicalValues
 from cdp_ident.fit.windows import Window
 from cdp_ident.model.parameters import CONSTANTS, GROUPS, PARAMETERS
+from cdp_ident.outside_text import shown
 from cdp_ident.report.outcome import Outcome
 from cdp_ident.report.provenance import versions
+from cdp_ident.report.schema import LONGEST_TEXT, SCHEMA
 from cdp_ident.report.verdict import verdict
 from cdp_ident.tracing.found_effects import FoundCurve
 from cdp_ident.tracing.selection import Selection
@@ -26,11 +28,11 @@ from cdp_ident.tracing.selection import Selection
 Array = npt.NDArray[np.float64]
 Section = dict[str, Any]
 
-SCHEMA = "cdp_ident/report/1"
-
 
 def report(outcome: Outcome, unseen: Sequence[NewTrialCheck] = ()) -> Section:
-    """Return everything there is to report; plain values, to be written as JSON.
+    """Return everything there is to report; plain values, to be written as JSON, as `schema.py` states it.
+
+    Texts from outside, such as the names of bags, are fit to be shown.
 
     Args:
         outcome: what was found.
@@ -40,6 +42,24 @@ def report(outcome: Outcome, unseen: Sequence[NewTrialCheck] = ()) -> Section:
     after, completed = outcome.trace.after, outcome.trace.completed
     length, _ = after.model.constants(after.fit.values)
     determined = identifiability(after.fit, completed.covariance, completed.physical, found.options.prior, length)
+    return dict(shown_texts(_report(outcome, unseen, found, determined)))
+
+
+def shown_texts(content: Any) -> Any:
+    """Return contents of a report whose texts are all fit to be shown."""
+    if isinstance(content, str):
+        return shown(content, LONGEST_TEXT)
+    if isinstance(content, Mapping):
+        return {shown(key, LONGEST_TEXT): shown_texts(value) for key, value in content.items()}
+    if isinstance(content, list | tuple):
+        return [shown_texts(value) for value in content]
+    return content
+
+
+def _report(
+    outcome: Outcome, unseen: Sequence[NewTrialCheck], found: Identification, determined: Identifiability
+) -> Section:
+    after, completed = outcome.trace.after, outcome.trace.completed
     return {
         "schema": SCHEMA,
         "trials": _trials(outcome),

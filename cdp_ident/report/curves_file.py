@@ -10,11 +10,13 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.errors import ReportError
+from cdp_ident.outside_text import shown
+from cdp_ident.regular_file import read_regular
 from cdp_ident.report.curves import Curves, TorqueCurves, TrialCurves
 
 FORMAT = "cdp_ident/curves/1"
-_LARGEST = 2**31
-"""Bytes of all arrays together; a file that unfolds to more is none of ours."""
+_LARGEST = 2**29
+"""Bytes of all arrays together, and of the file: an hour at 1 kHz; one that unfolds to more is none of ours."""
 
 _TAIL: dict[str, tuple[int, ...]] = dict.fromkeys(
     ("measured", "before", "after", "run_before", "run_after", "angle", "speed", "effects"), (2,)
@@ -47,12 +49,13 @@ def read_curves(path: Path, trials: int, effects: int) -> Curves:
     if not path.exists():
         raise ReportError(f"there is no {path}: identify writes it beside report.json; identify again")
     try:
-        with zipfile.ZipFile(path) as archive:
+        packed = io.BytesIO(read_regular(path, _LARGEST))
+        with zipfile.ZipFile(packed) as archive:
             size = sum(member.file_size for member in archive.infolist())
-        with np.load(path, allow_pickle=False) as content:
+        with np.load(packed, allow_pickle=False) as content:
             arrays = {name: content[name] for name in content.files if size <= _LARGEST}
     except Exception as error:  # what a damaged archive brings zipfile, zlib and numpy to raise has no end
-        raise ReportError(f"{path} cannot be read ({error}): identify again") from error
+        raise ReportError(f"{path} cannot be read ({shown(error)}): identify again") from error
     if size > _LARGEST:
         raise ReportError(f"{path} would unfold to {size} bytes: it was not written by identify")
     if str(arrays.get("format")) != FORMAT:

@@ -1,8 +1,10 @@
 """Draws reports for people: page, text and figures, from `report.json` and `curves.npz` alone."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
+from cdp_ident.errors import ReportError
 from cdp_ident.report.comparison import Run
 from cdp_ident.report.contents import Section
 from cdp_ident.report.curves import Curves
@@ -15,6 +17,7 @@ from cdp_ident.report.folder import (
     CURVES,
     FIGURES,
     PAGE,
+    PICTURES,
     REPORT,
     TEXT,
     write_files,
@@ -22,26 +25,28 @@ from cdp_ident.report.folder import (
 from cdp_ident.report.report_file import read_report
 
 
-def draw(report: Section, curves: Curves) -> dict[str, str | bytes]:
-    """Return page, text and figures of a report by their names in its folder.
+class Drawn(NamedTuple):
+    """What was drawn."""
 
-    Raises:
-        ReportError: a library that draws is not installed.
-    """
+    files: dict[str, str | bytes]
+    """Page, text and figures by their names in a folder."""
+    problem: str = ""
+    """Why there is no page, where there is none: the library that draws it may be missing."""
+
+
+def draw(report: Section, curves: Curves, for_paper: bool = False) -> Drawn:
+    """Draw a report: page and text; only `for_paper` the figures as files, to which the text links then."""
     # Only who draws waits for what draws to be loaded.
     from cdp_ident.report.page.report_page import report_html, report_md  # noqa: PLC0415
 
     shown = figures(report, curves)
-    page, text = report_html(report, curves, shown), report_md(report, shown, FIGURES)
-    return {PAGE: page, TEXT: text, **_for_paper(shown)}
+    on_paper = shown if for_paper else []
+    files = {TEXT: report_md(report, on_paper, FIGURES), **_for_paper(on_paper)}
+    return _with_page(files, PAGE, lambda: report_html(report, curves, shown))
 
 
-def draw_comparison(runs: Sequence[Run]) -> dict[str, str | bytes]:
-    """Return page, text and figure of a comparison by their names.
-
-    Raises:
-        ReportError: a library that draws is not installed.
-    """
+def draw_comparison(runs: Sequence[Run]) -> Drawn:
+    """Draw a comparison: page, text and figure."""
     from cdp_ident.report.page.comparison_page import (  # noqa: PLC0415
         comparison_figures,
         comparison_html,
@@ -49,8 +54,15 @@ def draw_comparison(runs: Sequence[Run]) -> dict[str, str | bytes]:
     )
 
     shown = comparison_figures(runs)
-    page, text = comparison_html(runs, shown), comparison_md(runs, shown, FIGURES)
-    return {COMPARISON_PAGE: page, COMPARISON_TEXT: text, **_for_paper(shown)}
+    files = {COMPARISON_TEXT: comparison_md(runs, shown, FIGURES), **_for_paper(shown)}
+    return _with_page(files, COMPARISON_PAGE, lambda: comparison_html(runs, shown))
+
+
+def _with_page(files: dict[str, str | bytes], name: str, page: Callable[[], str]) -> Drawn:
+    try:
+        return Drawn({name: page(), **files})
+    except ReportError as error:
+        return Drawn(files, str(error))
 
 
 def _for_paper(shown: Sequence[Figure]) -> dict[str, str | bytes]:
@@ -63,19 +75,21 @@ def _for_paper(shown: Sequence[Figure]) -> dict[str, str | bytes]:
 
 
 def write_pictures(folder: Path, files: Mapping[str, str | bytes]) -> None:
-    """Write what was drawn; figures of an earlier report in the folder go.
+    """Write what was drawn; page and figures of an earlier report in the folder go.
 
     Raises:
         OptionError: the folder or a file cannot be written.
     """
     write_files(folder, files)
-    for path in (folder / FIGURES).iterdir():
-        if path.suffix in (".png", ".svg") and f"{FIGURES}/{path.name}" not in files:
+    if PAGE not in files:
+        (folder / PAGE).unlink(missing_ok=True)
+    for path in (folder / FIGURES).iterdir() if (folder / FIGURES).exists() else ():
+        if path.suffix in PICTURES and f"{FIGURES}/{path.name}" not in files:
             path.unlink(missing_ok=True)
 
 
-def draw_again(folder: Path) -> None:
-    """Draw the report in a folder anew.
+def draw_again(folder: Path, for_paper: bool = False) -> str:
+    """Draw the report in a folder anew, `for_paper` with figures; return why there is no page, where there is none.
 
     Raises:
         ReportError: there is no complete report in it.
@@ -83,4 +97,6 @@ def draw_again(folder: Path) -> None:
     """
     report = read_report(folder / REPORT)
     curves = read_curves(folder / CURVES, len(report["trials"]), len(report["effects"]))
-    write_pictures(folder, draw(report, curves))
+    drawn = draw(report, curves, for_paper)
+    write_pictures(folder, drawn.files)
+    return drawn.problem

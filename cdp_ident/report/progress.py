@@ -61,4 +61,4 @@ class SearchDisplay:
 
     def say(self, sentence: str) -> None:
         """Print a sentence above the bar."""
-        self._console.print(sentence, highlight=False)
+        self._console.print(sentence, highlight=False, markup=False)

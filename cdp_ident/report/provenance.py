@@ -7,6 +7,7 @@ import re
 from pathlib import Path
 
 from cdp_ident.errors import BagError
+from cdp_ident.regular_file import open_regular
 
 _STORAGE = (".mcap", ".db3", ".mcap.zstd", ".db3.zstd")
 _PACKAGES = ("cdp_ident", "numpy", "scipy", "numba", "rosbags", "mcap")
@@ -29,7 +30,7 @@ def bag_checksums(bag: Path) -> dict[str, str]:
         )
         checksums = {}
         for file in files:
-            with file.open("rb") as stream:
+            with open_regular(file) as stream:
                 digest = hashlib.sha256()
                 while block := stream.read(1 << 20):
                     digest.update(block)

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from cdp_ident.rig.codec import UNSIGNED_32, ChecksumError, Codec, FrameError
+from cdp_ident.rig.course import Course, steps_between
 from cdp_ident.rig.records import Hello, Record, Sample
 
 LONGEST_FRAME = 160
@@ -24,7 +25,7 @@ class Counters:
     bad_checksum: int = 0
     """Frames whose checksum did not match."""
     malformed: int = 0
-    """Stretches of bytes between delimiters that were no frame."""
+    """Stretches of bytes between delimiters that were no frame, and of the length of a frame without a delimiter."""
     lost: int = 0
     """Sequence numbers that never came, those of frames dropped as bad included."""
     duplicates: int = 0
@@ -44,9 +45,10 @@ Event = Sample | Hello | Restart
 class Decoder:
     """Decodes a stream of bytes, cut anywhere, into events in the order of arrival.
 
-    A sample is passed on when its frame is intact and its sequence number and time follow those of the sample before.
-    One that does not follow waits until the next sample confirms it, so that a damaged frame whose checksum happens
-    to match (one in 65536) is not taken for a reset.
+    A sample is passed on when its frame is intact, and sequence number, time and counts go on from the samples before
+    (`Course`). One that does not waits for the next: if that goes on from the samples before, and the one that waited
+    does not lie between them, it is dropped, as a damaged frame whose checksum happens to match (one in 65536); if
+    not, both are taken, and the device was reset where sequence number and time do not follow either.
     """
 
     def __init__(self, codec: Codec) -> None:
@@ -54,7 +56,7 @@ class Decoder:
         self._codec = codec
         self._rest = b""
         self._skipping = True  # the first bytes of a stream are likely the end of a frame
-        self._last: Sample | None = None
+        self._course = Course()
         self._doubtful: Sample | None = None
         self._recent: deque[Sample] = deque(maxlen=_REMEMBERED)
 
@@ -80,7 +82,7 @@ class Decoder:
             except FrameError:
                 self.counters.malformed += not skipping
         if len(self._rest) > LONGEST_FRAME:
-            self.counters.malformed += not self._skipping
+            self.counters.malformed += len(self._rest) // LONGEST_FRAME
             self._rest = b""
             self._skipping = True
 
@@ -89,31 +91,39 @@ class Decoder:
             yield record
         elif record in self._recent or record == self._doubtful:
             self.counters.duplicates += 1
-        elif self._last is not None and _follows(self._last, record):
-            self._doubtful = None
-            self.counters.lost += (record.sequence - self._last.sequence - 1) & UNSIGNED_32
-            yield self._pass(record)
-        elif self._doubtful is not None and _follows(self._doubtful, record):
+        elif self._follows(record) and self._course.foretells(record):
             doubtful, self._doubtful = self._doubtful, None
-            if self._last is not None:
-                self.counters.resets += 1
-                yield Restart()
-            self._recent.clear()
+            if doubtful is not None and self._course.has_between(doubtful, record):
+                yield self._pass(doubtful)
+            yield self._pass(record)
+        elif self._doubtful is not None and _can_follow(self._doubtful, record):
+            doubtful, self._doubtful = self._doubtful, None
+            if not self._follows(doubtful):
+                if self._course.last is not None:
+                    self.counters.resets += 1
+                    yield Restart()
+                self._course = Course()
+                self._recent.clear()
             yield self._pass(doubtful)
-            self.counters.lost += (record.sequence - doubtful.sequence - 1) & UNSIGNED_32
             yield self._pass(record)
         else:
             self._doubtful = record
 
+    def _follows(self, sample: Sample) -> bool:
+        """Tell whether a sample can come after the last one in the same run of the device."""
+        last = self._course.last
+        return last is not None and _can_follow(last, sample) and self._course.has_time_for(sample)
+
     def _pass(self, sample: Sample) -> Sample:
         self.counters.samples += 1
-        self._last = sample
+        if self._course.last is not None:
+            self.counters.lost += steps_between(self._course.last, sample) - 1
+        self._course.take(sample)
         self._recent.append(sample)
         return sample
 
 
-def _follows(before: Sample, after: Sample) -> bool:
-    """Tell whether one sample can come after another in one run of the device, with few enough lost in between."""
-    steps = (after.sequence - before.sequence) & UNSIGNED_32
+def _can_follow(before: Sample, after: Sample) -> bool:
+    """Tell whether one sample can come after another in one run of a device, with few enough lost in between."""
     elapsed = (after.time_us - before.time_us) & UNSIGNED_32
-    return 1 <= steps <= _LARGEST_LOSS and 0 < elapsed < 2**31
+    return 1 <= steps_between(before, after) <= _LARGEST_LOSS and 0 < elapsed < 2**31

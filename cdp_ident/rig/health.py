@@ -103,7 +103,7 @@ def _judge(
     if silence > stale_after:
         damaged = now.line.bad_checksum + now.line.malformed - before.line.bad_checksum - before.line.malformed
         if damaged:
-            return Level.ERROR, f"{damaged} frames came but none was intact: are codec and baud right?"
+            return Level.ERROR, f"bytes came but no intact frame (damaged: {damaged}): are codec and baud right?"
         since = f"for {silence:.1f} s" if math.isfinite(silence) else "yet"
         return Level.STALE, f"no sample {since}"
     if told.needs_greeting() and now.hello is None:

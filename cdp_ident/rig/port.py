@@ -1,11 +1,15 @@
 """The serial port: found, opened exclusively, read, and found again after it was unplugged."""
 
+import glob
+import os
+import termios
 import threading
 import time
 from collections.abc import Callable
-from pathlib import Path
 
 import serial
+
+from cdp_ident.outside_text import shown
 
 _FIRST_PAUSE, _LONGEST_PAUSE = 0.2, 2.0
 """Between attempts to open the port; each pause doubles the one before [s]."""
@@ -36,7 +40,7 @@ class PortReader:
         """Whether reading ended by an error of the program, which no waiting mends."""
         self.unplugged = 0
         """How often an open port went away."""
-        self._pattern = str(Path(pattern).absolute())
+        self._pattern = os.path.abspath(pattern).replace("\0", "?") if pattern else "(none)"  # noqa: PTH100 - of any text
         self._baud = baud
         self._on_open, self._on_bytes, self._say, self._warn = on_open, on_bytes, say, warn
         self._stop = threading.Event()
@@ -92,13 +96,12 @@ class PortReader:
             self._port = None
 
     def _open(self) -> serial.Serial | None:
-        names = sorted(map(str, Path("/").glob(self._pattern.lstrip("/"))))
-        self._problem = f"no port matches {self._pattern}"
-        for name in names:
+        self._problem = f"no port matches {shown(self._pattern)}"
+        for name in sorted(glob.glob(self._pattern)):  # noqa: PTH207 - Path.glob raises for odd patterns
             try:
                 connection = serial.Serial(name, self._baud, timeout=_READ_TIMEOUT, exclusive=True)
-            except (OSError, ValueError) as error:  # SerialException is an OSError; ValueError: the baud rate
-                self._problem = f"{name} cannot be opened: {error}"
+            except (OSError, ValueError, termios.error) as error:  # SerialException is an OSError; ValueError: the baud
+                self._problem = f"{shown(name)} cannot be opened: {shown(error)}"
             else:
                 self._port = name
                 return connection
@@ -112,6 +115,6 @@ class PortReader:
                 if data:
                     time.sleep(_GATHER)
                     self._on_bytes(data + connection.read(connection.in_waiting))
-        except OSError as error:
-            return str(error)
+        except (OSError, termios.error) as error:
+            return shown(error)
         return "stopped"

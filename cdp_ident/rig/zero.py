@@ -1,6 +1,5 @@
 """The counts at which the pendulum hangs, kept in a file across restarts of the driver."""
 
-import math
 import os
 from dataclasses import dataclass
 from pathlib import Path
@@ -8,9 +7,12 @@ from typing import Any
 
 import yaml
 
-from cdp_ident.errors import RigError
+from cdp_ident.errors import OptionError, RigError
+from cdp_ident.user_input import number
+from cdp_ident.yaml_file import read_yaml
 
 _KEYS = {"cart_counts", "inner_counts", "outer_counts", "sequence", "taken_at_ns"}
+_LARGEST = 2.0**63
 
 
 @dataclass(frozen=True)
@@ -39,17 +41,18 @@ def load_zero(path: Path) -> Zero | None:
     Raises `RigError` where the file is there but is not a zero: guessing would falsify every angle.
     """
     try:
-        content: Any = yaml.safe_load(path.read_text(encoding="utf-8"))
+        content: Any = read_yaml(path)
     except FileNotFoundError:
         return None
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+    except (OSError, ValueError) as error:
         raise RigError(f"the zero kept in {path} cannot be read: {error}; {_REMEDY}") from error
     if not isinstance(content, dict) or set(content) != _KEYS:
         raise RigError(f"the zero kept in {path} has not the keys {', '.join(sorted(_KEYS))}; {_REMEDY}")
-    numbers = list(content.values())
-    if not all(isinstance(value, int | float) and math.isfinite(value) for value in numbers):
-        raise RigError(f"the zero kept in {path} holds something that is not a number; {_REMEDY}")
-    counts = (float(content["cart_counts"]), float(content["inner_counts"]), float(content["outer_counts"]))
+    try:
+        values = {key: number(value, key, minimum=-_LARGEST, maximum=_LARGEST) for key, value in content.items()}
+    except OptionError as error:
+        raise RigError(f"the zero kept in {path} holds something that is not a number: {error}; {_REMEDY}") from error
+    counts = (values["cart_counts"], values["inner_counts"], values["outer_counts"])
     return Zero(counts, int(content["sequence"]), int(content["taken_at_ns"]))
 
 

@@ -7,8 +7,8 @@ from typing import Any
 
 import rclpy.clock
 from rcl_interfaces.msg import ParameterEvent, ParameterType
+from rcl_interfaces.srv import GetParameters, ListParameters
 from rclpy.parameter import parameter_value_to_python
-from rclpy.parameter_client import AsyncParameterClient
 from std_msgs.msg import String
 
 from cdp_ident.configuration.fitted_model import describes_model
@@ -26,9 +26,12 @@ class ParameterSource:
     def __init__(self, node: Any, source: str, take: Callable[[dict[str, Any]], None]) -> None:
         """`source` is the other node's full name; `take` is given its parameters that describe the model, by name."""
         self._node, self._source, self._take = node, source, take
-        self._client: Any = None
+        self._list = node.create_client(ListParameters, f"{source}/list_parameters")
+        self._get = node.create_client(GetParameters, f"{source}/get_parameters")
         self._changed = True
         self._asked_at: float | None = None
+        self._answers: list[tuple[Any, Any]] = []
+        """The clients that were asked, and what they will answer."""
         node.create_subscription(ParameterEvent, "/parameter_events", self._note_event, 1000)
         node.create_subscription(String, f"{source}/state", self._note, latched())
         # Steady: it goes on where use_sim_time is set and no clock runs.
@@ -46,17 +49,23 @@ class ParameterSource:
     def _look(self) -> None:
         now = time.monotonic()
         if self._asked_at is not None and now - self._asked_at > _ANSWER_SECONDS:
-            self._client, self._asked_at, self._changed = None, None, True
-        if self._client is None:
-            self._client = AsyncParameterClient(self._node, self._source)
-        if self._changed and self._asked_at is None and self._client.services_are_ready():
+            for client, answer in self._answers:
+                client.remove_pending_request(answer)
+            self._asked_at, self._changed = None, True
+        if self._changed and self._asked_at is None and self._list.service_is_ready() and self._get.service_is_ready():
             self._changed, self._asked_at = False, now
-            self._client.list_parameters().add_done_callback(partial(self._listed, now))
+            self._answers.clear()
+            self._ask(self._list, ListParameters.Request(), partial(self._listed, now))
+
+    def _ask(self, client: Any, request: Any, take: Callable[[Any], None]) -> None:
+        answer = client.call_async(request)
+        self._answers.append((client, answer))
+        answer.add_done_callback(take)
 
     def _listed(self, asked_at: float, future: Any) -> None:
         if asked_at == self._asked_at:
             names = [name for name in future.result().result.names if describes_model(name)]
-            self._client.get_parameters(names).add_done_callback(partial(self._got, asked_at, names))
+            self._ask(self._get, GetParameters.Request(names=names), partial(self._got, asked_at, names))
 
     def _got(self, asked_at: float, names: list[str], future: Any) -> None:
         if asked_at != self._asked_at:

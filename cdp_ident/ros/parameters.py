@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
 import rclpy.exceptions
-from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
+from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
 from rclpy.parameter import Parameter
 
 from cdp_ident.configuration.parameter_file import read_parameter_file
@@ -64,6 +64,8 @@ class Parameters:
     def __init__(self, node: Any, arguments: Sequence[str]) -> None:
         """Raises `OptionError` where a parameter file of the node's `arguments` cannot be read or has no key for it."""
         self._node = node
+        # Clocks that change while a node runs would mix two times.
+        node.set_descriptor("use_sim_time", Shown(False, "whether time comes from /clock").descriptor())
         self._for_any = _given_to_any(node.get_fully_qualified_name(), arguments)
 
     def declare(
@@ -144,6 +146,7 @@ class Parameters:
         """
         declared = self._node._parameters
         refuse_unknown(self.given(declared.__contains__), declared, f"parameter of {self._node.get_name()}")
+        self._node.add_on_set_parameters_callback(_keep_clock)
 
     def warn_of_idle_overrides(self) -> None:
         """Say which `qos_overrides` given to this node change nothing: it has no such topic."""
@@ -160,6 +163,14 @@ class Parameters:
             result = self._node._set_parameters_atomically_common(list(parameters.values()), own)
             if not result.successful:
                 raise OptionError(result.reason)
+
+
+def _keep_clock(parameters: Iterable[Parameter]) -> SetParametersResult:
+    """Refuse to change the clock while the node runs: rclpy, which declares `use_sim_time`, lets anybody do so."""
+    if any(parameter.name == "use_sim_time" for parameter in parameters):
+        reason = "use_sim_time cannot be changed from outside while the node runs: restart it with the new value"
+        return SetParametersResult(successful=False, reason=reason)
+    return SetParametersResult(successful=True)
 
 
 def _given_to_any(node: str, arguments: Sequence[str]) -> set[str]:

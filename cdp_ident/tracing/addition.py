@@ -9,6 +9,7 @@ import numpy as np
 
 from cdp_ident.fit.force_balance import ForceBalance
 from cdp_ident.fit.motion_model import ActiveEffect
+from cdp_ident.model.effects.effect import SensorEffect
 from cdp_ident.tracing.acceptance import FIT_GAIN, INSTANT_GAIN, earns_its_place, fits_of
 from cdp_ident.tracing.candidates import Candidate, ScoreTest, addable
 from cdp_ident.tracing.evidence import Attempt, change
@@ -74,7 +75,7 @@ def _best_addition(progress: Progress) -> Attempt | None:
     current = progress.current
     test = ScoreTest(current.fit, addable(current.model))
     ranked = promising(current, test, _REFITS)
-    refitted = progress.tried(current, ((c,) for c in (*ranked, *_once(current))))
+    refitted = progress.tried(current, ((c,) for c in (*ranked, *_once(progress))))
     best = _best(current, refitted)
     if best is None:
         pairs = [p for p in test.pairs(_REFITS // 2) if p[2] > 2 * WORTH_A_LOOK * expected_variance(current.fit, p[2])]
@@ -87,12 +88,19 @@ def _best_addition(progress: Progress) -> Attempt | None:
     return best
 
 
-def _once(current: Attempt) -> list[Candidate]:
-    """Return what may have happened once, as the windows show it and, if otherwise, as short pieces of them do."""
+def _once(progress: Progress) -> list[Candidate]:
+    """Return what may have happened once, as the windows show it and, if otherwise, as short pieces of them do.
+
+    Counts that are lost are whole ones: less is the rounding of a joint that stands still.
+    """
+    current = progress.current
     found: dict[tuple[str, int | None, float], Candidate] = {}
     for fit in (current.fit, current.closely):
         for candidate in [c for c in instants(fit) if c.gain > INSTANT_GAIN * expected_variance(fit, c.gain)][:2]:
-            *_, time = candidate.values
+            size, time = candidate.values
+            effect = candidate.active.effect
+            if isinstance(effect, SensorEffect) and progress.is_rounding(effect.joint, size):
+                continue
             found.setdefault((candidate.active.effect.key, candidate.active.trial, round(time, 1)), candidate)
     return list(found.values())
 

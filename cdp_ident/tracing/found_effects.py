@@ -14,7 +14,7 @@ from cdp_ident.tracing.torque_residual import JOINTS, torque_residual
 
 Array = npt.NDArray[np.float64]
 
-_POINTS = 120
+POINTS = 120
 """At which a curve is described, over the range that the motion covers."""
 _LARGEST = EffectParameter("largest", "N m", -np.inf, np.inf, 0.0, inertia_power=1)
 _AT = {
@@ -141,7 +141,7 @@ def _curve(selection: Selection, index: int, over: Curve, spread: Array, inertia
         covered = (motion.angle[:, joint] + np.pi) % (2.0 * np.pi) - np.pi
     else:
         covered = motion.speed[:, joint]
-    at = np.linspace(covered.min(), covered.max(), _POINTS)
+    at = np.linspace(covered.min(), covered.max(), POINTS)
     contributions = basis(over, at)
     coefficients, of_coefficients = after.fit.values[place], spread[place, place]
     torque = contributions @ coefficients

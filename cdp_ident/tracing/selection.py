@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.errors import IdentificationError
-from cdp_ident.fit.motion_model import ActiveEffect, MotionModel
+from cdp_ident.fit.motion_model import JOINTS, ActiveEffect, MotionModel
 from cdp_ident.fit.refinement import Fit, fit_initial_states, refine, refine_from_afar
 from cdp_ident.tracing.candidates import Candidate
 from cdp_ident.tracing.evidence import Attempt, Change
@@ -27,6 +27,10 @@ _LIKE_THE_FIT = 1.5
 
 Certainty = Literal["named", "probable", "acts_like", "unknown"]
 """How sure an effect's name is; `unknown` for what has none."""
+
+NO_STEPS: Array = np.zeros(2)
+_LEAST_STEPS = 0.75
+"""An angle of which an encoder is off is more than rounding from so many of its steps on; rounding is half of one."""
 
 
 @dataclass(frozen=True)
@@ -90,6 +94,7 @@ class Progress:
         noise: float,
         told: Callable[[str], None] = lambda line: None,
         stop: Callable[[], bool] = lambda: False,
+        encoder_steps: Array = NO_STEPS,
     ) -> None:
         """Begin.
 
@@ -97,17 +102,23 @@ class Progress:
             before: the paper's model.
             noise: root mean square of what the encoders add to both angles [rad].
             told: called with a line for people after each step.
+            encoder_steps: of the inner and the outer encoder [rad]; what is off by less is rounding.
             stop: asked before each addition of effects; true raises `InterruptedSelectionError` there.
         """
         self.current = before
         """The model with the effects that are accepted."""
         self.noise = noise
+        self.encoder_steps = encoder_steps
         self.steps: list[Step] = []
         self.rivals: dict[str, tuple[Attempt, ...]] = {}
         """The rivals that each effect has stood against in the last exchange, by its key."""
         self.failures: list[str] = []
         """What could not be computed, in words."""
         self._told, self._stop = told, stop
+
+    def is_rounding(self, joint: str, angle: float) -> bool:
+        """Return whether an angle [rad] is no more than what an encoder's steps hide while its joint stands still."""
+        return abs(angle) < _LEAST_STEPS * self.encoder_steps[JOINTS.index(joint)]
 
     def with_effects(self, attempt: Attempt, candidates: Sequence[Candidate]) -> Attempt:
         """Return a model with more effects, refitted.

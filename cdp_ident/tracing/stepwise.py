@@ -2,6 +2,9 @@
 
 from collections.abc import Callable, Sequence
 
+import numpy as np
+import numpy.typing as npt
+
 from cdp_ident.diagnosis.failure import refuse_a_failed_fit
 from cdp_ident.fit.force_balance import ForceBalance
 from cdp_ident.fit.refinement import Fit, fit_initial_states
@@ -11,9 +14,11 @@ from cdp_ident.tracing.certainty import certainties
 from cdp_ident.tracing.evidence import Attempt, change
 from cdp_ident.tracing.exchange import alternatives, exchange_effects
 from cdp_ident.tracing.pruning import drop_repeated_impulses, drop_superfluous
-from cdp_ident.tracing.selection import InterruptedSelectionError, Progress, Selection, without_effects
+from cdp_ident.tracing.selection import NO_STEPS, InterruptedSelectionError, Progress, Selection, without_effects
 from cdp_ident.tracing.unknown_torques import add_unknown_torques
 from cdp_ident.tracing.zeros import fit_zeros_by_trial
+
+Array = npt.NDArray[np.float64]
 
 _MOST_ROUNDS = 3
 """How often effects are added after others were exchanged."""
@@ -26,6 +31,7 @@ def stepwise_selection(
     told: Callable[[str], None] = lambda line: None,
     stop: Callable[[], bool] = lambda: False,
     balances: Sequence[ForceBalance] = (),
+    encoder_steps: Array = NO_STEPS,
     named_only: bool = False,
 ) -> Selection:
     """Add to a fitted model the effects that it lacks.
@@ -36,6 +42,7 @@ def stepwise_selection(
         noise: root mean square of what the encoders add to both angles [rad].
         told: called with a line for people after each step.
         stop: asked between refits; true ends the selection with the effects found so far.
+        encoder_steps: of the inner and the outer encoder [rad], 0 where none shows.
         balances: of the trials' forces, whose dry friction and coupling are where the selection begins.
         named_only: whether torques without a name are not looked for.
 
@@ -43,7 +50,7 @@ def stepwise_selection(
         FitFailedError: with them, too, the model does not follow the motion.
     """
     before = Attempt(fit, fit_initial_states(fit.model, fit.values, holdout))
-    progress = Progress(before, noise, told, stop)
+    progress = Progress(before, noise, told, stop, encoder_steps)
     interrupted = False
     try:
         add_balanced(progress, balances)

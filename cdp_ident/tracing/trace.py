@@ -68,6 +68,7 @@ def trace(
         told,
         stop,
         found.balances,
+        found.data.scales.encoder_steps,
         found.options.named_effects_only,
     )
     completed = _completed(found, selection.after.fit)

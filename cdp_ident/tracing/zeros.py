@@ -5,13 +5,16 @@ else, and those of a trial that is kept out of the fit are fitted to it, with no
 """
 
 import numpy as np
+import numpy.typing as npt
 
-from cdp_ident.fit.motion_model import ActiveEffect
+from cdp_ident.fit.motion_model import JOINTS, ActiveEffect
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.tracing.acceptance import brings_enough
 from cdp_ident.tracing.candidates import Candidate
 from cdp_ident.tracing.evidence import Attempt, change
 from cdp_ident.tracing.selection import Progress
+
+Array = npt.NDArray[np.float64]
 
 _OFFSET = "encoder_offset"
 _FOR_ALL = tuple(effect for effect in CATALOGUE if effect.name in (_OFFSET, "gravity_tilt"))
@@ -35,6 +38,9 @@ def fit_zeros_by_trial(progress: Progress) -> None:
     if not same or own is None:
         return
     (_, in_all) = same[0]
+    differ = zip(JOINTS, np.ptp(_zeros_of(own), axis=0), strict=True)
+    if all(progress.is_rounding(joint, difference) for joint, difference in differ):
+        return
     if brings_enough(in_all, own) and change(in_all, own).bic < 0:
         progress.current = own
         of_trials = " and ".join(f"{1e3 * size:.3g}" for size in largest_zeros(own))
@@ -47,9 +53,14 @@ def fit_zeros_by_trial(progress: Progress) -> None:
 
 
 def largest_zeros(attempt: Attempt) -> list[float]:
-    """Return the largest zero of each encoder in the trials fitted [rad]."""
-    places = map(attempt.model.zero_places, attempt.model.zeros)
-    return list(np.max(np.abs([attempt.fit.values[place] for place in places]), axis=0, initial=0.0))
+    """Return the largest zero of each encoder [rad]."""
+    return list(np.max(np.abs(_zeros_of(attempt)), axis=0))
+
+
+def _zeros_of(attempt: Attempt) -> Array:
+    """Return the zeros (trials, 2) of both encoders in the trials, those kept out of the fit among them [rad]."""
+    holdout = attempt.holdout
+    return np.array([holdout.values[holdout.model.zero_places(trial)] for trial in holdout.model.zeros])
 
 
 def _with_zeros_by_trial(progress: Progress, attempt: Attempt) -> Attempt | None:

@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.trial.joints import Samples
+from cdp_ident.trial.outliers import outlier_notes, outliers
 
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
@@ -60,6 +61,8 @@ def clean(samples: Samples, longest_gap: float, origin: int) -> tuple[list[Piece
         Piece(time[part], np.asarray(np.unwrap(angles[part], axis=0)), None if cart is None else cart[part])
         for part in np.split(np.arange(len(time)), borders)
     ]
+    found = [outliers(piece.time, piece.angles) for piece in pieces]
+    notes += outlier_notes(np.concatenate([time for time, _ in found]), np.concatenate([size for _, size in found]))
     return pieces, notes
 
 

@@ -1,5 +1,6 @@
 """Any rosbag2 bag is read, or refused with one clear error."""
 
+import os
 import sqlite3
 import struct
 
@@ -8,6 +9,7 @@ import pytest
 import zstandard
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from mcap.opcode import Opcode
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 
 from cdp_ident.bag.joint_state import HEAD_OFFSET, MESSAGE_TYPE, parse_layout, serialize_joint_state, typestore
@@ -296,3 +298,49 @@ def test_random_bytes_behind_a_good_start_are_read_or_refused(tmp_path, contents
     start = contents[name][: data.draw(st.sampled_from([0, 8, 16, 100, 400]))]
     (tmp_path / name).write_bytes(start + data.draw(st.binary(max_size=300)))
     read_or_refuse(tmp_path / name)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_whatever_bit_of_the_summary_flips_every_joint_state_is_read(tmp_path, seed):
+    """It only repeats what the chunks say, and nothing protects it."""
+    file = fill(tmp_path / "swing") / "swing_0.mcap"
+    content = file.read_bytes()
+    data_end = content.rindex(bytes([Opcode.DATA_END]) + struct.pack("<Q", 4), 0, len(content))
+    rng = np.random.default_rng(seed)
+    for _ in range(60):
+        damaged = bytearray(content)
+        damaged[rng.integers(data_end + 13, len(content))] ^= 1 << rng.integers(8)
+        file.write_bytes(damaged)
+        recording = read_joint_states(file, "joint_states")
+        assert np.array_equal(recording.positions, POSITIONS)
+
+
+def test_a_channel_that_only_the_summary_has_does_not_hide_that_of_the_data(tmp_path):
+    file = fill(tmp_path / "swing") / "swing_0.mcap"
+    content = file.read_bytes()
+    at = content.rindex(b"/joint_states") - 4 - 4  # channel and schema stand before the name and its length
+    file.write_bytes(content[:at] + struct.pack("<HH", 7, 9) + content[at + 4 :])
+    assert np.array_equal(read_joint_states(file, "joint_states").positions, POSITIONS)
+
+
+@pytest.mark.parametrize("name", ["pipe", "/dev/zero", "/dev/full"])
+def test_what_is_no_file_is_refused(tmp_path, name):
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(BagError, match="cannot be read"):
+        read_joint_states(tmp_path / name, "joint_states")
+
+
+def test_a_bag_with_a_pipe_among_its_files_is_refused(tmp_path):
+    fill(tmp_path / "swing")
+    os.mkfifo(tmp_path / "swing" / "swing_1.mcap")
+    with pytest.raises(BagError, match="not a regular file"):
+        read_joint_states(tmp_path / "swing", "joint_states")
+
+
+def test_names_of_topics_are_shown_without_what_commands_a_terminal(tmp_path):
+    with BagWriter(tmp_path / "swing") as writer:
+        writer.write("/\x1b[2J" + "x" * 10_000, MESSAGE_TYPE, 1, serialize_joint_state(NAMES, (0.0, 1.0), 1))
+    with pytest.raises(BagError) as refused:
+        read_joint_states(tmp_path / "swing", "/joint_states")
+    assert "\x1b" not in str(refused.value)
+    assert len(str(refused.value)) < 1000

@@ -10,14 +10,15 @@ from cdp_ident.errors import OptionError
 
 def complete(bag, when):
     bag.mkdir(parents=True, exist_ok=True)
-    (bag / "metadata.yaml").write_text("")
-    os.utime(bag / "metadata.yaml", (when, when))
+    for name in ("messages.mcap", "metadata.yaml"):
+        (bag / name).write_text("")
+        os.utime(bag / name, (when, when))
 
 
 def test_a_bag_is_new_once_it_is_complete_and_until_it_is_taken(tmp_path):
     watched = WatchedFolder(tmp_path)
     (tmp_path / "one").mkdir()
-    (tmp_path / "one/one_0.mcap").write_bytes(b"")
+    (tmp_path / "one/messages.mcap").write_bytes(b"")
     assert watched.new() == []
     complete(tmp_path / "one", 1000)
     assert watched.new() == [tmp_path / "one"]
@@ -42,3 +43,39 @@ def test_a_file_in_its_place_is_refused(tmp_path):
     (tmp_path / "trials").write_text("")
     with pytest.raises(OptionError, match="trials is not a folder"):
         WatchedFolder(tmp_path / "trials")
+
+
+def test_a_bag_whose_metadata_comes_before_its_messages_is_waited_for(tmp_path):
+    complete(tmp_path / "one", 1000)
+    (tmp_path / "one/messages.mcap").unlink()
+    watched = WatchedFolder(tmp_path)
+    assert watched.new() == []
+    complete(tmp_path / "one", 2000)
+    assert watched.new() == [tmp_path / "one"]
+
+
+def test_a_bag_whose_files_still_change_is_waited_for(tmp_path):
+    complete(tmp_path / "one", 1000)
+    with (tmp_path / "one/messages.mcap").open("ab") as stream:
+        stream.write(b"more")
+    assert WatchedFolder(tmp_path).new() == []
+    complete(tmp_path / "one", 1000)
+    assert WatchedFolder(tmp_path).new() == [tmp_path / "one"]
+
+
+def test_a_bag_that_changes_after_it_was_taken_is_new_again(tmp_path):
+    watched = WatchedFolder(tmp_path)
+    complete(tmp_path / "one", 1000)
+    watched.take(tmp_path / "one")
+    assert watched.new() == []
+    complete(tmp_path / "one", 2000)
+    assert watched.new() == [tmp_path / "one"]
+
+
+def test_a_bag_that_vanishes_is_not_new(tmp_path):
+    watched = WatchedFolder(tmp_path)
+    complete(tmp_path / "one", 1000)
+    (tmp_path / "one/messages.mcap").unlink()
+    (tmp_path / "one/metadata.yaml").unlink()
+    assert watched.new() == []
+    watched.take(tmp_path / "one")

@@ -26,7 +26,7 @@ def refusal(folder, capsys):
 
 
 def test_page_text_and_figures_are_made_of_numbers_and_curves(folder, report_folder, capsys):
-    assert main([str(folder)]) == 0
+    assert main([str(folder), "--figures"]) == 0
     assert {path.name for path in folder.iterdir()} == {REPORT, CURVES, PAGE, TEXT, FIGURES}
     assert (folder / PAGE).read_bytes() == (report_folder / PAGE).read_bytes()
     assert str(folder / PAGE) in capsys.readouterr().out

@@ -80,7 +80,8 @@ def test_an_empty_section_says_nothing(read):
         ("identify: {L: 0.4}", "expected 'ros__parameters:'"),
         ("identify: 3", "expected 'ros__parameters:'"),
         ("identify: {ros__parameters: [1]}", "expected names and values"),
-        ("identify: {ros__parameters: &a {b: *a}}", "nested too deep"),
+        ("identify: {ros__parameters: &a {b: *a}}", "aliases are not taken"),
+        ("identify: {ros__parameters: " + 12 * "{a: " + "1" + 12 * "}" + "}", "nested too deep"),
     ],
 )
 def test_a_file_that_is_none_is_refused(read, text, words):

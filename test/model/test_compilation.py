@@ -7,6 +7,7 @@ import re
 import shutil
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import numba
@@ -37,14 +38,15 @@ def package(tmp_path, monkeypatch):
     """A copy of the package whose files may be changed."""
     copy = tmp_path / "cdp_ident"
     shutil.copytree(Path(compilation.__file__).parents[1], copy, ignore=shutil.ignore_patterns("__pycache__"))
-    monkeypatch.setattr(compilation, "_PACKAGE", copy)
+    monkeypatch.setattr(compilation, "_MODEL", copy / "model")
     return copy
 
 
-def test_kept_code_is_left_behind_when_any_compiled_file_changes(package):
+@pytest.mark.parametrize("file", ["equations.py", "effects/constants.py"])
+def test_kept_code_is_left_behind_when_any_compiled_file_changes(package, file):
     before = compilation._cache_folder()
     assert compilation._cache_folder() == before
-    with (package / "model" / "equations.py").open("a") as source:
+    with (package / "model" / file).open("a") as source:
         source.write("# changed\n")
     assert compilation._cache_folder() != before
 
@@ -60,6 +62,16 @@ def test_kept_code_is_where_the_user_keeps_caches(monkeypatch, tmp_path):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     monkeypatch.setattr(numba.core.config, "CACHE_DIR", "")
     assert Path(compilation._cache_folder()).parent == tmp_path / "cdp_ident"
+
+
+def test_folders_of_other_versions_that_were_not_used_for_long_go(monkeypatch, tmp_path):
+    monkeypatch.setattr(numba.core.config, "CACHE_DIR", str(tmp_path))
+    names = {"0123456789abcdef": 40, "fedcba9876543210": 20, "something else": 40}
+    for name, days in names.items():
+        (tmp_path / name).mkdir()
+        os.utime(tmp_path / name, (time.time() - 86400 * days,) * 2)
+    own = Path(compilation._cache_folder()).name
+    assert {path.name for path in tmp_path.iterdir()} == {own, "fedcba9876543210", "something else"}
 
 
 def test_compiling_leaves_numbas_own_setting_alone(monkeypatch, tmp_path):
@@ -117,3 +129,46 @@ def test_kept_code_goes_together_with_code_compiled_since(tmp_path):
     compiled_and_kept = motions("at once")
     assert len(np.unique(compiled_and_kept, axis=0)) > 20  # else there is nothing to mix up
     assert motions("each torque alone first") == pytest.approx(compiled_and_kept, rel=1e-9)
+
+
+NO_CACHE = """
+import resource, sys
+if sys.argv[1:]:
+    resource.setrlimit(resource.RLIMIT_FSIZE, (0, 0))  # every file is full before its first byte
+from cdp_ident.model.compilation import compiled
+from cdp_ident.model.equations import sine_and_cosine
+print(compiled(lambda angle: sine_and_cosine(angle)[0])(0.5))
+"""
+
+
+@pytest.mark.parametrize(
+    ("arguments", "changed"),
+    [([], {"XDG_CACHE_HOME": "/proc/nowhere"}), (["full"], {}), ([], {"XDG_CACHE_HOME": "", "HOME": "/proc/nowhere"})],
+    ids=["read-only", "full disk", "no home"],
+)
+def test_without_a_place_for_compiled_code_it_is_compiled_all_the_same(arguments, changed, tmp_path):
+    kept = {name: value for name, value in os.environ.items() if name != "NUMBA_CACHE_DIR"}
+    done = subprocess.run(
+        [sys.executable, "-c", NO_CACHE, *arguments],
+        env=kept | {"XDG_CACHE_HOME": str(tmp_path)} | changed,
+        cwd=Path(__file__).parents[2],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=300,
+    )
+    assert (done.stdout, done.stderr) == (f"{np.sin(0.5)}\n", "")
+
+
+def test_a_damaged_cache_is_compiled_anew(tmp_path, monkeypatch):
+    monkeypatch.setattr(compilation, "_CACHE_FOLDER", str(tmp_path))
+
+    def loop():
+        return compilation.compiled(lambda angle: sine_and_cosine(angle)[0])
+
+    loop()(0.5)
+    kept = [path for path in tmp_path.rglob("*") if path.is_file()]
+    assert kept
+    for path in kept:
+        path.write_bytes(path.read_bytes()[:-20] + b"x" * 20)
+    assert loop()(0.5) == pytest.approx(np.sin(0.5))

@@ -71,13 +71,12 @@ class Listener:
         self.node = rclpy.create_node("listener", context=self.context)
         self.joint_states: list[JointState] = []
         self.diagnostics: list[Any] = []
+        self.statuses: list[Any] = []
         self.states: list[str] = []
         self.bags: list[Path] = []
         reliable = rclpy.qos.QoSProfile(depth=20000)
         self.node.create_subscription(JointState, "joint_states", self.joint_states.append, reliable)
-        self.node.create_subscription(
-            DiagnosticArray, "/diagnostics", lambda message: self.diagnostics.append(message.status[0]), 100
-        )
+        self.node.create_subscription(DiagnosticArray, "/diagnostics", self._take_diagnostics, 100)
         self.node.create_subscription(
             String, "/recorder/state", lambda word: self.states.append(word.data), latched(10)
         )
@@ -89,6 +88,10 @@ class Listener:
         self.stopping = False
         self.thread = threading.Thread(target=self._spin)
         self.thread.start()
+
+    def _take_diagnostics(self, message: Any) -> None:
+        self.statuses += message.status
+        self.diagnostics += [status for status in message.status if status.name == "/driver"]
 
     def _spin(self) -> None:
         while not self.stopping:

@@ -57,7 +57,7 @@ def test_the_drivers_life_with_a_good_rig(
 
     changed, reason = listener.set_parameter("/driver", "baud", 9600)
     assert not changed
-    assert "restart" in reason
+    assert "read-only" in reason
 
     assert driver.end(signal.SIGTERM) == 0
     assert "Traceback" not in driver.said

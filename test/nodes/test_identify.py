@@ -21,7 +21,7 @@ from cdp_ident.configuration.parameter_file import read_parameter_file
 from cdp_ident.configuration.settings import Settings
 from cdp_ident.model.parameters import GROUPS, NOMINAL
 from cdp_ident.nodes.identify import main
-from cdp_ident.report.folder import FILES, json_text
+from cdp_ident.report.folder import FIGURES, FILES, json_text
 from cdp_ident.ros.qos import latched
 from reference.pendulum import TABLE_5
 from scenarios.clean_bags import write_clean_bags
@@ -72,7 +72,7 @@ def test_once_it_identifies_prints_and_writes_a_folder_named_after_the_first_bag
     printed = capsys.readouterr()
     assert "Error, measured against simulated" in printed.out
     assert "best error" in printed.err
-    assert {path.name for path in out.iterdir()} == set(FILES)
+    assert {path.name for path in out.iterdir()} == {*FILES} - {FIGURES}
 
 
 def test_the_same_seed_gives_the_same_report_in_a_process_without_ros_too(tmp_path):
@@ -98,7 +98,7 @@ def test_ros_s_params_files_and_single_parameters_mean_the_same_as_a_configurati
     ]
     done = identify("--bag", WIDE, "--out", str(out), "--once", "--ros-args", *ways)
     assert done.returncode == 0, done.stderr
-    configuration = read_parameter_file(ROOT / "config/identify.yaml", "identify") | in_file | single
+    configuration = read_parameter_file(ROOT / "config/identify.yaml", "identify").taken() | in_file | single
     assert report_in(out)["run"]["options"] == json.loads(json_text(Settings.of(configuration).values()))
 
 
@@ -257,6 +257,7 @@ class Client:
     def wait_until_it_serves(self):
         self.listener.wait_for(self.client.services_are_ready)
         self.listener.wait_for(lambda: "m1" in self.names())
+        self.listener.wait_for(lambda: self.states and self.states[-1].startswith("ready"))
 
     def names(self):
         return self.listener.answer(self.client.list_parameters).result.names
@@ -287,13 +288,12 @@ def test_it_serves_what_it_reports_with_descriptions_and_refuses_to_be_written(s
     assert {"std.m1", "determined.groups.c1_over_A22", "window", "lower.m1", "trial.zero"} <= set(client.names())
     client.listener.wait_for(lambda: client.states and client.states[-1].startswith("ready: swing_wide"))
     before = client.values("m1", "window")
-    assert listener.set_parameter("/identify", "m1", 9.0) == (
-        False,
-        "m1 cannot be changed from outside while identify runs: it is a result, which ~/identify_again makes anew",
-    )
-    changed, reason = listener.set_parameter("/identify", "window", 2.0)
-    assert not changed
-    assert "--config" in reason
+    assert all(descriptor.read_only for descriptor in client.descriptors(*names, "window"))
+    for name in ("m1", "window"):
+        assert listener.set_parameter("/identify", name, 9.0) == (
+            False,
+            f"Trying to set a read-only parameter: {name}.",
+        )
     assert client.values("m1", "window") == before
     assert process.end() == 0
 
@@ -312,9 +312,14 @@ def test_it_identifies_again_with_what_configuration_and_bags_say_then(start, cl
     assert client.values("m1", "window") == [first["after"]["physical"]["m1"]["value"], 2.0]  # until the new is done
     assert report_in(out) == first
     process.wait_until_it_says("searching: generation", once_more=True)
-    process.popen.send_signal(signal.SIGINT)
+    assert listener.call("/identify/cancel")[0]
 
     listener.wait_for(lambda: client.values("window") == [3.0])
+    listener.wait_for(lambda: client.states[-1].startswith("ready"))
+    assert listener.call("/identify/cancel") == (False, "no search is running")
+    assert "[WARN]" in process.said
+    assert "interrupted: the search was ended early" in process.said
+    assert {status.name for status in listener.statuses} >= {"/identify"}
     second = report_in(out)
     assert second["search"]["stopped"] == "interrupted"
     assert (
@@ -326,7 +331,7 @@ def test_it_identifies_again_with_what_configuration_and_bags_say_then(start, cl
     assert process.end() == 0
 
 
-def test_what_fails_again_leaves_all_as_before_and_what_succeeds_is_told_as_parameter_events(
+def test_what_fails_again_leaves_all_as_before_and_what_succeeds_is_told_as_one_parameter_event(
     start, client, listener, tmp_path, out
 ):
     config = tmp_path / "some.yaml"
@@ -352,6 +357,11 @@ def test_what_fails_again_leaves_all_as_before_and_what_succeeds_is_told_as_para
             for parameter in event.changed_parameters
         )
     )
+    (event,) = (event for event in events if event.node == "/identify")
+    changed = {parameter.name for parameter in event.changed_parameters}
+    assert {"L", "seed", "m1", "groups.a1_over_A22", "std.m1"} <= changed
+    assert "window" not in changed  # it has not
+    listener.wait_for(lambda: client.states[-1].startswith("ready"))
     assert report_in(out)["search"]["seed"] == 6
     assert process.end() == 0
 
@@ -374,6 +384,7 @@ def test_trials_that_come_into_a_watched_folder_are_judged_then_fitted_too(start
     assert report_in(out)["unseen"] == []
 
     (trials / "broken").mkdir()
+    (trials / "broken/broken_0.mcap").write_text("nothing")
     (trials / "broken/metadata.yaml").write_text("nothing")
     write_clean_bags(tmp_path / "changed", {**TABLE_5, "c2": 2 * TABLE_5["c2"]}, SWING)
     record(FOLDED, "second")

@@ -42,7 +42,8 @@ def rviz_models():
     """Return the RobotModel displays by the topic of their description."""
     displays = yaml.safe_load((CONFIG / "view.rviz").read_text())["Visualization Manager"]["Displays"]
     models = [display for display in displays if display["Class"] == "rviz_default_plugins/RobotModel"]
-    return {model["Description Topic"]["Value"]: model for model in models}
+    # Relative, for an RViz in a namespace.
+    return {"/" + model["Description Topic"]["Value"]: model for model in models}
 
 
 @pytest.fixture

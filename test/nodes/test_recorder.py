@@ -1,5 +1,6 @@
 """Emulator, driver and recorder together."""
 
+import json
 import signal
 import time
 from collections.abc import Callable
@@ -9,9 +10,15 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
+from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rosbags.highlevel import AnyReader
+from sensor_msgs.msg import JointState
+from std_msgs.msg import String
 
 from cdp_ident.bag.joint_state import typestore
+from cdp_ident.ros.qos import latched
+from cdp_ident.trial.load import load_trial
+from cdp_ident.trial.options import TrialOptions
 
 Start = Callable[..., Any]
 TRIAL = """
@@ -19,6 +26,9 @@ parameters: {c1: 0.1, c2: 0.05}
 script: [wait: 3, hold: {theta1: 1.8, theta2: 1.8, within: 0.6}, wait: 0.6, let_go, wait: 8]
 repeat: 100
 """
+
+
+JOINTS = {"rig1": ("upper", "lower"), "rig2": ("inner_joint", "outer_joint")}
 
 
 def stamps(bag: Path) -> Any:
@@ -62,7 +72,7 @@ def test_a_trial_from_the_rig_to_the_bag(
     }
     content = yaml.safe_load((bag / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
     topics = {entry["topic_metadata"]["name"] for entry in content["topics_with_message_count"]}
-    assert topics == {"/joint_states", "/diagnostics"}
+    assert topics == {"/joint_states", "/time_reference", "/diagnostics"}
     facts = content["custom_data"]
     assert facts["ended"] == "the pendulum came to rest"
     assert (facts["cart_at_rest"], facts["samples_lost"]) == ("true", "0")
@@ -75,6 +85,86 @@ def test_a_trial_from_the_rig_to_the_bag(
     listener.wait_for(lambda: len(listener.joint_states) > heard + 200)
     assert recorder.end(signal.SIGTERM) == 0
     assert len(stamps(Path(message))) > 100
+
+
+def test_two_rigs_side_by_side_are_recorded_each_with_its_own_state(
+    listener: Any, start: Start, start_emulator: Start, tmp_path: Path
+) -> None:
+    (tmp_path / "rigs.yaml").write_text(
+        f"/**/driver: {{ros__parameters: {{zero_file: {tmp_path / 'none.yaml'}}}}}\n"
+        "/**/recorder: {ros__parameters: {rearm: true, shortest: 1.0}}\n"
+        "/**: {ros__parameters: {other_nodes_key: 3}}\n"
+        "/rig1/driver: {ros__parameters: {inner_joint: upper, outer_joint: lower}}\n"
+        "/rig1/recorder: {ros__parameters: {inner_joint: upper, outer_joint: lower}}\n"
+    )
+    states: dict[str, list[str]] = {"rig1": [], "rig2": []}
+    bags: dict[str, list[str]] = {"rig1": [], "rig2": []}
+    for rig, heard_states in states.items():
+        for topic, heard in (("state", heard_states), ("bag", bags[rig])):
+            take: Any = lambda message, heard=heard: heard.append(message.data)  # noqa: E731
+            listener.node.create_subscription(String, f"/{rig}/recorder/{topic}", take, latched(10))
+        common = ("-r", f"__ns:=/{rig}", "--params-file", str(tmp_path / "rigs.yaml"))
+        start("driver", "--ros-args", *common, "-p", f"port:={tmp_path / rig}")
+        start("recorder", "--ros-args", *common, "-p", f"folder:={tmp_path / 'trials' / rig}")
+    listener.wait_for(lambda: all("armed" in heard for heard in states.values()))
+    for rig in states:
+        start_emulator(rig=TRIAL, link=rig)
+    listener.wait_for(lambda: all(bags.values()))
+    for rig, (bag, *_) in bags.items():
+        content = yaml.safe_load((Path(bag) / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
+        topics = {entry["topic_metadata"]["name"] for entry in content["topics_with_message_count"]}
+        assert topics == {f"/{rig}/joint_states", f"/{rig}/time_reference", "/diagnostics"}
+        facts = content["custom_data"]
+        assert (facts["rig_name"], json.loads(facts["rig"])["port"]) == (f"/{rig}/driver", str(tmp_path / rig))
+        trial = load_trial(Path(bag), TrialOptions(inner_joint=JOINTS[rig][0], outer_joint=JOINTS[rig][1]))
+        assert trial.clock is not None
+        assert abs(trial.clock.fast) < 6.0 * trial.clock.std < 1e-2
+
+
+def test_a_best_effort_publisher_is_heard_and_what_it_offers_is_recorded(
+    listener: Any, start_recorder: Start, tmp_path: Path
+) -> None:
+    recorder = start_recorder()
+    profile = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
+    publisher = listener.node.create_publisher(JointState, "joint_states", profile)
+    listener.wait_for(lambda: "does not make sure that its messages arrive" in recorder.said)
+
+    def publish() -> bool:
+        message = JointState(name=["inner_joint", "outer_joint"], position=[3.0, 0.0])
+        message.header.stamp = listener.node.get_clock().now().to_msg()
+        publisher.publish(message)
+        return bool(listener.call("/recorder/start")[0])
+
+    listener.wait_for(publish)
+    publish()
+    time.sleep(0.5)
+    _, bag = listener.call("/recorder/stop")
+    content = yaml.safe_load((Path(bag) / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
+    (topic,) = (entry for entry in content["topics_with_message_count"] if "joint" in entry["topic_metadata"]["name"])
+    (offered,) = topic["topic_metadata"]["offered_qos_profiles"]
+    assert offered["reliability"] == "best_effort"
+    assert topic["message_count"] > 0
+    assert "[WARN]" in recorder.said
+
+
+def test_qos_overrides_are_honoured_or_refused(listener: Any, start_driver: Start) -> None:
+    start_driver("qos_overrides./joint_states.publisher.reliability:=best_effort")
+    listener.wait_for(lambda: listener.node.get_publishers_info_by_topic("/joint_states"))
+    (info,) = listener.node.get_publishers_info_by_topic("/joint_states")
+    assert info.qos_profile.reliability == ReliabilityPolicy.BEST_EFFORT
+    wrong = start_driver("qos_overrides./joint_states.publisher.reliability:=sometimes")
+    assert wrong.popen.wait(timeout=90) == 2
+    assert wrong.said.count("\n") == 1
+    assert "sometimes" in wrong.said
+
+
+def test_a_parameter_file_without_a_key_for_the_node_is_refused(start: Start, tmp_path: Path) -> None:
+    (tmp_path / "rig.yaml").write_text("recorder: {ros__parameters: {rearm: true}}")
+    recorder = start("recorder", "--ros-args", "-r", "__ns:=/rig1", "--params-file", str(tmp_path / "rig.yaml"))
+    assert recorder.popen.wait(timeout=90) == 2
+    assert recorder.said.count("\n") == 1
+    assert "says nothing to /rig1/recorder" in recorder.said
+    assert "'/**/recorder: " in recorder.said
 
 
 def test_killed_it_loses_nothing_older_than_a_second_and_the_next_start_completes_the_bag(

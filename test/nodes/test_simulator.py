@@ -194,6 +194,11 @@ def test_once_with_a_clock_is_every_frame_in_the_motion_s_own_time(
     assert viewer.clock == stamps(viewer.simulated).tolist()
 
 
+def test_without_a_clock_it_says_that_it_waits_for_one(start: Start, listener: Any) -> None:
+    simulator = start("simulator", "--ros-args", "-p", "use_sim_time:=true")
+    listener.wait_for(lambda: "waiting for a clock: use_sim_time is true" in simulator.said)
+
+
 def test_it_pauses_resumes_begins_anew_loops_and_changes_its_rate(
     start: Start, viewer: Viewer, trial: Trial, fitted: Path
 ) -> None:

@@ -1,22 +1,102 @@
-"""What `identify` leaves behind when its report cannot be drawn."""
+"""What `identify` leaves behind when something goes wrong, and what it makes of bags that come and go."""
 
+import io
+import os
+import shutil
 import sys
+
+import pytest
+import yaml
+from rich.console import Console
 
 from cdp_ident.commands.report import main as draw_again
 from cdp_ident.nodes.identify import main
-from cdp_ident.report.folder import CURVES, FITTED, PAGE, REPORT
+from cdp_ident.pipeline.identifier import Identifier, Request
+from cdp_ident.report.folder import CURVES, FIGURES, FITTED, PAGE, REPORT, TEXT
 from scenarios.clean_bags import write_clean_bags
 
 
-def test_without_plotly_numbers_and_curves_are_safe_and_are_drawn_later(tmp_path, capsys, monkeypatch):
+def test_without_plotly_everything_but_the_page_is_drawn_and_that_is_drawn_later(tmp_path, capsys, monkeypatch):
     write_clean_bags(tmp_path)
     out = tmp_path / "out"
     with monkeypatch.context() as without:
         without.setitem(sys.modules, "plotly.offline", None)
-        assert main(["--bag", str(tmp_path / "swing_wide"), "--out", str(out), "--once"]) == 0
+        assert main(["--bag", str(tmp_path / "swing_wide"), "--out", str(out), "--once", "--figures"]) == 0
     said = capsys.readouterr().out
-    assert f"no pictures: {PAGE} needs plotly, which is not installed: pip install plotly" in said
-    assert f"ros2 run cdp_ident report {out}" in said
-    assert {path.name for path in out.iterdir()} == {REPORT, FITTED, CURVES}
+    assert "there is no page without plotly: pip install plotly" in said
+    assert {path.name for path in out.iterdir()} == {REPORT, FITTED, CURVES, TEXT, FIGURES}
     assert draw_again([str(out)]) == 0
     assert (out / PAGE).exists()
+
+
+def test_what_cannot_be_written_is_printed_all_the_same(tmp_path, capsys):
+    write_clean_bags(tmp_path)
+    (tmp_path / "out" / REPORT).mkdir(parents=True)
+    assert main(["--bag", str(tmp_path / "swing_wide"), "--out", str(tmp_path / "out"), "--once", "--force"]) == 2
+    printed = capsys.readouterr()
+    assert "Groups, all that a free swing depends on" in printed.out
+    text = printed.out.partition(f"{FITTED}, which could not be written:\n")[2]
+    values = yaml.safe_load(text)["/**"]["ros__parameters"]
+    assert values["groups.c1_over_A22"] > 0
+    assert "cannot be written: Is a directory" in printed.err
+    assert printed.err.splitlines()[-1].startswith("identify: error: ")
+
+
+@pytest.fixture
+def watching(tmp_path):
+    """An identifier that watches a folder with one bag, and where what it says is written."""
+    write_clean_bags(tmp_path / "made")
+    said = io.StringIO()
+    trials = tmp_path / "trials"
+    request = Request((), (), tmp_path / "out", None, None, None, force=False, watch=trials)
+    identifier = Identifier(request, Console(file=said), Console(file=io.StringIO()))
+
+    def bring(made, name):
+        shutil.copytree(tmp_path / "made" / made, trials / name)
+        for file in (trials / name).iterdir():
+            os.utime(file, (1000, 1000))
+        return trials / name
+
+    bring("swing_wide", "one")
+    return identifier, bring, said
+
+
+def names(loaded):
+    return [trial.name for trial in loaded.fit]
+
+
+def test_the_copy_of_a_watched_bag_is_left_out_and_the_next_trial_is_taken(watching):
+    identifier, bring, said = watching
+    assert names(identifier.load({})) == ["one"]
+    bring("swing_wide", "copy")
+    assert names(identifier.load({})) == ["one"]
+    assert "copy is left out: " in said.getvalue()
+    assert "are the same bag" in said.getvalue()
+    bring("swing_folded", "two")
+    assert names(identifier.load({})) == ["one", "two"]
+    assert not identifier.has_new
+
+
+def test_a_watched_bag_that_is_deleted_is_left_out_from_then_on(watching):
+    identifier, bring, said = watching
+    (bag,) = identifier.load({}).job.bags
+    bring("swing_folded", "two")
+    shutil.rmtree(bag)
+    assert names(identifier.load({})) == ["two"]
+    assert "one is left out from now on" in said.getvalue()
+
+
+def test_a_watched_bag_that_was_left_out_is_tried_again_when_its_files_change(watching):
+    identifier, bring, said = watching
+    bag = bring("swing_folded", "two")
+    (file,) = bag.glob("*.mcap")
+    content = file.read_bytes()
+    file.write_bytes(content[:100])
+    os.utime(file, (1000, 1000))
+    assert names(identifier.load({})) == ["one"]
+    assert "two is left out: " in said.getvalue()
+    assert not identifier.has_new
+    file.write_bytes(content)
+    os.utime(file, (2000, 2000))
+    assert identifier.has_new
+    assert names(identifier.load({})) == ["one", "two"]

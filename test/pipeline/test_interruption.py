@@ -1,6 +1,8 @@
 """Ctrl-C while a search runs."""
 
 import signal
+import subprocess
+import sys
 
 import pytest
 
@@ -31,6 +33,27 @@ def test_without_a_search_ctrl_c_ends_the_program(interruption):
         pass
     with pytest.raises(KeyboardInterrupt):
         signal.raise_signal(signal.SIGINT)
+
+
+def test_a_request_to_end_asks_the_search_to_stop_and_is_remembered(interruption):
+    with interruption.searching():
+        signal.raise_signal(signal.SIGTERM)
+        assert interruption.asked
+        assert interruption.ends
+
+
+def test_the_program_ends_by_the_second_request():
+    code = """
+import signal
+from cdp_ident.pipeline.interruption import Interruption
+interruption = Interruption()
+interruption.install()
+with interruption.searching():
+    signal.raise_signal(signal.SIGTERM)
+    signal.raise_signal(signal.SIGTERM)
+"""
+    done = subprocess.run([sys.executable, "-c", code], check=False, capture_output=True, timeout=300)
+    assert (done.returncode, done.stderr) == (-signal.SIGTERM, b"")
 
 
 def test_each_search_is_asked_by_itself(interruption):

@@ -87,7 +87,8 @@ def test_a_missing_file_is_named(tmp_path):
 
 
 def test_a_file_that_unfolds_to_too_much_is_not_unfolded(path, monkeypatch):
-    monkeypatch.setattr(curves_file, "_LARGEST", 100)
+    monkeypatch.setattr(curves_file, "_LARGEST", 10_000)
+    np.savez_compressed(path, zeros=np.zeros(10_000))
     with pytest.raises(ReportError, match="would unfold to"):
         read_curves(path, 2, 2)
 

@@ -3,12 +3,26 @@
 import json
 import math
 import os
+from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 from cdp_ident.errors import OptionError
 from cdp_ident.report import folder as module
-from cdp_ident.report.folder import FITTED, REPORT, check_folder, json_text, write_files
+from cdp_ident.report.folder import (
+    CURVES,
+    FIGURES,
+    FITTED,
+    PAGE,
+    REPORT,
+    TEXT,
+    check_folder,
+    clean_folder,
+    json_text,
+    write_files,
+    write_result,
+)
 
 
 def test_files_are_written_into_a_new_folder(tmp_path):
@@ -64,3 +78,56 @@ def test_a_failure_half_way_leaves_the_old_report_and_nothing_else(tmp_path, mon
 def test_json_is_strict():
     content = {"a": [math.nan, (math.inf, 1.5)], "b": {"c": -math.inf, 3: True}, "d": "ü"}
     assert json.loads(json_text(content)) == {"a": [None, [None, 1.5]], "b": {"c": None, "3": True}, "d": "ü"}
+
+
+def test_a_dangling_link_is_refused_before_any_work(tmp_path):
+    (tmp_path / "out").symlink_to(tmp_path / "nowhere")
+    with pytest.raises(OptionError, match="is not a folder"):
+        check_folder(tmp_path / "out", force=True)
+
+
+def test_a_disk_with_too_little_space_is_refused_before_any_work(tmp_path, monkeypatch):
+    monkeypatch.setattr(module.shutil, "disk_usage", lambda _: SimpleNamespace(free=1_000_000))
+    with pytest.raises(OptionError, match="only 1 MB are free"):
+        check_folder(tmp_path, force=False)
+
+
+OLD = dict.fromkeys((REPORT, FITTED, CURVES, PAGE, TEXT, f"{FIGURES}/a.png"), "old")
+
+
+@pytest.mark.parametrize("killed_at", range(9))
+def test_whenever_it_is_killed_there_is_one_report_and_nothing_of_another(tmp_path, monkeypatch, killed_at):
+    write_files(tmp_path, OLD)
+    changes = 0
+
+    def until_killed(change):
+        def counted(*arguments, **named):
+            nonlocal changes
+            changes += 1
+            if changes > killed_at:
+                os._exit(0)
+            return change(*arguments, **named)
+
+        return counted
+
+    child = os.fork()
+    if child == 0:
+        for name in ("unlink", "replace", "rename"):
+            monkeypatch.setattr(Path, name, until_killed(getattr(Path, name)))
+        write_result(tmp_path, dict.fromkeys((REPORT, FITTED, CURVES), "new"))
+        os._exit(0)
+    os.waitpid(child, 0)
+    there = {path.read_text() for path in tmp_path.rglob("*") if path.is_file() and path.name[0] != "."}
+    report = (tmp_path / REPORT).read_text()
+    assert report in {"old", "new"}
+    if report == "new":
+        assert there == {"new"}
+    clean_folder(tmp_path)
+    assert not list(tmp_path.rglob(".*"))
+
+
+def test_what_another_process_is_writing_is_left_alone(tmp_path):
+    mine = tmp_path / f".report.json.{os.getpid()}.unfinished"
+    mine.write_text("")
+    clean_folder(tmp_path)
+    assert mine.exists()

@@ -43,7 +43,7 @@ def test_drawn_again_it_is_the_same_to_the_byte_and_old_figures_go(report_folder
     (again / FIGURES).mkdir()
     (again / FIGURES / "effect_9_cogging_torque_inner.svg").write_text("of an earlier run")
     (again / FIGURES / "notes.txt").write_text("mine")
-    draw_again(again)
+    draw_again(again, for_paper=True)
     for path in (p for p in report_folder.rglob("*") if p.is_file()):
         assert (again / path.relative_to(report_folder)).read_bytes() == path.read_bytes(), path.name
     assert not (again / FIGURES / "effect_9_cogging_torque_inner.svg").exists()
@@ -55,3 +55,14 @@ def test_without_curves_nothing_is_drawn(report_folder, tmp_path):
     with pytest.raises(ReportError, match=r"there is no .*curves\.npz"):
         draw_again(tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == [REPORT]
+
+
+def test_without_being_asked_for_no_figures_are_drawn_and_the_text_links_to_none(report_folder, read_content, tmp_path):
+    for name in (REPORT, CURVES):
+        shutil.copy(report_folder / name, tmp_path / name)
+    draw_again(tmp_path)
+    assert {path.name for path in tmp_path.iterdir()} == {REPORT, CURVES, PAGE, TEXT}
+    text = (tmp_path / TEXT).read_text()
+    assert read_content["verdict"] in text
+    assert f"({FIGURES}/" not in text
+    assert "## Angles" not in text

@@ -2,6 +2,7 @@
 
 import copy
 import json
+import os
 
 import pytest
 from hypothesis import given
@@ -55,7 +56,7 @@ def test_a_report_of_one_trial_has_no_repeatability(read_content, path):
         ("[]", "is of the schema None"),
         ('{"schema": 3}', "is of the schema 3"),
         ('{"schema": "cdp_ident/report/0"}', "cdp_ident/report/0.*identify again"),
-        ('{"schema": "cdp_ident/report/1"}', "trials is missing"),
+        ('{"schema": "cdp_ident/report/1"}', "'trials' is a required property"),
     ],
 )
 def test_what_is_no_report_of_this_schema_is_refused(path, text, words):
@@ -75,16 +76,23 @@ def test_a_missing_file_is_named(path):
         (
             ("after", "groups", "c1_over_A22", "value"),
             "1",
-            r"after\.groups\.c1_over_A22\.value should be a finite number",
+            r"after\.groups\.c1_over_A22\.value: '1' is not of type 'number'",
         ),
-        (("after", "physical", "m1", "determined"), 1, "should be true or false"),
-        (("trials", 1, "bag"), None, r"trials\[1\]\.bag should be text"),
-        (("trials", 1, "role"), "judge", "should be one of fit, holdout"),
-        (("effects", 0, "joint"), "elbow", "should be one of inner, outer, base"),
-        (("effects", 0, "parameters"), [], "should be an object"),
-        (("search", "history"), {}, "should be a list"),
-        (("noise_rad", "theta1"), float("nan"), "noise_rad.theta1 should be a finite number"),
+        (("after", "physical", "m1", "determined"), 1, "1 is not of type 'boolean'"),
+        (("trials", 1, "bag"), None, r"trials\[1\]\.bag: None is not of type 'string'"),
+        (("trials", 1, "role"), "judge", "'judge' is not one of"),
+        (("effects", 0, "joint"), "elbow", "'elbow' is not one of"),
+        (("effects", 0, "parameters"), [], "is not of type 'object'"),
+        (("effects", 0, "name"), "/../../../../x", r"effects\[0\]\.name: '/../../../../x' is not one of"),
+        (("effects", 0, "parameters", "../x"), None, r"effects\[0\]\.parameters"),
+        (("verdict",), "x" * 5000, "is too long"),
+        (("warnings",), [{}] * 2000, "is a required property|is too long|expected at most"),
+        (("noise_rad", "theta1"), 10**400, "maximum"),
+        (("surprise",), 1, "were unexpected|was unexpected"),
+        (("search", "history"), {}, "is not of type 'array'"),
+        (("noise_rad", "theta1"), float("nan"), "NaN is no number in JSON"),
     ],
+    ids=lambda value: str(value)[:40],
 )
 def test_what_is_of_the_wrong_kind_is_named(read_content, path, place, value, words):
     path.write_text(json.dumps(changed(read_content, place, value)))
@@ -103,3 +111,15 @@ def test_no_change_of_a_report_ends_in_anything_but_a_refusal(data, content, tmp
         read_report(path)
     except ReportError as error:
         assert "\n" not in str(error)  # noqa: PT017 - any other outcome is as good
+
+
+def test_texts_are_shown_without_what_commands_a_terminal(read_content, path):
+    path.write_text(json.dumps(changed(read_content, ("trials", 0, "name"), "\x1b[2Jswing")))
+    assert read_report(path)["trials"][0]["name"] == r"\x1b[2Jswing"
+
+
+@pytest.mark.parametrize("name", ["pipe", "/dev/zero"])
+def test_what_is_no_file_is_refused(tmp_path, name):
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(ReportError, match="not a regular file"):
+        read_report(tmp_path / name)

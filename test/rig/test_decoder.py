@@ -17,11 +17,16 @@ both = pytest.mark.parametrize("codec", CODECS, ids=lambda codec: codec.name)
 HELLO = Hello(1000, 8000, 8000, "rig 1.0")
 
 
+def signed(count: int) -> int:
+    """Return a count as the device sends it."""
+    return (count + 2**31) % 2**32 - 2**31
+
+
 def run(first: int = 0, count: int = 50, time_us: int = 5000) -> list[Sample]:
     """Return what a device sends from a sequence number and a time on."""
     numbers = range(first, first + count)
     return [
-        Sample(number % 2**32, (time_us + 1000 * step) % 2**32, number % 99 - 9, -number % 9999, 3 * step)
+        Sample(number % 2**32, (time_us + 1000 * step) % 2**32, signed(7 * number), signed(-5 * number), 3 * step)
         for step, number in enumerate(numbers)
     ]
 
@@ -117,7 +122,7 @@ def test_bytes_without_a_delimiter_are_not_hoarded(codec: Codec) -> None:
         assert len(decoder._rest) <= LONGEST_FRAME
     sent = run()
     assert decoder.feed(codec.delimiter + stream(codec, *sent)) == sent
-    assert decoder.counters.malformed == 1
+    assert decoder.counters.malformed > 100000 // (LONGEST_FRAME + 100)
 
 
 @both

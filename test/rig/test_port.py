@@ -135,3 +135,17 @@ def test_an_error_of_the_program_is_not_taken_for_an_unplugged_port(tmp_path: Pa
     wait_for(lambda: reader.failed)
     assert reader.unplugged == 0
     reader.stop()
+
+
+@pytest.mark.parametrize("port", ["", "/", "**", "a\0b", "[", ".", "/dev/zero", "/dev/null", "pipe", "file"])
+def test_an_odd_port_is_waited_for_like_any_that_is_not_there(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, port: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    os.mkfifo("pipe")
+    Path("file").write_text("")
+    listener = Listener(port)
+    wait_for(lambda: len(listener.said) > 1)
+    assert "trying again until it works" in listener.said[1]
+    listener.reader.stop()
+    assert not listener.reader.failed

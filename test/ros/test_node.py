@@ -32,7 +32,8 @@ SCRIPT = textwrap.dedent(
         def tick(self):
             if not self.said:
                 from rclpy.parameter import Parameter
-                results = self.node.set_parameters([Parameter("rate", value=5.0), Parameter("count", value=7)])
+                changes = {"rate": 5.0, "count": 7, "use_sim_time": True}
+                results = self.node.set_parameters([Parameter(name, value=value) for name, value in changes.items()])
                 print("outside", [result.successful for result in results], results[0].reason, flush=True)
                 self.parameters.set({"rate": 9.0})
                 print("ready", self.parameters.get("rate"), self.parameters.get("count"), flush=True)
@@ -92,7 +93,7 @@ def test_a_node_ends_by_itself_with_its_own_exit_code_and_keeps_parameters_from_
         output, errors = process.communicate(timeout=PATIENCE)
     assert (process.returncode, errors) == (7, "")
     outside, ready, closed = output.splitlines()
-    assert outside.startswith("outside [False, True] Trying to set a read-only parameter: rate")
+    assert outside.startswith("outside [False, True, False] Trying to set a read-only parameter: rate")
     assert (ready, closed) == ("ready 9.0 7", "closed")
 
 

@@ -32,11 +32,12 @@ def trials():
     return [twin(rng, start=s, times=times, noise=NOISE, tolerance=1e-8) for rng, s in zip(rngs, STARTS, strict=True)]
 
 
-def progress_of(trials, zeros):
+def progress_of(trials, zeros, steps=(0.0, 0.0)):
     off = [replace(trial, theta=trial.theta + np.cumsum(zero)) for trial, zero in zip(trials, zeros, strict=True)]
     windows = cut_into_windows(off, 1.5)
     fit = refine(MODEL, TRUTH, [window for window in windows if window.trial < 2])
-    return Progress(Attempt(fit, fit_initial_states(MODEL, fit.values, [w for w in windows if w.trial == 2])), NOISE)
+    kept_out = fit_initial_states(MODEL, fit.values, [window for window in windows if window.trial == 2])
+    return Progress(Attempt(fit, kept_out), NOISE, encoder_steps=np.array(steps))
 
 
 def test_zeros_of_each_trial_are_found_those_of_a_trial_kept_out_among_them(trials):
@@ -49,7 +50,7 @@ def test_zeros_of_each_trial_are_found_those_of_a_trial_kept_out_among_them(tria
     assert fit.values[fit.model.of_rig] == pytest.approx(TRUTH, rel=0.01)
     assert np.array_equal(holdout.values[holdout.model.of_rig], fit.values[fit.model.of_rig])
     assert max(fit.rmse(), holdout.rmse()) < 1.2 * NOISE  # its counts add to it
-    assert largest_zeros(progress.current) == pytest.approx([0.02, 0.05], abs=2e-4)
+    assert largest_zeros(progress.current) == pytest.approx([0.03, 0.05], abs=2e-4)
 
 
 @pytest.mark.parametrize("zeros", [np.zeros((3, 2)), np.tile([0.01, -0.02], (3, 1))])
@@ -69,3 +70,12 @@ def test_a_model_with_more_effects_keeps_the_zeros(trials):
     assert sprung.without_effect(0)[0] == model
     values = np.concatenate([progress.current.fit.values, [0.3, 0.1]])
     assert values[sprung.places(0)].tolist() == [0.3, 0.1]
+
+
+def test_zeros_that_differ_by_less_than_a_step_of_the_encoders_are_rounding(trials):
+    progress = progress_of(trials, 0.05 * ZEROS, steps=(0.003, 0.006))
+    fit_zeros_by_trial(progress)
+    assert progress.current.model.zeros == ()
+    finer = progress_of(trials, 0.05 * ZEROS)
+    fit_zeros_by_trial(finer)
+    assert finer.current.model.zeros == (0, 1)

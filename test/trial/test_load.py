@@ -204,13 +204,28 @@ def test_duplicates_late_samples_and_nan_are_dropped_and_counted(swing, make_bag
     assert not np.any(np.isnan(trial.theta))
 
 
-def test_a_long_gap_parts_the_recording_and_the_longer_part_is_taken(swing, make_bag):
+def with_gap(swing, make_bag, samples):
     stamps, joints = swing.stamps(), swing.joints()
     keep = np.ones(len(stamps), dtype=bool)
-    keep[1000:1060] = False
-    trial = load_trial(make_bag(stamps[keep], joints[keep]))
-    assert trial.start == pytest.approx(1060 / swing.rate)
+    keep[1000 : 1000 + samples] = False
+    return load_trial(make_bag(stamps[keep], joints[keep]))
+
+
+def test_a_gap_longer_than_a_swing_parts_the_recording_and_the_longer_part_is_taken(swing, make_bag):
+    trial = with_gap(swing, make_bag, 400)
+    assert trial.start == pytest.approx(1400 / swing.rate)
+    assert any("a gap of 2.005 s" in note for note in trial.notes)
+    assert trial.breaks == ()
+
+
+def test_what_is_on_both_sides_of_a_shorter_gap_is_one_trial_of_two_stretches(swing, make_bag):
+    trial = with_gap(swing, make_bag, 60)
+    assert trial.start < 1000 / swing.rate
+    (at,) = trial.breaks
+    assert trial.start + trial.time[at] == pytest.approx(1060 / swing.rate)
     assert any("a gap of 0.305 s" in note for note in trial.notes)
+    whole = load_trial(make_bag(swing.stamps(), swing.joints()))
+    assert trial.theta[-1] == pytest.approx(whole.theta[-1])
 
 
 def test_stamps_are_taken_as_they_are(swing, make_bag):

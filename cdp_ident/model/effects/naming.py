@@ -6,7 +6,7 @@ from typing import Any
 from cdp_ident.errors import OptionError
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.effect import Effect
-from cdp_ident.user_input import number, refuse_unknown
+from cdp_ident.user_input import number, quoted, refuse_unknown
 
 VARIANT = "variant"
 """The key that says which of several forms of an effect is meant."""
@@ -35,7 +35,7 @@ def effect_of(name: str, joint: str, given: Any, inertia: float, where: str) -> 
     refuse_unknown([joint], {effect.joint for effect in forms}, f"joint in {where}: {name}")
     place = f"{where}: {name}: {joint}"
     if not isinstance(given, Mapping):
-        raise OptionError(f"{place}: expected parameters with values, found {given!r}")
+        raise OptionError(f"{place}: expected parameters with values, found {quoted(given)}")
     values = dict(given)
     effect = _form([effect for effect in forms if effect.joint == joint], values, place)
     if effect.curve:

@@ -88,7 +88,9 @@ def _plotly() -> Markup:
     try:
         from plotly.offline import get_plotlyjs  # noqa: PLC0415
     except ImportError as error:
-        raise ReportError("report.html needs plotly, which is not installed: pip install plotly") from error
+        raise ReportError(
+            "there is no page without plotly: pip install plotly (with --break-system-packages beside ROS's own Python)"
+        ) from error
     return Markup(get_plotlyjs())
 
 

@@ -6,14 +6,14 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-import yaml
 
 from cdp_ident.errors import OptionError
 from cdp_ident.model.parameters import NOMINAL, physical_coefficients
 from cdp_ident.rig.emulator.device import Encoders
 from cdp_ident.rig.emulator.effects import NO_EFFECTS, Effects, parse_effects
 from cdp_ident.rig.emulator.script import DEFAULT_SCRIPT, Command, parse_script
-from cdp_ident.user_input import number, refuse_unknown
+from cdp_ident.user_input import number, quoted, refuse_unknown
+from cdp_ident.yaml_file import read_yaml
 
 
 @dataclass(frozen=True)
@@ -46,8 +46,8 @@ def load_rig(path: Path) -> EmulatedRig:
     that is not possible.
     """
     try:
-        content: Any = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        content: Any = read_yaml(path)
+    except (OSError, ValueError) as error:
         raise OptionError(f"the rig's file {path} cannot be read: {error}") from error
     content = _mapping(content, str(path), _KEYS)
     rig = EmulatedRig()
@@ -82,6 +82,6 @@ def _encoders(content: Any, where: str) -> Encoders:
 
 def _mapping(content: Any, where: str, known: tuple[str, ...]) -> dict[str, Any]:
     if not isinstance(content, dict):
-        raise OptionError(f"{where}: expected keys ({', '.join(known)}) with values, found {content!r}")
+        raise OptionError(f"{where}: expected keys ({', '.join(known)}) with values, found {quoted(content)}")
     refuse_unknown(map(str, content), known, f"key in {where}")
     return content

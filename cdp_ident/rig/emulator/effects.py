@@ -15,6 +15,7 @@ from cdp_ident.model.effects.effect import Effect, SensorEffect, TorqueEffect
 from cdp_ident.model.effects.naming import effect_of
 from cdp_ident.model.parameters import SYMBOLS, inertia_about_cart, physical_coefficients
 from cdp_ident.model.torques import NO_TORQUES, Torques
+from cdp_ident.user_input import quoted
 
 Array = npt.NDArray[np.float64]
 
@@ -67,7 +68,7 @@ def _possible_now(effect: Effect, values: list[float], where: str) -> tuple[Effe
 
 def _mapping(content: Any, where: str) -> dict[str, Any]:
     if not isinstance(content, dict):
-        raise OptionError(f"{where}: expected keys with values, found {content!r}")
+        raise OptionError(f"{where}: expected keys with values, found {quoted(content)}")
     return content
 
 

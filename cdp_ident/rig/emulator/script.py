@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from cdp_ident.errors import OptionError
-from cdp_ident.user_input import number, refuse_unknown
+from cdp_ident.user_input import number, quoted, refuse_unknown
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ def parse_script(content: Any, where: str) -> tuple[Command, ...]:
     Raises `OptionError` where it is something else; `where` says in which file.
     """
     if not isinstance(content, list) or not content:
-        raise OptionError(f"{where}: expected a list of wait, hold, let_go and cart, found {content!r}")
+        raise OptionError(f"{where}: expected a list of wait, hold, let_go and cart, found {quoted(content)}")
     return tuple(_command(entry, f"{where}, entry {number}") for number, entry in enumerate(content, 1))
 
 
@@ -65,7 +65,7 @@ def _command(entry: Any, where: str) -> Command:
     if entry == "let_go":
         return LetGo()
     if not isinstance(entry, dict) or len(entry) != 1:
-        raise OptionError(f"{where}: expected one of wait, hold, let_go, cart, found {entry!r}")
+        raise OptionError(f"{where}: expected one of wait, hold, let_go, cart, found {quoted(entry)}")
     ((name, value),) = entry.items()
     refuse_unknown([name], ("wait", "hold", "let_go", "cart"), f"command in {where}")
     if name == "wait":
@@ -80,7 +80,7 @@ def _command(entry: Any, where: str) -> Command:
 
 def _numbers(value: Any, needed: tuple[str, ...], where: str) -> dict[str, float]:
     if not isinstance(value, Mapping):
-        raise OptionError(f"{where}: expected {', '.join(needed)} and within, found {value!r}")
+        raise OptionError(f"{where}: expected {', '.join(needed)} and within, found {quoted(value)}")
     refuse_unknown(value, (*needed, "within"), f"key in {where}")
     missing = [name for name in needed if name not in value]
     if missing:

@@ -14,6 +14,8 @@ from cdp_ident.rig.recording.detector import End
 
 _GAP = 1.5
 """Two samples more than this many usual periods apart have lost others between them."""
+_LARGEST = 1e6
+"""A position beyond this [rad, m] is no pendulum's; what is not a number is not either."""
 
 
 @dataclass(frozen=True)
@@ -54,9 +56,10 @@ class PositionReader:
             inner, outer = values[self._joints.inner], values[self._joints.outer]
         except (ValueError, KeyError, struct.error):
             return None
-        if not (math.isfinite(inner) and math.isfinite(outer)):
+        cart = values.get(self._joints.cart)
+        if not all(abs(value) <= _LARGEST for value in (inner, outer, cart or 0.0)):
             return None
-        return Position(seconds * NANOSECONDS + nanoseconds, inner, outer, values.get(self._joints.cart))
+        return Position(seconds * NANOSECONDS + nanoseconds, inner, outer, cart)
 
 
 @dataclass

@@ -17,13 +17,16 @@ from cdp_ident.bag.metadata import OFFERED_QOS_PROFILES, QosProfile
 from cdp_ident.bag.salvage import complete_bag, incomplete_bags
 from cdp_ident.bag.writer import BagWriter
 from cdp_ident.errors import BagError, RigError
+from cdp_ident.outside_text import shown
 from cdp_ident.rig.recording.detector import End, EndDetector, ReleaseDetector, TrialLimits
 from cdp_ident.rig.recording.facts import JointNames, PositionReader, TrialFacts
 
 FLUSH_NS = 250_000_000
 """What is older than this is out of reach of a kill [ns]; a bag has one chunk for each."""
 _SILENCE_NS = 5_000_000_000
-_SET_BACK_NS = 100_000_000
+_MOST_KEPT = 64_000_000
+"""Bytes from before a release that are kept at most: a minute at 5 kHz has them."""
+_LONGEST_NAME = 100
 _LEAST_FREE = 50_000_000
 """With less space on the disk [bytes], arming is refused: ten minutes at 1 kHz need more."""
 
@@ -89,8 +92,10 @@ class Recorder:
     def __init__(self, options: RecorderOptions, surroundings: Surroundings) -> None:
         """Complete the bags that an earlier recorder left unfinished, and arm if so wished.
 
-        Raises `RigError` where the folder cannot be written.
+        Raises `RigError` where the folder cannot be written, or the bags' name is none.
         """
+        if not _is_name(options.name):
+            raise RigError(f"{shown(options.name)!r} is no name for bags: expected a name without folders")
         self.state = IDLE
         self.problem = ""
         """What kept the last trial from being recorded; empty where nothing did."""
@@ -102,6 +107,7 @@ class Recorder:
         self._reader = PositionReader(options.joints)
         self._release = ReleaseDetector(options.limits)
         self._before: deque[_Message] = deque()
+        self._kept_bytes = 0
         self._rig: dict[str, str] = {}
         self._trial: _Trial | None = None
         self._last_sample_ns: int | None = None
@@ -170,17 +176,24 @@ class Recorder:
         JointState and DiagnosticArray messages tell of the trial; those of other types are recorded with them.
         """
         message = _Message(topic, message_type, received_ns, raw)
-        if self._before and received_ns < self._before[-1].received_ns - _SET_BACK_NS:
-            self._before.clear()  # the clock was set back: what came before it is never old enough to go
         if self._trial is not None:
             self._write(message)
-        self._before.append(message)
-        while self._before[0].received_ns < received_ns - self._options.pre_trigger * 1e9:
-            self._before.popleft()
+        self._keep(message)
         if message_type == MESSAGE_TYPE:
             self._take_sample(message)
         elif message_type == diagnostics.MESSAGE_TYPE:
             self._take_diagnostics(raw)
+
+    def _keep(self, message: _Message) -> None:
+        """Keep what is from shortly before now; what is from after it was received before the clock was set back."""
+        now = message.received_ns
+        self._before.append(message)
+        self._kept_bytes += len(message.raw)
+        oldest = now - self._options.pre_trigger * 1e9
+        while not oldest <= self._before[0].received_ns <= now or self._kept_bytes > _MOST_KEPT:
+            self._kept_bytes -= len(self._before.popleft().raw)
+            if not self._before:
+                return
 
     def tick(self, now_ns: int) -> None:
         """Bring what was written out of reach of a kill; to be called several times a second."""
@@ -232,7 +245,7 @@ class Recorder:
     def _begin(self, stamp_ns: int, now_ns: int, by_hand: bool) -> Path:
         options = self._options
         try:
-            writer = BagWriter(self._new_folder(now_ns))
+            writer = self._new_bag(now_ns)
         except BagError as error:
             self._fail_with(str(error))
             raise RigError(str(error)) from error
@@ -308,14 +321,19 @@ class Recorder:
             "shortest": options.shortest,
         }
 
-    def _new_folder(self, now_ns: int) -> Path:
+    def _new_bag(self, now_ns: int) -> BagWriter:
+        """Begin a bag in a folder of its own, whichever other recorders begin theirs in the same second."""
         when = datetime.fromtimestamp(now_ns * 1e-9).astimezone().strftime("%Y%m%d_%H%M%S")
         name = f"{self._options.name}_{when}"
         folder, number = self._options.folder / name, 1
-        while folder.exists():
+        while True:
+            try:
+                return BagWriter(folder)
+            except BagError:
+                if not folder.exists():
+                    raise
             number += 1
             folder = self._options.folder / f"{name}_{number}"
-        return folder
 
     def _check_folder(self) -> None:
         folder = self._options.folder
@@ -332,7 +350,8 @@ class Recorder:
     def _complete_unfinished(self) -> None:
         for folder in incomplete_bags(self._options.folder):
             try:
-                self._say(f"completed a bag that was left unfinished: {complete_bag(folder)}")
+                if salvaged := complete_bag(folder):
+                    self._say(f"completed a bag that was left unfinished: {salvaged}")
             except BagError as error:
                 self._warn(f"left as it is: {error}")
 
@@ -340,3 +359,8 @@ class Recorder:
         if state != self.state:
             self.state = state
             self._around.on_state(state)
+
+
+def _is_name(name: str) -> bool:
+    """Tell whether a text can begin the names of folders, and leads nowhere else."""
+    return name.isprintable() and 0 < len(name) <= _LONGEST_NAME and name[0] != "." and Path(name).name == name

@@ -34,7 +34,9 @@ class Reading:
     def __init__(self, pattern: Path, codec: Codec) -> None:
         self.decoder = Decoder(codec)
         self.events: list[Event] = []
-        self.reader = PortReader(str(pattern), 115200, self.decoder.restart_stream, self.take, lambda _: None)
+        self.reader = PortReader(
+            str(pattern), 115200, self.decoder.restart_stream, self.take, lambda _: None, lambda _: None
+        )
 
     def take(self, data: bytes) -> None:
         self.events += self.decoder.feed(data)

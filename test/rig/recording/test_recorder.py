@@ -3,6 +3,8 @@
 import json
 import resource
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -304,3 +306,93 @@ def test_a_disk_that_takes_no_more_is_said_at_once_and_what_was_written_is_compl
     assert kept == bench.sent[first : first + len(kept)]
     assert kept[0][0] <= EPOCH_NS + PERIOD_NS * 2
     assert kept[-1][0] >= EPOCH_NS + 2_700_000_000
+
+
+@pytest.mark.parametrize("position", [1e308, -1e308, float("inf"), float("nan")])
+def test_a_position_that_no_pendulum_has_changes_nothing(tmp_path: Path, position: float) -> None:
+    bench = Bench(tmp_path)
+    bench.recorder.arm()
+    bench.run(2.5)
+    for place in range(3):
+        positions = [position if at == place else 3.0 for at in range(3)]
+        raw = serialize_joint_state(NAMES, positions, bench.now_ns)
+        bench.recorder.take("/joint_states", MESSAGE_TYPE, bench.now_ns, raw)
+    assert bench.recorder.state == ARMED
+    bench.run(15.0)
+    assert len(bench.bags) == 1
+
+
+def test_a_clock_that_is_set_back_leaves_nothing_old_in_the_next_bag(tmp_path: Path) -> None:
+    bench = Bench(tmp_path)
+    bench.run(0.5)
+    bench.now_ns -= 3600 * 10**9
+    bench.recorder.arm()
+    bench.run(17.5)
+    assert len(bench.recorder._before) <= 201
+    (bag,) = bench.bags
+    stamps = [stamp for stamp, _ in read(bag)]
+    assert (max(stamps) - min(stamps)) * 1e-9 < 20
+
+
+def test_what_is_kept_from_before_a_release_has_a_size(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("cdp_ident.rig.recording.recorder._MOST_KEPT", 10_000)
+    bench = Bench(tmp_path, Wait(60), pre_trigger=60.0)
+    bench.run(2.0)
+    assert sum(len(message.raw) for message in bench.recorder._before) <= 10_000
+    bench.recorder.take("/joint_states", MESSAGE_TYPE, bench.now_ns, bytes(20_000))
+    assert not bench.recorder._before
+
+
+@pytest.mark.parametrize("name", ["../x", "/x", "a/b", "..", "", "a\nb", "x" * 200])
+def test_a_name_that_leads_out_of_the_folder_is_refused(tmp_path: Path, name: str) -> None:
+    with pytest.raises(RigError, match="is no name for bags"):
+        Bench(tmp_path, name=name)
+
+
+def test_recorders_that_begin_in_the_same_second_have_bags_of_their_own(tmp_path: Path) -> None:
+    benches = [Bench(tmp_path, Wait(60)) for _ in range(3)]
+    for bench in benches:
+        bench.run(0.5)
+    folders = {bench.recorder.start(bench.now_ns) for bench in benches}
+    assert len(folders) == 3
+
+
+START = """
+import sys
+from pathlib import Path
+from cdp_ident.rig.recording.recorder import Recorder, RecorderOptions, Surroundings
+sys.stdin.readline()
+recorder = Recorder(RecorderOptions(Path(sys.argv[1])), Surroundings(print))
+recorder._last_sample_ns = 10**18
+recorder.start(10**18)
+sys.stdin.readline()
+recorder.close()
+"""
+
+
+@pytest.mark.parametrize("attempt", range(3))
+def test_three_recorders_started_together_complete_old_bags_once_and_leave_each_other_s_alone(
+    tmp_path: Path, attempt: int
+) -> None:
+    left = Bench(tmp_path, Wait(60))
+    left.run(1.0)
+    bag = left.recorder.start(left.now_ns)
+    left.run(1.0)
+    left.recorder._trial.writer._stream.close()  # type: ignore[union-attr]  # as a kill leaves it
+    processes = [
+        subprocess.Popen(
+            [sys.executable, "-c", START, str(tmp_path)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+        )
+        for _ in range(3)
+    ]
+    for process in processes:
+        process.stdin.write("\n")  # type: ignore[union-attr]
+        process.stdin.flush()  # type: ignore[union-attr]
+    said = [process.communicate("\n", timeout=300)[0] for process in processes]
+    assert [process.returncode for process in processes] == [0, 0, 0]
+    assert "".join(said).count("completed a bag") == 1
+    assert len(read(bag)) > 200
+    bags = [folder for folder in tmp_path.iterdir() if folder.is_dir()]
+    assert len(bags) == 4
+    assert all((folder / "metadata.yaml").is_file() for folder in bags)
+    assert attempt < 3

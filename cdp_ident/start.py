@@ -1,0 +1,38 @@
+"""Starts an executable of the table by its name: the console scripts, and `python3 -m cdp_ident`.
+
+Its modules take a second to be loaded. Ctrl-C in that time ends the program in one line like at any other.
+"""
+
+import functools
+import importlib
+import os
+import signal
+
+from cdp_ident.executables import EXECUTABLES
+from cdp_ident.standard_streams import make_tolerant
+
+_INTERRUPTED = 130
+
+
+def start(name: str) -> int:
+    """Run an executable with the arguments of this process; return its exit code."""
+    make_tolerant()
+
+    def end(_number: int, _frame: object) -> None:
+        # Raised as an exception it could come out of a half loaded library as any other.
+        os.write(2, f"{name}: interrupted\n".encode())
+        os._exit(_INTERRUPTED)
+
+    before = signal.getsignal(signal.SIGINT)
+    if before is signal.SIG_IGN:
+        return int(importlib.import_module(EXECUTABLES[name]).main())
+    signal.signal(signal.SIGINT, end)
+    module = importlib.import_module(EXECUTABLES[name])
+    signal.signal(signal.SIGINT, before)
+    try:
+        return int(module.main())
+    finally:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)  # as Python ends, there is nothing left to interrupt
+
+
+globals().update({name: functools.partial(start, name) for name in EXECUTABLES})

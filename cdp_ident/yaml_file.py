@@ -1,0 +1,53 @@
+"""YAML files that others wrote: the one place where they are read, within limits."""
+
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from cdp_ident.outside_text import shown
+from cdp_ident.regular_file import read_regular
+
+LARGEST = 1 << 20
+"""Bytes of a file; rigs, calibrations and parameter files have a few thousand."""
+_MOST_NODES = 20_000
+_DEEPEST = 32
+_LONGEST_SCALAR = 4096
+
+
+class _Loader(yaml.SafeLoader):
+    """Plain values only: no alias, which can stand for any amount of data, and no tag, which can fail in any way."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__(text)
+        self._nodes = self._depth = 0
+
+    def compose_node(self, parent: Any, index: Any) -> Any:
+        event = self.peek_event()  # type: ignore[no-untyped-call]
+        if isinstance(event, yaml.AliasEvent) or event.anchor is not None:
+            raise yaml.MarkedYAMLError(problem="anchors and aliases are not taken", problem_mark=event.start_mark)
+        if getattr(event, "tag", None) is not None:
+            raise yaml.MarkedYAMLError(problem="tags are not taken", problem_mark=event.start_mark)
+        if isinstance(event, yaml.ScalarEvent) and len(event.value) > _LONGEST_SCALAR:
+            problem = f"a value of more than {_LONGEST_SCALAR} characters is not taken"
+            raise yaml.MarkedYAMLError(problem=problem, problem_mark=event.start_mark)
+        self._nodes += 1
+        self._depth += 1
+        if self._nodes > _MOST_NODES or self._depth > _DEEPEST:
+            problem = f"more than {_MOST_NODES} values, or {_DEEPEST} one inside the other, are not taken"
+            raise yaml.MarkedYAMLError(problem=problem, problem_mark=event.start_mark)
+        node = super().compose_node(parent, index)
+        self._depth -= 1
+        return node
+
+
+def read_yaml(path: Path) -> Any:
+    """Return what a YAML file holds, as plain values.
+
+    Raises OSError where it cannot be read, and ValueError, in one short line, where it is not YAML within the limits.
+    """
+    content = read_regular(path, LARGEST)
+    try:
+        return yaml.load(content.decode(), _Loader)
+    except Exception as error:  # pyyaml's constructors raise whatever a value such as `2024-99-99` leads to
+        raise ValueError(shown(error, 300)) from error

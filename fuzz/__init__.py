@@ -1,0 +1,1 @@
+"""Campaigns of damaged and hostile input: serial frames, bags and texts. `make fuzz` runs them."""

@@ -1,0 +1,107 @@
+"""A sample that does not go on from those before it is told from one that does."""
+
+import math
+import random
+
+import pytest
+from cobs import cobs
+
+from cdp_ident.rig.binary_codec import BinaryCodec
+from cdp_ident.rig.codec import checksum
+from cdp_ident.rig.course import Course
+from cdp_ident.rig.decoder import Decoder, Restart
+from cdp_ident.rig.records import Sample
+
+
+def swing(number: int, rate: float = 200.0, jitter: int = 0) -> Sample:
+    """Return a sample of a pendulum that swings widely; 8000 counts a turn."""
+    t = number / rate
+    return Sample(
+        number,
+        round(t * 1e6) + jitter,
+        0,
+        round(1500 * math.sin(6 * t)),
+        round(2500 * math.sin(11 * t + 1)),
+    )
+
+
+def course(count: int = 50) -> Course:
+    result = Course()
+    for number in range(count):
+        result.take(swing(number))
+    return result
+
+
+def test_a_swing_is_foretold_also_a_few_readings_on() -> None:
+    for steps in range(1, 6):
+        assert course().foretells(swing(49 + steps))
+
+
+@pytest.mark.parametrize(
+    "change",
+    [{"time_us": 2000}, {"time_us": -2000}, {"inner": 30}, {"outer": -300}, {"cart": 2**20}, {"sequence": 200}],
+    ids=str,
+)
+def test_one_number_that_is_off_is_not(change: dict[str, int]) -> None:
+    good = swing(50)
+    assert not course().foretells(good._replace(**{name: getattr(good, name) + by for name, by in change.items()}))
+
+
+def test_a_device_that_reads_irregularly_has_a_wider_course() -> None:
+    generator, irregular = random.Random(1), Course()
+    for number in range(50):
+        irregular.take(swing(number, jitter=generator.randint(0, 1500)))
+    assert irregular.foretells(swing(50, jitter=2000))
+    assert not irregular.foretells(swing(50, jitter=500_000))
+
+
+def pass_on(*samples: Sample) -> tuple[list[object], Decoder]:
+    decoder = Decoder(BinaryCodec())
+    return [event for sample in samples for event in decoder.feed(BinaryCodec().encode(sample))], decoder
+
+
+def test_an_impulse_is_passed_on_whole() -> None:
+    """A rod that is hit, or counts that slip: the samples that follow go on from there."""
+    before = [swing(number) for number in range(50)]
+    after = [swing(number)._replace(inner=swing(number).inner + 700) for number in range(50, 100)]
+    events, decoder = pass_on(*before, *after)
+    assert events == [*before, *after]
+    assert (decoder.counters.resets, decoder.counters.lost) == (0, 0)
+
+
+def test_a_device_that_paused_was_not_reset() -> None:
+    before = [swing(number) for number in range(50)]
+    after = [swing(number)._replace(time_us=swing(number).time_us + 900_000) for number in range(50, 100)]
+    events, decoder = pass_on(*before, *after)
+    assert events == [*before, *after]
+    assert decoder.counters.resets == 0
+
+
+def garbled(body: bytes, generator: random.Random) -> bytes:
+    """Return a frame's body with a burst, a few bytes or a few bits changed."""
+    result = bytearray(body)
+    kind, place = generator.randrange(3), generator.randrange(len(body))
+    if kind == 0:
+        result[place : place + 5] = generator.randbytes(len(result[place : place + 5]))
+    for _ in range(generator.randint(2, 5) if kind == 1 else 0):
+        result[generator.randrange(len(result))] = generator.randrange(256)
+    for _ in range(generator.randint(4, 10) if kind == 2 else 0):
+        result[generator.randrange(len(result))] ^= 1 << generator.randrange(8)
+    return bytes(result)
+
+
+@pytest.mark.parametrize("rate", [200.0, 1000.0])
+def test_of_damaged_frames_whose_checksum_matches_hardly_any_is_published_wrong(rate: float) -> None:
+    """A CRC-16 lets one damaged frame in 65536 through: here all of them."""
+    generator, decoder = random.Random(1), Decoder(BinaryCodec())
+    damaged, wrong, resets = 2000, 0, 0
+    for number in range(10 * damaged):
+        frame = BinaryCodec().encode(swing(number, rate))
+        if number % 10 == 9:
+            body = garbled(cobs.decode(frame[:-1])[:-2], generator)
+            frame = cobs.encode(body + checksum(body).to_bytes(2, "little")) + b"\0"
+        for event in decoder.feed(frame):
+            resets += isinstance(event, Restart)
+            wrong += isinstance(event, Sample) and event[:5] != swing(event.sequence, rate)[:5]
+    assert wrong <= 0.005 * damaged
+    assert resets <= 0.001 * damaged
