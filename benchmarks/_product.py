@@ -35,6 +35,8 @@ class Found:
     """Whether more than noise is said to remain."""
     description: str
     """Of what remains."""
+    unknown: tuple[str, ...] = ()
+    """Keys of torques that were found and have no name."""
 
 
 def found(truth: Truth) -> Found:
@@ -44,8 +46,8 @@ def found(truth: Truth) -> Found:
     traced = trace(identify(trials[:FIT_TRIALS], trials[FIT_TRIALS:], options))
     named = []
     for effect in traced.effects:
-        if effect.certainty == "acts_like":
-            continue  # that is no name
+        if effect.certainty in ("acts_like", "unknown"):
+            continue  # these are no names
         own = effect.active.effect
         others = (other.split()[:2] for other in effect.also_possible)
         named.append(Named(own.key, (own.name, str(own.joint)), tuple((name, joint) for name, joint in others)))
@@ -55,6 +57,7 @@ def found(truth: Truth) -> Found:
         traced.after.holdout.rmse(),
         traced.unexplained.significant,
         traced.unexplained.description,
+        tuple(effect.active.effect.key for effect in traced.effects if effect.certainty == "unknown"),
     )
 
 

@@ -17,7 +17,7 @@ from cdp_ident.configuration.parameter_file import parameter_file, read_paramete
 from cdp_ident.errors import OptionError
 from cdp_ident.fit.motion_model import ActiveEffect, Mechanism, MotionModel
 from cdp_ident.model.effects.constants import outer_rod_length
-from cdp_ident.model.effects.naming import VARIANT, effect_of
+from cdp_ident.model.effects.naming import COEFFICIENTS, VARIANT, effect_of
 from cdp_ident.model.parameters import (
     CONSTANTS,
     GROUPS,
@@ -52,7 +52,7 @@ class FittedParameter:
     """One result under its name on ROS."""
 
     name: str
-    value: float | bool | str
+    value: float | bool | str | list[float]
     description: str
     unit: str
     minimum: float | None = 0.0
@@ -124,8 +124,13 @@ def _effect_parameters(effect: Mapping[str, Any], prefix: str) -> Iterator[Fitte
     for name in (VARIANT, TRIAL):
         if effect[name]:
             yield FittedParameter(f"{prefix}.{name}", effect[name], f"{name} of {effect['description']}", "", None)
+    description = f"{effect['description']}: {effect['formula']}"
+    if curve := effect["curve"]:
+        deviations = [np.inf if deviation is None else deviation for deviation in curve["coefficients_std"]]
+        yield FittedParameter(f"{prefix}.{COEFFICIENTS}", curve["coefficients"], description, "N m", None)
+        yield FittedParameter(f"std.{prefix}.{COEFFICIENTS}", deviations, "their standard deviations", "N m", None)
+        return
     for name, quantity in effect["parameters"].items():
-        description = f"{effect['description']}: {effect['formula']}"
         yield FittedParameter(f"{prefix}.{name}", quantity["value"], description, quantity["unit"], None)
     for name, quantity in effect["parameters"].items():
         std = np.inf if quantity["std"] is None else quantity["std"]

@@ -21,6 +21,30 @@ def reduced_sensitivities(fit: Fit) -> list[Array]:
     return reduced
 
 
+def curvature(fit: Fit) -> Array:
+    """Return half the second derivative (unknowns, unknowns) of a fit's squared error, its starts following."""
+    total = np.zeros((len(fit.values),) * 2)
+    for sensitivity, weight in zip(reduced_sensitivities(fit), fit.weights, strict=True):
+        rows = sensitivity.reshape(-1, sensitivity.shape[2])
+        total += (rows * weight.reshape(-1, 1)).T @ rows
+    return total
+
+
+def downhill(fit: Fit) -> Array:
+    """Return half the slope (unknowns,) of a fit's squared error, downwards, its starts following."""
+    parts = zip(reduced_sensitivities(fit), fit.weights, fit.residuals, strict=True)
+    return np.asarray(sum(np.einsum("nrp,nr->p", sensitivity, weight * r) for sensitivity, weight, r in parts))
+
+
+def effective_unknowns(fit: Fit) -> float:
+    """Return how many unknowns a fit adjusts: fewer than there are where a penalty keeps some of them together."""
+    penalty = fit.model.penalty
+    if not np.any(penalty):
+        return float(len(fit.values))
+    bent = curvature(fit)
+    return len(fit.values) - float(np.trace(np.linalg.pinv(bent + penalty, rcond=1e-14, hermitian=True) @ penalty))
+
+
 def covariance(fit: Fit) -> Array:
     """Return the covariance (unknowns, unknowns) of the fitted values.
 
@@ -28,24 +52,27 @@ def covariance(fit: Fit) -> Array:
     angles: S^-1 B S^-1 with S the curvature and B the sum of the scores' autocovariances, up to the
     correlation length of the residuals, with Bartlett's weights (Newey and West, Econometrica 55, 1987). What the
     values would change by if a trial's unit of time were another is added, as uncertain as that is. An unknown that
-    the windows do not show at all gets an infinite variance.
+    the windows do not show at all gets an infinite variance. What a penalty keeps smooth has one as of a prior
+    (Nychka, J. Am. Stat. Assoc. 83, 1988).
     """
-    scores, curvature, reduced = [], 0.0, reduced_sensitivities(fit)
+    scores, bent, reduced = [], fit.model.penalty, reduced_sensitivities(fit)
     for sensitivity, residual, weight in zip(reduced, fit.residuals, fit.weights, strict=True):
         weighted = sensitivity * weight[..., None]
-        curvature = curvature + np.einsum("nrp,nrq->pq", weighted, sensitivity)
+        bent = bent + np.tensordot(weighted, sensitivity, axes=((0, 1), (0, 1)))
         scores.append(np.einsum("nrp,nr->np", weighted, residual))
     lags = fit.autocorrelation.length
-    middle = np.zeros_like(curvature)
+    middle = np.zeros_like(bent)
     for score in scores:
         middle += score.T @ score
         for lag in range(1, min(lags, len(score) - 1) + 1):
             product = score[lag:].T @ score[:-lag]
             middle += (1.0 - lag / (lags + 1.0)) * (product + product.T)
+    if np.any(fit.model.penalty):
+        middle += fit.model.penalty * (fit.rmse() ** 2 * fit.autocorrelation.integrated_time)
     samples = sum(residual.size for residual in fit.residuals)
-    estimated = len(fit.values) + fit.model.states * sum(not window.start_known for window in fit.windows)
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(curvature), np.finfo(float).tiny))
-    values, vectors = np.linalg.eigh(curvature * np.outer(scale, scale))
+    estimated = effective_unknowns(fit) + fit.model.states * sum(not window.start_known for window in fit.windows)
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(bent), np.finfo(float).tiny))
+    values, vectors = np.linalg.eigh(bent * np.outer(scale, scale))
     seen = values > 1e-12 * values[-1]
     inverse = (vectors[:, seen] / values[seen]) @ vectors[:, seen].T * np.outer(scale, scale)
     result = inverse @ middle @ inverse * (samples / max(samples - estimated, 1))

@@ -6,8 +6,10 @@ from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
+from scipy.linalg import block_diag
 
 from cdp_ident.fit.prior import Prior
+from cdp_ident.fit.stiffness import Stiffness, penalty
 from cdp_ident.fit.windows import Window
 from cdp_ident.model.effects.constants import effect_constants, outer_rod_length
 from cdp_ident.model.effects.effect import Effect, EffectParameter, Form, TorqueEffect
@@ -34,11 +36,20 @@ class ActiveEffect:
     effect: Effect
     trial: int | None = None
     """For an effect that happens once: in which trial."""
+    stiffness: Stiffness = ()
+    """For a curve that is fitted: the weights of its penalties."""
 
     @cached_property
     def fitted(self) -> tuple[EffectParameter, ...]:
         """Its parameters that are fitted."""
         return tuple(parameter for parameter in self.effect.parameters if not parameter.fixed)
+
+    @property
+    def penalty(self) -> Array:
+        """(k, k) what its fitted parameters add to the cost, as a quadratic form [rad^2]."""
+        if self.effect.curve is None or not self.stiffness:
+            return np.zeros((len(self.fitted),) * 2)
+        return penalty(self.effect.curve, self.stiffness)
 
     def all_values(self, fitted: Array) -> list[float]:
         """Return the values of all its parameters, given those of the fitted ones."""
@@ -102,6 +113,12 @@ class MotionModel:
         parameters = [p for active in self.effects for p in active.fitted]
         lower = np.concatenate([np.zeros(base), -zeros, [p.lower for p in parameters]])
         return lower, np.concatenate([np.full(base, np.inf), zeros, [p.upper for p in parameters]])
+
+    @cached_property
+    def penalty(self) -> Array:
+        """(unknowns, unknowns) what the unknowns add to the cost of a fit, as a quadratic form [rad^2]."""
+        others = len(self.base_names) + len(JOINTS) * len(self.zeros)
+        return block_diag(np.zeros((others, others)), *(active.penalty for active in self.effects))
 
     @cached_property
     def states(self) -> int:

@@ -66,6 +66,7 @@ class NormalEquations:
         """
         self._model, self._free, self._held = model, free, held
         self._columns = np.concatenate([np.arange(model.states), model.states + free])
+        self._penalty = model.penalty[np.ix_(free, free)]
         self._windows = tuple(windows)
         self._known_start = np.array([window.start_known for window in windows])
         self.simulations = 0
@@ -119,7 +120,8 @@ class NormalEquations:
         share_out(work, len(self._windows))
         if not np.all(np.isfinite(costs)) or not np.all(np.isfinite(normal)):
             return None
-        return Point(values, starts, float(costs.sum()), residuals, sensitivities, weights, normal, right)
+        cost = float(costs.sum() + values @ self._penalty @ values)
+        return Point(values, starts, cost, residuals, sensitivities, weights, normal, right)
 
     def residuals_at(self, values: Array, starts: Sequence[Array]) -> list[Array] | None:
         """Return each window's residuals (n, 2) [rad], or None where the motion cannot be computed."""
@@ -137,10 +139,12 @@ class NormalEquations:
 
     def step(self, point: Point, damping: float) -> Step:
         """Return the damped Gauss-Newton step."""
-        change, start_changes = self._solve(point.values, point.normal, point.right, damping)
+        penalised = self._penalty @ point.values
+        change, start_changes = self._solve(point.values, point.normal, point.right, damping, penalised)
         states = self._model.states
         right = np.where(self._known_start[:, None], 0.0, point.right[:, :states])
-        expected = float(change @ point.right[:, states:].sum(axis=0) + np.sum(start_changes * right))
+        falls = point.right[:, states:].sum(axis=0) - penalised
+        expected = float(change @ falls + np.sum(start_changes * right))
         return Step(point.values + change, _moved(point.starts, start_changes), expected)
 
     def accelerated(self, point: Point, step: Step, damping: float) -> Step | None:
@@ -163,7 +167,9 @@ class NormalEquations:
             return None
         return replace(step, values=step.values + more, starts=_moved(step.starts, more_starts))
 
-    def _solve(self, values: Array, normal: Array, right: Array, damping: float) -> tuple[Array, Array]:
+    def _solve(
+        self, values: Array, normal: Array, right: Array, damping: float, penalised: Array | float = 0.0
+    ) -> tuple[Array, Array]:
         """Solve the damped normal equations, the starts eliminated window by window.
 
         Args:
@@ -171,6 +177,7 @@ class NormalEquations:
             normal: (windows, states + unknowns, states + unknowns) matrix of each window.
             right: (windows, states + unknowns) right-hand side of each window.
             damping: by which share the diagonals grow.
+            penalised: (unknowns,) half the slope of what the unknowns add to the cost.
 
         Returns:
             Change of the unknowns (unknowns,), and of the windows' starts (windows, states).
@@ -184,8 +191,9 @@ class NormalEquations:
         both = np.concatenate([mixed, right[:, :states, None]], axis=2)
         eliminated = factor @ (factor.transpose(0, 2, 1) @ both)
         mixed_transposed = mixed.transpose(0, 2, 1)
-        reduced = (normal[:, states:, states:] - mixed_transposed @ eliminated[:, :, :-1]).sum(axis=0)
+        reduced = (normal[:, states:, states:] - mixed_transposed @ eliminated[:, :, :-1]).sum(axis=0) + self._penalty
         reduced_right = (right[:, states:] - (mixed_transposed @ eliminated[:, :, -1:])[:, :, 0]).sum(axis=0)
+        reduced_right = reduced_right - penalised
         change = self._solve_within_limits(values, reduced, reduced_right)
         return change, eliminated[:, :, -1] - eliminated[:, :, :-1] @ change
 

@@ -29,6 +29,8 @@ class IdentifyOptions:
     """Whether L is fitted too."""
     gravity_free: bool = False
     """Whether g is fitted too."""
+    named_effects_only: bool = False
+    """Whether torques that nobody has a name for are left to remain, instead of being found as curves."""
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.window < math.inf:

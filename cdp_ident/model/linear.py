@@ -145,11 +145,13 @@ def linearize(coefficients: Array, near: tuple[float, float], torques: Torques =
 
 def _linear(torques: Torques) -> Torques:
     nonlinear = {
-        (kind_of(effect), int(effect.form))
+        (kind_of(effect), int(effect.form), effect.dry)
         for effect in CATALOGUE
         if isinstance(effect, TorqueEffect) and not effect.linear
     }
-    return torques.of_rods(np.array([(kind, form) not in nonlinear for kind, form, *_ in torques.table.tolist()], bool))
+    return torques.of_rods(
+        np.array([(kind, form, bool(dry)) not in nonlinear for kind, form, _, dry, _ in torques.table.tolist()], bool)
+    )
 
 
 def _equilibrium(coefficients: Array, near: tuple[float, float], torques: Torques) -> Array:

@@ -22,8 +22,8 @@ from cdp_ident.report.outcome import Outcome
 from cdp_ident.report.provenance import versions
 from cdp_ident.report.schema import LONGEST_TEXT, SCHEMA
 from cdp_ident.report.verdict import verdict
+from cdp_ident.tracing.found_effects import FoundCurve
 from cdp_ident.tracing.selection import Selection
-from cdp_ident.tracing.trace import Trace
 
 Array = npt.NDArray[np.float64]
 Section = dict[str, Any]
@@ -138,17 +138,27 @@ def fit_section(
             group.symbol: _quantity(value, deviation, group.unit, is_determined(value, deviation))
             for group, value, deviation in zip(GROUPS, values, std, strict=False)
         },
-        "correlation": _correlation(model.names, covariance),
+        "correlation": _correlation(model, covariance),
         "error": error,
     }
 
 
-def _correlation(names: Sequence[str], covariance: Array) -> Section:
-    """Return how the errors of the estimates go together; not a number for one that the trials do not show."""
+def _correlation(model: MotionModel, covariance: Array) -> Section:
+    """Return how the errors of the estimates go together; not a number for one that the trials do not show.
+
+    The coefficients of curves are not among them.
+    """
+    shown = np.ones(len(model.names), dtype=bool)
+    for index, active in enumerate(model.effects):
+        shown[model.places(index)] = active.effect.curve is None
+    covariance = covariance[np.ix_(shown, shown)]
     std = np.sqrt(np.diag(covariance))
     with np.errstate(divide="ignore", invalid="ignore"):
         matrix = covariance / np.outer(std, std)
-    return {"names": list(names), "matrix": matrix.tolist()}
+    return {
+        "names": [name for name, is_shown in zip(model.names, shown, strict=True) if is_shown],
+        "matrix": matrix.tolist(),
+    }
 
 
 def _quantity(value: float, std: float, unit: str, determined: bool) -> Section:
@@ -185,10 +195,11 @@ def _effect(outcome: Outcome, index: int) -> Section:
                 "value": parameter.value,
                 "std": parameter.std,
                 "unit": parameter.description.unit,
-                "as_fitted": as_fitted,
+                "as_fitted": {"value": parameter.shown, "std": parameter.shown_std},
             }
-            for parameter, as_fitted in zip(found.parameters, _as_fitted(outcome.trace, index), strict=True)
+            for parameter in found.parameters
         },
+        "curve": None if found.curve is None else _curve(found.curve),
         "evidence": {
             "rmse_holdout_before_rad": found.holdout_without,
             "rmse_holdout_after_rad": found.holdout_with,
@@ -199,13 +210,16 @@ def _effect(outcome: Outcome, index: int) -> Section:
     }
 
 
-def _as_fitted(trace: Trace, index: int) -> Iterator[Section]:
-    """Yield the parameters of an effect as the motion shows them: torques over A22."""
-    place = trace.after.model.places(index)
-    fitted = iter(zip(trace.after.fit.values[place], np.sqrt(np.diag(trace.covariance)[place]), strict=True))
-    for parameter in trace.effects[index].parameters:
-        value, std = (parameter.value, 0.0) if parameter.description.fixed else next(fitted)
-        yield {"value": float(value), "std": float(std)}
+def _curve(found: FoundCurve) -> Section:
+    return {
+        "over": found.over,
+        "at": found.at.tolist(),
+        "torque": found.torque.tolist(),
+        "std": found.std.tolist(),
+        "coefficients": found.coefficients.tolist(),
+        "coefficients_std": found.coefficients_std.tolist(),
+        "likeness": found.likeness,
+    }
 
 
 def _ladder(ladder: Selection) -> Section:

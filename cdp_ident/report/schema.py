@@ -15,7 +15,8 @@ from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.effect import Joint
 from cdp_ident.model.parameters import CONSTANTS, GROUPS, NOMINAL, SYMBOLS
 from cdp_ident.outside_text import shown
-from cdp_ident.tracing.certainty import Certainty
+from cdp_ident.tracing.found_effects import POINTS
+from cdp_ident.tracing.selection import Certainty
 
 Schema = dict[str, Any]
 
@@ -51,6 +52,10 @@ def _map(values: Schema, about: str = "", names: Schema | None = None) -> Schema
 
 def _list(items: Schema, about: str = "", most: int = _MOST) -> Schema:
     return {"type": "array", "description": about, "items": items, "maxItems": most}
+
+
+def _points(items: Schema, about: str) -> Schema:
+    return _list(items, about, POINTS) | {"minItems": POINTS}
 
 
 def _finite(about: str = "") -> Schema:
@@ -118,6 +123,16 @@ def _fit(about: str) -> Schema:
     )
 
 
+_CURVE = _object(
+    "the shape of a torque without a name",
+    over=_one_of(("angle", "speed"), "of its joint, on which it depends"),
+    at=_points(_finite(), "angles from hanging [rad] or speeds [rad/s]"),
+    torque=_points(_number(), "there; of dry friction its size [N m]"),
+    std=_points(_number(), "its standard deviation, that of A22 apart [N m]"),
+    coefficients=_list(_finite(), "of the spline [N m]"),
+    coefficients_std=_list(_number(), "their standard deviations [N m]"),
+    likeness=_text("what has such a torque; empty where it is like nothing known"),
+)
 _EFFECT = _object(
     "an effect that was added to the model",
     name=_one_of(tuple(effect.name for effect in CATALOGUE), "by the catalogue"),
@@ -143,6 +158,7 @@ _EFFECT = _object(
         rmse_holdout_after_rad=_number("with it [rad]"),
         delta_bic=_number("change of the Bayesian information criterion"),
     ),
+    curve=_or_null(_CURVE),
     certainty=_one_of(get_args(Certainty), "how sure its name is"),
     also_possible=_list(
         _one_of(tuple(f"{effect.name} {effect.joint}" for effect in CATALOGUE)), "what could stand in its place"

@@ -2,9 +2,10 @@
 
 import numpy as np
 
-from cdp_ident.model.effects.effect import SensorEffect
+from cdp_ident.model.effects.effect import Form, SensorEffect
 from cdp_ident.report.formatting import CERTAINTY, with_std
-from cdp_ident.tracing.trace import FoundEffect, FoundParameter, Trace
+from cdp_ident.tracing.found_effects import FoundEffect, FoundParameter
+from cdp_ident.tracing.trace import Trace
 
 _PREFIXES = ((1.0, ""), (1e-3, "m"), (1e-6, "µ"))
 
@@ -35,10 +36,14 @@ def _words(found: FoundEffect) -> str:
         place = ""
     elif isinstance(effect, SensorEffect):
         place = f" (the {effect.joint} encoder)"
-    elif effect.name in ("air_drag", "impulse"):
+    elif effect.form is Form.RODS and not effect.dry:
         place = f" ({effect.joint})"
     else:
         place = f" in the {effect.joint} joint"
+    if found.curve:
+        largest, at = found.parameters
+        likeness = f", as {found.curve.likeness} would have" if found.curve.likeness else ""
+        return f"{effect.description}{place}, up to {_with_unit(largest)} at {_with_unit(at)}{likeness}"
     strength = next((p for p in found.parameters if not p.description.shape and p.value != 0), found.parameters[0])
     alternatives = f" (or {' or '.join(found.also_possible)}, which the data cannot tell from it)"
     named = f"{CERTAINTY[found.certainty]}{effect.description}{place}, {_with_unit(strength)}"

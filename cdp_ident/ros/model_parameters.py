@@ -1,7 +1,7 @@
 """The model as a node's own parameters."""
 
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, SupportsFloat
 
 from rcl_interfaces.msg import SetParametersResult
 
@@ -47,7 +47,7 @@ class ModelParameters:
         groups = {f"{GROUP_PREFIX}{group.symbol}": float(x) for group, x in zip(GROUPS, model.values, strict=False)}
         effects = {name: value for name, value in values.items() if name.startswith(EFFECT_PREFIX)}
         new: dict[str, Any] = {**model.physical, **groups, OUTER_ROD_LENGTH: model.motion.mechanism.outer_length}
-        new |= {name: value if isinstance(value, str) else float(value) for name, value in effects.items()}
+        new |= {name: _of_ros(value) for name, value in effects.items()}
         if new == self._shown:
             return
         self._from_inside = True
@@ -93,6 +93,13 @@ def own_values(given: Mapping[str, Any], fitted: Mapping[str, Any]) -> dict[str,
     if own.keys() & NOMINAL.keys():
         fitted = {name: value for name, value in fitted.items() if not name.startswith(GROUP_PREFIX)}
     return NOMINAL | dict(fitted) | own
+
+
+def _of_ros(value: Any) -> str | float | list[float]:
+    """Return a value of an effect as ROS has it."""
+    if isinstance(value, str):
+        return value
+    return float(value) if isinstance(value, SupportsFloat) else [float(number) for number in value]
 
 
 def _described(name: str) -> tuple[str, str]:

@@ -1,6 +1,6 @@
 """What an effect must bring to be added to a model and to stay there, and how much it explains beside what remains."""
 
-import numpy as np
+from collections.abc import Sequence
 
 from cdp_ident.diagnosis.outlier_windows import explains_an_outlier
 from cdp_ident.fit.refinement import Fit
@@ -27,15 +27,19 @@ _NOISE_KNOWN_WITHIN = 0.02
 """Less than this share of it, the noise is not known: so much may remain where nothing seems to."""
 
 
-def earns_its_place(before: Attempt, after: Attempt) -> bool:
-    """Return whether the effects that `after` has more than `before` bring enough, and are physical."""
-    new = range(len(before.model.effects), len(after.model.effects))
+def earns_its_place(before: Attempt, after: Attempt, new: Sequence[int] | None = None) -> bool:
+    """Return whether the effects that `after` has more than `before` bring enough, and are physical.
+
+    They are the last ones, or those at the indices `new`.
+    """
+    new = range(len(before.model.effects), len(after.model.effects)) if new is None else new
     if any(after.at_limit(index) for index in new):
         return False
     if any(after.strength(index) < _STRENGTH for index in new):
         return False
     gained = change(before, after)
-    once = [active.effect for active in after.model.effects[new.start :] if active.effect.at_an_instant]
+    added = [after.model.effects[index].effect for index in new]
+    once = [effect for effect in added if effect.at_an_instant]
     if once:
         # A knock is in one window, which must stand out; lost counts are in all windows from then on.
         apart = all(isinstance(effect, SensorEffect) for effect in once) or explains_an_outlier(before.fit, after.fit)
@@ -43,7 +47,6 @@ def earns_its_place(before: Attempt, after: Attempt) -> bool:
     # Where more than noise would remain, a small gain may be another effect's, and one harmonic a part of what
     # depends on position in another way.
     structured = after.fit.autocorrelation.integrated_time > _STRUCTURED
-    added = [active.effect for active in after.model.effects[new.start :]]
     if structured and any(isinstance(effect, TorqueEffect) and effect.harmonic for effect in added):
         return False
     return brings_enough(before, after)
@@ -67,28 +70,6 @@ def still_helps(with_it: Attempt, without_it: Attempt) -> bool:
     """Return whether an effect, added before others were, is still worth something."""
     lost = change(without_it, with_it)
     return lost.fit >= FIT_GAIN / 2 and lost.holdout >= 0
-
-
-def is_uneven(even: Attempt, uneven: Attempt, dry_friction: int) -> bool:
-    """Return whether dry friction is there over a part of the turn only.
-
-    Args:
-        even: the model with the dry friction.
-        uneven: that model in which it varies over the turn, by the last effect.
-        dry_friction: its index.
-    """
-    variation = len(uneven.model.effects) - 1
-    if uneven.strength(variation) < _STRENGTH or change(even, uneven).fit < FIT_GAIN:
-        return False
-    values = uneven.fit.values
-    strengths = [
-        value
-        for value, parameter in zip(
-            values[uneven.model.places(dry_friction)], uneven.model.effects[dry_friction].fitted, strict=True
-        )
-        if not parameter.shape
-    ]
-    return bool(np.hypot(*values[uneven.model.places(variation)]) > sum(strengths))
 
 
 def share_explained(with_it: Attempt, without_it: Attempt, noise: float) -> float:

@@ -85,10 +85,17 @@ class ScoreTest:
 
         share_out(work, windows)
         whole, target, size_before = squares.sum(axis=0), targets.sum(axis=0), sizes.sum(axis=0)
+        whole[:own, :own] += fit.model.penalty
+        target[:own] -= fit.model.penalty @ fit.values
         kept = np.linalg.pinv(whole[:own, :own], rcond=1e-12, hermitian=True)
         self._gram = whole - whole[:, :own] @ kept @ whole[:own, :]
         self._right = target - whole[:, :own] @ kept @ target[:own]
         self._independent = np.diag(self._gram) > _INDEPENDENT * np.maximum(size_before, np.finfo(float).tiny)
+
+    def reduced(self, index: int) -> tuple[Array, Array]:
+        """Return the matrix (k, k) and right-hand side (k,) for the strengths of a candidate [rad^2]."""
+        columns = self._columns[index]
+        return self._gram[np.ix_(columns, columns)], self._right[columns]
 
     def ranked(self) -> list[Candidate]:
         """Return the candidates that would gain something, the best first."""

@@ -5,14 +5,10 @@ name is the surer the more the effect explains beside what remains, and the fewe
 """
 
 from collections.abc import Sequence
-from typing import Literal
 
 from cdp_ident.tracing.acceptance import share_explained
 from cdp_ident.tracing.evidence import Attempt
-from cdp_ident.tracing.pruning import DRY_FRICTION
-from cdp_ident.tracing.selection import Progress, without_effects
-
-Certainty = Literal["named", "probable", "acts_like"]
+from cdp_ident.tracing.selection import Certainty, Progress, without_effects
 
 NAMED, _NAMED_WITH_OTHERS = 1.5, 0.5
 """What an effect must explain over what remains to be named; less, where it explains so much together with others."""
@@ -31,17 +27,18 @@ def certainties(
     current = progress.current
     explained = [share_explained(current, removed, progress.noise) for removed in without]
     effects = [active.effect for active in current.model.effects]
-    weak = [k for k, share in enumerate(explained) if share < NAMED and not effects[k].at_an_instant]
+    judged = [k for k, effect in enumerate(effects) if not (effect.at_an_instant or effect.curve)]
+    weak = [k for k in judged if explained[k] < NAMED]
     together = 0.0
     if len(weak) > 1:
         together = share_explained(current, without_effects(current, weak), progress.noise)
-    rubbing = {found.joint for found in progress.rubbing}
     found: list[Certainty] = []
     for k, (effect, share) in enumerate(zip(effects, explained, strict=True)):
+        if effect.curve:
+            found.append("unknown")
+            continue
         with_others = together > NAMED and share > _NAMED_WITH_OTHERS
-        if effect.name in DRY_FRICTION and effect.joint in rubbing:
-            found.append("acts_like")
-        elif effect.at_an_instant or share >= NAMED or with_others:
+        if effect.at_an_instant or share >= NAMED or with_others:
             # What happened once has its window, which was looked at when it was added.
             found.append("probable" if also_possible[k] else "named")
         else:

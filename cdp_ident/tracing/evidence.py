@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.diagnosis.uncertainty import covariance
+from cdp_ident.diagnosis.uncertainty import covariance, effective_unknowns
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.refinement import Fit, refine
 from cdp_ident.fit.windows import split
@@ -41,6 +41,11 @@ class Attempt:
         """The model's fit to short pieces of the windows, its values held."""
         pieces = [piece for window in self.fit.windows for piece in split(window, _PIECES)]
         return refine(self.model, self.fit.values, pieces, hold_values=True)
+
+    @cached_property
+    def unknowns(self) -> float:
+        """How many unknowns were adjusted, those of smooth curves as far as they are free."""
+        return effective_unknowns(self.fit)
 
     @cached_property
     def _covariance(self) -> Array:
@@ -89,7 +94,7 @@ def change(before: Attempt, after: Attempt) -> Change:
     """Compare two models, by the residuals that the better one leaves."""
     better = min(before, after, key=lambda attempt: attempt.squared_error)
     spread = better.fit.autocorrelation.integrated_time
-    more = len(after.fit.values) - len(before.fit.values)
+    more = after.unknowns - before.unknowns
 
     def fall(old: Fit, new: Fit, reference: Fit) -> float:
         return (old.squared_error - new.squared_error) / (reference.rmse() ** 2 * spread)

@@ -10,7 +10,6 @@ import numpy.typing as npt
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.motion_model import JOINTS, ActiveEffect, MotionModel
 from cdp_ident.fit.refinement import Fit, fit_initial_states, refine, refine_from_afar
-from cdp_ident.model.effects.effect import Joint
 from cdp_ident.tracing.candidates import Candidate
 from cdp_ident.tracing.evidence import Attempt, Change
 
@@ -22,6 +21,12 @@ _KEPT = 0.5
 """A refit over whole windows has arrived if it gains that share of what the score test promises."""
 _AS_GOOD = 1.05
 """Initial states have arrived if the error over windows kept out is not larger than that many times what it was."""
+_LIKE_THE_FIT = 1.5
+"""And if it is not larger than that many times the fit's."""
+
+
+Certainty = Literal["named", "probable", "acts_like", "unknown"]
+"""How sure an effect's name is; `unknown` for what has none."""
 
 NO_STEPS: Array = np.zeros(2)
 _LEAST_STEPS = 0.75
@@ -55,15 +60,6 @@ class Step:
 
 
 @dataclass(frozen=True)
-class Rubbing:
-    """Dry friction that is there over a part of the turn only."""
-
-    joint: Joint
-    angle: float
-    """Where it is strongest: the joint's angle from hanging [rad]."""
-
-
-@dataclass(frozen=True)
 class Selection:
     """Where a selection ended."""
 
@@ -78,10 +74,8 @@ class Selection:
     """Error over the windows kept out without each of them [rad]."""
     also_possible: tuple[tuple[str, ...], ...]
     """Keys of the effects that could stand in each one's place, as far as the data can tell."""
-    certainty: tuple[Literal["named", "probable", "acts_like"], ...]
+    certainty: tuple[Certainty, ...]
     """How sure the name of each effect of `after` is."""
-    rubbing: tuple[Rubbing, ...]
-    """What acts like dry friction, but over a part of the turn only."""
     failures: tuple[str, ...]
     """What could not be computed on the way, in words."""
     interrupted: bool
@@ -116,7 +110,6 @@ class Progress:
         self.noise = noise
         self.encoder_steps = encoder_steps
         self.steps: list[Step] = []
-        self.rubbing: list[Rubbing] = []
         self.rivals: dict[str, tuple[Attempt, ...]] = {}
         """The rivals that each effect has stood against in the last exchange, by its key."""
         self.failures: list[str] = []
@@ -248,7 +241,8 @@ def _refit(model: MotionModel, values: Array, before: Fit, expected: float) -> F
 def _attempt(fit: Fit, kept_out: Fit) -> Attempt:
     """Return a fit with its initial states over the windows kept out, which another model has been fitted to before."""
     at_once = refine(fit.model, fit.values, kept_out.windows, hold_values=True)
-    if at_once.converged and at_once.squared_error < _AS_GOOD * kept_out.squared_error:
+    arrived = at_once.squared_error < _AS_GOOD * kept_out.squared_error and at_once.rmse() < _LIKE_THE_FIT * fit.rmse()
+    if at_once.converged and arrived:
         return Attempt(fit, at_once)
     grown = fit_initial_states(fit.model, fit.values, kept_out.windows)
     return Attempt(fit, min(at_once, grown, key=lambda found: found.squared_error))

@@ -13,12 +13,9 @@ from cdp_ident.tracing.addition import add_balanced, add_effects
 from cdp_ident.tracing.certainty import certainties
 from cdp_ident.tracing.evidence import Attempt, change
 from cdp_ident.tracing.exchange import alternatives, exchange_effects
-from cdp_ident.tracing.pruning import (
-    drop_repeated_impulses,
-    drop_superfluous,
-    find_uneven_friction,
-)
+from cdp_ident.tracing.pruning import drop_repeated_impulses, drop_superfluous
 from cdp_ident.tracing.selection import NO_STEPS, InterruptedSelectionError, Progress, Selection, without_effects
+from cdp_ident.tracing.unknown_torques import add_unknown_torques
 from cdp_ident.tracing.zeros import fit_zeros_by_trial
 
 Array = npt.NDArray[np.float64]
@@ -35,6 +32,7 @@ def stepwise_selection(
     stop: Callable[[], bool] = lambda: False,
     balances: Sequence[ForceBalance] = (),
     encoder_steps: Array = NO_STEPS,
+    named_only: bool = False,
 ) -> Selection:
     """Add to a fitted model the effects that it lacks.
 
@@ -46,6 +44,7 @@ def stepwise_selection(
         stop: asked between refits; true ends the selection with the effects found so far.
         encoder_steps: of the inner and the outer encoder [rad], 0 where none shows.
         balances: of the trials' forces, whose dry friction and coupling are where the selection begins.
+        named_only: whether torques without a name are not looked for.
 
     Raises:
         FitFailedError: with them, too, the model does not follow the motion.
@@ -58,6 +57,8 @@ def stepwise_selection(
         fit_zeros_by_trial(progress)
         refuse_a_failed_fit((progress.current.fit, progress.current.holdout))
         _select(progress)
+        if not named_only:
+            add_unknown_torques(progress)
     except InterruptedSelectionError:
         interrupted = True
     after = progress.current
@@ -75,7 +76,6 @@ def stepwise_selection(
         also_possible=also_possible,
         certainty=certainties(progress, without, also_possible),
         failures=tuple(progress.failures),
-        rubbing=tuple(progress.rubbing),
         interrupted=interrupted,
     )
 
@@ -87,4 +87,3 @@ def _select(progress: Progress) -> None:
             break
         progress.current = drop_superfluous(progress, progress.current)
     drop_repeated_impulses(progress)
-    find_uneven_friction(progress)

@@ -56,12 +56,10 @@ def unexplained(selection: Selection, noise: Array, trials: Sequence[str], inert
     dependence = max(_dependences(residual), key=lambda found: found.share)
     worst = int(np.argmax(ratios))
     remains = f"{1e3 * errors[worst]:.3g} mrad remain in theta{worst + 1}, {ratios[worst]:.1f} times its noise"
-    rubs = [f"something rubs in the {r.joint} joint, most at {r.angle:.2g} rad from hanging" for r in selection.rubbing]
     correlated = attempt.fit.autocorrelation.integrated_time
     slow = f"; it changes slowly, over {correlated:.0f} samples" if correlated > 3 else ""
-    description = "; ".join(filter(None, (remains, *rubs, dependence.words(inertia) + slow, window)))
-    joint = selection.rubbing[0].joint if selection.rubbing else JOINTS[dependence.joint]
-    return Unexplained(True, joint, overall, description)
+    description = "; ".join(filter(None, (remains, dependence.words(inertia) + slow, window)))
+    return Unexplained(True, JOINTS[dependence.joint], overall, description)
 
 
 @dataclass(frozen=True)

@@ -62,7 +62,10 @@ def test_every_effect_of_the_catalogue_is_read_in_its_physical_unit(effect, shar
     highest = {p.name: min(p.upper, 100.0) for p in effect.parameters}
     values = {p.name: p.lower + share * (highest[p.name] - p.lower) for p in effect.parameters}
     prefix = f"effects.{effect.name}.{effect.joint}."
-    given_values = {prefix + p.name: values[p.name] * A22**p.inertia_power for p in effect.parameters}
+    physical = {p.name: values[p.name] * A22**p.inertia_power for p in effect.parameters}
+    if effect.curve:
+        physical = {"coefficients": list(physical.values())}
+    given_values = {prefix + name: value for name, value in physical.items()}
     given_values |= {prefix + "variant": effect.variant} if effect.variant else {}
     given_values |= {prefix + "trial": "swing"} if effect.at_an_instant else {}
     model = model_of(given_values)
@@ -195,3 +198,22 @@ def test_a_second_knock_on_the_same_rod_has_a_name_of_its_own(content):
     names = [parameter.name for parameter in fitted_parameters(content)]
     assert {"effects.coulomb_friction.outer.torque", "effects.coulomb_friction.outer.2.torque"} <= set(names)
     assert len(names) == len(set(names))
+
+
+def test_a_curve_s_coefficients_are_one_list(content):
+    content = copy.deepcopy(content)
+    torque = [1e-3 * math.sin(k) for k in range(128)]
+    curve = {"coefficients": torque, "coefficients_std": [None, *torque[1:]]}
+    content["effects"] = [content["effects"][0] | {"name": "torque_over_angle", "curve": curve}]
+    given_values = yaml.safe_load(fitted_yaml(content))["/**"]["ros__parameters"]
+    assert given_values["effects.torque_over_angle.outer.coefficients"] == pytest.approx(torque)
+    assert given_values["std.effects.torque_over_angle.outer.coefficients"][0] == math.inf
+    model = fitted_model(given_values, "here")
+    inertia = inertia_about_cart(np.array([model.physical[symbol] for symbol in SYMBOLS]), model.physical["L"])
+    assert inertia * model.values[5:] == pytest.approx(torque)
+
+
+@pytest.mark.parametrize("coefficients", [None, 1.0, "1", [1.0] * 127, [1.0] * 127 + ["x"], [1.0] * 127 + [math.nan]])
+def test_a_curve_that_is_none_is_refused(coefficients):
+    with pytest.raises(OptionError, match=r"here: torque_over_angle: inner: c"):
+        model_of({"effects.torque_over_angle.inner.coefficients": coefficients})

@@ -5,13 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cdp_ident.diagnosis.uncertainty import covariance
+from cdp_ident.diagnosis.uncertainty import covariance, curvature, downhill, effective_unknowns
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.motion_model import ActiveEffect, Mechanism, MotionModel
 from cdp_ident.fit.prior import Prior
 from cdp_ident.fit.refinement import fit_initial_states, refine, refine_from_afar
 from cdp_ident.fit.windows import cut_into_windows
 from cdp_ident.model.effects.catalogue import CATALOGUE
+from cdp_ident.model.effects.curves import CURVES
 from cdp_ident.model.parameters import SYMBOLS, groups_of, physical_coefficients
 from cdp_ident.model.simulation import simulate
 from cdp_ident.trial.trial import Trial
@@ -212,3 +213,22 @@ def test_windows_in_which_nothing_moves_do_no_harm():
     fit = refine(MODEL, TRUTH, windows)
     assert fit.converged
     assert fit.values == pytest.approx(TRUTH, rel=0.01)
+
+
+def test_a_curve_settles_where_the_squared_error_pulls_as_much_as_its_stiffness_holds():
+    model = MODEL.with_effect(ActiveEffect(CURVES[0], stiffness=(1e-3, *16 * [1e-4])))
+    fit = refine(model, np.append(NOMINAL, np.zeros(128)), cut_into_windows([TWIN]), tolerance=1e-10)
+    pulls = downhill(fit)
+    holds = model.penalty @ fit.values
+    assert np.abs(holds).max() > 0
+    scale = np.sqrt(np.diag(curvature(fit) + model.penalty))
+    assert np.abs((pulls - holds) / scale).max() < 1e-3 * NOISE
+    assert 5 < effective_unknowns(fit) < 30
+
+
+def test_a_curve_that_is_stiff_beyond_measure_is_none():
+    windows = cut_into_windows([TWIN])
+    model = MODEL.with_effect(ActiveEffect(CURVES[0], stiffness=tuple(17 * [1e9])))
+    fit = refine(model, np.append(NOMINAL, np.zeros(128)), windows)
+    assert fit.values[:5] == pytest.approx(refine(MODEL, NOMINAL, windows).values, rel=1e-4)
+    assert effective_unknowns(fit) == pytest.approx(5.0, abs=1e-3)

@@ -94,10 +94,13 @@ from cdp_ident.model.trajectory import trajectory
 coefficients = physical_coefficients(NOMINAL)
 constants, start = effect_constants(coefficients, NOMINAL["L"], 0.4), np.array([1.0, -2.0, 3.0, -4.0])
 effects = [effect for effect in CATALOGUE if isinstance(effect, TorqueEffect)]
-typical = {effect: [parameter.typical for parameter in effect.parameters] for effect in effects}
+typical = {
+    effect: [parameter.typical for parameter in effect.parameters] for effect in effects
+}
+most = max(map(len, typical.values()))
 if sys.argv[1] == "each torque alone first":
     for effect in effects:
-        values, slopes = np.array([typical[effect] + 3 * [0.0]]), np.zeros((2, 17))
+        values, slopes = np.array([typical[effect] + most * [0.0]]), np.zeros((2, 11 + most))
         if effect.form is Form.JOINT:
             joint_law(kind_of(effect), start[0], start[2], values, 0, slopes)
         if effect.form is Form.RODS:

@@ -26,6 +26,7 @@ STICKING = {
     "both": [("coulomb_friction.inner", 0.5), ("coulomb_friction.outer", 0.2)],
     "strongly": [("coulomb_friction.inner", 8.0), ("coulomb_friction.outer", 4.0)],
     "inner stands": [("coulomb_friction.inner", 20.0), ("coulomb_friction.outer", 3.0)],
+    "where it rubs": [("friction_over_angle.outer", *(1.5 + np.sin(np.arange(128) * np.pi / 8)))],
     "stribeck and load": [("stribeck_friction.inner", 1.0, 0.5, 0.4), ("load_friction.outer", 0.02, 2.0)],
     "on a base that swings": [
         ("coulomb_friction.inner", 3.0),
@@ -40,6 +41,8 @@ INEXACT = {
     # Steps are as short as the speed asks for, so that the error of the motion (1e-7 rad) depends on that, too.
     "stribeck_friction.inner": 5e-3,
     "stribeck_friction.outer": 1e-4,
+    # One coefficient changes the motion a little only: differences show what the division of steps does to it.
+    **{key: 5e-4 for key, effect in TORQUES.items() if effect.curve},
 }
 """Tolerance of derivatives that are not those of differences to within the error of differences."""
 

@@ -6,9 +6,10 @@ import pytest
 from cdp_ident.fit.motion_model import ActiveEffect, Mechanism, MotionModel
 from cdp_ident.fit.refinement import Fit
 from cdp_ident.model.effects.catalogue import CATALOGUE
+from cdp_ident.model.effects.curves import CURVES
 from cdp_ident.tracing.certainty import certainties
 from cdp_ident.tracing.evidence import Attempt
-from cdp_ident.tracing.selection import Progress, Rubbing
+from cdp_ident.tracing.selection import Progress
 
 NOISE = 1e-3
 DRY = next(effect for effect in CATALOGUE if effect.key == "coulomb_friction.outer")
@@ -22,10 +23,8 @@ def attempt(model: MotionModel, error: float) -> Attempt:
     return Attempt(fit, fit)
 
 
-def certainty(left, without, also_possible=(), rubbing=False):
-    progress = Progress(attempt(MODEL, left), NOISE)
-    if rubbing:
-        progress.rubbing.append(Rubbing("outer", 0.3))
+def certainty(left, without, also_possible=(), model=MODEL):
+    progress = Progress(attempt(model, left), NOISE)
     return certainties(progress, [attempt(PLAIN, without)], [also_possible])
 
 
@@ -43,5 +42,6 @@ def test_an_effect_that_explains_no_more_than_remains_only_acts_like_its_name(wi
 
 
 @pytest.mark.parametrize("without", [3.0, 100.0])
-def test_friction_over_a_part_of_the_turn_only_acts_like_dry_friction(without):
-    assert certainty(1.0, without, rubbing=True) == ("acts_like",)
+def test_a_torque_without_a_name_has_none_whatever_it_explains(without):
+    model = PLAIN.with_effect(ActiveEffect(CURVES[0]))
+    assert certainty(1.0, without, model=model) == ("unknown",)

@@ -3,18 +3,19 @@
 from collections.abc import Sequence
 
 from cdp_ident.model.compilation import Compilable, part
+from cdp_ident.model.effects.curves import CURVES
 from cdp_ident.model.effects.effect import Effect, Form, TorqueEffect
 from cdp_ident.model.effects.encoders import ENCODERS
 from cdp_ident.model.effects.forces import FORCES
-from cdp_ident.model.effects.friction import FRICTION, UNEVENNESS
+from cdp_ident.model.effects.friction import FRICTION
 
-CATALOGUE: tuple[Effect, ...] = (*FRICTION, *FORCES, *ENCODERS)
+CATALOGUE: tuple[Effect, ...] = (*FRICTION, *FORCES, *ENCODERS, *CURVES)
 
 _LAWS = {
     form: tuple(
         dict.fromkeys(
             effect.law
-            for effect in (*CATALOGUE, *UNEVENNESS)
+            for effect in CATALOGUE
             if isinstance(effect, TorqueEffect) and effect.form is form and effect.law is not None
         )
     )

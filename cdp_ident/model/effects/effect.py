@@ -66,6 +66,16 @@ class Form(IntEnum):
 
 
 @dataclass(frozen=True)
+class Curve:
+    """What a smooth curve, whose coefficients are an effect's parameters, goes over."""
+
+    over: Literal["angle", "speed"]
+    """Of the joint; over its angle it is periodic."""
+    count: int
+    """Of its coefficients."""
+
+
+@dataclass(frozen=True)
 class TorqueEffect:
     """An effect that enters the equations of motion."""
 
@@ -95,6 +105,8 @@ class TorqueEffect:
     """Name of a parameter that is the joint's speed within which the torque changes: steps are short enough for it."""
     contains: str = ""
     """Name of a simpler effect of the same joint that this one is where some of its parameters are zero, if any."""
+    curve: Curve | None = None
+    """What its parameters are the coefficients of, where it is a torque without a name; they are fitted smoothly."""
 
     @property
     def key(self) -> str:
@@ -103,8 +115,13 @@ class TorqueEffect:
 
     @property
     def has_score(self) -> bool:
-        """Whether what a little of it would change is defined: not of what happens once, or cannot be absent."""
-        return not self.at_an_instant and any(p.lower <= 0.0 <= p.upper for p in self.parameters if not p.shape)
+        """Whether what a little of it would change is defined: not of what happens once, or cannot be absent.
+
+        Of what has any shape, it is looked at otherwise.
+        """
+        return not (self.at_an_instant or self.curve) and any(
+            p.lower <= 0.0 <= p.upper for p in self.parameters if not p.shape
+        )
 
 
 @dataclass(frozen=True)
@@ -130,6 +147,11 @@ class SensorEffect:
     def key(self) -> str:
         """Name that no other effect of the catalogue has."""
         return ".".join(filter(None, (self.name, self.joint, self.variant)))
+
+    @property
+    def curve(self) -> None:
+        """Return nothing: it is no torque."""
+        return None
 
     @property
     def has_score(self) -> bool:

@@ -5,7 +5,6 @@ rest suffices the joint stands still (`sticking`).
 """
 
 import math
-from dataclasses import replace
 
 from cdp_ident.model.compilation import Compilable, part
 from cdp_ident.model.effects.effect import EffectParameter, Form, Joint, TorqueEffect
@@ -26,14 +25,6 @@ def _stribeck(angle, speed, values, row, slopes):
     slopes[0, 0], slopes[0, 1] = 0.0, -2.0 * extra * relative / values[row, 2]
     slopes[0, 2], slopes[0, 3], slopes[0, 4] = 1.0, near_rest, 2.0 * extra * relative * relative / values[row, 2]
     return values[row, 0] + extra
-
-
-@part
-def _uneven(angle, speed, values, row, slopes):
-    sine, cosine = math.sin(angle), math.cos(angle)
-    slopes[0, 0], slopes[0, 1] = values[row, 0] * cosine - values[row, 1] * sine, 0.0
-    slopes[0, 2], slopes[0, 3] = sine, cosine
-    return values[row, 0] * sine + values[row, 1] * cosine
 
 
 @part
@@ -191,14 +182,3 @@ FRICTION: tuple[TorqueEffect, ...] = (
         for joint, mass, law in _LOADED
     ),
 )
-
-_VARIATION = EffectParameter("sine", "N m", -500.0, 500.0, 0.0, inertia_power=1)
-UNEVENNESS: tuple[TorqueEffect, ...] = _both(
-    "uneven_friction",
-    "what dry friction varies by over a turn",
-    "sine sin(angle) + cosine cos(angle) against the motion, angles of the joint from hanging",
-    "position-dependent friction: Armstrong-Helouvry, Control of Machines with Friction, 1991; its first harmonic",
-    (_VARIATION, replace(_VARIATION, name="cosine")),
-    _uneven,
-)
-"""No effect by itself, for it would feed energy in where it is negative: it shows whether dry friction is even."""

@@ -1,6 +1,6 @@
 """Effects by their names and physical values, as files and parameters give them."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from cdp_ident.errors import OptionError
@@ -10,6 +10,8 @@ from cdp_ident.user_input import number, quoted, refuse_unknown
 
 VARIANT = "variant"
 """The key that says which of several forms of an effect is meant."""
+COEFFICIENTS = "coefficients"
+"""The key of all parameters of a curve, in a list."""
 
 
 def effect_of(name: str, joint: str, given: Any, inertia: float, where: str) -> tuple[Effect, list[float]]:
@@ -36,6 +38,8 @@ def effect_of(name: str, joint: str, given: Any, inertia: float, where: str) -> 
         raise OptionError(f"{place}: expected parameters with values, found {quoted(given)}")
     values = dict(given)
     effect = _form([effect for effect in forms if effect.joint == joint], values, place)
+    if effect.curve:
+        values = _named_one_by_one(effect, values, place)
     refuse_unknown(map(str, values), [p.name for p in effect.parameters], f"key in {place}")
     found = []
     for p in effect.parameters:
@@ -47,6 +51,15 @@ def effect_of(name: str, joint: str, given: Any, inertia: float, where: str) -> 
         else:
             raise OptionError(f"{place}: {p.name} [{p.unit}] is missing")
     return effect, found
+
+
+def _named_one_by_one(effect: Effect, values: dict[str, Any], where: str) -> dict[str, Any]:
+    """Return a curve's parameters by name."""
+    refuse_unknown(map(str, values), [COEFFICIENTS], f"key in {where}")
+    given = values.get(COEFFICIENTS)
+    if not isinstance(given, Sequence) or isinstance(given, str) or len(given) != len(effect.parameters):
+        raise OptionError(f"{where}: {COEFFICIENTS} must be a list of {len(effect.parameters)} numbers [N m]")
+    return {p.name: value for p, value in zip(effect.parameters, given, strict=True)}
 
 
 def _form(forms: list[Effect], values: dict[str, Any], where: str) -> Effect:

@@ -6,7 +6,7 @@ from cdp_ident.report.figures.description import Figure
 from cdp_ident.report.figures.errors import before_and_after, best_error, ladder
 from cdp_ident.report.figures.motion import angles, continuous_runs
 from cdp_ident.report.figures.parameters import against_nominal, correlation, repeatability
-from cdp_ident.report.figures.torques import effects_through_residuals, missing_torques
+from cdp_ident.report.figures.torques import effects_through_residuals, missing_torques, torques_without_a_name
 
 
 def figures(report: Section, curves: Curves) -> list[Figure]:
@@ -19,6 +19,7 @@ def figures(report: Section, curves: Curves) -> list[Figure]:
         *ladder(report),
         *missing_torques(report, curves),
         *effects_through_residuals(report, curves),
+        *torques_without_a_name(report),
         against_nominal(report),
         *correlation(report),
         *repeatability(report),

@@ -6,6 +6,7 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
+from cdp_ident.diagnosis.identifiability import CONFIDENCE
 from cdp_ident.report.contents import Section
 from cdp_ident.report.curves import Curves, TorqueCurves
 from cdp_ident.report.figures.description import Axis, Dots, Figure, Line, Panel
@@ -87,6 +88,32 @@ def effects_through_residuals(report: Section, curves: Curves) -> Iterator[Figur
             f"{title}: a torque between {fitted.min():.3g} and {fitted.max():.3g} mN m. In the joint "
             f"{_rms(without):.3g} mN m rms are missing without it, {_rms(1e3 * torques.after[:, column]):.3g} with it.",
             panels,
+        )
+
+
+def torques_without_a_name(report: Section) -> Iterator[Figure]:
+    """Yield each torque that has no name, over what it depends on, with its band of uncertainty."""
+    for number, effect in enumerate(report["effects"], start=1):
+        if (curve := effect["curve"]) is None:
+            continue
+        x, torque, std = (np.array(curve[key], dtype=float) for key in ("at", "torque", "std"))
+        marks = [
+            Line("the torque", "after", x, 1e3 * torque, width=2.5),
+            Line("95 % band", "quiet", x, 1e3 * (torque + CONFIDENCE * std), dashed=True),
+            Line("95 % band, below", "quiet", x, 1e3 * (torque - CONFIDENCE * std), dashed=True),
+        ]
+        title, likeness = effect_title(effect), f" It is like that of {curve['likeness']}." if curve["likeness"] else ""
+        label = _LABELS[curve["over"]].format(effect["joint"])
+        place = int(np.argmax(np.abs(torque)))
+        yield Figure(
+            f"curve_{number}_{effect['name']}_{effect['joint']}",
+            "torques",
+            f"{title[0].upper()}{title[1:]}",
+            "A torque that nobody has a name for, as the motion shows it, over the range that the motion covers."
+            + likeness
+            + _in_newton_metres(),
+            f"{title}: up to {1e3 * torque[place]:.3g} ± {1e3 * std[place]:.2g} mN m at {x[place]:.3g}." + likeness,
+            [Panel(Axis(label), Axis(f"{effect['joint']} joint [mN m]"), marks, height=240)],
         )
 
 

@@ -13,7 +13,6 @@ from hypothesis import strategies as st
 from cdp_ident.model.effects.catalogue import CATALOGUE, joint_law, kind_of, rods_law
 from cdp_ident.model.effects.constants import effect_constants
 from cdp_ident.model.effects.effect import Form, TorqueEffect
-from cdp_ident.model.effects.friction import UNEVENNESS
 from cdp_ident.model.parameters import SYMBOLS, inertia_about_cart, physical_coefficients
 from reference import hidden_effects
 from reference.pendulum import TABLE_5
@@ -30,13 +29,21 @@ CONSTANTS = effect_constants(COEFFICIENTS, TABLE_5["L"], OUTER_LENGTH)
 DISSIPATIVE = [
     effect
     for effect in TORQUES
-    if effect.name in ("coulomb_friction", "stribeck_friction", "quadratic_friction", "load_friction", "air_drag")
+    if effect.name
+    in (
+        "coulomb_friction",
+        "stribeck_friction",
+        "quadratic_friction",
+        "load_friction",
+        "air_drag",
+        "friction_over_angle",
+    )
 ]
 STATES = np.random.default_rng(1).normal(scale=[3.0, 3.0, 6.0, 6.0], size=(40, 4))
 JOINTS = ("inner", "outer")
 
 
-LAWS = [effect for effect in (*TORQUES, *UNEVENNESS) if effect.law is not None]
+LAWS = [effect for effect in TORQUES if effect.law is not None]
 MOST = max(len(effect.parameters) for effect in TORQUES)
 BY_STATE, BY_COEFFICIENTS, BY_PARAMETERS = slice(0, 4), slice(4, 11), 11
 """Where in slopes the derivatives by what are."""
@@ -82,6 +89,8 @@ def test_the_names_are_those_that_reports_promise():
             "coulomb_friction", "stribeck_friction", "quadratic_friction", "load_friction", "air_drag", "joint_spring",
             "cogging_torque", "impulse", "encoder_offset", "encoder_scale", "encoder_eccentricity", "encoder_slip",
         ) for joint in JOINTS),
+        *((name, joint) for name in ("torque_over_angle", "torque_over_speed", "friction_over_angle")
+          for joint in JOINTS),
         ("gravity_tilt", "base"),
         ("pivot_compliance", "base"),
         ("geared_rotor", "outer"),
@@ -165,7 +174,7 @@ def test_friction_never_feeds_energy_in(state, shares):
 
 @pytest.mark.parametrize("effect", DISSIPATIVE, ids=lambda effect: effect.key)
 def test_friction_takes_energy_from_every_motion_of_its_joint(effect):
-    values = [parameter.typical for parameter in effect.parameters]
+    values = typical(effect)
     assert all(torque_of(effect, state, values) @ state[2:] < 0 for state in STATES)
 
 
@@ -252,12 +261,3 @@ def test_a_tilted_base_leaves_the_rods_hanging_along_gravity():
     a1, m2_l2, g = COEFFICIENTS[2], COEFFICIENTS[5], COEFFICIENTS[6]
     upright = np.array([a1, m2_l2]) * g * np.sin(along[:2])
     assert torque_of(EFFECTS["gravity_tilt.base"], along, [0.1]) + upright == pytest.approx([0.0, 0.0], abs=1e-9)
-
-
-@pytest.mark.parametrize("variation", UNEVENNESS, ids=JOINTS)
-def test_dry_friction_varies_as_sine_and_cosine_of_the_joint_s_angle_from_hanging(variation):
-    even = EFFECTS[f"coulomb_friction.{variation.joint}"]
-    for state in STATES:
-        angle = state[0] - math.pi if variation.joint == "inner" else state[1] - state[0]
-        expected = (0.3 * math.sin(angle) + 0.4 * math.cos(angle)) * torque_of(even, state, [SIZE])
-        assert torque_of(variation, state, [0.3 * SIZE, 0.4 * SIZE]) == pytest.approx(expected, abs=1e-12)

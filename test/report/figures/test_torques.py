@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cdp_ident.report.figures.torques import effects_through_residuals, missing_torques
+from cdp_ident.report.figures.torques import effects_through_residuals, missing_torques, torques_without_a_name
 
 
 def test_there_is_a_panel_for_each_joint_over_speed_and_over_angle(read_content, shown_curves):
@@ -59,3 +59,16 @@ def test_a_few_wild_dots_do_not_squeeze_the_rest(read_content, shown_curves):
     low, high = outer.y.limits
     assert low == -high
     assert high < 20.0
+
+
+def test_a_torque_without_a_name_is_drawn_with_its_band(read_content):
+    assert list(torques_without_a_name(read_content)) == []
+    curve = {"over": "angle", "at": [-1.0, 0.0, 1.0], "torque": [0.0, 0.02, 0.01], "std": [1e-3, 2e-3, 1e-3]}
+    curve |= {"coefficients": [0.0], "coefficients_std": [0.0], "likeness": "a magnet at 0 rad"}
+    effect = read_content["effects"][0] | {"curve": curve, "name": "torque_over_angle"}
+    (figure,) = torques_without_a_name(read_content | {"effects": [effect]})
+    torque, above, below = figure.panels[0].marks
+    assert torque.y.tolist() == [0.0, 20.0, 10.0]
+    assert above.y - torque.y == pytest.approx(torque.y - below.y)
+    assert above.y[1] - torque.y[1] == pytest.approx(3.92, abs=0.01)
+    assert "like that of a magnet at 0 rad" in figure.caption

@@ -1,0 +1,167 @@
+"""The effects of a model in physical units, and what curves look like."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from cdp_ident.fit.motion_model import ActiveEffect
+from cdp_ident.model.effects.curves import basis
+from cdp_ident.model.effects.effect import Curve, EffectParameter, TorqueEffect
+from cdp_ident.tracing.likeness import likeness
+from cdp_ident.tracing.selection import Certainty, Selection
+from cdp_ident.tracing.torque_residual import JOINTS, torque_residual
+
+Array = npt.NDArray[np.float64]
+
+POINTS = 120
+"""At which a curve is described, over the range that the motion covers."""
+_LARGEST = EffectParameter("largest", "N m", -np.inf, np.inf, 0.0, inertia_power=1)
+_AT = {
+    "angle": EffectParameter("at", "rad", -np.pi, np.pi, 0.0),
+    "speed": EffectParameter("at", "rad/s", 0.0, 0.0, 0.0),
+}
+
+
+@dataclass(frozen=True)
+class FoundParameter:
+    """A parameter of an effect, in its physical unit."""
+
+    description: EffectParameter
+    value: float
+    std: float
+    """0 for one that is a part of the effect's definition."""
+    shown: float
+    """The value as the motion shows it: a torque over A22."""
+    shown_std: float
+
+
+@dataclass(frozen=True)
+class FoundCurve:
+    """A torque without a name, in N m, over the range that the fitted motion covers."""
+
+    over: str
+    """What it depends on: the joint's angle or its speed."""
+    at: Array
+    """(n,) angles from hanging, in one turn [rad], or speeds [rad/s]."""
+    torque: Array
+    """(n,) there; of dry friction its size."""
+    std: Array
+    """(n,) standard deviation of the torque, that of A22 apart."""
+    coefficients: Array
+    """(count,) all of the curve's."""
+    coefficients_std: Array
+    """(count,)"""
+    likeness: str
+    """What it looks like; empty where like nothing known."""
+
+
+@dataclass(frozen=True)
+class FoundEffect:
+    """An effect that was added to the model."""
+
+    active: ActiveEffect
+    parameters: tuple[FoundParameter, ...]
+    """Of a curve, its largest torque and where that is."""
+    holdout_without: float
+    """Error over the windows kept out of the fit, of the model without this effect [rad]."""
+    holdout_with: float
+    """The same of the model with all effects [rad]."""
+    delta_bic: float
+    """Bayes's information criterion of the model with all effects less that of the one without this effect."""
+    certainty: Certainty
+    """How sure its name is; that it predicts is judged apart from that."""
+    also_possible: tuple[str, ...]
+    """Effects that the data cannot tell from this one."""
+    curve: FoundCurve | None = None
+    """Of a torque without a name."""
+
+
+def found_effects(selection: Selection, spread: Array, inertia: float, inertia_std: float) -> tuple[FoundEffect, ...]:
+    """Return the effects that a selection ended with.
+
+    Args:
+        selection: where it ended.
+        spread: (unknowns, unknowns) covariance of the fitted values.
+        inertia: A22 [kg m^2].
+        inertia_std: its relative standard deviation.
+    """
+    after = selection.after
+    found = []
+    for index, active in enumerate(after.model.effects):
+        over = active.effect.curve
+        curve = _curve(selection, index, over, spread, inertia) if over else None
+        parameters = (
+            _summary(curve, inertia, inertia_std)
+            if curve
+            else _parameters(selection, index, spread, inertia, inertia_std)
+        )
+        found.append(
+            FoundEffect(
+                active=active,
+                parameters=parameters,
+                holdout_without=selection.holdout_without[index],
+                holdout_with=after.holdout.rmse(),
+                delta_bic=selection.evidence[index].bic,
+                certainty=selection.certainty[index],
+                also_possible=selection.also_possible[index],
+                curve=curve,
+            )
+        )
+    return tuple(found)
+
+
+def _parameters(
+    selection: Selection, index: int, spread: Array, inertia: float, inertia_std: float
+) -> tuple[FoundParameter, ...]:
+    after = selection.after
+    place = after.model.places(index)
+    fitted = iter(zip(after.fit.values[place], np.sqrt(np.diag(spread)[place]), strict=True))
+    return tuple(
+        _physical(p, (p.typical, 0.0) if p.fixed else next(fitted), inertia, inertia_std)
+        for p in after.model.effects[index].effect.parameters
+    )
+
+
+def _physical(
+    parameter: EffectParameter, shown: tuple[float, float], inertia: float, inertia_std: float
+) -> FoundParameter:
+    (value, std), scale = shown, parameter.scale(inertia)
+    # A torque is seen over A22 only; in N m it is as uncertain as the masses besides.
+    scale_std = abs(parameter.inertia_power * value) * inertia_std
+    physical_std = float(np.hypot(std, scale_std)) * scale
+    return FoundParameter(parameter, float(value) * scale, physical_std, float(value), float(std))
+
+
+def _curve(selection: Selection, index: int, over: Curve, spread: Array, inertia: float) -> FoundCurve:
+    after = selection.after
+    effect, place = after.model.effects[index].effect, after.model.places(index)
+    motion, joint = torque_residual(after.fit), JOINTS.index(effect.joint)
+    if over.over == "angle":
+        covered = (motion.angle[:, joint] + np.pi) % (2.0 * np.pi) - np.pi
+    else:
+        covered = motion.speed[:, joint]
+    at = np.linspace(covered.min(), covered.max(), POINTS)
+    contributions = basis(over, at)
+    coefficients, of_coefficients = after.fit.values[place], spread[place, place]
+    torque = contributions @ coefficients
+    variances = np.einsum("nk,kl,nl->n", contributions, of_coefficients, contributions)
+    return FoundCurve(
+        over=over.over,
+        at=at,
+        torque=inertia * torque,
+        std=inertia * np.sqrt(np.maximum(variances, 0.0)),
+        coefficients=inertia * coefficients,
+        coefficients_std=inertia * np.sqrt(np.diag(of_coefficients)),
+        likeness=likeness(over.over, isinstance(effect, TorqueEffect) and effect.dry, at, torque),
+    )
+
+
+def _summary(curve: FoundCurve, inertia: float, inertia_std: float) -> tuple[FoundParameter, ...]:
+    """Return the largest torque of a curve, as far as it is sure, and where it is."""
+    place = int(np.argmax(np.abs(curve.torque) - curve.std))
+    largest, std = curve.torque[place] / inertia, curve.std[place] / inertia
+    return (
+        _physical(_LARGEST, (largest, std), inertia, inertia_std),
+        _physical(_AT[curve.over], (curve.at[place], 0.0), inertia, 0.0),
+    )

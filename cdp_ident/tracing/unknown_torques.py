@@ -1,0 +1,160 @@
+"""What no effect of the catalogue explains: torques without a name, found as smooth curves.
+
+They are tried when the selection of named effects has ended and more than noise remains; so a named effect that
+explains as much always comes first. Beside a curve, the effects that were named before have to earn their place again.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+
+from cdp_ident.diagnosis.uncertainty import curvature, downhill
+from cdp_ident.fit.motion_model import ActiveEffect
+from cdp_ident.fit.stiffness import Stiffness
+from cdp_ident.model.effects.curves import CURVES
+from cdp_ident.model.effects.effect import Effect, Form, TorqueEffect
+from cdp_ident.tracing.acceptance import earns_its_place, fits_of
+from cdp_ident.tracing.candidates import Candidate, ScoreTest
+from cdp_ident.tracing.evidence import Attempt, change
+from cdp_ident.tracing.screening import WORTH_A_LOOK, expected_variance
+from cdp_ident.tracing.selection import Progress, without_effects
+from cdp_ident.tracing.smoothness import smooth_curve
+
+Array = npt.NDArray[np.float64]
+
+_ABOVE_NOISE = 1.2
+"""The least error, over the noise, at which curves of all kinds are looked for."""
+_MOST_CURVES = 3
+_REFITS = 2
+"""Curves that are fitted, of those that look best by each of two score tests."""
+_NEAR_THE_BEST = 0.3
+"""A curve that gains a smaller share in the score test than the best one is not fitted."""
+_BETTER = 0.98
+"""Stiffness is found anew as long as the error over windows kept out falls to that share of it."""
+
+
+def add_unknown_torques(progress: Progress) -> None:
+    """Add torques without a name as long as they earn their place.
+
+    Raises:
+        InterruptedSelectionError: the selection is asked to stop.
+    """
+    for _ in range(_MOST_CURVES):
+        current = progress.current
+        found = [
+            attempt
+            for candidate in _promising(current, _possible(current, progress.noise))
+            for attempt in _fitted(progress, candidate)
+        ]
+        accepted = [attempt for attempt in found if _earns_its_place(current, attempt)]
+        if not accepted:
+            return
+        best = progress.finished(min(accepted, key=lambda attempt: change(current, attempt).bic))
+        key = best.model.effects[-1].effect.key
+        before_and_after = f"{1e3 * current.holdout.rmse():.3g} -> {1e3 * best.holdout.rmse():.3g} mrad"
+        progress.note(f"added {key}", best, f"added {key}: {before_and_after} on windows kept out")
+        progress.current = _without_imitations(progress, best)
+
+
+def _possible(attempt: Attempt, noise: float) -> list[TorqueEffect]:
+    """Return the curves that a model may lack: where only noise remains, friction that is even no more."""
+    effects = [active.effect for active in attempt.model.effects]
+    curves = [curve for curve in CURVES if curve not in effects]
+    if max(fit.rmse() for fit in fits_of(attempt)) > _ABOVE_NOISE * noise:
+        return curves
+    even = {effect.joint for effect in effects if _is_even_friction(effect)}
+    return [curve for curve in curves if curve.dry and curve.joint in even]
+
+
+def _is_even_friction(effect: Effect) -> bool:
+    """Return whether an effect is dry friction that depends on nothing but the speed: the angle may be missing."""
+    return isinstance(effect, TorqueEffect) and effect.dry and effect.form is Form.JOINT and effect.curve is None
+
+
+def _promising(attempt: Attempt, curves: Sequence[TorqueEffect]) -> list[Candidate]:
+    """Return the curves that look best by score tests over the windows and over short pieces of them."""
+    found: dict[str, Candidate] = {}
+    for fit in (attempt.closely, attempt.fit) if curves else ():
+        ranked = []
+        for effect in curves:
+            assert effect.curve
+            # One by one: all of them together would take a gigabyte for a long recording.
+            matrix, right = ScoreTest(fit, [ActiveEffect(effect)]).reduced(0)
+            smooth = smooth_curve(effect.curve, matrix, right, expected_variance(fit, 0.0))
+            gain = smooth.gain / expected_variance(fit, smooth.gain) - 2.0 * smooth.freedom
+            candidate = Candidate(
+                ActiveEffect(effect, stiffness=smooth.stiffness), max(smooth.gain, 0.0), smooth.coefficients
+            )
+            ranked.append((gain, candidate))
+        ranked.sort(key=lambda pair: -pair[0])
+        for gain, candidate in ranked[:_REFITS]:
+            if gain > max(WORTH_A_LOOK, _NEAR_THE_BEST * ranked[0][0]):
+                found.setdefault(candidate.active.effect.key, candidate)
+    return list(found.values())
+
+
+def _fitted(progress: Progress, candidate: Candidate) -> list[Attempt]:
+    """Return the model with a curve; none where it cannot be fitted.
+
+    It is as stiff at first as the score test says, and then as the fit says, as long as that lowers the error over the
+    motion kept out of it. A curve that fits worse than nothing, or than the friction that it replaces, has gone astray.
+    """
+    best: Attempt | None = None
+    attempts = _begun(progress, candidate)
+    while attempts and attempts[-1].fit.squared_error < progress.current.fit.squared_error:
+        if best is not None and attempts[-1].holdout.rmse() > _BETTER * best.holdout.rmse():
+            break
+        best = attempts[-1]
+        last = len(best.model.effects) - 1
+        changed = replace(best.model.effects[last], stiffness=_stiffness(best))
+        attempts = progress.replaced(best, last, changed, best.fit.values[best.model.places(last)])
+    return [best] if best else []
+
+
+def _stiffness(attempt: Attempt) -> Stiffness:
+    """Return how stiff the last effect, a curve, is to be as its fit says."""
+    active, place = attempt.model.effects[-1], attempt.model.places(len(attempt.model.effects) - 1)
+    assert active.effect.curve
+    values, penalties = attempt.fit.values, attempt.model.penalty
+    bent, pull = curvature(attempt.fit) + penalties, downhill(attempt.fit) - penalties @ values
+    others, across = bent[: place.start, : place.start], bent[: place.start, place]
+    held = np.linalg.pinv(others, rcond=1e-14, hermitian=True) @ np.column_stack([across, pull[: place.start]])
+    matrix = bent[place, place] - active.penalty - across.T @ held[:, :-1]
+    right = (matrix + active.penalty) @ values[place] + pull[place] - across.T @ held[:, -1]
+    return smooth_curve(active.effect.curve, matrix, right, expected_variance(attempt.fit, 0.0)).stiffness
+
+
+def _begun(progress: Progress, candidate: Candidate) -> list[Attempt]:
+    """Return the model with a curve, as smooth as a score test says; of dry friction in the place of even one."""
+    current, active = progress.current, candidate.active
+    if not (isinstance(active.effect, TorqueEffect) and active.effect.dry):
+        return [attempt for _, attempt in progress.tried(current, [(candidate,)])]
+    for index, other in enumerate(current.model.effects):
+        if _is_even_friction(other.effect) and other.effect.joint == active.effect.joint:
+            even = float(current.fit.values[current.model.places(index)][0])
+            return progress.replaced(current, index, active, np.maximum(even + candidate.strengths, 0.0))
+    begun = replace(candidate, strengths=np.maximum(candidate.strengths, 0.0))
+    return [attempt for _, attempt in progress.tried(current, [(begun,)])]
+
+
+def _earns_its_place(before: Attempt, after: Attempt) -> bool:
+    """Return whether a curve brings enough, also over what as many free parameters would by chance."""
+    curve = [len(after.model.effects) - 1]
+    return earns_its_place(before, after, curve) and change(before, after).fit > 2.0 * (
+        after.unknowns - before.unknowns
+    )
+
+
+def _without_imitations(progress: Progress, attempt: Attempt) -> Attempt:
+    """Return a model without the effects that no longer earn their place beside the curve that it now has."""
+    for index in reversed(range(len(attempt.model.effects) - 1)):
+        effect = attempt.model.effects[index].effect
+        if effect.curve:
+            continue
+        removed = without_effects(attempt, [index])
+        if not earns_its_place(removed, attempt, [index]):
+            attempt, key = removed, effect.key
+            progress.note(f"dropped {key}", attempt, f"dropped {key}: what it explained is explained otherwise")
+    return attempt
