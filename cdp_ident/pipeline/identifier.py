@@ -185,7 +185,9 @@ class Identifier:
                 return "interrupted"
 
             with interruption.searching():
-                outcome = run(loaded, stop, display.say, lambda: interruption.asked or interruption.given_up)
+                outcome = run(
+                    loaded, stop, display.say, lambda: interruption.asked or interruption.given_up, display.trying
+                )
         if interruption.given_up:
             raise GivenUpError
         self._latest = outcome

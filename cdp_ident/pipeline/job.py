@@ -60,6 +60,7 @@ def run(
     stop: Callable[[Progress], str | None],
     told: Callable[[str], None] = lambda line: None,
     stop_tracing: Callable[[], bool] = lambda: False,
+    trying: Callable[[str], None] = lambda line: None,
 ) -> Outcome:
     """Identify, and trace what the paper's model leaves to effects that it lacks.
 
@@ -68,6 +69,7 @@ def run(
         stop: called after each generation of the search; it ends the search by returning why.
         told: called with a line for people after each step of the tracing.
         stop_tracing: asked now and then; true ends the tracing with the effects found so far.
+        trying: called with what the tracing tries next.
 
     Where the fit fails, shorter windows are tried, unless their length is given.
 
@@ -88,7 +90,7 @@ def run(
         found = identify(loaded.fit, loaded.holdout, options, clocked)
         attempts -= 1
         try:
-            traced = trace(found, told, stop_tracing)
+            traced = trace(found, told, stop_tracing, trying)
             return Outcome(loaded, found, traced, searched - began, time.monotonic() - began)
         except FitFailedError:
             if not attempts:

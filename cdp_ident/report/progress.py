@@ -10,11 +10,11 @@ from rich.progress import Progress as Display
 
 from cdp_ident.search.genetic_search import Progress
 
-_SECONDS_BETWEEN_LINES = 2.0
+_SECONDS_BETWEEN_LINES, _SECONDS_BETWEEN_TRIES = 2.0, 10.0
 
 
 class SearchDisplay:
-    """A bar with the best error and the time left; where no person sees a terminal, a line now and then."""
+    """A bar with what is done and the time left; where no person sees a terminal, a line now and then."""
 
     def __init__(self, console: Console, generations: int, clock: Callable[[], float] = time.monotonic) -> None:
         """Make a display for a search of so many generations; a search that is repeated has twice as many."""
@@ -58,6 +58,14 @@ class SearchDisplay:
         elif now - self._told > _SECONDS_BETWEEN_LINES or done == 1:
             self._told = now
             self._console.print(f"{what}: {state}", highlight=False)
+
+    def trying(self, line: str) -> None:
+        """Take what the tracing tries next, and how long it may take."""
+        if self._console.is_terminal:
+            self._display.update(self._task, description="tracing", completed=0.0, total=None, state=line)
+        elif self._clock() - self._told > _SECONDS_BETWEEN_TRIES:
+            self._told = self._clock()
+            self._console.print(line, highlight=False, markup=False)
 
     def say(self, sentence: str) -> None:
         """Print a sentence above the bar."""

@@ -1,5 +1,6 @@
 """A stepwise selection of effects: where it stands, and where it ended."""
 
+import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Literal
@@ -95,6 +96,7 @@ class Progress:
         told: Callable[[str], None] = lambda line: None,
         stop: Callable[[], bool] = lambda: False,
         encoder_steps: Array = NO_STEPS,
+        trying: Callable[[str], None] = lambda line: None,
     ) -> None:
         """Begin.
 
@@ -104,8 +106,9 @@ class Progress:
             told: called with a line for people after each step.
             encoder_steps: of the inner and the outer encoder [rad]; what is off by less is rounding.
             stop: asked before each addition of effects; true raises `InterruptedSelectionError` there.
+            trying: called with what is tried next, and how long that and what follows may take.
         """
-        self.current = before
+        self.before = self.current = before
         """The model with the effects that are accepted."""
         self.noise = noise
         self.encoder_steps = encoder_steps
@@ -114,7 +117,8 @@ class Progress:
         """The rivals that each effect has stood against in the last exchange, by its key."""
         self.failures: list[str] = []
         """What could not be computed, in words."""
-        self._told, self._stop = told, stop
+        self._told, self._stop, self._trying = told, stop, trying
+        self._refits, self._seconds = 0, 0.0
 
     def is_rounding(self, joint: str, angle: float) -> bool:
         """Return whether an angle [rad] is no more than what an encoder's steps hide while its joint stands still."""
@@ -144,14 +148,22 @@ class Progress:
             InterruptedSelectionError: the selection is asked to stop.
         """
         found = []
-        for candidates in additions:
+        additions = list(additions)
+        for place, candidates in enumerate(additions):
+            self._say_what_is_tried(candidates, place, len(additions))
+            began = time.monotonic()
             try:
                 found.append((candidates, self.with_effects(attempt, candidates)))
             except (IdentificationError, np.linalg.LinAlgError) as error:
                 keys = " and ".join(candidate.active.effect.key for candidate in candidates)
-                self.failures.append(f"{keys} could not be fitted: {error}")
-                self._told(self.failures[-1])
+                self.fail(f"{keys} could not be fitted: {error}")
+            self._refits, self._seconds = self._refits + 1, self._seconds + time.monotonic() - began
         return found
+
+    def _say_what_is_tried(self, candidates: Sequence[Candidate], place: int, count: int) -> None:
+        keys = " and ".join(candidate.active.effect.key for candidate in candidates)
+        left = f", about {self._seconds / self._refits * (count - place):.0f} s left" if self._refits else ""
+        self._trying(f"trying {keys}, {place + 1} of {count}{left}")
 
     def replaced(self, attempt: Attempt, index: int, active: ActiveEffect, values: Array) -> list[Attempt]:
         """Return a model with another effect, of given values, in the place of one; none where it cannot be fitted.
@@ -175,8 +187,7 @@ class Progress:
         try:
             fit = refine(model, values, attempt.fit.windows, tolerance=_ROUGHLY)
         except (IdentificationError, np.linalg.LinAlgError) as error:
-            self.failures.append(f"{what} could not be fitted: {error}")
-            self._told(self.failures[-1])
+            self.fail(f"{what} could not be fitted: {error}")
             return None
         return _attempt(fit, attempt.holdout)
 
@@ -198,6 +209,11 @@ class Progress:
     def finished(self, attempt: Attempt) -> Attempt:
         """Return a model that is taken, refined to the end."""
         return _attempt(refine(attempt.model, attempt.fit.values, attempt.fit.windows), attempt.holdout)
+
+    def fail(self, line: str) -> None:
+        """Note what could not be computed, and tell people."""
+        self.failures.append(line)
+        self._told(line)
 
     def note(self, action: str, after: Attempt, line: str, tried: Sequence[Tried] = ()) -> None:
         """Note a step that ended with the model `after`, and tell people a line about it."""

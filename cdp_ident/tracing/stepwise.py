@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.diagnosis.failure import refuse_a_failed_fit
+from cdp_ident.errors import FitFailedError, IdentificationError
 from cdp_ident.fit.force_balance import ForceBalance
 from cdp_ident.fit.refinement import Fit, fit_initial_states
 from cdp_ident.fit.windows import Window
@@ -33,6 +34,7 @@ def stepwise_selection(
     balances: Sequence[ForceBalance] = (),
     encoder_steps: Array = NO_STEPS,
     named_only: bool = False,
+    trying: Callable[[str], None] = lambda line: None,
 ) -> Selection:
     """Add to a fitted model the effects that it lacks.
 
@@ -45,12 +47,13 @@ def stepwise_selection(
         encoder_steps: of the inner and the outer encoder [rad], 0 where none shows.
         balances: of the trials' forces, whose dry friction and coupling are where the selection begins.
         named_only: whether torques without a name are not looked for.
+        trying: called with what is tried next.
 
     Raises:
         FitFailedError: with them, too, the model does not follow the motion.
     """
     before = Attempt(fit, fit_initial_states(fit.model, fit.values, holdout))
-    progress = Progress(before, noise, told, stop, encoder_steps)
+    progress = Progress(before, noise, told, stop, encoder_steps, trying)
     interrupted = False
     try:
         add_balanced(progress, balances)
@@ -61,8 +64,12 @@ def stepwise_selection(
             add_unknown_torques(progress)
     except InterruptedSelectionError:
         interrupted = True
+    except FitFailedError:
+        raise
+    except (IdentificationError, np.linalg.LinAlgError) as error:
+        progress.fail(f"the selection ended early: {error}")
     after = progress.current
-    without = [without_effects(after, [index]) for index in range(len(after.model.effects))]
+    without = [_without(progress, index) for index in range(len(after.model.effects))]
     also_possible = tuple(
         alternatives(active, after, removed, progress.rivals.get(active.effect.key, ()))
         for active, removed in zip(after.model.effects, without, strict=True)
@@ -78,6 +85,16 @@ def stepwise_selection(
         failures=tuple(progress.failures),
         interrupted=interrupted,
     )
+
+
+def _without(progress: Progress, index: int) -> Attempt:
+    """Return the model without one of its effects; the paper's model, where that cannot be fitted."""
+    try:
+        return without_effects(progress.current, [index])
+    except (IdentificationError, np.linalg.LinAlgError) as error:
+        key = progress.current.model.effects[index].effect.key
+        progress.fail(f"the model without {key} could not be fitted, it is compared with the paper's: {error}")
+        return progress.before
 
 
 def _select(progress: Progress) -> None:

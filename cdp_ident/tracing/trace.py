@@ -49,7 +49,10 @@ class Trace:
 
 
 def trace(
-    found: Identification, told: Callable[[str], None] = lambda line: None, stop: Callable[[], bool] = lambda: False
+    found: Identification,
+    told: Callable[[str], None] = lambda line: None,
+    stop: Callable[[], bool] = lambda: False,
+    trying: Callable[[str], None] = lambda line: None,
 ) -> Trace:
     """Trace the residual of an identification to effects that the paper's model lacks.
 
@@ -57,6 +60,7 @@ def trace(
         found: the paper's model, identified.
         told: called with a line for people after each step.
         stop: asked now and then; true ends the tracing with the effects found so far.
+        trying: called with what is tried next.
 
     Raises:
         FitFailedError: the model does not follow the motion; no effect is sought then.
@@ -70,6 +74,7 @@ def trace(
         found.balances,
         found.data.scales.encoder_steps,
         found.options.named_effects_only,
+        trying,
     )
     completed = _completed(found, selection.after.fit)
     after, physical = selection.after, completed.physical

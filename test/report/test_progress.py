@@ -42,3 +42,14 @@ def test_on_a_terminal_there_is_a_bar():
     text = shown(Console(file=io.StringIO(), width=120, force_terminal=True), range(5), 4)
     assert "━" in text
     assert "\x1b[?25h" in text  # the cursor is shown again
+
+
+def test_what_is_tried_is_told_now_and_then():
+    clock = itertools.count(0.0, 3.0)
+    console = Console(file=io.StringIO(), width=120)
+    with SearchDisplay(console, 1, lambda: next(clock)) as display:
+        for number in range(12):
+            display.trying(f"trying this, {number} of 12")
+    lines = console.file.getvalue().splitlines()
+    assert 2 <= len(lines) <= 6
+    assert lines[0].startswith("trying this")

@@ -74,3 +74,10 @@ def test_a_selection_that_is_asked_to_stop_tries_nothing_more(plain):
     progress = Progress(plain, 5e-4, stop=lambda: True)
     with pytest.raises(InterruptedSelectionError):
         progress.tried(plain, [(SPRING,)])
+
+
+def test_what_is_tried_is_told_with_how_long_it_may_take(plain):
+    said = []
+    Progress(plain, 5e-4, trying=said.append).tried(plain, [(SPRING,), (DRAG,)])
+    assert said[0] == "trying joint_spring.outer, 1 of 2"
+    assert said[1].startswith("trying air_drag.inner, 2 of 2, about ")
