@@ -99,9 +99,9 @@ def identifiability(
         prior: says which of them were measured beforehand.
         length: L [m].
     """
-    of_rig = np.flatnonzero(fit.model.of_rig)
-    names, values = [fit.model.names[index] for index in of_rig], fit.values[of_rig]
-    std = np.sqrt(np.diag(covariance))[of_rig]
+    named = np.flatnonzero(fit.model.of_rig & ~fit.model.of_curves)
+    names, values = [fit.model.names[index] for index in named], fit.values[named]
+    std = np.sqrt(np.diag(covariance))[named]
     undetermined = tuple(
         name for name, value, deviation in zip(names, values, std, strict=True) if not is_determined(value, deviation)
     )
@@ -142,7 +142,7 @@ def is_determined(value: float, std: float) -> bool:
 
 def _directions(fit: Fit) -> tuple[tuple[Direction, ...], tuple[Tradeoff, ...]]:
     """Part the unknowns that are not zero into combinations, by the singular values of their scaled sensitivities."""
-    shown = np.flatnonzero(fit.model.of_rig & (fit.values != 0.0))
+    shown = np.flatnonzero(fit.model.of_rig & ~fit.model.of_curves & (fit.values != 0.0))
     names = [fit.model.names[index] for index in shown]
     rows = [
         (np.sqrt(weight)[..., None] * sensitivity)[..., shown].reshape(-1, len(shown))

@@ -170,6 +170,14 @@ class MotionModel:
         of_rig[first : first + len(JOINTS) * len(self.zeros)] = False
         return of_rig
 
+    @property
+    def of_curves(self) -> npt.NDArray[np.bool_]:
+        """Which of the unknowns are coefficients of curves, which say nothing one by one."""
+        of_curves = np.zeros(len(self.names), dtype=bool)
+        for index, active in enumerate(self.effects):
+            of_curves[self.places(index)] = active.effect.curve is not None
+        return of_curves
+
     def places(self, index: int) -> slice:
         """Return where the unknowns of an effect are."""
         return self._places[index]

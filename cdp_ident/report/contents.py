@@ -148,9 +148,7 @@ def _correlation(model: MotionModel, covariance: Array) -> Section:
 
     The coefficients of curves are not among them.
     """
-    shown = np.ones(len(model.names), dtype=bool)
-    for index, active in enumerate(model.effects):
-        shown[model.places(index)] = active.effect.curve is None
+    shown = ~model.of_curves
     covariance = covariance[np.ix_(shown, shown)]
     std = np.sqrt(np.diag(covariance))
     with np.errstate(divide="ignore", invalid="ignore"):
