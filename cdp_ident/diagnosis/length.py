@@ -18,6 +18,8 @@ _CLEARLY = 4.0
 """Standard deviations."""
 _CLEARLY_BETTER = 20.0
 """Fall of the balance's information criterion."""
+_ANOTHER = 0.2
+"""Share of L by which a length is quite another one."""
 _NO_BALANCE = 0.5
 """Share of gravity's torque that is unexplained in no free swing: the strongest dry friction leaves a fifth."""
 
@@ -60,14 +62,16 @@ def length_by_balance(given: ForceBalance, free: ForceBalance) -> LengthByBalanc
     return LengthByBalance(given.length, free.length, std)
 
 
-def refuse_what_does_not_balance(balance: ForceBalance, length: LengthByBalance | None) -> None:
-    """Raise `FitFailedError` where gravity, friction and inertia do not explain the motion at all."""
-    own = np.where(balance.unexplained > _BESIDE_NOISE * balance.noise_share, balance.unexplained, 0.0)
-    if np.any(own > _NO_BALANCE):
-        joint = ("inner", "outer")[int(np.argmax(own))]
-        hint = f"; {length.words}" if length else ""
+def refuse_another_length(balance: ForceBalance, length: LengthByBalance | None) -> None:
+    """Raise `FitFailedError` where the motion is that of a double pendulum, but of one of quite another length.
+
+    What does not balance with any length may still be a pendulum whose joints stick or have play.
+    """
+    if length is None or abs(length.found / length.given - 1.0) < _ANOTHER:
+        return
+    if np.any(balance.unexplained > np.maximum(_BESIDE_NOISE * balance.noise_share, _NO_BALANCE)):
         raise FitFailedError(
-            f"the fit failed: gravity, friction and inertia of a double pendulum with L = {balance.length:g} m do not "
-            f"balance in the {joint} joint{hint}. Check L, g and what the angles mean (trial.zero, trial.outer_angle, "
-            "trial.inner_sign, trial.outer_sign), and that all bags are of one rig"
+            f"the fit failed: gravity, friction and inertia do not balance; {length.words}. Check L, g and what the "
+            "angles mean (trial.zero, trial.outer_angle, trial.inner_sign, trial.outer_sign), and that all bags are of "
+            "one rig"
         )

@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from cdp_ident.diagnosis.evaluation import evaluate
 from cdp_ident.diagnosis.identification import Identification, Stage
-from cdp_ident.diagnosis.length import LengthByBalance, length_by_balance, refuse_what_does_not_balance
+from cdp_ident.diagnosis.length import LengthByBalance, length_by_balance, refuse_another_length
 from cdp_ident.diagnosis.outlier_windows import outlier_windows
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.balance_unknowns import DRY, DryJoint
@@ -60,7 +60,7 @@ def identify(
     length = None
     if balances and not options.length_free:
         length = _length(fit, options, balances[0])
-        refuse_what_does_not_balance(balances[0], length)
+        refuse_another_length(balances[0], length)
     scales = scales_of(fit, prior.length, prior.gravity, noise, balanced)
     fit, holdout = ([thinned(trial, scales.together) for trial in trials] for trials in (fit, holdout))
     lengths = [_lengths(trial, scales, balanced, options, noise_over(fit)) for trial in (*fit, *holdout)]

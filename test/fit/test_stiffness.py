@@ -6,7 +6,9 @@ import pytest
 from cdp_ident.fit.stiffness import penalties, penalty
 from cdp_ident.model.effects.curves import CURVES
 
-EACH = pytest.mark.parametrize("curve", {effect.curve for effect in CURVES}, ids=lambda curve: curve.over)
+EACH = pytest.mark.parametrize(
+    "curve", list(dict.fromkeys(effect.curve for effect in CURVES)), ids=lambda curve: curve.over
+)
 
 
 @EACH
