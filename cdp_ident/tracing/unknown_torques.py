@@ -13,6 +13,7 @@ import numpy.typing as npt
 from cdp_ident.diagnosis.uncertainty import curvature, downhill
 from cdp_ident.fit.motion_model import ActiveEffect
 from cdp_ident.fit.stiffness import Stiffness
+from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.curves import CURVES
 from cdp_ident.model.effects.effect import Effect, Form, TorqueEffect
 from cdp_ident.tracing.acceptance import earns_its_place, fits_of
@@ -31,6 +32,8 @@ _REFITS = 2
 """Curves that are fitted, of those that look best by each of two score tests."""
 _NEAR_THE_BEST = 0.3
 """A curve that gains a smaller share in the score test than the best one is not fitted."""
+_AS_GOOD = 1.02
+"""Even friction is as good as a curve if its error over windows kept out is at most so many times the curve's."""
 _BETTER = 0.98
 """Stiffness is found anew as long as the error over windows kept out falls to that share of it."""
 
@@ -51,7 +54,8 @@ def add_unknown_torques(progress: Progress) -> None:
         accepted = [attempt for attempt in found if _earns_its_place(current, attempt)]
         if not accepted:
             return
-        best = progress.finished(min(accepted, key=lambda attempt: change(current, attempt).bic))
+        best = _even_instead(progress, min(accepted, key=lambda attempt: change(current, attempt).bic))
+        best = progress.finished(best)
         key = best.model.effects[-1].effect.key
         before_and_after = f"{1e3 * current.holdout.rmse():.3g} -> {1e3 * best.holdout.rmse():.3g} mrad"
         progress.note(f"added {key}", best, f"added {key}: {before_and_after} on windows kept out")
@@ -111,6 +115,19 @@ def _fitted(progress: Progress, candidate: Candidate) -> list[Attempt]:
         changed = replace(best.model.effects[last], stiffness=_stiffness(best))
         attempts = progress.replaced(best, last, changed, best.fit.values[best.model.places(last)])
     return [best] if best else []
+
+
+def _even_instead(progress: Progress, attempt: Attempt) -> Attempt:
+    """Return a model with a last effect that has a name, if that is dry friction that is as good when it is even."""
+    last = len(attempt.model.effects) - 1
+    curve = attempt.model.effects[last].effect
+    if not (isinstance(curve, TorqueEffect) and curve.dry):
+        return attempt
+    mean = np.array([np.mean(attempt.fit.values[attempt.model.places(last)])])
+    even = next(e for e in CATALOGUE if _is_even_friction(e) and e.joint == curve.joint and len(e.parameters) == 1)
+    named = progress.replaced(attempt, last, ActiveEffect(even), mean)
+    as_good = [model for model in named if model.holdout.rmse() < _AS_GOOD * attempt.holdout.rmse()]
+    return as_good[0] if as_good else attempt
 
 
 def _stiffness(attempt: Attempt) -> Stiffness:

@@ -17,6 +17,9 @@ from cdp_ident.tracing.selection import Progress
 Array = npt.NDArray[np.float64]
 
 _OFFSET = "encoder_offset"
+_STRUCTURED, _CLEARLY_BETTER = 5.0, 0.85
+"""Where residuals would remain that are correlated over more than so many samples, the error over windows kept out must
+fall to that share."""
 _FOR_ALL = tuple(effect for effect in CATALOGUE if effect.name in (_OFFSET, "gravity_tilt"))
 """Effects that are, in each trial, the same as zeros that are off."""
 
@@ -40,6 +43,10 @@ def fit_zeros_by_trial(progress: Progress) -> None:
     (_, in_all) = same[0]
     differ = zip(JOINTS, np.ptp(_zeros_of(own), axis=0), strict=True)
     if all(progress.is_rounding(joint, difference) for joint, difference in differ):
+        return
+    # Where much else is missing, zeros explain a little of anything.
+    slow = own.fit.autocorrelation.integrated_time > _STRUCTURED
+    if slow and own.holdout.rmse() > _CLEARLY_BETTER * in_all.holdout.rmse():
         return
     if brings_enough(in_all, own) and change(in_all, own).bic < 0:
         progress.current = own
