@@ -287,7 +287,6 @@ script: [wait: 3, hold: {theta1: 1.8, theta2: 1.8, within: 0.6}, wait: 0.8, let_
 """
 
 
-@pytest.mark.skip(reason="the shadow is waited for in vain since two rigs may stand side by side: to be found out")
 def test_a_shadow_runs_beside_the_rig_from_the_release_until_it_is_caught(
     start: Start, start_emulator: Start, start_driver: Start, viewer: Viewer
 ) -> None:

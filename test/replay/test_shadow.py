@@ -79,7 +79,7 @@ def test_another_model_is_beside_the_rig_at_once_and_has_its_own_start() -> None
 @pytest.mark.parametrize(
     ("script", "why"),
     [
-        ((Wait(2.0), Hold(2.0, 2.0, within=0.6), Wait(1.0)), "a hand caught the pendulum"),
+        ((Wait(2.0), Hold(2.0, 2.0, within=0.6), Wait(1.0)), "the pendulum was caught"),
         ((Wait(2.0), MoveCart(0.1), Wait(1.0)), "the cart moved by more than 0.01 m"),
     ],
 )

@@ -19,7 +19,7 @@ class End(Enum):
     """Why a trial ended."""
 
     AT_REST = "the pendulum came to rest"
-    CAUGHT = "a hand caught the pendulum"
+    CAUGHT = "the pendulum was caught"
     TIME_OUT = "it lasted as long as it may"
     SILENCE = "no joint states came any more"
     STOPPED = "it was stopped"
