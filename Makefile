@@ -5,8 +5,8 @@ VENV := $(CURDIR)/.venv
 BIN := $(VENV)/bin
 SHARED := $(wildcard config/* launch/* urdf/*)
 # Nodes of tests and demonstrations find each other on this machine only, on a domain of this run's own. They are started
-# often, so their bytecode is kept.
-ROS := export PYTHONDONTWRITEBYTECODE= HOME="$${HOME:-/tmp}" ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST ROS_DOMAIN_ID=$$(( $$$$ % 100 + 1 )) \
+# often, so their bytecode is kept. The threads of linear algebra would compete for the cores with our own.
+ROS := export OPENBLAS_NUM_THREADS=1 PYTHONDONTWRITEBYTECODE= HOME="$${HOME:-/tmp}" ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST ROS_DOMAIN_ID=$$(( $$$$ % 100 + 1 )) \
        VIRTUAL_ENV="$(VENV)" PATH="$(BIN):$$PATH" AMENT_PREFIX_PATH="$(VENV)"; . install/setup.bash;
 
 # One process more than there are cores: tests of nodes often wait.

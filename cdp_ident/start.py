@@ -1,6 +1,10 @@
 """Starts an executable of the table by its name: the console scripts, and `python3 -m cdp_ident`.
 
 Its modules take a second to be loaded. Ctrl-C in that time ends the program in one line like at any other.
+
+The work is shared out over the cores by ourselves (`cdp_ident.model.parallel`); the threads of numpy's linear algebra
+would compete with ours for them, and small matrices take twenty times as long then. They are counted when numpy is
+loaded, so it is told here.
 """
 
 import functools
@@ -12,6 +16,8 @@ from cdp_ident.executables import EXECUTABLES
 from cdp_ident.standard_streams import make_tolerant
 
 _INTERRUPTED = 130
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
 def start(name: str) -> int:

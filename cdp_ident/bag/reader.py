@@ -69,8 +69,8 @@ def read_joint_states(bag: Path, topic: str) -> JointRecording:
     stamp; where most messages have none, it is the time of receipt. Where the bag has `sensor_msgs/TimeReference`
     messages with the samples' stamps, they are the device's own times.
 
-    A topic without a leading `/` that the bag does not have stands for its one topic of joint states, in whatever
-    namespace.
+    A topic without a leading `/` that the bag does not have stands for its one topic of joint states of that name in
+    a namespace.
 
     Raises BagError where something cannot be read or the topic holds no JointState.
     """
@@ -83,9 +83,10 @@ def read_joint_states(bag: Path, topic: str) -> JointRecording:
             notes += _read_file(plain, file, topic, joints, devices, types, budget)
     if types.get(topic) not in _MESSAGE_TYPES:
         suitable = sorted(name for name, message_type in types.items() if message_type in _MESSAGE_TYPES)
-        if topic not in types and len(suitable) == 1 and not asked.startswith("/"):
-            found = read_joint_states(bag, suitable[0])
-            return replace(found, notes=(f"joint states are those on {shown(suitable[0])}", *found.notes))
+        in_namespaces = [name for name in suitable if not asked.startswith("/") and name.endswith(topic)]
+        if topic not in types and len(in_namespaces) == 1:
+            found = read_joint_states(bag, in_namespaces[0])
+            return replace(found, notes=(f"joint states are those on {shown(in_namespaces[0])}", *found.notes))
         raise BagError("; ".join([_wrong_topic(bag, topic, types, suitable), *map(shown, notes)]))
     return _with_device(joints.recording(_name(bag), topic, notes), devices)
 

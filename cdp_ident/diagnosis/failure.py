@@ -5,11 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from cdp_ident.errors import FitFailedError
+from cdp_ident.fit.following import LOST
 from cdp_ident.fit.refinement import Fit
 
-_LOST = 0.2
-"""Error of a window, over the scatter of all angles or a radian, beyond which the model does not follow its motion.
-The scatter itself is the error of a model that knows nothing but the mean."""
 _MOST_LOST = 0.25
 """Share of the windows that may be lost: what happens once is in few of them."""
 
@@ -17,7 +15,7 @@ _MOST_LOST = 0.25
 def refuse_a_failed_fit(fits: Sequence[Fit]) -> None:
     """Raise `FitFailedError` where the model follows the motion in too few windows, fitted or kept out."""
     scatter = np.sqrt(np.mean([np.var(window.theta, axis=0).mean() for fit in fits for window in fit.windows]))
-    limit = _LOST * min(float(scatter), 1.0)
+    limit = LOST * min(float(scatter), 1.0)
     for fit, which in zip(fits, ("fitted", "kept out of the fit"), strict=True):
         errors = [float(np.sqrt(np.mean(residual**2))) for residual in fit.residuals]
         lost = [error for error in errors if error > limit]

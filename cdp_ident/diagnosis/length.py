@@ -10,14 +10,12 @@ import numpy as np
 
 from cdp_ident.errors import FitFailedError
 from cdp_ident.fit.balance_unknowns import MOMENT
-from cdp_ident.fit.force_balance import ForceBalance
+from cdp_ident.fit.force_balance import CLEARLY_BETTER, ForceBalance
 
 _OFF = 3e-3
 """Share of L that matters: it moves every frequency by half of that, as much as friction does in a few swings."""
 _CLEARLY = 4.0
 """Standard deviations."""
-_CLEARLY_BETTER = 20.0
-"""Fall of the balance's information criterion."""
 _ANOTHER = 0.2
 """Share of L by which a length is quite another one."""
 _NO_BALANCE = 0.5
@@ -56,7 +54,7 @@ def length_by_balance(given: ForceBalance, free: ForceBalance) -> LengthByBalanc
     slope = np.array([1.0 / coupling, -1.0 / moment])
     std = free.length * float(np.sqrt(slope @ spread @ slope))
     off = abs(free.length - given.length)
-    better = min(free.criterion.values()) < min(given.criterion.values()) - _CLEARLY_BETTER
+    better = free.least_criterion < given.least_criterion - CLEARLY_BETTER
     if off < max(_OFF * given.length, _CLEARLY * std) or not better:
         return None
     return LengthByBalance(given.length, free.length, std)

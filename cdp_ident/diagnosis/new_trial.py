@@ -95,13 +95,16 @@ def check_new_trial(
     """
     windows = [replace(w, trial=_NO_TRIAL) for w in cut_into_windows([trial], min(window, trial.duration))]
     held = fit_initial_states(model, values, windows)
-    alone = refine(model, values, held.windows)
-    variances = np.diag(covariance(alone)) + np.diag(spread)
+    alone = refine(held.model, held.values, held.windows)
+    # Zeros of a trial and coefficients of curves say nothing of the rig one by one.
+    new, old = (fitted.of_rig & ~fitted.of_curves for fitted in (alone.model, model))
+    names, before, now = np.array(model.names)[old], values[old], alone.values[new]
+    variances = np.diag(covariance(alone))[new] + np.diag(spread)[old]
     seen = np.isfinite(variances) & (variances > 0)
-    deviations = np.zeros(len(values))
-    deviations[seen] = (alone.values - values)[seen] / np.sqrt(variances[seen])
+    deviations = np.zeros(len(before))
+    deviations[seen] = (now - before)[seen] / np.sqrt(variances[seen])
     changed = [
-        Changed(model.names[k], float(values[k]), float(alone.values[k]), float(abs(deviations[k])))
+        Changed(str(names[k]), float(before[k]), float(now[k]), float(abs(deviations[k])))
         for k in np.argsort(-np.abs(deviations), kind="stable")
         if abs(deviations[k]) > _CLEARLY
     ]

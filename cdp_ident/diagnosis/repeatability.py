@@ -47,7 +47,8 @@ def repeatability(fit: Fit, names: Sequence[str]) -> Repeatability | None:
         values.append(alone.values)
         covariances.append(covariance(alone))
     std = np.sqrt([np.diag(spread) for spread in covariances])
-    seen = np.all(np.isfinite(std) & (std > 0), axis=0)
+    # Coefficients of curves, held by their penalties, would agree in any trials.
+    seen = np.all(np.isfinite(std) & (std > 0), axis=0) & fit.model.of_rig & ~fit.model.of_curves
     inverses = [np.linalg.pinv(spread[np.ix_(seen, seen)], hermitian=True) for spread in covariances]
     estimates = np.array(values)[:, seen]
     mean = np.linalg.pinv(sum(inverses), hermitian=True) @ sum(

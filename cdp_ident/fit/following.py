@@ -15,7 +15,7 @@ from cdp_ident.model.trajectory import accelerations_at
 
 Array = npt.NDArray[np.float64]
 
-_LOST = 0.2
+LOST = 0.2
 """An error of the angles, as a share of their scatter, beyond which a simulation no longer follows the motion: less
 than that, corrections of the start are still about linear."""
 _FOLLOWED_BY = 0.1
@@ -88,7 +88,7 @@ def followed(
         on = on[begins[on] + step < count - 1]
         error[on] = steps[begins[on] + step] @ error[on]
         share = np.sqrt(np.sum(error[on, :2] ** 2, axis=2)) / amplitude
-        lost = share.max(axis=1) > _LOST
+        lost = share.max(axis=1) > LOST
         lasts[on[lost]] = (step + 1) * motion.spacing
         on = on[~lost]
         if len(on) == 0:

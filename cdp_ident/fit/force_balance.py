@@ -30,6 +30,8 @@ _LITTLE_NOISE = 0.01
 """The narrowest windows are taken of which no unknown owes more than this share of its information to noise."""
 _FEWEST_ROWS = 1
 """Independent windows for each unknown, below which there is no balance to speak of."""
+CLEARLY_BETTER = 20.0
+"""A balance with one more unknown is clearly the better one where it lowers the information criterion by so much."""
 _MARGIN = 1.02
 """A33 A22 is at least so many times A23^2: rods are no points."""
 _ROUNDS = 5
@@ -85,6 +87,11 @@ class ForceBalance:
         }
         names = [*([COUPLING] if self.unknowns.constant_coupling else []), *(DRY[joint] for joint in self.dry)]
         return {name: by_parameter[_OF_CATALOGUE.get(name, name)] for name in names}
+
+    @property
+    def least_criterion(self) -> float:
+        """Information criterion of the choice of dry friction that was taken."""
+        return min(self.criterion.values())
 
     @property
     def groups(self) -> Array:

@@ -103,7 +103,7 @@ class MotionModel:
     def names(self) -> tuple[str, ...]:
         """Names of the unknowns, in the order of their values."""
         of_effects = (f"{active.effect.key}.{p.name}" for active in self.effects for p in active.fitted)
-        of_zeros = (f"zero.{joint}.{trial}" for trial in self.zeros for joint in JOINTS)
+        of_zeros = (f"zero.{joint}.trial_{trial + 1}" for trial in self.zeros for joint in JOINTS)
         return (*self.base_names, *of_zeros, *of_effects)
 
     @cached_property
@@ -153,6 +153,10 @@ class MotionModel:
         end = len(self.base_names) + len(JOINTS) * len(self.zeros)
         added = np.zeros(len(JOINTS) * len(more))
         return replace(self, zeros=self.zeros + more), np.concatenate([values[:end], added, values[end:]])
+
+    def without_zeros(self, values: Array) -> tuple["MotionModel", Array]:
+        """Return this model and its values with encoders whose zeros are right in all trials."""
+        return replace(self, zeros=()), values[self.of_rig]
 
     def zero_places(self, trial: int) -> slice:
         """Return where the unknowns of a trial's zeros are: empty for a trial that has none of its own."""

@@ -14,7 +14,7 @@ from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.balance_unknowns import DRY, DryJoint
 from cdp_ident.fit.data import FALLBACK_FIRST, Data, noise_over, prepare
 from cdp_ident.fit.estimation import estimate
-from cdp_ident.fit.force_balance import ForceBalance, balance_of_forces
+from cdp_ident.fit.force_balance import CLEARLY_BETTER, ForceBalance, balance_of_forces
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.refinement import Fit, fit_initial_states, refine_from_afar
 from cdp_ident.fit.scales import Scales, scales_of
@@ -26,8 +26,6 @@ from cdp_ident.trial.trial import Trial
 
 Array = npt.NDArray[np.float64]
 
-_CLEARLY_BETTER = 20.0
-"""A drive geared to a joint is looked for where it lowers the balance's information criterion by so much."""
 _OUTLIER = 1.5
 """A window in which something happened has at least so many times the others' error."""
 
@@ -119,7 +117,7 @@ def _balances(trials: Sequence[Trial], options: IdentifyOptions) -> tuple[ForceB
     if plain is None:
         return ()
     geared = _balance(trials, options, constant_coupling=True)
-    coupled = geared is not None and _best(geared) < _best(plain) - _CLEARLY_BETTER
+    coupled = geared is not None and geared.least_criterion < plain.least_criterion - CLEARLY_BETTER
     preferred = geared if geared is not None and coupled else plain
     if not preferred.effects or len(preferred.dry) == len(DRY):
         return (preferred,)
@@ -154,10 +152,6 @@ def _balance(
         )
     except (IdentificationError, np.linalg.LinAlgError):
         return None
-
-
-def _best(balance: ForceBalance) -> float:
-    return min(balance.criterion.values())
 
 
 def _outlier_is_kept_out(fit: Fit, data: Data) -> bool:

@@ -121,14 +121,16 @@ def _simulated(attempt: Attempt, trial: int, samples: int) -> Array:
 
 
 def _run(attempt: Attempt, trial: Trial, index: int, duration: float) -> Array:
-    angles = free_run(attempt.model, attempt.fit.values, trial, index, duration)
+    # It knows the zeros of trials kept out of the fit, too, where each trial has zeros of its own.
+    model, values = attempt.holdout.model, attempt.holdout.values
+    angles = free_run(model, values, trial, index, duration)
     return np.where(np.isfinite(angles), angles, np.nan)
 
 
 def _torques(outcome: Outcome, before: Attempt, after: Attempt) -> TorqueCurves:
     model, values = after.model, after.fit.values
     inertia = float(inertia_about_cart(outcome.trace.physical.values, model.constants(values)[0]))
-    rods = corrected(after.fit, model, values), corrected(after.holdout, model, values)
+    rods = corrected(after.fit), corrected(after.holdout)
     lacking = _lacking(rods, model, values)
     effects = np.zeros((len(model.effects), *lacking.torque.shape))
     for index, active in enumerate(model.effects):

@@ -53,5 +53,7 @@ def _words(found: FoundEffect) -> str:
 def _with_unit(parameter: FoundParameter) -> str:
     unit = "" if parameter.description.unit == "1" else parameter.description.unit
     size = max(abs(parameter.value), parameter.std)
-    factor, prefix = next(((f, p) for f, p in _PREFIXES if size >= f), _PREFIXES[-1]) if unit else (1.0, "")
-    return f"{with_std(parameter.value / factor, parameter.std / factor)} {prefix}{unit}".rstrip()
+    takes_prefix = unit and not unit.startswith("k")
+    factor, prefix = next(((f, p) for f, p in _PREFIXES if size >= f), _PREFIXES[-1]) if takes_prefix else (1.0, "")
+    value, std = parameter.value / factor, parameter.std / factor
+    return f"{with_std(value, std) if std else f'{value:.3g}'} {prefix}{unit}".rstrip()

@@ -17,12 +17,14 @@ _HOLDOUT_SHARE = 0.01
 """Least fall of the root mean square error over the windows kept out, as a share of it."""
 _CERTAIN = 30.0
 """Fall of the squared error over the windows kept out, in variances, that is enough however small its share."""
-_STRUCTURED, _STRUCTURED_SHARE = 5.0, 0.05
+STRUCTURED, _STRUCTURED_SHARE = 5.0, 0.05
 """The same where residuals would remain that are correlated over more than so many samples."""
 INSTANT_GAIN = 60.0
 """Least fall of the fit's squared error by something that happened once, which the windows kept out cannot judge."""
 KNOCK_ALONE = 10.0
 """A knock must explain so many times what another one would explain besides."""
+ABOVE_NOISE = 1.2
+"""An error of so many times the noise means that something remains."""
 _NOISE_KNOWN_WITHIN = 0.02
 """Less than this share of it, the noise is not known: so much may remain where nothing seems to."""
 
@@ -46,7 +48,7 @@ def earns_its_place(before: Attempt, after: Attempt, new: Sequence[int] | None =
         return gained.fit > INSTANT_GAIN and gained.holdout > -_HOLDOUT_GAIN and apart
     # Where more than noise would remain, a small gain may be another effect's, and one harmonic a part of what
     # depends on position in another way.
-    structured = after.fit.autocorrelation.integrated_time > _STRUCTURED
+    structured = after.fit.autocorrelation.integrated_time > STRUCTURED
     if structured and any(isinstance(effect, TorqueEffect) and effect.harmonic for effect in added):
         return False
     return brings_enough(before, after)
@@ -58,7 +60,7 @@ def brings_enough(before: Attempt, after: Attempt) -> bool:
     of_fit, of_holdout = (
         1.0 - new.rmse() / old.rmse() for old, new in zip(fits_of(before), fits_of(after), strict=True)
     )
-    structured = after.fit.autocorrelation.integrated_time > _STRUCTURED
+    structured = after.fit.autocorrelation.integrated_time > STRUCTURED
     least = _STRUCTURED_SHARE if structured else _HOLDOUT_SHARE
     enough = of_holdout > _HOLDOUT_SHARE and max(of_fit, of_holdout) > least
     # In short windows what is certain may be a small share of the error.

@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.refinement import Fit
 from cdp_ident.fit.windows import Window
 from cdp_ident.model.effects.effect import Joint, TorqueEffect
@@ -69,16 +68,16 @@ def torque_residual(fit: Fit) -> TorqueResidual:
     return TorqueResidual(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
 
-def corrected(fit: Fit, model: MotionModel, values: Array) -> Fit:
-    """Return a fit whose windows show the angles of the rods: the encoders' errors in a fitted model are taken out."""
-    rods, of_rods = model, values
-    for index in reversed(range(len(model.effects))):
-        if not isinstance(model.effects[index].effect, TorqueEffect):
+def corrected(fit: Fit) -> Fit:
+    """Return a fit whose windows show the angles of the rods: the encoders' errors in its model are taken out."""
+    rods, values = fit.model.without_zeros(fit.values)
+    for index in reversed(range(len(rods.effects))):
+        if not isinstance(rods.effects[index].effect, TorqueEffect):
             rods, remain = rods.without_effect(index)
-            of_rods = of_rods[remain]
+            values = values[remain]
 
     def without_errors(window: Window) -> Window:
-        shown, actual = (m.predict(v, window.start, window)[0] for m, v in ((model, values), (rods, of_rods)))
+        shown, actual = (m.predict(v, window.start, window)[0] for m, v in ((fit.model, fit.values), (rods, values)))
         return replace(window, theta=window.theta - (shown - actual))
 
     return replace(fit, windows=tuple(without_errors(window) for window in fit.windows))

@@ -8,14 +8,13 @@ import numpy.typing as npt
 
 from cdp_ident.diagnosis.outlier_windows import outlier_windows
 from cdp_ident.model.effects.effect import Joint
+from cdp_ident.tracing.acceptance import ABOVE_NOISE
 from cdp_ident.tracing.evidence import Attempt
 from cdp_ident.tracing.selection import Selection
 from cdp_ident.tracing.torque_residual import JOINTS, TorqueResidual, corrected, torque_residual
 
 Array = npt.NDArray[np.float64]
 
-_ABOVE_NOISE = 1.2
-"""An error of so many times the noise means that something remains."""
 _WINDOW_ABOVE_OTHERS = 3.0
 """A window whose error is so many times the others' is where something happened."""
 _BINS = 16
@@ -50,9 +49,9 @@ def unexplained(selection: Selection, noise: Array, trials: Sequence[str], inert
     ratios = errors / noise
     overall = attempt.holdout.rmse() / float(np.sqrt(np.mean(noise**2)))
     window = _outlier_window(attempt, noise, trials)
-    if np.max(ratios) < _ABOVE_NOISE and window is None:
+    if np.max(ratios) < ABOVE_NOISE and window is None:
         return Unexplained(False, JOINTS[int(np.argmax(ratios))], overall, "nothing but the encoders' noise")
-    residual = torque_residual(corrected(attempt.fit, attempt.model, attempt.fit.values))
+    residual = torque_residual(corrected(attempt.fit))
     dependence = max(_dependences(residual), key=lambda found: found.share)
     worst = int(np.argmax(ratios))
     remains = f"{1e3 * errors[worst]:.3g} mrad remain in theta{worst + 1}, {ratios[worst]:.1f} times its noise"

@@ -16,7 +16,7 @@ from cdp_ident.fit.stiffness import Stiffness
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.curves import CURVES
 from cdp_ident.model.effects.effect import Effect, Form, TorqueEffect
-from cdp_ident.tracing.acceptance import earns_its_place, fits_of
+from cdp_ident.tracing.acceptance import ABOVE_NOISE, earns_its_place, fits_of
 from cdp_ident.tracing.candidates import Candidate, ScoreTest
 from cdp_ident.tracing.evidence import Attempt, change
 from cdp_ident.tracing.screening import WORTH_A_LOOK, expected_variance
@@ -25,8 +25,6 @@ from cdp_ident.tracing.smoothness import smooth_curve
 
 Array = npt.NDArray[np.float64]
 
-_ABOVE_NOISE = 1.2
-"""The least error, over the noise, at which curves of all kinds are looked for."""
 _MOST_CURVES = 3
 _REFITS = 2
 """Curves that are fitted, of those that look best by each of two score tests."""
@@ -66,7 +64,7 @@ def _possible(attempt: Attempt, noise: float) -> list[TorqueEffect]:
     """Return the curves that a model may lack: where only noise remains, friction that is even no more."""
     effects = [active.effect for active in attempt.model.effects]
     curves = [curve for curve in CURVES if curve not in effects]
-    if max(fit.rmse() for fit in fits_of(attempt)) > _ABOVE_NOISE * noise:
+    if max(fit.rmse() for fit in fits_of(attempt)) > ABOVE_NOISE * noise:
         return curves
     even = {effect.joint for effect in effects if _is_even_friction(effect)}
     return [curve for curve in curves if curve.dry and curve.joint in even]

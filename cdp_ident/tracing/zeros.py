@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from cdp_ident.fit.motion_model import JOINTS, ActiveEffect
 from cdp_ident.model.effects.catalogue import CATALOGUE
-from cdp_ident.tracing.acceptance import brings_enough
+from cdp_ident.tracing.acceptance import STRUCTURED, brings_enough
 from cdp_ident.tracing.candidates import Candidate
 from cdp_ident.tracing.evidence import Attempt, change
 from cdp_ident.tracing.selection import Progress
@@ -17,9 +17,8 @@ from cdp_ident.tracing.selection import Progress
 Array = npt.NDArray[np.float64]
 
 _OFFSET = "encoder_offset"
-_STRUCTURED, _CLEARLY_BETTER = 5.0, 0.85
-"""Where residuals would remain that are correlated over more than so many samples, the error over windows kept out must
-fall to that share."""
+_CLEARLY_BETTER = 0.85
+"""Where correlated residuals would remain, the error over windows kept out must fall to that share."""
 _FOR_ALL = tuple(effect for effect in CATALOGUE if effect.name in (_OFFSET, "gravity_tilt"))
 """Effects that are, in each trial, the same as zeros that are off."""
 
@@ -45,7 +44,7 @@ def fit_zeros_by_trial(progress: Progress) -> None:
     if all(progress.is_rounding(joint, difference) for joint, difference in differ):
         return
     # Where much else is missing, zeros explain a little of anything.
-    slow = own.fit.autocorrelation.integrated_time > _STRUCTURED
+    slow = own.fit.autocorrelation.integrated_time > STRUCTURED
     if slow and own.holdout.rmse() > _CLEARLY_BETTER * in_all.holdout.rmse():
         return
     if brings_enough(in_all, own) and change(in_all, own).bic < 0:

@@ -19,7 +19,7 @@ class TrialOptions:
     """
 
     topic: str = "joint_states"
-    """Topic of the sensor_msgs/JointState messages; without a leading `/`, a bag's one such topic will do."""
+    """Topic of the sensor_msgs/JointState messages; without a leading `/`, one in a namespace will do."""
     inner_joint: str = "inner_joint"
     """Name of the joint between cart and inner rod."""
     outer_joint: str = "outer_joint"

@@ -1,10 +1,14 @@
 """A new trial before it is fitted: does what was identified still hold?"""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from cdp_ident.diagnosis.new_trial import check_new_trial
+from cdp_ident.diagnosis.uncertainty import covariance
 from cdp_ident.fit.options import IdentifyOptions
+from cdp_ident.fit.refinement import refine
 from cdp_ident.pipeline.identify import identify
 from reference.pendulum import TABLE_3, TABLE_5
 from scenarios.twin import twin
@@ -53,3 +57,15 @@ def test_a_short_trial_is_one_window(found):
         np.random.default_rng(3), TABLE_5, (2.2, 4.1, 0.0, 0.0), np.arange(200) / 200, noise=NOISE, tolerance=1e-8
     )
     assert judged(found, short).fits
+
+
+def test_where_each_trial_has_zeros_of_its_own_a_new_one_may_have_others(found):
+    model, values = found.fit.model.with_zeros(found.fit.values, [0, 1])
+    fit = refine(model, values, found.fit.windows)
+    new = trial("third", (2.2, 4.1, 0.0, 0.0), 3)
+    off = replace(new, theta=new.theta + np.cumsum([0.03, -0.05]))
+    expected = found.errors["refined"][1].rmse
+    unseen = check_new_trial(fit.model, fit.values, covariance(fit), expected, off, found.data.window)
+    assert unseen.fits
+    assert unseen.changed == ()
+    assert not judged(found, off).fits

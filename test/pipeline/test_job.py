@@ -50,7 +50,7 @@ def test_what_is_no_bag_or_no_trial_is_refused(tmp_path):
     with pytest.raises(BagError, match="nowhere"):
         load(job([tmp_path / "nowhere"]))
     with pytest.raises(BagError, match="no topic"):
-        load(job([WIDE], **{"trial.topic": "/other"}))
+        load(job([WIDE], **{"trial.topic": "other"}))
     with pytest.raises(TrialError, match="elbow"):
         load(job([WIDE], **{"trial.inner_joint": "elbow"}))
 

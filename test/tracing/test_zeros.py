@@ -13,6 +13,7 @@ from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.parameters import SYMBOLS, groups_of
 from cdp_ident.tracing.evidence import Attempt
 from cdp_ident.tracing.selection import Progress
+from cdp_ident.tracing.torque_residual import corrected, torque_residual
 from cdp_ident.tracing.zeros import fit_zeros_by_trial, largest_zeros
 from reference.pendulum import TABLE_5
 from scenarios.twin import TEN_SECONDS, twin
@@ -79,3 +80,14 @@ def test_zeros_that_differ_by_less_than_a_step_of_the_encoders_are_rounding(tria
     finer = progress_of(trials, 0.05 * ZEROS)
     fit_zeros_by_trial(finer)
     assert finer.current.model.zeros == (0, 1)
+
+
+def test_the_rods_angles_and_the_torques_that_are_missing_are_free_of_the_zeros(trials):
+    progress = progress_of(trials, ZEROS)
+    fit_zeros_by_trial(progress)
+    for fit in (progress.current.fit, progress.current.holdout):
+        for window, shown in zip(corrected(fit).windows, fit.windows, strict=True):
+            off = (shown.theta - window.theta)[0]
+            assert off == pytest.approx(np.cumsum(ZEROS[window.trial]), abs=4e-4)
+        with_zeros, without = (np.std(torque_residual(f).torque) for f in (fit, corrected(fit)))
+        assert without < 0.9 * with_zeros

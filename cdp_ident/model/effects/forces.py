@@ -270,7 +270,7 @@ FORCES: tuple[TorqueEffect, ...] = (
     ),
     *(effect for periods in COGGING_PERIODS for effect in _cogging_of(periods)),
     TorqueEffect(
-        "geared_rotor", "outer", "", "the rotor of a geared drive in the joint",
+        "geared_rotor", "outer", "", "the rotor of a geared drive",
         "inertia between the rods A23 cos(theta1 - theta2) + coupling; for a rotor of inertia J that turns n times as "
         "fast as the joint, coupling = J n (1 - n), and the rest of its inertia is in that of the rods",
         "kinetic energy of a rotor at the speed omega1 + n (omega2 - omega1): Siciliano et al., Robotics, 2009, 7.2",
