@@ -6,6 +6,7 @@ explains as much always comes first. Beside a curve, the effects that were named
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import TypeGuard
 
 import numpy as np
 import numpy.typing as npt
@@ -32,6 +33,9 @@ _NEAR_THE_BEST = 0.3
 """A curve that gains a smaller share in the score test than the best one is not fitted."""
 _AS_GOOD = 1.02
 """Even friction is as good as a curve if its error over windows kept out is at most so many times the curve's."""
+_LEAST_SHARE = 0.1
+"""By which share of it a torque without a name lowers the error over windows kept out, or it is one of many small ones.
+Dry friction over the angle is asked less: it may stand in the place of a name that would be wrong."""
 _BETTER = 0.98
 """Stiffness is found anew as long as the error over windows kept out falls to that share of it."""
 
@@ -72,7 +76,11 @@ def _possible(attempt: Attempt, noise: float) -> list[TorqueEffect]:
 
 def _is_even_friction(effect: Effect) -> bool:
     """Return whether an effect is dry friction that depends on nothing but the speed: the angle may be missing."""
-    return isinstance(effect, TorqueEffect) and effect.dry and effect.form is Form.JOINT and effect.curve is None
+    return _is_dry(effect) and effect.form is Form.JOINT and effect.curve is None
+
+
+def _is_dry(effect: Effect) -> TypeGuard[TorqueEffect]:
+    return isinstance(effect, TorqueEffect) and effect.dry
 
 
 def _promising(attempt: Attempt, curves: Sequence[TorqueEffect]) -> list[Candidate]:
@@ -119,7 +127,7 @@ def _even_instead(progress: Progress, attempt: Attempt) -> Attempt:
     """Return a model with a last effect that has a name, if that is dry friction that is as good when it is even."""
     last = len(attempt.model.effects) - 1
     curve = attempt.model.effects[last].effect
-    if not (isinstance(curve, TorqueEffect) and curve.dry):
+    if not _is_dry(curve):
         return attempt
     mean = np.array([np.mean(attempt.fit.values[attempt.model.places(last)])])
     even = next(e for e in CATALOGUE if _is_even_friction(e) and e.joint == curve.joint and len(e.parameters) == 1)
@@ -144,7 +152,7 @@ def _stiffness(attempt: Attempt) -> Stiffness:
 def _begun(progress: Progress, candidate: Candidate) -> list[Attempt]:
     """Return the model with a curve, as smooth as a score test says; of dry friction in the place of even one."""
     current, active = progress.current, candidate.active
-    if not (isinstance(active.effect, TorqueEffect) and active.effect.dry):
+    if not _is_dry(active.effect):
         return [attempt for _, attempt in progress.tried(current, [(candidate,)])]
     for index, other in enumerate(current.model.effects):
         if _is_even_friction(other.effect) and other.effect.joint == active.effect.joint:
@@ -156,9 +164,13 @@ def _begun(progress: Progress, candidate: Candidate) -> list[Attempt]:
 
 def _earns_its_place(before: Attempt, after: Attempt) -> bool:
     """Return whether a curve brings enough, also over what as many free parameters would by chance."""
-    curve = [len(after.model.effects) - 1]
-    return earns_its_place(before, after, curve) and change(before, after).fit > 2.0 * (
-        after.unknowns - before.unknowns
+    curve = len(after.model.effects) - 1
+    enough = after.holdout.rmse() < (1.0 - _LEAST_SHARE) * before.holdout.rmse()
+    by_chance = 2.0 * (after.unknowns - before.unknowns)
+    return (
+        (enough or _is_dry(after.model.effects[curve].effect))
+        and earns_its_place(before, after, [curve])
+        and change(before, after).fit > by_chance
     )
 
 
