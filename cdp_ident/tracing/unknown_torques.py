@@ -32,7 +32,7 @@ _REFITS = 2
 _NEAR_THE_BEST = 0.3
 """A curve that gains a smaller share in the score test than the best one is not fitted."""
 _AS_GOOD = 1.02
-"""Even friction is as good as a curve if its error over windows kept out is at most so many times the curve's."""
+"""A model is as good as another if its error over windows kept out is at most so many times the other's."""
 _LEAST_SHARE = 0.1
 """By which share of it a torque without a name lowers the error over windows kept out, or it is one of many small ones.
 Dry friction over the angle is asked less: it may stand in the place of a name that would be wrong."""
@@ -181,7 +181,8 @@ def _without_imitations(progress: Progress, attempt: Attempt) -> Attempt:
         if effect.curve:
             continue
         removed = without_effects(attempt, [index])
-        if not earns_its_place(removed, attempt, [index]):
+        as_good = removed.holdout.rmse() < _AS_GOOD * attempt.holdout.rmse()
+        if as_good and not earns_its_place(removed, attempt, [index]):
             attempt, key = removed, effect.key
             progress.note(f"dropped {key}", attempt, f"dropped {key}: what it explained is explained otherwise")
     return attempt
