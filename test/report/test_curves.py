@@ -79,7 +79,8 @@ def test_an_encoder_s_error_is_taken_out_before_torques_are_looked_at(outcome, s
     after = outcome.trace.after
     model = after.model.with_effect(ActiveEffect(effect))
     values = np.append(after.fit.values, offset)
-    attempt = replace(after, fit=replace(after.fit, model=model, values=values))
+    fit, holdout = (replace(part, model=model, values=values) for part in (after.fit, after.holdout))
+    attempt = replace(after, fit=fit, holdout=holdout)
     ladder = replace(outcome.trace.ladder, after=attempt)
     shifted = curves(replace(outcome, trace=replace(outcome.trace, ladder=ladder))).torques
     assert shifted.angle[:, 0] == pytest.approx(shown_curves.torques.angle[:, 0] - offset, abs=SMALLEST_STEP)
