@@ -1,7 +1,7 @@
 import numba
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
@@ -46,10 +46,12 @@ def test_sine_and_cosine_lie_on_the_unit_circle(angle):
 
 
 @given(values=pendulums(), state=starts(speed=30.0), u=st.floats(-20, 20))
+@example(values=TABLE_2, state=np.array([0.0, np.pi, 0.0, 0.0]), u=0.0)
 def test_accelerations_are_those_of_the_lagrangian(values, state, u):
     expected = pendulum.accelerations(values, state, u)
     computed = compiled_accelerations(state, u, physical_coefficients(values))
-    np.testing.assert_allclose(computed, expected, rtol=1e-10, atol=1e-9 * np.abs(expected).max())
+    # At an equilibrium both are rounding only, of torques that cancel.
+    np.testing.assert_allclose(computed, expected, rtol=1e-10, atol=1e-9 * np.abs(expected).max() + 1e-12)
 
 
 @given(values=pendulums(), state=starts())
