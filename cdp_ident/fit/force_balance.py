@@ -174,7 +174,8 @@ def _in_windows_of_their_width(
     fits = []
     for width in _HALF_WIDTHS:
         rows = mechanism.rows(pieces, unknowns, width * unit, np.zeros(len(GROUPS)))
-        if rows.holds.mean(axis=1).sum() < STEPS_BETWEEN * _FEWEST_ROWS * len(unknowns.names):
+        enough = rows.holds.mean(axis=1).sum() >= STEPS_BETWEEN * _FEWEST_ROWS * len(unknowns.names)
+        if not enough or not rows.holds.any(axis=0).all():
             continue
         fits.append((width * unit, _fit(rows, unknowns)))
         if fits[-1][1].noise_share < _LITTLE_NOISE:

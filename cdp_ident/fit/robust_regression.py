@@ -22,6 +22,9 @@ _MEDIAN_OF_TWO, _MEDIAN_OF_ONE = 1.177, 0.6745
 """Median length of a standard normal vector of two components, and of one."""
 _MOST_CORRECTED = 0.9
 """In a direction of which more than this share is noise, no more than this share is taken off."""
+_LEAST_RATIO = 0.01
+"""The smaller of the two components' scatters is at least so much of the larger: a component whose target is zero would
+be fitted by unknowns that are all zero."""
 _LEAST_SHARE = 1e-10
 
 
@@ -117,7 +120,7 @@ def _covariance_of(residuals: Array, holds: Mask, weights: Array) -> Array:
     """Return the robust covariance (2, 2) of residuals (k, 2)."""
     both = holds.all(axis=1)
     sizes = np.array([_spread(residuals[holds[:, k], k]) for k in range(2)])
-    floor = max(float(sizes.max()), 1e-300) * 1e-6
+    floor = max(float(sizes.max()), 1e-300) * _LEAST_RATIO
     sizes = np.maximum(sizes, floor)
     a, b = (residuals[both] * np.sqrt(weights[both, None])).T
     lengths = float(np.sqrt(np.sum(a**2) * np.sum(b**2)))

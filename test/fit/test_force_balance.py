@@ -55,6 +55,17 @@ def test_a_joint_that_never_slips_is_told(measured):
         balance_of_forces([measured(locked, start=np.array([2.0, 2.0, 0.0, 0.0]))], 0.4, G)
 
 
+def test_a_joint_that_soon_comes_to_rest_leaves_a_pendulum(measured, true_groups):
+    """Where it rests, inertias and weights that are all zero would explain the other joint's motion exactly."""
+    soon_at_rest = replace(PLAIN, dry1=1.2)
+    trials = [measured(soon_at_rest, start=np.array([2.0, start, 0.0, 0.0]), noise=3e-4) for start in (2.6, 0.5)]
+    found = balance_of_forces(trials, 0.4, G, constant_coupling=True)
+    truth, dry = true_groups(soon_at_rest, 0.4)
+    assert found.dry == ("inner",)
+    assert found.groups[:3] == pytest.approx(truth[:3], rel=0.05)
+    assert found.value(DRY["inner"]) == pytest.approx(dry[0], rel=0.15)
+
+
 def test_many_short_trials_are_one_balance(measured, true_groups):
     starts = [np.array([2.0 + 0.3 * k, 2.6 - 0.5 * k, 0.0, 0.0]) for k in range(6)]
     found = balance_of_forces([measured(units=6.0, start=start) for start in starts], 0.4, G)
