@@ -21,6 +21,7 @@ from typing import Any
 
 import numba
 import numba.core.config
+from numba.extending import register_jitable
 
 Compilable = Callable[..., Any]
 
@@ -61,26 +62,33 @@ _CACHE_FOLDER = _cache_folder()
 _FLOATING_POINT = {"error_model": "numpy", "fastmath": True}
 
 
+# Loops alone are called from Python. What they are made of is compiled once for each kind of arguments, literal numbers
+# among them being numbers (numba would compile a function anew for -1, for 0 and for a variable), without the code that
+# would take Python's objects apart for each.
+_PART = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+
+
 def inlined(function: Compilable) -> Compilable:
-    """Compile a function that becomes a part of each loop that calls it."""
-    return numba.njit(function, nogil=True, forceinline=True, **_FLOATING_POINT)
+    """Let a function become a part of each compiled loop that calls it."""
+    return register_jitable(forceinline=True, **_PART, **_FLOATING_POINT)(function)
 
 
 def part(function: Compilable) -> Compilable:
-    """Compile a function that compiled loops call."""
-    return numba.njit(function, nogil=True, **_FLOATING_POINT)
+    """Let compiled loops call a function."""
+    return register_jitable(**_PART, **_FLOATING_POINT)(function)
 
 
 def compiled(function: Compilable) -> Compilable:
     """Compile an inner loop; it runs without Python's global lock and is kept on disk."""
+    options = {"nogil": True, **_FLOATING_POINT}
     if _CACHE_FOLDER is None:
-        return part(function)
+        return numba.njit(function, **options)
     configured = numba.core.config.CACHE_DIR
     numba.core.config.CACHE_DIR = _CACHE_FOLDER
     try:
-        loop = numba.njit(function, nogil=True, cache=True, **_FLOATING_POINT)
+        loop = numba.njit(function, cache=True, **options)
     except (OSError, RuntimeError):  # numba's word for a folder that cannot be written to
-        return part(function)
+        return numba.njit(function, **options)
     finally:
         numba.core.config.CACHE_DIR = configured
     cache = loop._cache  # numba has no public way to go on without one

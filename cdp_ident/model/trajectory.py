@@ -9,7 +9,7 @@ breaks loose (`sticking`), and where its error would be too large (`_is_rough`).
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.model.compilation import compiled, part
+from cdp_ident.model.compilation import compiled, inlined, part
 from cdp_ident.model.dynamics import BEFORE_PARAMETERS, COUNT_OF_SUMS, STICKS, joint_speed, rates_of
 from cdp_ident.model.effects.effect import Form
 from cdp_ident.model.sticking import carry_across, dip, hold, settle, stop, violation
@@ -126,6 +126,13 @@ def _run(
     )  # fmt: skip
 
 
+@inlined
+def _copy(source, target):
+    """Copy numbers; numba's assignment of slices would bring its formatting of error messages, seconds to compile."""
+    for i in range(len(target)):
+        target[i] = source[i]
+
+
 @part
 def _input(inputs, share):
     """Return the cart's acceleration at a share of the step, from those at its beginning, middle and end."""
@@ -185,7 +192,7 @@ def _step(
             for joint in range(2):
                 if modes[joint] == STICKS:
                     stop(end, joint)
-            at[:] = end
+            _copy(end, at)
         rates_of(
             at, time + there * step, _input(inputs, there), modes, coefficients, table, values, lanes_of, constants,
             base, slopes, torque_by_state, torque_by_lane, sums, by_state, direct, rates, stage,
@@ -362,7 +369,7 @@ def _trajectory(
                         first_row = rates[4].copy()
                         for joint in range(2):
                             if sought[joint]:
-                                rates[4] = first_row
+                                _copy(first_row, rates[4])
                                 instant = _instant(
                                     joint, violations[joint], state, done, whole, step, time, inputs, modes,
                                     coefficients, table, values, lanes_of, constants, base, slopes, torque_by_state,
@@ -391,10 +398,11 @@ def _trajectory(
                             + w3 * tangent_slopes[4, r, i]
                         )
                 j += 1
-            state[:] = end
-            tangent[:] = ended
+            _copy(end, state)
+            for r in range(n):
+                _copy(ended[r], tangent[r])
             if stopped >= 0:
-                before[:] = rates[4]
+                _copy(rates[4], before)
                 fresh = True
                 if modes[stopped] == STICKS:
                     loose = stopped
@@ -405,8 +413,9 @@ def _trajectory(
                         stop(state, 1 - stopped)
                     crossed = stopped
             else:
-                rates[0] = rates[4]
-                tangent_slopes[0] = tangent_slopes[4]
+                _copy(rates[4], rates[0])
+                for r in range(n):
+                    _copy(tangent_slopes[4, r], tangent_slopes[0, r])
             done = reached
             longest = min(1.0, 2.0 * longest)
 
