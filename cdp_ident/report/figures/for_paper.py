@@ -10,6 +10,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure as Canvas
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MultipleLocator
@@ -32,6 +33,8 @@ _WIDTH = 6.5
 """Inches: the width of a page's text."""
 _PIXELS = 96.0
 """Of a panel's height in an inch."""
+_LEGEND_ROW = 0.22
+"""Inches."""
 _RESOLUTION = 150.0
 _SHAPES = {"circle": "o", "square": "s", "diamond": "D", "triangle": "^", "cross": "X", "star": "*"}
 _BEHIND_WORDS = {"facecolor": LIGHT["surface"], "linewidth": 0, "pad": 0.6}
@@ -67,7 +70,11 @@ def _drawn(figure: Figure) -> Canvas:
     heights = [panel.height for panel in figure.panels]
     legend = figure.legend()
     rows = math.ceil(sum(len(label) + 8 for label, _, _ in legend) / 100) if legend else 0
-    canvas = Canvas(figsize=(_WIDTH, (sum(heights) + 40) / _PIXELS + 0.22 * rows), layout="constrained")
+    below = _LEGEND_ROW * rows
+    height = (sum(heights) + 40) / _PIXELS + below
+    # The legend's place is kept by hand: matplotlib has had "outside lower center" since 3.7, Ubuntu 24.04 has 3.6.
+    layout = ConstrainedLayoutEngine(rect=(0.0, below / height, 1.0, 1.0 - below / height))
+    canvas = Canvas(figsize=(_WIDTH, height), layout=layout)
     axes = canvas.subplots(len(heights), 1, sharex=figure.shared_x, height_ratios=heights, squeeze=False)[:, 0]
     for index, (panel, ax) in enumerate(zip(figure.panels, axes, strict=True)):
         _draw(panel, ax, figure.shared_x and index < len(heights) - 1)
@@ -76,7 +83,7 @@ def _drawn(figure: Figure) -> Canvas:
         handles = [_handle(*entry) for entry in legend]
         longest = max(len(label) for label, _, _ in legend)
         columns = min(len(legend), max(1, 100 // (longest + 8)))
-        canvas.legend(handles=handles, loc="outside lower center", ncols=columns, frameon=False)
+        canvas.legend(handles=handles, loc="lower center", ncols=columns, frameon=False)
     return canvas
 
 
