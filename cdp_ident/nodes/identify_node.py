@@ -23,6 +23,7 @@ from cdp_ident.ros.diagnostics import Diagnostics, Status
 from cdp_ident.ros.node import run_node
 from cdp_ident.ros.parameters import Parameters, Shown
 from cdp_ident.ros.qos import latched
+from cdp_ident.ros.steady_timer import call_every
 
 _SECONDS_BETWEEN_LOOKS = 1.0
 _LONGEST_GOODBYE = 5.0
@@ -61,7 +62,7 @@ class IdentifyNode:
             self._start(loaded)
         else:
             self._say(f"waiting for a first trial in {waits_for}")
-        node.create_timer(_SECONDS_BETWEEN_LOOKS, self._look)
+        call_every(node, _SECONDS_BETWEEN_LOOKS, self._look)
 
     def close(self) -> None:
         """End: an identification that still runs is given up."""

@@ -2,7 +2,6 @@
 
 from typing import Any
 
-import rclpy.clock
 from diagnostic_msgs.msg import DiagnosticArray
 from sensor_msgs.msg import JointState, TimeReference
 from std_msgs.msg import String
@@ -19,6 +18,7 @@ from cdp_ident.ros.diagnostics import Diagnostics, Status
 from cdp_ident.ros.node import parse_arguments, run_node
 from cdp_ident.ros.parameters import Parameters
 from cdp_ident.ros.qos import Subscription, latched, offered
+from cdp_ident.ros.steady_timer import call_every
 from cdp_ident.ros.trial_limits import declare_trial_limits
 from cdp_ident.user_input import user_path
 
@@ -82,9 +82,7 @@ class RecorderNode:
         node.create_service(Trigger, "~/arm", self._arm)
         node.create_service(Trigger, "~/start", self._start)
         node.create_service(Trigger, "~/stop", self._stop)
-        # Steady: it goes on where use_sim_time is set and no clock runs.
-        self._steady = rclpy.clock.Clock(clock_type=rclpy.clock.ClockType.STEADY_TIME)
-        node.create_timer(FLUSH_NS * 1e-9, lambda: self._recorder.tick(self._now()), clock=self._steady)
+        call_every(node, FLUSH_NS * 1e-9, lambda: self._recorder.tick(self._now()))
         self._diagnostics = Diagnostics(node, self._report)
 
     def close(self) -> None:

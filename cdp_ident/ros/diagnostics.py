@@ -3,10 +3,10 @@
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
-import rclpy.clock
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
 from cdp_ident.rig.health import Level
+from cdp_ident.ros.steady_timer import call_every
 
 
 class Status(NamedTuple):
@@ -36,9 +36,7 @@ class Diagnostics:
         """`report` is asked once a second."""
         self._node, self._report = node, report
         self._publisher = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
-        # Steady: it goes on where use_sim_time is set and no clock runs.
-        self._steady = rclpy.clock.Clock(clock_type=rclpy.clock.ClockType.STEADY_TIME)
-        node.create_timer(1.0, self._publish, clock=self._steady)
+        call_every(node, 1.0, self._publish)
 
     def _publish(self) -> None:
         reported = self._report()

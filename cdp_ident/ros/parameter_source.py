@@ -5,7 +5,6 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any
 
-import rclpy.clock
 from rcl_interfaces.msg import ParameterEvent, ParameterType
 from rcl_interfaces.srv import GetParameters, ListParameters
 from rclpy.parameter import parameter_value_to_python
@@ -13,6 +12,7 @@ from std_msgs.msg import String
 
 from cdp_ident.configuration.fitted_model import describes_model
 from cdp_ident.ros.qos import latched
+from cdp_ident.ros.steady_timer import call_every
 
 _LOOK_SECONDS = 0.1
 """How often it is looked whether there is something to ask for [s]."""
@@ -34,9 +34,7 @@ class ParameterSource:
         """The clients that were asked, and what they will answer."""
         node.create_subscription(ParameterEvent, "/parameter_events", self._note_event, 1000)
         node.create_subscription(String, f"{source}/state", self._note, latched())
-        # Steady: it goes on where use_sim_time is set and no clock runs.
-        self._steady = rclpy.clock.Clock(clock_type=rclpy.clock.ClockType.STEADY_TIME)
-        node.create_timer(_LOOK_SECONDS, self._look, clock=self._steady)
+        call_every(node, _LOOK_SECONDS, self._look)
 
     def _note_event(self, event: Any) -> None:
         if event.node == self._source:

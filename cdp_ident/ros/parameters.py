@@ -64,6 +64,7 @@ class Parameters:
     def __init__(self, node: Any, arguments: Sequence[str]) -> None:
         """Raises `OptionError` where a parameter file of the node's `arguments` cannot be read or has no key for it."""
         self._node = node
+        self._of_ros = frozenset(node._parameters)
         # Clocks that change while a node runs would mix two times.
         node.set_descriptor("use_sim_time", Shown(False, "whether time comes from /clock").descriptor())
         self._for_any = _given_to_any(node.get_fully_qualified_name(), arguments)
@@ -103,15 +104,18 @@ class Parameters:
         return value
 
     def given(self, knows: Callable[[str], bool] = lambda name: True) -> dict[str, Any]:
-        """Return what the user gave by `-p` and `--params-file`, by name, declared or not.
+        """Return what the user gave by `-p` and `--params-file`, by name, declared or not, but for what is ROS's.
 
-        What stands in a file for any node is left out where `knows` is false: it is meant for another one.
+        ROS's own are `use_sim_time` and the like. What stands in a file for any node is left out where `knows` is
+        false: it is meant for another one.
         """
         overrides = self._node._parameter_overrides  # rclpy has no public way to ask for these
         return {
             name: overrides[name].value
             for name in overrides
-            if not name.startswith(QOS_OVERRIDES) and (knows(name) or name not in self._for_any)
+            if name not in self._of_ros
+            and not name.startswith(QOS_OVERRIDES)
+            and (knows(name) or name not in self._for_any)
         }
 
     def get(self, name: str) -> Any:

@@ -373,6 +373,17 @@ def test_what_fails_again_leaves_all_as_before_and_what_succeeds_is_told_as_one_
     assert process.end() == 0
 
 
+def test_a_watched_folder_is_looked_at_without_a_clock_too(start, client, listener, tmp_path, out):
+    trials = tmp_path / "trials"
+    process = start("identify", "--watch", str(trials), "--out", str(out), "--ros-args", "-p", "use_sim_time:=true")
+    listener.wait_for(lambda: client.states == [f"waiting for a first trial in {trials}"])
+    shutil.copytree(WIDE, tmp_path / "first")
+    trials.mkdir()
+    (tmp_path / "first").rename(trials / "first")
+    listener.wait_for(lambda: (out / "report.json").exists())
+    assert process.end() == 0
+
+
 def test_trials_that_come_into_a_watched_folder_are_judged_then_fitted_too(start, client, listener, tmp_path, out):
     trials = tmp_path / "trials"
     process = start("identify", "--watch", str(trials), "--out", str(out))

@@ -252,13 +252,15 @@ class Recorder:
         facts = TrialFacts(options.cart_limit, options.shortest, stamp_ns, by_hand)
         self._trial = _Trial(writer, EndDetector(options.limits, stamp_ns, not by_hand), facts, now_ns)
         self.problem = ""
-        self._set_state(RECORDING)
-        self._say(f"{'started' if by_hand else 'released'}: recording {writer.folder}")
         for message in tuple(self._before):
             self._write(message)
             if message.message_type == MESSAGE_TYPE and (position := self._reader.read(message.raw)):
                 facts.take(position)
         self.tick(now_ns)
+        if self._trial is None:  # the disk did not even take what was kept from before
+            raise RigError(self.problem)
+        self._set_state(RECORDING)
+        self._say(f"{'started' if by_hand else 'released'}: recording {writer.folder}")
         return writer.folder
 
     def _write(self, message: _Message) -> None:

@@ -308,6 +308,28 @@ def test_a_disk_that_takes_no_more_is_said_at_once_and_what_was_written_is_compl
     assert kept[-1][0] >= EPOCH_NS + 2_700_000_000
 
 
+@pytest.mark.parametrize("by_hand", [True, False])
+def test_a_disk_that_does_not_take_the_first_samples_is_no_success(tmp_path: Path, by_hand: bool) -> None:
+    bench = Bench(tmp_path)
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    if not by_hand:
+        bench.recorder.arm()
+    bench.run(0.5)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1000, before[1]))
+    try:
+        if by_hand:
+            with pytest.raises(RigError, match="File too large"):
+                bench.recorder.start(bench.now_ns)
+        else:
+            bench.run(8.0)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert bench.recorder.state == IDLE
+    assert "File too large" in bench.recorder.problem
+    assert RECORDING not in bench.states
+    assert not any("recording" in said for said in bench.said)
+
+
 @pytest.mark.parametrize("position", [1e308, -1e308, float("inf"), float("nan")])
 def test_a_position_that_no_pendulum_has_changes_nothing(tmp_path: Path, position: float) -> None:
     bench = Bench(tmp_path)
