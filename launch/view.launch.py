@@ -19,9 +19,8 @@ from cdp_ident.ros.launching import common_arguments, given, needs, node, value
 
 SHARE = Path(get_package_share_directory("cdp_ident"))
 
-MEASURED = {"prefix": "measured/"}
-SIMULATED = {"prefix": "simulated/", "colour": "0.85 0.4 0.1", "alpha": "0.45"}
-"""How the two rigs differ in the scene, beside their place."""
+SIMULATED = {"colour": "0.85 0.4 0.1", "alpha": "0.45"}
+"""How the simulated rig differs from the measured one in the scene, beside its place."""
 
 
 def generate_launch_description() -> LaunchDescription:
@@ -85,15 +84,17 @@ def _rigs(context: LaunchContext) -> list[Node]:
     looks = _looks(Path(fitted) if fitted else None)
     time = given(context, use_sim_time=bool)
 
-    def rig(looks_besides: dict[str, str], remappings: dict[str, str]) -> Node:
+    def rig(name: str, looks_besides: dict[str, str], remappings: dict[str, str]) -> Node:
+        # /tf is one for all rigs: its frames begin with the namespace.
+        prefix = f"{namespace}/{name}/".lstrip("/")
         description = xacro.process_file(
-            str(SHARE / "urdf/cart_double_pendulum.urdf.xacro"), mappings=looks | looks_besides
+            str(SHARE / "urdf/cart_double_pendulum.urdf.xacro"), mappings=looks | looks_besides | {"prefix": prefix}
         ).toxml()
         text = ParameterValue(description, value_type=str)
         return node(
             "robot_state_publisher",
             package="robot_state_publisher",
-            namespace=f"{namespace}/{looks_besides['prefix'].rstrip('/')}",
+            namespace=f"{namespace}/{name}",
             parameters=[{"robot_description": text, "publish_frequency": 60.0} | time],
             remappings=remappings.items(),
         )
@@ -110,10 +111,10 @@ def _rigs(context: LaunchContext) -> list[Node]:
             {"mode": mode} | given(context, source=str, rate=float, loop=bool) | time,
         ],
     )
-    rigs = [rig(SIMULATED | {"y": value(context, "apart")}, {})]
+    rigs = [rig("simulated", SIMULATED | {"y": value(context, "apart")}, {})]
     if mode != "free":
         # Only a replay has measured joint states of its own; a live rig has its driver's.
-        rigs.append(rig(MEASURED, {"joint_states": f"{namespace}/joint_states"} if mode == "shadow" else {}))
+        rigs.append(rig("measured", {}, {"joint_states": f"{namespace}/joint_states"} if mode == "shadow" else {}))
     return [*rigs, simulator]
 
 

@@ -115,14 +115,17 @@ def test_the_emulated_rig_is_recorded_when_it_is_let_go(launch, listener, tmp_pa
     assert len(list((tmp_path / "trials").iterdir())) == 1
 
 
-def test_a_replay_shows_two_rigs_that_look_like_the_fitted_model(launch, listener, tmp_path):
+@pytest.mark.parametrize("namespace", ["", "rig1"])
+def test_a_replay_shows_two_rigs_of_its_own_that_look_like_the_fitted_model(launch, listener, tmp_path, namespace):
     needs("robot_state_publisher")
     (tmp_path / "fitted.yaml").write_text(parameter_file(TABLE_5))
-    descriptions = hear(listener, String, "/measured/robot_description", "/simulated/robot_description")
-    positions = hear(listener, JointState, "/measured/joint_states", "/simulated/joint_states")
-    launch("view", bag=ROOT / "bags/swing_check", fitted=tmp_path / "fitted.yaml", rate="0.5", rviz="false")
+    rigs = [f"{namespace}/{name}".lstrip("/") for name in ("measured", "simulated")]
+    descriptions = hear(listener, String, *(f"/{rig}/robot_description" for rig in rigs))
+    positions = hear(listener, JointState, *(f"/{rig}/joint_states" for rig in rigs))
+    swing, model = ROOT / "bags/swing_check", tmp_path / "fitted.yaml"
+    launch("view", namespace=namespace, bag=swing, fitted=model, rate="0.5", rviz="false")
     listener.wait_for(lambda: len(descriptions) == len(positions) == 2)
-    for rig in ("measured", "simulated"):
+    for rig in rigs:
         links = {link.get("name"): link for link in ET.fromstring(descriptions[f"/{rig}/robot_description"].data)}
         mass = float(links[f"{rig}/inner_rod"].find("inertial/mass").get("value"))
         assert mass == pytest.approx(TABLE_5["m1"] + TABLE_5["m0"])
