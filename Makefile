@@ -2,6 +2,7 @@
 SHELL := /bin/bash
 PYTHON ?= python3
 VENV := $(CURDIR)/.venv
+REQUIREMENTS ?= requirements-dev.txt
 BIN := $(VENV)/bin
 SHARED := $(wildcard config/* launch/* urdf/*)
 # Nodes of tests and demonstrations find each other on this machine only, on a domain of this run's own. They are started
@@ -36,6 +37,10 @@ format: $(VENV)/.ready  ## what `check` asks for, as far as a tool can do it
 bench: build  ## how fast, beside what a user would use instead
 	@$(ROS) $(BIN)/python -m benchmarks
 
+ubuntu: build  ## on Ubuntu 24.04's own versions: build with REQUIREMENTS=requirements-ubuntu-24.04.txt
+	@$(ROS) $(BIN)/python -m cdp_ident identify --bag bags/swing_wide bags/swing_folded --once --figures --force --out build/found
+	@$(ROS) $(BIN)/python -m pytest $(ALL_CORES) test/nodes test/report/figures/test_for_paper.py
+
 fuzz: $(VENV)/.ready  ## damaged and hostile input for a minute; the seed is printed
 	$(BIN)/python -m fuzz --seconds 60
 
@@ -46,9 +51,9 @@ install/.ready: $(VENV)/.ready setup.py setup.cfg package.xml cdp_ident/executab
 	colcon --log-base log build --symlink-install --event-handlers console_cohesion- console_stderr-
 	@touch $@
 
-$(VENV)/.ready: requirements.txt requirements-dev.txt
+$(VENV)/.ready: $(wildcard requirements*.txt)
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/pip install --disable-pip-version-check --quiet -r requirements-dev.txt
+	$(BIN)/pip install --disable-pip-version-check --quiet -r $(REQUIREMENTS)
 	@touch $(VENV)/COLCON_IGNORE $@
 
 clean:
