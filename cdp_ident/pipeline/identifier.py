@@ -151,7 +151,7 @@ class Identifier:
 
     def _judge(self, latest: Outcome, trial: Trial) -> None:
         after = latest.trace.after
-        expected = latest.trace.errors[1].rmse
+        expected = latest.trace.errors["effects"].holdout.rmse
         window = latest.identification.data.window
         unseen = check_new_trial(after.model, after.fit.values, latest.trace.covariance, expected, trial, window)
         self._unseen.append(unseen)

@@ -65,7 +65,7 @@ def alternatives(
         if _is_richer_form(effect, active.effect):
             continue
         worse = change(rival, current)
-        close = worse.fit + worse.holdout < _INDISTINGUISHABLE
+        close = worse.fit + worse.validation < _INDISTINGUISHABLE
         if close and (effect.name, effect.joint) not in named and earns_its_place(removed, rival):
             found.append(f"{effect.name} {effect.joint}")
     return tuple(dict.fromkeys(found))
@@ -125,7 +125,7 @@ def _is_better(rival: Attempt, current: Attempt) -> bool:
     fewer = len(rival.model.effects) < len(current.model.effects)
     if len(rival.fit.values) > len(current.fit.values) and not fewer:
         return gained.bic < 0 and brings_enough(current, rival)  # what is richer must earn its parameters
-    return gained.bic < 0 and gained.fit + gained.holdout > _INDISTINGUISHABLE and gained.holdout > 0
+    return gained.bic < 0 and gained.fit + gained.validation > _INDISTINGUISHABLE and gained.validation > 0
 
 
 def _is_richer_form(effect: Effect, other: Effect) -> bool:

@@ -197,7 +197,7 @@ def test_a_measured_swing_is_identified_and_its_errors_printed(tmp_path, capsys)
     columns = ["--time", "time_s", "--inner", "theta1_rad", "--outer", "theta2_rad", "--outer-angle", "absolute"]
     assert import_csv([str(MEASURED), "--out", str(tmp_path / "measured"), "--every", "5", *columns]) == 0
     nominal = {"m1": 0.0938, "m2": 0.1376, "m0": 0.0, "l1": 0.1086, "l2": 0.1168, "J1": 4.4e-4, "J2": 1.27e-3}
-    # Part of the 48 s is enough to see that it is identified; the ladder of effects climbs longer on all of it.
+    # Part of the 48 s is enough to see that it is identified; the selection of effects takes longer on all of it.
     values = {"L": 0.17272, "nominal": {**nominal, "c1": 2.4e-4, "c2": 1e-5}, "trial": {"stop": 12.0}}
     (tmp_path / "rig.yaml").write_text(yaml.safe_dump({"identify": {"ros__parameters": values}}))
     options = ["--config", str(tmp_path / "rig.yaml"), "--out", str(tmp_path / "out"), "--once"]
