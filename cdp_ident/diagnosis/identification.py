@@ -34,6 +34,8 @@ class Identification:
     covariance: Array
     """(unknowns, unknowns) covariance of the fitted values."""
     physical: PhysicalValues
+    failure: str
+    """Why no parameter means anything, in words; empty where the fit did not fail."""
     continuity: Continuity | None
     repeatability: Repeatability | None
 
@@ -45,6 +47,7 @@ class Identification:
         balances: tuple[ForceBalance, ...],
         length_by_balance: LengthByBalance | None,
         estimate: Estimate,
+        failure: str = "",
     ) -> "Identification":
         """Diagnose an estimate."""
         fit, count = estimate.fit, len(GROUPS)
@@ -58,6 +61,7 @@ class Identification:
             estimate=estimate,
             covariance=spread,
             physical=nearest_physical_values(fit.values[:count], spread[:count, :count], options.prior, length),
+            failure=failure,
             continuity=continuity(fit),
             repeatability=repeatability(fit, data.names),
         )

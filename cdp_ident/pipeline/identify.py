@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.diagnosis.identification import Identification
-from cdp_ident.diagnosis.length import LengthByBalance, length_by_balance, refuse_another_length
+from cdp_ident.diagnosis.length import LengthByBalance, length_by_balance, says_another_length
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.balance_unknowns import DRY, DryJoint
 from cdp_ident.fit.data import noise_over, prepare
@@ -41,7 +41,6 @@ def identify(
 
     Raises:
         IdentificationError: the trials do not suffice.
-        FitFailedError: they are of no double pendulum with these L and g.
     """
     if not fit:
         raise IdentificationError("there is no trial to fit: give at least one bag")
@@ -51,10 +50,10 @@ def identify(
     noise = noise_over(shown)
     balances = _balances(shown, options)
     balanced = balances[0].groups if balances else None
-    length = None
+    length, failure = None, ""
     if balances and not options.length_free:
         length = _length(shown, options, balances[0])
-        refuse_another_length(balances[0], length)
+        failure = says_another_length(balances[0], length)
     scales = scales_of(shown, prior.length, prior.gravity, noise, balanced)
     parted = [replace(part, trial=thinned(part.trial, scales.together)) for part in parted]
     noise = noise_over([part.shown for part in parted[: len(fit)]])
@@ -73,7 +72,7 @@ def identify(
         stop,
         balanced,
     )
-    return Identification.of(options, data, balances, length, found)
+    return Identification.of(options, data, balances, length, found, failure)
 
 
 def _lengths(trial: Trial, scales: Scales, groups: Array | None, options: IdentifyOptions, noise: Array) -> Lengths:

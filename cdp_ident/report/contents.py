@@ -339,6 +339,8 @@ def _doubts(unseen: Sequence[NewTrialCheck]) -> Iterator[FitWarning]:
 
 
 def _failures(traced: Trace) -> Iterator[FitWarning]:
+    if traced.failure:
+        yield FitWarning("fit_failed", (), traced.failure)
     if traced.failures:
         yield FitWarning("not_computed", (), f"what could not be computed is left out: {'; '.join(traced.failures)}")
 

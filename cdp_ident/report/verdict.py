@@ -12,6 +12,8 @@ _PREFIXES = ((1.0, ""), (1e-3, "m"), (1e-6, "µ"))
 
 def verdict(trace: Trace) -> str:
     """Say what the motion shows beside the paper's model, how much of it that explains, and what remains."""
+    if trace.failure:
+        return f"{trace.failure[0].upper()}{trace.failure[1:]}."
     before, after = trace.before.holdout.rmse(), trace.after.holdout.rmse()
     milliradians = f"{1e3 * before:.3g} -> {1e3 * after:.3g} mrad"
     remains = trace.unexplained

@@ -48,9 +48,9 @@ class Attempt:
     def _covariance(self) -> Array:
         return covariance(self.fit)
 
-    def place_of(self, key: str) -> int:
-        """Return the index of an effect among the model's, by its key."""
-        return [active.effect.key for active in self.model.effects].index(key)
+    def place_of(self, label: str) -> int:
+        """Return the index of an effect among the model's, by its label."""
+        return self.model.labels.index(label)
 
     def strength(self, index: int) -> float:
         """Return the strength of an effect in its own standard deviations (the root of Wald's statistic)."""

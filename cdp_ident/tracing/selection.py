@@ -74,6 +74,11 @@ class Selection:
     """What could not be computed on the way, in words."""
     interrupted: bool
 
+    @classmethod
+    def nothing(cls, model: Attempt) -> "Selection":
+        """Return one that has not begun."""
+        return cls(model, model, (), (), (), (), (), interrupted=False)
+
 
 class InterruptedSelectionError(Exception):
     """A selection was asked to stop; what it has is in its `Progress`."""
@@ -107,7 +112,7 @@ class Progress:
         self.encoder_steps = encoder_steps
         self.steps: list[Step] = []
         self.rivals: dict[str, tuple[Attempt, ...]] = {}
-        """The rivals that each effect has stood against in the last exchange, by its key."""
+        """The rivals that each effect has stood against in the last exchange, by its label."""
         self.failures: list[str] = []
         """What could not be computed, in words."""
         self._told, self._stop, self._trying = told, stop, trying

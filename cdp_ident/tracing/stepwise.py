@@ -78,8 +78,8 @@ def stepwise_selection(
     after = progress.current
     without = [_without(progress, index) for index in range(len(after.model.effects))]
     also_possible = tuple(
-        alternatives(active, after, removed, progress.rivals.get(active.effect.key, ()))
-        for active, removed in zip(after.model.effects, without, strict=True)
+        alternatives(active, after, removed, progress.rivals.get(label, ()))
+        for active, label, removed in zip(after.model.effects, after.model.labels, without, strict=True)
     )
     return Selection(
         before=before,

@@ -9,13 +9,14 @@ import numpy.typing as npt
 
 from cdp_ident.diagnosis.evaluation import ErrorsByRole, errors_of, evaluate
 from cdp_ident.diagnosis.identification import Identification
+from cdp_ident.errors import FitFailedError
 from cdp_ident.fit.physical import PhysicalValues
 from cdp_ident.fit.refinement import Fit
 from cdp_ident.model.parameters import groups_of, inertia_about_cart
 from cdp_ident.tracing.evidence import Attempt
 from cdp_ident.tracing.final_model import FinalModel
 from cdp_ident.tracing.found_effects import FoundEffect, found_effects
-from cdp_ident.tracing.selection import Selection
+from cdp_ident.tracing.selection import Selection, attempt_of
 from cdp_ident.tracing.stepwise import stepwise_selection
 from cdp_ident.tracing.unexplained import Unexplained, unexplained
 
@@ -38,6 +39,8 @@ class Trace:
     errors: Mapping[Stage, ErrorsByRole]
     """Of each stage on the way."""
     unexplained: Unexplained
+    failure: str
+    """Why no parameter means anything, in words; empty where the fit did not fail."""
 
     @property
     def covariance(self) -> Array:
@@ -69,21 +72,16 @@ def trace(
         stop: asked now and then; true ends the tracing with the effects found so far.
         trying: called with what is tried next.
 
-    Raises:
-        FitFailedError: the model does not follow the motion; no effect is sought then.
+    Where the model does not follow the motion, no effect is sought, and `failure` says so.
     """
-    data = found.data
-    selection = stepwise_selection(
-        found.fit,
-        data.folds,
-        float(np.sqrt(np.mean(data.noise**2))),
-        told,
-        stop,
-        found.balances,
-        data.scales.encoder_steps,
-        found.options.named_effects_only,
-        trying,
-    )
+    data, failure = found.data, found.failure
+    if not failure:
+        try:
+            selection = _selected(found, told, stop, trying)
+        except FitFailedError as error:
+            failure = str(error)
+    if failure:
+        selection = Selection.nothing(attempt_of(found.fit, data.folds))
     # Everything is decided: what was held out is looked at from here on.
     before = FinalModel.of(selection.before.fit, data)
     after = before if selection.after is selection.before else before.like_this(selection.after.fit)
@@ -100,6 +98,27 @@ def trace(
         completed=completed,
         errors=_errors(found, selection, before, after),
         unexplained=unexplained(after, data.noise, data.names, inertia),
+        failure=failure,
+    )
+
+
+def _selected(
+    found: Identification,
+    told: Callable[[str], None],
+    stop: Callable[[], bool],
+    trying: Callable[[str], None],
+) -> Selection:
+    data = found.data
+    return stepwise_selection(
+        found.fit,
+        data.folds,
+        float(np.sqrt(np.mean(data.noise**2))),
+        told,
+        stop,
+        found.balances,
+        data.scales.encoder_steps,
+        found.options.named_effects_only,
+        trying,
     )
 
 

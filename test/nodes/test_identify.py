@@ -151,14 +151,19 @@ def test_bad_input_is_one_line_and_exit_code_2(options, words, capsys, tmp_path,
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_fit_that_failed_is_one_line_and_exit_code_3(capsys, tmp_path, monkeypatch):
+def test_a_fit_that_failed_is_one_line_a_report_and_exit_code_3(capsys, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "long.yaml").write_text("identify: {ros__parameters: {L: 1.5}}")
     assert main(["--bag", WIDE, "--config", "long.yaml", "--once"]) == 3
     error = capsys.readouterr().err.splitlines()[-1]
     assert error.startswith("identify: error: the fit failed")
     assert "L is 0.4" in error
-    assert list(tmp_path.iterdir()) == [tmp_path / "long.yaml"]
+    folder = tmp_path / "identification" / "swing_wide"
+    report = report_in(folder)
+    assert report["verdict"].startswith("The fit failed")
+    assert report["warnings"][0]["name"] == "fit_failed"
+    assert report["effects"] == []
+    assert not (folder / "fitted.yaml").exists()
 
 
 @pytest.mark.parametrize(
