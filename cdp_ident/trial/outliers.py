@@ -10,6 +10,7 @@ set's residuals reach 4.
 
 import itertools
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -35,12 +36,16 @@ _SETS = [
     for gaps in itertools.product(range(1, _BESIDE + 1), repeat=others)
 ]
 """Places of samples that may be outliers together, counted from the first of them; small sets first."""
+_NEAR = 2 * _BESIDE + int(_SETS[-1][-1])
+"""Samples no further apart are in one cubic's set and neighbours."""
 _SUSPECT = 5.0
 """Outliers are looked for where a fourth difference is so many times the noise."""
 _BLOCK = 64
 """The noise is that of so many samples, or of their neighbours where it is more: it may change with the motion."""
 _FINEST = 5e-5
 """Noise counts for no less [rad or m]: a fine encoder that is read unevenly errs by a count now and then."""
+_RIDGE = 1e-12
+"""Added to the normal equations over times from -1 to 1, which are singular where all but a few samples coincide."""
 _NEIGHBOURS = 5.5
 """Samples further apart than so many usual spacings are no neighbours."""
 
@@ -57,10 +62,7 @@ def outliers(time: Array, values: Array, period: float | None = None) -> Mask:
     spacing = np.diff(time)
     apart = (spacing <= 0.0) | (spacing > _NEIGHBOURS * np.median(spacing)) if len(spacing) else spacing > 0.0
     for part in np.split(np.arange(len(time)), np.flatnonzero(apart) + 1):
-        kept = part
-        while len(places := _next_outliers(time[kept], values[kept], period)):
-            found[kept[places]] = True
-            kept = np.delete(kept, places)
+        found[part] = _among_neighbours(time[part], values[part], period)
     return found
 
 
@@ -72,25 +74,87 @@ def outlier_words(times: Sequence[float], samples: int) -> str:
     return f"{words}{100 * count / (count + samples):.2g} %) {'is' if count == 1 else 'are'} left out, {first}"
 
 
-def _next_outliers(time: Array, values: Array, period: float | None) -> Indices:
-    """Return the places of the smallest sets of outliers that are there."""
-    if len(time) < 2 * _BESIDE + _SETS[-1][-1] + 1:
-        return np.empty(0, dtype=np.int64)
-    unwrapped = np.asarray(np.unwrap(values, period=period) if period else values)
-    differences = np.abs(fourth_differences(time, unwrapped))
-    noise = np.maximum(_noise(differences, len(time)), encoder_step(unwrapped) / np.sqrt(12.0))
-    # Each sample by the worst difference it is in; those at the ends are in few, and always looked at.
-    worst = maximum_filter1d(np.pad(differences, SAMPLES // 2, constant_values=np.inf), SAMPLES)
-    suspect = worst > _SUSPECT * noise
-    for places in _SETS:
-        starts = np.flatnonzero(suspect[: len(time) - places[-1]])
-        residuals = np.zeros(len(time))
-        residuals[starts] = _least_residuals(time, values, period, noise, starts, places)
-        greatest = maximum_filter1d(residuals, 2 * (2 * _BESIDE + places[-1]) + 1)
+def _among_neighbours(time: Array, values: Array, period: float | None) -> Mask:
+    """Return which are outliers (n,), of samples without gaps."""
+    found = np.zeros(len(time), dtype=bool)
+    look: Mask = np.ones(len(time), dtype=bool)
+    while np.any(look) and np.count_nonzero(~found) > 2 * _BESIDE + SAMPLES:
+        kept = np.flatnonzero(~found)
+        samples = _Samples.of(time[kept], values[kept], period)
+        samples.suspect &= look[kept]
+        dropped = np.zeros(len(time), dtype=bool)
+        for places in _SETS:
+            dropped[kept[samples.outliers(places)]] = True
+            samples.suspect &= ~maximum_filter1d(dropped, 2 * _NEAR + 1)[kept]
+        found |= dropped
+        # Where some were found, there may be more without them: those that they hid, or their noise did.
+        look = np.asarray(maximum_filter1d(dropped, 4 * _BLOCK + 1))
+    return found
+
+
+@dataclass
+class _Samples:
+    """Samples of which some may be outliers."""
+
+    time: Array
+    """(n,) [s]."""
+    values: Array
+    """(n,) what was measured."""
+    period: float | None
+    """Of the values."""
+    noise: Array
+    """(n,) standard deviation of the noise about each."""
+    suspect: Mask
+    """(n,) which may be outliers."""
+
+    @classmethod
+    def of(cls, time: Array, values: Array, period: float | None) -> "_Samples":
+        """Take the samples left."""
+        unwrapped = np.asarray(np.unwrap(values, period=period) if period else values)
+        differences = np.abs(fourth_differences(time, unwrapped))
+        noise = np.maximum(_noise(differences, len(time)), encoder_step(unwrapped) / np.sqrt(12.0))
+        # Each by the worst difference it is in; those at the ends are in few, and always suspect.
+        worst = maximum_filter1d(np.pad(differences, SAMPLES // 2, constant_values=np.inf), SAMPLES)
+        return cls(time, values, period, noise, worst > _SUSPECT * noise)
+
+    def outliers(self, places: Indices) -> Indices:
+        """Return the outliers that are a set of samples at these places from a first one."""
+        if len(self.time) < 2 * _BESIDE + places[-1] + 1:
+            return np.empty(0, dtype=np.int64)
+        starts = np.flatnonzero(self.suspect[: len(self.time) - places[-1]])
+        residuals = np.zeros(len(self.time))
+        residuals[starts] = self._least_residuals(starts, places)
+        greatest = maximum_filter1d(residuals, 2 * _NEAR + 1)
         found = np.flatnonzero((residuals > _LIMIT) & (residuals == greatest))
-        if len(found):
-            return np.asarray(np.unique(found[:, None] + places))
-    return np.empty(0, dtype=np.int64)
+        return np.asarray(np.unique(found[:, None] + places))
+
+    def _least_residuals(self, starts: Indices, places: Indices) -> Array:
+        """Return the least studentized residual (m,) of the samples at `places` (p,) from each of the starts (m,)."""
+        time, values, period = self.time, self.values, self.period
+        size = 2 * _BESIDE + int(places[-1]) + 1
+        first = np.clip(starts - _BESIDE, 0, len(time) - size)
+        index = first[:, None] + np.arange(size)
+        members = starts[:, None] + places
+        is_member = (index[:, :, None] == members[:, None, :]).any(axis=2)
+        others = index[~is_member].reshape(len(starts), size - len(places))
+        measured = np.unwrap(values[others], period=period, axis=1) if period else values[others]
+        begin, end = time[first][:, None], time[first + size - 1][:, None]
+        basis, at_members = (
+            ((2.0 * time[at] - begin - end) / (end - begin))[..., None] ** np.arange(4) for at in (others, members)
+        )
+        transposed = basis.transpose(0, 2, 1)
+        fit = np.linalg.solve(transposed @ basis + _RIDGE * np.eye(4), transposed)
+        left = measured - (basis @ fit @ measured[..., None])[..., 0]
+        scatter = np.sqrt(np.sum(left**2, axis=1) / (others.shape[1] - 4))
+        weights = at_members @ fit
+        off = values[members] - (weights @ measured[..., None])[..., 0]
+        if period:
+            off -= period * np.round(off / period)
+        deviation = np.maximum(scatter, self.noise[starts])[:, None] * np.sqrt(1.0 + np.sum(weights**2, axis=2))
+        # Before the first and after the last of the others the motion may change: more than it moves by is asked there.
+        beyond = (members < others[:, :1]) | (members > others[:, -1:])
+        moves = np.max(np.abs(np.diff(measured, axis=1)), axis=1)[:, None]
+        return np.asarray(np.min(np.abs(off) / np.maximum(deviation, beyond * moves / _LIMIT), axis=1))
 
 
 def _noise(differences: Array, count: int) -> Array:
@@ -99,31 +163,3 @@ def _noise(differences: Array, count: int) -> Array:
     noise = maximum_filter1d([np.median(block) / MEDIAN_OF_SIZE for block in blocks], 3)
     by_difference = np.repeat(noise, [len(block) for block in blocks])
     return np.asarray(np.maximum(np.pad(by_difference, (count - len(by_difference)) // 2, mode="edge"), _FINEST))
-
-
-def _least_residuals(
-    time: Array, values: Array, period: float | None, noise: Array, starts: Indices, places: Indices
-) -> Array:
-    """Return the least studentized residual (m,) of the samples at `places` (p,) from each of the starts (m,)."""
-    size = 2 * _BESIDE + int(places[-1]) + 1
-    first = np.clip(starts - _BESIDE, 0, len(time) - size)
-    index = first[:, None] + np.arange(size)
-    members = starts[:, None] + places
-    is_member = (index[:, :, None] == members[:, None, :]).any(axis=2)
-    others = index[~is_member].reshape(len(starts), size - len(places))
-    measured = np.unwrap(values[others], period=period, axis=1) if period else values[others]
-    origin = time[first][:, None]
-    length = time[first + size - 1][:, None] - origin
-    basis, at_members = (((time[at] - origin) / length)[..., None] ** np.arange(4) for at in (others, members))
-    fit = np.linalg.pinv(basis)
-    left = measured - (basis @ fit @ measured[..., None])[..., 0]
-    scatter = np.sqrt(np.sum(left**2, axis=1) / (others.shape[1] - 4))
-    weights = at_members @ fit
-    off = values[members] - (weights @ measured[..., None])[..., 0]
-    if period:
-        off -= period * np.round(off / period)
-    deviation = np.maximum(scatter, noise[starts])[:, None] * np.sqrt(1.0 + np.sum(weights**2, axis=2))
-    # Before the first and after the last of the others the motion may change: more than it moves by is asked there.
-    beyond = (members < others[:, :1]) | (members > others[:, -1:])
-    moves = np.max(np.abs(np.diff(measured, axis=1)), axis=1)[:, None]
-    return np.asarray(np.min(np.abs(off) / np.maximum(deviation, beyond * moves / _LIMIT), axis=1))
