@@ -46,18 +46,18 @@ def found(truth: Truth) -> Found:
     traced = trace(identify(trials[:FIT_TRIALS], trials[FIT_TRIALS:], options))
     named = []
     for effect in traced.effects:
-        if effect.certainty in ("acts_like", "unknown"):
+        if effect.certainty == "acts_like":
             continue  # these are no names
         own = effect.active.effect
         others = (other.split()[:2] for other in effect.also_possible)
         named.append(Named(own.key, (own.name, str(own.joint)), tuple((name, joint) for name, joint in others)))
     return Found(
         tuple(named),
-        traced.ladder.before.holdout.rmse(),
+        traced.before.holdout.rmse(),
         traced.after.holdout.rmse(),
         traced.unexplained.significant,
         traced.unexplained.description,
-        tuple(effect.active.effect.key for effect in traced.effects if effect.certainty == "unknown"),
+        tuple(effect.active.effect.key for effect in traced.effects if effect.curve),
     )
 
 

@@ -6,8 +6,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from cdp_ident.fit.data import Data
 from cdp_ident.fit.motion_model import MotionModel
-from cdp_ident.fit.refinement import fit_initial_states
+from cdp_ident.fit.refinement import Fit, fit_initial_states
 from cdp_ident.fit.windows import Window, as_one_window, cut_into_windows
 from cdp_ident.trial.trial import Trial
 
@@ -28,19 +29,36 @@ class Errors:
     """Eq. (10): squared error of one simulation of each whole trial from its beginning, over these windows [rad^2]."""
 
 
-def evaluate(model: MotionModel, values: Array, windows: Sequence[Window], trials: Sequence[Trial]) -> Errors:
-    """Return the errors over windows of trials.
+@dataclass(frozen=True)
+class ErrorsByRole:
+    """Errors of a model over motion of each role."""
+
+    fit: Errors
+    """Over the windows that it was fitted to."""
+    validation: Errors
+    """Over the same windows, each predicted from a fit without its fold."""
+    holdout: Errors
+
+
+def evaluate(model: MotionModel, values: Array, data: Data) -> ErrorsByRole:
+    """Return the errors of a model with values that were not fitted, initial states of windows fitted to their samples.
 
     Args:
         model: gives the motion.
         values: (unknowns,) values that are held.
-        windows: what to judge by; their starts are fitted to their own samples.
-        trials: the trials that the windows are of; the free run begins at a trial's beginning.
+        data: windows by their roles.
     """
-    fit = fit_initial_states(model, values, windows)
+    fitted, held_out = (
+        errors_of(fit_initial_states(model, values, windows), data.trials) for windows in (data.fit, data.holdout)
+    )
+    return ErrorsByRole(fitted, fitted, held_out)
+
+
+def errors_of(fit: Fit, trials: Sequence[Trial]) -> Errors:
+    """Return the errors of a fit; `trials` are those that its windows are of."""
     free_run = sum(
-        _free_run(fit.model, fit.values, [window for window in windows if window.trial == index], trials[index])
-        for index in sorted({window.trial for window in windows})
+        _free_run(fit.model, fit.values, [window for window in fit.windows if window.trial == index], trials[index])
+        for index in sorted({window.trial for window in fit.windows})
     )
     return Errors(fit.rmse(), fit.rmse(0), fit.rmse(1), float(free_run))
 

@@ -13,10 +13,10 @@ _MOST_LOST = 0.25
 
 
 def refuse_a_failed_fit(fits: Sequence[Fit]) -> None:
-    """Raise `FitFailedError` where the model follows the motion in too few windows, fitted or kept out."""
+    """Raise `FitFailedError` where the model follows the motion in too few windows, fitted or predicted."""
     scatter = np.sqrt(np.mean([np.var(window.theta, axis=0).mean() for fit in fits for window in fit.windows]))
     limit = LOST * min(float(scatter), 1.0)
-    for fit, which in zip(fits, ("fitted", "kept out of the fit"), strict=True):
+    for fit, which in zip(fits, ("fitted", "predicted"), strict=True):
         errors = [float(np.sqrt(np.mean(residual**2))) for residual in fit.residuals]
         lost = [error for error in errors if error > limit]
         if len(lost) > _MOST_LOST * len(errors):

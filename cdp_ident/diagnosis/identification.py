@@ -1,14 +1,11 @@
 """A fitted model with everything that is said about it."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.diagnosis.continuity import Continuity, continuity
-from cdp_ident.diagnosis.evaluation import Errors
 from cdp_ident.diagnosis.length import LengthByBalance
 from cdp_ident.diagnosis.repeatability import Repeatability, repeatability
 from cdp_ident.diagnosis.uncertainty import covariance
@@ -21,7 +18,6 @@ from cdp_ident.fit.refinement import Fit
 from cdp_ident.model.parameters import GROUPS
 
 Array = npt.NDArray[np.float64]
-Stage = Literal["nominal", "search", "refined"]
 
 
 @dataclass(frozen=True)
@@ -38,8 +34,8 @@ class Identification:
     covariance: Array
     """(unknowns, unknowns) covariance of the fitted values."""
     physical: PhysicalValues
-    errors: Mapping[Stage, tuple[Errors, Errors]]
-    """Errors over the fitted and over the held-out windows, of each stage on the way."""
+    failure: str
+    """Why no parameter means anything, in words; empty where the fit did not fail."""
     continuity: Continuity | None
     repeatability: Repeatability | None
 
@@ -51,7 +47,7 @@ class Identification:
         balances: tuple[ForceBalance, ...],
         length_by_balance: LengthByBalance | None,
         estimate: Estimate,
-        errors: Mapping[Stage, tuple[Errors, Errors]],
+        failure: str = "",
     ) -> "Identification":
         """Diagnose an estimate."""
         fit, count = estimate.fit, len(GROUPS)
@@ -65,7 +61,7 @@ class Identification:
             estimate=estimate,
             covariance=spread,
             physical=nearest_physical_values(fit.values[:count], spread[:count, :count], options.prior, length),
-            errors=errors,
+            failure=failure,
             continuity=continuity(fit),
             repeatability=repeatability(fit, data.names),
         )

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cdp_ident.errors import FitFailedError
 from cdp_ident.fit.balance_unknowns import MOMENT
 from cdp_ident.fit.force_balance import CLEARLY_BETTER, ForceBalance
 
@@ -60,16 +59,17 @@ def length_by_balance(given: ForceBalance, free: ForceBalance) -> LengthByBalanc
     return LengthByBalance(given.length, free.length, std)
 
 
-def refuse_another_length(balance: ForceBalance, length: LengthByBalance | None) -> None:
-    """Raise `FitFailedError` where the motion is that of a double pendulum, but of one of quite another length.
+def says_another_length(balance: ForceBalance, length: LengthByBalance | None) -> str:
+    """Return in words that the motion is that of a double pendulum, but of one of quite another length, if it is.
 
     What does not balance with any length may still be a pendulum whose joints stick or have play.
     """
     if length is None or abs(length.found / length.given - 1.0) < _ANOTHER:
-        return
+        return ""
     if np.any(balance.unexplained > np.maximum(_BESIDE_NOISE * balance.noise_share, _NO_BALANCE)):
-        raise FitFailedError(
+        return (
             f"the fit failed: gravity, friction and inertia do not balance; {length.words}. Check L, g and what the "
             "angles mean (trial.zero, trial.outer_angle, trial.inner_sign, trial.outer_sign), and that all bags are of "
             "one rig"
         )
+    return ""

@@ -15,7 +15,7 @@ from cdp_ident.trial.trial import Trial
 Array = npt.NDArray[np.float64]
 
 _NO_LONGER = 1.5
-"""A new trial whose error is so many times that on motion kept out of the fit no longer fits."""
+"""A new trial whose error is so many times that on held-out motion no longer fits."""
 _CLEARLY = 4.0
 """A value that differs by so many standard deviations has changed."""
 _MOST_NAMED = 3
@@ -50,7 +50,7 @@ class NewTrialCheck:
     error: float
     """Root mean square error over the new trial's windows, only their starts fitted [rad]."""
     expected: float
-    """The same over the motion that was kept out of the model's fit [rad]."""
+    """The same over the held-out motion [rad]."""
     changed: tuple[Changed, ...]
     """Values that differ clearly in a fit of the new trial alone, the most clearly changed first."""
 
@@ -62,7 +62,7 @@ class NewTrialCheck:
     @property
     def words(self) -> str:
         """How well the trial fits, in a sentence."""
-        numbers = f"{1e3 * self.error:.3g} mrad, where motion kept out of the fit had {1e3 * self.expected:.3g} mrad"
+        numbers = f"{1e3 * self.error:.3g} mrad, where held-out motion had {1e3 * self.expected:.3g} mrad"
         if self.fits:
             return f"{self.trial}, before it was seen: {numbers}"
         alone = "; ".join(changed.words for changed in self.changed[:_MOST_NAMED])
@@ -86,7 +86,7 @@ def check_new_trial(
         model: the model, with its effects.
         values: (unknowns,) its values.
         spread: (unknowns, unknowns) their covariance.
-        expected: its error on motion that was kept out of its fit [rad].
+        expected: its error on held-out motion [rad].
         trial: the new trial.
         window: length of the windows [s].
 

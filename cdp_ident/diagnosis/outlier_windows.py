@@ -38,7 +38,7 @@ def outlier_windows(fits: Sequence[Fit], least: float, noise: Array | None = Non
     """Return the windows that fit far worse than the rest, the worst first.
 
     Args:
-        fits: what is compared, such as the windows that were fitted and those kept out.
+        fits: what is compared, such as the windows that were fitted and those held out.
         least: how many times the usual error an outlier's is.
         noise: (2,) standard deviation of the noise of theta1 and theta2 [rad]; where given, errors are relative to
             it, and an outlier's is so many times that, too.

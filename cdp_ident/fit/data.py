@@ -1,4 +1,4 @@
-"""Which windows of the trials are fitted, and which are kept out of the fit to evaluate it by."""
+"""Trials cut into windows, each with its role."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,6 +8,7 @@ import numpy.typing as npt
 
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.noise import noise_of
+from cdp_ident.fit.roles import PartedTrial
 from cdp_ident.fit.scales import Scales
 from cdp_ident.fit.window_lengths import Lengths, window_bounds
 from cdp_ident.fit.windows import Window, cut_at
@@ -15,23 +16,25 @@ from cdp_ident.trial.trial import Trial
 
 Array = npt.NDArray[np.float64]
 
-_EVERY = 4
-"""Without trials to evaluate by, every fourth window is kept out of the fit."""
-FIRST_KEPT_OUT, FALLBACK_FIRST = 2, 1
-"""Index of the first window that is kept out; fallback if one of those is an outlier."""
+_FOLDS = 4
+"""Into how many folds windows are divided, each made of every fourth window."""
+_FEWEST_TRIALS = 3
+"""With so many trials to fit, each of them is a fold."""
 _FEWEST_WINDOWS = 4
 
 
 @dataclass(frozen=True)
 class Data:
-    """Trials cut into the windows that are fitted and those that are only judged by."""
+    """Trials cut into windows."""
 
     trials: tuple[Trial, ...]
-    """The trials to fit, then those to judge by."""
-    held_out: int
-    """How many trials, at the end, are only judged by; 0 where windows of the others are kept out instead."""
+    """Those to fit, then those that are held out as a whole."""
     fit: tuple[Window, ...]
+    """What is fitted."""
+    folds: tuple[tuple[int, ...], ...]
+    """Indices of the windows that are left out of the fit together, to validate the choice of effects."""
     holdout: tuple[Window, ...]
+    """What neither fit nor choice sees."""
     noise: Array
     """(2,) standard deviation of the noise of theta1 and theta2 over all trials to fit [rad]."""
     window: float
@@ -50,47 +53,45 @@ def noise_over(trials: Sequence[Trial]) -> Array:
     return np.asarray(np.sqrt(np.mean([noise_of(trial) ** 2 for trial in trials], axis=0)))
 
 
-def prepare(
-    fit: Sequence[Trial],
-    holdout: Sequence[Trial],
-    lengths: Sequence[Lengths],
-    scales: Scales,
-    first: int = FIRST_KEPT_OUT,
-) -> Data:
-    """Cut trials into windows, and decide which are kept out of the fit where no trial is.
+def prepare(parted: Sequence[PartedTrial], lengths: Sequence[Lengths], scales: Scales) -> Data:
+    """Cut trials into windows, and give each its role.
 
     Args:
-        fit: trials to fit.
-        holdout: trials to judge by; if there is none, every fourth window of the others is kept out of the fit.
-        lengths: of the windows of each trial, those to fit first; shorter where there would be too few otherwise.
+        parted: the trials, with what is held out of them.
+        lengths: of the windows of each trial; shorter where there would be too few otherwise.
         scales: of the rig.
-        first: index of the first window that is kept out.
 
     Raises:
         IdentificationError: the trials are too short.
     """
-    if not fit:
-        raise IdentificationError("there is no trial to fit: give at least one bag")
-    trials = (*fit, *holdout)
-    total, least = sum(trial.duration for trial in fit), _FEWEST_WINDOWS * scales.shortest_piece
-    if not holdout and total < least:
+    shown = [trial.shown for trial in parted if len(trial.held_out) < len(trial.trial.bounds)]
+    total = sum(_duration(trial) for trial in shown)
+    least = _FEWEST_WINDOWS * scales.shortest_piece
+    if total < least:
         raise IdentificationError(
-            f"the trials hold {total:.2g} s of motion; with this rig's L and sampling at least {least:.2g} s are needed"
+            f"the trials hold {total:.2g} s of motion to fit; with this rig's L and sampling at least {least:.2g} s "
+            "are needed"
         )
-    longest = np.inf if holdout else total / _FEWEST_WINDOWS
-    windows = [
-        window
-        for index, (trial, length_at) in enumerate(zip(trials, lengths, strict=True))
-        for bounds in window_bounds(trial, length_at, longest)
-        for window in cut_at(trial, index, bounds, scales.step, scales.half_width)
-    ]
-    if holdout:
-        fitted = [w for w in windows if w.trial < len(fit)]
-        kept_out = [w for w in windows if w.trial >= len(fit)]
-    else:
-        fitted = [w for index, w in enumerate(windows) if index % _EVERY != first]
-        kept_out = windows[first::_EVERY]
-    if not fitted or not kept_out:
+    fit: list[Window] = []
+    holdout: list[Window] = []
+    for index, (trial, length_at) in enumerate(zip(parted, lengths, strict=True)):
+        bounds_of_stretches = window_bounds(trial.trial, length_at, total / _FEWEST_WINDOWS)
+        for stretch, bounds in enumerate(bounds_of_stretches):
+            windows = cut_at(trial.trial, index, bounds, scales.step, scales.half_width)
+            (holdout if stretch in trial.held_out else fit).extend(windows)
+    if len(fit) < 2 or not holdout:
         raise IdentificationError("the trials have too few samples to fit and to judge by: record longer ones")
-    typical = float(np.median([window.duration for window in windows]))
-    return Data(trials, len(holdout), tuple(fitted), tuple(kept_out), noise_over(fit), typical, scales)
+    typical = float(np.median([window.duration for window in (*fit, *holdout)]))
+    trials = tuple(trial.trial for trial in parted)
+    return Data(trials, tuple(fit), _folds(fit), tuple(holdout), noise_over(shown), typical, scales)
+
+
+def _folds(windows: Sequence[Window]) -> tuple[tuple[int, ...], ...]:
+    places, trials = range(len(windows)), sorted({window.trial for window in windows})
+    if len(trials) >= _FEWEST_TRIALS:
+        return tuple(tuple(place for place in places if windows[place].trial == trial) for trial in trials)
+    return tuple(tuple(places[first::_FOLDS]) for first in range(min(_FOLDS, len(windows))))
+
+
+def _duration(trial: Trial) -> float:
+    return float(sum(trial.time[last - 1] - trial.time[first] for first, last in trial.bounds))

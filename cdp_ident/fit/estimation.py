@@ -54,7 +54,7 @@ def search_objective(windows: Sequence[Window], span: float, prior: Prior) -> Ca
     """Return Eq. (10) as a function of chromosomes (n, 9), over segments of the windows' trials.
 
     Args:
-        windows: the windows whose samples count, in the order of time; the ones kept out of the fit are not among them.
+        windows: the windows whose samples count, in the order of time; those held out are not among them.
         span: length of a segment [s]: from the start of one window, the motion is simulated over so much time.
         prior: gives L and g.
     """

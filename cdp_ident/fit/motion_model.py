@@ -100,9 +100,18 @@ class MotionModel:
         )
 
     @cached_property
+    def labels(self) -> tuple[str, ...]:
+        """One name for each effect: its key, with a number from the second of a kind on, as of knocks."""
+        keys = [active.effect.key for active in self.effects]
+        counts = [keys[: index + 1].count(key) for index, key in enumerate(keys)]
+        return tuple(key if count == 1 else f"{key}.{count}" for key, count in zip(keys, counts, strict=True))
+
+    @cached_property
     def names(self) -> tuple[str, ...]:
         """Names of the unknowns, in the order of their values."""
-        of_effects = (f"{active.effect.key}.{p.name}" for active in self.effects for p in active.fitted)
+        of_effects = (
+            f"{k}.{p.name}" for k, active in zip(self.labels, self.effects, strict=True) for p in active.fitted
+        )
         of_zeros = (f"zero.{joint}.trial_{trial + 1}" for trial in self.zeros for joint in JOINTS)
         return (*self.base_names, *of_zeros, *of_effects)
 

@@ -24,16 +24,9 @@ def thinned(trial: Trial, together: int) -> Trial:
     if together < 2 or len(trial.time) < 3 * together:
         return trial
     span = together * float(np.median(np.diff(trial.time)))
-    place = np.floor((trial.time - trial.time[0]) / span).astype(np.int64)
-    first = np.flatnonzero(np.diff(place, prepend=-1))
-    count = np.diff(np.append(first, len(place)))
     measured = trial.theta if trial.cart is None else np.column_stack([trial.theta, trial.cart])
-
-    def mean(values: Array) -> Array:
-        return np.asarray(np.add.reduceat(values, first, axis=0).T / count).T
-
-    time = mean(trial.time)
-    average = mean(measured) - 0.5 * (mean(trial.time**2) - time**2)[:, None] * _second_derivative(time, mean(measured))
+    stretches = [_averaged(trial.time[a:b], measured[a:b], span) for a, b in trial.bounds]
+    time, average = (np.concatenate(parts) for parts in zip(*stretches, strict=True))
     note = (
         f"{len(trial.time)} samples were averaged into {len(time)}, {together} into one: the motion is slower than that"
     )
@@ -43,13 +36,29 @@ def thinned(trial: Trial, together: int) -> Trial:
         theta=np.ascontiguousarray(average[:, :2]),
         cart=None if trial.cart is None else average[:, 2],
         start=trial.start + float(time[0]),
-        breaks=tuple(int(at) for at in np.searchsorted(first, trial.breaks)),
+        breaks=tuple(int(end) for end in np.cumsum([len(own) for own, _ in stretches])[:-1]),
         notes=(*trial.notes, note),
     )
 
 
+def _averaged(time: Array, measured: Array, span: float) -> tuple[Array, Array]:
+    """Return the mean time (m,) of the samples in each span, and what was measured (m, k) at that time."""
+    place = np.floor((time - time[0]) / span).astype(np.int64)
+    first = np.flatnonzero(np.diff(place, prepend=-1))
+    count = np.diff(np.append(first, len(place)))
+
+    def mean(values: Array) -> Array:
+        return np.asarray(np.add.reduceat(values, first, axis=0).T / count).T
+
+    own = mean(time)
+    uneven = 0.5 * (mean(time**2) - own**2)[:, None]
+    return own, mean(measured) - uneven * _second_derivative(own, mean(measured))
+
+
 def _second_derivative(time: Array, values: Array) -> Array:
     """Return the second derivative (n, k) of values (n, k) by their neighbours; at the ends that of the next inside."""
+    if len(time) < 3:
+        return np.zeros_like(values)
     slopes = np.diff(values, axis=0) / np.diff(time)[:, None]
     second = 2.0 * np.diff(slopes, axis=0) / (time[2:] - time[:-2])[:, None]
     return np.concatenate([second[:1], second, second[-1:]])

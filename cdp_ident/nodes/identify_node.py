@@ -111,8 +111,9 @@ class IdentifyNode:
         try:
             loaded = loaded or self._identifier.load(self._given)
             result = self._identifier.identify(loaded, self._interruption)
-            self._found = (loaded.job.settings, result.report)
-            self._tell()
+            if not result.failure:
+                self._found = (loaded.job.settings, result.report)
+                self._tell()
             self._identifier.write(result)
             self._outcome = result.report
         except BaseException as error:  # noqa: BLE001 - raised again where the node's life is decided about

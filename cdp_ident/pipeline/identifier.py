@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 from rich.console import Console
 
@@ -13,7 +13,7 @@ from cdp_ident.configuration.keys import KEYS
 from cdp_ident.configuration.parameter_file import read_parameter_file
 from cdp_ident.configuration.settings import Settings
 from cdp_ident.diagnosis.new_trial import NewTrialCheck, check_new_trial
-from cdp_ident.errors import CdpIdentError, OptionError
+from cdp_ident.errors import CdpIdentError, FitFailedError, OptionError
 from cdp_ident.outside_text import shown
 from cdp_ident.pipeline.interruption import GivenUpError, Interruption
 from cdp_ident.pipeline.job import load, refuse_copies, run
@@ -52,6 +52,8 @@ class Result:
     report: Section
     """The contents of `report.json`."""
     curves: Curves
+    failure: str = ""
+    """Why no parameter means anything, in words."""
 
 
 @dataclass(frozen=True)
@@ -151,7 +153,7 @@ class Identifier:
 
     def _judge(self, latest: Outcome, trial: Trial) -> None:
         after = latest.trace.after
-        expected = latest.trace.errors[1].rmse
+        expected = latest.trace.errors["effects"].holdout.rmse
         window = latest.identification.data.window
         unseen = check_new_trial(after.model, after.fit.values, latest.trace.covariance, expected, trial, window)
         self._unseen.append(unseen)
@@ -190,8 +192,9 @@ class Identifier:
                 )
         if interruption.given_up:
             raise GivenUpError
-        self._latest = outcome
-        result = Result(report(outcome, self._unseen), curves(outcome))
+        if not outcome.trace.failure:
+            self._latest = outcome
+        result = Result(report(outcome, self._unseen), curves(outcome), outcome.trace.failure)
         print_report(self._output, result.report)
         return result
 
@@ -199,8 +202,11 @@ class Identifier:
         """Write the files of a result, its numbers before its pictures.
 
         Raises `OptionError` where the numbers cannot be written; `fitted.yaml` is printed then, that they are not lost.
+        Of a fit that failed there is no `fitted.yaml`; `FitFailedError` is raised when the report is written.
         """
         assert self._folder is not None
+        if result.failure:
+            self._write_failed(self._folder, result)
         content, fitted = result.report, fitted_yaml(result.report)
         try:
             clean_folder(self._folder)
@@ -217,6 +223,13 @@ class Identifier:
         self._may_replace = True
         self._say(f"{self._folder / REPORT} and {FITTED} are written")
         self._draw(self._folder, content, result.curves)
+
+    def _write_failed(self, folder: Path, result: Result) -> NoReturn:
+        clean_folder(folder)
+        write_result(folder, {REPORT: json_text(result.report), CURVES: curves_npz(result.curves)})
+        self._may_replace = True
+        self._draw(folder, result.report, result.curves)
+        raise FitFailedError(f"{result.failure}; {folder / REPORT} tells more")
 
     def _draw(self, folder: Path, content: Section, drawn_from: Curves) -> None:
         """Draw the report; a failure is told, and takes nothing of the result."""

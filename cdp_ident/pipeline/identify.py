@@ -6,28 +6,22 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.diagnosis.evaluation import evaluate
-from cdp_ident.diagnosis.identification import Identification, Stage
-from cdp_ident.diagnosis.length import LengthByBalance, length_by_balance, refuse_another_length
-from cdp_ident.diagnosis.outlier_windows import outlier_windows
+from cdp_ident.diagnosis.identification import Identification
+from cdp_ident.diagnosis.length import LengthByBalance, length_by_balance, says_another_length
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.balance_unknowns import DRY, DryJoint
-from cdp_ident.fit.data import FALLBACK_FIRST, Data, noise_over, prepare
+from cdp_ident.fit.data import noise_over, prepare
 from cdp_ident.fit.estimation import estimate
 from cdp_ident.fit.force_balance import CLEARLY_BETTER, ForceBalance, balance_of_forces
 from cdp_ident.fit.options import IdentifyOptions
-from cdp_ident.fit.refinement import Fit, fit_initial_states, refine_from_afar
+from cdp_ident.fit.roles import assign_roles
 from cdp_ident.fit.scales import Scales, scales_of
 from cdp_ident.fit.thinning import thinned
 from cdp_ident.fit.window_lengths import Lengths, lengths_followed
-from cdp_ident.model.parameters import groups_of
 from cdp_ident.search.genetic_search import Progress
 from cdp_ident.trial.trial import Trial
 
 Array = npt.NDArray[np.float64]
-
-_OUTLIER = 1.5
-"""A window in which something happened has at least so many times the others' error."""
 
 
 def identify(
@@ -39,30 +33,32 @@ def identify(
     """Identify the paper's model from trials.
 
     Args:
-        fit: trials to fit jointly.
-        holdout: trials to judge by, which the fit never sees.
+        fit: trials to fit jointly, and to choose effects by.
+        holdout: trials that are held out; without any, stretches of the others are.
         options: how.
         stop: called after each generation of the search; a sentence that it returns ends the search, of which the
             best so far is then refined.
 
     Raises:
         IdentificationError: the trials do not suffice.
-        FitFailedError: they are of no double pendulum with these L and g.
     """
     if not fit:
         raise IdentificationError("there is no trial to fit: give at least one bag")
     model, prior = options.model, options.prior
-    noise = noise_over(fit)
-    balances = _balances(fit, options)
+    parted = assign_roles(fit, holdout, float(np.sqrt(prior.length / prior.gravity)))
+    shown = [part.shown for part in parted[: len(fit)]]
+    noise = noise_over(shown)
+    balances = _balances(shown, options)
     balanced = balances[0].groups if balances else None
-    length = None
+    length, failure = None, ""
     if balances and not options.length_free:
-        length = _length(fit, options, balances[0])
-        refuse_another_length(balances[0], length)
-    scales = scales_of(fit, prior.length, prior.gravity, noise, balanced)
-    fit, holdout = ([thinned(trial, scales.together) for trial in trials] for trials in (fit, holdout))
-    lengths = [_lengths(trial, scales, balanced, options, noise_over(fit)) for trial in (*fit, *holdout)]
-    data = prepare(fit, holdout, lengths, scales)
+        length = _length(shown, options, balances[0])
+        failure = says_another_length(balances[0], length)
+    scales = scales_of(shown, prior.length, prior.gravity, noise, balanced)
+    parted = [replace(part, trial=thinned(part.trial, scales.together)) for part in parted]
+    noise = noise_over([part.shown for part in parted[: len(fit)]])
+    lengths = [_lengths(part.trial, scales, balanced, options, noise) for part in parted]
+    data = prepare(parted, lengths, scales)
     rng = np.random.default_rng(options.seed)
     level = float(np.sqrt(np.mean(data.noise**2)))
     found = estimate(
@@ -76,29 +72,7 @@ def identify(
         stop,
         balanced,
     )
-    if not holdout and _outlier_is_kept_out(found.fit, data):
-        # What happened once is found where it is fitted, and nowhere else.
-        data = prepare(fit, holdout, lengths, scales, FALLBACK_FIRST)
-        found = replace(found, fit=refine_from_afar(model, found.fit.values, data.fit))
-    stages: dict[Stage, Array] = {
-        "nominal": model.beginning(groups_of(prior.centre, prior.length)),
-        "search": model.beginning(groups_of(found.search.best, prior.length)),
-        "refined": found.fit.values,
-    }
-    return Identification.of(
-        options,
-        data,
-        balances,
-        length,
-        found,
-        {
-            stage: (
-                evaluate(model, stage_values, data.fit, data.trials),
-                evaluate(model, stage_values, data.holdout, data.trials),
-            )
-            for stage, stage_values in stages.items()
-        },
-    )
+    return Identification.of(options, data, balances, length, found, failure)
 
 
 def _lengths(trial: Trial, scales: Scales, groups: Array | None, options: IdentifyOptions, noise: Array) -> Lengths:
@@ -152,10 +126,3 @@ def _balance(
         )
     except (IdentificationError, np.linalg.LinAlgError):
         return None
-
-
-def _outlier_is_kept_out(fit: Fit, data: Data) -> bool:
-    kept_out = fit_initial_states(fit.model, fit.values, data.holdout)
-    outliers = outlier_windows((fit, kept_out), _OUTLIER, data.noise)
-    places = {(window.trial, window.begin) for window in data.holdout}
-    return bool(outliers) and (outliers[0].window.trial, outliers[0].window.begin) in places

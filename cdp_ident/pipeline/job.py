@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from cdp_ident.errors import FitFailedError, OptionError
+from cdp_ident.errors import OptionError
 from cdp_ident.pipeline.identify import identify
 from cdp_ident.report.outcome import Job, LoadedJob, Outcome
 from cdp_ident.report.provenance import bag_checksums
@@ -71,11 +71,10 @@ def run(
         stop_tracing: asked now and then; true ends the tracing with the effects found so far.
         trying: called with what the tracing tries next.
 
-    Where the fit fails, shorter windows are tried, unless their length is given.
+    Where the fit fails, shorter windows are tried, unless their length is given; the trace's `failure` says so in the end.
 
     Raises:
         IdentificationError: the trials do not suffice.
-        FitFailedError: the model does not follow the motion, in shorter windows neither.
     """
     began = searched = time.monotonic()
 
@@ -88,12 +87,9 @@ def run(
     attempts = 1 if options.window else _MOST_ATTEMPTS
     while True:
         found = identify(loaded.fit, loaded.holdout, options, clocked)
+        traced = trace(found, told, stop_tracing, trying)
         attempts -= 1
-        try:
-            traced = trace(found, told, stop_tracing, trying)
+        if not traced.failure or found.failure or not attempts:
             return Outcome(loaded, found, traced, searched - began, time.monotonic() - began)
-        except FitFailedError:
-            if not attempts:
-                raise
-            options = replace(options, window=_SHORTER * found.data.window)
-            told(f"the model does not follow the motion: windows of {options.window:.2g} s are tried")
+        options = replace(options, window=_SHORTER * found.data.window)
+        told(f"the model does not follow the motion: windows of {options.window:.2g} s are tried")

@@ -111,7 +111,9 @@ def _effects(runs: Sequence[Run]) -> Mapping[str, list[_Quantity]]:
     found: dict[str, list[_Quantity]] = {}
     for index, run in enumerate(runs):
         for effect in run.report["effects"]:
-            about = ", ".join(filter(None, (effect["name"].replace("_", " "), effect["joint"], effect["trial"])))
+            about = ", ".join(
+                filter(None, (effect["name"].replace("_", " "), effect["variant"], effect["joint"], effect["trial"]))
+            )
             for name, quantity in effect["parameters"].items():
                 text = f"{with_std(quantity['value'], quantity['std'])} {unit(quantity['unit'])}".strip()
                 shown = quantity["as_fitted"]

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.diagnosis.evaluation import Errors
+from cdp_ident.diagnosis.evaluation import Errors, ErrorsByRole
 from cdp_ident.diagnosis.identifiability import Identifiability, Tradeoff, identifiability, is_determined
 from cdp_ident.diagnosis.identification import Identification
 from cdp_ident.diagnosis.new_trial import NewTrialCheck
@@ -23,7 +23,7 @@ from cdp_ident.report.provenance import versions
 from cdp_ident.report.schema import LONGEST_TEXT, SCHEMA
 from cdp_ident.report.verdict import verdict
 from cdp_ident.tracing.found_effects import FoundCurve
-from cdp_ident.tracing.selection import Selection
+from cdp_ident.tracing.trace import Trace
 from cdp_ident.trial.trial import Trial
 
 Array = npt.NDArray[np.float64]
@@ -66,20 +66,24 @@ def _report(
         "trials": _trials(outcome),
         "noise_rad": {"theta1": float(found.data.noise[0]), "theta2": float(found.data.noise[1])},
         "search": _search(outcome),
-        "stages": {stage: _errors(found.data, *errors) for stage, errors in found.errors.items()},
+        "stages": {
+            stage: _errors(found.data, errors) for stage, errors in outcome.trace.errors.items() if stage != "effects"
+        },
         "before": fit_section(
             found.options.model,
             found.fit.values,
             found.covariance,
             found.physical,
-            _errors(found.data, *found.errors["refined"]),
+            _errors(found.data, outcome.trace.errors["refined"]),
         ),
         "refinement": {
             "iterations": found.fit.iterations,
             "simulations": found.fit.simulations,
             "converged": found.fit.converged,
-            "windows_fitted": len(found.data.fit),
-            "windows_held_out": len(found.data.holdout),
+            "windows": {
+                "fit": len(found.data.fit),
+                "holdout": len(found.data.holdout),
+            },
         },
         "effects": [_effect(outcome, index) for index in range(len(outcome.trace.effects))],
         "after": fit_section(
@@ -87,7 +91,7 @@ def _report(
             after.fit.values,
             completed.covariance,
             completed.physical,
-            _errors(found.data, *outcome.trace.errors),
+            _errors(found.data, outcome.trace.errors["effects"]),
         ),
         "unexplained": {
             "significant": outcome.trace.unexplained.significant,
@@ -96,14 +100,19 @@ def _report(
             "description": outcome.trace.unexplained.description,
         },
         "verdict": verdict(outcome.trace),
-        "ladder": _ladder(outcome.trace.ladder),
+        "selection": _selection(outcome.trace),
         "continuity": _continuity(completed),
         "repeatability": _repeatability(completed),
         "unseen": [_unseen(judged) for judged in unseen],
         "identifiability": _identifiability(determined),
         "warnings": [
             {"name": warning.name, "about": list(warning.about), "message": warning.message}
-            for warning in (*_doubts(unseen), *outlier_warnings(_loaded(outcome)), *find_warnings(completed))
+            for warning in (
+                *_doubts(unseen),
+                *_failures(outcome.trace),
+                *outlier_warnings(_loaded(outcome)),
+                *find_warnings(completed),
+            )
         ],
         "run": _run(outcome),
     }
@@ -164,8 +173,12 @@ def _quantity(value: float, std: float, unit: str, determined: bool) -> Section:
     return {"value": float(value), "std": float(std), "unit": unit, "determined": bool(determined)}
 
 
-def _errors(data: Data, fit: Errors, holdout: Errors) -> Section:
-    return {"fit": _error(fit, data.fit), "holdout": _error(holdout, data.holdout)}
+def _errors(data: Data, errors: ErrorsByRole) -> Section:
+    return {
+        "fit": _error(errors.fit, data.fit),
+        "validation": _error(errors.validation, data.fit),
+        "holdout": _error(errors.holdout, data.holdout),
+    }
 
 
 def _error(errors: Errors, windows: tuple[Window, ...]) -> Section:
@@ -200,6 +213,8 @@ def _effect(outcome: Outcome, index: int) -> Section:
         },
         "curve": None if found.curve is None else _curve(found.curve),
         "evidence": {
+            "rmse_validation_before_rad": found.validation_without,
+            "rmse_validation_after_rad": found.validation_with,
             "rmse_holdout_before_rad": found.holdout_without,
             "rmse_holdout_after_rad": found.holdout_with,
             "delta_bic": found.delta_bic,
@@ -221,25 +236,26 @@ def _curve(found: FoundCurve) -> Section:
     }
 
 
-def _ladder(ladder: Selection) -> Section:
+def _selection(traced: Trace) -> Section:
+    selection = traced.selection
     return {
-        "interrupted": ladder.interrupted,
-        "rungs": [
+        "interrupted": selection.interrupted,
+        "steps": [
             {
                 "action": step.action,
                 "rmse_fit_rad": step.rmse_fit,
-                "rmse_holdout_rad": step.rmse_holdout,
+                "rmse_validation_rad": step.rmse_validation,
                 "tried": [
                     {
                         "effects": list(tried.effects),
                         "rmse_fit_rad": tried.rmse_fit,
-                        "rmse_holdout_rad": tried.rmse_holdout,
+                        "rmse_validation_rad": tried.rmse_validation,
                         "delta_bic": tried.change.bic,
                     }
                     for tried in step.tried
                 ],
             }
-            for step in ladder.steps
+            for step in selection.steps
         ],
     }
 
@@ -331,6 +347,13 @@ def _doubts(unseen: Sequence[NewTrialCheck]) -> Iterator[FitWarning]:
         warning = judged.warning()
         if warning:
             yield warning
+
+
+def _failures(traced: Trace) -> Iterator[FitWarning]:
+    if traced.failure:
+        yield FitWarning("fit_failed", (), traced.failure)
+    if traced.failures:
+        yield FitWarning("not_computed", (), f"what could not be computed is left out: {'; '.join(traced.failures)}")
 
 
 def _identifiability(found: Identifiability) -> Section:

@@ -12,7 +12,7 @@ from cdp_ident.fit.refinement import Fit
 from cdp_ident.model.effects.effect import TorqueEffect
 from cdp_ident.model.parameters import inertia_about_cart
 from cdp_ident.report.outcome import Outcome
-from cdp_ident.tracing.evidence import Attempt
+from cdp_ident.tracing.final_model import FinalModel
 from cdp_ident.tracing.torque_residual import TorqueResidual, corrected, torque_residual
 from cdp_ident.trial.trial import Trial
 
@@ -37,7 +37,7 @@ class TrialCurves:
     window: Indices
     """(n,) which window of the trial a sample is of; `NO_WINDOW` where of none."""
     held_out: Flags
-    """(n,) whether that window was kept out of the fit."""
+    """(n,) whether that window was held out."""
     measured: Array
     """(n, 2)"""
     before: Array
@@ -57,7 +57,7 @@ class TorqueCurves:
     trial: Indices
     """(m,) which trial a sample is of."""
     held_out: Flags
-    """(m,) whether it was kept out of the fit."""
+    """(m,) whether it was held out."""
     time: Array
     """(m,) its time in the trial [s]."""
     angle: Array
@@ -82,7 +82,7 @@ class Curves:
 
 def curves(outcome: Outcome) -> Curves:
     """Return the curves of a finished job."""
-    before, after = outcome.trace.ladder.before, outcome.trace.ladder.after
+    before, after = outcome.trace.before, outcome.trace.after
     trials = range(len(outcome.identification.data.trials))
     return Curves(
         tuple(_trial(outcome, index, before, after) for index in trials),
@@ -90,13 +90,13 @@ def curves(outcome: Outcome) -> Curves:
     )
 
 
-def _trial(outcome: Outcome, index: int, before: Attempt, after: Attempt) -> TrialCurves:
+def _trial(outcome: Outcome, index: int, before: FinalModel, after: FinalModel) -> TrialCurves:
     trial = outcome.identification.data.trials[index]
     samples = len(trial.time)
     window, held_out = np.full(samples, NO_WINDOW, dtype=np.int64), np.zeros(samples, dtype=bool)
     own = [(w, fit is after.holdout) for fit in (after.fit, after.holdout) for w in fit.windows if w.trial == index]
-    for number, (w, kept_out) in enumerate(sorted(own, key=lambda pair: pair[0].first)):
-        window[w.samples], held_out[w.samples] = number, kept_out
+    for number, (w, is_held_out) in enumerate(sorted(own, key=lambda pair: pair[0].first)):
+        window[w.samples], held_out[w.samples] = number, is_held_out
     duration = own[0][0].duration
     return TrialCurves(
         time=trial.time,
@@ -111,23 +111,23 @@ def _trial(outcome: Outcome, index: int, before: Attempt, after: Attempt) -> Tri
     )
 
 
-def _simulated(attempt: Attempt, trial: int, samples: int) -> Array:
+def _simulated(final: FinalModel, trial: int, samples: int) -> Array:
     simulated = np.full((samples, 2), np.nan)
-    for fit in (attempt.fit, attempt.holdout):
+    for fit in (final.fit, final.holdout):
         for window, residual in zip(fit.windows, fit.residuals, strict=True):
             if window.trial == trial:
                 simulated[window.samples] = window.theta - residual
     return simulated
 
 
-def _run(attempt: Attempt, trial: Trial, index: int, duration: float) -> Array:
-    # It knows the zeros of trials kept out of the fit, too, where each trial has zeros of its own.
-    model, values = attempt.holdout.model, attempt.holdout.values
+def _run(final: FinalModel, trial: Trial, index: int, duration: float) -> Array:
+    # The model over what was held out knows the zeros of trials held out, too.
+    model, values = final.holdout.model, final.holdout.values
     angles = free_run(model, values, trial, index, duration)
     return np.where(np.isfinite(angles), angles, np.nan)
 
 
-def _torques(outcome: Outcome, before: Attempt, after: Attempt) -> TorqueCurves:
+def _torques(outcome: Outcome, before: FinalModel, after: FinalModel) -> TorqueCurves:
     model, values = after.model, after.fit.values
     inertia = float(inertia_about_cart(outcome.trace.physical.values, model.constants(values)[0]))
     rods = corrected(after.fit), corrected(after.holdout)

@@ -17,7 +17,7 @@ class Job:
     bags: tuple[Path, ...]
     """Bags to fit jointly."""
     holdout: tuple[Path, ...]
-    """Bags to judge by; if there is none, parts of the others are kept out of the fit."""
+    """Bags to judge by; if there is none, parts of the others are held out."""
     settings: Settings
 
 

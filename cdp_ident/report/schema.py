@@ -10,7 +10,6 @@ from typing import Any, get_args
 from jsonschema import Draft202012Validator
 
 from cdp_ident.configuration.keys import KEYS
-from cdp_ident.diagnosis.identification import Stage
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.effect import Joint
 from cdp_ident.model.parameters import CONSTANTS, GROUPS, NOMINAL, SYMBOLS
@@ -103,7 +102,12 @@ _ERROR = _object(
     window_s=_finite("mean duration of the windows [s]"),
     sse_free_run=_number("Eq. (10): sum of squares, each trial simulated as a whole from its beginning [rad^2]"),
 )
-_ERRORS = _object("on the motion that was fitted, and on what was kept out", fit=_ERROR, holdout=_ERROR)
+_ERRORS = _object(
+    "over fitted motion, over the same predicted fold by fold, and over what neither fit nor choice has seen",
+    fit=_ERROR,
+    validation=_ERROR,
+    holdout=_ERROR,
+)
 _CHANGES = _map(_number(), "by which power of a common factor each of them changes")
 
 
@@ -154,7 +158,9 @@ _EFFECT = _object(
     ),
     evidence=_object(
         "what it brings",
-        rmse_holdout_before_rad=_number("error on motion kept out of the fit, without it [rad]"),
+        rmse_validation_before_rad=_number("error in cross-validation, without it [rad]"),
+        rmse_validation_after_rad=_number("with it [rad]"),
+        rmse_holdout_before_rad=_number("error over what was held out, without it [rad]"),
         rmse_holdout_after_rad=_number("with it [rad]"),
         delta_bic=_number("change of the Bayesian information criterion"),
     ),
@@ -210,7 +216,9 @@ REPORT: Schema = {
         ),
         stages=_object(
             "the error of the nominal values, of the search's best, and refined",
-            **dict.fromkeys(get_args(Stage), _ERRORS),
+            nominal=_ERRORS,
+            search=_ERRORS,
+            refined=_ERRORS,
         ),
         before=_fit("the paper's model as fitted"),
         refinement=_object(
@@ -218,8 +226,7 @@ REPORT: Schema = {
             iterations=_count(),
             simulations=_count(),
             converged=_flag(),
-            windows_fitted=_count(),
-            windows_held_out=_count(),
+            windows=_object("by role", fit=_count(), holdout=_count()),
         ),
         effects=_list(_EFFECT, "each effect that was added", 100),
         after=_fit("the model with the effects"),
@@ -231,19 +238,19 @@ REPORT: Schema = {
             description=_text("where it is"),
         ),
         verdict=_text("the result in one sentence"),
-        ladder=_object(
+        selection=_object(
             "what was tried at each step of the selection of effects, and what came of it",
             interrupted=_flag(),
-            rungs=_list(
+            steps=_list(
                 _object(
                     action=_text(),
                     rmse_fit_rad=_number("[rad]"),
-                    rmse_holdout_rad=_number("[rad]"),
+                    rmse_validation_rad=_number("[rad]"),
                     tried=_list(
                         _object(
                             effects=_list(_one_of(tuple(effect.key for effect in CATALOGUE))),
                             rmse_fit_rad=_number("[rad]"),
-                            rmse_holdout_rad=_number("[rad]"),
+                            rmse_validation_rad=_number("[rad]"),
                             delta_bic=_number(),
                         )
                     ),

@@ -78,15 +78,14 @@ def _groups(report: Section) -> Table:
 def _errors(report: Section) -> Table:
     window = report["before"]["error"]["fit"]["window_s"]
     title = f"Error, measured against simulated, over windows of {window:.3g} s"
-    table = _table(title, "", "fit [mrad]", "held out [mrad]", "Eq. (10), held out [rad²]")
+    table = _table(title, "", "fit [mrad]", "validation [mrad]", "held out [mrad]", "Eq. (10), held out [rad²]")
     stages = [(label, report["stages"][stage]) for stage, label in STAGES.items()]
     if report["effects"]:
         stages.append(("with the effects below", report["after"]["error"]))
     for label, errors in stages:
         table.add_row(
             label,
-            milliradians(errors["fit"]["rmse_rad"]),
-            milliradians(errors["holdout"]["rmse_rad"]),
+            *(milliradians(errors[role]["rmse_rad"]) for role in ("fit", "validation", "holdout")),
             f"{number(errors['holdout']['sse_free_run']):.4g}",
         )
     noise = report["noise_rad"]
@@ -101,7 +100,8 @@ def _effects(effects: list[Section]) -> Table:
     )  # fmt: skip
     for effect in effects:
         without = milliradians(effect["evidence"]["rmse_holdout_before_rad"])
-        first = (f"{CERTAINTY[effect['certainty']]}{effect['name']}", effect["joint"])
+        doubt = "" if effect["curve"] else CERTAINTY[effect["certainty"]]
+        first = (f"{doubt}{effect['name']}", effect["joint"])
         for name, quantity in effect["parameters"].items():
             value = with_std(quantity["value"], quantity["std"])
             last = (without, ", ".join(effect["also_possible"])) if first[0] else ("", "")

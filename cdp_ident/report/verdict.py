@@ -12,7 +12,9 @@ _PREFIXES = ((1.0, ""), (1e-3, "m"), (1e-6, "µ"))
 
 def verdict(trace: Trace) -> str:
     """Say what the motion shows beside the paper's model, how much of it that explains, and what remains."""
-    before, after = trace.ladder.before.holdout.rmse(), trace.after.holdout.rmse()
+    if trace.failure:
+        return f"{trace.failure[0].upper()}{trace.failure[1:]}."
+    before, after = trace.before.holdout.rmse(), trace.after.holdout.rmse()
     milliradians = f"{1e3 * before:.3g} -> {1e3 * after:.3g} mrad"
     remains = trace.unexplained
     rest = f"something remains: {remains.description}" if remains.significant else "the rest is encoder noise"

@@ -42,20 +42,21 @@ def effect_title(effect: Section) -> str:
     """Name an effect for people: what it is, and where."""
     part = "encoder" if effect["name"] in _OF_ENCODERS else "joint"
     place = "base" if effect["joint"] == "base" else f"{effect['joint']} {part}"
-    variant = f", {effect['variant']}" if effect["variant"] else ""
+    variant = f", {effect['variant']}" if effect["variant"] and not effect["curve"] else ""
     trial = f", in {effect['trial']}" if effect["trial"] else ""
-    return f"{CERTAINTY[effect['certainty']]}{effect['description']} ({place}{variant}{trial})"
+    doubt = "" if effect["curve"] else CERTAINTY[effect["certainty"]]
+    return f"{doubt}{effect['description']} ({place}{variant}{trial})"
 
 
 def key_words(key: str) -> str:
-    """Write an effect's key, as the ladder has it, for people."""
+    """Write an effect's key, as the selection has it, for people."""
     name, _, rest = key.partition(".")
     return f"{name.replace('_', ' ')}, {rest.replace('.', ', ')}"
 
 
-def action_words(rung: Section) -> str:
-    """Say what was done at a step of the ladder."""
-    said = str(rung["action"])
+def action_words(step: Section) -> str:
+    """Say what was done at a step of the selection."""
+    said = str(step["action"])
     for key in sorted((effect.key for effect in CATALOGUE), key=len, reverse=True):
         said = said.replace(key, key_words(key))
     return said

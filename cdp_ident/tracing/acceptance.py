@@ -9,18 +9,18 @@ from cdp_ident.tracing.evidence import Attempt, change
 
 FIT_GAIN = 25.0
 """Least fall of the fit's squared error, in variances. Of chance, over all candidates, once in a thousand times."""
-_HOLDOUT_GAIN = 8.0
-"""Least fall of the squared error over the windows kept out, in variances."""
+_VALIDATION_GAIN = 8.0
+"""Least fall of the squared validation error, in variances."""
 _STRENGTH = 4.0
 """Least strength of an effect in its own standard deviations."""
-_HOLDOUT_SHARE = 0.01
-"""Least fall of the root mean square error over the windows kept out, as a share of it."""
+_VALIDATION_SHARE = 0.01
+"""Least fall of the validation error, as a share of it."""
 _CERTAIN = 30.0
-"""Fall of the squared error over the windows kept out, in variances, that is enough however small its share."""
+"""Fall of the squared validation error, in variances, that is enough however small its share."""
 STRUCTURED, _STRUCTURED_SHARE = 5.0, 0.05
 """The same where residuals would remain that are correlated over more than so many samples."""
 INSTANT_GAIN = 60.0
-"""Least fall of the fit's squared error by something that happened once, which the windows kept out cannot judge."""
+"""Least fall of the fit's squared error by something that happened once, which other windows cannot predict."""
 KNOCK_ALONE = 10.0
 """A knock must explain so many times what another one would explain besides."""
 ABOVE_NOISE = 1.2
@@ -45,7 +45,7 @@ def earns_its_place(before: Attempt, after: Attempt, new: Sequence[int] | None =
     if once:
         # A knock is in one window, which must stand out; lost counts are in all windows from then on.
         apart = all(isinstance(effect, SensorEffect) for effect in once) or explains_an_outlier(before.fit, after.fit)
-        return gained.fit > INSTANT_GAIN and gained.holdout > -_HOLDOUT_GAIN and apart
+        return gained.fit > INSTANT_GAIN and gained.validation > -_VALIDATION_GAIN and apart
     # Where more than noise would remain, a small gain may be another effect's, and one harmonic a part of what
     # depends on position in another way.
     structured = after.fit.autocorrelation.integrated_time > STRUCTURED
@@ -55,27 +55,27 @@ def earns_its_place(before: Attempt, after: Attempt, new: Sequence[int] | None =
 
 
 def brings_enough(before: Attempt, after: Attempt) -> bool:
-    """Return whether the errors fall by more than chance does, on the fit and on what was kept out of it."""
+    """Return whether the errors fall by more than chance does, on the fit and in cross-validation."""
     gained = change(before, after)
-    of_fit, of_holdout = (
+    of_fit, of_validation = (
         1.0 - new.rmse() / old.rmse() for old, new in zip(fits_of(before), fits_of(after), strict=True)
     )
     structured = after.fit.autocorrelation.integrated_time > STRUCTURED
-    least = _STRUCTURED_SHARE if structured else _HOLDOUT_SHARE
-    enough = of_holdout > _HOLDOUT_SHARE and max(of_fit, of_holdout) > least
+    least = _STRUCTURED_SHARE if structured else _VALIDATION_SHARE
+    enough = of_validation > _VALIDATION_SHARE and max(of_fit, of_validation) > least
     # In short windows what is certain may be a small share of the error.
-    enough = enough or (not structured and gained.holdout > _CERTAIN)
-    return gained.fit > FIT_GAIN and gained.holdout > _HOLDOUT_GAIN and enough
+    enough = enough or (not structured and gained.validation > _CERTAIN)
+    return gained.fit > FIT_GAIN and gained.validation > _VALIDATION_GAIN and enough
 
 
 def still_helps(with_it: Attempt, without_it: Attempt) -> bool:
     """Return whether an effect, added before others were, is still worth something."""
     lost = change(without_it, with_it)
-    return lost.fit >= FIT_GAIN / 2 and lost.holdout >= 0
+    return lost.fit >= FIT_GAIN / 2 and lost.validation >= 0
 
 
 def share_explained(with_it: Attempt, without_it: Attempt, noise: float) -> float:
-    """Return what effects explain over what remains, in the fit or on what was kept out of it, where that is more.
+    """Return what effects explain over what remains, in the fit or in cross-validation, where that is more.
 
     Args:
         with_it: the model with the effects.
@@ -90,5 +90,5 @@ def share_explained(with_it: Attempt, without_it: Attempt, noise: float) -> floa
 
 
 def fits_of(attempt: Attempt) -> tuple[Fit, Fit]:
-    """Return how a model follows the motion it was fitted to, and the motion kept out."""
-    return attempt.fit, attempt.holdout
+    """Return how a model follows the motion it was fitted to, and how it predicts it fold by fold."""
+    return attempt.fit, attempt.validation

@@ -65,7 +65,7 @@ def add_effects(progress: Progress) -> None:
     """
     while len(progress.current.model.effects) < _MOST_EFFECTS and (better := _best_addition(progress)) is not None:
         better = drop_superfluous(progress, better)
-        if better.squared_error >= progress.current.squared_error:
+        if better.validation.squared_error >= progress.current.validation.squared_error:
             break  # what was added made something else superfluous, and no more came of it
         progress.current = better
 
@@ -148,12 +148,12 @@ def _best(current: Attempt, refitted: Sequence[_Refitted]) -> Attempt | None:
 def _note(progress: Progress, best: Attempt | None, refitted: Sequence[_Refitted]) -> None:
     current = progress.current
     tried = [
-        Tried(tuple(c.active.effect.key for c in candidates), a.fit.rmse(), a.holdout.rmse(), change(current, a))
+        Tried(tuple(c.active.effect.key for c in candidates), a.fit.rmse(), a.validation.rmse(), change(current, a))
         for candidates, a in refitted
     ]
-    tried.sort(key=lambda attempt: attempt.rmse_holdout)
+    tried.sort(key=lambda attempt: attempt.rmse_validation)
     added = [e.effect.key for e in best.model.effects[len(current.model.effects) :]] if best else []
     after = best or current
     action = f"added {' and '.join(added)}" if best else "nothing more helps"
-    before_and_after = f"{1e3 * current.holdout.rmse():.3g} -> {1e3 * after.holdout.rmse():.3g} mrad"
-    progress.note(action, after, f"{action}: {before_and_after} on windows kept out", tried)
+    before_and_after = f"{1e3 * current.validation.rmse():.3g} -> {1e3 * after.validation.rmse():.3g} mrad"
+    progress.note(action, after, f"{action}: {before_and_after} in cross-validation", tried)

@@ -35,7 +35,7 @@ def certainties(
     found: list[Certainty] = []
     for k, (effect, share) in enumerate(zip(effects, explained, strict=True)):
         if effect.curve:
-            found.append("unknown")
+            found.append("acts_like")  # it has no name
             continue
         with_others = together > NAMED and share > _NAMED_WITH_OTHERS
         if effect.at_an_instant or share >= NAMED or with_others:

@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
+from cdp_ident.diagnosis.cross_validation import Folds
 from cdp_ident.diagnosis.uncertainty import covariance, effective_unknowns
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.refinement import Fit, refine
@@ -21,20 +22,16 @@ _AT_LIMIT = 1e-3
 
 @dataclass(frozen=True)
 class Attempt:
-    """A model refitted, and followed over the windows kept out of that fit."""
+    """A model refitted, and how it predicts each fold of the windows from a fit without it."""
 
     fit: Fit
-    holdout: Fit
+    validation: Fit
+    folds: Folds
 
     @property
     def model(self) -> MotionModel:
         """The model that was fitted."""
         return self.fit.model
-
-    @property
-    def squared_error(self) -> float:
-        """Squared error over all windows [rad^2]."""
-        return self.fit.squared_error + self.holdout.squared_error
 
     @cached_property
     def closely(self) -> Fit:
@@ -51,9 +48,9 @@ class Attempt:
     def _covariance(self) -> Array:
         return covariance(self.fit)
 
-    def place_of(self, key: str) -> int:
-        """Return the index of an effect among the model's, by its key."""
-        return [active.effect.key for active in self.model.effects].index(key)
+    def place_of(self, label: str) -> int:
+        """Return the index of an effect among the model's, by its label."""
+        return self.model.labels.index(label)
 
     def strength(self, index: int) -> float:
         """Return the strength of an effect in its own standard deviations (the root of Wald's statistic)."""
@@ -84,28 +81,25 @@ class Change:
 
     fit: float
     """Fall of the squared error of the fit, over the residuals' variance and integrated autocorrelation time."""
-    holdout: float
-    """The same over the windows kept out."""
+    validation: float
+    """The same of the predictions, by the residuals of the fit."""
     bic: float
-    """Difference of Bayes's information criterion over all windows; below zero the new model is the better one."""
+    """Difference of Bayes's information criterion; below zero the new model is the better one."""
 
 
 def change(before: Attempt, after: Attempt) -> Change:
     """Compare two models, by the residuals that the better one leaves."""
-    better = min(before, after, key=lambda attempt: attempt.squared_error)
-    spread = better.fit.autocorrelation.integrated_time
+    better = min(before.fit, after.fit, key=lambda fit: fit.squared_error)
+    spread = better.autocorrelation.integrated_time
     more = after.unknowns - before.unknowns
 
-    def fall(old: Fit, new: Fit, reference: Fit) -> float:
-        return (old.squared_error - new.squared_error) / (reference.rmse() ** 2 * spread)
+    def fall(old: Fit, new: Fit) -> float:
+        return (old.squared_error - new.squared_error) / (better.rmse() ** 2 * spread)
 
-    def likelihood(attempt: Attempt) -> float:
-        return sum(fit.samples / spread * float(np.log(fit.squared_error)) for fit in (attempt.fit, attempt.holdout))
-
+    independent = better.samples / spread
     return Change(
-        fit=fall(before.fit, after.fit, better.fit),
-        holdout=fall(before.holdout, after.holdout, better.holdout),
-        bic=likelihood(after)
-        - likelihood(before)
-        + more * float(np.log((better.fit.samples + better.holdout.samples) / spread)),
+        fit=fall(before.fit, after.fit),
+        validation=fall(before.validation, after.validation),
+        bic=independent * float(np.log(after.fit.squared_error / before.fit.squared_error))
+        + more * float(np.log(independent)),
     )

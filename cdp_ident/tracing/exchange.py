@@ -31,19 +31,25 @@ def exchange_effects(progress: Progress) -> bool:
         InterruptedSelectionError: the selection is asked to stop.
     """
     before = progress.current
-    for old in [active.effect.key for active in before.model.effects]:
+    for old in before.model.labels:
         current = progress.current
+        if old not in current.model.labels:
+            continue  # another of its kind was exchanged
         removed = without_effects(current, [current.place_of(old)])
         rivals = _rivals(progress, removed, old)
         progress.rivals[old] = tuple(rivals)
         _exchange(progress, removed, rivals, old)
-    torques = [active.effect for active in progress.current.model.effects if isinstance(active.effect, TorqueEffect)]
-    for one, two in combinations(torques, 2):
+    model = progress.current.model
+    torques = [
+        (label, active.effect.joint)
+        for label, active in zip(model.labels, model.effects, strict=True)
+        if isinstance(active.effect, TorqueEffect)
+    ]
+    for (one, joint), (two, other_joint) in combinations(torques, 2):
         current = progress.current
-        present = {active.effect.key for active in current.model.effects}
-        if one.joint == two.joint and {one.key, two.key} <= present:
-            removed = without_effects(current, [current.place_of(one.key), current.place_of(two.key)])
-            _exchange(progress, removed, _rivals(progress, removed, one.key, two.key), f"{one.key} and {two.key}")
+        if joint == other_joint and {one, two} <= set(current.model.labels):
+            removed = without_effects(current, [current.place_of(one), current.place_of(two)])
+            _exchange(progress, removed, _rivals(progress, removed, one, two), f"{one} and {two}")
     return progress.current is not before
 
 
@@ -65,7 +71,7 @@ def alternatives(
         if _is_richer_form(effect, active.effect):
             continue
         worse = change(rival, current)
-        close = worse.fit + worse.holdout < _INDISTINGUISHABLE
+        close = worse.validation < _INDISTINGUISHABLE
         if close and (effect.name, effect.joint) not in named and earns_its_place(removed, rival):
             found.append(f"{effect.name} {effect.joint}")
     return tuple(dict.fromkeys(found))
@@ -125,7 +131,7 @@ def _is_better(rival: Attempt, current: Attempt) -> bool:
     fewer = len(rival.model.effects) < len(current.model.effects)
     if len(rival.fit.values) > len(current.fit.values) and not fewer:
         return gained.bic < 0 and brings_enough(current, rival)  # what is richer must earn its parameters
-    return gained.bic < 0 and gained.fit + gained.holdout > _INDISTINGUISHABLE and gained.holdout > 0
+    return gained.bic < 0 and gained.validation > _INDISTINGUISHABLE
 
 
 def _is_richer_form(effect: Effect, other: Effect) -> bool:

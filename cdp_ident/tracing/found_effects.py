@@ -1,13 +1,17 @@
 """The effects of a model in physical units, and what curves look like."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.fit.motion_model import ActiveEffect
+from cdp_ident.fit.refinement import Fit
 from cdp_ident.model.effects.curves import basis
 from cdp_ident.model.effects.effect import Curve, EffectParameter, TorqueEffect
+from cdp_ident.tracing.evidence import change
+from cdp_ident.tracing.final_model import FinalModel
 from cdp_ident.tracing.likeness import likeness
 from cdp_ident.tracing.selection import Certainty, Selection
 from cdp_ident.tracing.torque_residual import JOINTS, torque_residual
@@ -63,8 +67,12 @@ class FoundEffect:
     active: ActiveEffect
     parameters: tuple[FoundParameter, ...]
     """Of a curve, its largest torque and where that is."""
+    validation_without: float
+    """Validation error, of the model without this effect [rad]."""
+    validation_with: float
+    """The same of the model with all effects [rad]."""
     holdout_without: float
-    """Error over the windows kept out of the fit, of the model without this effect [rad]."""
+    """Error over what was held out, of the model without this effect [rad]."""
     holdout_with: float
     """The same of the model with all effects [rad]."""
     delta_bic: float
@@ -77,32 +85,42 @@ class FoundEffect:
     """Of a torque without a name."""
 
 
-def found_effects(selection: Selection, spread: Array, inertia: float, inertia_std: float) -> tuple[FoundEffect, ...]:
+def found_effects(
+    selection: Selection,
+    final: FinalModel,
+    without: Sequence[FinalModel],
+    spread: Array,
+    inertia: float,
+    inertia_std: float,
+) -> tuple[FoundEffect, ...]:
     """Return the effects that a selection ended with.
 
     Args:
         selection: where it ended.
+        final: its model with the effects.
+        without: the same without each of them.
         spread: (unknowns, unknowns) covariance of the fitted values.
         inertia: A22 [kg m^2].
         inertia_std: its relative standard deviation.
     """
-    after = selection.after
     found = []
-    for index, active in enumerate(after.model.effects):
+    for index, active in enumerate(final.model.effects):
         over = active.effect.curve
-        curve = _curve(selection, index, over, spread, inertia) if over else None
+        curve = _curve(final.fit, index, over, spread, inertia) if over else None
         parameters = (
             _summary(curve, inertia, inertia_std)
             if curve
-            else _parameters(selection, index, spread, inertia, inertia_std)
+            else _parameters(final.fit, index, spread, inertia, inertia_std)
         )
         found.append(
             FoundEffect(
                 active=active,
                 parameters=parameters,
-                holdout_without=selection.holdout_without[index],
-                holdout_with=after.holdout.rmse(),
-                delta_bic=selection.evidence[index].bic,
+                validation_without=selection.without[index].validation.rmse(),
+                validation_with=selection.after.validation.rmse(),
+                holdout_without=without[index].holdout.rmse(),
+                holdout_with=final.holdout.rmse(),
+                delta_bic=change(selection.without[index], selection.after).bic,
                 certainty=selection.certainty[index],
                 also_possible=selection.also_possible[index],
                 curve=curve,
@@ -111,15 +129,12 @@ def found_effects(selection: Selection, spread: Array, inertia: float, inertia_s
     return tuple(found)
 
 
-def _parameters(
-    selection: Selection, index: int, spread: Array, inertia: float, inertia_std: float
-) -> tuple[FoundParameter, ...]:
-    after = selection.after
-    place = after.model.places(index)
-    fitted = iter(zip(after.fit.values[place], np.sqrt(np.diag(spread)[place]), strict=True))
+def _parameters(fit: Fit, index: int, spread: Array, inertia: float, inertia_std: float) -> tuple[FoundParameter, ...]:
+    place = fit.model.places(index)
+    fitted = iter(zip(fit.values[place], np.sqrt(np.diag(spread)[place]), strict=True))
     return tuple(
         _physical(p, (p.typical, 0.0) if p.fixed else next(fitted), inertia, inertia_std)
-        for p in after.model.effects[index].effect.parameters
+        for p in fit.model.effects[index].effect.parameters
     )
 
 
@@ -133,17 +148,16 @@ def _physical(
     return FoundParameter(parameter, float(value) * scale, physical_std, float(value), float(std))
 
 
-def _curve(selection: Selection, index: int, over: Curve, spread: Array, inertia: float) -> FoundCurve:
-    after = selection.after
-    effect, place = after.model.effects[index].effect, after.model.places(index)
-    motion, joint = torque_residual(after.fit), JOINTS.index(effect.joint)
+def _curve(fit: Fit, index: int, over: Curve, spread: Array, inertia: float) -> FoundCurve:
+    effect, place = fit.model.effects[index].effect, fit.model.places(index)
+    motion, joint = torque_residual(fit), JOINTS.index(effect.joint)
     if over.over == "angle":
         covered = (motion.angle[:, joint] + np.pi) % (2.0 * np.pi) - np.pi
     else:
         covered = motion.speed[:, joint]
     at = np.linspace(covered.min(), covered.max(), POINTS)
     contributions = basis(over, at)
-    coefficients, of_coefficients = after.fit.values[place], spread[place, place]
+    coefficients, of_coefficients = fit.values[place], spread[place, place]
     torque = contributions @ coefficients
     variances = np.einsum("nk,kl,nl->n", contributions, of_coefficients, contributions)
     return FoundCurve(

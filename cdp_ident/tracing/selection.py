@@ -8,9 +8,10 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
+from cdp_ident.diagnosis.cross_validation import Folds, cross_validated
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.motion_model import JOINTS, ActiveEffect, MotionModel
-from cdp_ident.fit.refinement import Fit, fit_initial_states, refine, refine_from_afar
+from cdp_ident.fit.refinement import Fit, refine, refine_from_afar
 from cdp_ident.tracing.candidates import Candidate
 from cdp_ident.tracing.evidence import Attempt, Change
 
@@ -20,14 +21,8 @@ _ROUGHLY = 1e-4
 """Tolerance of refits that only compare candidates; the one that is taken is refined to the end."""
 _KEPT = 0.5
 """A refit over whole windows has arrived if it gains that share of what the score test promises."""
-_AS_GOOD = 1.05
-"""Initial states have arrived if the error over windows kept out is not larger than that many times what it was."""
-_LIKE_THE_FIT = 1.5
-"""And if it is not larger than that many times the fit's."""
-
-
-Certainty = Literal["named", "probable", "acts_like", "unknown"]
-"""How sure an effect's name is; `unknown` for what has none."""
+Certainty = Literal["named", "probable", "acts_like"]
+"""How sure an effect's name is."""
 
 NO_STEPS: Array = np.zeros(2)
 _LEAST_STEPS = 0.75
@@ -42,7 +37,7 @@ class Tried:
     """Keys of the effect or, where two only help together, the two."""
     rmse_fit: float
     """[rad]"""
-    rmse_holdout: float
+    rmse_validation: float
     """[rad]"""
     change: Change
 
@@ -55,8 +50,8 @@ class Step:
     """What was done: added, dropped or exchanged, and what."""
     rmse_fit: float
     """Error of the fit after it [rad]."""
-    rmse_holdout: float
-    """Error over the windows kept out after it [rad]."""
+    rmse_validation: float
+    """Validation error after it [rad]."""
     tried: tuple[Tried, ...]
 
 
@@ -69,10 +64,8 @@ class Selection:
     after: Attempt
     """The model with the effects."""
     steps: tuple[Step, ...]
-    evidence: tuple[Change, ...]
-    """What each effect of `after` is worth: the change from that model without it."""
-    holdout_without: tuple[float, ...]
-    """Error over the windows kept out without each of them [rad]."""
+    without: tuple[Attempt, ...]
+    """That model without each of its effects."""
     also_possible: tuple[tuple[str, ...], ...]
     """Keys of the effects that could stand in each one's place, as far as the data can tell."""
     certainty: tuple[Certainty, ...]
@@ -80,6 +73,11 @@ class Selection:
     failures: tuple[str, ...]
     """What could not be computed on the way, in words."""
     interrupted: bool
+
+    @classmethod
+    def nothing(cls, model: Attempt) -> "Selection":
+        """Return one that has not begun."""
+        return cls(model, model, (), (), (), (), (), interrupted=False)
 
 
 class InterruptedSelectionError(Exception):
@@ -114,7 +112,7 @@ class Progress:
         self.encoder_steps = encoder_steps
         self.steps: list[Step] = []
         self.rivals: dict[str, tuple[Attempt, ...]] = {}
-        """The rivals that each effect has stood against in the last exchange, by its key."""
+        """The rivals that each effect has stood against in the last exchange, by its label."""
         self.failures: list[str] = []
         """What could not be computed, in words."""
         self._told, self._stop, self._trying = told, stop, trying
@@ -137,7 +135,7 @@ class Progress:
         if self._stop():
             raise InterruptedSelectionError
         expected = attempt.fit.squared_error - sum(candidate.gain for candidate in candidates)
-        return _attempt(_refit(model, values, attempt.fit, expected), attempt.holdout)
+        return attempt_of(_refit(model, values, attempt.fit, expected), attempt.folds)
 
     def tried(
         self, attempt: Attempt, additions: Iterable[tuple[Candidate, ...]]
@@ -189,7 +187,7 @@ class Progress:
         except (IdentificationError, np.linalg.LinAlgError) as error:
             self.fail(f"{what} could not be fitted: {error}")
             return None
-        return _attempt(fit, attempt.holdout)
+        return attempt_of(fit, attempt.folds)
 
     def from_balance(self, attempt: Attempt, groups: Array, candidates: Sequence[Candidate]) -> Attempt:
         """Return a model with more effects, refitted from the groups (5,) and strengths of a balance of forces.
@@ -204,11 +202,11 @@ class Progress:
         for candidate in candidates:
             model = model.with_effect(candidate.active)
             values = np.concatenate([values, candidate.values])
-        return _attempt(refine_from_afar(model, values, attempt.fit.windows), attempt.holdout)
+        return attempt_of(refine_from_afar(model, values, attempt.fit.windows), attempt.folds)
 
     def finished(self, attempt: Attempt) -> Attempt:
         """Return a model that is taken, refined to the end."""
-        return _attempt(refine(attempt.model, attempt.fit.values, attempt.fit.windows), attempt.holdout)
+        return attempt_of(refine(attempt.model, attempt.fit.values, attempt.fit.windows), attempt.folds)
 
     def fail(self, line: str) -> None:
         """Note what could not be computed, and tell people."""
@@ -217,7 +215,7 @@ class Progress:
 
     def note(self, action: str, after: Attempt, line: str, tried: Sequence[Tried] = ()) -> None:
         """Note a step that ended with the model `after`, and tell people a line about it."""
-        self.steps.append(Step(action, after.fit.rmse(), after.holdout.rmse(), tuple(tried)))
+        self.steps.append(Step(action, after.fit.rmse(), after.validation.rmse(), tuple(tried)))
         self._told(line)
 
 
@@ -228,7 +226,7 @@ def without_effects(attempt: Attempt, indices: Sequence[int]) -> Attempt:
     for index in sorted(indices, reverse=True):
         model, remain = model.without_effect(index)
         values = values[remain]
-    return _attempt(refine(model, values, attempt.fit.windows), attempt.holdout)
+    return attempt_of(refine(model, values, attempt.fit.windows), attempt.folds)
 
 
 def _refit(model: MotionModel, values: Array, before: Fit, expected: float) -> Fit:
@@ -254,11 +252,6 @@ def _refit(model: MotionModel, values: Array, before: Fit, expected: float) -> F
     return at_once if at_once is not None and at_once.squared_error < grown.squared_error else grown
 
 
-def _attempt(fit: Fit, kept_out: Fit) -> Attempt:
-    """Return a fit with its initial states over the windows kept out, which another model has been fitted to before."""
-    at_once = refine(fit.model, fit.values, kept_out.windows, hold_values=True)
-    arrived = at_once.squared_error < _AS_GOOD * kept_out.squared_error and at_once.rmse() < _LIKE_THE_FIT * fit.rmse()
-    if at_once.converged and arrived:
-        return Attempt(fit, at_once)
-    grown = fit_initial_states(fit.model, fit.values, kept_out.windows)
-    return Attempt(fit, min(at_once, grown, key=lambda found: found.squared_error))
+def attempt_of(fit: Fit, folds: Folds) -> Attempt:
+    """Return a fitted model with its predictions of each fold."""
+    return Attempt(fit, cross_validated(fit, folds), folds)

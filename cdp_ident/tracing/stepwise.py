@@ -5,17 +5,24 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import numpy.typing as npt
 
+from cdp_ident.diagnosis.cross_validation import Folds
 from cdp_ident.diagnosis.failure import refuse_a_failed_fit
 from cdp_ident.errors import FitFailedError, IdentificationError
 from cdp_ident.fit.force_balance import ForceBalance
-from cdp_ident.fit.refinement import Fit, fit_initial_states
-from cdp_ident.fit.windows import Window
+from cdp_ident.fit.refinement import Fit
 from cdp_ident.tracing.addition import add_balanced, add_effects
 from cdp_ident.tracing.certainty import certainties
-from cdp_ident.tracing.evidence import Attempt, change
+from cdp_ident.tracing.evidence import Attempt
 from cdp_ident.tracing.exchange import alternatives, exchange_effects
 from cdp_ident.tracing.pruning import drop_repeated_impulses, drop_superfluous
-from cdp_ident.tracing.selection import NO_STEPS, InterruptedSelectionError, Progress, Selection, without_effects
+from cdp_ident.tracing.selection import (
+    NO_STEPS,
+    InterruptedSelectionError,
+    Progress,
+    Selection,
+    attempt_of,
+    without_effects,
+)
 from cdp_ident.tracing.unknown_torques import add_unknown_torques
 from cdp_ident.tracing.zeros import fit_zeros_by_trial
 
@@ -27,7 +34,7 @@ _MOST_ROUNDS = 3
 
 def stepwise_selection(
     fit: Fit,
-    holdout: Sequence[Window],
+    folds: Folds,
     noise: float,
     told: Callable[[str], None] = lambda line: None,
     stop: Callable[[], bool] = lambda: False,
@@ -40,7 +47,7 @@ def stepwise_selection(
 
     Args:
         fit: the paper's model, fully fitted.
-        holdout: the windows that no fit sees.
+        folds: of its windows, by whose prediction effects are chosen.
         noise: root mean square of what the encoders add to both angles [rad].
         told: called with a line for people after each step.
         stop: asked between refits; true ends the selection with the effects found so far.
@@ -52,13 +59,13 @@ def stepwise_selection(
     Raises:
         FitFailedError: with them, too, the model does not follow the motion.
     """
-    before = Attempt(fit, fit_initial_states(fit.model, fit.values, holdout))
+    before = attempt_of(fit, folds)
     progress = Progress(before, noise, told, stop, encoder_steps, trying)
     interrupted = False
     try:
         add_balanced(progress, balances)
         fit_zeros_by_trial(progress)
-        refuse_a_failed_fit((progress.current.fit, progress.current.holdout))
+        refuse_a_failed_fit((progress.current.fit, progress.current.validation))
         _select(progress)
         if not named_only:
             add_unknown_torques(progress)
@@ -71,15 +78,14 @@ def stepwise_selection(
     after = progress.current
     without = [_without(progress, index) for index in range(len(after.model.effects))]
     also_possible = tuple(
-        alternatives(active, after, removed, progress.rivals.get(active.effect.key, ()))
-        for active, removed in zip(after.model.effects, without, strict=True)
+        alternatives(active, after, removed, progress.rivals.get(label, ()))
+        for active, label, removed in zip(after.model.effects, after.model.labels, without, strict=True)
     )
     return Selection(
         before=before,
         after=after,
         steps=tuple(progress.steps),
-        evidence=tuple(change(removed, after) for removed in without),
-        holdout_without=tuple(removed.holdout.rmse() for removed in without),
+        without=tuple(without),
         also_possible=also_possible,
         certainty=certainties(progress, without, also_possible),
         failures=tuple(progress.failures),

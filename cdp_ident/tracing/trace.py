@@ -1,41 +1,46 @@
 """From an identification to the effects that explain its residual, in physical units."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.diagnosis.evaluation import Errors, evaluate
+from cdp_ident.diagnosis.evaluation import ErrorsByRole, errors_of, evaluate
 from cdp_ident.diagnosis.identification import Identification
+from cdp_ident.errors import FitFailedError
 from cdp_ident.fit.physical import PhysicalValues
 from cdp_ident.fit.refinement import Fit
-from cdp_ident.model.parameters import inertia_about_cart
+from cdp_ident.model.parameters import groups_of, inertia_about_cart
 from cdp_ident.tracing.evidence import Attempt
+from cdp_ident.tracing.final_model import FinalModel
 from cdp_ident.tracing.found_effects import FoundEffect, found_effects
-from cdp_ident.tracing.selection import Selection
+from cdp_ident.tracing.selection import Selection, attempt_of
 from cdp_ident.tracing.stepwise import stepwise_selection
 from cdp_ident.tracing.unexplained import Unexplained, unexplained
 
 Array = npt.NDArray[np.float64]
+Stage = Literal["nominal", "search", "refined", "effects"]
 
 
 @dataclass(frozen=True)
 class Trace:
     """What an identification's residual was traced to."""
 
-    ladder: Selection
+    selection: Selection
+    before: FinalModel
+    """The paper's model."""
+    after: FinalModel
+    """The model with the effects."""
     effects: tuple[FoundEffect, ...]
     completed: Identification
     """The identification, with the model that has the effects in the paper's model's place."""
-    errors: tuple[Errors, Errors]
-    """Errors of the model with the effects, over the fitted and over the held-out windows."""
+    errors: Mapping[Stage, ErrorsByRole]
+    """Of each stage on the way."""
     unexplained: Unexplained
-
-    @property
-    def after(self) -> Attempt:
-        """The model with the effects."""
-        return self.ladder.after
+    failure: str
+    """Why no parameter means anything, in words; empty where the fit did not fail."""
 
     @property
     def covariance(self) -> Array:
@@ -46,6 +51,11 @@ class Trace:
     def physical(self) -> PhysicalValues:
         """Physical values of the model with the effects."""
         return self.completed.physical
+
+    @property
+    def failures(self) -> tuple[str, ...]:
+        """What could not be computed on the way, in words."""
+        return self.selection.failures
 
 
 def trace(
@@ -62,41 +72,75 @@ def trace(
         stop: asked now and then; true ends the tracing with the effects found so far.
         trying: called with what is tried next.
 
-    Raises:
-        FitFailedError: the model does not follow the motion; no effect is sought then.
+    Where the model does not follow the motion, no effect is sought, and `failure` says so.
     """
-    selection = stepwise_selection(
+    data, failure = found.data, found.failure
+    if not failure:
+        try:
+            selection = _selected(found, told, stop, trying)
+        except FitFailedError as error:
+            failure = str(error)
+    if failure:
+        selection = Selection.nothing(attempt_of(found.fit, data.folds))
+    # Everything is decided: what was held out is looked at from here on.
+    before = FinalModel.of(selection.before.fit, data)
+    after = before if selection.after is selection.before else before.like_this(selection.after.fit)
+    without = [after.like_this(attempt.fit) for attempt in selection.without]
+    completed = _completed(found, after.fit)
+    length, _ = after.model.constants(after.fit.values)
+    physical = completed.physical
+    inertia = float(inertia_about_cart(physical.values, length))
+    return Trace(
+        selection=selection,
+        before=before,
+        after=after,
+        effects=found_effects(selection, after, without, completed.covariance, inertia, physical.inertia_relative_std),
+        completed=completed,
+        errors=_errors(found, selection, before, after),
+        unexplained=unexplained(after, data.noise, data.names, inertia),
+        failure=failure,
+    )
+
+
+def _selected(
+    found: Identification,
+    told: Callable[[str], None],
+    stop: Callable[[], bool],
+    trying: Callable[[str], None],
+) -> Selection:
+    data = found.data
+    return stepwise_selection(
         found.fit,
-        found.data.holdout,
-        float(np.sqrt(np.mean(found.data.noise**2))),
+        data.folds,
+        float(np.sqrt(np.mean(data.noise**2))),
         told,
         stop,
         found.balances,
-        found.data.scales.encoder_steps,
+        data.scales.encoder_steps,
         found.options.named_effects_only,
         trying,
     )
-    completed = _completed(found, selection.after.fit)
-    after, physical = selection.after, completed.physical
-    values, spread = after.fit.values, completed.covariance
-    length, _ = after.model.constants(values)
-    inertia = float(inertia_about_cart(physical.values, length))
-    effects = found_effects(selection, spread, inertia, physical.inertia_relative_std)
-    return Trace(
-        ladder=selection,
-        effects=effects,
-        completed=completed,
-        errors=(
-            evaluate(after.model, values, found.data.fit, found.data.trials),
-            evaluate(after.model, values, found.data.holdout, found.data.trials),
-        ),
-        unexplained=unexplained(selection, found.data.noise, found.data.names, inertia),
-    )
+
+
+def _errors(
+    found: Identification, selection: Selection, before: FinalModel, after: FinalModel
+) -> Mapping[Stage, ErrorsByRole]:
+    data, options = found.data, found.options
+    model, prior = options.model, options.prior
+
+    def of(attempt: Attempt, final: FinalModel) -> ErrorsByRole:
+        return ErrorsByRole(*(errors_of(fit, data.trials) for fit in (attempt.fit, attempt.validation, final.holdout)))
+
+    return {
+        "nominal": evaluate(model, model.beginning(groups_of(prior.centre, prior.length)), data),
+        "search": evaluate(model, model.beginning(groups_of(found.estimate.search.best, prior.length)), data),
+        "refined": of(selection.before, before),
+        "effects": of(selection.after, after),
+    }
 
 
 def _completed(found: Identification, fit: Fit) -> Identification:
     """Return an identification with another fit, and all that follows from it."""
     if fit is found.fit:
         return found
-    estimate = replace(found.estimate, fit=fit)
-    return Identification.of(found.options, found.data, found.balances, found.length, estimate, found.errors)
+    return Identification.of(found.options, found.data, found.balances, found.length, replace(found.estimate, fit=fit))

@@ -9,8 +9,7 @@ import numpy.typing as npt
 from cdp_ident.diagnosis.outlier_windows import outlier_windows
 from cdp_ident.model.effects.effect import Joint
 from cdp_ident.tracing.acceptance import ABOVE_NOISE
-from cdp_ident.tracing.evidence import Attempt
-from cdp_ident.tracing.selection import Selection
+from cdp_ident.tracing.final_model import FinalModel
 from cdp_ident.tracing.torque_residual import JOINTS, TorqueResidual, corrected, torque_residual
 
 Array = npt.NDArray[np.float64]
@@ -30,32 +29,31 @@ class Unexplained:
     joint: Joint
     """In which joint most of it is."""
     times_noise: float
-    """The error over the windows kept out, over the encoders' noise."""
+    """The error over what was held out, over the encoders' noise."""
     description: str
     """Where it is and how much, for people."""
 
 
-def unexplained(selection: Selection, noise: Array, trials: Sequence[str], inertia: float) -> Unexplained:
+def unexplained(final: FinalModel, noise: Array, trials: Sequence[str], inertia: float) -> Unexplained:
     """Describe what remains.
 
     Args:
-        selection: where it ended.
+        final: the model with the effects that were found.
         noise: (2,) standard deviation of the noise of theta1 and theta2 [rad].
         trials: names of the trials.
         inertia: A22 [kg m^2], to give torques in N m.
     """
-    attempt = selection.after
-    errors = np.array([max(attempt.fit.rmse(k), attempt.holdout.rmse(k)) for k in range(2)])
+    errors = np.array([max(final.fit.rmse(k), final.holdout.rmse(k)) for k in range(2)])
     ratios = errors / noise
-    overall = attempt.holdout.rmse() / float(np.sqrt(np.mean(noise**2)))
-    window = _outlier_window(attempt, noise, trials)
+    overall = final.holdout.rmse() / float(np.sqrt(np.mean(noise**2)))
+    window = _outlier_window(final, noise, trials)
     if np.max(ratios) < ABOVE_NOISE and window is None:
         return Unexplained(False, JOINTS[int(np.argmax(ratios))], overall, "nothing but the encoders' noise")
-    residual = torque_residual(corrected(attempt.fit))
+    residual = torque_residual(corrected(final.fit))
     dependence = max(_dependences(residual), key=lambda found: found.share)
     worst = int(np.argmax(ratios))
     remains = f"{1e3 * errors[worst]:.3g} mrad remain in theta{worst + 1}, {ratios[worst]:.1f} times its noise"
-    correlated = attempt.fit.autocorrelation.integrated_time
+    correlated = final.fit.autocorrelation.integrated_time
     slow = f"; it changes slowly, over {correlated:.0f} samples" if correlated > 3 else ""
     description = "; ".join(filter(None, (remains, dependence.words(inertia) + slow, window)))
     return Unexplained(True, JOINTS[dependence.joint], overall, description)
@@ -105,14 +103,15 @@ def _dependence(joint: int, regressor: str, unit: str, values: Array, torque: Ar
     )
 
 
-def _outlier_window(attempt: Attempt, noise: Array, trials: Sequence[str]) -> str | None:
+def _outlier_window(final: FinalModel, noise: Array, trials: Sequence[str]) -> str | None:
     """Return in words the window that fits far worse than the others, if one does and is above the noise."""
-    outliers = outlier_windows((attempt.fit, attempt.holdout), _WINDOW_ABOVE_OTHERS, noise)
+    outliers = outlier_windows((final.fit, final.holdout), _WINDOW_ABOVE_OTHERS, noise)
     if not outliers:
         return None
     window, times = outliers[0].window, outliers[0].ratio
     end = window.begin + window.duration
+    motion = "held-out motion" if any(window is other for other in final.holdout.windows) else "motion"
     return (
-        f"trial {trials[window.trial]} from {window.begin:.1f} to {end:.1f} s fits {times:.1f} times worse "
-        "than the other windows: something may have happened there"
+        f"the {motion} of trial {trials[window.trial]} from {window.begin:.1f} to {end:.1f} s fits {times:.1f} times "
+        "worse than the other windows: something may have happened there"
     )

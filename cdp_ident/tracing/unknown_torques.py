@@ -32,12 +32,12 @@ _REFITS = 2
 _NEAR_THE_BEST = 0.3
 """A curve that gains a smaller share in the score test than the best one is not fitted."""
 _AS_GOOD = 1.02
-"""A model is as good as another if its error over windows kept out is at most so many times the other's."""
+"""A model is as good as another if its validation error is at most so many times the other's."""
 _LEAST_SHARE = 0.1
-"""By which share of it a torque without a name lowers the error over windows kept out, or it is one of many small ones.
+"""By which share of it a torque without a name lowers the validation error, or it is one of many small ones.
 Dry friction over the angle is asked less: it may stand in the place of a name that would be wrong."""
 _BETTER = 0.98
-"""Stiffness is found anew as long as the error over windows kept out falls to that share of it."""
+"""Stiffness is found anew as long as the validation error falls to that share of it."""
 
 
 def add_unknown_torques(progress: Progress) -> None:
@@ -59,8 +59,8 @@ def add_unknown_torques(progress: Progress) -> None:
         best = _even_instead(progress, min(accepted, key=lambda attempt: change(current, attempt).bic))
         best = progress.finished(best)
         key = best.model.effects[-1].effect.key
-        before_and_after = f"{1e3 * current.holdout.rmse():.3g} -> {1e3 * best.holdout.rmse():.3g} mrad"
-        progress.note(f"added {key}", best, f"added {key}: {before_and_after} on windows kept out")
+        before_and_after = f"{1e3 * current.validation.rmse():.3g} -> {1e3 * best.validation.rmse():.3g} mrad"
+        progress.note(f"added {key}", best, f"added {key}: {before_and_after} in cross-validation")
         progress.current = _without_imitations(progress, best)
 
 
@@ -109,12 +109,12 @@ def _fitted(progress: Progress, candidate: Candidate) -> list[Attempt]:
     """Return the model with a curve; none where it cannot be fitted.
 
     It is as stiff at first as the score test says, and then as the fit says, as long as that lowers the error over the
-    motion kept out of it. A curve that fits worse than nothing, or than the friction that it replaces, has gone astray.
+    predictions. A curve that fits worse than nothing, or than the friction that it replaces, has gone astray.
     """
     best: Attempt | None = None
     attempts = _begun(progress, candidate)
     while attempts and attempts[-1].fit.squared_error < progress.current.fit.squared_error:
-        if best is not None and attempts[-1].holdout.rmse() > _BETTER * best.holdout.rmse():
+        if best is not None and attempts[-1].validation.rmse() > _BETTER * best.validation.rmse():
             break
         best = attempts[-1]
         last = len(best.model.effects) - 1
@@ -132,7 +132,7 @@ def _even_instead(progress: Progress, attempt: Attempt) -> Attempt:
     mean = np.array([np.mean(attempt.fit.values[attempt.model.places(last)])])
     even = next(e for e in CATALOGUE if _is_even_friction(e) and e.joint == curve.joint and len(e.parameters) == 1)
     named = progress.replaced(attempt, last, ActiveEffect(even), mean)
-    as_good = [model for model in named if model.holdout.rmse() < _AS_GOOD * attempt.holdout.rmse()]
+    as_good = [model for model in named if model.validation.rmse() < _AS_GOOD * attempt.validation.rmse()]
     return as_good[0] if as_good else attempt
 
 
@@ -165,7 +165,7 @@ def _begun(progress: Progress, candidate: Candidate) -> list[Attempt]:
 def _earns_its_place(before: Attempt, after: Attempt) -> bool:
     """Return whether a curve brings enough, also over what as many free parameters would by chance."""
     curve = len(after.model.effects) - 1
-    enough = after.holdout.rmse() < (1.0 - _LEAST_SHARE) * before.holdout.rmse()
+    enough = after.validation.rmse() < (1.0 - _LEAST_SHARE) * before.validation.rmse()
     by_chance = 2.0 * (after.unknowns - before.unknowns)
     return (
         (enough or _is_dry(after.model.effects[curve].effect))
@@ -181,7 +181,7 @@ def _without_imitations(progress: Progress, attempt: Attempt) -> Attempt:
         if effect.curve:
             continue
         removed = without_effects(attempt, [index])
-        as_good = removed.holdout.rmse() < _AS_GOOD * attempt.holdout.rmse()
+        as_good = removed.validation.rmse() < _AS_GOOD * attempt.validation.rmse()
         if as_good and not earns_its_place(removed, attempt, [index]):
             attempt, key = removed, effect.key
             progress.note(f"dropped {key}", attempt, f"dropped {key}: what it explained is explained otherwise")

@@ -1,7 +1,7 @@
 """Encoders whose zeros differ from trial to trial, as each trial was begun with a zero of its own.
 
 A trial's zeros belong to the trial and not to the rig, as its initial states do: they are fitted along with everything
-else, and those of a trial that is kept out of the fit are fitted to it, with nothing else but its initial states.
+else, and those of a trial that is held out are fitted to it, with nothing else but its initial states.
 """
 
 import numpy as np
@@ -17,8 +17,8 @@ from cdp_ident.tracing.selection import Progress
 Array = npt.NDArray[np.float64]
 
 _OFFSET = "encoder_offset"
-_CLEARLY_BETTER = 0.85
-"""Where correlated residuals would remain, the error over windows kept out must fall to that share."""
+_CLEARLY_BETTER = 0.9
+"""Where correlated residuals would remain, the validation error must fall to that share."""
 _FOR_ALL = tuple(effect for effect in CATALOGUE if effect.name in (_OFFSET, "gravity_tilt"))
 """Effects that are, in each trial, the same as zeros that are off."""
 
@@ -30,7 +30,7 @@ def fit_zeros_by_trial(progress: Progress) -> None:
         InterruptedSelectionError: the selection is asked to stop.
     """
     current = progress.current
-    trials = {window.trial for fit in (current.fit, current.holdout) for window in fit.windows}
+    trials = {window.trial for fit in (current.fit, current.validation) for window in fit.windows}
     if len(trials) < 2 or current.model.zeros:
         return
     present = {active.effect.key for active in current.model.effects}
@@ -45,7 +45,7 @@ def fit_zeros_by_trial(progress: Progress) -> None:
         return
     # Where much else is missing, zeros explain a little of anything.
     slow = own.fit.autocorrelation.integrated_time > STRUCTURED
-    if slow and own.holdout.rmse() > _CLEARLY_BETTER * in_all.holdout.rmse():
+    if slow and own.validation.rmse() > _CLEARLY_BETTER * in_all.validation.rmse():
         return
     if brings_enough(in_all, own) and change(in_all, own).bic < 0:
         progress.current = own
@@ -53,8 +53,8 @@ def fit_zeros_by_trial(progress: Progress) -> None:
         progress.note(
             "zeros by trial",
             own,
-            f"each trial has zeros of its own, off by up to {of_trials} mrad: {1e3 * current.holdout.rmse():.3g} -> "
-            f"{1e3 * own.holdout.rmse():.3g} mrad on windows kept out",
+            f"each trial has zeros of its own, off by up to {of_trials} mrad: {1e3 * current.validation.rmse():.3g} -> "
+            f"{1e3 * own.validation.rmse():.3g} mrad in cross-validation",
         )
 
 
@@ -64,9 +64,9 @@ def largest_zeros(attempt: Attempt) -> list[float]:
 
 
 def _zeros_of(attempt: Attempt) -> Array:
-    """Return the zeros (trials, 2) of both encoders in the trials, those kept out of the fit among them [rad]."""
-    holdout = attempt.holdout
-    return np.array([holdout.values[holdout.model.zero_places(trial)] for trial in holdout.model.zeros])
+    """Return the zeros (trials, 2) of both encoders in the trials, those held out among them [rad]."""
+    validation = attempt.validation
+    return np.array([validation.values[validation.model.zero_places(trial)] for trial in validation.model.zeros])
 
 
 def _with_zeros_by_trial(progress: Progress, attempt: Attempt) -> Attempt | None:

@@ -204,10 +204,10 @@ def test_a_curve_s_coefficients_are_one_list(content):
     content = copy.deepcopy(content)
     torque = [1e-3 * math.sin(k) for k in range(128)]
     curve = {"coefficients": torque, "coefficients_std": [None, *torque[1:]]}
-    content["effects"] = [content["effects"][0] | {"name": "torque_over_angle", "curve": curve}]
+    content["effects"] = [content["effects"][0] | {"name": "unknown_torque", "variant": "over_angle", "curve": curve}]
     given_values = yaml.safe_load(fitted_yaml(content))["/**"]["ros__parameters"]
-    assert given_values["effects.torque_over_angle.outer.coefficients"] == pytest.approx(torque)
-    assert given_values["std.effects.torque_over_angle.outer.coefficients"][0] == math.inf
+    assert given_values["effects.unknown_torque.outer.coefficients"] == pytest.approx(torque)
+    assert given_values["std.effects.unknown_torque.outer.coefficients"][0] == math.inf
     model = fitted_model(given_values, "here")
     inertia = inertia_about_cart(np.array([model.physical[symbol] for symbol in SYMBOLS]), model.physical["L"])
     assert inertia * model.values[5:] == pytest.approx(torque)
@@ -215,5 +215,5 @@ def test_a_curve_s_coefficients_are_one_list(content):
 
 @pytest.mark.parametrize("coefficients", [None, 1.0, "1", [1.0] * 127, [1.0] * 127 + ["x"], [1.0] * 127 + [math.nan]])
 def test_a_curve_that_is_none_is_refused(coefficients):
-    with pytest.raises(OptionError, match=r"here: torque_over_angle: inner: c"):
-        model_of({"effects.torque_over_angle.inner.coefficients": coefficients})
+    with pytest.raises(OptionError, match=r"here: unknown_torque: inner: c"):
+        model_of({"effects.unknown_torque.inner.coefficients": coefficients})

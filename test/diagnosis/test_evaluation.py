@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from cdp_ident.diagnosis.evaluation import evaluate
+from cdp_ident.diagnosis.evaluation import errors_of
 from cdp_ident.fit.motion_model import ActiveEffect, Mechanism, MotionModel
 from cdp_ident.fit.prior import Prior
+from cdp_ident.fit.refinement import fit_initial_states
 from cdp_ident.fit.windows import cut_into_windows
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.parameters import SYMBOLS, groups_of
@@ -22,8 +23,12 @@ WINDOWS = cut_into_windows([TWIN])
 NOISE = float(np.sqrt(np.mean((TWIN.theta - standard_motion()) ** 2)))
 
 
+def errors_over(values, windows, trials=(TWIN,), model=MODEL):
+    return errors_of(fit_initial_states(model, values, windows), trials)
+
+
 def test_the_truth_leaves_the_noise():
-    errors = evaluate(MODEL, TRUTH, WINDOWS, [TWIN])
+    errors = errors_over(TRUTH, WINDOWS)
     assert errors.rmse == pytest.approx(NOISE, rel=0.02)
     assert errors.rmse**2 == pytest.approx((errors.rmse_theta1**2 + errors.rmse_theta2**2) / 2)
     # From a start that was estimated from 2.5 s, 10 s of a nearly chaotic motion are followed less well.
@@ -31,20 +36,20 @@ def test_the_truth_leaves_the_noise():
 
 
 def test_worse_values_leave_more():
-    errors = evaluate(MODEL, NOMINAL, WINDOWS, [TWIN])
+    errors = errors_over(NOMINAL, WINDOWS)
     assert errors.rmse > 10 * NOISE
     assert errors.free_run > 10
 
 
 def test_a_free_run_counts_only_the_windows_asked_for():
-    parts = [evaluate(MODEL, TRUTH, [window], [TWIN]).free_run for window in WINDOWS]
-    assert sum(parts) == pytest.approx(evaluate(MODEL, TRUTH, WINDOWS, [TWIN]).free_run)
+    parts = [errors_over(TRUTH, [window]).free_run for window in WINDOWS]
+    assert sum(parts) == pytest.approx(errors_over(TRUTH, WINDOWS).free_run)
 
 
 def test_free_runs_of_trials_add_up():
     windows = cut_into_windows([TWIN, TWIN])
-    alone = evaluate(MODEL, TRUTH, WINDOWS, [TWIN])
-    both = evaluate(MODEL, TRUTH, windows, [TWIN, TWIN])
+    alone = errors_over(TRUTH, WINDOWS)
+    both = errors_over(TRUTH, windows, [TWIN, TWIN])
     assert both.free_run == pytest.approx(2 * alone.free_run)
     assert both.rmse == pytest.approx(alone.rmse)
 
@@ -54,7 +59,7 @@ def test_a_free_run_of_the_second_trial_has_the_effects_of_the_second_trial():
     slipped = Trial("slipped", TEN_SECONDS, TWIN.theta + np.outer(TEN_SECONDS >= 4.0, [0.0, 0.3]))
     windows = cut_into_windows([TWIN, slipped])
     model = MODEL.with_effect(ActiveEffect(slip, trial=1))
-    with_slip = evaluate(model, np.append(TRUTH, [0.3, 4.0]), windows, [TWIN, slipped])
-    without = evaluate(MODEL, TRUTH, windows, [TWIN, slipped])
-    assert with_slip.free_run == pytest.approx(2 * evaluate(MODEL, TRUTH, WINDOWS, [TWIN]).free_run, rel=0.01)
+    with_slip = errors_over(np.append(TRUTH, [0.3, 4.0]), windows, [TWIN, slipped], model)
+    without = errors_over(TRUTH, windows, [TWIN, slipped])
+    assert with_slip.free_run == pytest.approx(2 * errors_over(TRUTH, WINDOWS).free_run, rel=0.01)
     assert without.free_run > 10 * with_slip.free_run

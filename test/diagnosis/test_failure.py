@@ -30,7 +30,7 @@ def test_a_fit_that_follows_the_motion_is_none(fits):
     refuse_a_failed_fit((right, right))
 
 
-@pytest.mark.parametrize(("place", "which"), [(0, "fitted"), (1, "kept out of the fit")])
+@pytest.mark.parametrize(("place", "which"), [(0, "fitted"), (1, "predicted")])
 def test_one_that_does_not_is_refused_with_what_to_try(fits, place, which):
     right, wrong = fits
     pair = [right, right]

@@ -1,10 +1,13 @@
-"""Which windows are fitted and which are kept out."""
+"""Trials cut into windows, each with its role."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.data import prepare
+from cdp_ident.fit.roles import PartedTrial
 from cdp_ident.fit.scales import scales_of
 from cdp_ident.model.parameters import physical_coefficients
 from cdp_ident.model.simulation import simulate
@@ -23,42 +26,56 @@ def lasting(seconds, trials=1):
 SCALES = scales_of([TRIAL], 0.4, 9.81, np.full(2, 2e-3))
 
 
+def whole(*trials):
+    return [PartedTrial(trial, frozenset()) for trial in trials]
+
+
+HELD_OUT = PartedTrial(TRIAL, frozenset([0]))
+
+
 def test_windows_are_shorter_where_a_trial_is_too_short_for_four():
     short = Trial("short", TEN_SECONDS[:800], THETA[:800])
-    data = prepare([short], [], lasting(2.5), SCALES)
-    assert len(data.fit) == 3
-    assert len(data.holdout) == 1
+    data = prepare([*whole(short), HELD_OUT], lasting(2.5, 2), SCALES)
+    assert len(data.fit) == 4
+    assert data.folds == ((0,), (1,), (2,), (3,))
     assert data.fit[0].duration == pytest.approx(1.0, abs=0.02)
 
 
-def test_with_trials_to_judge_by_all_windows_of_the_others_are_fitted():
-    data = prepare([TRIAL, TRIAL], [TRIAL], lasting(2.5, 3), SCALES)
-    assert len(data.fit) == 8
-    assert {window.trial for window in data.holdout} == {2}
-    assert data.held_out == 1
+def test_every_window_of_what_is_held_out_and_no_other_is_held_out():
+    parted = PartedTrial(replace(TRIAL, breaks=(1000, 1400)), frozenset([1]))
+    data = prepare([parted, HELD_OUT], lasting(1.0, 2), SCALES)
+    places = {(window.trial, window.first) for window in data.holdout}
+    assert places == {(0, 1000), (0, 1200), *((1, first) for first in range(0, 2000, 200))}
+    assert all(window.trial == 0 for window in data.fit)
 
 
 def test_the_window_the_step_and_the_half_width_are_the_rig_s():
-    data = prepare([TRIAL], [], lasting(SCALES.window), SCALES)
+    data = prepare([*whole(TRIAL), HELD_OUT], lasting(SCALES.window, 2), SCALES)
     assert data.window == pytest.approx(SCALES.window, rel=1e-3)  # the trial is a sample too short for four
     assert data.scales is SCALES
     assert {window.grid.step for window in (*data.fit, *data.holdout)} == {SCALES.step}
     assert {window.half_width for window in (*data.fit, *data.holdout)} == {SCALES.half_width}
 
 
-@pytest.mark.parametrize("first", [0, 1, 2])
-def test_every_fourth_window_is_kept_out_from_the_first_one_on(first):
-    data = prepare([TRIAL, TRIAL], [], lasting(1.25, 2), SCALES, first)
-    begins = sorted({window.begin for window in (*data.fit, *data.holdout)})
-    kept_out = [begins.index(window.begin) for window in data.holdout if window.trial == 0]
-    assert kept_out == list(range(first, 8, 4))
+def test_every_fourth_window_is_of_the_same_fold():
+    data = prepare([*whole(TRIAL, TRIAL), HELD_OUT], lasting(1.25, 3), SCALES)
+    assert data.folds == tuple(tuple(range(first, 16, 4)) for first in range(4))
+
+
+def test_each_of_three_trials_is_a_fold():
+    data = prepare([*whole(TRIAL, TRIAL, TRIAL), HELD_OUT], lasting(1.25, 4), SCALES)
+    assert [{data.fit[index].trial for index in fold} for fold in data.folds] == [{0}, {1}, {2}]
+    assert sorted(index for fold in data.folds for index in fold) == list(range(24))
 
 
 @pytest.mark.parametrize(
     ("fit", "holdout", "message"),
     [
-        ([], [], "there is no trial to fit: give at least one bag"),
-        ([(0, 21)], [], "the trials hold 0.1 s of motion; with this rig's L and sampling at least 0.4 s are needed"),
+        (
+            [(0, 21)],
+            [(0, 2000)],
+            "the trials hold 0.1 s of motion to fit; with this rig's L and sampling at least 0.4 s are needed",
+        ),
         ([(0, 2000)], [(0, 6)], "too few samples to fit and to judge by: record longer ones"),
     ],
 )
@@ -68,8 +85,7 @@ def test_trials_that_do_not_suffice_are_refused(fit, holdout, message):
 
     with pytest.raises(IdentificationError) as caught:
         prepare(
-            [cut(*each) for each in fit],
-            [cut(*each) for each in holdout],
+            [*whole(*(cut(*each) for each in fit)), *(PartedTrial(cut(*each), frozenset([0])) for each in holdout)],
             lasting(2.5, len(fit) + len(holdout)),
             SCALES,
         )

@@ -175,6 +175,13 @@ def test_inertias_moments_and_frictions_may_not_be_negative():
     assert np.all(upper == np.inf)
 
 
+def test_two_of_a_kind_have_names_of_their_own():
+    knock = ActiveEffect(EFFECTS["impulse.inner"], trial=0)
+    model = MODEL.with_effect(knock).with_effect(knock)
+    assert model.labels == ("impulse.inner", "impulse.inner.2")
+    assert len(set(model.names)) == len(model.names)
+
+
 def test_without_an_effect_its_unknowns_are_gone():
     model, values = with_effects("gravity_tilt.base", "joint_spring.outer")
     less, remain = model.without_effect(0)

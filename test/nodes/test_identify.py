@@ -151,14 +151,19 @@ def test_bad_input_is_one_line_and_exit_code_2(options, words, capsys, tmp_path,
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_fit_that_failed_is_one_line_and_exit_code_3(capsys, tmp_path, monkeypatch):
+def test_a_fit_that_failed_is_one_line_a_report_and_exit_code_3(capsys, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "long.yaml").write_text("identify: {ros__parameters: {L: 1.5}}")
     assert main(["--bag", WIDE, "--config", "long.yaml", "--once"]) == 3
     error = capsys.readouterr().err.splitlines()[-1]
     assert error.startswith("identify: error: the fit failed")
     assert "L is 0.4" in error
-    assert list(tmp_path.iterdir()) == [tmp_path / "long.yaml"]
+    folder = tmp_path / "identification" / "swing_wide"
+    report = report_in(folder)
+    assert report["verdict"].startswith("The fit failed")
+    assert report["warnings"][0]["name"] == "fit_failed"
+    assert report["effects"] == []
+    assert not (folder / "fitted.yaml").exists()
 
 
 @pytest.mark.parametrize(
@@ -197,7 +202,7 @@ def test_a_measured_swing_is_identified_and_its_errors_printed(tmp_path, capsys)
     columns = ["--time", "time_s", "--inner", "theta1_rad", "--outer", "theta2_rad", "--outer-angle", "absolute"]
     assert import_csv([str(MEASURED), "--out", str(tmp_path / "measured"), "--every", "5", *columns]) == 0
     nominal = {"m1": 0.0938, "m2": 0.1376, "m0": 0.0, "l1": 0.1086, "l2": 0.1168, "J1": 4.4e-4, "J2": 1.27e-3}
-    # Part of the 48 s is enough to see that it is identified; the ladder of effects climbs longer on all of it.
+    # Part of the 48 s is enough to see that it is identified; the selection of effects takes longer on all of it.
     values = {"L": 0.17272, "nominal": {**nominal, "c1": 2.4e-4, "c2": 1e-5}, "trial": {"stop": 12.0}}
     (tmp_path / "rig.yaml").write_text(yaml.safe_dump({"identify": {"ros__parameters": values}}))
     options = ["--config", str(tmp_path / "rig.yaml"), "--out", str(tmp_path / "out"), "--once"]

@@ -7,7 +7,7 @@ import pytest
 
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.prior import Prior
-from cdp_ident.fit.refinement import refine_from_afar
+from cdp_ident.fit.refinement import fit_initial_states, refine_from_afar
 from cdp_ident.fit.windows import cut_into_windows
 from cdp_ident.model.parameters import groups_of
 from cdp_ident.pipeline.identify import identify
@@ -46,6 +46,6 @@ def test_search_and_refinement_find_the_published_groups(swing):
         found = identify([swing], [], IdentifyOptions(prior=Prior(nominal=NOMINAL), length_free=True, window=window))
         a23, a33, a1, c1, _, length = found.fit.values
         assert [a23, a33, 9.81 * a1, 9.81 * a23 / length] == pytest.approx([0.4914, 0.5563, 58.94, 27.90], rel=0.02)
-        assert friction is None or c1 == pytest.approx(friction, rel=0.3)
-        assert found.errors["refined"][1].rmse < 4e-3
+        assert friction is None or c1 == pytest.approx(friction, rel=0.35)
+        assert fit_initial_states(found.fit.model, found.fit.values, found.data.holdout).rmse() < 4e-3
     assert np.all(found.data.noise < 1e-4)

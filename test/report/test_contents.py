@@ -44,7 +44,7 @@ def test_an_effect_comes_with_its_evidence_and_its_parameters_with_units(content
         assert effect["evidence"]["rmse_holdout_after_rad"] < effect["evidence"]["rmse_holdout_before_rad"]
         assert effect["evidence"]["delta_bic"] < 0
         assert all(quantity["unit"] and quantity["std"] >= 0 for quantity in effect["parameters"].values())
-    added = [rung["action"] for rung in content["ladder"]["rungs"] if rung["action"].startswith("added")]
+    added = [step["action"] for step in content["selection"]["steps"] if step["action"].startswith("added")]
     assert len(added) >= len(content["effects"])
 
 
@@ -110,12 +110,15 @@ def test_the_bags_are_named_by_their_contents(content):
 
 
 def test_it_is_strict_json_even_where_a_number_is_not_finite(outcome):
-    found = outcome.identification
-    fit, holdout = found.errors["nominal"]
-    errors = {**found.errors, "nominal": (replace(fit, free_run=math.inf), replace(holdout, free_run=math.nan))}
-    covariance = found.covariance.copy()
+    trace = outcome.trace
+    nominal = trace.errors["nominal"]
+    nominal = replace(
+        nominal, fit=replace(nominal.fit, free_run=math.inf), holdout=replace(nominal.holdout, free_run=math.nan)
+    )
+    covariance = trace.paper.covariance.copy()
     covariance[0, 0] = np.inf
-    content = report(replace(outcome, identification=replace(found, errors=errors, covariance=covariance)))
+    paper = replace(trace.paper, covariance=covariance)
+    content = report(replace(outcome, trace=replace(trace, paper=paper, errors={**trace.errors, "nominal": nominal})))
 
     def refuse(constant):
         raise AssertionError(constant)

@@ -29,9 +29,9 @@ def test_each_trial_is_there_as_it_was_measured(outcome, shown_curves):
 @pytest.mark.parametrize("model", ["before", "after"])
 def test_what_is_left_over_windows_is_the_report_s_error(content, shown_curves, model):
     left = [curve.measured - getattr(curve, model) for curve in shown_curves.trials]
-    for where, kept_out in (("fit", False), ("holdout", True)):
-        chosen = [r[c.held_out == kept_out] for r, c in zip(left, shown_curves.trials, strict=True)]
-        assert rms(np.concatenate(chosen)) == pytest.approx(content[model]["error"][where]["rmse_rad"], rel=1e-3)
+    for role, held_out in (("fit", False), ("holdout", True)):
+        chosen = [r[c.held_out == held_out] for r, c in zip(left, shown_curves.trials, strict=True)]
+        assert rms(np.concatenate(chosen)) == pytest.approx(content[model]["error"][role]["rmse_rad"], rel=1e-3)
 
 
 @pytest.mark.parametrize("model", ["before", "after"])
@@ -80,9 +80,8 @@ def test_an_encoder_s_error_is_taken_out_before_torques_are_looked_at(outcome, s
     model = after.model.with_effect(ActiveEffect(effect))
     values = np.append(after.fit.values, offset)
     fit, holdout = (replace(part, model=model, values=values) for part in (after.fit, after.holdout))
-    attempt = replace(after, fit=fit, holdout=holdout)
-    ladder = replace(outcome.trace.ladder, after=attempt)
-    shifted = curves(replace(outcome, trace=replace(outcome.trace, ladder=ladder))).torques
+    off = replace(after, fit=fit, holdout=holdout)
+    shifted = curves(replace(outcome, trace=replace(outcome.trace, after=off))).torques
     assert shifted.angle[:, 0] == pytest.approx(shown_curves.torques.angle[:, 0] - offset, abs=SMALLEST_STEP)
     assert shifted.effects.shape[0] == 2
     assert not shifted.effects[1].any()

@@ -12,7 +12,8 @@ from cdp_ident.report.pictures import draw_again
 PICTURES = {
     "errors", "angles_1_swing_wide", "angles_2_swing_folded", "angles_3_swing_check", "best_error",
     "contrast_1_swing_wide", "contrast_2_swing_folded", "contrast_3_swing_check", "angular_error_1_swing_wide",
-    "angular_error_2_swing_folded", "angular_error_3_swing_check", "ladder", "torque_over_speed", "torque_over_angle",
+    "angular_error_2_swing_folded", "angular_error_3_swing_check", "selection", "torque_over_speed",
+    "torque_over_angle",
     "effect_1_coulomb_friction_outer", "parameters", "correlation", "repeatability",
 }  # fmt: skip
 

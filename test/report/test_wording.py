@@ -44,7 +44,7 @@ def test_it_is_said_how_a_value_was_come_by(read_content):
         ("nothing more helps", "nothing more helps"),
     ],
 )
-def test_a_step_of_the_ladder_is_in_words(action, words):
+def test_a_step_of_the_selection_is_in_words(action, words):
     assert action_words({"action": action}) == words
 
 

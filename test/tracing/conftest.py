@@ -5,10 +5,10 @@ import pytest
 
 from cdp_ident.fit.motion_model import Mechanism, MotionModel
 from cdp_ident.fit.prior import Prior
-from cdp_ident.fit.refinement import fit_initial_states, refine
+from cdp_ident.fit.refinement import refine
 from cdp_ident.fit.windows import cut_into_windows
 from cdp_ident.model.parameters import SYMBOLS, groups_of
-from cdp_ident.tracing.evidence import Attempt
+from cdp_ident.tracing.selection import attempt_of
 from reference.pendulum import TABLE_5
 from scenarios.twin import TEN_SECONDS, twin
 
@@ -28,5 +28,4 @@ def plain():
     windows = cut_into_windows([trial], 1.25)
     model = MotionModel(Mechanism.of(Prior()))
     truth = groups_of([TABLE_5[symbol] for symbol in SYMBOLS], TABLE_5["L"])
-    fit = refine(model, truth, windows[::2])
-    return Attempt(fit, fit_initial_states(model, fit.values, windows[1::2]))
+    return attempt_of(refine(model, truth, windows), tuple(tuple(range(len(windows))[k::4]) for k in range(4)))

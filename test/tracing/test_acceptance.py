@@ -15,14 +15,14 @@ NOISE = 1e-3
 MODEL = MotionModel(Mechanism(0.4, 9.81, 0.4))
 
 
-def attempt(of_fit: float, of_holdout: float) -> Attempt:
+def attempt(of_fit: float, of_validation: float) -> Attempt:
     """Return a model that leaves given errors, over the noise."""
 
     def leaving(error: float) -> Fit:
         residuals = np.full((10, 2), error * NOISE)
         return Fit(MODEL, np.zeros(5), (), (residuals,), (), (), 1, 1, True)
 
-    return Attempt(leaving(of_fit), leaving(of_holdout))
+    return Attempt(leaving(of_fit), leaving(of_validation), folds=())
 
 
 def test_what_an_effect_explains_is_compared_with_what_remains_above_the_noise():
@@ -30,14 +30,14 @@ def test_what_an_effect_explains_is_compared_with_what_remains_above_the_noise()
     assert share == pytest.approx((2.0**2 - 1.5**2) / (1.5**2 - 1.0))
 
 
-def test_it_may_explain_more_on_the_motion_kept_out():
+def test_it_may_explain_more_on_validation_windows():
     assert share_explained(attempt(2.0, 1.1), attempt(2.0, 2.0), NOISE) > NAMED
 
 
 @given(st.floats(0.9, 1.0), st.floats(0.9, 1.0))
-def test_a_hundredth_of_the_noise_is_not_worth_a_name_even_where_nothing_remains(of_fit, of_holdout):
-    before = attempt(of_fit * 1.01, of_holdout * 1.01)
-    assert share_explained(attempt(of_fit, of_holdout), before, NOISE) < NAMED
+def test_a_hundredth_of_the_noise_is_not_worth_a_name_even_where_nothing_remains(of_fit, of_validation):
+    before = attempt(of_fit * 1.01, of_validation * 1.01)
+    assert share_explained(attempt(of_fit, of_validation), before, NOISE) < NAMED
 
 
 @given(st.floats(0.9, 1.02))

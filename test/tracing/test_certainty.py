@@ -20,7 +20,7 @@ MODEL = PLAIN.with_effect(ActiveEffect(DRY))
 def attempt(model: MotionModel, error: float) -> Attempt:
     """Return a model that leaves an error, over the noise."""
     fit = Fit(model, np.zeros(len(model.names)), (), (np.full((10, 2), error * NOISE),), (), (), 1, 1, True)
-    return Attempt(fit, fit)
+    return Attempt(fit, fit, folds=())
 
 
 def certainty(left, without, also_possible=(), model=MODEL):
@@ -44,4 +44,4 @@ def test_an_effect_that_explains_no_more_than_remains_only_acts_like_its_name(wi
 @pytest.mark.parametrize("without", [3.0, 100.0])
 def test_a_torque_without_a_name_has_none_whatever_it_explains(without):
     model = PLAIN.with_effect(ActiveEffect(CURVES[0]))
-    assert certainty(1.0, without, model=model) == ("unknown",)
+    assert certainty(1.0, without, model=model) == ("acts_like",)

@@ -5,12 +5,12 @@ import numpy as np
 from cdp_ident.diagnosis.identification import Identification
 from cdp_ident.fit.motion_model import ActiveEffect
 from cdp_ident.fit.options import IdentifyOptions
-from cdp_ident.fit.refinement import fit_initial_states, refine_from_afar
+from cdp_ident.fit.refinement import refine_from_afar
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.pipeline.identify import identify
 from cdp_ident.tracing.evidence import Attempt
 from cdp_ident.tracing.exchange import alternatives, exchange_effects
-from cdp_ident.tracing.selection import Progress
+from cdp_ident.tracing.selection import Progress, attempt_of
 from scenarios.hidden_truths import FIT_TRIALS, hidden_truth
 
 BY_KEY = {effect.key: effect for effect in CATALOGUE}
@@ -22,8 +22,7 @@ def with_effects(identified: Identification, *keys: str) -> Attempt:
         active = ActiveEffect(BY_KEY[key])
         model = model.with_effect(active)
         values = np.concatenate([values, [parameter.typical for parameter in active.fitted]])
-    fit = refine_from_afar(model, values, identified.fit.windows)
-    return Attempt(fit, fit_initial_states(model, fit.values, identified.data.holdout))
+    return attempt_of(refine_from_afar(model, values, identified.fit.windows), identified.data.folds)
 
 
 def test_two_effects_of_a_joint_that_imitate_one_are_exchanged_for_it() -> None:
@@ -38,7 +37,7 @@ def test_two_effects_of_a_joint_that_imitate_one_are_exchanged_for_it() -> None:
         "stribeck_friction.inner explains the motion better than quadratic_friction.inner and coulomb_friction.inner"
     ]
     assert [active.effect.key for active in exchanged.model.effects] == ["stribeck_friction.inner"]
-    assert exchanged.holdout.rmse() < two.holdout.rmse()
+    assert exchanged.validation.rmse() < two.validation.rmse()
 
 
 def test_what_contains_an_effect_is_no_other_possibility_but_the_other_way_round() -> None:

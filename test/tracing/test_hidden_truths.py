@@ -30,7 +30,7 @@ def traced(
 
 
 def named(found: Trace) -> set[tuple[str, str]]:
-    nameless = ("acts_like", "unknown")
+    nameless = ("acts_like",)
     return {(e.active.effect.name, e.active.effect.joint) for e in found.effects if e.certainty not in nameless}
 
 
@@ -53,14 +53,14 @@ def test_nothing_is_named_where_nothing_is_hidden(seed: int) -> None:
 def test_what_is_hidden_is_named_and_explains_all_but_the_noise(kind: str) -> None:
     found, answer = traced(kind, 0, 3.0)
     assert named(found) == {hidden.identity for hidden in answer.hidden}
-    assert found.ladder.before.fit.rmse() > 1.05 * answer.floor  # windows are short where the motion is chaotic
+    assert found.selection.before.fit.rmse() > 1.05 * answer.floor  # windows are short where the motion is chaotic
     assert found.after.holdout.rmse() < FIT_TO_THE_NOISE * answer.floor
 
 
 @pytest.mark.campaign
 def test_an_effect_that_took_the_part_of_two_goes_once_both_are_there() -> None:
     found, answer = traced("coulomb_friction.outer+air_drag.outer", 7003)
-    assert "dropped load_friction.outer" in [step.action for step in found.ladder.steps]
+    assert "dropped load_friction.outer" in [step.action for step in found.selection.steps]
     assert named(found) == {hidden.identity for hidden in answer.hidden}
     assert found.after.holdout.rmse() < FIT_TO_THE_NOISE * answer.floor
 
@@ -83,17 +83,17 @@ def test_a_knock_is_named_though_the_window_it_is_in_hardly_stands_out() -> None
     ("kind", "seed", "key", "like"),
     [
         pytest.param(
-            "partial_rub.outer", 5001, "friction_over_angle.outer", "a part of the turn that rubs at ",
+            "partial_rub.outer", 5001, "unknown_torque.outer.friction_over_angle", "a part of the turn that rubs at ",
             marks=pytest.mark.campaign,
         ),
-        ("magnet.inner", 0, "torque_over_angle.inner", "a magnet at "),
+        ("magnet.inner", 0, "unknown_torque.inner.over_angle", "a magnet at "),
     ],
 )  # fmt: skip
 def test_what_has_no_name_is_found_as_a_curve(kind: str, seed: int, key: str, like: str) -> None:
     found, answer = traced(kind, seed)
     (effect,) = found.effects
     assert effect.active.effect.key == key
-    assert effect.certainty == "unknown"
+    assert effect.certainty == "acts_like"
     assert effect.curve is not None
     assert effect.curve.likeness.startswith(like)
     largest, _ = effect.parameters

@@ -29,7 +29,7 @@ def test_an_effect_that_another_makes_superfluous_is_dropped_and_it_is_told(plai
     kept = drop_superfluous(progress, both)
     assert keys_of(kept) == ["joint_spring.outer"]
     assert told == ["dropped air_drag.outer.rotation: it no longer helps"]
-    assert kept.holdout.rmse() < 1.01 * both.holdout.rmse()
+    assert kept.validation.rmse() < 1.01 * both.validation.rmse()
 
 
 def test_an_effect_that_helps_stays_whatever_comes_after_it(plain):

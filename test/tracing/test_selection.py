@@ -30,7 +30,7 @@ def test_each_addition_is_refitted(plain):
     assert (first, second) == (SPRING, DRAG)
     assert [active.effect.key for active in with_spring.model.effects] == ["joint_spring.outer"]
     assert with_spring.fit.rmse() < 0.5 * plain.fit.rmse()
-    assert with_spring.holdout.rmse() < 0.5 * plain.holdout.rmse()
+    assert with_spring.validation.rmse() < 0.5 * plain.validation.rmse()
     assert with_spring.fit.rmse() < with_drag.fit.rmse()
     assert progress.failures == []
 

@@ -1,6 +1,7 @@
 """The whole way from a residual to the effect that explains it, on a pendulum that the package did not simulate."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -60,21 +61,49 @@ def test_its_torque_is_found_up_to_the_inertia_that_no_trial_shows(identified, t
     assert abs(inertia / true_inertia - 1) < 3 * relative
 
 
-def test_the_error_on_the_trial_kept_out_falls_to_the_noise(identified, traced):
+def test_the_error_on_the_trial_held_out_falls_to_the_noise(identified, traced):
     noise = float(np.sqrt(np.mean(identified.data.noise**2)))
-    assert traced.errors[1].rmse < 1.2 * noise < identified.errors["refined"][1].rmse
+    assert traced.errors["effects"].holdout.rmse < 1.2 * noise < traced.errors["refined"].holdout.rmse
     assert not traced.unexplained.significant
+
+
+def test_each_stage_is_better_than_the_one_before(traced):
+    for role in ("fit", "validation", "holdout"):
+        nominal, search, refined, effects = (
+            getattr(traced.errors[stage], role) for stage in ("nominal", "search", "refined", "effects")
+        )
+        assert effects.rmse < refined.rmse < search.rmse < nominal.rmse
+        assert refined.free_run < nominal.free_run
+
+
+def test_what_is_held_out_has_no_part_in_the_choice_and_the_values(identified, traced):
+    rng = np.random.default_rng(0)
+    spoilt = [replace(w, theta=w.theta + rng.normal(0.0, 0.1, w.theta.shape)) for w in identified.data.holdout]
+    other = trace(replace(identified, data=replace(identified.data, holdout=tuple(spoilt))))
+    assert other.selection.steps == traced.selection.steps
+    assert np.array_equal(other.after.fit.values, traced.after.fit.values)
+    assert np.array_equal(other.covariance, traced.covariance)
+    assert other.errors["effects"].holdout.rmse > 10 * traced.errors["effects"].holdout.rmse
+
+
+def test_a_disturbance_in_what_is_held_out_is_told_and_not_fitted(identified):
+    *others, last = identified.data.holdout
+    moved = np.where((last.time > 0.5 * last.duration)[:, None], 0.05, 0.0)
+    data = replace(identified.data, holdout=(*others, replace(last, theta=last.theta + moved)))
+    other = trace(replace(identified, data=data))
+    assert "the held-out motion of trial trial 2 from" in other.unexplained.description
+    assert [found.active.effect.key for found in other.effects] == ["coulomb_friction.outer"]
 
 
 def test_a_selection_that_is_stopped_keeps_the_effects_found_so_far(identified):
     lines = []
     stopped = trace(identified, lines.append, stop=lambda: any(line.startswith("added") for line in lines))
-    assert stopped.ladder.interrupted
+    assert stopped.selection.interrupted
     assert stopped.effects
-    assert stopped.errors[1].rmse < identified.errors["refined"][1].rmse
+    assert stopped.errors["effects"].holdout.rmse < stopped.errors["refined"].holdout.rmse
 
 
 def test_a_selection_that_is_stopped_at_once_has_none(identified):
     stopped = trace(identified, stop=lambda: True)
-    assert stopped.ladder.interrupted
+    assert stopped.selection.interrupted
     assert stopped.effects == ()

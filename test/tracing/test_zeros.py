@@ -11,8 +11,7 @@ from cdp_ident.fit.refinement import fit_initial_states, refine
 from cdp_ident.fit.windows import cut_into_windows
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.parameters import SYMBOLS, groups_of
-from cdp_ident.tracing.evidence import Attempt
-from cdp_ident.tracing.selection import Progress
+from cdp_ident.tracing.selection import Progress, attempt_of
 from cdp_ident.tracing.torque_residual import corrected, torque_residual
 from cdp_ident.tracing.zeros import fit_zeros_by_trial, largest_zeros
 from reference.pendulum import TABLE_5
@@ -33,25 +32,34 @@ def trials():
     return [twin(rng, start=s, times=times, noise=NOISE, tolerance=1e-8) for rng, s in zip(rngs, STARTS, strict=True)]
 
 
-def progress_of(trials, zeros, steps=(0.0, 0.0)):
+def windows_of(trials, zeros):
     off = [replace(trial, theta=trial.theta + np.cumsum(zero)) for trial, zero in zip(trials, zeros, strict=True)]
-    windows = cut_into_windows(off, 1.5)
-    fit = refine(MODEL, TRUTH, [window for window in windows if window.trial < 2])
-    kept_out = fit_initial_states(MODEL, fit.values, [window for window in windows if window.trial == 2])
-    return Progress(Attempt(fit, kept_out), NOISE, encoder_steps=np.array(steps))
+    return cut_into_windows(off, 1.5)
 
 
-def test_zeros_of_each_trial_are_found_those_of_a_trial_kept_out_among_them(trials):
+def progress_of(trials, zeros, steps=(0.0, 0.0)):
+    """Begin with the last trial held out."""
+    fit = refine(MODEL, TRUTH, [window for window in windows_of(trials, zeros) if window.trial < 2])
+    folds = tuple(tuple(range(first, len(fit.windows), 4)) for first in range(4))
+    return Progress(attempt_of(fit, folds), NOISE, encoder_steps=np.array(steps))
+
+
+def held_out(fit, trials, zeros):
+    return fit_initial_states(fit.model, fit.values, [w for w in windows_of(trials, zeros) if w.trial == 2])
+
+
+def test_zeros_of_each_trial_are_found_those_of_a_trial_held_out_among_them(trials):
     progress = progress_of(trials, ZEROS)
     fit_zeros_by_trial(progress)
-    fit, holdout = progress.current.fit, progress.current.holdout
+    fit = progress.current.fit
+    holdout = held_out(fit, trials, ZEROS)
     assert fit.model.zeros == (0, 1)
     assert [fit.values[fit.model.zero_places(k)] for k in range(2)] == pytest.approx(ZEROS[:2], abs=2e-4)
     assert holdout.values[holdout.model.zero_places(2)] == pytest.approx(ZEROS[2], abs=2e-4)
     assert fit.values[fit.model.of_rig] == pytest.approx(TRUTH, rel=0.01)
     assert np.array_equal(holdout.values[holdout.model.of_rig], fit.values[fit.model.of_rig])
-    assert max(fit.rmse(), holdout.rmse()) < 1.2 * NOISE  # its counts add to it
-    assert largest_zeros(progress.current) == pytest.approx([0.03, 0.05], abs=2e-4)
+    assert max(fit.rmse(), holdout.rmse()) < 1.3 * NOISE  # its counts add to it
+    assert largest_zeros(progress.current) == pytest.approx([0.02, 0.05], abs=2e-4)
 
 
 @pytest.mark.parametrize("zeros", [np.zeros((3, 2)), np.tile([0.01, -0.02], (3, 1))])
@@ -85,7 +93,7 @@ def test_zeros_that_differ_by_less_than_a_step_of_the_encoders_are_rounding(tria
 def test_the_rods_angles_and_the_torques_that_are_missing_are_free_of_the_zeros(trials):
     progress = progress_of(trials, ZEROS)
     fit_zeros_by_trial(progress)
-    for fit in (progress.current.fit, progress.current.holdout):
+    for fit in (progress.current.fit, held_out(progress.current.fit, trials, ZEROS)):
         for window, shown in zip(corrected(fit).windows, fit.windows, strict=True):
             off = (shown.theta - window.theta)[0]
             assert off == pytest.approx(np.cumsum(ZEROS[window.trial]), abs=4e-4)

@@ -83,7 +83,7 @@ def basis(curve: Curve, at: Array) -> Array:
 
 
 def _in_both(
-    name: str, description: str, formula: str, curve: Curve, law: Compilable, lowest: float, dry: bool
+    variant: str, description: str, formula: str, curve: Curve, law: Compilable, lowest: float, dry: bool
 ) -> tuple[TorqueEffect, ...]:
     joints: tuple[Joint, ...] = ("inner", "outer")
     parameters = tuple(
@@ -93,7 +93,17 @@ def _in_both(
     source = "P-splines: Eilers and Marx, Statistical Science 11, 1996"
     return tuple(
         TorqueEffect(
-            name, joint, "", description, formula, source, parameters, law, dry=dry, linear=not dry, curve=curve
+            "unknown_torque",
+            joint,
+            variant,
+            description,
+            formula,
+            source,
+            parameters,
+            law,
+            dry=dry,
+            linear=not dry,
+            curve=curve,
         )
         for joint in joints
     )
@@ -102,8 +112,8 @@ def _in_both(
 _TURN, _SPEEDS = Curve("angle", _OVER_ANGLE), Curve("speed", _OVER_SPEED)
 CURVES: tuple[TorqueEffect, ...] = (
     *_in_both(
-        "torque_over_angle",
-        "a torque that depends on the angle",
+        "over_angle",
+        "an unknown torque that depends on the angle",
         f"a cubic B-spline over the joint's angle from hanging, {_OVER_ANGLE} coefficients a turn",
         _TURN,
         _over_angle,
@@ -111,8 +121,8 @@ CURVES: tuple[TorqueEffect, ...] = (
         dry=False,
     ),
     *_in_both(
-        "torque_over_speed",
-        "a torque that depends on the speed",
+        "over_speed",
+        "an unknown torque that depends on the speed",
         f"a cubic B-spline over asinh(speed / {_SLOW} rad/s), {_OVER_SPEED} coefficients",
         _SPEEDS,
         _over_speed,
@@ -121,7 +131,7 @@ CURVES: tuple[TorqueEffect, ...] = (
     ),
     *_in_both(
         "friction_over_angle",
-        "dry friction that depends on the angle",
+        "an unknown dry friction that depends on the angle",
         f"a cubic B-spline over the joint's angle from hanging, {_OVER_ANGLE} coefficients a turn, against the motion; "
         "up to that at rest",
         _TURN,

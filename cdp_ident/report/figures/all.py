@@ -3,7 +3,7 @@
 from cdp_ident.report.contents import Section
 from cdp_ident.report.curves import Curves
 from cdp_ident.report.figures.description import Figure
-from cdp_ident.report.figures.errors import before_and_after, best_error, ladder
+from cdp_ident.report.figures.errors import before_and_after, best_error, selection
 from cdp_ident.report.figures.motion import angles, continuous_runs
 from cdp_ident.report.figures.parameters import against_nominal, correlation, repeatability
 from cdp_ident.report.figures.torques import effects_through_residuals, missing_torques, torques_without_a_name
@@ -16,7 +16,7 @@ def figures(report: Section, curves: Curves) -> list[Figure]:
         *angles(report, curves),
         best_error(report),
         *continuous_runs(report, curves),
-        *ladder(report),
+        *selection(report),
         *missing_torques(report, curves),
         *effects_through_residuals(report, curves),
         *torques_without_a_name(report),

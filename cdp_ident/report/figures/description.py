@@ -10,7 +10,7 @@ import numpy.typing as npt
 from cdp_ident.report.figures.palette import Colour
 
 Array = npt.NDArray[np.float64]
-Place = Literal["errors", "motion", "paper", "ladder", "torques", "parameters", "compare"]
+Place = Literal["errors", "motion", "paper", "selection", "torques", "parameters", "compare"]
 
 
 _MOST_WRITTEN = 9
@@ -119,7 +119,7 @@ class Panel:
     height: float = 200.0
     """In pixels on a page; proportional elsewhere."""
     held_out: Sequence[tuple[float, float]] = ()
-    """Stretches of x that were kept out of the fit."""
+    """Stretches of x that were held out."""
 
 
 @dataclass(frozen=True)
@@ -151,7 +151,7 @@ class Figure:
         return list(entries.values())
 
 
-HELD_OUT = "kept out of the fit"
+HELD_OUT = "held out"
 
 
 def _kind(mark: Line | Dots | Bars | Intervals | Level) -> str:

@@ -1,4 +1,4 @@
-"""The errors of a report: before and after, over the generations of the search, and along the ladder."""
+"""The errors of a report: before and after, over the generations of the search, and along the selection of effects."""
 
 import textwrap
 from collections.abc import Iterator
@@ -16,7 +16,7 @@ _LABEL_WIDTH = 22
 """Characters in a line of a name beside an axis: two thirds of a phone remain beside it."""
 _ROOM = 27.0
 """Height of a bar with a name of two lines [pixels]."""
-_WHERE = {"holdout": "held out", "fit": "fitted"}
+_WHERE = {"holdout": "held out", "validation": "validation", "fit": "fitted"}
 
 
 def wrapped(name: str) -> str:
@@ -25,7 +25,7 @@ def wrapped(name: str) -> str:
 
 
 def before_and_after(report: Section) -> Figure:
-    """Return the errors over fitted and held-out motion as bars."""
+    """Return the errors over motion of each role as bars."""
     shown, places = models(report), list(_WHERE.items())
     marks: list[Bars | Level] = []
     said = []
@@ -46,7 +46,7 @@ def before_and_after(report: Section) -> Figure:
         "errors",
         "Error before and after",
         f"Root mean square of measured less simulated angles over windows of {window:.2g} s, on the motion that was "
-        "fitted and on motion that no fit has seen.",
+        "fitted, on the same predicted by fits without it (validation), and on motion that neither has seen.",
         f"{'; '.join(said)}; the encoders' noise: {floor:.3g} mrad.",
         [
             Panel(
@@ -83,43 +83,45 @@ def best_error(report: Section) -> Figure:
     )
 
 
-def ladder(report: Section) -> Iterator[Figure]:
-    """Yield what each effect that was tried would have bought on held-out motion, step by step."""
+def selection(report: Section) -> Iterator[Figure]:
+    """Yield what each effect that was tried would have bought in cross-validation, step by step."""
     panels, said = [], []
-    before = number(report["before"]["error"]["holdout"]["rmse_rad"])
-    for index, rung in enumerate(report["ladder"]["rungs"], start=1):
-        after = number(rung["rmse_holdout_rad"])
-        if rung["tried"]:
-            panels.append(_step(index, rung, before))
-            said.append(f"step {index}, {action_words(rung)}: {1e3 * before:.3g} to {1e3 * after:.3g}")
+    before = number(report["before"]["error"]["validation"]["rmse_rad"])
+    for index, step in enumerate(report["selection"]["steps"], start=1):
+        after = number(step["rmse_validation_rad"])
+        if step["tried"]:
+            panels.append(_step(index, step, before))
+            said.append(f"step {index}, {action_words(step)}: {1e3 * before:.3g} to {1e3 * after:.3g}")
         before = after
     if panels:
         yield Figure(
-            "ladder",
-            "ladder",
+            "selection",
+            "selection",
             "What was tried",
-            "Held-out error with each effect that was tried at a step, everything else fitted again. What lies left "
+            "Validation error with each effect that was tried at a step, everything else fitted again. What lies left "
             "of the line would have helped; it is added only if it does so beyond chance, with a clear strength.",
-            f"Held-out error [mrad]: {'; '.join(said)}.",
+            f"Validation error [mrad]: {'; '.join(said)}.",
             panels,
         )
 
 
-def _step(index: int, rung: Section, before: float) -> Panel:
-    keys = [" and ".join(tried["effects"]) for tried in rung["tried"]]
-    names = [wrapped(" and ".join(key_words(key) for key in tried["effects"])) for tried in rung["tried"]]
-    errors = [1e3 * number(tried["rmse_holdout_rad"]) for tried in rung["tried"]]
+def _step(index: int, step: Section, before: float) -> Panel:
+    keys = [" and ".join(tried["effects"]) for tried in step["tried"]]
+    names = [wrapped(" and ".join(key_words(key) for key in tried["effects"])) for tried in step["tried"]]
+    errors = [1e3 * number(tried["rmse_validation_rad"]) for tried in step["tried"]]
     # A bar has the room that its name needs: one line or two, or more.
     rooms = np.array([max(1.0, (name.count("\n") + 1) / 2) for name in names])
     places = np.cumsum(rooms) - rooms / 2
     kinds: tuple[tuple[str, Colour, bool], ...] = (("added", "after", True), ("tried, not added", "noise", False))
     marks: list[Bars | Level] = []
     for label, colour, added in kinds:
-        chosen = [k for k, key in enumerate(keys) if (rung["action"] == f"added {key}") == added]
+        chosen = [k for k, key in enumerate(keys) if (step["action"] == f"added {key}") == added]
         if chosen:
             lengths = [errors[k] for k in chosen]
             marks.append(Bars(label, colour, [places[k] for k in chosen], lengths, [f"{e:.3g}" for e in lengths]))
     marks.append(Level("without it", "before", 1e3 * before))
     ticks = list(zip(places.tolist(), names, strict=True))
     height = 45.0 + _ROOM * float(rooms.sum())
-    return Panel(Axis("held-out error [mrad]"), Axis(ticks=ticks), marks, f"Step {index}: {action_words(rung)}", height)
+    return Panel(
+        Axis("validation error [mrad]"), Axis(ticks=ticks), marks, f"Step {index}: {action_words(step)}", height
+    )

@@ -118,7 +118,7 @@ def _alternative(title: str, simulated: dict[Model, Array], errors: dict[Model, 
 
 
 def _held_out(curve: TrialCurves) -> list[tuple[float, float]]:
-    """Return the windows that were kept out of the fit, where others of the trial were not."""
+    """Return the windows that were held out, where others of the trial were not."""
     if curve.held_out[curve.window != NO_WINDOW].all():
         return []
     windows = np.unique(curve.window[curve.held_out])

@@ -32,7 +32,7 @@ def words(report: Section) -> dict[str, Any]:
         "rows": {
             "effects": _effects(report),
             "also_possible": _also_possible(report),
-            "ladder": _ladder(report),
+            "selection": _selection(report),
             "tried": _tried(report),
             "groups": _groups(report),
             "physical": _physical(report),
@@ -123,17 +123,17 @@ def _also_possible(report: Section) -> list[str]:
     ]
 
 
-def _ladder(report: Section) -> list[Row]:
+def _selection(report: Section) -> list[Row]:
     steps = [("the paper's model, fitted", *_both_errors(report["before"]["error"]))]
     steps += [
-        (action_words(rung), milliradians(rung["rmse_fit_rad"]), milliradians(rung["rmse_holdout_rad"]))
-        for rung in report["ladder"]["rungs"]
+        (action_words(step), milliradians(step["rmse_fit_rad"]), milliradians(step["rmse_validation_rad"]))
+        for step in report["selection"]["steps"]
     ]
     return [(str(index), *step) for index, step in enumerate(steps)]
 
 
 def _both_errors(error: Section) -> tuple[str, str]:
-    return milliradians(error["fit"]["rmse_rad"]), milliradians(error["holdout"]["rmse_rad"])
+    return milliradians(error["fit"]["rmse_rad"]), milliradians(error["validation"]["rmse_rad"])
 
 
 def _tried(report: Section) -> list[Row]:
@@ -142,11 +142,11 @@ def _tried(report: Section) -> list[Row]:
             str(index),
             " and ".join(key_words(key) for key in tried["effects"]),
             milliradians(tried["rmse_fit_rad"]),
-            milliradians(tried["rmse_holdout_rad"]),
+            milliradians(tried["rmse_validation_rad"]),
             f"{number(tried['delta_bic']):.4g}",
         )
-        for index, rung in enumerate(report["ladder"]["rungs"], start=1)
-        for tried in rung["tried"]
+        for index, step in enumerate(report["selection"]["steps"], start=1)
+        for tried in step["tried"]
     ]
 
 

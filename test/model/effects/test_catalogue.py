@@ -26,19 +26,7 @@ SIZE = 3e-3
 OUTER_LENGTH = 2 * TABLE_5["l2"] + np.random.default_rng(0).random(2)[1] * (TABLE_5["L"] - 2 * TABLE_5["l2"])
 """Of the rod whose drag is described independently [m]."""
 CONSTANTS = effect_constants(COEFFICIENTS, TABLE_5["L"], OUTER_LENGTH)
-DISSIPATIVE = [
-    effect
-    for effect in TORQUES
-    if effect.name
-    in (
-        "coulomb_friction",
-        "stribeck_friction",
-        "quadratic_friction",
-        "load_friction",
-        "air_drag",
-        "friction_over_angle",
-    )
-]
+DISSIPATIVE = [effect for effect in TORQUES if effect.dry or effect.name in ("quadratic_friction", "air_drag")]
 STATES = np.random.default_rng(1).normal(scale=[3.0, 3.0, 6.0, 6.0], size=(40, 4))
 JOINTS = ("inner", "outer")
 
@@ -89,8 +77,7 @@ def test_the_names_are_those_that_reports_promise():
             "coulomb_friction", "stribeck_friction", "quadratic_friction", "load_friction", "air_drag", "joint_spring",
             "cogging_torque", "impulse", "encoder_offset", "encoder_scale", "encoder_eccentricity", "encoder_slip",
         ) for joint in JOINTS),
-        *((name, joint) for name in ("torque_over_angle", "torque_over_speed", "friction_over_angle")
-          for joint in JOINTS),
+        *(("unknown_torque", joint) for joint in JOINTS),
         ("gravity_tilt", "base"),
         ("pivot_compliance", "base"),
         ("geared_rotor", "outer"),

@@ -25,7 +25,7 @@ def test_the_legend_has_each_name_once_with_colour_and_kind():
         ("n", "noise", "level"),
         ("d", "after", "dots"),
         ("e", "after", "bars"),
-        ("kept out of the fit", "held_out", "span"),
+        ("held out", "held_out", "span"),
     ]
 
 

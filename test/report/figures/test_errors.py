@@ -1,17 +1,19 @@
-"""The errors before and after, of the search, and along the ladder."""
+"""The errors before and after, of the search, and along the selection of effects."""
 
 import numpy as np
 import pytest
 
 from cdp_ident.report.figures.description import Bars, Level
-from cdp_ident.report.figures.errors import before_and_after, best_error, ladder
+from cdp_ident.report.figures.errors import before_and_after, best_error, selection
 
 
 def test_errors_stand_beside_the_noise(read_content):
     figure = before_and_after(read_content)
     before, after, noise = figure.panels[0].marks
     errors = read_content["before"]["error"]
-    assert before.lengths == pytest.approx([1e3 * errors["holdout"]["rmse_rad"], 1e3 * errors["fit"]["rmse_rad"]])
+    assert before.lengths == pytest.approx(
+        [1e3 * errors[role]["rmse_rad"] for role in ("holdout", "validation", "fit")]
+    )
     assert max(after.lengths) < min(before.lengths) / 10
     assert isinstance(noise, Level)
     assert noise.value == pytest.approx(0.278, rel=0.01)
@@ -30,19 +32,19 @@ def test_the_search_s_history_is_shown_on_a_logarithmic_axis_where_it_falls_far(
 @pytest.fixture
 def with_many_tried(read_content):
     """The report, as if what was tried later had been tried at the first step, and that had been the only one."""
-    first = read_content["ladder"]["rungs"][0]
+    first = read_content["selection"]["steps"][0]
     keys = ("air_drag.outer.strips", "load_friction.outer", "quadratic_friction.outer", "encoder_offset.outer")
     others = [first["tried"][0] | {"effects": [key]} for key in keys]
     first["tried"] = [others[0], *first["tried"], *others[1:]]
-    read_content["ladder"]["rungs"] = [first]
+    read_content["selection"]["steps"] = [first]
     return read_content
 
 
-def test_every_effect_that_was_tried_is_in_the_ladder_and_the_added_one_stands_out(with_many_tried):
+def test_every_effect_that_was_tried_is_in_the_picture_and_the_added_one_stands_out(with_many_tried):
     read_content = with_many_tried
-    (figure,) = ladder(read_content)
+    (figure,) = selection(read_content)
     panel = figure.panels[0]
-    tried = read_content["ladder"]["rungs"][0]["tried"]
+    tried = read_content["selection"]["steps"][0]["tried"]
     assert [name.replace("\n", " ") for _, name in panel.y.ticks][:1] == [
         tried[0]["effects"][0].replace("_", " ").replace(".", ", ")
     ]
@@ -53,23 +55,23 @@ def test_every_effect_that_was_tried_is_in_the_ladder_and_the_added_one_stands_o
     assert tried[place]["effects"] == ["coulomb_friction.outer"]
     assert panel.title == "Step 1: added coulomb friction, outer"
     level = next(mark for mark in panel.marks if isinstance(mark, Level))
-    assert level.value == pytest.approx(1e3 * read_content["before"]["error"]["holdout"]["rmse_rad"])
+    assert level.value == pytest.approx(1e3 * read_content["before"]["error"]["validation"]["rmse_rad"])
 
 
 def test_a_pair_that_was_added_together_stands_out(with_many_tried):
     read_content = with_many_tried
-    pair = read_content["ladder"]["rungs"][0]["tried"][3] | {"effects": ["air_drag.inner", "joint_spring.outer"]}
-    rung = {"action": "added air_drag.inner and joint_spring.outer", "rmse_fit_rad": 1e-3, "rmse_holdout_rad": 1e-3}
-    read_content["ladder"]["rungs"].append(rung | {"tried": [pair]})
-    (figure,) = ladder(read_content)
+    pair = read_content["selection"]["steps"][0]["tried"][3] | {"effects": ["air_drag.inner", "joint_spring.outer"]}
+    step = {"action": "added air_drag.inner and joint_spring.outer", "rmse_fit_rad": 1e-3, "rmse_validation_rad": 1e-3}
+    read_content["selection"]["steps"].append(step | {"tried": [pair]})
+    (figure,) = selection(read_content)
     assert [mark.label for mark in figure.panels[1].marks] == ["added", "without it"]
 
 
 def test_a_name_of_many_lines_has_room_of_its_own(with_many_tried):
     read_content = with_many_tried
-    tried = read_content["ladder"]["rungs"][0]["tried"]
+    tried = read_content["selection"]["steps"][0]["tried"]
     tried[1]["effects"] = ["encoder_eccentricity.outer", "encoder_eccentricity.inner", "gravity_tilt.base"]
-    (figure,) = ladder(read_content)
+    (figure,) = selection(read_content)
     positions = [position for position, _ in figure.panels[0].y.ticks]
     lines = figure.panels[0].y.ticks[1][1].count("\n") + 1
     assert lines > 2
@@ -79,7 +81,7 @@ def test_a_name_of_many_lines_has_room_of_its_own(with_many_tried):
     )
 
 
-def test_where_nothing_was_tried_there_is_no_ladder(read_content):
-    for rung in read_content["ladder"]["rungs"]:
-        rung["tried"] = []
-    assert list(ladder(read_content)) == []
+def test_where_nothing_was_tried_there_is_no_picture_of_it(read_content):
+    for step in read_content["selection"]["steps"]:
+        step["tried"] = []
+    assert list(selection(read_content)) == []

@@ -1,4 +1,4 @@
-"""Angles over time: what is shown, and where it was kept out of the fit."""
+"""Angles over time: what is shown, and where it was held out."""
 
 from dataclasses import replace
 
@@ -54,7 +54,7 @@ def test_windows_kept_out_are_marked_where_others_of_the_trial_were_fitted(read_
     ((begin, end),) = figure.panels[0].held_out
     third = trial.time[trial.window == 2]
     assert [begin, end] == [third[0], third[-1]]
-    assert "kept out of the fit" in [label for label, _, _ in figure.legend()]
+    assert "held out" in [label for label, _, _ in figure.legend()]
     assert all(not figure.panels[0].held_out for figure in angles(read_content, shown_curves))
 
 

@@ -65,7 +65,7 @@ def test_a_torque_without_a_name_is_drawn_with_its_band(read_content):
     assert list(torques_without_a_name(read_content)) == []
     curve = {"over": "angle", "at": [-1.0, 0.0, 1.0], "torque": [0.0, 0.02, 0.01], "std": [1e-3, 2e-3, 1e-3]}
     curve |= {"coefficients": [0.0], "coefficients_std": [0.0], "likeness": "a magnet at 0 rad"}
-    effect = read_content["effects"][0] | {"curve": curve, "name": "torque_over_angle"}
+    effect = read_content["effects"][0] | {"curve": curve, "name": "unknown_torque"}
     (figure,) = torques_without_a_name(read_content | {"effects": [effect]})
     torque, above, below = figure.panels[0].marks
     assert torque.y.tolist() == [0.0, 20.0, 10.0]

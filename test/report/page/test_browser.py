@@ -193,7 +193,7 @@ def test_a_name_above_a_chart_hides_its_curves(visit):
     button = figure.get_by_role("button", name="before: the paper's model, fitted")
     button.click()
     assert button.get_attribute("aria-pressed") == "false"
-    assert figure.locator(".bars .point").count() == bars - 2
+    assert figure.locator(".bars .point").count() == bars - 3
 
 
 def test_charts_follow_the_theme(visit):
@@ -245,7 +245,7 @@ def test_everything_that_can_be_used_has_a_name_and_every_chart_a_text_in_its_pl
 def test_a_rig_that_lacks_nothing_has_a_page_too(visit, read_content, shown_curves, tmp_path):
     """One trial, nothing added, nothing to warn of, and a run that diverged."""
     report = read_content | {"effects": [], "repeatability": None, "warnings": [], "trials": read_content["trials"][:1]}
-    report["ladder"]["rungs"] = [report["ladder"]["rungs"][1]]
+    report["selection"]["steps"] = [report["selection"]["steps"][1]]
     report["before"]["error"]["holdout"]["sse_free_run"] = None
     trial = replace(shown_curves.trials[0], run_before=np.full_like(shown_curves.trials[0].measured, np.nan))
     torques = replace(shown_curves.torques, effects=shown_curves.torques.effects[:0])

@@ -1,0 +1,88 @@
+"""How a model predicts motion that it is not fitted to: cross-validation (Stone, J. R. Stat. Soc. B 36, 1974).
+
+The windows are divided into folds. Each fold is followed with the values that a fit without it has, its windows'
+initial states alone fitted to it. These values are one Gauss-Newton step away from those of the whole fit, for which
+everything is at hand: no fold costs a fit of its own (approximate cross-validation: Rad and Maleki, J. R. Stat. Soc.
+B 82, 2020).
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+
+from cdp_ident.diagnosis.uncertainty import reduced_sensitivities
+from cdp_ident.errors import IdentificationError
+from cdp_ident.fit.refinement import Fit, fit_initial_states, refine
+from cdp_ident.fit.windows import Window
+
+Array = npt.NDArray[np.float64]
+Folds = tuple[tuple[int, ...], ...]
+"""Indices of the windows of each fold."""
+
+_UNSEEN = 1e-10
+"""Directions of which the other folds show less than this share keep their values."""
+_LOST = 4.0
+"""Initial states that leave an error of so many times the fit's are sought anew over growing windows."""
+
+
+def cross_validated(fit: Fit, folds: Folds) -> Fit:
+    """Return a fit whose residuals are those of predictions: each window's by a fit without its fold.
+
+    Its values are those of the fit to all windows.
+
+    Args:
+        fit: of a model to all windows.
+        folds: every window is in one of them.
+    """
+    slopes, bends = _normal_equations(fit)
+    total_slope, total_bend = slopes.sum(axis=0), bends.sum(axis=0)
+    penalty = fit.model.penalty
+    predicted: dict[int, tuple[Window, Array]] = {}
+    for fold in folds:
+        chosen = list(fold)
+        slope = total_slope - slopes[chosen].sum(axis=0) - penalty @ fit.values
+        bend = total_bend - bends[chosen].sum(axis=0) + penalty
+        values = np.clip(fit.values + _solved(bend, slope), *fit.model.limits)
+        found = _followed(fit, values, chosen)
+        predicted |= {
+            index: (window, residual)
+            for index, window, residual in zip(chosen, found.windows, found.residuals, strict=True)
+        }
+    windows, residuals = zip(*(predicted[index] for index in range(len(fit.windows))), strict=True)
+    return replace(fit, windows=windows, residuals=residuals)
+
+
+def _normal_equations(fit: Fit) -> tuple[Array, Array]:
+    """Return each window's part of the slope (windows, unknowns) and of the curvature (windows, unknowns, unknowns)."""
+    slopes, bends = [], []
+    for sensitivity, weight, residual in zip(reduced_sensitivities(fit), fit.weights, fit.residuals, strict=True):
+        rows = sensitivity.reshape(-1, sensitivity.shape[2])
+        weighted = rows * weight.reshape(-1, 1)
+        slopes.append(weighted.T @ residual.ravel())
+        bends.append(weighted.T @ rows)
+    return np.array(slopes), np.array(bends)
+
+
+def _solved(bend: Array, slope: Array) -> Array:
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(bend), np.finfo(float).tiny))
+    values, vectors = np.linalg.eigh(bend * np.outer(scale, scale))
+    seen = values > _UNSEEN * values[-1]
+    return np.asarray(scale * (vectors[:, seen] @ ((vectors[:, seen].T @ (scale * slope)) / values[seen])))
+
+
+def _followed(fit: Fit, values: Array, chosen: Sequence[int]) -> Fit:
+    """Return initial states of some windows under other values; under the fit's where no motion can be computed."""
+    windows = [fit.windows[index] for index in chosen]
+    before = float(np.sqrt(np.mean(np.concatenate([fit.residuals[index].ravel() for index in chosen]) ** 2)))
+    for tried in (values, fit.values):
+        try:
+            at_once = refine(fit.model, tried, windows, hold_values=True)
+            if at_once.converged and at_once.rmse() < _LOST * before:
+                return at_once
+            grown = fit_initial_states(fit.model, tried, windows)
+        except IdentificationError:
+            continue
+        return min(at_once, grown, key=lambda found: found.squared_error)
+    raise IdentificationError("the motion of a fold cannot be computed")

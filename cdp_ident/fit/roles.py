@@ -1,0 +1,68 @@
+"""Three roles of motion: what is fitted, what decides about effects (validation), and what is held out to the end.
+
+An error over motion that has chosen between models flatters the one that was chosen, as one over motion that was fitted
+does (Hastie, Tibshirani and Friedman, The Elements of Statistical Learning, 2009, Section 7.2). So motion is held out
+before anything is estimated, noise and scales included, and looked at once, when everything is decided.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from cdp_ident.trial.trial import Trial
+
+_PIECE = 8.0
+"""Length of a stretch that is held out of a trial, in time units: of some two windows of lively motion."""
+_CYCLE, _HELD_OUT = 6, 3
+"""Without trials that are held out, this one of so many pieces of each trial is."""
+
+
+@dataclass(frozen=True)
+class PartedTrial:
+    """A trial, and which of its stretches are held out."""
+
+    trial: Trial
+    held_out: frozenset[int]
+    """Indices of the stretches that neither the fit nor the choice of effects sees."""
+
+    @property
+    def shown(self) -> Trial:
+        """The trial without what is held out; times stay those of the whole trial."""
+        bounds = [bound for index, bound in enumerate(self.trial.bounds) if index not in self.held_out]
+        samples = np.concatenate([np.arange(first, last) for first, last in bounds])
+        lengths = np.cumsum([last - first for first, last in bounds])
+        trial = self.trial
+        return replace(
+            trial,
+            time=trial.time[samples],
+            theta=trial.theta[samples],
+            cart=None if trial.cart is None else trial.cart[samples],
+            breaks=tuple(int(end) for end in lengths[:-1]),
+        )
+
+
+def assign_roles(fit: Sequence[Trial], holdout: Sequence[Trial], time_unit: float) -> list[PartedTrial]:
+    """Return all trials, those to hold out last; without any of these, stretches of the others are held out.
+
+    Args:
+        fit: trials to fit, and to choose effects by.
+        holdout: trials to hold out.
+        time_unit: sqrt(L / g) [s].
+    """
+    if holdout:
+        whole = [PartedTrial(trial, frozenset(range(len(trial.bounds)))) for trial in holdout]
+        return [*(PartedTrial(trial, frozenset()) for trial in fit), *whole]
+    return [_parted(trial, time_unit) for trial in fit]
+
+
+def _parted(trial: Trial, time_unit: float) -> PartedTrial:
+    cycles = max(1, round(trial.duration / (_CYCLE * _PIECE * time_unit)))
+    piece = trial.duration / (_CYCLE * cycles)
+    begins = trial.time[0] + piece * (_HELD_OUT + _CYCLE * np.arange(cycles))
+    edges = np.searchsorted(trial.time, np.concatenate([begins, begins + piece]))
+    breaks = sorted({*trial.breaks, *(int(edge) for edge in edges)} - {0, len(trial.time)})
+    parted = replace(trial, breaks=tuple(breaks))
+    since = [(trial.time[first] - trial.time[0]) / piece for first, _ in parted.bounds]
+    held_out = frozenset(index for index, at in enumerate(since) if int(at) % _CYCLE == _HELD_OUT)
+    return PartedTrial(parted, held_out)

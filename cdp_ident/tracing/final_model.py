@@ -1,0 +1,40 @@
+"""A chosen model, evaluated by the motion that was held out."""
+
+from dataclasses import dataclass
+
+from cdp_ident.fit.data import Data
+from cdp_ident.fit.motion_model import MotionModel
+from cdp_ident.fit.refinement import Fit, fit_initial_states, refine
+
+_AS_GOOD = 1.05
+"""Initial states have arrived if the error is not larger than so many times that of another model."""
+_LIKE_THE_FIT = 1.5
+"""And if it is not larger than so many times the fit's."""
+
+
+@dataclass(frozen=True)
+class FinalModel:
+    """A model as it is reported."""
+
+    fit: Fit
+    holdout: Fit
+    """Its values held, over the windows that nothing has seen before."""
+
+    @property
+    def model(self) -> MotionModel:
+        """The model that was fitted."""
+        return self.fit.model
+
+    @classmethod
+    def of(cls, fit: Fit, data: Data) -> "FinalModel":
+        """Evaluate a fitted model."""
+        return cls(fit, fit_initial_states(fit.model, fit.values, data.holdout))
+
+    def like_this(self, fit: Fit) -> "FinalModel":
+        """Evaluate another fitted model over the same windows; initial states are sought near those of this one."""
+        at_once = refine(fit.model, fit.values, self.holdout.windows, hold_values=True)
+        limits = _AS_GOOD * self.holdout.rmse(), _LIKE_THE_FIT * fit.rmse()
+        if at_once.converged and at_once.rmse() < min(limits):
+            return FinalModel(fit, at_once)
+        grown = fit_initial_states(fit.model, fit.values, self.holdout.windows)
+        return FinalModel(fit, min(at_once, grown, key=lambda found: found.squared_error))

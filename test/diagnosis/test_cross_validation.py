@@ -1,0 +1,62 @@
+"""Predictions of windows by fits without them."""
+
+import numpy as np
+import pytest
+
+from cdp_ident.diagnosis.cross_validation import cross_validated
+from cdp_ident.fit.motion_model import ActiveEffect, Mechanism, MotionModel
+from cdp_ident.fit.prior import Prior
+from cdp_ident.fit.refinement import fit_initial_states, refine
+from cdp_ident.fit.windows import cut_into_windows
+from cdp_ident.model.effects.catalogue import CATALOGUE
+from cdp_ident.model.parameters import SYMBOLS, groups_of
+from reference.pendulum import TABLE_5
+from scenarios.twin import standard_twin
+
+TRUTH = groups_of([TABLE_5[symbol] for symbol in SYMBOLS], TABLE_5["L"])
+MODEL = MotionModel(Mechanism.of(Prior()))
+WINDOWS = cut_into_windows([standard_twin(np.random.default_rng(0))], 1.0)
+FOLDS = tuple(tuple(range(first, len(WINDOWS), 4)) for first in range(4))
+
+
+def test_it_is_what_fits_without_each_fold_predict():
+    fit = refine(MODEL, TRUTH, WINDOWS)
+    predicted = cross_validated(fit, FOLDS)
+    for fold in FOLDS:
+        others = refine(MODEL, TRUTH, [w for index, w in enumerate(WINDOWS) if index not in fold])
+        left = fit_initial_states(MODEL, others.values, [WINDOWS[index] for index in fold])
+        for index, residual in zip(fold, left.residuals, strict=True):
+            excess, of_a_fit = (
+                np.sum(of**2) - np.sum(fit.residuals[index] ** 2) for of in (predicted.residuals[index], residual)
+            )
+            assert excess == pytest.approx(of_a_fit, rel=0.25, abs=0.3 * np.sum(residual**2) / np.sqrt(residual.size))
+    assert predicted.squared_error > fit.squared_error
+    assert np.array_equal(predicted.values, fit.values)
+
+
+def test_what_one_window_alone_shows_is_not_predicted_from_the_others():
+    """A disturbed window moves the fit towards it; its prediction does not have that."""
+    fit = refine(MODEL, TRUTH, WINDOWS)
+    wrong = np.where(WINDOWS[3].time > 0.5, 0.02, 0.0)[:, None]
+    windows = [*WINDOWS]
+    windows[3] = type(windows[3])(**{**vars(windows[3]), "theta": windows[3].theta + wrong})
+    disturbed = refine(MODEL, fit.values, windows)
+    predicted = cross_validated(disturbed, FOLDS)
+    own, others = (np.sum(predicted.residuals[3] ** 2), np.sum(disturbed.residuals[3] ** 2))
+    assert own > others
+
+
+def test_a_strength_that_chance_gives_predicts_nothing():
+    """Each of some effects that are not there lowers the fit's error; hardly one lowers that of predictions."""
+    plain = refine(MODEL, TRUTH, WINDOWS)
+    before = cross_validated(plain, FOLDS).squared_error
+    keys = ("joint_spring.inner", "quadratic_friction.outer", "encoder_scale.inner", "gravity_tilt.base")
+    gains = []
+    for key in keys:
+        effect = next(effect for effect in CATALOGUE if effect.key == key)
+        model = MODEL.with_effect(ActiveEffect(effect))
+        begin = np.concatenate([plain.values, [p.typical * 1e-3 for p in effect.parameters]])
+        fit = refine(model, begin, WINDOWS)
+        assert fit.squared_error < plain.squared_error * (1 + 1e-6)
+        gains.append(before - cross_validated(fit, FOLDS).squared_error)
+    assert sum(gains) < 0
