@@ -71,7 +71,7 @@ def run(
         stop_tracing: asked now and then; true ends the tracing with the effects found so far.
         trying: called with what the tracing tries next.
 
-    Where the fit fails, shorter windows are tried, unless their length is given; the trace's `failure` says so in the end.
+    Where the fit fails, shorter windows are tried, unless their length is given; in the end `failure` says so.
 
     Raises:
         IdentificationError: the trials do not suffice.

@@ -52,7 +52,8 @@ def test_the_drivers_life_with_a_good_rig(
     assert listener.value("zero") == "taken"
     assert listener.value("counts per turn") == "8000, 8000"
     assert listener.count("lost") == 0
-    assert float(listener.value("rate [Hz]")) == pytest.approx(200, rel=0.2)
+    # A busy computer brings samples late and then many at once.
+    listener.wait_for(lambda: float(listener.value("rate [Hz]")) == pytest.approx(200, rel=0.2))
     assert "closed" not in driver.said
 
     changed, reason = listener.set_parameter("/driver", "baud", 9600)

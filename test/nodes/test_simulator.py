@@ -174,7 +174,7 @@ def test_it_follows_another_node_s_parameters_and_takes_none_from_elsewhere(
     other.end(signal.SIGKILL)
     start("simulator", "--ros-args", "-r", "__ns:=/elsewhere", "-p", "m1:=0.15")  # without effects, and without warning
     listener.wait_for(lambda: listener.get_parameter("/simulator", "m1") == 0.15)
-    assert shows(fitted_model(NOMINAL | {"m1": 0.15}, "test"))
+    listener.wait_for(lambda: shows(fitted_model(NOMINAL | {"m1": 0.15}, "test")))
     assert "effects.coulomb_friction.outer.torque" not in listener.parameter_names("/simulator")
 
 

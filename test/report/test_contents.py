@@ -115,10 +115,11 @@ def test_it_is_strict_json_even_where_a_number_is_not_finite(outcome):
     nominal = replace(
         nominal, fit=replace(nominal.fit, free_run=math.inf), holdout=replace(nominal.holdout, free_run=math.nan)
     )
-    covariance = trace.paper.covariance.copy()
+    covariance = outcome.identification.covariance.copy()
     covariance[0, 0] = np.inf
-    paper = replace(trace.paper, covariance=covariance)
-    content = report(replace(outcome, trace=replace(trace, paper=paper, errors={**trace.errors, "nominal": nominal})))
+    identification = replace(outcome.identification, covariance=covariance)
+    trace = replace(trace, errors={**trace.errors, "nominal": nominal})
+    content = report(replace(outcome, identification=identification, trace=trace))
 
     def refuse(constant):
         raise AssertionError(constant)
