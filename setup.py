@@ -52,7 +52,7 @@ setup(
     extras_require={"test": ["pytest", "hypothesis", "sympy", "playwright"]},
     zip_safe=True,
     maintainer="cdp_ident maintainers",
-    maintainer_email="maintainers@cdp-ident.org",
+    maintainer_email="maintainers@example.com",
     description="Identifies the physical parameters of a cart double pendulum from free-swing trials.",
     license="Apache-2.0",
     entry_points={"console_scripts": executables()},

@@ -1,6 +1,6 @@
 """What in an identification is to be doubted, by name."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,6 +8,8 @@ import numpy as np
 from cdp_ident.diagnosis.identification import Identification
 from cdp_ident.diagnosis.outlier_windows import outlier_windows
 from cdp_ident.model.parameters import GROUPS, SYMBOLS
+from cdp_ident.trial.outliers import outlier_words
+from cdp_ident.trial.trial import Trial
 
 _EDGE = 0.01
 """A value within this share of its search range from a limit is at its edge."""
@@ -18,6 +20,8 @@ _ABOVE_NOISE = 3.0
 _JUMPS = 3.0
 """Jumps between windows of so many times their expected size mean the same."""
 _MOST_NAMED = 4
+_DAMAGED = 0.02
+"""A larger share of outliers means that something is broken; more than some per cent are not all found."""
 
 
 @dataclass(frozen=True)
@@ -46,6 +50,19 @@ def find_warnings(identification: Identification) -> list[FitWarning]:
         *_frictions(identification),
         *_wild_samples(identification),
     ]
+
+
+def outlier_warnings(trials: Iterable[Trial]) -> list[FitWarning]:
+    """Return which of the trials, as they were loaded, had outliers, and which so many that they are damaged."""
+    warnings = []
+    for trial in trials:
+        count, samples = len(trial.outliers), len(trial.time)
+        if count:
+            damaged = count > _DAMAGED * (count + samples)
+            message = f"{trial.name}: {outlier_words(trial.outliers, samples)}"
+            message += ": so many that the recording is damaged, or an encoder or its cable" if damaged else ""
+            warnings.append(FitWarning("outliers", (trial.name,), message))
+    return warnings
 
 
 def _not_finished(found: Identification) -> Iterator[FitWarning]:

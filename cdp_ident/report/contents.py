@@ -11,7 +11,7 @@ from cdp_ident.diagnosis.evaluation import Errors, ErrorsByRole
 from cdp_ident.diagnosis.identifiability import Identifiability, Tradeoff, identifiability, is_determined
 from cdp_ident.diagnosis.identification import Identification
 from cdp_ident.diagnosis.new_trial import NewTrialCheck
-from cdp_ident.diagnosis.warnings import FitWarning, find_warnings
+from cdp_ident.diagnosis.warnings import FitWarning, find_warnings, outlier_warnings
 from cdp_ident.fit.data import Data
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.physical import PhysicalValues
@@ -24,6 +24,7 @@ from cdp_ident.report.schema import LONGEST_TEXT, SCHEMA
 from cdp_ident.report.verdict import verdict
 from cdp_ident.tracing.found_effects import FoundCurve
 from cdp_ident.tracing.trace import Trace
+from cdp_ident.trial.trial import Trial
 
 Array = npt.NDArray[np.float64]
 Section = dict[str, Any]
@@ -106,7 +107,12 @@ def _report(
         "identifiability": _identifiability(determined),
         "warnings": [
             {"name": warning.name, "about": list(warning.about), "message": warning.message}
-            for warning in (*_doubts(unseen), *_failures(outcome.trace), *find_warnings(completed))
+            for warning in (
+                *_doubts(unseen),
+                *_failures(outcome.trace),
+                *outlier_warnings(_loaded(outcome)),
+                *find_warnings(completed),
+            )
         ],
         "run": _run(outcome),
     }
@@ -257,7 +263,6 @@ def _selection(traced: Trace) -> Section:
 def _trials(outcome: Outcome) -> list[Section]:
     loaded = outcome.loaded
     bags = (*loaded.job.bags, *loaded.job.holdout)
-    trials = (*loaded.fit, *loaded.holdout)
     return [
         {
             "bag": str(bag),
@@ -267,10 +272,16 @@ def _trials(outcome: Outcome) -> list[Section]:
             "start_s": trial.start,
             "duration_s": trial.duration,
             "clock": trial.clock and {"fast": trial.clock.fast, "std": trial.clock.std},
+            "outliers_s": list(trial.outliers),
             "warnings": list(trial.notes),
         }
-        for index, (bag, trial) in enumerate(zip(bags, trials, strict=True))
+        for index, (bag, trial) in enumerate(zip(bags, _loaded(outcome), strict=True))
     ]
+
+
+def _loaded(outcome: Outcome) -> tuple[Trial, ...]:
+    """Return the trials as they were loaded, before any were averaged."""
+    return *outcome.loaded.fit, *outcome.loaded.holdout
 
 
 def _search(outcome: Outcome) -> Section:

@@ -25,7 +25,7 @@ LONGEST_TEXT = 4000
 _LARGEST = 1e300
 _MOST = 1000
 """Trials, effects, warnings and the like."""
-_MOST_GENERATIONS = 1_000_000
+_MOST_GENERATIONS = _MOST_OUTLIERS = 1_000_000
 
 
 def _object(about: str = "", optional: tuple[str, ...] = (), /, **properties: Schema) -> Schema:
@@ -194,6 +194,7 @@ REPORT: Schema = {
                         std=_finite("standard deviation of that"),
                     )
                 ),
+                outliers_s=_list(_finite(), "when samples were left out as outliers, in the bag [s]", _MOST_OUTLIERS),
                 warnings=_list(_text(), "what was cut or noticed"),
             ),
             "each bag",

@@ -6,13 +6,31 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.trial.joints import Samples
-from cdp_ident.trial.outliers import outlier_notes, outliers
+from cdp_ident.trial.outliers import TURN, outliers
 
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
+Mask = npt.NDArray[np.bool_]
 
 _CLOCK_STEP = 5
 """So many samples in a row that go on from an earlier time mean that the clock was set back."""
+
+
+@dataclass(frozen=True)
+class Cleaned:
+    """The samples of a recording, each of which is told apart from outliers."""
+
+    samples: Samples
+    """At strictly increasing times, but where the clock was set back."""
+    outlier: Mask
+    """(n,) which are outliers of a joint, and to be left out."""
+    notes: tuple[str, ...]
+    """What was dropped, in words."""
+
+    @property
+    def measurements(self) -> Samples:
+        """The samples that are none."""
+        return self.samples[~self.outlier]
 
 
 @dataclass(frozen=True)
@@ -25,28 +43,47 @@ class Piece:
     """(n, 2) continuous angles of the inner and outer joint as recorded [rad]."""
     cart: Array | None
     """(n,) position of the cart [m]."""
+    outliers: Array
+    """(k,) times between these at which outliers were left out [s]."""
 
 
-def clean(samples: Samples, longest_gap: float, origin: int) -> tuple[list[Piece], list[str]]:
-    """Drop repeated and late samples, part the recording at gaps longer than `longest_gap` [s], and unwrap the angles.
+def clean(samples: Samples) -> Cleaned:
+    """Drop repeated and late samples, and find the outliers.
 
-    `origin` is the stamp that times are counted from [ns since the epoch]. Returns the pieces in the order of the
-    recording, and what was done in words.
+    An outlier of one joint makes the whole sample one: it is left out, as if its frame had been lost, before angles are
+    unwrapped, as turns would be counted by it.
     """
     notes = []
-    keep, steps, duplicates, backwards = _in_order(samples.stamps)
+    keep, duplicates, backwards = _in_order(samples.stamps)
     if duplicates:
         notes.append(f"{duplicates} samples with a stamp that was there already are dropped")
     if backwards:
         notes.append(f"{backwards} samples with a stamp earlier than the one before are dropped")
+    kept = samples[keep]
+    time = np.asarray(kept.stamps - kept.stamps[0], dtype=float) * 1e-9
+    found = [outliers(time, angle, TURN) for angle in kept.angles.T]
+    return Cleaned(kept, np.logical_or(*found), tuple(notes))
+
+
+def cut_at_gaps(cleaned: Cleaned, longest_gap: float, origin: int) -> tuple[list[Piece], list[str]]:
+    """Part a recording at gaps longer than `longest_gap` [s], leave out its outliers, and unwrap the angles.
+
+    `origin` is the stamp that times are counted from [ns since the epoch]. Returns the pieces in the order of the
+    recording, and what was found in words.
+    """
+    notes = []
+    samples = cleaned.samples
     # Differences of the integers first: seconds since 1970 have no room for nanoseconds in a float.
-    time = np.asarray(samples.stamps[keep] - origin, dtype=float) * 1e-9
+    times = np.asarray(samples.stamps - origin, dtype=float) * 1e-9
+    kept = np.flatnonzero(~cleaned.outlier)
+    time = times[kept]
     gaps = np.diff(time)
     long = np.flatnonzero(gaps > longest_gap) + 1
+    steps = np.flatnonzero(gaps <= 0.0) + 1
     typical = float(np.median(gaps)) if len(gaps) else 0.0
-    short = np.count_nonzero((gaps > 1.5 * typical) & (gaps <= longest_gap))
-    if short:
-        notes.append(f"{short} gaps of up to {gaps[gaps <= longest_gap].max() * 1e3:.0f} ms are kept as they are")
+    short = (gaps > 1.5 * typical) & (gaps <= longest_gap) & (np.diff(kept) == 1)
+    if np.any(short):
+        notes.append(f"{np.count_nonzero(short)} gaps of up to {gaps[short].max() * 1e3:.0f} ms are kept as they are")
     for at in long[:3]:
         notes.append(f"a gap of {gaps[at - 1]:.3f} s at {time[at - 1]:.3f} s parts the recording")
     if len(long) > 3:
@@ -55,27 +92,25 @@ def clean(samples: Samples, longest_gap: float, origin: int) -> tuple[list[Piece
         notes.append(
             f"the clock was set back by {-gaps[at - 1]:.3f} s at {time[at - 1]:.3f} s, which parts the recording"
         )
-    borders = np.unique(np.concatenate([long, steps]))
-    angles, cart = samples.angles[keep], None if samples.cart is None else samples.cart[keep]
-    pieces = [
-        Piece(time[part], np.asarray(np.unwrap(angles[part], axis=0)), None if cart is None else cart[part])
-        for part in np.split(np.arange(len(time)), borders)
-    ]
-    found = [outliers(piece.time, piece.angles) for piece in pieces]
-    notes += outlier_notes(np.concatenate([time for time, _ in found]), np.concatenate([size for _, size in found]))
+    pieces = []
+    for chosen in np.split(kept, np.unique(np.concatenate([long, steps]))):
+        between = np.setdiff1d(np.arange(chosen[0], chosen[-1]), chosen)
+        measured = samples[chosen]
+        pieces.append(
+            Piece(times[chosen], np.asarray(np.unwrap(measured.angles, axis=0)), measured.cart, times[between])
+        )
     return pieces, notes
 
 
-def _in_order(stamps: Indices) -> tuple[Indices, Indices, int, int]:
+def _in_order(stamps: Indices) -> tuple[Indices, int, int]:
     """Choose the samples to keep.
 
-    Returns their indices, the places among them where the clock was set back, and how many samples are left out
-    because their stamp was there already or because it is earlier than the one before.
+    Returns their indices, and how many samples are left out because their stamp was there already or because it is
+    earlier than the one before. Where the clock was set back, the kept go on from an earlier time.
     """
     if np.all(np.diff(stamps) > 0):
-        return np.arange(len(stamps)), np.empty(0, dtype=np.int64), 0, 0
+        return np.arange(len(stamps)), 0, 0
     keep: list[int] = []
-    steps: list[int] = []
     late: list[int] = []
     duplicates = backwards = 0
     for i, stamp in enumerate(stamps.tolist()):
@@ -91,7 +126,6 @@ def _in_order(stamps: Indices) -> tuple[Indices, Indices, int, int]:
                 late.clear()
             late.append(i)
             if len(late) == _CLOCK_STEP:
-                steps.append(len(keep))
                 keep += late
                 late.clear()
-    return np.array(keep), np.array(steps, dtype=np.int64), duplicates, backwards + len(late)
+    return np.array(keep), duplicates, backwards + len(late)

@@ -8,11 +8,12 @@ import numpy.typing as npt
 from cdp_ident.errors import TrialError
 from cdp_ident.trial.balance import Motion, motion_on_grid
 from cdp_ident.trial.balance import joined as joined_windows
-from cdp_ident.trial.cleaning import Piece, clean
+from cdp_ident.trial.cleaning import Piece, clean, cut_at_gaps
 from cdp_ident.trial.conventions import Balance, balance_of, check_conventions
 from cdp_ident.trial.joints import Samples, model_angles
 from cdp_ident.trial.lumped import gravity_direction
 from cdp_ident.trial.options import TrialOptions
+from cdp_ident.trial.outliers import outlier_words
 from cdp_ident.trial.scales import Scales
 from cdp_ident.trial.trial import Trial, joined
 from cdp_ident.trial.wording import KEYS, Wording
@@ -51,7 +52,9 @@ def find_trial(samples: Samples, options: TrialOptions, wording: Wording = KEYS)
     parts, knocks = find_parts(motions, balance, options)
     taken, cuts = choose_parts(parts, options.shortest or motions[0].scales.shortest)
     stretches = [_stretch(pieces[part.motion], part, options) for part in taken]
-    trial = replace(joined(stretches), notes=(*notes, *warnings, *cuts, *knocks))
+    trial = joined(stretches)
+    left_out = [outlier_words(trial.outliers, len(trial.time))] if trial.outliers else []
+    trial = replace(trial, notes=(*notes, *left_out, *warnings, *cuts, *knocks))
     return Found(trial, tuple(warnings), balance)
 
 
@@ -64,6 +67,7 @@ def _stretch(piece: Piece, part: Part, options: TrialOptions) -> Trial:
         theta=model_angles(piece.angles[chosen], options),
         cart=None if piece.cart is None else options.cart_sign * piece.cart[chosen],
         start=float(time[0]),
+        outliers=tuple(at for at in piece.outliers.tolist() if time[0] <= at <= time[-1]),
     )
 
 
@@ -71,10 +75,12 @@ def _motions(
     samples: Samples, options: TrialOptions, wording: Wording = KEYS
 ) -> tuple[list[Piece], tuple[Motion, ...], tuple[Mask, ...], list[str]]:
     """Return the pieces that are long enough, the motion of each, which windows show it, and what was dropped."""
-    taken = _between(samples, options, wording)
+    cleaned = clean(_between(samples, options, wording))
+    taken = cleaned.measurements
     scales = Scales.of((taken.stamps - taken.stamps[0]) * 1e-9, model_angles(taken.angles, options))
     longest_gap, shortest = options.longest_gap or scales.longest_gap, options.shortest or scales.shortest
-    pieces, notes = clean(taken, longest_gap, samples.stamps[0])
+    pieces, gaps = cut_at_gaps(cleaned, longest_gap, samples.stamps[0])
+    notes = [*cleaned.notes, *gaps]
     pieces = [piece for piece in pieces if _is_long_enough(piece, shortest, scales)]
     if not pieces:
         length = (taken.stamps[-1] - taken.stamps[0]) * 1e-9
@@ -109,8 +115,7 @@ def _between(samples: Samples, options: TrialOptions, wording: Wording) -> Sampl
             f"no sample lies between {wording.name('start')} {options.start} s and {wording.name('stop')} "
             f"{options.stop} s: the recording has {time[-1]:.2f} s"
         )
-    cart = None if samples.cart is None else samples.cart[chosen]
-    return Samples(samples.stamps[chosen], samples.angles[chosen], cart)
+    return samples[chosen]
 
 
 def _is_long_enough(piece: Piece, shortest: float, scales: Scales) -> bool:

@@ -8,8 +8,11 @@ import numpy.typing as npt
 from cdp_ident.bag.reader import JointRecording
 from cdp_ident.errors import TrialError
 from cdp_ident.trial.options import TrialOptions
+from cdp_ident.trial.outliers import outlier_words, outliers
 
 Array = npt.NDArray[np.float64]
+Indices = npt.NDArray[np.int64]
+Mask = npt.NDArray[np.bool_]
 
 _BELIEVED = 1e6
 """Largest position [rad or m] that is taken for a measurement."""
@@ -19,12 +22,17 @@ _BELIEVED = 1e6
 class Samples:
     """The samples of the joints that matter, as recorded."""
 
-    stamps: npt.NDArray[np.int64]
+    stamps: Indices
     """(n,) time of each sample [ns since the epoch]."""
     angles: Array
     """(n, 2) positions of the inner and outer joint [rad]."""
     cart: Array | None
     """(n,) position of the cart [m]."""
+
+    def __getitem__(self, chosen: Mask | Indices) -> "Samples":
+        """Return some of the samples."""
+        cart = None if self.cart is None else self.cart[chosen]
+        return Samples(self.stamps[chosen], self.angles[chosen], cart)
 
 
 def select_joints(recording: JointRecording, options: TrialOptions) -> tuple[Samples, list[str]]:
@@ -54,9 +62,15 @@ def select_joints(recording: JointRecording, options: TrialOptions) -> tuple[Sam
         known = _usable(position)
         if np.any(known):
             # A cart published in messages of its own is taken at the times of the rods' samples.
-            order = np.argsort(recording.stamps[known], kind="stable")
-            times = (recording.stamps - recording.stamps[0]).astype(float)
-            cart = np.interp(times[usable], times[known][order], position[known][order])
+            stamps, first = np.unique(recording.stamps[known], return_index=True)
+            times = (stamps - recording.stamps[usable][0]) * 1e-9
+            position = position[known][first]
+            wild = outliers(times, position)
+            if np.any(wild):
+                notes.append(f"of the cart's position {outlier_words(times[wild], np.count_nonzero(~wild))}")
+            cart = np.interp(
+                (recording.stamps[usable] - recording.stamps[usable][0]) * 1e-9, times[~wild], position[~wild]
+            )
     elif options.cart_joint:
         notes.append(f"there is no joint {options.cart_joint}: the cart is taken to be at rest")
     return Samples(recording.stamps[usable], angles[usable], cart), notes
@@ -70,6 +84,6 @@ def model_angles(angles: Array, options: TrialOptions) -> Array:
     return np.column_stack([theta1, outer + (theta1 if options.outer_angle == "relative" else offset)])
 
 
-def _usable(values: Array) -> npt.NDArray[np.bool_]:
+def _usable(values: Array) -> Mask:
     with np.errstate(invalid="ignore"):
         return np.abs(values) <= _BELIEVED

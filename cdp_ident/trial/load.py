@@ -16,10 +16,10 @@ def load_trial(bag: Path, options: TrialOptions | None = None) -> Trial:
     """Load the longest zero-input motion that a bag holds.
 
     The bag is read (`read_joint_states`), its joints are mapped to theta1 and theta2 (`TrialOptions`), repeated and
-    late samples are dropped, and the angles unwrapped; what was taken for granted about the angles is checked against
-    the physics of the motion; the hand's holding and pushing, the cart's driving and the rest at the end are cut. What
-    was done stands in `Trial.notes`. Samples keep the times at which they were measured, by the device's own clock
-    where the bag has it (`in_device_time`).
+    late samples and outliers are dropped, and the angles unwrapped; what was taken for granted about the angles is
+    checked against the physics of the motion; the hand's holding and pushing, the cart's driving and the rest at the
+    end are cut. What was done stands in `Trial.notes`. Samples keep the times at which they were measured, by the
+    device's own clock where the bag has it (`in_device_time`).
 
     Raises:
         BagError: the bag cannot be read or holds no joint states on the topic.

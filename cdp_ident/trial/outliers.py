@@ -1,54 +1,165 @@
-"""Single samples that stand out from their neighbours: a bag without checksums may be damaged."""
+"""Samples that are no measurements: spikes of an encoder or of a damaged recording, up to three in a row.
+
+The smallest set of samples is looked for without which the motion around it is smooth while each of the set is far
+from that motion: by the deleted residual from a local cubic, studentized by what the neighbours scatter about it
+(Belsley, Kuh and Welsch, Regression Diagnostics, 1980), or by the noise thereabouts where that is more. So nothing
+that a mechanism does is one, however large it is against the noise: about a knock (a kink), lost counts (a step that
+stays), a joint that stops or sticks, and a motion too fast for its sampling, the neighbours scatter as well, and no
+set's residuals reach 4.
+"""
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+from scipy.ndimage import maximum_filter1d
+
+from cdp_ident.trial.differences import MEDIAN_OF_SIZE, SAMPLES, encoder_step, fourth_differences
 
 Array = npt.NDArray[np.float64]
+Indices = npt.NDArray[np.int64]
+Mask = npt.NDArray[np.bool_]
 
-_NEIGHBOURS = np.array([-1.0, 4.0, 0.0, 4.0, -1.0]) / 6.0
-"""What the two samples on either side of one say of it, by the cubic through them."""
-_DEVIATIONS, _STEPS = 8.0, 4.0
-"""A sample stands out by more than so many robust standard deviations, and so many steps of the encoder."""
-_EVEN = 1.5
-"""Beside a gap of so many usual spacings, neighbours say nothing."""
+TURN = 2.0 * np.pi
+"""What an angle is known up to [rad]."""
+_LIMIT = 8.0
+"""Studentized residual beyond which a sample is an outlier."""
+_BESIDE = 5
+"""Samples on either side that the cubic is fitted to; as near to one another, outliers are to be found together."""
+_TOGETHER = 3
+"""So many at most are found together."""
+_SETS = [
+    np.cumsum((0, *gaps))
+    for others in range(_TOGETHER)
+    for gaps in itertools.product(range(1, _BESIDE + 1), repeat=others)
+]
+"""Places of samples that may be outliers together, counted from the first of them; small sets first."""
+_NEAR = 2 * _BESIDE + int(_SETS[-1][-1])
+"""Samples no further apart are in one cubic's set and neighbours."""
+_SUSPECT = 5.0
+"""Outliers are looked for where a fourth difference is so many times the noise."""
+_BLOCK = 64
+"""The noise is that of so many samples, or of their neighbours where it is more: it may change with the motion."""
+_FINEST = 5e-5
+"""Noise counts for no less [rad or m]: a fine encoder that is read unevenly errs by a count now and then."""
+_RIDGE = 1e-12
+"""Added to the normal equations over times from -1 to 1, which are singular where all but a few samples coincide."""
+_NEIGHBOURS = 5.5
+"""Samples further apart than so many usual spacings are no neighbours."""
 
 
-def outliers(time: Array, angles: Array) -> tuple[Array, Array]:
-    """Return when single samples stand out from their neighbours [s], and by how much [rad].
+def outliers(time: Array, values: Array, period: float | None = None) -> Mask:
+    """Return which samples are outliers (n,).
 
     Args:
-        time: (n,) strictly increasing [s].
-        angles: (n, 2) continuous angles [rad].
+        time: (n,) times of the samples [s], increasing except where the clock was set back.
+        values: (n,) what was measured [rad or m].
+        period: what values are known up to, as `TURN` for angles; None where there is no such thing.
     """
-    if len(time) < 2 * len(_NEIGHBOURS):
-        return np.empty(0), np.empty(0)
-    found = np.zeros(len(time))
+    found = np.zeros(len(time), dtype=bool)
     spacing = np.diff(time)
-    uneven = spacing > _EVEN * np.median(spacing)
-    trusted = np.convolve(uneven, np.ones(len(_NEIGHBOURS) - 1), mode="valid") == 0
-    for column in angles.T:
-        off = np.abs(column[2:-2] - np.convolve(column, _NEIGHBOURS, mode="valid"))
-        changes = np.abs(np.diff(column))
-        step = float(np.min(changes[changes > 0.0], initial=np.inf))
-        # Of numbers that are no encoder's the smallest change is next to nothing.
-        limit = max(_DEVIATIONS * 1.4826 * float(np.median(off)), _STEPS * step if np.isfinite(step) else 0.0)
-        stands_out = trusted & (off > limit) & (off >= _neighbouring(off))
-        found[2:-2] = np.maximum(found[2:-2], np.where(stands_out, off, 0.0))
-    return time[found > 0.0], found[found > 0.0]
+    apart = (spacing <= 0.0) | (spacing > _NEIGHBOURS * np.median(spacing)) if len(spacing) else spacing > 0.0
+    for part in np.split(np.arange(len(time)), np.flatnonzero(apart) + 1):
+        found[part] = _among_neighbours(time[part], values[part], period)
+    return found
 
 
-def outlier_notes(time: Array, size: Array) -> list[str]:
-    """Say what was found, in words."""
-    if not len(time):
-        return []
-    places = ", ".join(f"{at:.3f}" for at in time[:3]) + (" …" if len(time) > 3 else "")
-    return [
-        f"{len(time)} samples stand out from their neighbours by up to {np.max(size):.2g} rad (at {places} s): a "
-        "slipped count, or a damaged recording? They are kept"
-    ]
+def outlier_words(times: Sequence[float], samples: int) -> str:
+    """Say how many outliers there are beside so many samples that are none, and where: `times` [s], ascending."""
+    count = len(times)
+    words = "1 outlier (" if count == 1 else f"{count} outliers ("
+    first = f"at {times[0]:.3f} s" if count == 1 else f"the first at {times[0]:.3f} s"
+    return f"{words}{100 * count / (count + samples):.2g} %) {'is' if count == 1 else 'are'} left out, {first}"
 
 
-def _neighbouring(off: Array) -> Array:
-    """Return the larger of the values before and after each."""
-    padded = np.pad(off, 1)
-    return np.maximum(padded[:-2], padded[2:])
+def _among_neighbours(time: Array, values: Array, period: float | None) -> Mask:
+    """Return which are outliers (n,), of samples without gaps."""
+    found = np.zeros(len(time), dtype=bool)
+    look: Mask = np.ones(len(time), dtype=bool)
+    while np.any(look) and np.count_nonzero(~found) > 2 * _BESIDE + SAMPLES:
+        kept = np.flatnonzero(~found)
+        samples = _Samples.of(time[kept], values[kept], period)
+        samples.suspect &= look[kept]
+        dropped = np.zeros(len(time), dtype=bool)
+        for places in _SETS:
+            dropped[kept[samples.outliers(places)]] = True
+            samples.suspect &= ~maximum_filter1d(dropped, 2 * _NEAR + 1)[kept]
+        found |= dropped
+        # Where some were found, there may be more without them: those that they hid, or their noise did.
+        look = np.asarray(maximum_filter1d(dropped, 4 * _BLOCK + 1))
+    return found
+
+
+@dataclass
+class _Samples:
+    """Samples of which some may be outliers."""
+
+    time: Array
+    """(n,) [s]."""
+    values: Array
+    """(n,) what was measured."""
+    period: float | None
+    """Of the values."""
+    noise: Array
+    """(n,) standard deviation of the noise about each."""
+    suspect: Mask
+    """(n,) which may be outliers."""
+
+    @classmethod
+    def of(cls, time: Array, values: Array, period: float | None) -> "_Samples":
+        """Take the samples left."""
+        unwrapped = np.asarray(np.unwrap(values, period=period) if period else values)
+        differences = np.abs(fourth_differences(time, unwrapped))
+        noise = np.maximum(_noise(differences, len(time)), encoder_step(unwrapped) / np.sqrt(12.0))
+        # Each by the worst difference it is in; those at the ends are in few, and always suspect.
+        worst = maximum_filter1d(np.pad(differences, SAMPLES // 2, constant_values=np.inf), SAMPLES)
+        return cls(time, values, period, noise, worst > _SUSPECT * noise)
+
+    def outliers(self, places: Indices) -> Indices:
+        """Return the outliers that are a set of samples at these places from a first one."""
+        if len(self.time) < 2 * _BESIDE + places[-1] + 1:
+            return np.empty(0, dtype=np.int64)
+        starts = np.flatnonzero(self.suspect[: len(self.time) - places[-1]])
+        residuals = np.zeros(len(self.time))
+        residuals[starts] = self._least_residuals(starts, places)
+        greatest = maximum_filter1d(residuals, 2 * _NEAR + 1)
+        found = np.flatnonzero((residuals > _LIMIT) & (residuals == greatest))
+        return np.asarray(np.unique(found[:, None] + places))
+
+    def _least_residuals(self, starts: Indices, places: Indices) -> Array:
+        """Return the least studentized residual (m,) of the samples at `places` (p,) from each of the starts (m,)."""
+        time, values, period = self.time, self.values, self.period
+        size = 2 * _BESIDE + int(places[-1]) + 1
+        first = np.clip(starts - _BESIDE, 0, len(time) - size)
+        index = first[:, None] + np.arange(size)
+        members = starts[:, None] + places
+        is_member = (index[:, :, None] == members[:, None, :]).any(axis=2)
+        others = index[~is_member].reshape(len(starts), size - len(places))
+        measured = np.unwrap(values[others], period=period, axis=1) if period else values[others]
+        begin, end = time[first][:, None], time[first + size - 1][:, None]
+        basis, at_members = (
+            ((2.0 * time[at] - begin - end) / (end - begin))[..., None] ** np.arange(4) for at in (others, members)
+        )
+        transposed = basis.transpose(0, 2, 1)
+        fit = np.linalg.solve(transposed @ basis + _RIDGE * np.eye(4), transposed)
+        left = measured - (basis @ fit @ measured[..., None])[..., 0]
+        scatter = np.sqrt(np.sum(left**2, axis=1) / (others.shape[1] - 4))
+        weights = at_members @ fit
+        off = values[members] - (weights @ measured[..., None])[..., 0]
+        if period:
+            off -= period * np.round(off / period)
+        deviation = np.maximum(scatter, self.noise[starts])[:, None] * np.sqrt(1.0 + np.sum(weights**2, axis=2))
+        # Before the first and after the last of the others the motion may change: more than it moves by is asked there.
+        beyond = (members < others[:, :1]) | (members > others[:, -1:])
+        moves = np.max(np.abs(np.diff(measured, axis=1)), axis=1)[:, None]
+        return np.asarray(np.min(np.abs(off) / np.maximum(deviation, beyond * moves / _LIMIT), axis=1))
+
+
+def _noise(differences: Array, count: int) -> Array:
+    """Return the standard deviation of the noise about each of `count` samples (count,), by fourth differences."""
+    blocks = np.array_split(differences, max(1, len(differences) // _BLOCK))
+    noise = maximum_filter1d([np.median(block) / MEDIAN_OF_SIZE for block in blocks], 3)
+    by_difference = np.repeat(noise, [len(block) for block in blocks])
+    return np.asarray(np.maximum(np.pad(by_difference, (count - len(by_difference)) // 2, mode="edge"), _FINEST))

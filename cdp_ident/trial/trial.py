@@ -36,6 +36,8 @@ class Trial:
     """How fast the device's clock ran whose times these are, None where they are stamps."""
     breaks: tuple[int, ...] = ()
     """Indices of the first samples after gaps so long that turns of the rods could be lost in them."""
+    outliers: tuple[float, ...] = ()
+    """When samples were left out as outliers, since the beginning of the bag [s]."""
 
     @property
     def duration(self) -> float:
@@ -61,9 +63,14 @@ class Trial:
                 cart=None if self.cart is None else self.cart[first:last],
                 start=self.start + float(self.time[first]),
                 breaks=(),
+                outliers=self._outliers(first, last),
             )
             for first, last in self.bounds
         )
+
+    def _outliers(self, first: int, last: int) -> tuple[float, ...]:
+        begin, end = self.start + self.time[[first, last - 1]]
+        return tuple(at for at in self.outliers if begin <= at <= end)
 
 
 def joined(stretches: Sequence[Trial]) -> Trial:
@@ -88,4 +95,5 @@ def joined(stretches: Sequence[Trial]) -> Trial:
         theta=np.concatenate(angles),
         cart=np.concatenate(carts) if carts else None,
         breaks=tuple(breaks),
+        outliers=tuple(at for stretch in stretches for at in stretch.outliers),
     )

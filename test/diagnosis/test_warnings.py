@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cdp_ident.diagnosis.warnings import find_warnings
+from cdp_ident.diagnosis.warnings import find_warnings, outlier_warnings
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.prior import Prior
 from cdp_ident.pipeline.identify import identify
@@ -113,3 +113,14 @@ def test_a_refinement_that_has_not_arrived_is_named():
     found = clean()
     found = replace(found, estimate=replace(found.estimate, fit=replace(found.fit, converged=False)))
     assert names(found) == ["not_converged"]
+
+
+def test_outliers_are_told_and_many_are_damage():
+    first, second = trials()
+    assert outlier_warnings([first, second]) == []
+    few, many = replace(first, outliers=(2.5, 3.0)), replace(second, outliers=tuple(np.arange(2.0, 4.0, 0.02)))
+    told, damaged = outlier_warnings([few, many])
+    assert (told.name, told.about) == ("outliers", (first.name,))
+    assert told.message.endswith("are left out, the first at 2.500 s")
+    assert f"{second.name}: 100 outliers (" in damaged.message
+    assert "damaged" in damaged.message

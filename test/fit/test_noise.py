@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from cdp_ident.fit.noise import encoder_step, noise_of
+from cdp_ident.fit.noise import noise_of
 from cdp_ident.model.parameters import physical_coefficients
 from cdp_ident.model.simulation import simulate
 from cdp_ident.trial.trial import Trial
@@ -59,14 +59,3 @@ def test_an_encoder_that_hardly_moves_has_at_least_the_noise_of_its_steps():
     step = 2 * np.pi / 2000
     theta = np.round(np.column_stack([0.02 * np.sin(TEN_SECONDS)] * 2) / step) * step
     assert np.all(noise_of(Trial("slow", TEN_SECONDS, theta)) >= step / np.sqrt(12) * 0.999)
-
-
-@pytest.mark.parametrize("counts", [500, 4096, 8000])
-def test_the_step_of_an_encoder_is_seen(counts):
-    found = encoder_step(measured(2e-4, counts).theta[:, 0])
-    assert found == pytest.approx(2 * np.pi / counts, rel=1e-6)
-
-
-def test_angles_without_steps_have_none():
-    assert encoder_step(measured(2e-3).theta[:, 0]) == 0.0
-    assert encoder_step(np.full(100, 0.3)) == 0.0

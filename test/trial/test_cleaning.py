@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cdp_ident.trial.cleaning import clean
+from cdp_ident.trial.cleaning import clean, cut_at_gaps
 from cdp_ident.trial.joints import Samples
 
 MS = 1_000_000
@@ -13,8 +13,10 @@ ORIGIN = 10**18
 def cleaned(milliseconds, longest_gap=0.1):
     stamps = ORIGIN + np.array(milliseconds, dtype=np.int64) * MS
     number = np.arange(len(stamps), dtype=float)
-    pieces, notes = clean(Samples(stamps, np.column_stack([number, number]) * 1e-3, number), longest_gap, ORIGIN)
-    return [piece.cart.astype(int).tolist() for piece in pieces], [piece.time for piece in pieces], "; ".join(notes)
+    cleaned = clean(Samples(stamps, np.column_stack([number, number]) * 1e-3, number))
+    pieces, gaps = cut_at_gaps(cleaned, longest_gap, ORIGIN)
+    notes = "; ".join([*cleaned.notes, *gaps])
+    return [piece.cart.astype(int).tolist() for piece in pieces], [piece.time for piece in pieces], notes
 
 
 def test_good_samples_pass_as_they_are():
@@ -58,7 +60,7 @@ def test_long_gaps_part_the_recording_and_short_ones_are_told():
 @given(st.lists(st.integers(0, 10**12), min_size=1, max_size=80))
 def test_whatever_the_stamps_times_increase_and_every_sample_is_used_at_most_once(stamps):
     samples = Samples(np.array(stamps), np.zeros((len(stamps), 2)), np.arange(len(stamps), dtype=float))
-    pieces, _ = clean(samples, 0.1, stamps[0])
+    pieces, _ = cut_at_gaps(clean(samples), 0.1, stamps[0])
     used = np.concatenate([piece.cart for piece in pieces])
     assert np.all(np.diff(used) > 0)
     for piece in pieces:
@@ -72,5 +74,20 @@ def test_angles_wrapped_anywhere_become_continuous(turns, speed):
     time = np.arange(200) * 5 * MS
     angle = speed * np.arange(200) * 0.005
     wrapped = np.mod(angle + turns, 2 * np.pi)
-    pieces, _ = clean(Samples(ORIGIN + time, np.column_stack([wrapped, wrapped]), None), 0.1, ORIGIN)
+    pieces, _ = cut_at_gaps(clean(Samples(ORIGIN + time, np.column_stack([wrapped, wrapped]), None)), 0.1, ORIGIN)
     assert np.allclose(np.diff(pieces[0].angles[:, 0]), np.diff(angle), atol=1e-9)
+
+
+@given(st.integers(0, 199), st.integers(0, 1), st.floats(-30, 30), st.floats(-12, 12))
+def test_a_spike_of_any_size_is_left_out_and_adds_no_turn(at, joint, size, speed):
+    time = np.arange(200) * 5 * MS
+    angles = np.column_stack([speed * np.arange(200) * 0.005, np.sin(np.arange(200) * 0.02)])
+    spiked = angles.copy()
+    spiked[at, joint] += size
+    (piece,), notes = cut_at_gaps(clean(Samples(ORIGIN + time, spiked, None)), 0.1, ORIGIN)
+    rest = np.delete(angles, at, axis=0) if len(piece.time) == 199 else angles
+    assert len(piece.time) == 199 or abs(np.mod(size + np.pi, 2 * np.pi) - np.pi) < 0.07
+    assert np.allclose(np.diff(piece.angles, axis=0), np.diff(rest, axis=0), atol=0.15)
+    if len(piece.time) == 199 and 0 < at < 199:
+        assert piece.outliers == pytest.approx([at * 0.005])
+    assert notes == []

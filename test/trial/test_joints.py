@@ -54,3 +54,18 @@ def test_no_usable_number_at_all_is_an_error():
 )
 def test_angles_of_joints_become_the_model_s(options, theta):
     assert np.allclose(model_angles(np.array([[0.3, 0.5]]), TrialOptions(**options)), [theta])
+
+
+def test_a_cart_is_bridged_where_its_position_is_an_outlier_and_the_rods_samples_stay():
+    stamps = 10**18 + np.arange(400) * 5_000_000
+    truth = 0.1 * np.sin(np.arange(400) * 0.02)
+    cart = truth.copy()
+    cart[[100, 250]] += [3.0, -0.05]
+    positions = np.column_stack([cart, np.ones(400), np.ones(400)])
+    samples, notes = select_joints(
+        JointRecording("swing", "/joint_states", ("cart_joint", "inner_joint", "outer_joint"), stamps, positions, ()),
+        TrialOptions(),
+    )
+    assert len(samples.stamps) == 400
+    assert samples.cart == pytest.approx(truth, abs=1e-4)
+    assert notes == ["of the cart's position 2 outliers (0.5 %) are left out, the first at 0.500 s"]

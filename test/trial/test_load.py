@@ -14,6 +14,7 @@ from cdp_ident.model.simulation import simulate
 from cdp_ident.model.trajectory import Torques
 from cdp_ident.trial.load import load_trial
 from cdp_ident.trial.options import TrialOptions
+from cdp_ident.trial.outliers import TURN, outliers
 
 MEASURED = Path(__file__).parents[3] / "shared/data/multiarm_free_swing/free_swing_8s_56s_1kHz.csv.gz"
 DROPS = Path(__file__).parents[3] / "shared/data/dfki_drops"
@@ -335,8 +336,34 @@ def test_a_drop_with_geared_drives_is_free_motion_from_the_release_to_the_end(ma
         table = np.loadtxt(stream, delimiter=",", skiprows=1)
     bag = make_bag(START + np.round(table[:, 0] * 1e9).astype(np.int64), table[:, 1:3])
     trial = load_trial(bag, TrialOptions(zero="hanging"))
+    assert trial.outliers == ()
     assert 5.0 <= trial.start <= 5.25
     assert trial.start + trial.duration == pytest.approx(table[-1, 0], abs=0.02)
     for wrong in ({"zero": "hanging", "outer_angle": "absolute"}, {"zero": "upright"}):
         with pytest.raises(TrialError, match="contradict"):
             load_trial(bag, TrialOptions(**wrong))
+
+
+def test_spikes_are_left_out_told_with_their_places_and_change_nothing_else(recording, make_bag):
+    made = recording().carry(2.0, 2.5, 1.0).hold(0.5).swing(10)
+    joints = np.mod(made.joints(noise=5e-4), 2 * np.pi)
+    clean = load_trial(make_bag(made.stamps(), joints))
+    wild = [40, 700, 1100, 1101, 1900]
+    joints[wild, [0, 1, 0, 0, 1]] += [1.0, 3.1, -0.6, -0.6, 0.02]
+    trial = load_trial(make_bag(made.stamps(), joints))
+    assert trial.outliers == pytest.approx(np.array(wild[1:]) / made.rate, abs=1e-6)
+    assert "4 outliers (0.2 %) are left out, the first at 3.500 s" in trial.notes
+    assert not any("gaps" in note for note in trial.notes)
+    assert trial.start == pytest.approx(clean.start, abs=1.5 / made.rate)
+    there, here = (np.round((one.start + one.time) * made.rate).astype(int).tolist() for one in (clean, trial))
+    assert set(there[5:]) - set(here) == set(wild[1:])
+    common = sorted(set(there) & set(here))
+    assert np.array_equal(trial.theta[np.searchsorted(here, common)], clean.theta[np.searchsorted(there, common)])
+
+
+@pytest.mark.skipif(not MEASURED.exists(), reason="the measured free swing is not beside the repository")
+@pytest.mark.parametrize("every", [1, 5, 20])
+def test_a_measured_swing_has_no_outliers(every):
+    time, theta1, theta2 = np.loadtxt(MEASURED, delimiter=",", skiprows=1, usecols=(0, 1, 2))[::every].T
+    assert not np.any(outliers(time, theta1, TURN))
+    assert not np.any(outliers(time, theta2, TURN))

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -37,3 +39,10 @@ def test_a_trial_is_taken_apart_into_its_stretches(stretches):
 def test_a_trial_without_gaps_is_its_only_stretch(stretches):
     assert stretches[0].stretches == (stretches[0],)
     assert joined(stretches[:1]).breaks == ()
+
+
+def test_outliers_stay_with_the_stretch_that_they_were_in(stretches):
+    wild = [(5.3,), (), (7.6, 7.9)]
+    trial = joined([replace(stretch, outliers=at) for stretch, at in zip(stretches, wild, strict=True)])
+    assert trial.outliers == (5.3, 7.6, 7.9)
+    assert [apart.outliers for apart in trial.stretches] == wild

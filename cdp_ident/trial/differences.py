@@ -1,0 +1,45 @@
+"""What neighbouring samples tell of an encoder: its noise and its steps."""
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
+
+SAMPLES = 5
+"""Samples in a fourth divided difference, which a motion of the pendulum hardly enters: at 200 Hz a swing at 10 rad/s
+of 1 rad leaves 6 microradians in it."""
+MEDIAN_OF_SIZE = 0.6745
+"""Median of the size of a standard normal number."""
+
+
+def fourth_differences(time: Array, values: Array) -> Array:
+    """Return the fourth divided differences (n - 4, ...) of values (n, ...) at times (n,), strictly increasing.
+
+    They are scaled so that white noise of standard deviation 1 gives 1.
+    """
+    count = len(time) - SAMPLES + 1
+    stamps = np.stack([time[k : k + count] for k in range(SAMPLES)], axis=1)
+    apart = stamps[:, :, None] - stamps[:, None, :]
+    apart[:, range(SAMPLES), range(SAMPLES)] = 1.0
+    weights = 1.0 / apart.prod(axis=2)
+    weights /= np.linalg.norm(weights, axis=1, keepdims=True)
+    columns = values.reshape(len(time), -1)
+    differences = sum(weights[:, k, None] * columns[k : k + count] for k in range(SAMPLES))
+    return np.asarray(differences).reshape(count, *values.shape[1:])
+
+
+def encoder_step(angles: Array) -> float:
+    """Return the step of the encoder that measured angles (n,) [rad], or 0 where none shows.
+
+    All changes between samples are whole multiples of the step if there is one.
+    """
+    changes = np.abs(np.diff(angles))
+    changes = changes[changes > 1e-9]
+    if len(changes) == 0:
+        return 0.0
+    smallest = float(changes.min())
+    near = changes[changes < 1.5 * smallest]
+    step = float(near.mean())
+    multiples = changes[changes < 50 * step] / step
+    whole = np.abs(multiples - np.round(multiples)) < 0.1
+    return step if len(near) >= 3 and np.mean(whole) > 0.95 else 0.0
