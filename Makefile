@@ -39,7 +39,8 @@ bench: build  ## how fast, beside what a user would use instead
 
 ubuntu: build  ## on Ubuntu 24.04's own versions: build with REQUIREMENTS=requirements-ubuntu-24.04.txt
 	@$(ROS) $(BIN)/python -m cdp_ident identify --bag bags/swing_wide bags/swing_folded --once --figures --force --out build/found
-	@$(ROS) $(BIN)/python -m pytest $(ALL_CORES) test/nodes test/report/figures/test_for_paper.py
+	@$(ROS) $(BIN)/python -m pytest $(ALL_CORES) test/nodes test/report/figures/test_for_paper.py \
+	    --deselect test/report/figures/test_for_paper.py::test_the_same_figure_gives_the_same_bytes  # not so with matplotlib 3.6
 
 fuzz: $(VENV)/.ready  ## damaged and hostile input for a minute; the seed is printed
 	$(BIN)/python -m fuzz --seconds 60
