@@ -13,7 +13,7 @@ ROS := export OPENBLAS_NUM_THREADS=1 PYTHONDONTWRITEBYTECODE= HOME="$${HOME:-/tm
 # One process more than there are cores: tests of nodes often wait.
 ALL_CORES := --numprocesses=$$(( $$(nproc) + 1 )) --dist=worksteal
 
-.PHONY: demo test test-all check format bench fuzz build clean
+.PHONY: demo test test-all ubuntu check format bench fuzz build clean
 
 demo: build  ## the data's whole way, from an emulated rig to served parameters, in two minutes
 	@$(ROS) $(BIN)/python -m cdp_ident demo
