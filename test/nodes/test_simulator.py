@@ -274,8 +274,7 @@ def test_a_free_motion_goes_on_with_new_parameters_and_begins_anew_from_a_new_st
     assert np.abs(np.diff(joined, axis=0)).max() < 0.1  # no jump so far: it went on from where it was
     shown_before = len(viewer.simulated)
     assert listener.set_parameter("/simulator", "start.inner", 3.0) == (True, "")
-    viewer.new_frames()
-    assert any(frame.position[1] == 3.0 for frame in viewer.simulated[shown_before:])
+    listener.wait_for(lambda: any(frame.position[1] == 3.0 for frame in viewer.simulated[shown_before:]))
 
 
 # Shadow

@@ -86,8 +86,10 @@ def test_a_spike_of_any_size_is_left_out_and_adds_no_turn(at, joint, size, speed
     spiked[at, joint] += size
     (piece,), notes = cut_at_gaps(clean(Samples(ORIGIN + time, spiked, None)), 0.1, ORIGIN)
     rest = np.delete(angles, at, axis=0) if len(piece.time) == 199 else angles
-    assert len(piece.time) == 199 or abs(np.mod(size + np.pi, 2 * np.pi) - np.pi) < 0.07
-    assert np.allclose(np.diff(piece.angles, axis=0), np.diff(rest, axis=0), atol=0.15)
+    # At the ends there are neighbours on one side only.
+    seen_from = 0.07 if 5 <= at < 195 else 0.3
+    assert len(piece.time) == 199 or abs(np.mod(size + np.pi, 2 * np.pi) - np.pi) < seen_from
+    assert np.allclose(np.diff(piece.angles, axis=0), np.diff(rest, axis=0), atol=0.3)
     if len(piece.time) == 199 and 0 < at < 199:
         assert piece.outliers == pytest.approx([at * 0.005])
     assert notes == []
