@@ -1,7 +1,7 @@
 """How a model predicts motion that it is not fitted to: cross-validation (Stone, J. R. Stat. Soc. B 36, 1974).
 
 The windows are divided into folds. Each fold is followed with the values that a fit without it has, its windows'
-initial states alone fitted to it. These values are one Gauss-Newton step away from those of the whole fit, for which
+initial states alone fitted to it; shapes of effects are held. These values are one Gauss-Newton step away from those of the whole fit, for which
 everything is at hand: no fold costs a fit of its own (approximate cross-validation: Rad and Maleki, J. R. Stat. Soc.
 B 82, 2020).
 """
@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from cdp_ident.diagnosis.uncertainty import reduced_sensitivities
 from cdp_ident.errors import IdentificationError
+from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.refinement import Fit, fit_initial_states, refine
 from cdp_ident.fit.windows import Window
 
@@ -39,12 +40,15 @@ def cross_validated(fit: Fit, folds: Folds) -> Fit:
     slopes, bends = _normal_equations(fit)
     total_slope, total_bend = slopes.sum(axis=0), bends.sum(axis=0)
     penalty = fit.model.penalty
+    strong = np.flatnonzero(~_of_shape(fit.model))
     predicted: dict[int, tuple[Window, Array]] = {}
     for fold in folds:
         chosen = list(fold)
         slope = total_slope - slopes[chosen].sum(axis=0) - penalty @ fit.values
         bend = total_bend - bends[chosen].sum(axis=0) + penalty
-        values = np.clip(fit.values + _solved(bend, slope), *fit.model.limits)
+        values = fit.values.copy()
+        values[strong] += _solved(bend[np.ix_(strong, strong)], slope[strong])
+        values = np.clip(values, *fit.model.limits)
         found = _followed(fit, values, chosen)
         predicted |= {
             index: (window, residual)
@@ -63,6 +67,15 @@ def _normal_equations(fit: Fit) -> tuple[Array, Array]:
         slopes.append(weighted.T @ residual.ravel())
         bends.append(weighted.T @ rows)
     return np.array(slopes), np.array(bends)
+
+
+def _of_shape(model: MotionModel) -> npt.NDArray[np.bool_]:
+    """Return which unknowns (unknowns,) say how an effect goes and not how strong it is.
+
+    The motion is far from linear in them, and hardly shows some: one step would go astray.
+    """
+    shapes = [p.shape for active in model.effects for p in active.fitted]
+    return np.array([False] * (len(model.names) - len(shapes)) + shapes)
 
 
 def _solved(bend: Array, slope: Array) -> Array:
