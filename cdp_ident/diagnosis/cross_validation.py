@@ -1,9 +1,9 @@
 """How a model predicts motion that it is not fitted to: cross-validation (Stone, J. R. Stat. Soc. B 36, 1974).
 
 The windows are divided into folds. Each fold is followed with the values that a fit without it has, its windows'
-initial states alone fitted to it; shapes of effects are held. These values are one Gauss-Newton step away from those of the whole fit, for which
+initial states alone fitted to it. These values are one Gauss-Newton step away from those of the whole fit, for which
 everything is at hand: no fold costs a fit of its own (approximate cross-validation: Rad and Maleki, J. R. Stat. Soc.
-B 82, 2020).
+B 82, 2020). Shapes of effects are held.
 """
 
 from collections.abc import Sequence
