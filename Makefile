@@ -15,7 +15,7 @@ ALL_CORES := --numprocesses=$$(( $$(nproc) + 1 )) --dist=worksteal
 
 .PHONY: demo test test-all ubuntu check format bench fuzz build clean
 
-demo: build  ## the data's whole way, from an emulated rig to served parameters, in two minutes
+demo: build  ## the data's whole way, from an emulated rig to served parameters, in some minutes
 	@$(ROS) $(BIN)/python -m cdp_ident demo
 
 test: build  ## every behaviour, nodes included, shared out over the cores

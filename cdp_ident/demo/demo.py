@@ -14,7 +14,7 @@ from cdp_ident.errors import OptionError
 from cdp_ident.report.folder import PAGE, REPORT
 
 DESCRIPTION = """\
-Show the whole way on this machine, in under two minutes: an emulated rig on a real serial port, the driver that reads
+Show the whole way on this machine, in some minutes: an emulated rig on a real serial port, the driver that reads
 it, the recorder that makes bags of three free swings (two to fit, one to judge by), and identify, which is given
 nothing but the bags, finds what the rig has beside the paper's model, and serves the result to other nodes. Each node
 is a process of its own, on a ROS domain of the demonstration's own; at the end all are stopped."""

@@ -12,10 +12,10 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.diagnosis.uncertainty import reduced_sensitivities
+from cdp_ident.diagnosis.uncertainty import normal_equations, scaled_inverse
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.motion_model import MotionModel
-from cdp_ident.fit.refinement import Fit, fit_initial_states, refine
+from cdp_ident.fit.refinement import Fit, fit_initial_states_near
 from cdp_ident.fit.windows import Window
 
 Array = npt.NDArray[np.float64]
@@ -37,7 +37,7 @@ def cross_validated(fit: Fit, folds: Folds) -> Fit:
         fit: of a model to all windows.
         folds: every window is in one of them.
     """
-    slopes, bends = _normal_equations(fit)
+    slopes, bends = normal_equations(fit)
     total_slope, total_bend = slopes.sum(axis=0), bends.sum(axis=0)
     penalty = fit.model.penalty
     strong = np.flatnonzero(~_of_shape(fit.model))
@@ -47,7 +47,7 @@ def cross_validated(fit: Fit, folds: Folds) -> Fit:
         slope = total_slope - slopes[chosen].sum(axis=0) - penalty @ fit.values
         bend = total_bend - bends[chosen].sum(axis=0) + penalty
         values = fit.values.copy()
-        values[strong] += _solved(bend[np.ix_(strong, strong)], slope[strong])
+        values[strong] += scaled_inverse(bend[np.ix_(strong, strong)], _UNSEEN)[0] @ slope[strong]
         values = np.clip(values, *fit.model.limits)
         found = _followed(fit, values, chosen)
         predicted |= {
@@ -56,17 +56,6 @@ def cross_validated(fit: Fit, folds: Folds) -> Fit:
         }
     windows, residuals = zip(*(predicted[index] for index in range(len(fit.windows))), strict=True)
     return replace(fit, windows=windows, residuals=residuals)
-
-
-def _normal_equations(fit: Fit) -> tuple[Array, Array]:
-    """Return each window's part of the slope (windows, unknowns) and of the curvature (windows, unknowns, unknowns)."""
-    slopes, bends = [], []
-    for sensitivity, weight, residual in zip(reduced_sensitivities(fit), fit.weights, fit.residuals, strict=True):
-        rows = sensitivity.reshape(-1, sensitivity.shape[2])
-        weighted = rows * weight.reshape(-1, 1)
-        slopes.append(weighted.T @ residual.ravel())
-        bends.append(weighted.T @ rows)
-    return np.array(slopes), np.array(bends)
 
 
 def _of_shape(model: MotionModel) -> npt.NDArray[np.bool_]:
@@ -78,24 +67,11 @@ def _of_shape(model: MotionModel) -> npt.NDArray[np.bool_]:
     return np.array([False] * (len(model.names) - len(shapes)) + shapes)
 
 
-def _solved(bend: Array, slope: Array) -> Array:
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(bend), np.finfo(float).tiny))
-    values, vectors = np.linalg.eigh(bend * np.outer(scale, scale))
-    seen = values > _UNSEEN * values[-1]
-    return np.asarray(scale * (vectors[:, seen] @ ((vectors[:, seen].T @ (scale * slope)) / values[seen])))
-
-
 def _followed(fit: Fit, values: Array, chosen: Sequence[int]) -> Fit:
     """Return initial states of some windows under other values; under the fit's where no motion can be computed."""
     windows = [fit.windows[index] for index in chosen]
     before = float(np.sqrt(np.mean(np.concatenate([fit.residuals[index].ravel() for index in chosen]) ** 2)))
-    for tried in (values, fit.values):
-        try:
-            at_once = refine(fit.model, tried, windows, hold_values=True)
-            if at_once.converged and at_once.rmse() < _LOST * before:
-                return at_once
-            grown = fit_initial_states(fit.model, tried, windows)
-        except IdentificationError:
-            continue
-        return min(at_once, grown, key=lambda found: found.squared_error)
-    raise IdentificationError("the motion of a fold cannot be computed")
+    try:
+        return fit_initial_states_near(fit.model, values, windows, _LOST * before)
+    except IdentificationError:
+        return fit_initial_states_near(fit.model, fit.values, windows, _LOST * before)

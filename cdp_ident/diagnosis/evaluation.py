@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.data import Data
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.refinement import Fit, fit_initial_states
@@ -48,10 +49,15 @@ def evaluate(model: MotionModel, values: Array, data: Data) -> ErrorsByRole:
         values: (unknowns,) values that are held.
         data: windows by their roles.
     """
-    fitted, held_out = (
-        errors_of(fit_initial_states(model, values, windows), data.trials) for windows in (data.fit, data.holdout)
-    )
+    fitted, held_out = (_errors_over(model, values, windows, data.trials) for windows in (data.fit, data.holdout))
     return ErrorsByRole(fitted, fitted, held_out)
+
+
+def _errors_over(model: MotionModel, values: Array, windows: Sequence[Window], trials: Sequence[Trial]) -> Errors:
+    try:
+        return errors_of(fit_initial_states(model, values, windows), trials)
+    except IdentificationError:  # under values that were not fitted there may be no motion to compute
+        return Errors(*4 * [float("inf")])
 
 
 def errors_of(fit: Fit, trials: Sequence[Trial]) -> Errors:

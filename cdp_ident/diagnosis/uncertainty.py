@@ -8,6 +8,9 @@ from cdp_ident.fit.refinement import Fit
 
 Array = npt.NDArray[np.float64]
 
+_UNSEEN = 1e-12
+"""Directions with less than this share of the largest curvature are not seen."""
+
 
 def reduced_sensitivities(fit: Fit) -> list[Array]:
     """Return what of each window's sensitivities (n, 2, unknowns) its own start cannot imitate."""
@@ -21,19 +24,41 @@ def reduced_sensitivities(fit: Fit) -> list[Array]:
     return reduced
 
 
+def normal_equations(fit: Fit) -> tuple[Array, Array]:
+    """Return what each window adds to slope and curvature of a fit's squared error, its starts following.
+
+    The slopes (windows, unknowns) are half of it, downwards; the curvatures (windows, unknowns, unknowns) half of the
+    second derivative.
+    """
+    slopes, bends = [], []
+    for sensitivity, weight, residual in zip(reduced_sensitivities(fit), fit.weights, fit.residuals, strict=True):
+        rows = sensitivity.reshape(-1, sensitivity.shape[2])
+        weighted = rows * weight.reshape(-1, 1)
+        slopes.append(weighted.T @ residual.ravel())
+        bends.append(weighted.T @ rows)
+    return np.array(slopes), np.array(bends)
+
+
 def curvature(fit: Fit) -> Array:
     """Return half the second derivative (unknowns, unknowns) of a fit's squared error, its starts following."""
-    total = np.zeros((len(fit.values),) * 2)
-    for sensitivity, weight in zip(reduced_sensitivities(fit), fit.weights, strict=True):
-        rows = sensitivity.reshape(-1, sensitivity.shape[2])
-        total += (rows * weight.reshape(-1, 1)).T @ rows
-    return total
+    return np.asarray(normal_equations(fit)[1].sum(axis=0))
 
 
 def downhill(fit: Fit) -> Array:
     """Return half the slope (unknowns,) of a fit's squared error, downwards, its starts following."""
-    parts = zip(reduced_sensitivities(fit), fit.weights, fit.residuals, strict=True)
-    return np.asarray(sum(np.einsum("nrp,nr->p", sensitivity, weight * r) for sensitivity, weight, r in parts))
+    return np.asarray(normal_equations(fit)[0].sum(axis=0))
+
+
+def scaled_inverse(bend: Array, unseen: float) -> tuple[Array, Array]:
+    """Return the inverse (k, k) of a curvature, and the directions (k, m) that it leaves out, of scaled unknowns.
+
+    They are those with less than a share `unseen` of the largest curvature.
+    """
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(bend), np.finfo(float).tiny))
+    values, vectors = np.linalg.eigh(bend * np.outer(scale, scale))
+    seen = values > unseen * values[-1]
+    inverse = (vectors[:, seen] / values[seen]) @ vectors[:, seen].T * np.outer(scale, scale)
+    return np.asarray(inverse), np.asarray(vectors[:, ~seen])
 
 
 def effective_unknowns(fit: Fit) -> float:
@@ -71,14 +96,11 @@ def covariance(fit: Fit) -> Array:
         middle += fit.model.penalty * (fit.rmse() ** 2 * fit.autocorrelation.integrated_time)
     samples = sum(residual.size for residual in fit.residuals)
     estimated = effective_unknowns(fit) + fit.model.states * sum(not window.start_known for window in fit.windows)
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(bent), np.finfo(float).tiny))
-    values, vectors = np.linalg.eigh(bent * np.outer(scale, scale))
-    seen = values > 1e-12 * values[-1]
-    inverse = (vectors[:, seen] / values[seen]) @ vectors[:, seen].T * np.outer(scale, scale)
+    inverse, left_out = scaled_inverse(bent, _UNSEEN)
     result = inverse @ middle @ inverse * (samples / max(samples - estimated, 1))
     for change in _changes_by_units_of_time(fit, reduced):
         result += np.outer(inverse @ change, inverse @ change)
-    unseen = np.any(np.abs(vectors[:, ~seen]) > 1e-3, axis=1)
+    unseen = np.any(np.abs(left_out) > 1e-3, axis=1)
     result[unseen, unseen] = np.inf
     return np.asarray(result)
 

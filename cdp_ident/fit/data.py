@@ -64,7 +64,7 @@ def prepare(parted: Sequence[PartedTrial], lengths: Sequence[Lengths], scales: S
     Raises:
         IdentificationError: the trials are too short.
     """
-    shown = [trial.shown for trial in parted if len(trial.held_out) < len(trial.trial.bounds)]
+    shown = [trial.shown for trial in parted if trial.is_fitted]
     total = sum(_duration(trial) for trial in shown)
     least = _FEWEST_WINDOWS * scales.shortest_piece
     if total < least:

@@ -201,6 +201,26 @@ def fit_initial_states(model: MotionModel, values: Array, windows: Sequence[Wind
     return refine_from_afar(model, values, windows, hold_values=True)
 
 
+def fit_initial_states_near(model: MotionModel, values: Array, windows: Sequence[Window], good_enough: float) -> Fit:
+    """Fit the windows' initial states alone, beginning with those that they have.
+
+    Where that leaves an error above `good_enough` [rad], they are sought from afar too, and the better are taken.
+
+    Raises:
+        IdentificationError: as `refine`.
+    """
+    try:
+        near = refine(model, values, windows, hold_values=True)
+    except IdentificationError:
+        return fit_initial_states(model, values, windows)
+    if near.converged and near.rmse() < good_enough:
+        return near
+    try:
+        return min(near, fit_initial_states(model, values, windows), key=lambda fit: fit.squared_error)
+    except IdentificationError:
+        return near
+
+
 def _begun_at(pieces: list[Window], starts: list[Array] | None) -> list[Window]:
     """Return pieces of a window with the starts found for pieces half as long, where there are such."""
     if starts is None or len(starts) != 2 * len(pieces):

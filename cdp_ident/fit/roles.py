@@ -27,6 +27,11 @@ class PartedTrial:
     """Indices of the stretches that neither the fit nor the choice of effects sees."""
 
     @property
+    def is_fitted(self) -> bool:
+        """Whether any of it is fitted."""
+        return len(self.held_out) < len(self.trial.bounds)
+
+    @property
     def shown(self) -> Trial:
         """The trial without what is held out; times stay those of the whole trial."""
         bounds = [bound for index, bound in enumerate(self.trial.bounds) if index not in self.held_out]

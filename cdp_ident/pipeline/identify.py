@@ -46,7 +46,7 @@ def identify(
         raise IdentificationError("there is no trial to fit: give at least one bag")
     model, prior = options.model, options.prior
     parted = assign_roles(fit, holdout, float(np.sqrt(prior.length / prior.gravity)))
-    shown = [part.shown for part in parted[: len(fit)]]
+    shown = [part.shown for part in parted if part.is_fitted]
     noise = noise_over(shown)
     balances = _balances(shown, options)
     balanced = balances[0].groups if balances else None
@@ -56,7 +56,7 @@ def identify(
         failure = says_another_length(balances[0], length)
     scales = scales_of(shown, prior.length, prior.gravity, noise, balanced)
     parted = [replace(part, trial=thinned(part.trial, scales.together)) for part in parted]
-    noise = noise_over([part.shown for part in parted[: len(fit)]])
+    noise = noise_over([part.shown for part in parted if part.is_fitted])
     lengths = [_lengths(part.trial, scales, balanced, options, noise) for part in parted]
     data = prepare(parted, lengths, scales)
     rng = np.random.default_rng(options.seed)

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from cdp_ident.fit.data import Data
 from cdp_ident.fit.motion_model import MotionModel
-from cdp_ident.fit.refinement import Fit, fit_initial_states, refine
+from cdp_ident.fit.refinement import Fit, fit_initial_states, fit_initial_states_near
 
 _AS_GOOD = 1.05
 """Initial states have arrived if the error is not larger than so many times that of another model."""
@@ -32,9 +32,5 @@ class FinalModel:
 
     def like_this(self, fit: Fit) -> "FinalModel":
         """Evaluate another fitted model over the same windows; initial states are sought near those of this one."""
-        at_once = refine(fit.model, fit.values, self.holdout.windows, hold_values=True)
-        limits = _AS_GOOD * self.holdout.rmse(), _LIKE_THE_FIT * fit.rmse()
-        if at_once.converged and at_once.rmse() < min(limits):
-            return FinalModel(fit, at_once)
-        grown = fit_initial_states(fit.model, fit.values, self.holdout.windows)
-        return FinalModel(fit, min(at_once, grown, key=lambda found: found.squared_error))
+        good_enough = min(_AS_GOOD * self.holdout.rmse(), _LIKE_THE_FIT * fit.rmse())
+        return FinalModel(fit, fit_initial_states_near(fit.model, fit.values, self.holdout.windows, good_enough))

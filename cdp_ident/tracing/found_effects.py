@@ -88,7 +88,7 @@ class FoundEffect:
 def found_effects(
     selection: Selection,
     final: FinalModel,
-    without: Sequence[FinalModel],
+    holdout_without: Sequence[float],
     spread: Array,
     inertia: float,
     inertia_std: float,
@@ -98,7 +98,7 @@ def found_effects(
     Args:
         selection: where it ended.
         final: its model with the effects.
-        without: the same without each of them.
+        holdout_without: error without each of them over what was held out [rad].
         spread: (unknowns, unknowns) covariance of the fitted values.
         inertia: A22 [kg m^2].
         inertia_std: its relative standard deviation.
@@ -118,7 +118,7 @@ def found_effects(
                 parameters=parameters,
                 validation_without=selection.without[index].validation.rmse(),
                 validation_with=selection.after.validation.rmse(),
-                holdout_without=without[index].holdout.rmse(),
+                holdout_without=holdout_without[index],
                 holdout_with=final.holdout.rmse(),
                 delta_bic=change(selection.without[index], selection.after).bic,
                 certainty=selection.certainty[index],

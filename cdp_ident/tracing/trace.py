@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from cdp_ident.diagnosis.evaluation import ErrorsByRole, errors_of, evaluate
 from cdp_ident.diagnosis.identification import Identification
-from cdp_ident.errors import FitFailedError
+from cdp_ident.errors import FitFailedError, IdentificationError
 from cdp_ident.fit.physical import PhysicalValues
 from cdp_ident.fit.refinement import Fit
 from cdp_ident.model.parameters import groups_of, inertia_about_cart
@@ -74,18 +74,12 @@ def trace(
 
     Where the model does not follow the motion, no effect is sought, and `failure` says so.
     """
-    data, failure = found.data, found.failure
-    if not failure:
-        try:
-            selection = _selected(found, told, stop, trying)
-        except FitFailedError as error:
-            failure = str(error)
-    if failure:
-        selection = Selection.nothing(attempt_of(found.fit, data.folds))
+    data = found.data
+    selection, failure = _selected(found, told, stop, trying)
     # Everything is decided: what was held out is looked at from here on.
     before = FinalModel.of(selection.before.fit, data)
     after = before if selection.after is selection.before else before.like_this(selection.after.fit)
-    without = [after.like_this(attempt.fit) for attempt in selection.without]
+    without = [_holdout_error(after, attempt.fit) for attempt in selection.without]
     completed = _completed(found, after.fit)
     length, _ = after.model.constants(after.fit.values)
     physical = completed.physical
@@ -107,19 +101,35 @@ def _selected(
     told: Callable[[str], None],
     stop: Callable[[], bool],
     trying: Callable[[str], None],
-) -> Selection:
-    data = found.data
-    return stepwise_selection(
-        found.fit,
-        data.folds,
-        float(np.sqrt(np.mean(data.noise**2))),
-        told,
-        stop,
-        found.balances,
-        data.scales.encoder_steps,
-        found.options.named_effects_only,
-        trying,
-    )
+) -> tuple[Selection, str]:
+    """Return the selection of effects, and why there is none, where the fit failed."""
+    data, failure = found.data, found.failure
+    if not failure:
+        try:
+            selected = stepwise_selection(
+                found.fit,
+                data.folds,
+                float(np.sqrt(np.mean(data.noise**2))),
+                told,
+                stop,
+                found.balances,
+                data.scales.encoder_steps,
+                found.options.named_effects_only,
+                trying,
+            )
+        except FitFailedError as error:
+            failure = str(error)
+        else:
+            return selected, ""
+    return Selection.nothing(attempt_of(found.fit, data.folds)), failure
+
+
+def _holdout_error(like: FinalModel, fit: Fit) -> float:
+    """Return the error of another model over what was held out [rad]; not a number where it cannot be computed."""
+    try:
+        return like.like_this(fit).holdout.rmse()
+    except (IdentificationError, np.linalg.LinAlgError):
+        return float("nan")
 
 
 def _errors(

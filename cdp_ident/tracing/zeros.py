@@ -30,7 +30,7 @@ def fit_zeros_by_trial(progress: Progress) -> None:
         InterruptedSelectionError: the selection is asked to stop.
     """
     current = progress.current
-    trials = {window.trial for fit in (current.fit, current.validation) for window in fit.windows}
+    trials = {window.trial for window in current.fit.windows}
     if len(trials) < 2 or current.model.zeros:
         return
     present = {active.effect.key for active in current.model.effects}
@@ -64,9 +64,8 @@ def largest_zeros(attempt: Attempt) -> list[float]:
 
 
 def _zeros_of(attempt: Attempt) -> Array:
-    """Return the zeros (trials, 2) of both encoders in the trials, those held out among them [rad]."""
-    validation = attempt.validation
-    return np.array([validation.values[validation.model.zero_places(trial)] for trial in validation.model.zeros])
+    """Return the zeros (trials, 2) of both encoders in the trials that are fitted [rad]."""
+    return np.array([attempt.fit.values[attempt.model.zero_places(trial)] for trial in attempt.model.zeros])
 
 
 def _with_zeros_by_trial(progress: Progress, attempt: Attempt) -> Attempt | None:
