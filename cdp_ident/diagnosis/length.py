@@ -17,7 +17,7 @@ _CLEARLY = 4.0
 """Standard deviations."""
 _ANOTHER = 0.2
 """Share of L by which a length is quite another one."""
-_NO_BALANCE = 0.5
+_NO_BALANCE = 0.3
 """Share of gravity's torque that is unexplained in no free swing: the strongest dry friction leaves a fifth."""
 
 _BESIDE_NOISE = 2.0

@@ -121,7 +121,7 @@ def estimate(
     objective = search_objective(windows, span, prior)
     lower, upper = prior.box
     best: Estimate | None = None
-    from_balance = None if balanced is None else refine_from_afar(model, model.beginning(balanced), windows)
+    from_balance = None if balanced is None else _begun_at_balance(model, balanced, windows)
     evaluations = 0
     for attempt in range(1, _MOST_SEARCHES + 1):
         search = genetic_search(objective, lower, upper, options, rng, stop)
@@ -140,3 +140,11 @@ def estimate(
         options = replace(options, generations=2 * options.generations)
     assert best is not None
     return replace(best, searches=attempt, evaluations=evaluations)
+
+
+def _begun_at_balance(model: MotionModel, groups: Array, windows: Sequence[Window]) -> Fit | None:
+    """Return the fit that begins at the groups (5,) of a balance of forces; None where they give no motion."""
+    try:
+        return refine_from_afar(model, model.beginning(groups), windows)
+    except IdentificationError:
+        return None

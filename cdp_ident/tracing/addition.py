@@ -49,7 +49,9 @@ def add_balanced(progress: Progress, balances: Sequence[ForceBalance]) -> None:
             keys = tuple(candidate.active.effect.key for candidate in chosen)
             if chosen and keys not in seen:
                 seen.add(keys)
-                refitted.append((chosen, progress.from_balance(current, balance.groups, chosen)))
+                attempt = progress.from_balance(current, balance.groups, chosen)
+                if attempt is not None:
+                    refitted.append((chosen, attempt))
     accepted = [attempt for _, attempt in refitted if earns_its_place(current, attempt)]
     if accepted:
         best = min(accepted, key=lambda attempt: change(current, attempt).bic)

@@ -189,8 +189,10 @@ class Progress:
             return None
         return attempt_of(fit, attempt.folds)
 
-    def from_balance(self, attempt: Attempt, groups: Array, candidates: Sequence[Candidate]) -> Attempt:
+    def from_balance(self, attempt: Attempt, groups: Array, candidates: Sequence[Candidate]) -> Attempt | None:
         """Return a model with more effects, refitted from the groups (5,) and strengths of a balance of forces.
+
+        None where it cannot be fitted.
 
         Raises:
             InterruptedSelectionError: the selection is asked to stop.
@@ -202,7 +204,11 @@ class Progress:
         for candidate in candidates:
             model = model.with_effect(candidate.active)
             values = np.concatenate([values, candidate.values])
-        return attempt_of(refine_from_afar(model, values, attempt.fit.windows), attempt.folds)
+        try:
+            return attempt_of(refine_from_afar(model, values, attempt.fit.windows), attempt.folds)
+        except (IdentificationError, np.linalg.LinAlgError) as error:
+            self.fail(f"what the balance of forces shows could not be fitted: {error}")
+            return None
 
     def finished(self, attempt: Attempt) -> Attempt:
         """Return a model that is taken, refined to the end."""

@@ -141,3 +141,9 @@ def test_the_search_does_not_see_windows_that_are_not_given_to_it():
 def test_segments_do_not_reach_from_one_trial_into_the_next():
     both = search_objective(cut_into_windows([TWIN, TWIN]), 20.0, PRIOR)(PHYSICAL[None])
     assert both == pytest.approx(2 * search_objective(WINDOWS, 20.0, PRIOR)(PHYSICAL[None]))
+
+
+def test_groups_of_a_balance_that_give_no_motion_leave_the_search_alone():
+    found = estimate(MODEL, WINDOWS, PRIOR, NOISE, np.random.default_rng(0), balanced=np.full(5, 1e150))
+    assert found.begun_at != "balance of forces"
+    assert found.fit.rmse() < NOISE

@@ -70,6 +70,12 @@ def test_a_balance_of_forces_gives_groups_and_strengths_to_begin_with(plain):
     assert found.fit.rmse() == pytest.approx(expected.fit.rmse(), rel=1e-3)
 
 
+def test_a_balance_of_forces_that_gives_no_motion_is_told_and_left_out(plain):
+    told = []
+    assert Progress(plain, 5e-4, told.append).from_balance(plain, np.full(5, 1e150), [SPRING]) is None
+    assert "what the balance of forces shows could not be fitted" in told[0]
+
+
 def test_a_selection_that_is_asked_to_stop_tries_nothing_more(plain):
     progress = Progress(plain, 5e-4, stop=lambda: True)
     with pytest.raises(InterruptedSelectionError):

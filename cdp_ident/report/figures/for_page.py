@@ -140,6 +140,7 @@ def _trace(mark: Mark, panel: Panel, arrays: Arrays) -> Json:
             "type": "bar", "orientation": "h", "x": _finite(mark.lengths), "y": list(mark.positions),
             "width": mark.thickness, "marker": {"color": _colour(mark.colour)},
             "text": [_literal(words) for words in mark.words], "textposition": "auto", "insidetextanchor": "end",
+            "textangle": 0, "constraintext": "none",
             "insidetextfont": {"color": _colour("ink" if mark.colour == "noise" else "surface")},
             "hovertemplate": "%{text}",
         }  # fmt: skip

@@ -33,8 +33,8 @@ _WIDTH = 6.5
 """Inches: the width of a page's text."""
 _PIXELS = 96.0
 """Of a panel's height in an inch."""
-_LEGEND_ROW = 0.22
-"""Inches."""
+_LEGEND_ROW, _LEGEND_LETTERS = 0.22, 100
+"""Height of a row [inches], and letters that it has room for; an entry's line takes eight."""
 _RESOLUTION = 150.0
 _SHAPES = {"circle": "o", "square": "s", "diamond": "D", "triangle": "^", "cross": "X", "star": "*"}
 _BEHIND_WORDS = {"facecolor": LIGHT["surface"], "linewidth": 0, "pad": 0.6}
@@ -69,8 +69,8 @@ def png_and_svg(figure: Figure) -> tuple[bytes, bytes]:
 def _drawn(figure: Figure) -> Canvas:
     heights = [panel.height for panel in figure.panels]
     legend = figure.legend()
-    rows = math.ceil(sum(len(label) + 8 for label, _, _ in legend) / 100) if legend else 0
-    below = _LEGEND_ROW * rows
+    columns = max(1, min(len(legend), _LEGEND_LETTERS // (max((len(label) for label, _, _ in legend), default=0) + 8)))
+    below = _LEGEND_ROW * math.ceil(len(legend) / columns)
     height = (sum(heights) + 40) / _PIXELS + below
     # The legend's place is kept by hand: matplotlib has had "outside lower center" since 3.7, Ubuntu 24.04 has 3.6.
     layout = ConstrainedLayoutEngine(rect=(0.0, below / height, 1.0, 1.0 - below / height))
@@ -81,8 +81,6 @@ def _drawn(figure: Figure) -> Canvas:
     canvas.suptitle(_literal(figure.title), fontsize=10, fontweight="bold")
     if legend:
         handles = [_handle(*entry) for entry in legend]
-        longest = max(len(label) for label, _, _ in legend)
-        columns = min(len(legend), max(1, 100 // (longest + 8)))
         canvas.legend(handles=handles, loc="lower center", ncols=columns, frameon=False)
     return canvas
 
