@@ -61,7 +61,6 @@ def png_and_svg(figure: Figure) -> tuple[bytes, bytes]:
         canvas = _drawn(figure)
         png, svg = io.BytesIO(), io.BytesIO()
         FigureCanvasAgg(canvas).print_figure(png, format="png", dpi=_RESOLUTION, metadata={"Software": None})
-        canvas.set_layout_engine("none")  # it has been laid out
         FigureCanvasSVG(canvas).print_figure(svg, format="svg", metadata={"Date": None, "Creator": None})
     return png.getvalue(), svg.getvalue()
 
@@ -82,6 +81,12 @@ def _drawn(figure: Figure) -> Canvas:
     if legend:
         handles = [_handle(*entry) for entry in legend]
         canvas.legend(handles=handles, loc="lower center", ncols=columns, frameon=False)
+    FigureCanvasAgg(canvas)
+    canvas.draw_without_rendering()
+    canvas.set_layout_engine("none")
+    for ax in axes:
+        # The last digits of a layout are chance's, and in the names of an SVG's parts.
+        ax.set_position([round(bound, 6) for bound in ax.get_position().bounds])
     return canvas
 
 
