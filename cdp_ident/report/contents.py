@@ -21,6 +21,7 @@ from cdp_ident.outside_text import shown
 from cdp_ident.report.outcome import Outcome
 from cdp_ident.report.provenance import versions
 from cdp_ident.report.schema import LONGEST_TEXT, SCHEMA
+from cdp_ident.report.validation import prediction_section, residuals_section
 from cdp_ident.report.verdict import verdict
 from cdp_ident.tracing.found_effects import FoundCurve
 from cdp_ident.tracing.trace import Trace
@@ -100,6 +101,8 @@ def _report(
             "description": outcome.trace.unexplained.description,
         },
         "verdict": verdict(outcome.trace),
+        "prediction": prediction_section(outcome),
+        "residuals": residuals_section(outcome),
         "selection": _selection(outcome.trace),
         "continuity": _continuity(completed),
         "repeatability": _repeatability(completed),
@@ -188,6 +191,8 @@ def _error(errors: Errors, windows: tuple[Window, ...]) -> Section:
         "rmse_theta2_rad": errors.rmse_theta2,
         "window_s": round(float(np.mean([window.duration for window in windows])), 3),
         "sse_free_run": errors.free_run,
+        "fit_theta1_percent": errors.fit_theta1,
+        "fit_theta2_percent": errors.fit_theta2,
     }
 
 

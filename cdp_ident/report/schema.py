@@ -10,6 +10,7 @@ from typing import Any, get_args
 from jsonschema import Draft202012Validator
 
 from cdp_ident.configuration.keys import KEYS
+from cdp_ident.diagnosis.prediction import POINTS as AHEAD
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.effect import Joint
 from cdp_ident.model.parameters import CONSTANTS, GROUPS, NOMINAL, SYMBOLS
@@ -53,8 +54,8 @@ def _list(items: Schema, about: str = "", most: int = _MOST) -> Schema:
     return {"type": "array", "description": about, "items": items, "maxItems": most}
 
 
-def _points(items: Schema, about: str) -> Schema:
-    return _list(items, about, POINTS) | {"minItems": POINTS}
+def _points(items: Schema, about: str, count: int = POINTS) -> Schema:
+    return _list(items, about, count) | {"minItems": count}
 
 
 def _finite(about: str = "") -> Schema:
@@ -101,6 +102,8 @@ _ERROR = _object(
     rmse_theta2_rad=_number("of the outer rod alone [rad]"),
     window_s=_finite("mean duration of the windows [s]"),
     sse_free_run=_number("Eq. (10): sum of squares, each trial simulated as a whole from its beginning [rad^2]"),
+    fit_theta1_percent=_number("NRMSE fit of the inner rod over all windows together, 100 where nothing is left [%]"),
+    fit_theta2_percent=_number("of the outer rod [%]"),
 )
 _ERRORS = _object(
     "over fitted motion, over the same predicted fold by fold, and over what neither fit nor choice has seen",
@@ -168,6 +171,39 @@ _EFFECT = _object(
     certainty=_one_of(get_args(Certainty), "how sure its name is"),
     also_possible=_list(
         _one_of(tuple(f"{effect.name} {effect.joint}" for effect in CATALOGUE)), "what could stand in its place"
+    ),
+)
+_PREDICTION = _object(
+    "error of the prediction, the larger one of both angles'",
+    median_rad=_points(_number(), "that half of the starts exceed [rad]", AHEAD),
+    upper_rad=_points(_number(), "that a quarter of the starts exceeds [rad]", AHEAD),
+    within=_list(
+        _object(
+            limit_deg=_finite("error up to which [degrees]"),
+            median_s=_finite("half of the starts are predicted so long, or longer [s]"),
+            longer=_flag("whether these are within it up to the horizon"),
+        ),
+        "for how long the model predicts",
+    ),
+)
+_CORRELATIONS = _object(
+    "correlation by lag",
+    values=_list(_number(), "from -1 to 1, lag by lag"),
+    bound=_number("within which all lags together are in 99 % of cases where there is no relation"),
+    related=_flag("whether one is beyond it"),
+)
+_WHITENESS = _object(
+    "of measured less simulated angles over what was held out",
+    white=_flag("whether neither angle's residuals are correlated in time"),
+    theta1=_CORRELATIONS | {"description": "with itself, from lag 0 on"},
+    theta2=_CORRELATIONS | {"description": "with itself, from lag 0 on"},
+    crosswise=_CORRELATIONS | {"description": "of theta1 with theta2 later; lag 0, in the middle, does not count"},
+    cart=_or_null(
+        _object(
+            "of the cart's acceleration with the angles later, lag 0 in the middle; null where it is at rest",
+            theta1=_CORRELATIONS,
+            theta2=_CORRELATIONS,
+        )
     ),
 )
 _KINDS = {bool: _flag, int: _count, float: _number, str: _text}
@@ -238,6 +274,24 @@ REPORT: Schema = {
             description=_text("where it is"),
         ),
         verdict=_text("the result in one sentence"),
+        prediction=_or_null(
+            _object(
+                "how far ahead the models predict, told the measured angles up to a start; null where trials are short",
+                unseen=_flag("whether in trials that neither fit nor choice has seen"),
+                starts=_count("from how many instants"),
+                told_s=_finite("length of the motion before a start to which its state is fitted [s]"),
+                horizon_s=_finite("how far ahead is predicted [s]"),
+                time_s=_points(_finite(), "since the start [s]", AHEAD),
+                before=_PREDICTION,
+                after=_PREDICTION,
+            )
+        ),
+        residuals=_object(
+            "what is left in the residuals beside noise",
+            interval_s=_finite("from one lag to the next [s]"),
+            before=_WHITENESS,
+            after=_WHITENESS,
+        ),
         selection=_object(
             "what was tried at each step of the selection of effects, and what came of it",
             interrupted=_flag(),

@@ -10,7 +10,7 @@ from rich.text import Text
 from cdp_ident.model.parameters import GROUPS
 from cdp_ident.report.contents import Section
 from cdp_ident.report.formatting import CERTAINTY, interval, milliradians, number, unit, with_std
-from cdp_ident.report.wording import STAGES, how_determined, nominal_value
+from cdp_ident.report.wording import STAGES, how_determined, nominal_value, validation_words
 
 
 def print_report(console: Console, report: Section) -> None:
@@ -31,6 +31,7 @@ def _parts(report: Section) -> Iterator[RenderableType]:
     yield _physical(report)
     yield _groups(report)
     yield _errors(report)
+    yield _sentences("Validation", validation_words(report))
     if report["effects"]:
         yield _effects(report["effects"])
     yield _sentences("What the trials determine", report["identifiability"]["words"])

@@ -1,12 +1,15 @@
 """What several forms of a report say in the same words, and the few numbers that they derive from it."""
 
+from collections.abc import Callable, Iterator
+from typing import Literal
+
 import numpy as np
 
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.effect import SensorEffect
 from cdp_ident.model.parameters import CONSTANTS, GROUPS, SYMBOLS, groups_of
 from cdp_ident.report.contents import Section
-from cdp_ident.report.formatting import CERTAINTY
+from cdp_ident.report.formatting import CERTAINTY, number, per_cent
 
 _OF_ENCODERS = frozenset(effect.name for effect in CATALOGUE if isinstance(effect, SensorEffect))
 STAGES = {"nominal": "nominal values", "search": "after the search", "refined": "refined"}
@@ -70,3 +73,68 @@ def noise_floor(report: Section) -> float:
 def short_name(symbol: str) -> str:
     """Write a group's symbol as the fraction that it stands for, and a parameter of an effect in words."""
     return key_words(symbol) if "." in symbol else symbol.replace("_over_", "/")
+
+
+def before_and_after(report: Section, words: Callable[[Literal["before", "after"]], str]) -> str:
+    """Write something of the paper's model and, where effects were found, of the model with them."""
+    return f"{words('before')} -> {words('after')}" if report["effects"] else words("before")
+
+
+def predicted_for(report: Section, limit: int) -> str:
+    """Say for how long the models predict within one of the limits, by its place, in seconds without the unit."""
+
+    def lasts(model: Literal["before", "after"]) -> str:
+        within = report["prediction"][model]["within"][limit]
+        return f"{'≥ ' if within['longer'] else ''}{number(within['median_s']):.3g}"
+
+    return before_and_after(report, lasts)
+
+
+def validation_words(report: Section) -> list[str]:
+    """Say how the models do where control engineers look: fit in per cent, prediction, and residuals."""
+    return [_fit_words(report), *_prediction_words(report), *_residual_words(report)]
+
+
+def _fit_words(report: Section) -> str:
+    def fit(angle: str) -> str:
+        key = f"fit_{angle}_percent"
+        return before_and_after(report, lambda model: per_cent(report[model]["error"]["holdout"][key]))
+
+    said = ", ".join(f"{angle} {fit(angle)} %" for angle in ("theta1", "theta2"))
+    return f"fit over held-out windows (NRMSE, as of MATLAB's compare): {said}"
+
+
+def _prediction_words(report: Section) -> Iterator[str]:
+    ahead = report["prediction"]
+    if ahead is None:
+        return
+    said = (
+        f"within {within['limit_deg']:.3g}° for {predicted_for(report, place)} s"
+        for place, within in enumerate(ahead["before"]["within"])
+    )
+    where = "in held-out trials" if ahead["unseen"] else "in the trials, fitted motion among it"
+    yield (
+        f"told {ahead['told_s']:.2g} s of motion, the model predicts what follows {', '.join(said)} (the median of "
+        f"{ahead['starts']} starts {where})"
+    )
+
+
+def _residual_words(report: Section) -> Iterator[str]:
+    found = report["residuals"]["after"]
+    if found["white"]:
+        yield "residuals over held-out windows: white"
+    else:
+        said = " and ".join(
+            f"{_most(found[angle]):.2f} in {angle} (chance: {number(found[angle]['bound']):.2f})"
+            for angle in ("theta1", "theta2")
+            if found[angle]["related"]
+        )
+        yield f"residuals over held-out windows are correlated in time, by up to {said}"
+    if found["crosswise"]["related"]:
+        yield "those of the two angles are correlated with each other"
+    if found["cart"] and any(of["related"] for of in found["cart"].values()):
+        yield "they have to do with the cart's acceleration: the model lacks a part of its effect"
+
+
+def _most(correlations: Section) -> float:
+    return max(abs(number(value)) for value in correlations["values"][1:])

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from cdp_ident.report.figures.palette import Colour
 
 Array = npt.NDArray[np.float64]
-Place = Literal["errors", "motion", "paper", "selection", "torques", "parameters", "compare"]
+Place = Literal["errors", "motion", "validation", "paper", "selection", "torques", "parameters", "compare"]
 
 
 _MOST_WRITTEN = 9

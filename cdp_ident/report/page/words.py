@@ -2,11 +2,13 @@
 
 import math
 import shlex
+from collections.abc import Iterator
 from typing import Any
 
 from cdp_ident.model.parameters import CONSTANTS, GROUPS, PARAMETERS
 from cdp_ident.report.contents import Section
-from cdp_ident.report.formatting import interval, milliradians, number, unit, with_std
+from cdp_ident.report.figures.models import models
+from cdp_ident.report.formatting import interval, milliradians, number, per_cent, unit, with_std
 from cdp_ident.report.wording import (
     action_words,
     effect_title,
@@ -15,7 +17,9 @@ from cdp_ident.report.wording import (
     noise_floor,
     nominal_groups,
     nominal_value,
+    predicted_for,
     short_name,
+    validation_words,
 )
 
 Row = tuple[str, ...]
@@ -29,6 +33,7 @@ def words(report: Section) -> dict[str, Any]:
         "command": _command(report),
         "role": role,
         "sentence": sentence,
+        "validation": validation_words(report),
         "rows": {
             "effects": _effects(report),
             "also_possible": _also_possible(report),
@@ -37,6 +42,7 @@ def words(report: Section) -> dict[str, Any]:
             "groups": _groups(report),
             "physical": _physical(report),
             "repeatability": _repeatability(report),
+            "fit": _fit(report),
             "trials": _trials(report),
             "checksums": [
                 (bag, file, digest)
@@ -72,6 +78,7 @@ def _numbers(report: Section) -> list[Row]:
     return [
         (f"error held out, over {window:.2g} s", *change("holdout")),
         ("error fitted", *change("fit")),
+        *_predicted(report),
         ("the encoders' noise", f"{1e3 * noise_floor(report):.3g}", "mrad"),
         (
             "effects found",
@@ -80,6 +87,20 @@ def _numbers(report: Section) -> list[Row]:
         ),
         ("Eq. (10), held out", _squared_errors(report), "rad²"),
     ]
+
+
+def _predicted(report: Section) -> Iterator[Row]:
+    if report["prediction"]:
+        limit = report["prediction"]["before"]["within"][0]["limit_deg"]
+        yield f"predicts within {limit:.3g}° for", predicted_for(report, 0).replace("->", "→"), "s"
+
+
+def _fit(report: Section) -> list[Row]:
+    def fits(error: Section) -> Iterator[str]:
+        for role in ("holdout", "validation", "fit"):
+            yield " and ".join(per_cent(error[role][f"fit_{angle}_percent"]) for angle in ("theta1", "theta2"))
+
+    return [(model.label, *fits(report[model.key]["error"])) for model in models(report)]
 
 
 def _squared_errors(report: Section) -> str:
