@@ -139,7 +139,7 @@ def predicted(final: Fit, data: Data, plan: Plan) -> Prediction | None:
         fitted = fit_initial_states(final.model, final.values, seen)
     except IdentificationError:
         return None
-    time: Array = np.linspace(0.0, plan.horizon, POINTS)
+    time = plan.horizon * np.arange(POINTS) / (POINTS - 1)
     grown, lasted = [], []
     for start, window in zip(plan.starts, fitted.windows, strict=True):
         trial = data.trials[start.trial]

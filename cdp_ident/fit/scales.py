@@ -115,12 +115,12 @@ def scales_of(
             f"no trial has {FEWEST} samples and lasts {unit:.2f} s, the time unit of a rig with L = {length:g} m"
         )
     motions = [_liveliest(trial, unit) for trial in usable]
-    paces = [_pace(motion) for motion in motions]
+    paces = [pace_of(motion) for motion in motions]
     pace = max(paces)
     faster = max(1.0, pace * unit / PACE)
     spacing = float(np.median(np.concatenate([np.diff(trial.time) for trial in usable])))
     speed = max(float(np.sqrt(np.mean(motion.rates[0][motion.known][:, :2] ** 2))) for motion in motions)
-    half_width = _half_width(spacing, float(np.sqrt(np.mean(noise**2))), speed, pace, unit)
+    half_width = half_width_of(spacing, float(np.sqrt(np.mean(noise**2))), speed, pace, unit)
     shortest = max(SHORTEST_PIECE * unit / faster, SHORTEST_PIECE_SAMPLES * spacing)
     window = WINDOW * unit
     if groups is not None:
@@ -163,7 +163,8 @@ def smooth_on_grid(time: Array, theta: Array, unit: float) -> SmoothMotion:
     return smooth(time, theta, GRID * unit, 0, np.random.default_rng(0))
 
 
-def _pace(motion: SmoothMotion) -> float:
+def pace_of(motion: SmoothMotion) -> float:
+    """Return how fast a motion goes: the larger of its speed and the root of its acceleration [1/s]."""
     rates = motion.rates[0][:, :2]
     speeds = np.abs(rates)[motion.known]
     accelerations = np.abs(np.gradient(rates, motion.spacing, axis=0))[motion.known]
@@ -172,7 +173,7 @@ def _pace(motion: SmoothMotion) -> float:
     return float(max(np.quantile(speeds, _LIVELY), np.sqrt(np.quantile(accelerations, _LIVELY))))
 
 
-def _half_width(spacing: float, noise: float, speed: float, pace: float, unit: float) -> float:
+def half_width_of(spacing: float, noise: float, speed: float, pace: float, unit: float) -> float:
     """Return the half width h [s] of local cubics with the least error of the velocity.
 
     Its noise has the variance 75/8 noise^2 spacing / h^3 (Savitzky and Golay, Anal. Chem. 36, 1964), and a fifth

@@ -18,6 +18,7 @@ from cdp_ident.fit.physical import PhysicalValues
 from cdp_ident.fit.windows import Window
 from cdp_ident.model.parameters import CONSTANTS, GROUPS, PARAMETERS
 from cdp_ident.outside_text import shown
+from cdp_ident.report.next_trial import next_trial_section
 from cdp_ident.report.outcome import Outcome
 from cdp_ident.report.provenance import versions
 from cdp_ident.report.schema import LONGEST_TEXT, SCHEMA
@@ -103,6 +104,7 @@ def _report(
         "verdict": verdict(outcome.trace),
         "prediction": prediction_section(outcome),
         "residuals": residuals_section(outcome),
+        "next_trial": next_trial_section(outcome),
         "selection": _selection(outcome.trace),
         "continuity": _continuity(completed),
         "repeatability": _repeatability(completed),

@@ -26,6 +26,8 @@ LONGEST_TEXT = 4000
 _LARGEST = 1e300
 _MOST = 1000
 """Trials, effects, warnings and the like."""
+MOST_STARTS = 361
+"""Angles of a map of starts, either way."""
 _MOST_GENERATIONS = _MOST_OUTLIERS = 1_000_000
 
 
@@ -206,6 +208,29 @@ _WHITENESS = _object(
         )
     ),
 )
+_ANGLES = _list(_finite(), "from hanging, positive towards +x [rad]", MOST_STARTS)
+_ADVICE = _object(
+    "the start that tells most of something",
+    **{"for": _text("what it tells of: `all` groups, an unknown, or an effect by its label")},
+    against=_or_null(_text("name and joint of the effect that it tells that one from")),
+    inner_rad=_finite("where to hold the inner rod, from hanging, positive towards +x [rad]"),
+    outer_rad=_finite("where to hold the outer rod, from hanging, positive towards +x [rad]"),
+    expected=_number(
+        "share of their width to which intervals fall (geometric mean); of two effects, standard deviations between "
+        "them; the median over what a hand may miss the start by"
+    ),
+    worst=_number("the worst of the same"),
+    names=_list(_text(), "the unknowns that it tells of"),
+    std_now=_list(_number(), "their standard deviations"),
+    std_then=_list(_number(), "the same after a trial that begins exactly there"),
+    deviations_now=_number("standard deviations between the two effects in the trials that there are"),
+    map=_object(
+        "the same as `expected` for each start, were it met exactly",
+        inner_rad=_ANGLES,
+        outer_rad=_ANGLES,
+        values=_list(_list(_number(), "by the outer rod's", MOST_STARTS), "by the inner rod's angle", MOST_STARTS),
+    ),
+)
 _KINDS = {bool: _flag, int: _count, float: _number, str: _text}
 _REQUIRED_OPTIONS = (*(constant.symbol for constant in CONSTANTS), *(f"nominal.{symbol}" for symbol in SYMBOLS))
 assert {*SYMBOLS, "L", "g"} == set(NOMINAL)
@@ -291,6 +316,22 @@ REPORT: Schema = {
             interval_s=_finite("from one lag to the next [s]"),
             before=_WHITENESS,
             after=_WHITENESS,
+        ),
+        next_trial=_or_null(
+            _object(
+                "which trial to record next; null where the fit failed",
+                assumed=_object(
+                    "of the next trial: recorded and fitted as those before",
+                    noise_rad=_finite("standard deviation of an angle, were all angles independent [rad]"),
+                    duration_s=_finite("of the free swing [s]"),
+                    interval_s=_finite("between samples, as they are fitted [s]"),
+                    window_s=_finite("length of the windows; 0 for as long as the motion can be followed [s]"),
+                    shortest_window_s=_finite("[s]"),
+                    half_width_s=_finite("of the local cubics that estimate the windows' initial states [s]"),
+                    step_s=_finite("of the integrator [s]"),
+                ),
+                advice=_list(_ADVICE, "for what could be another effect, all groups, and each effect's strength"),
+            )
         ),
         selection=_object(
             "what was tried at each step of the selection of effects, and what came of it",

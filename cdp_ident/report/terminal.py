@@ -10,7 +10,7 @@ from rich.text import Text
 from cdp_ident.model.parameters import GROUPS
 from cdp_ident.report.contents import Section
 from cdp_ident.report.formatting import CERTAINTY, interval, milliradians, number, unit, with_std
-from cdp_ident.report.wording import STAGES, how_determined, nominal_value, validation_words
+from cdp_ident.report.wording import STAGES, advice_words, how_determined, nominal_value, validation_words
 
 
 def print_report(console: Console, report: Section) -> None:
@@ -37,6 +37,8 @@ def _parts(report: Section) -> Iterator[RenderableType]:
     yield _sentences("What the trials determine", report["identifiability"]["words"])
     if report["repeatability"]:
         yield _repeatability(report["repeatability"], report["after"]["groups"])
+    if report["next_trial"]:
+        yield _sentences("Which swing next (angles from hanging, positive towards +x)", advice_words(report))
     warnings = [warning["message"] for warning in report["warnings"]]
     if warnings:
         yield _sentences("Warnings", warnings)

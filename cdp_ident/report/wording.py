@@ -5,6 +5,7 @@ from typing import Literal
 
 import numpy as np
 
+from cdp_ident.design.survey import HAND
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.effect import SensorEffect
 from cdp_ident.model.parameters import CONSTANTS, GROUPS, SYMBOLS, groups_of
@@ -138,3 +139,39 @@ def _residual_words(report: Section) -> Iterator[str]:
 
 def _most(correlations: Section) -> float:
     return max(abs(number(value)) for value in correlations["values"][1:])
+
+
+def advice_title(advice: Section) -> str:
+    """Say what a trial is to tell of."""
+    if advice["against"]:
+        return f"{key_words(advice['for'])}, or {key_words(advice['against'].replace(' ', '.'))}"
+    return "all groups" if advice["for"] == "all" else short_name(advice["for"])
+
+
+def advice_words(report: Section) -> list[str]:
+    """Say which trial to record next, for each purpose, and what it would bring."""
+    found = report["next_trial"]
+    return [one_advice(advice) for advice in found["advice"]] if found else []
+
+
+def one_advice(advice: Section) -> str:
+    """Say from where to let go for one purpose, and what that would bring."""
+    start = f"let go with the inner rod {_held(advice['inner_rad'])} and the outer rod {_held(advice['outer_rad'])}"
+    if advice["against"]:
+        gained = (
+            f"the two are then {number(advice['expected']):.2g} standard deviations apart, now "
+            f"{number(advice['deviations_now']):.2g}"
+        )
+    else:
+        several = len(advice["names"]) > 1
+        share = f"{100 * number(advice['expected']):.2g} % of what {'they are' if several else 'it is'}"
+        share += f" ({100 * number(advice['worst']):.2g} % at worst, where the hand misses by {HAND:.0f}°)"
+        gained = f"{'their intervals fall' if several else 'its interval falls'} to {share}"
+        if any(std is None for std in advice["std_now"]):
+            gained = f"{'they are' if several else 'it is'} determined then"
+    return f"{advice_title(advice)}: {start}: {gained}"
+
+
+def _held(from_hanging: float) -> str:
+    angle = round(float(np.degrees(from_hanging)))
+    return "upright" if abs(angle) == 180 else f"at {angle:+d}°" if angle else "hanging"

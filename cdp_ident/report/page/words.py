@@ -11,6 +11,7 @@ from cdp_ident.report.figures.models import models
 from cdp_ident.report.formatting import interval, milliradians, number, per_cent, unit, with_std
 from cdp_ident.report.wording import (
     action_words,
+    advice_words,
     effect_title,
     how_determined,
     key_words,
@@ -34,6 +35,7 @@ def words(report: Section) -> dict[str, Any]:
         "role": role,
         "sentence": sentence,
         "validation": validation_words(report),
+        "advice": advice_words(report),
         "rows": {
             "effects": _effects(report),
             "also_possible": _also_possible(report),
