@@ -1,6 +1,7 @@
 """How the documents become a site: `make docs`."""
 
 import sys
+import xml.etree.ElementTree as ET
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
@@ -8,7 +9,7 @@ sys.path.insert(0, str(ROOT))
 
 project = "cdp_ident"
 author = "cdp_ident maintainers"
-version = release = "0.1.0"
+version = release = ET.parse(ROOT / "package.xml").findtext("version")
 
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
 html_theme = "furo"
