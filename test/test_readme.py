@@ -40,6 +40,7 @@ def test_the_configuration_is_accepted(tmp_path):
 
 def test_every_executable_stands_in_the_table():
     assert set(re.findall(r"(?m)^\| `(\w+)` \|", README)) == set(EXECUTABLES)
+    assert set(re.findall(r"(?m)^```\{command-help\} (\w+)$", page("reference/commands.md"))) == set(EXECUTABLES)
 
 
 def test_bad_input_is_answered_as_printed(capsys, monkeypatch):
