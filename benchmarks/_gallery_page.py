@@ -16,7 +16,7 @@ class Entry:
 
     kind: str
     hidden: str
-    """Strength in the picture, with how visible it is over the noise."""
+    """Strength at which it was looked for at first, with how visible it is over the noise."""
     found: tuple[str, ...]
     """Keys of what was found there, with how sure each name is."""
     before: float
@@ -32,6 +32,20 @@ class Entry:
     """Strengths at which it was found."""
     lost_at: tuple[str, ...]
     """Strengths at which it was not, or why there is no result."""
+
+
+@dataclass(frozen=True)
+class Strengths:
+    """How visible effects are, over the noise."""
+
+    drawn: float
+    """In pictures."""
+    strong: float
+    """When they are looked for at first."""
+    weaker: float
+    """At the second time."""
+    weakest: float
+    """At the last."""
 
 
 _NAMES = {
@@ -112,17 +126,18 @@ may be. The page is made by `python -m benchmarks.gallery`.
 with 0.3 mrad of noise, which makes {noise:.2g} mrad in the absolute angles. Two swings of 12 s are fitted, a third is
 held out. One effect is hidden at a time, by `reference/`, which shares no code with the package.
 
-**Pictures** are made with an effect that is {strong:g} times as visible as the noise. *Visible* is the root mean
-square by which it moves the angles beyond what other parameters and other initial states could imitate over 2.5 s.
-Vermilion is the paper's model, fitted; blue is the model with what was found. Left: measured less simulated angles
-over windows of one swing (theta1 pale, theta2 strong). Middle and right: the missing torque of the joint, averaged in
-bins over speed and over angle; errors of encoders and what happens once are no torques that last.
+**Pictures** show what the paper's model leaves, fitted to the swings of a rig whose effect is {of.drawn:g} times as
+visible as the noise. *Visible* is the root mean square by which it moves the angles beyond what other parameters and
+other initial states could imitate over 2.5 s. Left: measured less simulated angles over the windows of one swing,
+theta1 pale, theta2 strong; the grey band is the noise. Middle and right: the missing torque of the joint, averaged in
+bins over speed and over angle (not for errors of encoders and for what happens once, which are no lasting torques).
 
-**Strengths**: each effect is hidden again at {weaker[0]:g} times the noise, and then at half as much each time, down
-to {weaker[1]:g}, until it is not found any more; where it is not found at first, at 1.6 and 3.2 times. The weakest
-strength is thus known within a factor of two, for this rig and one draw of the noise, unless even the weakest one
-tried was found. *Found* means that the effect's name, or one that is the same motion, is in the result as *named* or
-*probable* (of a torque without a name: that it is in the result).
+**Strengths**: each effect is hidden at {of.strong:g} times the noise and looked for. It is hidden again at
+{of.weaker:g}, and then at half as much each time, down to {of.weakest:g}, until it is not found any more; where
+{of.weaker:g} is too weak already, at 1.6 and 3.2. The weakest strength is thus known within a factor of two, for this
+rig and one draw of the noise; where nothing stands under *not found at*, nothing weaker was tried. *Found* means that
+the effect's name, or one that is the same motion, is in the result as *named* or *probable* (of a torque without a
+name: that it is in the result).
 
 """
 
@@ -133,10 +148,10 @@ def read_entries(path: Path) -> list[Entry]:
     return [Entry(**{name: _tuples(value) for name, value in entry.items()}) for entry in found]
 
 
-def page(entries: Sequence[Entry], strong: float, weaker: tuple[float, ...]) -> str:
-    """Return the page; `strong` is how visible the effects are in the pictures, `weaker` in the trials after these."""
+def page(entries: Sequence[Entry], strengths: Strengths) -> str:
+    """Return the page."""
     noise = max(entry.noise for entry in entries)
-    text = _HEAD.format(noise=noise, strong=strong, weaker=(weaker[0], weaker[-1])) + _table(entries)
+    text = _HEAD.format(noise=noise, of=strengths) + _table(entries)
     names = dict.fromkeys(effect.name for effect in CATALOGUE)
     for name in names:
         forms = [effect for effect in CATALOGUE if effect.name == name]

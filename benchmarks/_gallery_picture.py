@@ -1,7 +1,7 @@
-"""Pictures of the gallery: what the paper's model leaves when one effect is missing, and what the found one leaves."""
+"""Pictures of the gallery: what the paper's model leaves when one effect is missing."""
 
 import io
-from collections.abc import Mapping
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import matplotlib
@@ -13,8 +13,8 @@ from matplotlib.figure import Figure
 
 Array = npt.NDArray[np.float64]
 
-COLOURS = {"before": "#d55e00", "after": "#3a8fc4"}
-"""Of Okabe and Ito, light enough for a dark page and dark enough for a light one."""
+COLOUR = "#d55e00"
+"""Of Okabe and Ito, seen on a light page and on a dark one."""
 GREY = "#808a94"
 _SETTINGS = {
     "font.size": 7.5,
@@ -35,12 +35,14 @@ _BINS = 20
 
 @dataclass(frozen=True)
 class Shown:
-    """The curves of a picture; each with the paper's model (`before`) and with what was found (`after`)."""
+    """The curves of a picture: what the paper's model leaves."""
 
     joint: str
-    residuals: Mapping[str, tuple[Array, Array]]
-    """Times (n,) [s], and measured less simulated theta1, theta2 (n, 2) [mrad]."""
-    torques: Mapping[str, tuple[Array, Array, Array]] | None
+    noise: float
+    """Of the measured angles [mrad]."""
+    windows: Sequence[tuple[Array, Array]]
+    """Of each window, times (n,) [s], and measured less simulated theta1, theta2 (n, 2) [mrad]."""
+    torque: tuple[Array, Array, Array] | None
     """The joint's speed [rad/s], its angle [rad], and the missing torque [mN m], (n,) each; None where what is missing
     is no torque that lasts."""
 
@@ -50,17 +52,17 @@ def picture(shown: Shown) -> bytes:
     with matplotlib.rc_context(_SETTINGS):
         figure = Figure(figsize=(8.2, 1.9), layout="constrained")
         left, middle, right = figure.subplots(1, 3, width_ratios=[1.6, 1.0, 1.0])
-        for name, (time, angles) in shown.residuals.items():
-            every = max(1, len(time) // _MOST)
-            left.plot(time[::every], angles[::every, 0], color=COLOURS[name], linewidth=0.6, alpha=0.6)
-            left.plot(time[::every], angles[::every, 1], color=COLOURS[name], linewidth=0.8)
+        left.axhspan(-shown.noise, shown.noise, color=GREY, alpha=0.35, linewidth=0)
+        every = max(1, sum(len(time) for time, _ in shown.windows) // _MOST)
+        for time, angles in shown.windows:
+            left.plot(time[::every], angles[::every, 0], color=COLOUR, linewidth=0.7, alpha=0.5)
+            left.plot(time[::every], angles[::every, 1], color=COLOUR, linewidth=1.0)
         _label(left, "time [s]", "residual [mrad]")
         for axes, column, unit in ((middle, 0, "speed, {} joint [rad/s]"), (right, 1, "angle, {} joint [rad]")):
-            if shown.torques is None:
+            if shown.torque is None:
                 axes.remove()
                 continue
-            for name, curves in shown.torques.items():
-                axes.plot(*_mean(curves[column], curves[2]), color=COLOURS[name], linewidth=1.2)
+            axes.plot(*_mean(shown.torque[column], shown.torque[2]), color=COLOUR, linewidth=1.2)
             _label(axes, unit.format(shown.joint), "missing torque [mN m]")
         stream = io.BytesIO()
         FigureCanvasSVG(figure).print_figure(

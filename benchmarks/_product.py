@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from cdp_ident.diagnosis.identification import Identification
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.prior import Prior
 from cdp_ident.pipeline.identify import identify
@@ -39,11 +40,16 @@ class Found:
     """Keys of torques that were found and have no name."""
 
 
-def traced(truth: Truth) -> Trace:
-    """Identify a truth's rig from its first trials, and trace what is left to effects."""
+def identified(truth: Truth) -> Identification:
+    """Identify the paper's model from a truth's first trials."""
     trials = _trials(truth.trials)
     options = IdentifyOptions(prior=Prior(nominal=truth.setting.nominal))
-    return trace(identify(trials[:FIT_TRIALS], trials[FIT_TRIALS:], options))
+    return identify(trials[:FIT_TRIALS], trials[FIT_TRIALS:], options)
+
+
+def traced(truth: Truth) -> Trace:
+    """Identify a truth's rig from its first trials, and trace what is left to effects."""
+    return trace(identified(truth))
 
 
 def found(truth: Truth) -> Found:

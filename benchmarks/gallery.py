@@ -16,9 +16,9 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks._gallery_page import Entry, page, read_entries
+from benchmarks._gallery_page import Entry, Strengths, page, read_entries
 from benchmarks._gallery_picture import Shown, picture
-from benchmarks._product import answer_of, traced
+from benchmarks._product import answer_of, identified, traced
 from benchmarks._scores import score
 from benchmarks._workers import each
 from cdp_ident.tracing.torque_residual import torque_residual
@@ -31,8 +31,10 @@ from reference.truths import Truth, truth
 
 KINDS = (*SINGLE, "rotor_inertia.outer", "magnet.inner", "magnet.outer", "partial_rub.inner", "partial_rub.outer")
 """What is hidden: each effect that the catalogue names, and two torques without a name."""
-STRONG = 6.4
+DRAWN = 20.0
 """How visible an effect is in its picture, over the noise."""
+STRONG = 6.4
+"""How visible it is when it is looked for at first."""
 WEAKER = (0.8, 0.4)
 """How visible it is then, until it is not found any more."""
 STRONGER = (1.6, 3.2)
@@ -61,8 +63,6 @@ class Result:
     """What came of one kind."""
 
     entry: Entry
-    drawing: bytes = b""
-    """Of its picture; empty where there is no result."""
     lines: tuple[str, ...] = field(default=())
     """What was found at each strength, in words."""
 
@@ -71,21 +71,19 @@ def examine(kind: str) -> Result:
     """Hide one effect in the rig at falling strengths, and have it looked for."""
     strong = truth(kind, 1, visible=STRONG, setting=RIG)
     trace = traced(strong)
-    first = score(strong, answer_of(trace), 0.0)
-    lines = [first.line]
+    lines: list[str] = []
     found_at: list[str] = []
     lost_at: list[str] = []
 
     def is_found(made: Truth, by: Trace) -> bool:
         recognised = _recognised(made, by)
         (found_at if recognised else lost_at).append(_strength(made))
+        lines.append(score(made, answer_of(by), 0.0).line)
         return recognised
 
     def is_found_at(visible: float) -> bool:
         weaker = truth(kind, 1, visible=visible, setting=RIG)
-        again = traced(weaker)
-        lines.append(score(weaker, answer_of(again), 0.0).line)
-        return is_found(weaker, again)
+        return is_found(weaker, traced(weaker))
 
     if is_found(strong, trace):
         lost = next((visible for visible in WEAKER if not is_found_at(visible)), None)
@@ -103,7 +101,32 @@ def examine(kind: str) -> Result:
         found_at=tuple(found_at),
         lost_at=tuple(lost_at),
     )
-    return Result(entry, picture(_shown(strong, trace)), tuple(lines))
+    return Result(entry, tuple(lines))
+
+
+def draw(kind: str) -> tuple[str, bytes]:
+    """Return a kind, and the picture of what the paper's model leaves when its effect is missing."""
+    made = truth(kind, 1, visible=DRAWN, setting=RIG)
+    (hidden,) = made.hidden
+    trial = hidden.effect.trial or 0
+    column = 1 if hidden.effect.joint == "outer" else 0
+    fit = identified(made).fit
+    parts = [(w.begin + w.time, left) for w, left in zip(fit.windows, fit.residuals, strict=True) if w.trial == trial]
+    lasts = hidden.effect.in_plant is not None and hidden.effect.trial is None
+    missing = torque_residual(fit) if lasts else None
+    shown = Shown(
+        joint=("inner", "outer")[column],
+        noise=_milliradians(made.floor),
+        windows=tuple((time, 1e3 * left) for time, left in parts),
+        torque=None
+        if missing is None
+        else (
+            missing.speed[:, column],
+            np.remainder(missing.angle[:, column] + math.pi, 2.0 * math.pi) - math.pi,
+            1e3 * _inertia(made) * missing.torque[:, column],
+        ),
+    )
+    return kind, picture(shown)
 
 
 def _milliradians(error: float) -> float:
@@ -140,36 +163,6 @@ def _rivals(found: Trace) -> tuple[tuple[str, float], ...]:
     return tuple(sorted(best.items(), key=lambda pair: pair[1])[:3])
 
 
-def _shown(made: Truth, found: Trace) -> Shown:
-    (hidden,) = made.hidden
-    trial = hidden.effect.trial or 0
-    column = 1 if hidden.effect.joint == "outer" else 0
-    fits = {"before": found.before.fit, "after": found.after.fit}
-    residuals = {
-        name: (
-            np.concatenate([w.begin + w.time for w in fit.windows if w.trial == trial]),
-            np.concatenate([r for w, r in zip(fit.windows, fit.residuals, strict=True) if w.trial == trial]),
-        )
-        for name, fit in fits.items()
-    }
-    torques = {name: torque_residual(fit) for name, fit in fits.items()}
-    to_newtons = 1e3 * _inertia(made)
-    return Shown(
-        joint=("inner", "outer")[column],
-        residuals={name: (time, 1e3 * left) for name, (time, left) in residuals.items()},
-        torques=None
-        if hidden.effect.in_plant is None or hidden.effect.trial is not None
-        else {
-            name: (
-                t.speed[:, column],
-                np.remainder(t.angle[:, column] + math.pi, 2.0 * math.pi) - math.pi,
-                to_newtons * t.torque[:, column],
-            )
-            for name, t in torques.items()
-        },
-    )
-
-
 def _inertia(made: Truth) -> float:
     v = made.setting.values
     return float(v["m1"] * v["l1"] ** 2 + v["J1"] + (v["m2"] + v["m0"]) * v["L"] ** 2)
@@ -179,23 +172,27 @@ def _failed(kind: str, why: str) -> Result:
     return Result(Entry(kind, "", (), 0.0, 0.0, 0.0, (), (), (), (why,)))
 
 
+def _not_drawn(kind: str, why: str) -> tuple[str, bytes]:
+    raise RuntimeError(f"{kind} could not be drawn: {why}")
+
+
 def main(arguments: Sequence[str] = ()) -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.gallery")
     parser.add_argument("--kinds", default="", help="look at these only, and write nothing")
-    parser.add_argument("--page", action="store_true", help="write the page anew from what was found before")
+    parser.add_argument("--draw", action="store_true", help="make pictures and page anew from what was found before")
     parser.add_argument("--jobs", type=int, default=len(os.sched_getaffinity(0)), help="processes, of one core each")
     options = parser.parse_args(arguments)
-    if not options.page:
+    if not options.draw:
         results = _examined(options.kinds.split(",") if options.kinds else KINDS, options.jobs)
         if options.kinds:
             return
         PICTURES.mkdir(exist_ok=True)
-        for kind, result in results.items():
-            if result.drawing:
-                (PICTURES / f"{kind}.svg").write_bytes(result.drawing)
         entries = [asdict(results[kind].entry) for kind in KINDS]
         FOUND.write_text(json.dumps(entries, indent=1) + "\n", encoding="utf-8")
-    PAGE.write_text(page(read_entries(FOUND), STRONG, WEAKER), encoding="utf-8")
+    for kind, drawing in each(draw, KINDS, options.jobs, LIMIT, _not_drawn):
+        (PICTURES / f"{kind}.svg").write_bytes(drawing)
+    strengths = Strengths(DRAWN, STRONG, WEAKER[0], WEAKER[-1])
+    PAGE.write_text(page(read_entries(FOUND), strengths), encoding="utf-8")
 
 
 def _examined(kinds: Sequence[str], jobs: int) -> dict[str, Result]:
