@@ -35,7 +35,7 @@ DRAWN = 20.0
 """How visible an effect is in its picture, over the noise."""
 STRONG = 6.4
 """How visible it is when it is looked for at first."""
-WEAKER = (0.8, 0.4)
+WEAKER = (0.8, 0.4, 0.2)
 """How visible it is then, until it is not found any more."""
 STRONGER = (1.6, 3.2)
 """How visible where the first of these is too weak already, until it is found."""
