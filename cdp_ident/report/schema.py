@@ -343,7 +343,7 @@ def outline(schema: Mapping[str, Any] = REPORT, name: str = "") -> Iterator[tupl
 
 
 def document() -> str:
-    """Return the text of docs/report_schema.md."""
+    """Return the text of docs/reference/report_schema.md."""
     rows = "".join(f"| `{name}` | {kind} | {about} |\n" for name, kind, about in outline())
     return _HEAD + rows
 
