@@ -38,8 +38,8 @@ examples:
   ros2 run cdp_ident suggest identification/one --for c2_over_A22
   ros2 run cdp_ident suggest identification/one --between coulomb_friction.outer load_friction.outer
 
-Without --for and --between: what could be another effect, all groups, and each effect's strength. docs/next_trial.md
-tells how the start is chosen."""
+Without --for and --between: what could be another effect, all groups, and each effect's strength.
+docs/how_to/next_trial.md tells how the start is chosen."""
 
 _FINEST, _COARSEST = 5.0, 90.0
 

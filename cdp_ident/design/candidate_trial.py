@@ -6,11 +6,10 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.design.knowledge import NEW, Sampling
+from cdp_ident.design.knowledge import NEW, Knowledge
 from cdp_ident.diagnosis.uncertainty import curvature
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.following import followed
-from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.refinement import Fit
 from cdp_ident.fit.scales import GRID, WINDOW, half_width_of, pace_of
 from cdp_ident.fit.smoothing import SmoothMotion
@@ -43,7 +42,7 @@ class CandidateTrial:
         return CandidateTrial(_TURN - self.theta1, _TURN - self.theta2)
 
 
-def fit_to(candidate: CandidateTrial, model: MotionModel, values: Array, noise: float, sampling: Sampling) -> Fit:
+def fit_to(candidate: CandidateTrial, knowledge: Knowledge) -> Fit:
     """Return the fit that a trial would have, if the model were true and no encoder had noise.
 
     The trial is cut into windows as a measured one is, each as long as its motion can be followed. Each has an initial
@@ -51,23 +50,21 @@ def fit_to(candidate: CandidateTrial, model: MotionModel, values: Array, noise: 
 
     Args:
         candidate: the trial.
-        model: gives the motion.
-        values: (unknowns,) its values.
-        noise: standard deviation of the angles [rad].
-        sampling: how the trial is recorded and fitted.
+        knowledge: gives the motion, and how the trial is recorded and fitted.
 
     Raises:
         IdentificationError: its motion cannot be computed.
     """
+    model, values, sampling = knowledge.model, knowledge.values, knowledge.sampling
     time = _times(sampling.interval, sampling.duration)
-    states = _states(candidate, model, values, time, sampling)
+    states = _states(candidate, knowledge, time)
     trial = Trial("next", time, states[:, :2])
-    length_at = _lengths(candidate, model, values, noise, sampling)
+    length_at = _lengths(candidate, knowledge)
     windows, sensitivities = [], []
     for first, last in pairwise(window_bounds(trial, length_at)[0]):
-        window = _window(trial, first, last, states[first], sampling)
+        window = _window(trial, first, last, states[first], knowledge)
         windows.append(window)
-        sensitivities.append(model.predict(values, window.start, window)[1])
+        sensitivities.append(window.whitened(model.predict(values, window.start, window)[1]))
     if not all(np.all(np.isfinite(sensitivity)) for sensitivity in sensitivities):
         raise IdentificationError("the motion of a trial that is let go there cannot be computed")
     shapes = [window.theta.shape for window in windows]
@@ -88,9 +85,10 @@ def _times(spacing: float, duration: float) -> Array:
     return np.asarray(spacing * np.arange(max(int(duration / spacing), 2)), dtype=np.float64)
 
 
-def _states(candidate: CandidateTrial, model: MotionModel, values: Array, time: Array, sampling: Sampling) -> Array:
+def _states(candidate: CandidateTrial, knowledge: Knowledge, time: Array) -> Array:
     """Return the states (n, states) of a trial at times (n,) [s]."""
-    grid = TimeGrid.over(time, sampling.step)
+    model, values = knowledge.model, knowledge.values
+    grid = TimeGrid.over(time, knowledge.sampling.step)
     start = model.initial_state(np.array([candidate.theta1, candidate.theta2, 0.0, 0.0]))
     still = np.zeros(2 * grid.steps + 1)
     states = trajectory(model.coefficients(values), start, grid, still, model.torques(values, NEW))
@@ -99,14 +97,15 @@ def _states(candidate: CandidateTrial, model: MotionModel, values: Array, time: 
     return states
 
 
-def _lengths(candidate: CandidateTrial, model: MotionModel, values: Array, noise: float, sampling: Sampling) -> Lengths:
+def _lengths(candidate: CandidateTrial, knowledge: Knowledge) -> Lengths:
     """Return the length of the window that begins at a time of a trial [s]."""
+    sampling = knowledge.sampling
     if sampling.window:
         return lambda time: sampling.window
-    length, gravity = model.constants(values)
+    length, gravity = knowledge.model.constants(knowledge.values)
     unit = float(np.sqrt(length / gravity))
     time = _times(_COARSE * GRID * unit, sampling.duration)
-    states = _states(candidate, model, values, time, sampling)
+    states = _states(candidate, knowledge, time)
     motion = SmoothMotion(
         time=time,
         values=states[None, :, :2],
@@ -115,17 +114,17 @@ def _lengths(candidate: CandidateTrial, model: MotionModel, values: Array, noise
         noise=np.zeros((2, 2)),
         per_knot=1.0,
     )
-    groups, both = values[: len(GROUPS)], np.full(2, noise)
+    groups = knowledge.values[: len(GROUPS)]
     speed = float(np.sqrt(np.mean(motion.rates**2)))
-    own = half_width_of(sampling.interval, noise, speed, pace_of(motion), unit)
+    own = half_width_of(sampling.interval, knowledge.noise, speed, pace_of(motion), unit)
     half_width, longest = min(own, sampling.half_width), WINDOW * unit
-    found = followed(motion, groups, length, gravity, both, sampling.interval, half_width, longest)
+    found = followed(motion, groups, length, gravity, knowledge.noise_of_angles, sampling.interval, half_width, longest)
     return lambda begin: max(found.at(begin), sampling.shortest_window)
 
 
-def _window(trial: Trial, first: int, last: int, start: Array, sampling: Sampling) -> Window:
+def _window(trial: Trial, first: int, last: int, start: Array, knowledge: Knowledge) -> Window:
     since = trial.time[first:last] - trial.time[first]
-    grid = TimeGrid.over(since, sampling.step)
+    grid = TimeGrid.over(since, knowledge.sampling.step)
     return Window(
         trial=NEW,
         first=first,
@@ -135,6 +134,7 @@ def _window(trial: Trial, first: int, last: int, start: Array, sampling: Samplin
         grid=grid,
         u=np.zeros(2 * grid.steps + 1),
         start=start,
+        whitening=knowledge.whitening,
     )
 
 

@@ -52,9 +52,8 @@ class Rival:
 
         The rival is linear about its values.
         """
-        known = self.knowledge
         try:
-            expected = fit_to(trial, known.model, known.values, known.noise, known.sampling)
+            expected = fit_to(trial, self.knowledge)
         except IdentificationError:
             return 0.0
         new = _followed(self.fit, expected.windows)
@@ -64,7 +63,7 @@ class Rival:
         inverse, _ = scaled_inverse(curvature(self.fit) + self.fit.model.penalty + curvature(new), _UNSEEN)
         left = sum(_beside_the_start(new, index) for index in range(len(new.windows)))
         squared = self.fit.squared_error + left - float(slope @ inverse @ slope)
-        return float(np.sqrt(max(squared, 0.0))) / known.noise
+        return float(np.sqrt(max(squared, 0.0))) / self.knowledge.noise
 
 
 def _followed(rival: Fit, windows: Sequence[Window]) -> Fit | None:
@@ -72,8 +71,8 @@ def _followed(rival: Fit, windows: Sequence[Window]) -> Fit | None:
     residuals, sensitivities = [], []
     for window in windows:
         theta, sensitivity = rival.model.predict(rival.values, window.start, window)
-        residuals.append(window.theta - theta)
-        sensitivities.append(sensitivity)
+        residuals.append(window.whitened(window.theta - theta))
+        sensitivities.append(window.whitened(sensitivity))
     if not all(np.all(np.isfinite(values)) for values in (*residuals, *sensitivities)):
         return None
     weights = tuple(np.ones_like(residual) for residual in residuals)

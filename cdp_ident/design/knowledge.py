@@ -47,7 +47,9 @@ class Knowledge:
     covariance: Array
     """(unknowns, unknowns) of them; infinite for what nothing is known of."""
     noise: float
-    """Standard deviation of an angle, were all angles independent [rad]."""
+    """Standard deviation of a whitened angle, were all angles independent [rad]."""
+    whitening: Array
+    """(2, 2) what makes the angles' errors independent and alike; see `fit/reweighting.py`."""
     sampling: Sampling
 
     @classmethod
@@ -72,10 +74,11 @@ class Knowledge:
             half_width=scales.half_width,
             step=scales.step,
         )
-        noise = fit.rmse() * float(np.sqrt(fit.autocorrelation.integrated_time))
+        noise = float(np.sqrt(fit.variance * fit.autocorrelation.integrated_time))
         model, values = fit.model.without_zeros(fit.values)
         known = covariance[np.ix_(of_rig, of_rig)]
-        return cls(model, values, known, noise, sampling).with_zeros_of_its_own(bool(fit.model.zeros))
+        whitening = fit.windows[0].whitening
+        return cls(model, values, known, noise, whitening, sampling).with_zeros_of_its_own(bool(fit.model.zeros))
 
     def with_zeros_of_its_own(self, has: bool) -> "Knowledge":
         """Return it with zeros of the next trial's encoders among the unknowns, if it has such."""
@@ -95,6 +98,12 @@ class Knowledge:
     def places(self, names: Sequence[str]) -> npt.NDArray[np.int64]:
         """Return where unknowns are, by their names."""
         return np.array([self.model.names.index(name) for name in names], dtype=np.int64)
+
+    @property
+    def noise_of_angles(self) -> Array:
+        """(2,) standard deviation of theta1 and theta2, were all angles independent [rad]."""
+        back = np.linalg.inv(self.whitening)
+        return np.asarray(self.noise * np.sqrt(np.diag(back @ back.T)))
 
     @property
     def information(self) -> Array:

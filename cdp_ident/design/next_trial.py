@@ -71,10 +71,8 @@ class NextTrial:
         return bool(np.allclose(np.diag(one), np.diag(other), rtol=_ALIKE, atol=0.0))
 
     def _computed(self, trial: CandidateTrial) -> Array | None:
-        known = self.knowledge
         try:
-            fit = fit_to(trial, known.model, known.values, known.noise, known.sampling)
-            return information_of(fit, known.noise)
+            return information_of(fit_to(trial, self.knowledge), self.knowledge.noise)
         except (IdentificationError, np.linalg.LinAlgError):
             return None
 

@@ -80,7 +80,7 @@ def fit_per_cent(fit: Fit) -> Array:
     Identification Toolbox has it. Each window is an experiment: its start is fitted, and its mean is its own, so that
     turns of a rod do not flatter the model.
     """
-    left = sum(np.sum(residual**2, axis=0) for residual in fit.residuals)
+    left = sum(np.sum(error**2, axis=0) for error in fit.errors)
     moved = sum(np.sum((window.theta - window.theta.mean(axis=0)) ** 2, axis=0) for window in fit.windows)
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.asarray(100.0 * (1.0 - np.sqrt(left / moved)))

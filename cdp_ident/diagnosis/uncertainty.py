@@ -93,7 +93,7 @@ def covariance(fit: Fit) -> Array:
             product = score[lag:].T @ score[:-lag]
             middle += (1.0 - lag / (lags + 1.0)) * (product + product.T)
     if np.any(fit.model.penalty):
-        middle += fit.model.penalty * (fit.rmse() ** 2 * fit.autocorrelation.integrated_time)
+        middle += fit.model.penalty * (fit.variance * fit.autocorrelation.integrated_time)
     samples = sum(residual.size for residual in fit.residuals)
     estimated = effective_unknowns(fit) + fit.model.states * sum(not window.start_known for window in fit.windows)
     inverse, left_out = scaled_inverse(bent, _UNSEEN)
@@ -111,9 +111,9 @@ def _changes_by_units_of_time(fit: Fit, reduced: list[Array]) -> list[Array]:
     Measured against a clock that is fast by e, a motion is where it would be e t later.
     """
     changes: dict[int, Array] = {}
-    for window, sensitivity, residual, weight in zip(fit.windows, reduced, fit.residuals, fit.weights, strict=True):
+    for window, sensitivity, error, weight in zip(fit.windows, reduced, fit.errors, fit.weights, strict=True):
         if window.time_std > 0.0:
-            later = np.gradient(window.theta - residual, window.time, axis=0) * window.time[:, None]
+            later = window.whitened(np.gradient(window.theta - error, window.time, axis=0)) * window.time[:, None]
             change = window.time_std * np.einsum("nrp,nr->p", sensitivity * weight[..., None], later)
             changes[window.trial] = changes.get(window.trial, 0.0) + change
     return list(changes.values())

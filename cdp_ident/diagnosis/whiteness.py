@@ -65,7 +65,7 @@ class Whiteness:
     @classmethod
     def of(cls, fit: Fit) -> "Whiteness":
         """Take it from the residuals of all windows together."""
-        residuals = list(fit.residuals)
+        residuals = list(fit.errors)
         auto = autocovariance(residuals)
         lags = min(MOST_LAGS, len(auto) - 1)
         angles = [[residual[:, [column]] for residual in residuals] for column in range(2)]

@@ -28,7 +28,7 @@ ALL = "all"
 """What is asked for where all groups are."""
 REPORT_SPACING = 30.0
 """Of the starts that a report surveys [degrees]."""
-_MOST_SAMPLES = 1_000_000
+_MOST_SAMPLES, _MOST_UNEQUAL = 1_000_000, 1e6
 _GROUPS = tuple(group.symbol for group in GROUPS)
 
 
@@ -50,7 +50,7 @@ def next_trial_section(outcome: Outcome) -> Section | None:
     fit = trace.after.fit
     try:
         knowledge = Knowledge.of(fit, trace.covariance, found.data.scales, found.options.window)
-        windows = [replace(w, theta=w.theta - r) for w, r in zip(fit.windows, fit.residuals, strict=True)]
+        windows = [replace(w, theta=w.theta - error) for w, error in zip(fit.windows, fit.errors, strict=True)]
         possible = {label: effect.also_possible for label, effect in zip(fit.model.labels, trace.effects, strict=True)}
         questions = usual_questions(knowledge.model, possible)
         advice = answers(knowledge, windows, questions, Grid.of(REPORT_SPACING))
@@ -151,6 +151,7 @@ def _assumed(knowledge: Knowledge) -> Section:
     sampling = knowledge.sampling
     return {
         "noise_rad": knowledge.noise,
+        "whitening": knowledge.whitening.tolist(),
         "duration_s": sampling.duration,
         "interval_s": sampling.interval,
         "window_s": sampling.window,
@@ -189,6 +190,7 @@ def knowledge_of(report: Section) -> Knowledge | None:
         values,
         _covariance(model, std, correlation),
         assumed["noise_rad"],
+        np.array(assumed["whitening"], dtype=float),
         Sampling(
             duration=assumed["duration_s"],
             interval=assumed["interval_s"],
@@ -204,7 +206,8 @@ def knowledge_of(report: Section) -> Knowledge | None:
 def _refuse_endless(assumed: Section) -> None:
     """Raise `ReportError` where no trial as a report assumes it could be simulated: a report may come from anyone."""
     shortest = min(assumed["interval_s"], assumed["step_s"], assumed["shortest_window_s"], assumed["half_width_s"])
-    if shortest <= 0.0 or assumed["noise_rad"] <= 0.0 or not assumed["duration_s"] < _MOST_SAMPLES * shortest:
+    endless = shortest <= 0.0 or not assumed["duration_s"] < _MOST_SAMPLES * shortest
+    if endless or assumed["noise_rad"] <= 0.0 or not np.linalg.cond(assumed["whitening"]) < _MOST_UNEQUAL:
         raise ReportError("what the report assumes of a next trial is no trial; was it changed? identify again")
 
 
@@ -249,5 +252,6 @@ def fitted_motion(curves: Curves, knowledge: Knowledge) -> list[Window]:
             samples = np.flatnonzero(used & (curve.window == place))
             if len(samples) >= FEWEST_SAMPLES:
                 bounds = [int(samples[0]), int(samples[-1]) + 1]
-                windows += cut_at(trial, index, bounds, sampling.step, sampling.half_width)
+                cut = cut_at(trial, index, bounds, sampling.step, sampling.half_width)
+                windows += [replace(window, whitening=knowledge.whitening) for window in cut]
     return windows

@@ -56,6 +56,10 @@ def _list(items: Schema, about: str = "", most: int = _MOST) -> Schema:
     return {"type": "array", "description": about, "items": items, "maxItems": most}
 
 
+def _pair(items: Schema, about: str = "") -> Schema:
+    return _list(items, about, 2) | {"minItems": 2}
+
+
 def _points(items: Schema, about: str, count: int = POINTS) -> Schema:
     return _list(items, about, count) | {"minItems": count}
 
@@ -322,7 +326,8 @@ REPORT: Schema = {
                 "which trial to record next; null where the fit failed",
                 assumed=_object(
                     "of the next trial: recorded and fitted as those before",
-                    noise_rad=_finite("standard deviation of an angle, were all angles independent [rad]"),
+                    noise_rad=_finite("standard deviation of a whitened angle, were all independent [rad]"),
+                    whitening=_pair(_pair(_finite()), "what makes the errors of both angles independent and alike"),
                     duration_s=_finite("of the free swing [s]"),
                     interval_s=_finite("between samples, as they are fitted [s]"),
                     window_s=_finite("length of the windows; 0 for as long as the motion can be followed [s]"),
@@ -438,7 +443,7 @@ def outline(schema: Mapping[str, Any] = REPORT, name: str = "") -> Iterator[tupl
 
 
 def document() -> str:
-    """Return the text of docs/report_schema.md."""
+    """Return the text of docs/reference/report_schema.md."""
     rows = "".join(f"| `{name}` | {kind} | {about} |\n" for name, kind, about in outline())
     return _HEAD + rows
 

@@ -12,10 +12,11 @@ from scenarios.next_swing import MODEL, NOISE, TRUTH, Swings, swing
 
 RNG = np.random.default_rng(0)
 KNOWN = Swings.of([swing(3.6, 3.9, RNG)]).knowledge
+TRUE = replace(KNOWN, values=TRUTH, noise=NOISE)
 
 
 def fit_of(theta1, theta2):
-    return fit_to(CandidateTrial(theta1, theta2), MODEL, TRUTH, NOISE, KNOWN.sampling)
+    return fit_to(CandidateTrial(theta1, theta2), TRUE)
 
 
 def test_its_motion_is_the_pendulum_s_from_rest():
@@ -48,13 +49,13 @@ def test_what_is_foretold_is_what_a_fit_to_such_a_trial_alone_gets():
 
 def test_windows_are_as_long_as_a_given_length():
     fixed = replace(KNOWN.sampling, window=1.0)
-    fit = fit_to(CandidateTrial(2.5, 4.0), MODEL, TRUTH, NOISE, fixed)
+    fit = fit_to(CandidateTrial(2.5, 4.0), replace(TRUE, sampling=fixed))
     assert [window.duration for window in fit.windows[:-1]] == pytest.approx([1.0] * (len(fit.windows) - 1), abs=0.05)
 
 
 def test_a_motion_that_cannot_be_computed_is_refused():
     with pytest.raises(IdentificationError, match="cannot be computed"):
-        fit_to(CandidateTrial(2.5, 4.0), MODEL, np.full(5, np.nan), NOISE, KNOWN.sampling)
+        fit_to(CandidateTrial(2.5, 4.0), replace(TRUE, values=np.full(5, np.nan)))
 
 
 def test_a_mirrored_trial_tells_the_same():

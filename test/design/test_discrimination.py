@@ -20,11 +20,12 @@ KNOWN = Swings.of([swing(3.6, 3.9, np.random.default_rng(0))]).knowledge
 DRAG = next(effect for effect in CATALOGUE if effect.key == "quadratic_friction.outer")
 MODEL_WITH = MODEL.with_effect(ActiveEffect(DRAG))
 VALUES = np.append(TRUTH, 2e-4)
+BEFORE = Knowledge(MODEL_WITH, VALUES, np.eye(6), NOISE, np.eye(2), KNOWN.sampling)
 
 
 def moved(start, seed=None):
     """Return windows of a trial as the model with the effect has it, with noise where there is a seed."""
-    windows = fit_to(CandidateTrial(*start), MODEL_WITH, VALUES, NOISE, KNOWN.sampling).windows
+    windows = fit_to(CandidateTrial(*start), BEFORE).windows
     if seed is None:
         return list(windows)
     rng = np.random.default_rng(seed)
@@ -37,7 +38,7 @@ def replaced(window, theta):
 
 EXACT = moved((np.pi + 0.6, np.pi + 0.4))
 FIT = refine(MODEL_WITH, VALUES, moved((np.pi + 0.6, np.pi + 0.4), 0))
-KNOWLEDGE = Knowledge(MODEL_WITH, VALUES, covariance(FIT), NOISE, KNOWN.sampling)
+KNOWLEDGE = Knowledge(MODEL_WITH, VALUES, covariance(FIT), NOISE, np.eye(2), KNOWN.sampling)
 
 
 @pytest.fixture(scope="module")
@@ -74,8 +75,8 @@ def test_rods_that_hang_still_tell_nothing_apart(rival):
 def test_a_richer_form_of_an_effect_can_be_the_same():
     coulomb = next(effect for effect in CATALOGUE if effect.key == "coulomb_friction.outer")
     model, values = MODEL.with_effect(ActiveEffect(coulomb)), np.append(TRUTH, 0.01)
-    known = Knowledge(model, values, np.eye(6), NOISE, KNOWN.sampling)
-    windows = fit_to(CandidateTrial(4.0, 3.8), model, values, NOISE, KNOWN.sampling).windows
+    known = Knowledge(model, values, np.eye(6), NOISE, np.eye(2), KNOWN.sampling)
+    windows = fit_to(CandidateTrial(4.0, 3.8), known).windows
     found = list(rivals(known, windows, "coulomb_friction.outer", "stribeck_friction", "outer"))
     assert found
     assert all(can_be_the_same(rival) for rival in found)

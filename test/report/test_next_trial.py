@@ -51,6 +51,7 @@ def test_a_report_read_from_its_file_knows_what_the_identification_knew(outcome,
     assert again.values == pytest.approx(direct.values, rel=1e-9)
     scale = np.sqrt(np.diag(direct.covariance))
     assert again.covariance / np.outer(scale, scale) == pytest.approx(direct.covariance / np.outer(scale, scale))
+    assert again.whitening == pytest.approx(direct.whitening)
     assert (again.noise, again.sampling) == (pytest.approx(direct.noise), direct.sampling)
 
 
@@ -58,8 +59,8 @@ def test_the_motion_of_the_fitted_model_is_read_from_the_curves(outcome, read_co
     windows = fitted_motion(shown_curves, knowledge_of(read_content))
     fit = outcome.trace.after.fit
     assert len(windows) == len(fit.windows)
-    for window, of_fit, residual in zip(windows, fit.windows, fit.residuals, strict=True):
-        assert window.theta == pytest.approx(of_fit.theta - residual)
+    for window, of_fit, error in zip(windows, fit.windows, fit.errors, strict=True):
+        assert window.theta == pytest.approx(of_fit.theta - error)
         assert (window.trial, window.begin) == (of_fit.trial, of_fit.begin)
 
 
@@ -69,7 +70,14 @@ def test_a_report_of_a_fit_that_failed_knows_nothing(read_content):
 
 
 @pytest.mark.parametrize(
-    ("key", "value"), [("interval_s", 0.0), ("interval_s", 1e-300), ("noise_rad", -1.0), ("duration_s", 1e300)]
+    ("key", "value"),
+    [
+        ("interval_s", 0.0),
+        ("interval_s", 1e-300),
+        ("noise_rad", -1.0),
+        ("duration_s", 1e300),
+        ("whitening", [[0.0, 0.0], [0.0, 0.0]]),
+    ],
 )
 def test_a_trial_without_end_is_refused(read_content, key, value):
     read_content["next_trial"]["assumed"][key] = value
