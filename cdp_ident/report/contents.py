@@ -21,7 +21,7 @@ from cdp_ident.outside_text import shown
 from cdp_ident.report.outcome import Outcome
 from cdp_ident.report.provenance import versions
 from cdp_ident.report.schema import LONGEST_TEXT, SCHEMA
-from cdp_ident.report.verdict import verdict
+from cdp_ident.report.verdict import effect_in_words, verdict
 from cdp_ident.tracing.found_effects import FoundCurve
 from cdp_ident.tracing.trace import Trace
 from cdp_ident.trial.trial import Trial
@@ -200,6 +200,7 @@ def _effect(outcome: Outcome, index: int) -> Section:
         "variant": effect.variant,
         "trial": None if trial is None else outcome.identification.data.trials[trial].name,
         "description": effect.description,
+        "summary": effect_in_words(found),
         "formula": effect.formula,
         "source": effect.source,
         "parameters": {

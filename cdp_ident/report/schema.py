@@ -144,6 +144,7 @@ _EFFECT = _object(
     variant=_one_of(("", *(effect.variant for effect in CATALOGUE)), "which form of it"),
     trial=_or_null(_text("the trial that it happened in, of an effect that happens once")),
     description=_text(),
+    summary=_text("the effect with its place and strength, and what else it may be"),
     formula=_text(),
     source=_text(),
     parameters=_map(

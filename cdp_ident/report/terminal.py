@@ -10,7 +10,7 @@ from rich.text import Text
 from cdp_ident.model.parameters import GROUPS
 from cdp_ident.report.contents import Section
 from cdp_ident.report.formatting import CERTAINTY, interval, milliradians, number, unit, with_std
-from cdp_ident.report.wording import STAGES, how_determined, nominal_value
+from cdp_ident.report.wording import STAGES, effects_in_words, how_determined, nominal_value
 
 
 def print_report(console: Console, report: Section) -> None:
@@ -40,6 +40,10 @@ def _parts(report: Section) -> Iterator[RenderableType]:
     if warnings:
         yield _sentences("Warnings", warnings)
     yield Text(report["verdict"], style="bold")
+    if effects := effects_in_words(report):
+        yield _sentences("The effects, the most important first", effects)
+    if report["unexplained"]["significant"]:
+        yield Text(f"What remains: {report['unexplained']['description']}")
 
 
 def _trials(report: Section) -> Table:

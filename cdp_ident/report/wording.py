@@ -38,6 +38,13 @@ def how_determined(report: Section, symbol: str) -> str:
     return "yes" if quantity["determined"] else "no: nearest to nominal"
 
 
+def effects_in_words(report: Section) -> list[str]:
+    """Return several effects with their places and strengths, the most important first; one is in the verdict."""
+    effects = report["effects"] if len(report["effects"]) > 1 else []
+    by_importance = sorted(effects, key=lambda effect: -(effect["evidence"]["rmse_holdout_before_rad"] or 0.0))
+    return [effect["summary"] for effect in by_importance]
+
+
 def effect_title(effect: Section) -> str:
     """Name an effect for people: what it is, and where."""
     part = "encoder" if effect["name"] in _OF_ENCODERS else "joint"

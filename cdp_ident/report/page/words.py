@@ -10,6 +10,7 @@ from cdp_ident.report.formatting import interval, milliradians, number, unit, wi
 from cdp_ident.report.wording import (
     action_words,
     effect_title,
+    effects_in_words,
     how_determined,
     key_words,
     noise_floor,
@@ -26,6 +27,7 @@ def words(report: Section) -> dict[str, Any]:
     return {
         "heading": ", ".join(trial["name"] for trial in report["trials"] if trial["role"] == "fit"),
         "numbers": list(_numbers(report)),
+        "found": effects_in_words(report),
         "command": _command(report),
         "role": role,
         "sentence": sentence,
