@@ -12,7 +12,7 @@ from cdp_ident.tracing.certainty import NAMED
 from cdp_ident.tracing.evidence import Attempt
 
 NOISE = 1e-3
-MODEL = MotionModel(Mechanism(0.4, 9.81, 0.4))
+MODEL = MotionModel(Mechanism(0.4, 9.81, 0.4, 0.05))
 
 
 def attempt(of_fit: float, of_validation: float) -> Attempt:

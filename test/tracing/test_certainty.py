@@ -13,7 +13,7 @@ from cdp_ident.tracing.selection import Progress
 
 NOISE = 1e-3
 DRY = next(effect for effect in CATALOGUE if effect.key == "coulomb_friction.outer")
-PLAIN = MotionModel(Mechanism(0.4, 9.81, 0.4))
+PLAIN = MotionModel(Mechanism(0.4, 9.81, 0.4, 0.05))
 MODEL = PLAIN.with_effect(ActiveEffect(DRY))
 
 
