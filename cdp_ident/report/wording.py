@@ -83,5 +83,7 @@ def weights_words(trial: Section) -> str:
 
 
 def short_name(symbol: str) -> str:
-    """Write a group's symbol as the fraction that it stands for, and a parameter of an effect in words."""
+    """Write a group's symbol as the fraction that it stands for, and a parameter of an effect or weight in words."""
+    if symbol.startswith("weight_error."):
+        return symbol.replace("_", " ").replace(".", ", ", 2)
     return key_words(symbol) if "." in symbol else symbol.replace("one_over_", "1/").replace("_over_", "/")
