@@ -13,7 +13,7 @@ ROS := export OPENBLAS_NUM_THREADS=1 PYTHONDONTWRITEBYTECODE= HOME="$${HOME:-/tm
 # One process more than there are cores: tests of nodes often wait.
 ALL_CORES := --numprocesses=$$(( $$(nproc) + 1 )) --dist=worksteal
 
-.PHONY: demo test test-all ubuntu check format bench fuzz build clean
+.PHONY: demo test test-all ubuntu check format bench docs fuzz build clean
 
 demo: build  ## the data's whole way, from an emulated rig to served parameters, in some minutes
 	@$(ROS) $(BIN)/python -m cdp_ident demo
@@ -37,6 +37,10 @@ format: $(VENV)/.ready  ## what `check` asks for, as far as a tool can do it
 bench: build  ## how fast, beside what a user would use instead
 	@$(ROS) $(BIN)/python -m benchmarks
 
+docs: $(VENV)/.docs  ## the documents as a site, in build/site; a warning is an error
+	$(BIN)/python -m sphinx -q -W --keep-going -d build/doctrees docs build/site
+	@echo "build/site/index.html"
+
 ubuntu: build  ## on Ubuntu 24.04's own versions: build with REQUIREMENTS=requirements-ubuntu-24.04.txt
 	@$(ROS) $(BIN)/python -m cdp_ident identify --bag bags/swing_wide bags/swing_folded --once --figures --force --out build/found
 	@$(ROS) $(BIN)/python -m pytest $(ALL_CORES) test/nodes test/report/figures/test_for_paper.py \
@@ -56,6 +60,10 @@ $(VENV)/.ready: $(wildcard requirements*.txt)
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/pip install --disable-pip-version-check --quiet -r $(REQUIREMENTS)
 	@touch $(VENV)/COLCON_IGNORE $@
+
+$(VENV)/.docs: $(VENV)/.ready requirements-docs.txt
+	$(BIN)/pip install --disable-pip-version-check --quiet -r requirements-docs.txt
+	@touch $@
 
 clean:
 	rm -rf $(VENV) build install log .mypy_cache .ruff_cache .pytest_cache .hypothesis

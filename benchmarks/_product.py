@@ -3,10 +3,11 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from cdp_ident.diagnosis.identification import Identification
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.prior import Prior
 from cdp_ident.pipeline.identify import identify
-from cdp_ident.tracing.trace import trace
+from cdp_ident.tracing.trace import Trace, trace
 from cdp_ident.trial.trial import Trial
 from reference.truths import FIT_TRIALS, Measured, Truth
 
@@ -39,11 +40,25 @@ class Found:
     """Keys of torques that were found and have no name."""
 
 
-def found(truth: Truth) -> Found:
-    """Identify a truth's rig from its first trials, and trace what is left to effects."""
+def identified(truth: Truth) -> Identification:
+    """Identify the paper's model from a truth's first trials."""
     trials = _trials(truth.trials)
     options = IdentifyOptions(prior=Prior(nominal=truth.setting.nominal))
-    traced = trace(identify(trials[:FIT_TRIALS], trials[FIT_TRIALS:], options))
+    return identify(trials[:FIT_TRIALS], trials[FIT_TRIALS:], options)
+
+
+def traced(truth: Truth) -> Trace:
+    """Identify a truth's rig from its first trials, and trace what is left to effects."""
+    return trace(identified(truth))
+
+
+def found(truth: Truth) -> Found:
+    """Return what the package names in a truth's trials."""
+    return answer_of(traced(truth))
+
+
+def answer_of(traced: Trace) -> Found:
+    """Return what a trace says, in the words of an answer sheet."""
     named = []
     for effect in traced.effects:
         if effect.certainty == "acts_like":

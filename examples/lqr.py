@@ -3,7 +3,7 @@
     python examples/lqr.py identification/one/fitted.yaml
 
 The controller knows the linear model only. The rig that it balances is the fitted model in full, dry friction and all;
-nothing real moves. What a real rig needs besides, docs/linear_model.md tells.
+nothing real moves. What a real rig needs besides, docs/how_to/linear_model.md tells.
 """
 
 import argparse

@@ -94,7 +94,9 @@ class Truth:
     """Root mean square of the last trial's errors of both angles [rad]."""
 
 
-def truth(kind: str, seed: int, engine: str = "equations", visible: float | None = None) -> Truth:
+def truth(
+    kind: str, seed: int, engine: str = "equations", visible: float | None = None, setting: Setting | None = None
+) -> Truth:
     """Return a hidden truth.
 
     Args:
@@ -102,12 +104,13 @@ def truth(kind: str, seed: int, engine: str = "equations", visible: float | None
         seed: of everything that is random.
         engine: what moves it: "equations" or "mujoco".
         visible: what each effect moves the angles by, over the noise; drawn where not given.
+        setting: rig, encoders and starts; drawn where not given.
 
     Raises:
         ValueError: the engine has no element for something of this kind.
     """
     rng = np.random.default_rng([seed, zlib.crc32(kind.encode())])
-    setting = draw_setting(rng)
+    setting = setting or draw_setting(rng)
     occasion = Occasion(setting.values, [float(moments[-1]) for moments in setting.times[:FIT_TRIALS]], rng)
     present = [] if kind == "none" else [draw(part, occasion) for part in kind.split("+")]
     hidden = _of_strengths(setting, present, visible, rng)

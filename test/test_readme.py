@@ -1,4 +1,4 @@
-"""What README.md shows is so."""
+"""What README.md and the pages that it leads to show is so."""
 
 import re
 import subprocess
@@ -14,33 +14,39 @@ from cdp_ident.nodes.identify import main
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text()
-DOCUMENTS = [*ROOT.glob("*.md"), *ROOT.glob("docs/*.md"), *ROOT.glob("bags/*.md")]
+DOCUMENTS = [*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md"), *ROOT.glob("bags/*.md")]
 
 
-def block(language):
-    return re.search(rf"```{language}\n(.*?)```", README, re.DOTALL)[1]
+def block(language, text=README):
+    return re.search(rf"```{language}\n(.*?)```", text, re.DOTALL)[1]
+
+
+def page(name):
+    return (ROOT / "docs" / name).read_text()
 
 
 def test_the_library_s_example_runs():
-    done = subprocess.run(
-        [sys.executable, "-c", block("python")], cwd=ROOT, check=False, capture_output=True, text=True
-    )
+    code = block("python", page("reference/api.md"))
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, check=False, capture_output=True, text=True)
     assert "a1_over_A22" in done.stdout, done.stderr
 
 
 def test_the_configuration_is_accepted(tmp_path):
-    (tmp_path / "rig.yaml").write_text(block("yaml"))
-    settings = Settings.of(read_parameter_file(tmp_path / "rig.yaml", "identify").taken())
-    assert dict(settings.identify.prior.known) == {"m0": 0.208}
+    for text in (README, page("how_to/own_bag.md")):
+        (tmp_path / "rig.yaml").write_text(block("yaml", text))
+        settings = Settings.of(read_parameter_file(tmp_path / "rig.yaml", "identify").taken())
+        assert dict(settings.identify.prior.known) == {"m0": 0.208}
 
 
 def test_every_executable_stands_in_the_table():
     assert set(re.findall(r"(?m)^\| `(\w+)` \|", README)) == set(EXECUTABLES)
+    assert set(re.findall(r"(?m)^```\{command-help\} (\w+)$", page("reference/commands.md"))) == set(EXECUTABLES)
 
 
 def test_bad_input_is_answered_as_printed(capsys, monkeypatch):
     monkeypatch.chdir(ROOT)
-    examples = re.findall(r"(?m)^\$ ros2 run cdp_ident identify (.*)\n(identify: error: .*)\n", README)
+    text = page("reference/identify.md")
+    examples = re.findall(r"(?m)^\$ ros2 run cdp_ident identify (.*)\n(identify: error: .*)\n", text)
     assert len(examples) == 3
     for arguments, answer in examples:
         assert main(arguments.split()) == 2

@@ -19,7 +19,7 @@ example:
   ros2 run cdp_ident linearize identification/one/fitted.yaml --at upright --out upright.json
 
 The file holds A, B, C and D as lists of rows: scipy.signal.StateSpace(*(numpy.array(content[k]) for k in "ABCD")).
-docs/linear_model.md tells what the numbers mean; examples/lqr.py balances a simulated rig with them."""
+docs/how_to/linear_model.md tells what the numbers mean; examples/lqr.py balances a simulated rig with them."""
 
 
 @entry_point

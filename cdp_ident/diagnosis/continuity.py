@@ -28,7 +28,7 @@ class Continuity:
 def continuity(fit: Fit) -> Continuity | None:
     """Compare the fitted starts of windows with where their neighbours before them end; None where none have any."""
     jumps, expected, states = [], [], fit.model.states
-    variance = fit.rmse() ** 2
+    variance = fit.variance
     curvature = sum(np.einsum("nrp,nrq->pq", s, s) for s in reduced_sensitivities(fit))
     spread_of_values = variance * np.linalg.pinv(curvature, hermitian=True)
     for index, (window, after) in enumerate(zip(fit.windows, fit.windows[1:], strict=False)):

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from cdp_ident.diagnosis.uncertainty import normal_equations, scaled_inverse
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.motion_model import MotionModel
-from cdp_ident.fit.refinement import Fit, fit_initial_states_near
+from cdp_ident.fit.refinement import Fit, fit_initial_states_near, refine
 from cdp_ident.fit.windows import Window
 
 Array = npt.NDArray[np.float64]
@@ -58,6 +58,26 @@ def cross_validated(fit: Fit, folds: Folds) -> Fit:
     return replace(fit, windows=windows, residuals=residuals)
 
 
+def error_from_other_trials(fit: Fit) -> float:
+    """Return the error over each trial under a fit to the others alone, over all trials together [rad].
+
+    What is of one trial, such as zeros of its encoders, keeps the value of the fit to all.
+
+    Args:
+        fit: to more than one trial.
+
+    Raises:
+        IdentificationError: the motion cannot be computed.
+    """
+    squared, samples = 0.0, 0
+    for trial in sorted({window.trial for window in fit.windows}):
+        own = [index for index, window in enumerate(fit.windows) if window.trial == trial]
+        others = refine(fit.model, fit.values, [window for window in fit.windows if window.trial != trial])
+        predicted = _followed(fit, others.values, own)
+        squared, samples = squared + predicted.samples * predicted.rmse() ** 2, samples + predicted.samples
+    return float(np.sqrt(squared / samples))
+
+
 def _of_shape(model: MotionModel) -> npt.NDArray[np.bool_]:
     """Return which unknowns (unknowns,) say how an effect goes and not how strong it is.
 
@@ -70,7 +90,7 @@ def _of_shape(model: MotionModel) -> npt.NDArray[np.bool_]:
 def _followed(fit: Fit, values: Array, chosen: Sequence[int]) -> Fit:
     """Return initial states of some windows under other values; under the fit's where no motion can be computed."""
     windows = [fit.windows[index] for index in chosen]
-    before = float(np.sqrt(np.mean(np.concatenate([fit.residuals[index].ravel() for index in chosen]) ** 2)))
+    before = float(np.sqrt(np.mean(np.concatenate([fit.errors[index].ravel() for index in chosen]) ** 2)))
     try:
         return fit_initial_states_near(fit.model, values, windows, _LOST * before)
     except IdentificationError:

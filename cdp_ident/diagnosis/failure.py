@@ -17,7 +17,7 @@ def refuse_a_failed_fit(fits: Sequence[Fit]) -> None:
     scatter = np.sqrt(np.mean([np.var(window.theta, axis=0).mean() for fit in fits for window in fit.windows]))
     limit = LOST * min(float(scatter), 1.0)
     for fit, which in zip(fits, ("fitted", "predicted"), strict=True):
-        errors = [float(np.sqrt(np.mean(residual**2))) for residual in fit.residuals]
+        errors = [float(np.sqrt(np.mean(error**2))) for error in fit.errors]
         lost = [error for error in errors if error > limit]
         if len(lost) > _MOST_LOST * len(errors):
             raise FitFailedError(

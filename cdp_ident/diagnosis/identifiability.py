@@ -153,7 +153,7 @@ def _directions(fit: Fit) -> tuple[tuple[Direction, ...], tuple[Tradeoff, ...]]:
         (np.sqrt(weight)[..., None] * sensitivity)[..., shown].reshape(-1, len(shown))
         for sensitivity, weight in zip(reduced_sensitivities(fit), fit.weights, strict=True)
     ]
-    scaled = np.concatenate(rows) * fit.values[shown] / fit.rmse()
+    scaled = np.concatenate(rows) * fit.values[shown] / np.sqrt(fit.variance)
     _, singular, vectors = np.linalg.svd(scaled, full_matrices=False)
     vectors = np.array([vector * np.sign(_largest(vector)) for vector in vectors])
     directions = tuple(

@@ -45,8 +45,8 @@ def outlier_windows(fits: Sequence[Fit], least: float, noise: Array | None = Non
     """
     scale = np.ones(2) if noise is None else noise
     windows = [window for fit in fits for window in fit.windows]
-    residuals = [residual for fit in fits for residual in fit.residuals]
-    errors = np.array([np.sqrt(np.mean((residual / scale) ** 2)) for residual in residuals])
+    angle_errors = [error for fit in fits for error in fit.errors]
+    errors = np.array([np.sqrt(np.mean((error / scale) ** 2)) for error in angle_errors])
     if len(errors) < _FEWEST_WINDOWS:
         return []
     usual = float(np.median(errors))

@@ -95,7 +95,7 @@ def covariance(fit: Fit) -> Array:
     if np.any(fit.model.penalty):
         of_weights = fit.model.of_weights
         of_curves = np.where(np.outer(of_weights, of_weights), 0.0, fit.model.penalty)
-        middle += of_curves * (fit.rmse() ** 2 * fit.autocorrelation.integrated_time)
+        middle += of_curves * (fit.variance * fit.autocorrelation.integrated_time)
         # Errors of weights are of unit variance, whatever the angles' noise is.
         middle += np.diag(np.diag(fit.model.penalty) ** 2 * of_weights)
     samples = sum(residual.size for residual in fit.residuals)
@@ -115,9 +115,9 @@ def _changes_by_units_of_time(fit: Fit, reduced: list[Array]) -> list[Array]:
     Measured against a clock that is fast by e, a motion is where it would be e t later.
     """
     changes: dict[int, Array] = {}
-    for window, sensitivity, residual, weight in zip(fit.windows, reduced, fit.residuals, fit.weights, strict=True):
+    for window, sensitivity, error, weight in zip(fit.windows, reduced, fit.errors, fit.weights, strict=True):
         if window.time_std > 0.0:
-            later = np.gradient(window.theta - residual, window.time, axis=0) * window.time[:, None]
+            later = window.whitened(np.gradient(window.theta - error, window.time, axis=0)) * window.time[:, None]
             change = window.time_std * np.einsum("nrp,nr->p", sensitivity * weight[..., None], later)
             changes[window.trial] = changes.get(window.trial, 0.0) + change
     return list(changes.values())

@@ -1,4 +1,4 @@
-"""How much noise the encoders' angles carry, estimated from the angles alone."""
+"""How much noise the measured angles carry, estimated from them alone."""
 
 import numpy as np
 import numpy.typing as npt
@@ -8,25 +8,39 @@ from cdp_ident.trial.trial import Trial
 
 Array = npt.NDArray[np.float64]
 
+_TRIMMED = 3.0
+"""Differences beyond so many standard deviations are no noise: knocks, and wild samples."""
+_SHARE_WITHIN = 0.9733
+"""Variance of a standard normal number that is not beyond them."""
+_SETTLED, _MOST_ITERATIONS = 1e-3, 100
+
 
 def noise_of(trial: Trial) -> Array:
     """Return the standard deviation of the noise of theta1 and theta2 [rad].
 
-    It is that of fourth divided differences, scaled so that white noise of standard deviation 1 gives 1, by the
-    median of their size, so that knocks and wild samples do not count. Where the motion is slow, an encoder's steps
-    repeat and hide from differences; therefore the noise is never put below that of the steps themselves, their
-    size over the square root of 12.
+    It is that of fourth divided differences, scaled so that white noise of standard deviation 1 gives 1, without those
+    that are no noise. Where the motion is slow, an encoder's steps repeat and hide from differences; therefore the
+    noise is never put below that of the steps themselves, their size over the square root of 12.
     """
-    theta = trial.theta
-    sizes = np.abs(fourth_differences(trial.time, theta))
-    spread = np.median(sizes, axis=0) / MEDIAN_OF_SIZE
-    # With more steps repeated than not, the median itself is a step; the mean square is the better of the two then.
-    coarse = np.mean(sizes < 1e-12, axis=0) > 0.1
-    spread = np.where(coarse, np.sqrt(np.mean(sizes**2, axis=0)), spread)
-    return np.maximum(spread, [encoder_step(theta[:, k]) / np.sqrt(12.0) for k in range(theta.shape[1])])
+    sizes = np.abs(fourth_differences(trial.time, trial.theta))
+    steps = np.array([encoder_step(column) for column in trial.theta.T])
+    return np.maximum([_trimmed_deviation(column) for column in sizes.T], steps / np.sqrt(12.0))
 
 
 def encoder_steps(trial: Trial) -> Array:
     """Return the steps (2,) of the inner and the outer encoder, 0 where none shows [rad]."""
     theta1, theta2 = trial.theta.T
     return np.array([encoder_step(theta1), encoder_step(theta2 - theta1)])
+
+
+def _trimmed_deviation(sizes: Array) -> float:
+    """Return the standard deviation of normal numbers of which the sizes are given, without those that stand out."""
+    # Where an encoder's steps mostly repeat, the median is nothing.
+    repeated = np.mean(sizes < 1e-12) > 0.1
+    deviation = float(np.sqrt(np.mean(sizes**2)) if repeated else np.median(sizes) / MEDIAN_OF_SIZE)
+    for _ in range(_MOST_ITERATIONS):
+        before = deviation
+        deviation = float(np.sqrt(np.mean(sizes[sizes <= _TRIMMED * before] ** 2) / _SHARE_WITHIN))
+        if abs(deviation - before) <= _SETTLED * before:
+            break
+    return deviation

@@ -103,7 +103,8 @@ class NormalEquations:
             for index in range(first, last):
                 window = self._windows[index]
                 theta, sensitivity = self._model.predict(all_values, starts[index], window)
-                sensitivity, residual = sensitivity[..., self._columns], window.theta - theta
+                sensitivity = window.whitened(sensitivity[..., self._columns])
+                residual = window.whitened(window.theta - theta)
                 size_of = np.abs(residual)
                 weight = np.where(size_of > limit, limit / np.maximum(size_of, limit), 1.0) if limit < np.inf else None
                 rows, flat = sensitivity.reshape(-1, size), residual.ravel()
@@ -132,7 +133,7 @@ class NormalEquations:
             for index in range(first, last):
                 window = self._windows[index]
                 theta, _ = self._model.predict(all_values, starts[index], window, derivatives=False)
-                residuals[index] = window.theta - theta
+                residuals[index] = window.whitened(window.theta - theta)
 
         share_out(work, len(self._windows))
         return residuals if all(np.all(np.isfinite(residual)) for residual in residuals) else None

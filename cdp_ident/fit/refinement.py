@@ -42,10 +42,10 @@ class Fit:
     windows: tuple[Window, ...]
     """The windows, with their fitted starts."""
     residuals: tuple[Array, ...]
-    """(n, 2) measured minus simulated angle of each window [rad]."""
+    """(n, 2) measured minus simulated angles of each window, whitened [rad]."""
     sensitivities: tuple[Array, ...]
-    """(n, 2, states + unknowns) derivatives of the simulated angles, by the window's initial state and by the unknowns,
-    where these were held, by those that were not."""
+    """(n, 2, states + unknowns) derivatives of the simulated angles, whitened, by the window's initial state and by the
+    unknowns, where these were held, by those that were not."""
     weights: tuple[Array, ...]
     """(n, 2) weight of each residual; 1 but for wild samples."""
     iterations: int
@@ -65,14 +65,24 @@ class Fit:
 
     @property
     def squared_error(self) -> float:
-        """Sum of the squared residuals [rad^2]."""
+        """Sum of the squared residuals [rad^2]: what is minimised, but for wild samples."""
         return float(sum(np.sum(residual**2) for residual in self.residuals))
 
+    @property
+    def variance(self) -> float:
+        """Mean square of the residuals [rad^2]."""
+        return self.squared_error / self.samples
+
+    @cached_property
+    def errors(self) -> tuple[Array, ...]:
+        """(n, 2) measured minus simulated theta1 and theta2 of each window [rad]."""
+        return tuple(w.angles_of(residual) for w, residual in zip(self.windows, self.residuals, strict=True))
+
     def rmse(self, angle: int | None = None) -> float:
-        """Root mean square residual of one angle (0: theta1, 1: theta2) or of both together [rad]."""
+        """Root mean square error of one angle (0: theta1, 1: theta2) or of both together [rad]."""
         columns = slice(None) if angle is None else slice(angle, angle + 1)
-        residuals = np.concatenate([residual[:, columns].ravel() for residual in self.residuals])
-        return float(np.sqrt(np.mean(residuals**2)))
+        errors = np.concatenate([error[:, columns].ravel() for error in self.errors])
+        return float(np.sqrt(np.mean(errors**2)))
 
 
 def refine(

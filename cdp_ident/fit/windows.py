@@ -5,7 +5,7 @@ energetic trial, whatever its parameters. Windows are short enough to be followe
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
@@ -53,6 +53,8 @@ class Window:
     """Relative standard deviation of its trial's unit of time."""
     weights: tuple[Weight, ...] = ()
     """The known weights that were clamped to the rods in its trial."""
+    whitening: Array = field(default_factory=lambda: np.eye(2))
+    """(2, 2) what makes errors of theta1 and theta2 independent and alike; see `fit/reweighting.py`."""
 
     @property
     def duration(self) -> float:
@@ -63,6 +65,14 @@ class Window:
     def samples(self) -> slice:
         """Where its samples are in the trial."""
         return slice(self.first, self.first + len(self.theta))
+
+    def whitened(self, rows: Array) -> Array:
+        """Return rows (n, 2, …) of theta1 and theta2 with errors that are independent and alike."""
+        return np.asarray(np.einsum("rs,ns...->nr...", self.whitening, rows))
+
+    def angles_of(self, whitened: Array) -> Array:
+        """Return the theta1 and theta2 (n, 2) of whitened ones."""
+        return np.asarray(np.linalg.solve(self.whitening, whitened.T).T)
 
 
 def cut_into_windows(
@@ -163,6 +173,7 @@ def split(window: Window, parts: int) -> list[Window]:
                 half_width=window.half_width,
                 time_std=window.time_std,
                 weights=window.weights,
+                whitening=window.whitening,
             )
         )
     return pieces

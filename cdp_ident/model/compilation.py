@@ -58,7 +58,7 @@ def _remove_unused(folder: Path) -> None:
 
 _CACHE_FOLDER = _cache_folder()
 # Floating point as C compilers do it: no exception for a division by zero, sums in any order. Without these two LLVM
-# does not vectorise the loops over lanes, which then take six times as long (docs/performance.md).
+# does not vectorise the loops over lanes, which then take six times as long (docs/explanation/performance.md).
 _FLOATING_POINT = {"error_model": "numpy", "fastmath": True}
 
 

@@ -6,7 +6,7 @@ cart's acceleration u, and s, c the sine and cosine of theta1 - theta2::
     omega1' +  A23 c omega2' = a1 (g sin theta1 - u cos theta1) - A23 s omega2^2 - c1 omega1 - c2 (omega1 - omega2)
     A23 c omega1' + A33 omega2' = m2 l2 (g sin theta2 - u cos theta2) + A23 s omega1^2 + c2 (omega1 - omega2)
 
-Eq. (1) prints theta2' in C32; it must be theta1', as only then energy is kept without friction (docs/model.md).
+Eq. (1) prints theta2' in C32; it must be theta1': only so is energy kept without friction (docs/explanation/paper.md).
 
 The functions here are of scalars and are compiled into loops over time and over the lanes of a vector register, which
 is why they call nothing from outside.

@@ -25,7 +25,7 @@ from cdp_ident.ros.qos import create_publisher
 from cdp_ident.user_input import user_path
 
 DESCRIPTION = """\
-Read the encoders of a cart double pendulum from a serial port (docs/protocol.md) and publish their positions.
+Read the encoders of a cart double pendulum from a serial port (docs/reference/protocol.md) and publish their positions.
 
 publishes  joint_states (sensor_msgs/JointState)           stamped with the time of the measurement
            time_reference (sensor_msgs/TimeReference)      the device's own time of it, with the same stamp

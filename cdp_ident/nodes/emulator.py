@@ -20,7 +20,7 @@ from cdp_ident.ros.node import parse_arguments, run_node
 from cdp_ident.ros.parameters import Parameters
 
 DESCRIPTION = """\
-Emulate a rig: a serial port (a pseudo-terminal behind --link) that speaks docs/protocol.md like the rig's
+Emulate a rig: a serial port (a pseudo-terminal behind --link) that speaks docs/reference/protocol.md like the rig's
 microcontroller, while a scripted hand holds the pendulum and lets it go. Its physics and its script come from a YAML
 file (config/emulated_rig.yaml shows every key); without one it is the paper's pendulum, let go once.
 

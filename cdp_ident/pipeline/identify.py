@@ -14,6 +14,7 @@ from cdp_ident.fit.data import noise_over, prepare
 from cdp_ident.fit.estimation import estimate
 from cdp_ident.fit.force_balance import CLEARLY_BETTER, ForceBalance, balance_of_forces
 from cdp_ident.fit.options import IdentifyOptions
+from cdp_ident.fit.reweighting import reweighted
 from cdp_ident.fit.roles import assign_roles
 from cdp_ident.fit.scales import Scales, scales_of
 from cdp_ident.fit.thinning import thinned
@@ -78,6 +79,7 @@ def identify(
         stop,
         model.beginning(balanced.groups, balanced.inertia) if balanced else None,
     )
+    found = replace(found, fit=reweighted(found.fit, level))
     return Identification.of(options, data, balances, length, found, failure)
 
 

@@ -113,7 +113,7 @@ def _trial(outcome: Outcome, index: int, before: FinalModel, after: FinalModel) 
 def _simulated(final: FinalModel, trial: int, samples: int) -> Array:
     simulated = np.full((samples, 2), np.nan)
     for fit in (final.fit, final.holdout):
-        for window, residual in zip(fit.windows, fit.residuals, strict=True):
+        for window, residual in zip(fit.windows, fit.errors, strict=True):
             if window.trial == trial:
                 simulated[window.samples] = window.theta - residual
     return simulated

@@ -330,7 +330,7 @@ REPORT: Schema = {
                 tuple(name for name in KEYS if name not in _REQUIRED_OPTIONS),
                 **{name: _KINDS[key.kind](key.description) for name, key in KEYS.items()},
             )
-            | {"patternProperties": {f"^{re.escape(WEIGHTS)}": _list(_finite(), "see docs/weights.md", 3)}},
+            | {"patternProperties": {f"^{re.escape(WEIGHTS)}": _list(_finite(), "see docs/how_to/weights.md", 3)}},
             bag_sha256=_map(_map(_text()), "of each bag's files, by their names"),
         ),
     ),
@@ -357,7 +357,7 @@ def outline(schema: Mapping[str, Any] = REPORT, name: str = "") -> Iterator[tupl
 
 
 def document() -> str:
-    """Return the text of docs/report_schema.md."""
+    """Return the text of docs/reference/report_schema.md."""
     rows = "".join(f"| `{name}` | {kind} | {about} |\n" for name, kind, about in outline())
     return _HEAD + rows
 

@@ -1,4 +1,4 @@
-"""Records as COBS frames of little-endian fields with a CRC-16; docs/protocol.md, "Binary frames"."""
+"""Records as COBS frames of little-endian fields with a CRC-16; docs/reference/protocol.md, "Binary frames"."""
 
 import struct
 

@@ -4,7 +4,7 @@ from enum import IntFlag
 from typing import NamedTuple
 
 PROTOCOL_VERSION = 1
-"""Version of the frames that this package speaks; docs/protocol.md describes them byte for byte."""
+"""Version of the frames that this package speaks; docs/reference/protocol.md describes them byte for byte."""
 
 
 class Status(IntFlag):

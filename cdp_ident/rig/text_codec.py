@@ -1,4 +1,4 @@
-"""Records as lines of text with a checksum; docs/protocol.md, "Text lines"."""
+"""Records as lines of text with a checksum; docs/reference/protocol.md, "Text lines"."""
 
 import re
 

@@ -2,6 +2,8 @@
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from cdp_ident.diagnosis.outlier_windows import explains_an_outlier
 from cdp_ident.fit.refinement import Fit
 from cdp_ident.model.effects.effect import SensorEffect, TorqueEffect
@@ -77,16 +79,30 @@ def still_helps(with_it: Attempt, without_it: Attempt) -> bool:
 def share_explained(with_it: Attempt, without_it: Attempt, noise: float) -> float:
     """Return what effects explain over what remains, in the fit or in cross-validation, where that is more.
 
+    In cross-validation without the window where it is most: one step from chaotic motion, a prediction may go astray,
+    and the fall of its error says nothing.
+
     Args:
         with_it: the model with the effects.
         without_it: the model without them.
         noise: root mean square of what the encoders add to both angles [rad], more than nothing.
     """
-    shares = []
-    for without, now in zip(fits_of(without_it), fits_of(with_it), strict=True):
-        remains = max(now.rmse() ** 2, (1.0 + _NOISE_KNOWN_WITHIN) ** 2 * noise**2) - noise**2
-        shares.append((without.rmse() ** 2 - now.rmse() ** 2) / remains)
-    return max(shares)
+    falls = (
+        without_it.fit.rmse() ** 2 - with_it.fit.rmse() ** 2,
+        _fall_without_the_largest(without_it.validation, with_it.validation),
+    )
+    least = (1.0 + _NOISE_KNOWN_WITHIN) * noise
+    return max(
+        fall / (max(now.rmse(), least) ** 2 - noise**2) for fall, now in zip(falls, fits_of(with_it), strict=True)
+    )
+
+
+def _fall_without_the_largest(before: Fit, after: Fit) -> float:
+    """Return by how much the mean squared error falls, but for the window where it falls most [rad^2]."""
+    falls = [float(np.sum(old**2) - np.sum(new**2)) for old, new in zip(before.errors, after.errors, strict=True)]
+    largest = int(np.argmax(falls))
+    samples = after.samples - after.errors[largest].size
+    return (sum(falls) - falls[largest]) / samples if samples else falls[largest] / after.samples
 
 
 def fits_of(attempt: Attempt) -> tuple[Fit, Fit]:

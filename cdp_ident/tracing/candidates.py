@@ -73,7 +73,7 @@ class ScoreTest:
         def work(first: int, last: int) -> None:
             for index in range(first, last):
                 window, root = fit.windows[index], np.sqrt(fit.weights[index]).reshape(-1, 1)
-                sensitivity = model.predict(values, window.start, window)[1].reshape(-1, count)
+                sensitivity = window.whitened(model.predict(values, window.start, window)[1]).reshape(-1, count)
                 # A candidate whose sensitivity cannot be computed is none.
                 rows = np.where(np.abs(sensitivity) < _LARGEST, sensitivity, 0.0)
                 rows *= root

@@ -94,7 +94,7 @@ def change(before: Attempt, after: Attempt) -> Change:
     more = after.unknowns - before.unknowns
 
     def fall(old: Fit, new: Fit) -> float:
-        return (old.squared_error - new.squared_error) / (better.rmse() ** 2 * spread)
+        return (old.squared_error - new.squared_error) / (better.variance * spread)
 
     independent = better.samples / spread
     return Change(

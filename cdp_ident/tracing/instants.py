@@ -60,8 +60,9 @@ def _motion(fit: Fit, window: Window) -> tuple[Array, Array, Array]:
     """Return the states in a window, and what its start changes of them, in coordinates that are orthonormal.
 
     Returns:
-        States (n, 4), their derivatives (n, 4, 4) with respect to the coordinates, and those of the angles (n, 2, 4),
-        whose columns are an orthonormal basis. In chaotic motion those by the start itself are almost parallel.
+        States (n, 4), their derivatives (n, 4, 4) with respect to the coordinates, and those of the whitened angles
+        (n, 2, 4), whose columns are an orthonormal basis. In chaotic motion those by the start itself are almost
+        parallel.
     """
     values = fit.model.with_weights(fit.values, window.weights).values
     states, derivatives = trajectory_with_derivatives(
@@ -70,7 +71,7 @@ def _motion(fit: Fit, window: Window) -> tuple[Array, Array, Array]:
     )  # fmt: skip
     count = fit.model.states
     by_start = derivatives[..., :count]
-    state = InitialState.of(by_start[:, :2].reshape(-1, count))
+    state = InitialState.of(window.whitened(by_start[:, :2]).reshape(-1, count))
     return states, by_start @ state.transform, state.basis.reshape(-1, 2, count)
 
 
@@ -118,7 +119,6 @@ def _speed_change(fit: Fit, window: Window, states: Array, column: int) -> Array
 
 
 def _scan_slips(fit: Fit, effect: Effect) -> list[_Instant]:
-    reading = _READINGS[effect.joint]
     found = []
     for trial in sorted({window.trial for window in fit.windows}):
         later_size, later_fitting = 0.0, 0.0
@@ -126,6 +126,7 @@ def _scan_slips(fit: Fit, effect: Effect) -> list[_Instant]:
         for index in reversed(members):
             window, residual = fit.windows[index], fit.residuals[index]
             _, _, basis = _motion(fit, window)
+            reading = window.whitening @ _READINGS[effect.joint]
             imitation = _from_each_on(np.einsum("nrk,r->nk", basis, reading))
             size = np.arange(len(residual), 0, -1) * (reading @ reading) - np.einsum("nk,nk->n", imitation, imitation)
             fitting = _from_each_on(residual @ reading) - imitation @ np.einsum("nrk,nr->k", basis, residual)
@@ -136,12 +137,12 @@ def _scan_slips(fit: Fit, effect: Effect) -> list[_Instant]:
 
 
 def _best(fit: Fit, window: Window, size: Array, fitting: Array) -> _Instant:
-    squared_error, samples = fit.squared_error, sum(residual.size for residual in fit.residuals)
+    squared_error = fit.squared_error
     inner = slice(_MARGIN, -_MARGIN)
     gains = np.where(size[inner] > 1e-9 * size[inner].max(), fitting[inner] ** 2 / np.maximum(size[inner], 1e-300), 0.0)
     place = int(np.argmax(gains)) + _MARGIN
     elsewhere = gains[np.abs(np.arange(len(gains)) + _MARGIN - place) > _AWAY]
-    variance = max(squared_error - gains.max(), 0.05 * squared_error) / samples
+    variance = max(squared_error - gains.max(), 0.05 * squared_error) / fit.samples
     if len(elsewhere) and elsewhere.max() > gains.max() - _SHARP * variance:
         gains = np.zeros_like(gains)  # a residual that no instant in particular explains
     return _Instant(

@@ -40,5 +40,4 @@ def expected_variance(fit: Fit, gain: float) -> float:
     left = max(fit.squared_error - gain, 0.05 * fit.squared_error)
     # The residual is correlated otherwise once the effect is there, but for small gains.
     small = gain < 0.3 * fit.squared_error
-    samples = sum(residual.size for residual in fit.residuals)
-    return left / samples * (fit.autocorrelation.integrated_time if small else 1.0)
+    return left / fit.samples * (fit.autocorrelation.integrated_time if small else 1.0)

@@ -12,6 +12,7 @@ from cdp_ident.diagnosis.cross_validation import Folds, cross_validated
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.motion_model import JOINTS, ActiveEffect, MotionModel
 from cdp_ident.fit.refinement import Fit, refine, refine_from_afar
+from cdp_ident.fit.reweighting import reweighted
 from cdp_ident.tracing.candidates import Candidate
 from cdp_ident.tracing.evidence import Attempt, Change
 
@@ -213,9 +214,22 @@ class Progress:
         """Return a model that is taken, refined to the end."""
         return attempt_of(refine(attempt.model, attempt.fit.values, attempt.fit.windows), attempt.folds)
 
+    def reweigh(self) -> None:
+        """Weigh both angles by the errors that the model leaves, which are other ones than before its last effects."""
+        try:
+            fit = reweighted(self.current.fit, self.noise)
+            if fit is not self.current.fit:
+                self.current = attempt_of(fit, self.current.folds)
+        except (IdentificationError, np.linalg.LinAlgError) as error:
+            self.fail(f"the angles keep their weights: {error}")
+
     def fail(self, line: str) -> None:
         """Note what could not be computed, and tell people."""
         self.failures.append(line)
+        self._told(line)
+
+    def say(self, line: str) -> None:
+        """Tell people a line."""
         self._told(line)
 
     def note(self, action: str, after: Attempt, line: str, tried: Sequence[Tried] = ()) -> None:

@@ -65,6 +65,7 @@ def stepwise_selection(
     try:
         add_balanced(progress, balances)
         fit_zeros_by_trial(progress)
+        progress.reweigh()
         refuse_a_failed_fit((progress.current.fit, progress.current.validation))
         _select(progress)
         if not named_only:
@@ -106,6 +107,7 @@ def _without(progress: Progress, index: int) -> Attempt:
 def _select(progress: Progress) -> None:
     for _ in range(_MOST_ROUNDS):
         add_effects(progress)
+        progress.reweigh()
         if not exchange_effects(progress):
             break
         progress.current = drop_superfluous(progress, progress.current)

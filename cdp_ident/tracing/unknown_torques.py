@@ -11,7 +11,9 @@ from typing import TypeGuard
 import numpy as np
 import numpy.typing as npt
 
+from cdp_ident.diagnosis.cross_validation import error_from_other_trials
 from cdp_ident.diagnosis.uncertainty import curvature, downhill
+from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.motion_model import ActiveEffect
 from cdp_ident.fit.stiffness import Stiffness
 from cdp_ident.model.effects.catalogue import CATALOGUE
@@ -36,6 +38,8 @@ _AS_GOOD = 1.02
 _LEAST_SHARE = 0.1
 """By which share of it a torque without a name lowers the validation error, or it is one of many small ones.
 Dry friction over the angle is asked less: it may stand in the place of a name that would be wrong."""
+_TOO_FEW_FOR_FOLDS = 2
+"""With so many trials there are trials to predict, but folds are of windows."""
 _BETTER = 0.98
 """Stiffness is found anew as long as the validation error falls to that share of it."""
 
@@ -53,7 +57,7 @@ def add_unknown_torques(progress: Progress) -> None:
             for candidate in _promising(current, _possible(current, progress.noise))
             for attempt in _fitted(progress, candidate)
         ]
-        accepted = [attempt for attempt in found if _earns_its_place(current, attempt)]
+        accepted = [a for a in found if _earns_its_place(current, a) and _predicts_other_trials(progress, a)]
         if not accepted:
             return
         best = _even_instead(progress, min(accepted, key=lambda attempt: change(current, attempt).bic))
@@ -172,6 +176,27 @@ def _earns_its_place(before: Attempt, after: Attempt) -> bool:
         and earns_its_place(before, after, [curve])
         and change(before, after).fit > by_chance
     )
+
+
+def _predicts_other_trials(progress: Progress, attempt: Attempt) -> bool:
+    """Return whether a curve lowers the error over each trial when it is fitted to the other one alone.
+
+    With more trials the folds are trials already; windows of a trial know the others of their own too well for what
+    has so many parameters.
+    """
+    if len({window.trial for window in attempt.fit.windows}) != _TOO_FEW_FOR_FOLDS:
+        return True
+    key = attempt.model.effects[-1].effect.key
+    try:
+        with_it, without_it = (error_from_other_trials(model.fit) for model in (attempt, progress.current))
+    except (IdentificationError, np.linalg.LinAlgError) as error:
+        progress.fail(f"{key} is not added, for a fit of one trial alone could not be computed: {error}")
+        return False
+    if with_it < without_it:
+        return True
+    errors = f"{1e3 * without_it:.3g} -> {1e3 * with_it:.3g} mrad"
+    progress.say(f"{key} is not added: fitted to one trial, it does not help in the other ({errors})")
+    return False
 
 
 def _without_imitations(progress: Progress, attempt: Attempt) -> Attempt:

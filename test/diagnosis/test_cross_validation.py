@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from cdp_ident.diagnosis.cross_validation import cross_validated
+from cdp_ident.diagnosis.cross_validation import cross_validated, error_from_other_trials
 from cdp_ident.fit.motion_model import ActiveEffect, Mechanism, MotionModel
 from cdp_ident.fit.prior import Prior
 from cdp_ident.fit.refinement import fit_initial_states, refine
@@ -60,3 +60,15 @@ def test_a_strength_that_chance_gives_predicts_nothing():
         assert fit.squared_error < plain.squared_error * (1 + 1e-6)
         gains.append(before - cross_validated(fit, FOLDS).squared_error)
     assert sum(gains) < 0
+
+
+def test_a_trial_is_predicted_from_the_others_alone():
+    windows = cut_into_windows([standard_twin(np.random.default_rng(seed)) for seed in (0, 1)], 2.0)
+    fit = refine(MODEL, TRUTH, windows)
+    squared, samples = 0.0, 0
+    for trial in (0, 1):
+        own, others = ([w for w in windows if (w.trial == trial) is is_own] for is_own in (True, False))
+        left = fit_initial_states(MODEL, refine(MODEL, TRUTH, others).values, own)
+        squared, samples = squared + left.squared_error, samples + left.samples
+    assert error_from_other_trials(fit) == pytest.approx(np.sqrt(squared / samples), rel=1e-3)
+    assert error_from_other_trials(fit) > fit.rmse()

@@ -10,6 +10,7 @@ from cdp_ident.diagnosis.uncertainty import covariance, reduced_sensitivities
 from cdp_ident.fit.motion_model import ActiveEffect, Mechanism, MotionModel
 from cdp_ident.fit.prior import Prior
 from cdp_ident.fit.refinement import refine
+from cdp_ident.fit.reweighting import reweighted
 from cdp_ident.fit.windows import cut_into_windows
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.parameters import SYMBOLS, groups_of
@@ -51,6 +52,22 @@ def test_intervals_hold_the_truth_as_often_as_they_say(twins, fewest, most):
 def test_intervals_hold_the_truth_nearly_as_often_where_the_noise_is_correlated(trials, fewest):
     held = coverage(with_correlated_noise(np.random.default_rng(seed)) for seed in range(trials))
     assert np.all(held >= fewest), held
+
+
+def test_readings_that_add_up_say_more_where_their_noise_is_made_white():
+    rng = np.random.default_rng(0)
+    inside, narrower = [], []
+    for _ in range(10):
+        inner, outer = rng.normal(0.0, [[1e-3], [2e-4]], (2, len(TEN_SECONDS)))
+        trial = Trial("relative", TEN_SECONDS, standard_motion() + np.stack([inner, inner + outer], axis=1))
+        plain = fit_of(trial)
+        fit = reweighted(plain, 0.7e-3)
+        spread = np.sqrt(np.diag(covariance(fit)))
+        inside.append(np.abs(fit.values - TRUTH) < 1.96 * spread)
+        narrower.append(spread / np.sqrt(np.diag(covariance(plain))))
+        assert fit.rmse(0) == pytest.approx(1e-3, rel=0.1)
+    assert np.mean(inside) >= 0.85
+    assert np.mean(narrower) < 0.6
 
 
 def test_correlated_noise_widens_the_intervals():

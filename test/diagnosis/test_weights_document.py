@@ -1,4 +1,4 @@
-"""The tables of docs/weights.md, made anew from the ranks of what trials show."""
+"""The tables of docs/how_to/weights.md, made anew from the ranks of what trials show."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -13,7 +13,7 @@ from cdp_ident.model.weights import Weight
 from reference.pendulum import TABLE_5
 from scenarios.weighted import INERTIA
 
-DOCUMENT = (Path(__file__).parents[2] / "docs/weights.md").read_text()
+DOCUMENT = (Path(__file__).parents[2] / "docs/how_to/weights.md").read_text()
 PHYSICAL = np.array([TABLE_5[symbol] for symbol in SYMBOLS])
 LENGTH = TABLE_5["L"]
 INNER, OUTER = Weight("inner", 0.08, 0.25), Weight("outer", 0.05, 0.3)

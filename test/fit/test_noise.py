@@ -59,3 +59,11 @@ def test_an_encoder_that_hardly_moves_has_at_least_the_noise_of_its_steps():
     step = 2 * np.pi / 2000
     theta = np.round(np.column_stack([0.02 * np.sin(TEN_SECONDS)] * 2) / step) * step
     assert np.all(noise_of(Trial("slow", TEN_SECONDS, theta)) >= step / np.sqrt(12) * 0.999)
+
+
+@pytest.mark.parametrize("size", [0.1, 1.0])
+def test_wild_samples_do_not_count_where_most_steps_repeat(size):
+    step = 2 * np.pi / 2000
+    theta = np.round(np.column_stack([0.02 * np.sin(TEN_SECONDS)] * 2) / step) * step
+    theta[100::300] += size
+    assert np.all(noise_of(Trial("slow", TEN_SECONDS, theta)) < 2 * step / np.sqrt(12))

@@ -43,6 +43,14 @@ def test_windows_know_their_trial_and_when_they_begin():
     assert [(window.trial, window.begin) for window in windows] == [(k, 2.5 * n) for k in (0, 1) for n in range(4)]
 
 
+def test_whitened_angles_are_found_again_in_pieces_of_a_window_too():
+    window = replace(cut_into_windows([TWIN])[0], whitening=np.array([[2.0, 0.0], [-0.5, 0.25]]))
+    for piece in (window, *split(window, 2)):
+        white = piece.whitened(piece.theta)
+        assert white[3] == pytest.approx([2 * piece.theta[3, 0], 0.25 * piece.theta[3, 1] - 0.5 * piece.theta[3, 0]])
+        assert piece.angles_of(white) == pytest.approx(piece.theta)
+
+
 def test_a_window_with_too_few_samples_is_left_out():
     time = np.concatenate([np.arange(500) / 200, 3.0 + np.arange(5) / 2])
     trial = Trial("gap", time, np.zeros((505, 2)))

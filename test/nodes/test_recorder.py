@@ -209,15 +209,16 @@ def test_killed_it_loses_nothing_older_than_a_second_and_the_next_start_complete
             time.sleep(0.1)
         time.sleep(delay)
         (bag,) = (folder for folder in (tmp_path / "trials").iterdir() if folder not in [bag for bag, _ in killed])
-        killed.append((bag, time.time_ns()))
+        received = listener.joint_states[-1].header.stamp
         recorder.end(signal.SIGKILL)
+        killed.append((bag, received.sec * 10**9 + received.nanosec))
         assert not (bag / "metadata.yaml").exists()
     last = start_recorder()
     listener.wait_for(lambda: "completed" in last.said)
     sent = {state.header.stamp.sec * 10**9 + state.header.stamp.nanosec for state in listener.joint_states}
-    for bag_folder, when in killed:
+    for bag_folder, received_until in killed:
         recorded = stamps(bag_folder)
-        assert recorded[-1] > when - 1_000_000_000
+        assert recorded[-1] > received_until - 1_000_000_000
         expected = np.array(sorted(stamp for stamp in sent if recorded[0] <= stamp <= recorded[-1]))
         assert np.array_equal(recorded, expected)
 

@@ -1,4 +1,4 @@
-"""What docs/simulator.md shows is so."""
+"""What docs/reference/simulator.md shows is so."""
 
 import re
 import subprocess
@@ -13,7 +13,7 @@ ROOT = Path(__file__).parents[2]
 
 def test_the_library_s_example_runs(tmp_path: Path) -> None:
     (tmp_path / "fitted.yaml").write_text(parameter_file(NOMINAL))
-    found = re.search(r"```python\n(.*?)```", (ROOT / "docs/simulator.md").read_text(), re.DOTALL)
+    found = re.search(r"```python\n(.*?)```", (ROOT / "docs/reference/simulator.md").read_text(), re.DOTALL)
     assert found
     code = found[1].replace("identification/swing_wide", str(tmp_path))
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, check=False, capture_output=True, text=True)

@@ -8,7 +8,7 @@ from jsonschema import Draft202012Validator
 from cdp_ident.report.folder import json_text
 from cdp_ident.report.schema import REPORT, document, outline, problem
 
-DOCUMENT = Path(__file__).parents[2] / "docs/report_schema.md"
+DOCUMENT = Path(__file__).parents[2] / "docs/reference/report_schema.md"
 
 
 def test_the_schema_is_one():
@@ -31,4 +31,4 @@ def test_everything_has_a_type_and_all_that_needs_words_has_them():
 
 def test_the_document_says_the_same():
     command = "python -c 'from cdp_ident.report.schema import document; print(document(), end=\"\")'"
-    assert DOCUMENT.read_text() == document(), f"{command} > docs/report_schema.md"
+    assert DOCUMENT.read_text() == document(), f"{command} > docs/reference/report_schema.md"

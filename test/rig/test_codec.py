@@ -1,4 +1,4 @@
-"""Both codecs: the bytes that docs/protocol.md promises, and what is refused."""
+"""Both codecs: the bytes that docs/reference/protocol.md promises, and what is refused."""
 
 import pytest
 from hypothesis import given
@@ -19,7 +19,7 @@ FIRMWARE = st.text(st.sampled_from([chr(code) for code in range(32, 127) if chr(
 HELLOS = st.builds(Hello, POSITIVE, POSITIVE, POSITIVE, FIRMWARE)
 SAMPLE = Sample(7, 1000000, 0, -2, 4000, 0)
 HELLO = Hello(1000, 8000, 8000, "rig 1.0")
-# The four frames that docs/protocol.md shows.
+# The four frames that docs/reference/protocol.md shows.
 BINARY_SAMPLE = "04 01 01 07 01 01 04 40 42 0f 01 01 01 01 07 fe ff ff ff a0 0f 01 01 03 87 d0 00"
 BINARY_HELLO = "02 01 03 e8 03 01 03 40 1f 01 03 40 1f 01 0a 72 69 67 20 31 2e 30 14 eb 00"
 TEXT_SAMPLE = b"$S1,7,1000000,0,-2,4000,0*E762\r\n"

@@ -1,4 +1,4 @@
-"""docs/protocol.md: its frames are those that the codecs speak, and its sketch compiles and is understood."""
+"""docs/reference/protocol.md: its frames are those that the codecs speak, and its sketch compiles and is understood."""
 
 import shutil
 import subprocess
@@ -11,7 +11,7 @@ from cdp_ident.rig.decoder import Decoder
 from cdp_ident.rig.records import Hello, Sample
 from cdp_ident.rig.text_codec import TextCodec
 
-DOCUMENT = (Path(__file__).parents[2] / "docs" / "protocol.md").read_text(encoding="utf-8")
+DOCUMENT = (Path(__file__).parents[2] / "docs" / "reference" / "protocol.md").read_text(encoding="utf-8")
 SAMPLE = Sample(7, 1_000_000, 0, -2, 4000, 0)
 HELLO = Hello(1000, 8000, 8000, "rig 1.0")
 

@@ -7,20 +7,23 @@ from hypothesis import strategies as st
 
 from cdp_ident.fit.motion_model import Mechanism, MotionModel
 from cdp_ident.fit.refinement import Fit
+from cdp_ident.fit.windows import cut_into_windows
 from cdp_ident.tracing.acceptance import share_explained
 from cdp_ident.tracing.certainty import NAMED
 from cdp_ident.tracing.evidence import Attempt
+from cdp_ident.trial.trial import Trial
 
 NOISE = 1e-3
 MODEL = MotionModel(Mechanism(0.4, 9.81, 0.4, 0.05))
+(WINDOW,) = cut_into_windows([Trial("still", np.linspace(0.0, 1.0, 20), np.zeros((20, 2)))])
 
 
 def attempt(of_fit: float, of_validation: float) -> Attempt:
     """Return a model that leaves given errors, over the noise."""
 
     def leaving(error: float) -> Fit:
-        residuals = np.full((10, 2), error * NOISE)
-        return Fit(MODEL, np.zeros(5), (), (residuals,), (), (), 1, 1, True)
+        residuals = np.full((len(WINDOW.theta), 2), error * NOISE)
+        return Fit(MODEL, np.zeros(5), (WINDOW,), (residuals,), (), (), 1, 1, True)
 
     return Attempt(leaving(of_fit), leaving(of_validation), folds=())
 
@@ -43,3 +46,15 @@ def test_a_hundredth_of_the_noise_is_not_worth_a_name_even_where_nothing_remains
 @given(st.floats(0.9, 1.02))
 def test_half_the_noise_is_worth_a_name_where_nothing_remains(error):
     assert share_explained(attempt(error, error), attempt(error + 0.5, error + 0.5), NOISE) > NAMED
+
+
+def test_what_one_window_alone_predicts_better_is_not_explained():
+    def leaving(*errors: float) -> Fit:
+        residuals = tuple(np.full((len(WINDOW.theta), 2), error * NOISE) for error in errors)
+        return Fit(MODEL, np.zeros(5), (WINDOW,) * len(errors), residuals, (), (), 1, 1, True)
+
+    fitted = leaving(1.2, 1.2, 1.2)
+    after = Attempt(fitted, leaving(1.2, 1.2, 1.2), folds=())
+    astray, better = (Attempt(fitted, leaving(*of), folds=()) for of in ((30.0, 1.2, 1.2), (30.0, 3.0, 3.0)))
+    assert share_explained(after, astray, NOISE) == pytest.approx(0.0)
+    assert share_explained(after, better, NOISE) == pytest.approx((3.0**2 - 1.2**2) / (1.2**2 - 1.0))

@@ -5,21 +5,25 @@ import pytest
 
 from cdp_ident.fit.motion_model import ActiveEffect, Mechanism, MotionModel
 from cdp_ident.fit.refinement import Fit
+from cdp_ident.fit.windows import cut_into_windows
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.curves import CURVES
 from cdp_ident.tracing.certainty import certainties
 from cdp_ident.tracing.evidence import Attempt
 from cdp_ident.tracing.selection import Progress
+from cdp_ident.trial.trial import Trial
 
 NOISE = 1e-3
 DRY = next(effect for effect in CATALOGUE if effect.key == "coulomb_friction.outer")
+(WINDOW,) = cut_into_windows([Trial("still", np.linspace(0.0, 1.0, 20), np.zeros((20, 2)))])
 PLAIN = MotionModel(Mechanism(0.4, 9.81, 0.4, 0.05))
 MODEL = PLAIN.with_effect(ActiveEffect(DRY))
 
 
 def attempt(model: MotionModel, error: float) -> Attempt:
     """Return a model that leaves an error, over the noise."""
-    fit = Fit(model, np.zeros(len(model.names)), (), (np.full((10, 2), error * NOISE),), (), (), 1, 1, True)
+    residuals = np.full((len(WINDOW.theta), 2), error * NOISE)
+    fit = Fit(model, np.zeros(len(model.names)), (WINDOW,), (residuals,), (), (), 1, 1, True)
     return Attempt(fit, fit, folds=())
 
 

@@ -5,17 +5,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cdp_ident.diagnosis.identification import Identification
 from cdp_ident.fit.options import IdentifyOptions
+from cdp_ident.fit.refinement import Fit
+from cdp_ident.fit.reweighting import reweighted
 from cdp_ident.pipeline.identify import identify
 from cdp_ident.tracing import instants
 from scenarios.hidden_truths import hidden_truth
 
 
 @pytest.fixture(scope="module")
-def chaotic() -> Identification:
+def chaotic() -> Fit:
     trials, _ = hidden_truth("impulse.inner", 8000)
-    return identify(trials, [], IdentifyOptions())
+    return reweighted(identify(trials, [], IdentifyOptions()).fit, np.inf)
 
 
 @pytest.mark.parametrize("column", [0, 1])
@@ -28,12 +29,12 @@ def test_a_knock_s_gain_is_that_of_its_projection_even_where_motion_is_chaotic(c
 
     monkeypatch.setattr(instants, "_best", gains)
     effect = next(e for e in instants.CATALOGUE if e.key == ("impulse.inner", "impulse.outer")[column])
-    instants._scan_knocks(chaotic.fit, effect)
-    for (window, size, fitting), residual in zip(scanned, chaotic.fit.residuals, strict=True):
-        states, transition, basis = instants._motion(chaotic.fit, window)
+    instants._scan_knocks(chaotic, effect)
+    for (window, size, fitting), residual in zip(scanned, chaotic.residuals, strict=True):
+        states, transition, basis = instants._motion(chaotic, window)
         start = basis.reshape(-1, 4)
         for j in (20, len(states) // 2, len(states) - 20):
-            change = instants._speed_change(chaotic.fit, window, states, column)[j]
+            change = instants._speed_change(chaotic, window, states, column)[j]
             moved = np.where(np.arange(len(states))[:, None] >= j, basis @ np.linalg.solve(transition[j], change), 0.0)
             left = moved.ravel()
             for _ in range(2):
@@ -43,14 +44,15 @@ def test_a_knock_s_gain_is_that_of_its_projection_even_where_motion_is_chaotic(c
 
 
 def test_an_encoder_s_slip_is_found_at_its_instant(chaotic):
-    window = chaotic.fit.windows[1]
+    window = chaotic.windows[1]
     instant = window.time[len(window.time) // 2]
     after = window.time >= instant
-    residuals = list(chaotic.fit.residuals)
-    residuals[1] = residuals[1] + np.where(after[:, None], [0.0, 0.05], 0.0)
-    later = [w.trial == window.trial and w.begin > window.begin for w in chaotic.fit.windows]
-    residuals = [r + np.array([0.0, 0.05]) * is_later for r, is_later in zip(residuals, later, strict=True)]
-    fit = replace(chaotic.fit, residuals=tuple(residuals))
+    slipped = window.whitening @ [0.0, 0.05]
+    residuals = list(chaotic.residuals)
+    residuals[1] = residuals[1] + np.where(after[:, None], slipped, 0.0)
+    later = [w.trial == window.trial and w.begin > window.begin for w in chaotic.windows]
+    residuals = [r + slipped * is_later for r, is_later in zip(residuals, later, strict=True)]
+    fit = replace(chaotic, residuals=tuple(residuals))
     slip = next(c for c in instants.instants(fit) if c.active.effect.key == "encoder_slip.outer")
     assert slip.active.trial == window.trial
     assert slip.values == pytest.approx([0.05, window.begin + instant], abs=0.011)

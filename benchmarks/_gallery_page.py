@@ -1,0 +1,237 @@
+"""The text of the gallery of effects."""
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from cdp_ident.model.effects.catalogue import CATALOGUE
+from cdp_ident.model.effects.effect import Effect
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One effect of the gallery."""
+
+    kind: str
+    hidden: str
+    """Strength at which it was looked for at first, with how visible it is over the noise."""
+    found: tuple[str, ...]
+    """Keys of what was found there, with how sure each name is."""
+    before: float
+    """Error on the held-out trial with the paper's model [mrad]."""
+    after: float
+    """The same with what was found [mrad]."""
+    noise: float
+    """Of the encoders [mrad]."""
+    rivals: tuple[tuple[str, float], ...]
+    """What else was refitted at the first step, and its validation error over that of the chosen model."""
+    also_possible: tuple[str, ...]
+    found_at: tuple[str, ...]
+    """Strengths at which it was found."""
+    lost_at: tuple[str, ...]
+    """Strengths at which it was not, or why there is no result."""
+
+
+@dataclass(frozen=True)
+class Strengths:
+    """How visible effects are, over the noise."""
+
+    drawn: float
+    """In pictures."""
+    strong: float
+    """When they are looked for at first."""
+    weaker: float
+    """At the second time."""
+    weakest: float
+    """At the last."""
+
+
+_NAMES = {
+    "rotor_inertia": "geared_rotor",
+    "magnet": "unknown_torque",
+    "partial_rub": "unknown_torque",
+    "heavy_cart": "pivot_compliance",
+}
+"""What the catalogue calls that which has another name in the reference."""
+_HIDDEN_AS = {
+    "magnet": "hidden as a magnet near the joint; over the angle",
+    "partial_rub": "hidden as a bearing that rubs over a part of its turn; dry friction over the angle",
+    "heavy_cart": "hidden as a heavy cart on a soft stand",
+    "rotor_inertia": "hidden as a rotor that turns with the outer joint",
+}
+_TOLD = {
+    "coulomb_friction": (
+        "A step at zero speed: the same torque at any speed, against the motion. Viscous friction is a slope;"
+        " Stribeck friction has peaks beside the step."
+    ),
+    "stribeck_friction": (
+        "A step at zero speed with a peak on each side. Without enough slow motion it cannot be told from "
+        "Coulomb friction, which is then taken as the simpler one."
+    ),
+    "load_friction": (
+        "A step at zero speed whose height follows the bearing's load: higher where the rods swing through "
+        "fast. Coulomb friction has the same step at any load."
+    ),
+    "quadratic_friction": (
+        "A parabola over the joint's speed, with the sign of the speed. In the inner joint it is the same "
+        "motion as air drag on the inner rod; in the outer joint, drag goes with the rod's absolute speed "
+        "instead."
+    ),
+    "air_drag": (
+        "A parabola over the rod's absolute speed. Over the joint's speed it is blurred, which tells it from "
+        "quadratic friction."
+    ),
+    "joint_spring": (
+        "A straight line over the joint's angle. Gravity is a sine of the absolute angles, so large swings "
+        "tell them apart."
+    ),
+    "cogging_torque": ("A wave over the joint's angle, some periods a turn."),
+    "impulse": (
+        "One window fits far worse than all others, from one instant on. A knock makes a speed jump, lost "
+        "counts an angle."
+    ),
+    "encoder_offset": (
+        "The angle is off by a constant, so gravity seems to pull askew. Of the inner encoder it is the same "
+        "motion as a base that is not level."
+    ),
+    "encoder_scale": ("The error grows with the angle from hanging; an offset is constant, an eccentricity periodic."),
+    "encoder_eccentricity": ("The error is a sine of the joint's angle, once a turn."),
+    "encoder_slip": ("One angle jumps at an instant and stays off; the speeds do not jump."),
+    "gravity_tilt": (
+        "Gravity has a constant share sideways. An inner encoder that is off by the tilt gives the same "
+        "motion: the two cannot be told apart, and the report names both."
+    ),
+    "pivot_compliance": (
+        "What is missing follows the rods' horizontal pull. A stand that oscillates by itself leaves ripples "
+        "at its own frequency."
+    ),
+    "time_offset": ("The outer angle's error is proportional to its speed: the delay times the speed."),
+    "geared_rotor": (
+        "The rods' accelerations are coupled by a constant, instead of by the cosine of the angle between the rods."
+    ),
+    "unknown_torque": (
+        "A torque over a joint's angle or speed whose shape no named effect has. It is fitted as a smooth curve."
+    ),
+}
+"""How each effect is told from its neighbours."""
+_HEAD = """\
+# Gallery of effects
+
+What each effect of the catalogue leaves when the model lacks it, how it is told from its neighbours, and how weak it
+may be. The page is made by `python -m benchmarks.gallery`.
+
+**The rig** is the paper's (the last row of Table 5, L = 0.4 m), sampled at 200 Hz by encoders of 8000 counts a turn
+with 0.3 mrad of noise, which makes {noise:.2g} mrad in the absolute angles. Two swings of 12 s are fitted, a third is
+held out. One effect is hidden at a time, by `reference/`, which shares no code with the package.
+
+**Pictures** show what the paper's model leaves, fitted to the swings of a rig whose effect is {of.drawn:g} times as
+visible as the noise. *Visible* is the root mean square by which it moves the angles beyond what other parameters and
+other initial states could imitate over 2.5 s. Left: measured less simulated angles over the windows of one swing,
+theta1 pale, theta2 strong; the grey band is the noise. Middle and right: the missing torque of the joint, averaged in
+bins over speed and over angle (not for errors of encoders and for what happens once, which are no lasting torques).
+
+**Strengths**: each effect is hidden at {of.strong:g} times the noise and looked for. It is hidden again at
+{of.weaker:g}, and then at half as much each time, down to {of.weakest:g}, until it is not found any more; where
+{of.weaker:g} is too weak already, at 1.6 and 3.2. The weakest strength is thus known within a factor of two, for this
+rig and one draw of the noise; where nothing stands under *not found at*, nothing weaker was tried. *Found* means that
+the effect's name, or one that is the same motion, is in the result as *named* or *probable* (of a torque without a
+name: that it is in the result).
+
+"""
+
+
+def read_entries(path: Path) -> list[Entry]:
+    """Read what was found before."""
+    found: list[dict[str, Any]] = json.loads(path.read_text(encoding="utf-8"))
+    return [Entry(**{name: _tuples(value) for name, value in entry.items()}) for entry in found]
+
+
+def page(entries: Sequence[Entry], strengths: Strengths) -> str:
+    """Return the page."""
+    noise = max(entry.noise for entry in entries)
+    text = _HEAD.format(noise=noise, of=strengths) + _table(entries)
+    names = dict.fromkeys(effect.name for effect in CATALOGUE)
+    for name in names:
+        forms = [effect for effect in CATALOGUE if effect.name == name]
+        text += f"\n## {_title(name)}\n\n{_TOLD[name]}\n\n{_description(forms)}"
+        for entry in entries:
+            if _name(entry) == name:
+                text += _section(entry)
+    return text
+
+
+def _table(entries: Sequence[Entry]) -> str:
+    lines = ["| effect | joint | weakest strength found (over the noise) | not found at |", "|---|---|---|---|"]
+    for entry in entries:
+        part, joint = entry.kind.split(".")
+        name = _title(_name(entry))
+        note = f" ({part.replace('_', ' ')})" if part != _name(entry) else ""
+        found = _weakest(entry) or "none of those tried"
+        lines.append(f"| {name}{note} | {joint} | {found} | {_strongest_lost(entry)} |")
+    return "\n".join(lines) + "\n"
+
+
+def _section(entry: Entry) -> str:
+    part, joint = entry.kind.split(".")
+    place = "base" if joint == "base" else f"{joint} joint"
+    text = f"\n### {_title(part)}, {place}\n\n![{_title(part)}, {place}: residuals](effects/{entry.kind}.svg)\n\n"
+    hidden_as = f", {_HIDDEN_AS[part]}" if part in _HIDDEN_AS else ""
+    found = ", ".join(f"`{key}`" for key in entry.found) or "nothing"
+    text += (
+        f"Hidden: {entry.hidden}{hidden_as}. Found: {found}. Held-out error {entry.before:.2f} mrad without, "
+        f"{entry.after:.2f} mrad with it; noise {entry.noise:.2f} mrad.\n"
+    )
+    if entry.also_possible:
+        text += f"The data cannot tell it from: {', '.join(entry.also_possible)}.\n"
+    if entry.rivals:
+        others = ", ".join(f"`{key}` {ratio:.2f}" for key, ratio in entry.rivals)
+        text += f"Other candidates, fitted in its place (validation error over that of the chosen model): {others}.\n"
+    return text
+
+
+def _description(forms: Sequence[Effect]) -> str:
+    if forms[0].name == "unknown_torque":
+        return "Sources: penalised splines, Eilers and Marx, 1996.\n"
+    rows = dict.fromkeys(
+        (
+            _variant(effect),
+            effect.formula,
+            ", ".join(f"{p.name} [{p.unit}]" for p in effect.parameters if not p.fixed),
+            effect.source,
+        )
+        for effect in forms
+    )
+    lines = ["| form | formula | parameters | source |", "|---|---|---|---|"]
+    lines += ["| " + " | ".join(cell.replace("|", "\\|") for cell in row) + " |" for row in rows]
+    return "\n".join(lines) + "\n"
+
+
+def _variant(effect: Effect) -> str:
+    return "2 to 16 per turn" if effect.name == "cogging_torque" else effect.variant
+
+
+def _name(entry: Entry) -> str:
+    part = entry.kind.split(".")[0]
+    return _NAMES.get(part, part)
+
+
+def _title(name: str) -> str:
+    return name.replace("_", " ").capitalize()
+
+
+def _visible(strength: str) -> float:
+    return float(strength.rpartition("(")[2].rstrip(")"))
+
+
+def _weakest(entry: Entry) -> str:
+    return min(entry.found_at, key=_visible, default="")
+
+
+def _strongest_lost(entry: Entry) -> str:
+    return max((lost for lost in entry.lost_at if lost.endswith(")")), key=_visible, default="")
+
+
+def _tuples(value: Any) -> Any:
+    return tuple(_tuples(inner) for inner in value) if isinstance(value, list) else value

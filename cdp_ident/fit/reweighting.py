@@ -1,0 +1,65 @@
+"""Errors of theta1 and theta2 made independent and alike: feasible generalised least squares.
+
+Where the outer encoder turns with the inner rod, theta2 is the sum of two readings, and its noise goes with theta1's; a
+camera measures the two apart. Which it is, and how large each one's noise is, the errors of a fit say that leaves
+nothing else; the fit that follows weighs both angles by their covariance (Zellner, J. Am. Stat. Assoc. 57, 1962). What
+a model lacks is no noise: as long as that is more, both angles count alike.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+
+from cdp_ident.fit.refinement import Fit, refine
+
+Array = npt.NDArray[np.float64]
+
+_MOST_UNEQUAL = 10.0
+"""A combination of both angles counts at most so many times as much as another."""
+_NOISE = 1.5
+"""Errors of so many times the noise are more than noise."""
+_AS_BEFORE = 0.1
+"""Weights that change by less than this are left as they are."""
+
+
+def reweighted(fit: Fit, noise: float) -> Fit:
+    """Return a fit whose errors of both angles are weighted by their covariance, if they are noise.
+
+    Args:
+        fit: all its windows have the same weights.
+        noise: root mean square of that of both angles [rad].
+
+    Raises:
+        IdentificationError: the motion cannot be computed.
+    """
+    if fit.rmse() > _NOISE * noise:
+        return fit
+    white = whitening(usual_covariance(fit.errors))
+    if all(np.allclose(window.whitening, white, atol=_AS_BEFORE) for window in fit.windows):
+        return fit
+    return refine(fit.model, fit.values, [replace(window, whitening=white) for window in fit.windows])
+
+
+def usual_covariance(errors: Sequence[Array]) -> Array:
+    """Return the covariance (2, 2) of the errors (n, 2) in the half of the windows where they are smallest [rad^2].
+
+    So what happened once, in one of them, has no part in it.
+    """
+    products = np.array([error.T @ error / len(error) for error in errors])
+    sizes = np.trace(products, axis1=1, axis2=2)
+    usual = sizes <= np.median(sizes)
+    lengths = np.array([len(error) for error in errors])[usual]
+    return np.asarray(np.average(products[usual], axis=0, weights=lengths))
+
+
+def whitening(covariance: Array) -> Array:
+    """Return the matrix (2, 2) that makes errors of a covariance white, and as large as before in the mean."""
+    mean = float(np.trace(covariance)) / 2.0
+    if mean == 0.0:
+        return np.eye(2)
+    variances, directions = np.linalg.eigh(covariance / mean)
+    variances = np.maximum(variances, variances[-1] / _MOST_UNEQUAL**2)
+    bounded = directions * variances @ directions.T
+    return np.asarray(np.linalg.inv(np.linalg.cholesky(bounded * 2.0 / np.trace(bounded))))

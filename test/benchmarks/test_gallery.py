@@ -1,0 +1,23 @@
+"""The gallery of effects: all of the catalogue is in it, and its page is that of what was found."""
+
+from benchmarks._gallery_page import Strengths, page, read_entries
+from benchmarks.gallery import DRAWN, FOUND, KINDS, PAGE, PICTURES, STRONG, WEAKER
+from cdp_ident.model.effects.catalogue import CATALOGUE
+
+TEXT = PAGE.read_text(encoding="utf-8")
+
+
+def test_every_effect_of_the_catalogue_has_a_section():
+    for name in {effect.name for effect in CATALOGUE}:
+        assert f"\n## {name.replace('_', ' ').capitalize()}\n" in TEXT
+
+
+def test_everything_that_was_hidden_has_a_picture():
+    assert {path.stem for path in PICTURES.glob("*.svg")} == set(KINDS)
+    assert all(f"](effects/{kind}.svg)" in TEXT for kind in KINDS)
+
+
+def test_the_page_is_that_of_what_was_found():
+    assert page(read_entries(FOUND), Strengths(DRAWN, STRONG, WEAKER[0], WEAKER[-1])) == TEXT, (
+        "python -m benchmarks.gallery --draw"
+    )

@@ -1,0 +1,45 @@
+"""Torques without a name, judged by what they predict."""
+
+import numpy as np
+import pytest
+
+from cdp_ident.fit.motion_model import ActiveEffect, Mechanism, MotionModel
+from cdp_ident.fit.prior import Prior
+from cdp_ident.fit.refinement import refine
+from cdp_ident.fit.stiffness import penalties
+from cdp_ident.fit.windows import cut_into_windows
+from cdp_ident.model.effects.curves import CURVES
+from cdp_ident.model.parameters import SYMBOLS, groups_of
+from cdp_ident.tracing.selection import Progress, attempt_of
+from cdp_ident.tracing.unknown_torques import _predicts_other_trials
+from reference.pendulum import TABLE_5
+from scenarios.twin import TEN_SECONDS, twin
+
+NOISE = 5e-4
+MODEL = MotionModel(Mechanism.of(Prior()))
+TRUTH = groups_of([TABLE_5[symbol] for symbol in SYMBOLS], TABLE_5["L"])
+CURVE = next(curve for curve in CURVES if curve.key == "unknown_torque.outer.over_angle")
+
+
+def swing(seed, start, strength):
+    def torque(time, state):
+        of_joint = strength * np.sin(2.0 * (state[1] - state[0]))
+        return -of_joint, of_joint
+
+    rng = np.random.default_rng(seed)
+    return twin(rng, start=start, times=TEN_SECONDS[:800], noise=NOISE, torque=torque, tolerance=1e-8)
+
+
+@pytest.mark.parametrize(("in_the_other", "predicts"), [(4e-3, True), (-4e-3, False)])
+def test_a_curve_must_help_in_a_trial_that_it_is_not_fitted_to(in_the_other, predicts):
+    trials = [swing(0, (2.2, 2.6, 0.0, 0.0), 4e-3), swing(1, (2.4, 2.2, 0.0, 0.0), in_the_other)]
+    windows = cut_into_windows(trials, 1.25)
+    folds = tuple(tuple(range(len(windows))[k::4]) for k in range(4))
+    plain = refine(MODEL, TRUTH, windows)
+    model = MODEL.with_effect(ActiveEffect(CURVE, stiffness=(1e-4,) * len(penalties(CURVE.curve))))
+    curved = refine(model, np.concatenate([plain.values, np.zeros(CURVE.curve.count)]), windows)
+    assert curved.squared_error < plain.squared_error
+    told = []
+    progress = Progress(attempt_of(plain, folds), NOISE, told.append)
+    assert _predicts_other_trials(progress, attempt_of(curved, folds)) is predicts
+    assert ("does not help in the other" in "".join(told)) is not predicts
