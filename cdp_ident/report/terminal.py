@@ -10,7 +10,7 @@ from rich.text import Text
 from cdp_ident.model.parameters import GROUPS
 from cdp_ident.report.contents import Section
 from cdp_ident.report.formatting import CERTAINTY, interval, milliradians, number, unit, with_std
-from cdp_ident.report.wording import STAGES, effects_in_words, how_determined, nominal_value
+from cdp_ident.report.wording import STAGES, effects_in_words, how_determined, nominal_value, weights_words
 
 
 def print_report(console: Console, report: Section) -> None:
@@ -51,7 +51,7 @@ def _trials(report: Section) -> Table:
     for trial in report["trials"]:
         end = trial["start_s"] + trial["duration_s"]
         swing = f"{trial['start_s']:.2f} to {end:.2f}"
-        notes = Text("; ".join(trial["warnings"]))
+        notes = Text("; ".join(filter(None, (weights_words(trial), *trial["warnings"]))))
         table.add_row(Text(trial["bag"]), trial["role"], str(trial["samples"]), swing, notes)
     return table
 

@@ -4,7 +4,7 @@ import math
 import shlex
 from typing import Any
 
-from cdp_ident.model.parameters import CONSTANTS, GROUPS, PARAMETERS
+from cdp_ident.model.parameters import CONSTANTS, GROUPS, INERTIA, PARAMETERS
 from cdp_ident.report.contents import Section
 from cdp_ident.report.formatting import interval, milliradians, number, unit, with_std
 from cdp_ident.report.wording import (
@@ -17,6 +17,7 @@ from cdp_ident.report.wording import (
     nominal_groups,
     nominal_value,
     short_name,
+    weights_words,
 )
 
 Row = tuple[str, ...]
@@ -179,7 +180,7 @@ def _physical(report: Section) -> list[Row]:
             found["unit"],
             how_determined(report, parameter.symbol),
         )
-        for parameter in (*PARAMETERS, *CONSTANTS)
+        for parameter in (*PARAMETERS, *CONSTANTS, INERTIA)
         for found in [report["after"]["physical"][parameter.symbol]]
     ]
 
@@ -202,6 +203,7 @@ def _trials(report: Section) -> list[Row]:
             role(trial),
             f"{trial['samples']:.0f}",
             f"{trial['start_s']:.2f} to {trial['start_s'] + trial['duration_s']:.2f}",
+            weights_words(trial) or "–",
             "; ".join(trial["warnings"]),
         )
         for trial in report["trials"]
