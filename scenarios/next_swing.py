@@ -47,7 +47,7 @@ class Swings:
         """Cut trials into windows as `identify` does, and fit them."""
         noise = noise_over(trials)
         length, gravity = PRIOR.length, PRIOR.gravity
-        scales = scales_of(trials, length, gravity, noise, TRUTH)
+        scales = scales_of(trials, length, gravity, noise, lambda trial: TRUTH)
         windows: list[Window] = []
         for index, trial in enumerate(trials):
             length_at = lengths_followed(trial, scales, TRUTH, length, gravity, noise)

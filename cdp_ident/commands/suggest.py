@@ -56,7 +56,7 @@ def main(arguments: list[str]) -> int:
     questions = _questions(report, knowledge, options.wanted, options.between)
     curves = read_curves(options.folder / CURVES, len(report["trials"]), len(report["effects"]))
     console = Console()
-    windows = fitted_motion(curves, knowledge)
+    windows = fitted_motion(report, curves, knowledge)
     for question, advice in zip(questions, answers(knowledge, windows, questions, grid), strict=True):
         if advice is None:
             raise IdentificationError(

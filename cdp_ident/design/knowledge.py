@@ -62,7 +62,6 @@ class Knowledge:
             scales: of the rig.
             window: length of all windows [s]; 0 for as long as the motion can be followed.
         """
-        of_rig = fit.model.of_rig
         ends: dict[int, float] = {}
         for each in fit.windows:
             ends[each.trial] = max(ends.get(each.trial, 0.0), each.begin + each.duration)
@@ -75,8 +74,11 @@ class Knowledge:
             step=scales.step,
         )
         noise = float(np.sqrt(fit.variance * fit.autocorrelation.integrated_time))
-        model, values = fit.model.without_zeros(fit.values)
-        known = covariance[np.ix_(of_rig, of_rig)]
+        # The next trial has no weight: it says nothing of A22, nor of what other trials' weights are wrong by.
+        model, remain = fit.model.with_inertia_known(fit.values)
+        model = replace(model, zeros=(), weight_errors=())
+        remain &= fit.model.of_rig
+        values, known = fit.values[remain], covariance[np.ix_(remain, remain)]
         whitening = fit.windows[0].whitening
         return cls(model, values, known, noise, whitening, sampling).with_zeros_of_its_own(bool(fit.model.zeros))
 

@@ -4,7 +4,7 @@ Lengths and gravity make the unit of time, sqrt(L / g). Everything that was chos
 multiple of it here, and is made shorter where the measured motion is faster or cannot be followed so long.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -93,7 +93,11 @@ class Scales:
 
 
 def scales_of(
-    trials: Sequence[Trial], length: float, gravity: float, noise: Array, groups: Array | None = None
+    trials: Sequence[Trial],
+    length: float,
+    gravity: float,
+    noise: Array,
+    groups_of: Callable[[Trial], Array] | None = None,
 ) -> Scales:
     """Choose the scales for trials.
 
@@ -102,8 +106,8 @@ def scales_of(
         length: L [m].
         gravity: g [m/s^2].
         noise: (2,) standard deviation of the noise of theta1 and theta2 [rad].
-        groups: (5,) rough values of the groups, from which is seen how long the motion can be followed; without them
-            windows are as long as they may be.
+        groups_of: gives rough values of the groups (5,) in a trial, from which is seen how long the motion can be
+            followed; without them windows are as long as they may be.
 
     Raises:
         IdentificationError: no trial has enough samples.
@@ -123,9 +127,10 @@ def scales_of(
     half_width = half_width_of(spacing, float(np.sqrt(np.mean(noise**2))), speed, pace, unit)
     shortest = max(SHORTEST_PIECE * unit / faster, SHORTEST_PIECE_SAMPLES * spacing)
     window = WINDOW * unit
-    if groups is not None:
+    if groups_of is not None:
         mostly = [
-            followed(motion, groups, length, gravity, noise, spacing, half_width, window).mostly for motion in motions
+            followed(motion, groups_of(trial), length, gravity, noise, spacing, half_width, window).mostly
+            for trial, motion in zip(usable, motions, strict=True)
         ]
         window = max(min(mostly), shortest)
     across = np.array([noise[0], np.hypot(*noise)])

@@ -15,7 +15,8 @@ from cdp_ident.design.survey import Grid, Survey
 from cdp_ident.errors import IdentificationError, ReportError
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.windows import FEWEST_SAMPLES, Window, cut_at
-from cdp_ident.model.parameters import GROUPS, SYMBOLS, inertia_about_cart
+from cdp_ident.model.parameters import GROUPS, INERTIA
+from cdp_ident.model.weights import Weight
 from cdp_ident.report.curves import NO_WINDOW, Curves
 from cdp_ident.report.formatting import number
 from cdp_ident.report.outcome import Outcome
@@ -216,8 +217,7 @@ def _standard_deviations(report: Section, model: MotionModel) -> Array:
     after = report["after"]
     quantities = {**after["groups"], "L": after["physical"]["L"], "g": after["physical"]["g"]}
     std = [number(quantities[name]["std"]) for name in model.base_names]
-    physical = np.array([number(after["physical"][symbol]["value"]) for symbol in SYMBOLS])
-    inertia = float(inertia_about_cart(physical, number(after["physical"]["L"]["value"])))
+    inertia = number(after["physical"][INERTIA.symbol]["value"])
     for effect, active in zip(report["effects"], model.effects, strict=True):
         if effect["curve"]:
             std += [number(deviation) / inertia for deviation in effect["curve"]["coefficients_std"]]
@@ -241,12 +241,17 @@ def _covariance(model: MotionModel, std: Array, correlation: Section) -> Array:
     return np.asarray(result)
 
 
-def fitted_motion(curves: Curves, knowledge: Knowledge) -> list[Window]:
-    """Return the fitted windows of a report's trials, their angles being those of its final model."""
+def fitted_motion(report: Section, curves: Curves, knowledge: Knowledge) -> list[Window]:
+    """Return the fitted windows of a report's trials, their angles being those of its final model.
+
+    What weights are wrong by is left out of it.
+    """
     sampling = knowledge.sampling
     windows = []
     for index, curve in enumerate(curves.trials):
-        trial = Trial(str(index), curve.time, curve.after, curve.cart if np.ptp(curve.cart) else None)
+        weights = tuple(Weight(**weight) for weight in report["trials"][index]["weights"])
+        cart = curve.cart if np.ptp(curve.cart) else None
+        trial = Trial(str(index), curve.time, curve.after, cart, weights=weights)
         used = (curve.window != NO_WINDOW) & ~curve.held_out & np.isfinite(curve.after).all(axis=1)
         for place in np.unique(curve.window[used]):
             samples = np.flatnonzero(used & (curve.window == place))

@@ -4,16 +4,18 @@ It is a JSON Schema (draft 2020-12). `null` stands for a number that is not fini
 size, since a report may come from anyone; effects have the catalogue's names.
 """
 
+import re
 from collections.abc import Iterator, Mapping
 from typing import Any, get_args
 
 from jsonschema import Draft202012Validator
 
-from cdp_ident.configuration.keys import KEYS
+from cdp_ident.configuration.keys import KEYS, WEIGHTS
 from cdp_ident.diagnosis.prediction import POINTS as AHEAD
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.effect import Joint
 from cdp_ident.model.parameters import CONSTANTS, GROUPS, NOMINAL, SYMBOLS
+from cdp_ident.model.weights import RODS
 from cdp_ident.outside_text import shown
 from cdp_ident.tracing.found_effects import POINTS
 from cdp_ident.tracing.selection import Certainty
@@ -123,7 +125,7 @@ _CHANGES = _map(_number(), "by which power of a common factor each of them chang
 def _fit(about: str) -> Schema:
     return _object(
         about,
-        physical=_object("physical values, in SI units", **dict.fromkeys((*SYMBOLS, "L", "g"), _QUANTITY)),
+        physical=_object("physical values, in SI units", **dict.fromkeys((*SYMBOLS, "L", "g", "A22"), _QUANTITY)),
         physical_possible=_flag("whether any mechanism has these groups"),
         outer_rod_length_m=_finite("what the outer rod's length was taken to be, for air drag [m]"),
         groups=_object("all that a free swing depends on", **dict.fromkeys(_GROUPS, _QUANTITY)),
@@ -153,6 +155,7 @@ _EFFECT = _object(
     variant=_one_of(("", *(effect.variant for effect in CATALOGUE)), "which form of it"),
     trial=_or_null(_text("the trial that it happened in, of an effect that happens once")),
     description=_text(),
+    summary=_text("the effect with its place and strength, and what else it may be"),
     formula=_text(),
     source=_text(),
     parameters=_map(
@@ -260,6 +263,17 @@ REPORT: Schema = {
                     )
                 ),
                 outliers_s=_list(_finite(), "when samples were left out as outliers, in the bag [s]", _MOST_OUTLIERS),
+                weights=_list(
+                    _object(
+                        rod=_one_of(RODS),
+                        mass=_finite("[kg]"),
+                        place=_finite("distance of its centre from the rod's own joint [m]"),
+                        inertia=_finite("about its own centre [kg m^2]"),
+                        mass_std=_finite("standard deviation of the mass [kg]"),
+                        place_std=_finite("of the place [m]"),
+                    ),
+                    "known weights that were clamped to the rods",
+                ),
                 warnings=_list(_text(), "what was cut or noticed"),
             ),
             "each bag",
@@ -416,7 +430,8 @@ REPORT: Schema = {
                 "every setting in effect, as in config/identify.yaml",
                 tuple(name for name in KEYS if name not in _REQUIRED_OPTIONS),
                 **{name: _KINDS[key.kind](key.description) for name, key in KEYS.items()},
-            ),
+            )
+            | {"patternProperties": {f"^{re.escape(WEIGHTS)}": _list(_finite(), "see docs/how_to/weights.md", 3)}},
             bag_sha256=_map(_map(_text()), "of each bag's files, by their names"),
         ),
     ),
@@ -463,6 +478,8 @@ JSON Schema, is `REPORT` in `cdp_ident/report/schema.py`.
 
 def _outline_inside(schema: Mapping[str, Any], name: str) -> Iterator[tuple[str, str, str]]:
     inside = {f"{name}.{keys}".lstrip("."): value for keys, value in _alike(schema.get("properties", {}))}
+    for value in schema.get("patternProperties", {}).values():
+        inside[f"{name}.{WEIGHTS}*"] = value
     if isinstance(schema.get("additionalProperties"), dict):
         inside[f"{name}.*"] = schema["additionalProperties"]
     if "items" in schema:

@@ -10,7 +10,15 @@ from rich.text import Text
 from cdp_ident.model.parameters import GROUPS
 from cdp_ident.report.contents import Section
 from cdp_ident.report.formatting import CERTAINTY, interval, milliradians, number, unit, with_std
-from cdp_ident.report.wording import STAGES, advice_words, how_determined, nominal_value, validation_words
+from cdp_ident.report.wording import (
+    STAGES,
+    advice_words,
+    effects_in_words,
+    how_determined,
+    nominal_value,
+    validation_words,
+    weights_words,
+)
 
 
 def print_report(console: Console, report: Section) -> None:
@@ -43,6 +51,10 @@ def _parts(report: Section) -> Iterator[RenderableType]:
     if warnings:
         yield _sentences("Warnings", warnings)
     yield Text(report["verdict"], style="bold")
+    if effects := effects_in_words(report):
+        yield _sentences("The effects, the most important first", effects)
+    if report["unexplained"]["significant"]:
+        yield Text(f"What remains: {report['unexplained']['description']}")
 
 
 def _trials(report: Section) -> Table:
@@ -50,7 +62,7 @@ def _trials(report: Section) -> Table:
     for trial in report["trials"]:
         end = trial["start_s"] + trial["duration_s"]
         swing = f"{trial['start_s']:.2f} to {end:.2f}"
-        notes = Text("; ".join(trial["warnings"]))
+        notes = Text("; ".join(filter(None, (weights_words(trial), *trial["warnings"]))))
         table.add_row(Text(trial["bag"]), trial["role"], str(trial["samples"]), swing, notes)
     return table
 

@@ -4,13 +4,14 @@ from collections.abc import Callable, Iterator
 from typing import Literal
 
 import numpy as np
+import numpy.typing as npt
 
 from cdp_ident.design.survey import HAND
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.effect import SensorEffect
-from cdp_ident.model.parameters import CONSTANTS, GROUPS, SYMBOLS, groups_of
+from cdp_ident.model.parameters import CONSTANTS, GROUPS, INERTIA, SYMBOLS, groups_of, inertia_about_cart
 from cdp_ident.report.contents import Section
-from cdp_ident.report.formatting import CERTAINTY, number, per_cent
+from cdp_ident.report.formatting import CERTAINTY, number, per_cent, with_std
 
 _OF_ENCODERS = frozenset(effect.name for effect in CATALOGUE if isinstance(effect, SensorEffect))
 STAGES = {"nominal": "nominal values", "search": "after the search", "refined": "refined"}
@@ -19,6 +20,8 @@ STAGES = {"nominal": "nominal values", "search": "after the search", "refined": 
 def nominal_value(report: Section, symbol: str) -> float:
     """Return what was known of a physical parameter before: its measured value, or else its nominal one."""
     options = report["run"]["options"]
+    if symbol == INERTIA.symbol:
+        return float(inertia_about_cart(_nominal_values(report), nominal_value(report, "L")))
     if symbol in (constant.symbol for constant in CONSTANTS):
         return float(options[symbol])
     known = options.get(f"known.{symbol}")
@@ -27,9 +30,12 @@ def nominal_value(report: Section, symbol: str) -> float:
 
 def nominal_groups(report: Section) -> dict[str, float]:
     """Return the groups of the values known before, by their symbols."""
-    physical = np.array([nominal_value(report, symbol) for symbol in SYMBOLS])
-    values = groups_of(physical, nominal_value(report, "L"))
+    values = groups_of(_nominal_values(report), nominal_value(report, "L"))
     return {group.symbol: float(value) for group, value in zip(GROUPS, values, strict=True)}
+
+
+def _nominal_values(report: Section) -> npt.NDArray[np.float64]:
+    return np.array([nominal_value(report, symbol) for symbol in SYMBOLS])
 
 
 def how_determined(report: Section, symbol: str) -> str:
@@ -40,6 +46,13 @@ def how_determined(report: Section, symbol: str) -> str:
     if report["run"]["options"].get(f"known.{symbol}") is not None:
         return "measured"
     return "yes" if quantity["determined"] else "no: nearest to nominal"
+
+
+def effects_in_words(report: Section) -> list[str]:
+    """Return several effects with their places and strengths, the most important first; one is in the verdict."""
+    effects = report["effects"] if len(report["effects"]) > 1 else []
+    by_importance = sorted(effects, key=lambda effect: -(effect["evidence"]["rmse_holdout_before_rad"] or 0.0))
+    return [effect["summary"] for effect in by_importance]
 
 
 def effect_title(effect: Section) -> str:
@@ -71,9 +84,20 @@ def noise_floor(report: Section) -> float:
     return float(np.sqrt(np.mean(np.square(list(report["noise_rad"].values())))))
 
 
+def weights_words(trial: Section) -> str:
+    """Say which weights a trial has: mass, place and rod of each; nothing where it has none."""
+    return "; ".join(
+        f"{with_std(weight['mass'], weight['mass_std'])} kg at {with_std(weight['place'], weight['place_std'])} m "
+        f"on the {weight['rod']} rod"
+        for weight in trial["weights"]
+    )
+
+
 def short_name(symbol: str) -> str:
-    """Write a group's symbol as the fraction that it stands for, and a parameter of an effect in words."""
-    return key_words(symbol) if "." in symbol else symbol.replace("_over_", "/")
+    """Write a group's symbol as the fraction that it stands for, and a parameter of an effect or weight in words."""
+    if symbol.startswith("weight_error."):
+        return symbol.replace("_", " ").replace(".", ", ", 2)
+    return key_words(symbol) if "." in symbol else symbol.replace("one_over_", "1/").replace("_over_", "/")
 
 
 def before_and_after(report: Section, words: Callable[[Literal["before", "after"]], str]) -> str:

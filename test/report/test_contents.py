@@ -38,7 +38,7 @@ def test_it_has_the_keys_of_its_schema(content):
     search = {"method", "seed", "population", "generations", "evaluations", "sse", "seconds", "history", "stopped"}
     assert set(content["search"]) >= search
     before = content["before"]
-    assert list(before["physical"]) == list(NOMINAL)
+    assert list(before["physical"]) == [*NOMINAL, "A22"]
     assert list(before["groups"]) == [group.symbol for group in GROUPS]
     for quantity in (*before["physical"].values(), *before["groups"].values()):
         assert list(quantity) == ["value", "std", "unit", "determined"]

@@ -56,7 +56,7 @@ def test_a_report_read_from_its_file_knows_what_the_identification_knew(outcome,
 
 
 def test_the_motion_of_the_fitted_model_is_read_from_the_curves(outcome, read_content, shown_curves):
-    windows = fitted_motion(shown_curves, knowledge_of(read_content))
+    windows = fitted_motion(read_content, shown_curves, knowledge_of(read_content))
     fit = outcome.trace.after.fit
     assert len(windows) == len(fit.windows)
     for window, of_fit, error in zip(windows, fit.windows, fit.errors, strict=True):

@@ -61,6 +61,8 @@ def test_an_effect_is_named_with_its_place(read_content):
 def test_groups_are_written_as_fractions():
     assert short_name("A23_over_A22") == "A23/A22"
     assert short_name("coulomb_friction.outer.torque") == "coulomb friction, outer, torque"
+    assert short_name("one_over_A22") == "1/A22"
+    assert short_name("weight_error.outer.300.5 mm") == "weight error, outer, 300.5 mm"
 
 
 def test_the_noise_of_both_encoders_is_their_mean_square(read_content):

@@ -5,7 +5,7 @@ import shlex
 from collections.abc import Iterator
 from typing import Any
 
-from cdp_ident.model.parameters import CONSTANTS, GROUPS, PARAMETERS
+from cdp_ident.model.parameters import CONSTANTS, GROUPS, INERTIA, PARAMETERS
 from cdp_ident.report.contents import Section
 from cdp_ident.report.figures.models import models
 from cdp_ident.report.formatting import interval, milliradians, number, per_cent, unit, with_std
@@ -13,6 +13,7 @@ from cdp_ident.report.wording import (
     action_words,
     advice_words,
     effect_title,
+    effects_in_words,
     how_determined,
     key_words,
     noise_floor,
@@ -21,6 +22,7 @@ from cdp_ident.report.wording import (
     predicted_for,
     short_name,
     validation_words,
+    weights_words,
 )
 
 Row = tuple[str, ...]
@@ -31,6 +33,7 @@ def words(report: Section) -> dict[str, Any]:
     return {
         "heading": ", ".join(trial["name"] for trial in report["trials"] if trial["role"] == "fit"),
         "numbers": list(_numbers(report)),
+        "found": effects_in_words(report),
         "command": _command(report),
         "role": role,
         "sentence": sentence,
@@ -200,7 +203,7 @@ def _physical(report: Section) -> list[Row]:
             found["unit"],
             how_determined(report, parameter.symbol),
         )
-        for parameter in (*PARAMETERS, *CONSTANTS)
+        for parameter in (*PARAMETERS, *CONSTANTS, INERTIA)
         for found in [report["after"]["physical"][parameter.symbol]]
     ]
 
@@ -223,6 +226,7 @@ def _trials(report: Section) -> list[Row]:
             role(trial),
             f"{trial['samples']:.0f}",
             f"{trial['start_s']:.2f} to {trial['start_s'] + trial['duration_s']:.2f}",
+            weights_words(trial) or "–",
             "; ".join(trial["warnings"]),
         )
         for trial in report["trials"]

@@ -10,6 +10,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from cdp_ident.bag.joint_state import HEAD_OFFSET, NANOSECONDS, STAMP_OFFSET, Layout, parse_layout
+from cdp_ident.model.weight_settings import ADDED, settings_of
+from cdp_ident.model.weights import Weight
 from cdp_ident.rig.recording.detector import End
 
 _GAP = 1.5
@@ -74,6 +76,8 @@ class TrialFacts:
     """Stamp of the first free sample, or of the start by hand."""
     started_by_hand: bool
     rig: dict[str, str] = field(default_factory=dict)
+    weights: tuple[Weight, ...] = ()
+    """That were clamped to the rods."""
     stamps: "array[int]" = field(default_factory=lambda: array("q"))
     cart_low: float = math.inf
     cart_high: float = -math.inf
@@ -145,6 +149,7 @@ class TrialFacts:
             "cart_at_rest": "not measured" if motion is None else str(motion <= self.cart_limit).lower(),
             "cart_motion_m": "" if motion is None else f"{motion:.6g}",
             "warnings": "; ".join(self.warnings()),
+            ADDED: json.dumps(settings_of(self.weights)) if self.weights else "",
             "zero": self.rig.get("zero", "unknown"),
             "rig_name": self.rig.get("name", "unknown"),
             "rig": json.dumps(self.rig),
