@@ -51,7 +51,7 @@ def find_warnings(identification: Identification) -> list[FitWarning]:
         *_windows(identification),
         *_edges(identification),
         *_frictions(identification),
-        *_wild_samples(identification),
+        *_outliers_of_the_fit(identification),
     ]
 
 
@@ -206,7 +206,7 @@ def _frictions(found: Identification) -> Iterator[FitWarning]:
             )
 
 
-def _wild_samples(found: Identification) -> Iterator[FitWarning]:
+def _outliers_of_the_fit(found: Identification) -> Iterator[FitWarning]:
     trials = found.data.trials
     wild = [0] * len(trials)
     total = [0] * len(trials)
@@ -216,7 +216,7 @@ def _wild_samples(found: Identification) -> Iterator[FitWarning]:
     for trial, count, samples in zip(trials, wild, total, strict=True):
         if count:
             yield FitWarning(
-                "wild_samples",
+                "outliers_of_the_fit",
                 (trial.name,),
                 f"{count} of {samples} samples of {trial.name} are far off the model and count for less",
             )
