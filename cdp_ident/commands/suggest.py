@@ -11,7 +11,6 @@ from cdp_ident.design.survey import Grid
 from cdp_ident.errors import IdentificationError, OptionError, ReportError
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.parameters import GROUPS
-from cdp_ident.report.contents import Section
 from cdp_ident.report.curves_file import read_curves
 from cdp_ident.report.folder import CURVES, REPORT
 from cdp_ident.report.formatting import number
@@ -25,6 +24,7 @@ from cdp_ident.report.next_trial import (
     usual_questions,
 )
 from cdp_ident.report.report_file import read_report
+from cdp_ident.report.schema import Section
 from cdp_ident.report.wording import one_advice
 from cdp_ident.user_input import refuse_unknown
 

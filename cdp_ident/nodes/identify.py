@@ -63,6 +63,7 @@ def main(arguments: list[str]) -> int:
         options.force,
         options.watch,
         options.figures,
+        options.like,
     )
     if options.watch and options.once:
         raise OptionError("--watch goes on until Ctrl-C, so --once cannot go with it")
@@ -117,6 +118,9 @@ def _parser() -> ArgumentParser:
         default=[],
         metavar="DIR",
         help="bags that are held out: only the error is measured on them (default: a sixth of each of the others)",
+    )
+    parser.add_argument(
+        "--like", type=Path, metavar="DIR", help="an earlier report of this rig: its effects are tried first"
     )
     parser.add_argument("--out", type=Path, metavar="DIR", help="where the report goes (identification/<bag name>)")
     parser.add_argument("--figures", action="store_true", help="draw the figures as PNG and SVG files, too")

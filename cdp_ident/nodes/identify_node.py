@@ -15,8 +15,8 @@ from cdp_ident.errors import CdpIdentError
 from cdp_ident.outside_text import shown
 from cdp_ident.pipeline.identifier import NODE_NAME, Identifier
 from cdp_ident.pipeline.interruption import Interruption
-from cdp_ident.report.contents import Section
 from cdp_ident.report.outcome import LoadedJob
+from cdp_ident.report.schema import Section
 from cdp_ident.report.terminal import summary
 from cdp_ident.rig.health import Level
 from cdp_ident.ros.diagnostics import Diagnostics, Status

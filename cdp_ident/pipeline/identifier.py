@@ -17,9 +17,10 @@ from cdp_ident.errors import CdpIdentError, FitFailedError, OptionError
 from cdp_ident.outside_text import shown
 from cdp_ident.pipeline.interruption import GivenUpError, Interruption
 from cdp_ident.pipeline.job import load, load_with_weights, refuse_copies, run
-from cdp_ident.report.contents import Section, report
+from cdp_ident.report.contents import report
 from cdp_ident.report.curves import Curves, curves
 from cdp_ident.report.curves_file import curves_npz
+from cdp_ident.report.earlier import expected_effects
 from cdp_ident.report.folder import (
     CURVES,
     FIGURES,
@@ -35,6 +36,8 @@ from cdp_ident.report.folder import (
 from cdp_ident.report.outcome import Job, LoadedJob, Outcome
 from cdp_ident.report.pictures import draw, write_pictures
 from cdp_ident.report.progress import SearchDisplay
+from cdp_ident.report.report_file import read_report
+from cdp_ident.report.schema import Section
 from cdp_ident.report.terminal import print_report
 from cdp_ident.search.genetic_search import Progress
 from cdp_ident.trial.trial import Trial
@@ -70,6 +73,8 @@ class Request:
     """Folder whose bags are fitted too, as they come."""
     figures: bool = False
     """Whether figures are drawn as files, too."""
+    like: Path | None = None
+    """Folder of an earlier report of the rig, whose effects are expected."""
 
 
 class Identifier:
@@ -117,7 +122,9 @@ class Identifier:
         if self._watched:
             self._leave_out_vanished()
             self._take_new(self._watched, settings)
-        job = Job((*self._request.bags, *self._came), self._request.holdout, settings)
+        like = self._request.like
+        expected = expected_effects(read_report(like / REPORT)) if like else ()
+        job = Job((*self._request.bags, *self._came), self._request.holdout, settings, expected)
         loaded = load(job, more_to_come=self._watched is not None)
         name = self._request.watch.resolve().name if self._request.watch else loaded.fit[0].name
         self._folder = self._folder or DEFAULT_FOLDER / name

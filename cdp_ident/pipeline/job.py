@@ -117,7 +117,7 @@ def run(
     attempts = 1 if options.window else _MOST_ATTEMPTS
     while True:
         found = identify(loaded.fit, loaded.holdout, options, clocked)
-        traced = trace(found, told, stop_tracing, trying)
+        traced = trace(found, told, stop_tracing, trying, loaded.job.expected)
         attempts -= 1
         if not traced.failure or found.failure or not attempts:
             return Outcome(loaded, found, traced, searched - began, time.monotonic() - began)

@@ -7,10 +7,10 @@ from pathlib import Path
 
 from cdp_ident.errors import OptionError
 from cdp_ident.model.parameters import GROUPS
-from cdp_ident.report.contents import Section
 from cdp_ident.report.folder import REPORT
 from cdp_ident.report.formatting import milliradians, number, unit, with_std
 from cdp_ident.report.report_file import read_report
+from cdp_ident.report.schema import Section
 from cdp_ident.report.wording import noise_floor, short_name
 
 CHANGED = 3.0

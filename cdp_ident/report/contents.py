@@ -19,10 +19,11 @@ from cdp_ident.fit.physical import PhysicalValues
 from cdp_ident.fit.windows import Window
 from cdp_ident.model.parameters import CONSTANTS, GROUPS, INERTIA, PARAMETERS
 from cdp_ident.outside_text import shown
+from cdp_ident.report.earlier import compared
 from cdp_ident.report.next_trial import next_trial_section
 from cdp_ident.report.outcome import Outcome
 from cdp_ident.report.provenance import versions
-from cdp_ident.report.schema import LONGEST_TEXT, SCHEMA
+from cdp_ident.report.schema import LONGEST_TEXT, SCHEMA, Section
 from cdp_ident.report.validation import prediction_section, residuals_section
 from cdp_ident.report.verdict import effect_in_words, verdict
 from cdp_ident.tracing.found_effects import FoundCurve
@@ -30,7 +31,6 @@ from cdp_ident.tracing.trace import Trace
 from cdp_ident.trial.trial import Trial
 
 Array = npt.NDArray[np.float64]
-Section = dict[str, Any]
 
 
 def report(outcome: Outcome, new_trials: Sequence[NewTrialCheck] = ()) -> Section:
@@ -112,6 +112,7 @@ def _report(
         "selection": _selection(outcome.trace),
         "continuity": _continuity(completed),
         "repeatability": _repeatability(completed),
+        "expected": compared(outcome.loaded.job.expected, outcome.trace.effects) if outcome.loaded.job.expected else [],
         "new_trials": [_new_trial(check) for check in new_trials],
         "identifiability": _identifiability(determined),
         "warnings": [

@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from cdp_ident.model.effects.effect import Effect
 from cdp_ident.model.linear import INPUTS, OUTPUTS, STATES, LinearModel, Mode
-from cdp_ident.report.contents import Section
+from cdp_ident.report.schema import Section
 
 SCHEMA = "cdp_ident/linear_model/1"
 

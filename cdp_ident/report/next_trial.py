@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -20,10 +19,10 @@ from cdp_ident.model.weights import Weight
 from cdp_ident.report.curves import NO_WINDOW, Curves
 from cdp_ident.report.formatting import number
 from cdp_ident.report.outcome import Outcome
+from cdp_ident.report.schema import Section
 from cdp_ident.trial.trial import Trial
 
 Array = npt.NDArray[np.float64]
-Section = dict[str, Any]
 
 ALL = "all"
 """What is asked for where all groups are."""

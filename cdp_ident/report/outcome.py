@@ -6,6 +6,7 @@ from pathlib import Path
 
 from cdp_ident.configuration.settings import Settings
 from cdp_ident.diagnosis.identification import Identification
+from cdp_ident.tracing.expected import ExpectedEffect
 from cdp_ident.tracing.trace import Trace
 from cdp_ident.trial.trial import Trial
 
@@ -19,6 +20,8 @@ class Job:
     holdout: tuple[Path, ...]
     """Bags to judge by; if there is none, parts of the others are held out."""
     settings: Settings
+    expected: tuple[ExpectedEffect, ...] = ()
+    """Effects found on the rig before."""
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,6 @@ from typing import NamedTuple
 
 from cdp_ident.errors import ReportError
 from cdp_ident.report.comparison import Run
-from cdp_ident.report.contents import Section
 from cdp_ident.report.curves import Curves
 from cdp_ident.report.curves_file import read_curves
 from cdp_ident.report.figures.all import figures
@@ -23,6 +22,7 @@ from cdp_ident.report.folder import (
     write_files,
 )
 from cdp_ident.report.report_file import read_report
+from cdp_ident.report.schema import Section
 
 
 class Drawn(NamedTuple):

@@ -7,8 +7,8 @@ from typing import Any, NoReturn
 from cdp_ident.errors import ReportError
 from cdp_ident.outside_text import shown
 from cdp_ident.regular_file import read_regular
-from cdp_ident.report.contents import Section, shown_texts
-from cdp_ident.report.schema import SCHEMA, problem
+from cdp_ident.report.contents import shown_texts
+from cdp_ident.report.schema import SCHEMA, Section, problem
 
 _LARGEST = 1 << 24
 """Bytes; identify writes some 30 000, and 20 for each generation of a search."""

@@ -21,6 +21,8 @@ from cdp_ident.tracing.found_effects import POINTS
 from cdp_ident.tracing.selection import Certainty
 
 Schema = dict[str, Any]
+Section = dict[str, Any]
+"""A report, or a part of one."""
 
 SCHEMA = "cdp_ident/report/1"
 LONGEST_TEXT = 4000
@@ -388,6 +390,23 @@ REPORT: Schema = {
                     _object(trial=_text(), groups=_object("its own estimate", **dict.fromkeys(_GROUPS, _ESTIMATE)))
                 ),
             )
+        ),
+        expected=_list(
+            _object(
+                name=_one_of(tuple(effect.name for effect in CATALOGUE), "by the catalogue"),
+                joint=_one_of(get_args(Joint)),
+                variant=_text(),
+                state=_one_of(("confirmed", "withdrawn", "new"), "in these trials"),
+                parameters=_map(
+                    _object(
+                        before=_number("as fitted, torques over A22"),
+                        now=_number("the same in these trials"),
+                        deviations=_number("standard deviations between them"),
+                    ),
+                    "of what is confirmed",
+                ),
+            ),
+            "with --like: what became of the effects of the earlier report, and which are new",
         ),
         new_trials=_list(
             _object(

@@ -8,12 +8,13 @@ from rich.table import Table
 from rich.text import Text
 
 from cdp_ident.model.parameters import GROUPS
-from cdp_ident.report.contents import Section
 from cdp_ident.report.formatting import CERTAINTY, interval, milliradians, number, unit, with_std
+from cdp_ident.report.schema import Section
 from cdp_ident.report.wording import (
     STAGES,
     advice_words,
     effects_in_words,
+    expected_in_words,
     how_determined,
     nominal_value,
     validation_words,
@@ -42,6 +43,8 @@ def _parts(report: Section) -> Iterator[RenderableType]:
     yield _sentences("Validation", validation_words(report))
     if report["effects"]:
         yield _effects(report["effects"])
+    if expected := expected_in_words(report):
+        yield _sentences("Beside the earlier report", expected)
     yield _sentences("What the trials determine", report["identifiability"]["words"])
     if report["repeatability"]:
         yield _repeatability(report["repeatability"], report["after"]["groups"])

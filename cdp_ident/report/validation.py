@@ -1,12 +1,9 @@
 """What `report.json` holds of a model's predictions and residuals: validation as control engineers know it."""
 
-from typing import Any
-
 from cdp_ident.diagnosis.prediction import Plan, Prediction, plan_of, predicted
 from cdp_ident.diagnosis.whiteness import Correlations, Whiteness
 from cdp_ident.report.outcome import Outcome
-
-Section = dict[str, Any]
+from cdp_ident.report.schema import Section
 
 
 def prediction_section(outcome: Outcome) -> Section | None:

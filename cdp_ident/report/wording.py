@@ -10,8 +10,8 @@ from cdp_ident.design.survey import HAND
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.effect import SensorEffect
 from cdp_ident.model.parameters import CONSTANTS, GROUPS, INERTIA, SYMBOLS, groups_of, inertia_about_cart
-from cdp_ident.report.contents import Section
 from cdp_ident.report.formatting import CERTAINTY, number, per_cent, with_std
+from cdp_ident.report.schema import Section
 
 _OF_ENCODERS = frozenset(effect.name for effect in CATALOGUE if isinstance(effect, SensorEffect))
 STAGES = {"nominal": "nominal values", "search": "after the search", "refined": "refined"}
@@ -53,6 +53,28 @@ def effects_in_words(report: Section) -> list[str]:
     effects = report["effects"] if len(report["effects"]) > 1 else []
     by_importance = sorted(effects, key=lambda effect: -(effect["evidence"]["rmse_holdout_before_rad"] or 0.0))
     return [effect["summary"] for effect in by_importance]
+
+
+def expected_in_words(report: Section) -> list[str]:
+    """Say what became of the effects of an earlier report, and which are new; nothing without `--like`."""
+    return [f"{_place_of(effect)} {_state_of(effect)}" for effect in report["expected"]]
+
+
+def _place_of(effect: Section) -> str:
+    variant = f", {effect['variant']}" if effect["variant"] else ""
+    return f"{effect['name'].replace('_', ' ')} ({effect['joint']}{variant})"
+
+
+def _state_of(effect: Section) -> str:
+    if effect["state"] == "withdrawn":
+        return "is withdrawn: these trials do not show it"
+    if effect["state"] == "new":
+        return "is new"
+    changes = (
+        f"{name} {number(p['before']):.4g} -> {number(p['now']):.4g} ({number(p['deviations']):.1f} deviations)"
+        for name, p in effect["parameters"].items()
+    )
+    return f"is confirmed: {', '.join(changes)}, torques over A22"
 
 
 def effect_title(effect: Section) -> str:

@@ -14,6 +14,7 @@ from cdp_ident.tracing.addition import add_balanced, add_effects
 from cdp_ident.tracing.certainty import certainties
 from cdp_ident.tracing.evidence import Attempt
 from cdp_ident.tracing.exchange import alternatives, exchange_effects
+from cdp_ident.tracing.expected import ExpectedEffect, begin_with
 from cdp_ident.tracing.pruning import drop_repeated_impulses, drop_superfluous
 from cdp_ident.tracing.selection import (
     NO_STEPS,
@@ -42,6 +43,7 @@ def stepwise_selection(
     encoder_steps: Array = NO_STEPS,
     named_only: bool = False,
     trying: Callable[[str], None] = lambda line: None,
+    expected: Sequence[ExpectedEffect] = (),
 ) -> Selection:
     """Add to a fitted model the effects that it lacks.
 
@@ -55,6 +57,7 @@ def stepwise_selection(
         balances: of the trials' forces, whose dry friction and coupling are where the selection begins.
         named_only: whether torques without a name are not looked for.
         trying: called with what is tried next.
+        expected: effects found on the rig before, which are tried first.
 
     Raises:
         FitFailedError: with them, too, the model does not follow the motion.
@@ -63,7 +66,9 @@ def stepwise_selection(
     progress = Progress(before, noise, told, stop, encoder_steps, trying)
     interrupted = False
     try:
-        add_balanced(progress, balances)
+        begin_with(progress, expected)
+        if progress.current is before:
+            add_balanced(progress, balances)
         fit_zeros_by_trial(progress)
         progress.reweigh()
         refuse_a_failed_fit((progress.current.fit, progress.current.validation))

@@ -1,6 +1,6 @@
 """From an identification to the effects that explain its residual, in physical units."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -14,6 +14,7 @@ from cdp_ident.fit.physical import PhysicalValues
 from cdp_ident.fit.refinement import Fit
 from cdp_ident.model.parameters import groups_of, inertia_about_cart
 from cdp_ident.tracing.evidence import Attempt
+from cdp_ident.tracing.expected import ExpectedEffect
 from cdp_ident.tracing.final_model import FinalModel
 from cdp_ident.tracing.found_effects import FoundEffect, found_effects
 from cdp_ident.tracing.selection import Selection, attempt_of
@@ -63,6 +64,7 @@ def trace(
     told: Callable[[str], None] = lambda line: None,
     stop: Callable[[], bool] = lambda: False,
     trying: Callable[[str], None] = lambda line: None,
+    expected: Sequence[ExpectedEffect] = (),
 ) -> Trace:
     """Trace the residual of an identification to effects that the paper's model lacks.
 
@@ -71,11 +73,12 @@ def trace(
         told: called with a line for people after each step.
         stop: asked now and then; true ends the tracing with the effects found so far.
         trying: called with what is tried next.
+        expected: effects found on the rig before, which are tried first.
 
     Where the model does not follow the motion, no effect is sought, and `failure` says so.
     """
     data = found.data
-    selection, failure = _selected(found, told, stop, trying)
+    selection, failure = _selected(found, told, stop, trying, expected)
     # Everything is decided: what was held out is looked at from here on.
     before = FinalModel.of(selection.before.fit, data)
     after = before if selection.after is selection.before else before.like_this(selection.after.fit)
@@ -98,6 +101,7 @@ def _selected(
     told: Callable[[str], None],
     stop: Callable[[], bool],
     trying: Callable[[str], None],
+    expected: Sequence[ExpectedEffect],
 ) -> tuple[Selection, str]:
     """Return the selection of effects, and why there is none, where the fit failed."""
     data, failure = found.data, found.failure
@@ -113,6 +117,7 @@ def _selected(
                 data.scales.encoder_steps,
                 found.options.named_effects_only,
                 trying,
+                expected,
             )
         except FitFailedError as error:
             failure = str(error)

@@ -1,6 +1,5 @@
 """Every picture of a report, in the order in which it shows them."""
 
-from cdp_ident.report.contents import Section
 from cdp_ident.report.curves import Curves
 from cdp_ident.report.figures.description import Figure
 from cdp_ident.report.figures.errors import before_and_after, best_error, selection
@@ -9,6 +8,7 @@ from cdp_ident.report.figures.next_trial import next_trial
 from cdp_ident.report.figures.parameters import against_nominal, correlation, repeatability
 from cdp_ident.report.figures.torques import effects_through_residuals, missing_torques, torques_without_a_name
 from cdp_ident.report.figures.validation import prediction, residual_correlation
+from cdp_ident.report.schema import Section
 
 
 def figures(report: Section, curves: Curves) -> list[Figure]:

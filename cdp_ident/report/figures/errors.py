@@ -5,11 +5,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from cdp_ident.report.contents import Section
 from cdp_ident.report.figures.description import Axis, Bars, Figure, Level, Line, Panel
 from cdp_ident.report.figures.models import models
 from cdp_ident.report.figures.palette import Colour
 from cdp_ident.report.formatting import number
+from cdp_ident.report.schema import Section
 from cdp_ident.report.wording import action_words, key_words, noise_floor
 
 _LABEL_WIDTH = 22

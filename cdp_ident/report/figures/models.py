@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 from typing import Literal
 
-from cdp_ident.report.contents import Section
 from cdp_ident.report.figures.palette import Colour
+from cdp_ident.report.schema import Section
 
 
 @dataclass(frozen=True)

@@ -6,10 +6,10 @@ from collections.abc import Iterator
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.report.contents import Section
 from cdp_ident.report.curves import NO_WINDOW, Curves, TrialCurves
 from cdp_ident.report.figures.description import Axis, Figure, Line, Panel, Place
 from cdp_ident.report.figures.models import Model, models
+from cdp_ident.report.schema import Section
 
 Array = npt.NDArray[np.float64]
 

@@ -6,9 +6,9 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.design.survey import HAND
-from cdp_ident.report.contents import Section
 from cdp_ident.report.figures.description import Axis, Dots, Figure, Heat, Panel
 from cdp_ident.report.formatting import number
+from cdp_ident.report.schema import Section
 from cdp_ident.report.wording import advice_title, advice_words
 
 Array = npt.NDArray[np.float64]

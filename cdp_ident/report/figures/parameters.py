@@ -5,12 +5,12 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from cdp_ident.diagnosis.identifiability import CONFIDENCE
-from cdp_ident.report.contents import Section
 from cdp_ident.report.figures.description import Axis, Figure, Heat, Intervals, Level, Panel
 from cdp_ident.report.figures.errors import wrapped
 from cdp_ident.report.figures.models import models
 from cdp_ident.report.figures.palette import series
 from cdp_ident.report.formatting import number, with_std
+from cdp_ident.report.schema import Section
 from cdp_ident.report.wording import nominal_groups, nominal_value, short_name
 
 

@@ -5,10 +5,10 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.report.contents import Section
 from cdp_ident.report.figures.description import Axis, Figure, Line, Panel
 from cdp_ident.report.figures.models import Model, models
 from cdp_ident.report.formatting import number
+from cdp_ident.report.schema import Section
 from cdp_ident.report.wording import predicted_for
 
 Array = npt.NDArray[np.float64]

@@ -5,7 +5,6 @@ from typing import Any
 from markupsafe import Markup
 
 from cdp_ident.model.effects.constants import outer_rod_length
-from cdp_ident.report.contents import Section
 from cdp_ident.report.curves import Curves
 from cdp_ident.report.figures.description import Figure
 from cdp_ident.report.figures.for_page import Arrays
@@ -14,6 +13,7 @@ from cdp_ident.report.figures.motion import shown_samples
 from cdp_ident.report.formatting import number
 from cdp_ident.report.page.rendering import render_page, render_text
 from cdp_ident.report.page.words import words
+from cdp_ident.report.schema import Section
 from cdp_ident.report.wording import nominal_value
 
 

@@ -6,14 +6,15 @@ from collections.abc import Iterator
 from typing import Any
 
 from cdp_ident.model.parameters import CONSTANTS, GROUPS, INERTIA, PARAMETERS
-from cdp_ident.report.contents import Section
 from cdp_ident.report.figures.models import models
 from cdp_ident.report.formatting import interval, milliradians, number, per_cent, unit, with_std
+from cdp_ident.report.schema import Section
 from cdp_ident.report.wording import (
     action_words,
     advice_words,
     effect_title,
     effects_in_words,
+    expected_in_words,
     how_determined,
     key_words,
     noise_floor,
@@ -34,6 +35,7 @@ def words(report: Section) -> dict[str, Any]:
         "heading": ", ".join(trial["name"] for trial in report["trials"] if trial["role"] == "fit"),
         "numbers": list(_numbers(report)),
         "found": effects_in_words(report),
+        "expected": expected_in_words(report),
         "command": _command(report),
         "role": role,
         "sentence": sentence,

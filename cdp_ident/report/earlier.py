@@ -1,0 +1,62 @@
+"""What an earlier report of the same rig lets expect, and what has changed since."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from cdp_ident.model.effects.catalogue import CATALOGUE
+from cdp_ident.model.effects.effect import Effect, EffectParameter
+from cdp_ident.report.schema import Section
+from cdp_ident.tracing.expected import ExpectedEffect
+from cdp_ident.tracing.found_effects import FoundEffect
+
+
+def expected_effects(report: Section) -> tuple[ExpectedEffect, ...]:
+    """Return the effects of a report that may be expected again.
+
+    What happened once is none of them, nor are torques without a name, whose shapes are of the trials that showed them.
+    """
+    by_name = {(effect.name, effect.joint, effect.variant): effect for effect in CATALOGUE}
+    found = []
+    for section in report["effects"]:
+        effect = by_name.get((section["name"], section["joint"], section["variant"]))
+        if effect is not None and not effect.at_an_instant and effect.curve is None:
+            fitted = [section["parameters"][parameter.name]["as_fitted"] for parameter in _fitted(effect)]
+            values, std = (np.array([estimate[of] for estimate in fitted], dtype=float) for of in ("value", "std"))
+            found.append(ExpectedEffect(effect, values, std))
+    return tuple(found)
+
+
+def compared(expected: Sequence[ExpectedEffect], found: Sequence[FoundEffect]) -> list[Section]:
+    """Return what became of each effect that was expected, and which effects are new."""
+    by_key = {effect.active.effect.key: effect for effect in found}
+    known = {expectation.effect.key for expectation in expected}
+    return [
+        *(
+            _confirmed(e, by_key[e.effect.key]) if e.effect.key in by_key else _of(e.effect, "withdrawn")
+            for e in expected
+        ),
+        *(_of(effect.active.effect, "new") for key, effect in by_key.items() if key not in known),
+    ]
+
+
+def _fitted(effect: Effect) -> list[EffectParameter]:
+    return [parameter for parameter in effect.parameters if not parameter.fixed]
+
+
+def _of(effect: Effect, state: str) -> Section:
+    return {"name": effect.name, "joint": effect.joint, "variant": effect.variant, "state": state, "parameters": {}}
+
+
+def _confirmed(before: ExpectedEffect, now: FoundEffect) -> Section:
+    shown = {parameter.description.name: parameter for parameter in now.parameters}
+    parameters = {}
+    for parameter, value, std in zip(_fitted(before.effect), before.values, before.std, strict=True):
+        new = shown[parameter.name]
+        spread = float(np.hypot(std, new.shown_std))
+        parameters[parameter.name] = {
+            "before": float(value),
+            "now": new.shown,
+            "deviations": abs(new.shown - float(value)) / spread if spread > 0.0 else 0.0,
+        }
+    return _of(before.effect, "confirmed") | {"parameters": parameters}

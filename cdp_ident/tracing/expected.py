@@ -1,0 +1,65 @@
+"""Effects that are expected because they were found on the rig before: confirmed, fitted again, or withdrawn.
+
+They are tried together before anything else is looked for, and each has to earn its place as any effect has.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from cdp_ident.fit.motion_model import ActiveEffect
+from cdp_ident.model.effects.effect import Effect
+from cdp_ident.tracing.acceptance import earns_its_place
+from cdp_ident.tracing.candidates import Candidate
+from cdp_ident.tracing.evidence import Attempt
+from cdp_ident.tracing.selection import Progress, without_effects
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class ExpectedEffect:
+    """An effect that was found on the rig before."""
+
+    effect: Effect
+    values: Array
+    """(k,) of its fitted parameters, torques over A22."""
+    std: Array
+    """(k,) their standard deviations."""
+
+
+class _Known(Candidate):
+    """A candidate whose values are all known."""
+
+    @property
+    def values(self) -> Array:
+        return self.strengths
+
+
+def begin_with(progress: Progress, expected: Sequence[ExpectedEffect]) -> None:
+    """Begin with the expected effects, without those that do not earn their place.
+
+    Raises:
+        InterruptedSelectionError: the selection is asked to stop.
+    """
+    candidates = tuple(_Known(ActiveEffect(known.effect), 0.0, known.values) for known in expected)
+    for _, together in progress.tried(progress.current, [candidates] if candidates else []):
+        attempt = together
+        while (fewer := _without_a_superfluous_one(attempt)) is not None:
+            attempt = fewer
+        if attempt.model.effects:
+            progress.current = progress.finished(attempt)
+            keys = " and ".join(active.effect.key for active in attempt.model.effects)
+            errors = f"{1e3 * progress.before.validation.rmse():.3g} -> {1e3 * attempt.validation.rmse():.3g} mrad"
+            progress.note(f"added {keys}", progress.current, f"confirmed {keys}: {errors} in cross-validation")
+
+
+def _without_a_superfluous_one(attempt: Attempt) -> Attempt | None:
+    """Return a model without the weakest of the effects that do not earn their place; None where all do."""
+    for index in sorted(range(len(attempt.model.effects)), key=attempt.strength):
+        removed = without_effects(attempt, [index])
+        if not earns_its_place(removed, attempt, [index]):
+            return removed
+    return None
