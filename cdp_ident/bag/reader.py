@@ -91,6 +91,11 @@ def read_joint_states(bag: Path, topic: str) -> JointRecording:
     return _with_device(joints.recording(_name(bag), topic, notes), devices)
 
 
+def is_storage_file(name: str) -> bool:
+    """Return whether a file of this name holds messages of a bag."""
+    return name.removesuffix(".zstd").endswith((".mcap", ".db3"))
+
+
 def storage_files(bag: Path) -> list[Path]:
     """Return the files that hold the bag's messages, in the order in which they were recorded."""
     if bag.name == "metadata.yaml":
@@ -100,7 +105,7 @@ def storage_files(bag: Path) -> list[Path]:
             raise BagError(f"there is no bag {bag}")
         if not bag.is_dir():
             return [bag]
-        files = [file for file in bag.iterdir() if file.name.removesuffix(".zstd").endswith((".mcap", ".db3"))]
+        files = [file for file in bag.iterdir() if is_storage_file(file.name)]
     except (OSError, ValueError) as error:
         raise BagError(f"{bag} cannot be read: {error}") from error
     if not files:
