@@ -73,6 +73,15 @@ class Request:
     """Whether figures are drawn as files, too."""
 
 
+def read_configuration(config: Path | None) -> dict[str, Any]:
+    """Return what a ROS parameter file tells identify; nothing where none is given.
+
+    Raises:
+        OptionError: it cannot be read, or has nothing for identify.
+    """
+    return read_parameter_file(config, NODE_NAME).taken(KEYS.__contains__) if config else {}
+
+
 class Identifier:
     """Identifies what was requested, as often as asked, into the same folder."""
 
@@ -94,8 +103,7 @@ class Identifier:
         Raises `CdpIdentError` for whatever is wrong with it.
         """
         request = self._request
-        values = read_parameter_file(request.config, NODE_NAME).taken(KEYS.__contains__) if request.config else {}
-        values |= given
+        values = read_configuration(request.config) | given
         values |= {name: told for name in ("method", "seed") if (told := getattr(request, name)) is not None}
         return Settings.of(values)
 

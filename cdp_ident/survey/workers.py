@@ -157,6 +157,7 @@ def _serve(connection: Connection) -> None:
             function, arguments, named = connection.recv()
         except EOFError:
             return
+        answer: tuple[Exception | None, Any]
         try:
             answer = None, function(*arguments, **named)
         except Exception as error:  # noqa: BLE001 - it is raised where the work was asked for
