@@ -10,6 +10,7 @@ EXECUTABLES = {
     "import_csv": "cdp_ident.commands.import_csv",
     "linearize": "cdp_ident.commands.linearize",
     "report": "cdp_ident.commands.report",
+    "survey": "cdp_ident.commands.survey",
     "demo": "cdp_ident.demo.demo",
 }
 """The module of each executable, by its name; the module's `main` runs it."""

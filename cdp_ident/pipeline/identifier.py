@@ -103,7 +103,7 @@ class Identifier:
         Raises `CdpIdentError` for whatever is wrong with it.
         """
         request = self._request
-        values = read_configuration(request.config) | given
+        values = {**read_configuration(request.config), **given}
         values |= {name: told for name in ("method", "seed") if (told := getattr(request, name)) is not None}
         return Settings.of(values)
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.effect import SensorEffect
-from cdp_ident.model.parameters import CONSTANTS, GROUPS, SYMBOLS, groups_of
+from cdp_ident.model.parameters import CONSTANTS, GROUPS, SYMBOLS, Group, groups_of
 from cdp_ident.report.contents import Section
 from cdp_ident.report.formatting import CERTAINTY
 
@@ -65,6 +65,11 @@ def action_words(step: Section) -> str:
 def noise_floor(report: Section) -> float:
     """Return the noise of both encoders' angles together [rad]."""
     return float(np.sqrt(np.mean(np.square(list(report["noise_rad"].values())))))
+
+
+def group_words(group: Group) -> str:
+    """Write a group's short name and what it stands for."""
+    return f"{short_name(group.symbol)} = {group.formula}"
 
 
 def short_name(symbol: str) -> str:

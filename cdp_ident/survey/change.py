@@ -12,8 +12,8 @@ are then looked at in the same way, as two series together (binary segmentation:
 24, 1981).
 
 The common factor is Birge's ratio (Physical Review 40, 1932): from day to day estimates scatter by more than the noise
-within a day explains, and how much more is seen in the series alone. A level holds whatever that is, which is why no
-less than four values can show anything but a very large change.
+within a day explains, and how much more is seen in the series alone. A level holds whatever that is, at the price that
+a few values show large changes only.
 """
 
 from collections.abc import Sequence
@@ -25,7 +25,7 @@ from scipy import stats
 
 Array = npt.NDArray[np.float64]
 
-FEWEST = 3
+FEWEST = 4
 """Values without which nothing can be said."""
 
 

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from cdp_ident.report.figures.palette import Colour
 
 Array = npt.NDArray[np.float64]
-Place = Literal["errors", "motion", "paper", "selection", "torques", "parameters", "compare"]
+Place = Literal["errors", "motion", "paper", "selection", "torques", "parameters", "compare", "survey"]
 
 
 _MOST_WRITTEN = 9
@@ -68,6 +68,8 @@ class Intervals:
     hollow: Sequence[bool]
     words: Sequence[str]
     shape: str = "circle"
+    upright: bool = False
+    """Whether the values are along y, and the positions along x."""
 
 
 @dataclass(frozen=True)
