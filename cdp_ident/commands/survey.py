@@ -64,7 +64,7 @@ def main(arguments: list[str]) -> int:
     console = console if console.is_terminal else Console(highlight=False, markup=False, width=_WIDTH)
     count = min(options.workers or core_count(), max(1, len(planned.left)))
     workers = cluster(options.scheduler) if options.scheduler else processes(count)
-    came = _conduct(planned, workers, options.scheduler or f"{count} processes")
+    came = _conduct(planned, workers, options.scheduler or f"{count} process{'' if count == 1 else 'es'}")
     everything = {**planned.done, **{piece.folder: piece for piece in came}}
     content = survey([everything[task.folder] for task in planned.tasks], options.by, settings, planned.left_out)
     print_tables(console, [*tables(content), *([told] if (told := problems(content)).rows else [])])

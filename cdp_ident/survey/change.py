@@ -94,18 +94,15 @@ def _clearest(values: Array, weights: Array) -> tuple[int, float]:
 def appearance(found: Sequence[bool], level: float, tests: int = 1) -> Change | None:
     """Return where something began to be found, or ceased to be, more often than before.
 
-    Fisher's exact test of each instant, the clearest by Bonferroni's inequality; arguments as for `changes`.
+    Fisher's exact test of each instant, of both sides, the clearest by Bonferroni's inequality; arguments as for
+    `changes`.
     """
     count = len(found)
     if count < FEWEST:
         return None
-    total = np.cumsum(found)
-    p_values = [
-        stats.fisher_exact(
-            [[before := int(total[k - 1]), k - before], [(after := int(total[-1]) - before), count - k - after]]
-        )[1]
-        for k in range(1, count)
-    ]
+    before = np.cumsum(found)[:-1]
+    drawn = stats.hypergeom(count, sum(found), np.arange(1, count))
+    p_values = 2.0 * np.minimum(drawn.cdf(before), drawn.sf(before - 1))
     index = int(np.argmin(p_values))
     p_value = min(1.0, float(p_values[index]) * (count - 1) * tests)
     return Change(index + 1, p_value) if p_value < level else None

@@ -11,7 +11,7 @@ from cdp_ident.report.formatting import unit
 from cdp_ident.report.page.rendering import render_page
 from cdp_ident.survey.tables import pieces, problems, tables, verdict
 
-_MOST_TICKS = 5
+_MOST_TICKS = 3
 """Dates for which a phone has room."""
 _SPREAD = 0.5
 """Of the rigs about the place of their day."""
