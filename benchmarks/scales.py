@@ -57,7 +57,7 @@ def sweep(cases: Sequence[Case]) -> Table:
         trial, unit = case.trial(), case.unit
         known = (case.start, f"{case.length:g}", f"{case.rate:g}", f"{case.duration:g}", f"{1e3 * case.noise:g}")
         try:
-            scales = scales_of([trial], case.length, GRAVITY, np.full(2, case.noise), case.truth[:5])
+            scales = scales_of([trial], case.length, GRAVITY, np.full(2, case.noise), case.groups_of)
             fewer = thinned(trial, scales.together)
             errors = [
                 f"{100 * float(np.max(np.abs(balance.groups[:3] / case.truth[:3] - 1))):.3f}"

@@ -9,6 +9,7 @@ EXECUTABLES = {
     "compare": "cdp_ident.commands.compare",
     "import_csv": "cdp_ident.commands.import_csv",
     "linearize": "cdp_ident.commands.linearize",
+    "suggest": "cdp_ident.commands.suggest",
     "report": "cdp_ident.commands.report",
     "survey": "cdp_ident.commands.survey",
     "demo": "cdp_ident.demo.demo",

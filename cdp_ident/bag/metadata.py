@@ -70,17 +70,21 @@ def read_offered(text: str) -> Sequence[QosProfile]:
     return offered if usable else OFFERED_QOS_PROFILES
 
 
-def read_information(folder: Path) -> dict[str, Any]:
-    """Return what the metadata of a bag's folder tells; nothing where there are none that can be read.
+def read_information(bag: Path) -> tuple[dict[str, Any], str]:
+    """Return what a bag's `metadata.yaml` holds under `INFORMATION`, and in words why it cannot be read.
 
-    They may come from anyone: a value may be of any type.
+    A bag without metadata tells nothing. Of a single file those of its folder are taken. They may come from anyone: a
+    value may be of any type.
     """
+    path = (bag if bag.is_dir() else bag.parent) / METADATA_FILE
+    if not path.is_file():
+        return {}, ""
     try:
-        content = read_yaml(folder / METADATA_FILE)
-    except (OSError, ValueError):
-        return {}
+        content = read_yaml(path)
+    except (OSError, ValueError) as error:
+        return {}, f"{METADATA_FILE} cannot be read, so what it says of the trial is not known: {error}"
     information = content.get(INFORMATION) if isinstance(content, dict) else None
-    return information if isinstance(information, dict) else {}
+    return (information if isinstance(information, dict) else {}), ""
 
 
 def bag_information(

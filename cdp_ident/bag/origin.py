@@ -22,7 +22,7 @@ class Origin:
 
 def origin_of(bag: Path) -> Origin:
     """Return the origin of a bag; its name is fit to be shown."""
-    information = read_information(bag)
+    information, _ = read_information(bag)
     custom = information.get("custom_data")
     name = custom.get(RIG_NAME) if isinstance(custom, dict) else None
     start = information.get("starting_time")

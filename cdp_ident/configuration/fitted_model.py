@@ -21,6 +21,7 @@ from cdp_ident.model.effects.naming import COEFFICIENTS, VARIANT, effect_of
 from cdp_ident.model.parameters import (
     CONSTANTS,
     GROUPS,
+    INERTIA,
     NOMINAL,
     PARAMETERS,
     SYMBOLS,
@@ -42,7 +43,7 @@ ABOUT_THE_FIT = ("std.", "determined.")
 """What `fitted.yaml` says of the values beside them begins so."""
 
 _GROUP_NAMES = tuple(f"{GROUP_PREFIX}{group.symbol}" for group in GROUPS)
-_NAMES = (*NOMINAL, *_GROUP_NAMES, OUTER_ROD_LENGTH)
+_NAMES = (*NOMINAL, INERTIA.symbol, *_GROUP_NAMES, OUTER_ROD_LENGTH)
 _ELSEWHERE = -1
 """Number of every trial in which no effect happens that happens once."""
 
@@ -87,6 +88,11 @@ def describes_model(name: str) -> bool:
     return name in _NAMES or name.startswith(EFFECT_PREFIX)
 
 
+def follows_from_physical_values(name: str) -> bool:
+    """Return whether a parameter of this name is another one for other physical values."""
+    return name == INERTIA.symbol or name.startswith(GROUP_PREFIX)
+
+
 def fitted_parameters(report: Mapping[str, Any]) -> Iterator[FittedParameter]:
     """Yield the parameters of the model that a report ends with: first their values.
 
@@ -95,7 +101,7 @@ def fitted_parameters(report: Mapping[str, Any]) -> Iterator[FittedParameter]:
     that a joint has more than once (knocks), the later ones have a number after the joint: `effects.impulse.inner.2.…`.
     """
     fit = report["after"]
-    described = {parameter.symbol: parameter.description for parameter in (*PARAMETERS, *CONSTANTS)}
+    described = {parameter.symbol: parameter.description for parameter in (*PARAMETERS, *CONSTANTS, INERTIA)}
     described |= {f"{GROUP_PREFIX}{group.symbol}": group.formula for group in GROUPS}
     quantities = {
         **fit["physical"],
@@ -158,7 +164,7 @@ def read_fitted_model(path: Path, node: str) -> FittedModel:
 def fitted_model(given: Mapping[str, Any], where: str) -> FittedModel:
     """Make the model that parameters describe.
 
-    They are named as `fitted_parameters` does: the physical parameters; the groups, which are those of
+    They are named as `fitted_parameters` does: the physical parameters; the groups and A22, which are those of
     the physical parameters where they are not given; effects in SI units. Standard deviations and what was determined
     are passed over.
 
@@ -177,11 +183,12 @@ def fitted_model(given: Mapping[str, Any], where: str) -> FittedModel:
     physical = {symbol: number(given[symbol], f"{where}: {symbol}", 0.0) for symbol in NOMINAL}
     groups = _groups(given, physical, where)
     inertia = float(inertia_about_cart(np.array([physical[symbol] for symbol in SYMBOLS]), physical["L"]))
+    inertia = number(given.get(INERTIA.symbol, inertia), f"{where}: {INERTIA.symbol}", 0.0)
     if inertia <= 0.0:
         raise OptionError(f"{where}: the inertia about the cart's joint is 0; a mass must be above 0")
     length = outer_rod_length(physical["L"], physical["l2"])
     length = number(given.get(OUTER_ROD_LENGTH, length), f"{where}: {OUTER_ROD_LENGTH}", 1e-6)
-    motion, values = MotionModel(Mechanism(physical["L"], physical["g"], length)), groups
+    motion, values = MotionModel(Mechanism(physical["L"], physical["g"], length, inertia)), groups
     trials: list[str] = []
     for name, joint, parameters in _effects(given, where):
         trial = parameters.pop(TRIAL, None)

@@ -4,6 +4,7 @@ The defaults, and most descriptions, are those of the dataclasses that the value
 """
 
 import dataclasses
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, Literal, get_args, get_origin, get_type_hints
@@ -12,10 +13,16 @@ from cdp_ident.configuration.field_documentation import field_documentation, wit
 from cdp_ident.fit.estimation import SHORT_IGA
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.model.parameters import CONSTANTS, PARAMETERS
+from cdp_ident.model.weight_settings import ADDED, DESCRIPTIONS
+from cdp_ident.model.weights import RODS
 from cdp_ident.search.options import METHODS, GeneticOptions
 from cdp_ident.trial.options import TrialOptions
 
 Scalar = bool | int | float | str
+
+WEIGHTS = "trials."
+"""What the names of weights on the rods in a trial begin with; the name of its bag follows."""
+_OF_WEIGHT = re.compile(rf"{re.escape(WEIGHTS)}(.+)\.(({ADDED}|{ADDED}_std)\.({'|'.join(RODS)}))")
 
 
 @dataclass(frozen=True)
@@ -93,3 +100,21 @@ KEYS = {
     )
 }
 """Every key by its name."""
+
+
+def is_key(name: str) -> bool:
+    """Return whether a name is one of `KEYS`, or that of a weight."""
+    return name in KEYS or weight_name(name) is not None
+
+
+def weight_name(name: str) -> tuple[str, str] | None:
+    """Return bag and `added.<rod>` or `added_std.<rod>` of the name of a weight; None of another name."""
+    found = _OF_WEIGHT.fullmatch(name)
+    return (found[1], found[2]) if found else None
+
+
+def description_of(name: str) -> Key:
+    """Return the key of a name; of a weight, whose value is a list of numbers, what each of them is."""
+    if (found := _OF_WEIGHT.fullmatch(name)) is None:
+        return KEYS[name]
+    return Key(name, float, None, f"{found[1]}: {DESCRIPTIONS[found[3]].format(rod=found[4])}", fixed_default=False)

@@ -1,15 +1,19 @@
 """From names and values to the options that the library takes, and back."""
 
 import math
-from collections.abc import Mapping
+from array import array
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from cdp_ident.configuration.keys import KEYS, Key, Scalar
+from cdp_ident.configuration.keys import KEYS, WEIGHTS, Key, Scalar, weight_name
 from cdp_ident.errors import OptionError
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.prior import Prior
 from cdp_ident.model.parameters import CONSTANTS, NOMINAL, SYMBOLS
+from cdp_ident.model.weight_settings import ADDED, ADDED_STD, NOTHING, settings_of, weights_of
+from cdp_ident.model.weights import RODS, Rod, Weight
+from cdp_ident.outside_text import shown
 from cdp_ident.trial.options import TrialOptions
 from cdp_ident.user_input import quoted, refuse_unknown
 
@@ -23,6 +27,8 @@ class Settings:
 
     identify: IdentifyOptions = field(default_factory=IdentifyOptions)
     trial: TrialOptions = field(default_factory=TrialOptions)
+    weights: Mapping[str, Mapping[Rod, Weight | None]] = field(default_factory=dict)
+    """Weights on the rods by bag and rod, None where there is none; they win over what the bag says."""
 
     @classmethod
     def of(cls, given: Mapping[str, Any]) -> "Settings":
@@ -32,6 +38,14 @@ class Settings:
             OptionError: a name is unknown (the nearest known one is told), or a value is of the wrong type or not
                 possible.
         """
+        weights = _weights(given)
+        given = {name: value for name, value in given.items() if weight_name(name) is None}
+        for name in given:
+            if name.startswith(WEIGHTS):
+                raise OptionError(
+                    f"unknown key of identify: {quoted(name)}; expected {WEIGHTS}<bag>.{ADDED}.<rod> or "
+                    f"{WEIGHTS}<bag>.{ADDED_STD}.<rod>, rods being {' and '.join(RODS)}"
+                )
         refuse_unknown(given, KEYS, "key of identify")
         values: dict[str, Any] = {name: _checked(KEYS[name], value) for name, value in given.items()}
         prior = {group: _below(f"{group}.", values) for group in _PRIOR}
@@ -51,14 +65,16 @@ class Settings:
         if search := _below("search.", values):
             options = replace(options, genetic=replace(options.search, **search))
         try:
-            return cls(options, TrialOptions(**_below("trial.", values)))
+            return cls(options, TrialOptions(**_below("trial.", values)), weights)
         except OptionError as error:
             raise OptionError(f"trial.{error}") from error
 
-    def values(self) -> dict[str, Scalar]:
+    def values(self) -> dict[str, Scalar | list[float]]:
         """Return every value in effect, by name: what these settings can be made of again."""
         options, prior = self.identify, self.identify.prior
-        values: dict[str, Scalar] = {constant.symbol: prior.constant(constant.symbol) for constant in CONSTANTS}
+        values: dict[str, Scalar | list[float]] = {
+            constant.symbol: prior.constant(constant.symbol) for constant in CONSTANTS
+        }
         values |= {f"nominal.{symbol}": prior.nominal.get(symbol, NOMINAL[symbol]) for symbol in SYMBOLS}
         for limit, limits in zip(("lower", "upper"), prior.box, strict=True):
             values |= {f"{limit}.{symbol}": float(value) for symbol, value in zip(SYMBOLS, limits, strict=True)}
@@ -72,7 +88,24 @@ class Settings:
                     attribute = name.removeprefix(prefix)
                     if name.startswith(prefix) and hasattr(source, attribute):
                         values[name] = getattr(source, attribute)
+        for bag, weights in self.weights.items():
+            for rod, weight in weights.items():
+                given = settings_of([weight]) if weight else {f"{ADDED}.{rod}": list(NOTHING)}
+                values |= {f"{WEIGHTS}{bag}.{name}": value for name, value in given.items()}
         return values
+
+
+def given_for(given: Mapping[str, Any], bags: Collection[str]) -> dict[str, Any]:
+    """Return of what is given for many bags what concerns some, by their names: weights of others are left out."""
+    return {name: value for name, value in given.items() if not (of := weight_name(name)) or of[0] in bags}
+
+
+def _weights(given: Mapping[str, Any]) -> dict[str, dict[Rod, Weight | None]]:
+    by_bag: dict[str, dict[str, Any]] = {}
+    for name, value in given.items():
+        if place := weight_name(name):
+            by_bag.setdefault(place[0], {})[place[1]] = list(value) if isinstance(value, array) else value
+    return {bag: weights_of(of_bag, f"{WEIGHTS}{shown(bag)}") for bag, of_bag in by_bag.items()}
 
 
 def _below(prefix: str, values: Mapping[str, Any]) -> dict[str, Any]:

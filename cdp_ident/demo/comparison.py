@@ -28,13 +28,11 @@ def compare(rig: Path, report: dict[str, Any]) -> Iterator[Compared]:
     """
     truth = load_rig(rig).parameters
     actual = np.array([truth[symbol] for symbol in SYMBOLS])
-    fitted = np.array([report["after"]["physical"][symbol]["value"] for symbol in SYMBOLS])
     for group, value in zip(GROUPS, groups_of(actual, truth["L"]), strict=True):
         found = report["after"]["groups"][group.symbol]["value"]
         yield Compared(group.formula, "" if group.unit == "1" else group.unit, float(value), found)
     hidden = _over_inertia(_hidden_effects(rig), float(inertia_about_cart(actual, truth["L"])))
-    length = report["after"]["physical"]["L"]["value"]
-    found_effects = _over_inertia(_found_effects(report), float(inertia_about_cart(fitted, length)))
+    found_effects = _over_inertia(_found_effects(report), report["after"]["physical"]["A22"]["value"])
     for key in dict.fromkeys((*hidden, *found_effects)):
         name, unit = key
         yield Compared(name, unit, hidden.get(key), found_effects.get(key))

@@ -28,6 +28,10 @@ class Errors:
     """The same for theta2 alone [rad]."""
     free_run: float
     """Eq. (10): squared error of one simulation of each whole trial from its beginning, over these windows [rad^2]."""
+    fit_theta1: float
+    """Fit of theta1 [%]; see `fit_per_cent`."""
+    fit_theta2: float
+    """The same for theta2 [%]."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +61,7 @@ def _errors_over(model: MotionModel, values: Array, windows: Sequence[Window], t
     try:
         return errors_of(fit_initial_states(model, values, windows), trials)
     except IdentificationError:  # under values that were not fitted there may be no motion to compute
-        return Errors(*4 * [float("inf")])
+        return Errors(*4 * [float("inf")], *2 * [float("-inf")])
 
 
 def errors_of(fit: Fit, trials: Sequence[Trial]) -> Errors:
@@ -66,7 +70,20 @@ def errors_of(fit: Fit, trials: Sequence[Trial]) -> Errors:
         _free_run(fit.model, fit.values, [window for window in fit.windows if window.trial == index], trials[index])
         for index in sorted({window.trial for window in fit.windows})
     )
-    return Errors(fit.rmse(), fit.rmse(0), fit.rmse(1), float(free_run))
+    return Errors(fit.rmse(), fit.rmse(0), fit.rmse(1), float(free_run), *map(float, fit_per_cent(fit)))
+
+
+def fit_per_cent(fit: Fit) -> Array:
+    """Return how much of the motion of theta1 and theta2 (2,) a model accounts for: 100 for all of it [%].
+
+    It is 100 (1 - |y - yhat| / |y - mean y|) with the norms over all windows together, as `compare` of MATLAB's System
+    Identification Toolbox has it. Each window is an experiment: its start is fitted, and its mean is its own, so that
+    turns of a rod do not flatter the model.
+    """
+    left = sum(np.sum(error**2, axis=0) for error in fit.errors)
+    moved = sum(np.sum((window.theta - window.theta.mean(axis=0)) ** 2, axis=0) for window in fit.windows)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.asarray(100.0 * (1.0 - np.sqrt(left / moved)))
 
 
 def free_run(model: MotionModel, values: Array, trial: Trial, index: int, duration: float) -> Array:

@@ -11,11 +11,12 @@ from itertools import combinations
 import numpy as np
 import numpy.typing as npt
 
+from cdp_ident.diagnosis.inertia import Inertia
 from cdp_ident.diagnosis.uncertainty import reduced_sensitivities
 from cdp_ident.fit.physical import PhysicalValues, logarithmic_derivatives
 from cdp_ident.fit.prior import Prior
 from cdp_ident.fit.refinement import Fit
-from cdp_ident.model.parameters import GROUPS, SYMBOLS
+from cdp_ident.model.parameters import GROUPS, INVERSE_INERTIA, SYMBOLS
 
 Array = npt.NDArray[np.float64]
 
@@ -88,7 +89,7 @@ class Identifiability:
 
 
 def identifiability(
-    fit: Fit, covariance: Array, physical: PhysicalValues, prior: Prior, length: float
+    fit: Fit, covariance: Array, physical: PhysicalValues, inertia: Inertia, prior: Prior, trials: Sequence[str]
 ) -> Identifiability:
     """Say what a fit determines.
 
@@ -96,9 +97,11 @@ def identifiability(
         fit: the fit whose first unknowns are the groups.
         covariance: (unknowns, unknowns) covariance of its values.
         physical: the physical values chosen for it.
+        inertia: A22.
         prior: says which of them were measured beforehand.
-        length: L [m].
+        trials: names of the trials.
     """
+    length, _ = fit.model.constants(fit.values)
     named = np.flatnonzero(fit.model.of_rig & ~fit.model.of_curves)
     names, values = [fit.model.names[index] for index in named], fit.values[named]
     std = np.sqrt(np.diag(covariance))[named]
@@ -108,8 +111,10 @@ def identifiability(
     directions, unseen = _directions(fit)
     # A group that cannot be told from L or g is seen as well as they are known.
     hidden = set(undetermined) - {name for tradeoff in unseen for name in tradeoff.changes}
-    groups = [index for index, group in enumerate(GROUPS) if group.symbol not in hidden]
-    columns = dict(zip(SYMBOLS, logarithmic_derivatives(physical.values, length)[groups].T, strict=True))
+    shown = (*GROUPS, INVERSE_INERTIA) if inertia.shown else GROUPS
+    seen = [index for index, group in enumerate(shown) if group.symbol not in hidden]
+    derivatives = logarithmic_derivatives(physical.values, length, inertia.shown)[seen]
+    columns = dict(zip(SYMBOLS, derivatives.T, strict=True))
     # A value of zero has no relative change; what is known does not change; an impossible mechanism says nothing; and a
     # friction whose group is not determined stands alone.
     free = {
@@ -129,7 +134,7 @@ def identifiability(
         to_measure=_to_measure(free),
         words=(),
     )
-    words = [*_words_on_unknowns(result, names, values, std)]
+    words = [*_words_on_unknowns(result, names, values, std), *_words_on_inertia(fit, inertia, trials)]
     if physical.possible:
         words += _words_on_physical_values(result, tuple(prior.known))
     return Identifiability(**{**vars(result), "words": tuple(words)})
@@ -212,7 +217,7 @@ def _rank(columns: Sequence[Array]) -> int:
 
 
 def _words_on_unknowns(found: Identifiability, names: Sequence[str], values: Array, std: Array) -> Iterator[str]:
-    formulas = {group.symbol: group.formula for group in GROUPS}
+    formulas = {group.symbol: group.formula for group in (*GROUPS, INVERSE_INERTIA)}
     shares = {name: CONFIDENCE * s / abs(v) for name, v, s in zip(names, values, std, strict=True) if v}
     clear = [name for name in names if name not in found.undetermined]
     if clear:
@@ -222,10 +227,24 @@ def _words_on_unknowns(found: Identifiability, names: Sequence[str], values: Arr
         shown_share = f" (±{100 * shares[name]:.2g} %)" if np.isfinite(shares.get(name, np.inf)) else ""
         yield f"{formulas.get(name, name)} is not determined by these trials{shown_share}"
     yield from map(str, found.unseen)
+    if INVERSE_INERTIA.symbol in names:
+        return  # a weight's place is a length beside L
     if "L" in names and "g" not in names:
         yield "L is fitted on the strength of g: an error of g makes the same relative error of L"
     if "g" in names and "L" not in names:
         yield "g is fitted on the strength of L: an error of L makes the same relative error of g"
+
+
+def _words_on_inertia(fit: Fit, inertia: Inertia, trials: Sequence[str]) -> Iterator[str]:
+    """Say what A22 is and which weights show it; without weights there is nothing to say."""
+    if not fit.model.inertia_free:
+        return
+    weighted = [trials[index] for index in sorted({window.trial for window in fit.windows if window.weights})]
+    by = f"by the {'weight' if len(weighted) == 1 else 'weights'} in {_enumerated(weighted)}"
+    if not inertia.shown or not is_determined(inertia.value, inertia.std):
+        yield f"A22 is not determined {by}: take a heavier one, or one further out"
+        return
+    yield f"A22 = {inertia.value:.4g} ± {inertia.std:.2g} kg m^2, determined {by}, and with it every torque in N m"
 
 
 def _words_on_physical_values(found: Identifiability, known: Sequence[str]) -> Iterator[str]:

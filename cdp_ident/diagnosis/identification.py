@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.diagnosis.continuity import Continuity, continuity
+from cdp_ident.diagnosis.inertia import Inertia
 from cdp_ident.diagnosis.length import LengthByBalance
 from cdp_ident.diagnosis.repeatability import Repeatability, repeatability
 from cdp_ident.diagnosis.uncertainty import covariance
@@ -15,7 +16,7 @@ from cdp_ident.fit.force_balance import ForceBalance
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.physical import PhysicalValues, nearest_physical_values
 from cdp_ident.fit.refinement import Fit
-from cdp_ident.model.parameters import GROUPS
+from cdp_ident.model.parameters import GROUPS, INVERSE_INERTIA
 
 Array = npt.NDArray[np.float64]
 
@@ -34,6 +35,7 @@ class Identification:
     covariance: Array
     """(unknowns, unknowns) covariance of the fitted values."""
     physical: PhysicalValues
+    inertia: Inertia
     failure: str
     """Why no parameter means anything, in words; empty where the fit did not fail."""
     continuity: Continuity | None
@@ -50,9 +52,13 @@ class Identification:
         failure: str = "",
     ) -> "Identification":
         """Diagnose an estimate."""
-        fit, count = estimate.fit, len(GROUPS)
+        fit = estimate.fit
         spread = covariance(fit)
-        length, _ = options.model.constants(fit.values)
+        length, _ = fit.model.constants(fit.values)
+        shown = list(range(len(GROUPS)))
+        if fit.model.inertia_free and fit.model.inverse_inertia(fit.values) > 0.0:
+            shown.append(fit.model.names.index(INVERSE_INERTIA.symbol))
+        physical = nearest_physical_values(fit.values[shown], spread[np.ix_(shown, shown)], options.prior, length)
         return cls(
             options=options,
             data=data,
@@ -60,7 +66,8 @@ class Identification:
             length=length_by_balance,
             estimate=estimate,
             covariance=spread,
-            physical=nearest_physical_values(fit.values[:count], spread[:count, :count], options.prior, length),
+            physical=physical,
+            inertia=Inertia.of(fit.model, fit.values, spread, physical),
             failure=failure,
             continuity=continuity(fit),
             repeatability=repeatability(fit, data.names),

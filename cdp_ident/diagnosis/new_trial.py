@@ -94,6 +94,9 @@ def check_new_trial(
         IdentificationError: the trial is too short for a single window.
     """
     windows = [replace(w, trial=_NO_TRIAL) for w in cut_into_windows([trial], min(window, trial.duration))]
+    # No trial shows A22 alone, and where no trial before had another weight it is not known at all.
+    known, remain = model.with_inertia_known(values)
+    model, values, spread = known, values[remain], spread[np.ix_(remain, remain)]
     held = fit_initial_states(model, values, windows)
     alone = refine(held.model, held.values, held.windows)
     # Zeros of a trial and coefficients of curves say nothing of the rig one by one.

@@ -19,6 +19,8 @@ class Repeatability:
 
     trials: tuple[str, ...]
     """Names of the trials."""
+    names: tuple[str, ...]
+    """Of the unknowns that are compared: not 1 / A22, which no trial shows alone."""
     values: Array
     """(trials, unknowns) each trial's own estimate."""
     std: Array
@@ -36,19 +38,21 @@ def repeatability(fit: Fit, names: Sequence[str]) -> Repeatability | None:
     """Fit each trial alone, beginning from the joint fit; None where only one trial was fitted.
 
     The estimates are compared by their weighted sum of squares about their weighted mean, which is chi-squared
-    distributed if they agree.
+    distributed if they agree. A22, where weights show it, is that of the joint fit: by it the estimates of a trial with
+    weights are those of the rig without.
     """
     indices = sorted({window.trial for window in fit.windows})
     if len(indices) < 2:
         return None
+    model, remain = fit.model.with_inertia_known(fit.values)
     values, covariances = [], []
     for index in indices:
-        alone = refine(fit.model, fit.values, [window for window in fit.windows if window.trial == index])
+        alone = refine(model, fit.values[remain], [window for window in fit.windows if window.trial == index])
         values.append(alone.values)
         covariances.append(covariance(alone))
     std = np.sqrt([np.diag(spread) for spread in covariances])
     # Coefficients of curves, held by their penalties, would agree in any trials.
-    seen = np.all(np.isfinite(std) & (std > 0), axis=0) & fit.model.of_rig & ~fit.model.of_curves
+    seen = np.all(np.isfinite(std) & (std > 0), axis=0) & model.of_rig & ~model.of_curves
     inverses = [np.linalg.pinv(spread[np.ix_(seen, seen)], hermitian=True) for spread in covariances]
     estimates = np.array(values)[:, seen]
     mean = np.linalg.pinv(sum(inverses), hermitian=True) @ sum(
@@ -57,10 +61,12 @@ def repeatability(fit: Fit, names: Sequence[str]) -> Repeatability | None:
     scatter = sum(
         (estimate - mean) @ inverse @ (estimate - mean) for inverse, estimate in zip(inverses, estimates, strict=True)
     )
-    freedom = (len(indices) - 1) * int(seen.sum())
+    # The common A22 was chosen so that they agree.
+    freedom = (len(indices) - 1) * int(seen.sum()) - int(fit.model.inertia_free)
     return Repeatability(
         trials=tuple(names[index] for index in indices),
+        names=model.names,
         values=np.array(values),
         std=std,
-        p_value=float(chi2.sf(scatter, freedom)) if freedom else 1.0,
+        p_value=float(chi2.sf(scatter, freedom)) if freedom > 0 else 1.0,
     )

@@ -93,7 +93,11 @@ def covariance(fit: Fit) -> Array:
             product = score[lag:].T @ score[:-lag]
             middle += (1.0 - lag / (lags + 1.0)) * (product + product.T)
     if np.any(fit.model.penalty):
-        middle += fit.model.penalty * (fit.variance * fit.autocorrelation.integrated_time)
+        of_weights = fit.model.of_weights
+        of_curves = np.where(np.outer(of_weights, of_weights), 0.0, fit.model.penalty)
+        middle += of_curves * (fit.variance * fit.autocorrelation.integrated_time)
+        # Errors of weights are of unit variance, whatever the angles' noise is.
+        middle += np.diag(np.diag(fit.model.penalty) ** 2 * of_weights)
     samples = sum(residual.size for residual in fit.residuals)
     estimated = effective_unknowns(fit) + fit.model.states * sum(not window.start_known for window in fit.windows)
     inverse, left_out = scaled_inverse(bent, _UNSEEN)

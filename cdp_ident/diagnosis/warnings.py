@@ -19,6 +19,8 @@ _ABOVE_NOISE = 3.0
 """An error of so many times the noise means that something is missing in the model."""
 _JUMPS = 3.0
 """Jumps between windows of so many times their expected size mean the same."""
+_WEIGHT_OFF = 3.0
+"""A weight so many standard deviations from its place is not where it was said to be."""
 _MOST_NAMED = 4
 _DAMAGED = 0.02
 """A larger share of outliers means that something is broken; more than some per cent are not all found."""
@@ -42,6 +44,7 @@ def find_warnings(identification: Identification) -> list[FitWarning]:
         *_not_finished(identification),
         *_impossible(identification),
         *_length(identification),
+        *_weights(identification),
         *_zeros(identification),
         *_above_noise(identification),
         *_disagreement(identification),
@@ -93,6 +96,21 @@ def _length(found: Identification) -> Iterator[FitWarning]:
         )
 
 
+def _weights(found: Identification) -> Iterator[FitWarning]:
+    errors = found.fit.values[found.fit.model.of_weights]
+    for trial in found.data.trials:
+        for weight in trial.weights:
+            actual = weight.with_errors(dict(zip(found.fit.model.weight_errors, errors.tolist(), strict=True)))
+            off = (actual.place - weight.place) / weight.place_std if weight.place_std else 0.0
+            if abs(off) > _WEIGHT_OFF:
+                yield FitWarning(
+                    "weight_off",
+                    (trial.name,),
+                    f"by the motion the weight on the {weight.rod} rod in {trial.name} is at {actual.place:.4g} m, "
+                    f"{abs(off):.1f} standard deviations from the {weight.place:g} m told: measure its place again",
+                )
+
+
 def _zeros(found: Identification) -> Iterator[FitWarning]:
     model, values = found.fit.model, found.fit.values
     if not model.zeros:
@@ -134,15 +152,15 @@ def _disagreement(found: Identification) -> Iterator[FitWarning]:
     compared = found.repeatability
     if compared is None or compared.agree:
         return
-    names = found.fit.model.names
-    spread = np.ptp(compared.values, axis=0) / np.maximum(np.abs(found.fit.values), np.finfo(float).tiny)
+    joint = np.array([found.fit.values[found.fit.model.names.index(name)] for name in compared.names])
+    spread = np.ptp(compared.values, axis=0) / np.maximum(np.abs(joint), np.finfo(float).tiny)
     with np.errstate(divide="ignore", invalid="ignore"):
         distance = np.nan_to_num(np.ptp(compared.values, axis=0) / np.sqrt(np.sum(compared.std**2, axis=0)))
     worst = int(np.argmax(distance))
     yield FitWarning(
         "trials_disagree",
-        (names[worst], *compared.trials),
-        f"the trials disagree (p = {compared.p_value:.2g}), most about {names[worst]}: alone they give values "
+        (compared.names[worst], *compared.trials),
+        f"the trials disagree (p = {compared.p_value:.2g}), most about {compared.names[worst]}: alone they give values "
         f"{100 * spread[worst]:.2g} % apart; the standard deviations do not cover that",
     )
 

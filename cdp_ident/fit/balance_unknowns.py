@@ -13,9 +13,10 @@ from cdp_ident.fit.smoothing import SmoothMotion, smooth
 from cdp_ident.fit.weak_form import Kinematics, Rows, Term, Windows
 from cdp_ident.model.effects.constants import effect_constants
 from cdp_ident.model.effects.effect import EffectParameter, TorqueEffect
-from cdp_ident.model.parameters import GROUPS, coefficients_of
+from cdp_ident.model.parameters import GROUPS, INVERSE_INERTIA, coefficients_of
 from cdp_ident.model.torques import Torques
 from cdp_ident.model.trajectory import accelerations_at
+from cdp_ident.model.weights import Weight, added_by
 from cdp_ident.trial.trial import Trial
 
 Array = npt.NDArray[np.float64]
@@ -51,6 +52,8 @@ class Unknowns:
     """Joints with dry friction."""
     constant_coupling: bool = False
     length_free: bool = False
+    inertia_free: bool = False
+    """Whether 1 / A22 is sought, which weights show."""
 
     @cached_property
     def of_effects(self) -> tuple[tuple[TorqueEffect, int, EffectParameter], ...]:
@@ -68,6 +71,7 @@ class Unknowns:
         return (
             *(group.symbol for group in GROUPS),
             *((MOMENT,) if self.length_free else ()),
+            *((INVERSE_INERTIA.symbol,) if self.inertia_free else ()),
             *((COUPLING,) if self.constant_coupling else ()),
             *(DRY[joint] for joint in self.dry),
             *(f"{effect.key}.{parameter.name}" for effect, _, parameter in self.of_effects),
@@ -93,6 +97,8 @@ class Piece:
     kinematics: Kinematics
     resting: tuple[weak_form.Mask, weak_form.Mask]
     """(m,) where the inner and the outer joint rest."""
+    weights: tuple[Weight, ...] = ()
+    """On the rods."""
 
     @classmethod
     def of(cls, trial: Trial, time_unit: float) -> "Piece":
@@ -105,7 +111,7 @@ class Piece:
         kinematics = Kinematics.of(motion)
         points = round(_REST / _GRID)
         inner, outer = (weak_form.at_rest(kinematics, joint, points) for joint in range(2))
-        return cls(motion, kinematics, (inner, outer))
+        return cls(motion, kinematics, (inner, outer), trial.weights)
 
 
 @dataclass(frozen=True)
@@ -124,10 +130,18 @@ class Mechanism:
         """The rig's own unit of time [s]."""
         return float(np.sqrt(self.length / self.gravity))
 
-    def rows(self, pieces: Sequence[Piece], unknowns: Unknowns, half_width: float, groups: Array) -> Rows:
+    def rows(
+        self,
+        pieces: Sequence[Piece],
+        unknowns: Unknowns,
+        half_width: float,
+        groups: Array,
+        inverse_inertia: float = 0.0,
+    ) -> Rows:
         """Return the balance in windows of a half width [s] over all pieces.
 
-        Effects whose torque depends on the groups, as that of a tilt does, take the ones given (5,).
+        Effects whose torque depends on the groups, as that of a tilt does, take the ones given (5,), and 1 / A22
+        [1/(kg m^2)] where there are weights.
         """
         parts = []
         for piece in pieces:
@@ -135,7 +149,8 @@ class Mechanism:
             if len(piece.motion.time) < len(windows.value):
                 continue
             k = piece.kinematics
-            terms = list(self._terms(k, unknowns, groups))
+            numerators = groups + inverse_inertia * added_by(piece.weights, self.length)[1:]
+            terms = list(self._terms(piece, unknowns, numerators))
             parts.append(
                 weak_form.rows(windows, piece.motion.known, terms, weak_form.inertia_of_inner_rod(k), piece.resting)
             )
@@ -154,18 +169,28 @@ class Mechanism:
         """Return L [m], as known or as found."""
         return float(values[0] / values[unknowns.names.index(MOMENT)]) if unknowns.length_free else self.length
 
-    def _terms(self, k: Kinematics, unknowns: Unknowns, groups: Array) -> Iterator[Term]:
+    def _terms(self, piece: Piece, unknowns: Unknowns, groups: Array) -> Iterator[Term]:
+        k = piece.kinematics
         outer_moment = weak_form.moment_of_outer_rod(k, self.gravity)
+        coupling = weak_form.coupling(k).plus(outer_moment, 1.0 / self.length)
         if unknowns.length_free:
             yield weak_form.coupling(k)
         else:
-            yield weak_form.coupling(k).plus(outer_moment, 1.0 / self.length)
+            yield coupling
         yield weak_form.inertia_of_outer_rod(k)
         yield weak_form.moment_of_inner_rod(k, self.gravity)
         yield weak_form.joint_torques(k.joint_speeds[0], 0.0)
         yield weak_form.joint_torques(0.0, k.joint_speeds[1])
         if unknowns.length_free:
             yield outer_moment
+        if unknowns.inertia_free:
+            terms = (
+                weak_form.inertia_of_inner_rod(k),
+                coupling,
+                weak_form.inertia_of_outer_rod(k),
+                weak_form.moment_of_inner_rod(k, self.gravity),
+            )
+            yield weak_form.weighted_sum(terms, added_by(piece.weights, self.length)[: len(terms)])
         if unknowns.constant_coupling:
             yield weak_form.constant_coupling(k)
         for joint in unknowns.dry:

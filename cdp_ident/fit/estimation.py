@@ -15,8 +15,9 @@ from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.prior import Prior
 from cdp_ident.fit.refinement import Fit, refine_from_afar
 from cdp_ident.fit.windows import Window
-from cdp_ident.model.parameters import coefficients_of, groups_of
+from cdp_ident.model.parameters import coefficients_of, groups_of, inertia_about_cart
 from cdp_ident.model.population import Population, Segment
+from cdp_ident.model.weights import Weight, added_by
 from cdp_ident.search.genetic_search import Progress, SearchResult, genetic_search
 from cdp_ident.search.options import IGA, GeneticOptions
 
@@ -58,21 +59,26 @@ def search_objective(windows: Sequence[Window], span: float, prior: Prior) -> Ca
         span: length of a segment [s]: from the start of one window, the motion is simulated over so much time.
         prior: gives L and g.
     """
-    segments = []
+    segments: dict[tuple[Weight, ...], list[Segment]] = {}
     for _, of_trial in groupby(windows, key=lambda window: window.trial):
         run: list[Window] = []
         for window in of_trial:
             if run and window.begin + window.duration - run[0].begin > span * (1 + 1e-3) + 0.5 * window.duration:
-                segments.append(_segment(run))
+                segments.setdefault(window.weights, []).append(_segment(run))
                 run = []
             run.append(window)
-        segments.append(_segment(run))
-    population = Population(segments, windows[0].grid.step)
+        segments.setdefault(run[0].weights, []).append(_segment(run))
+    populations = {weights: Population(alike, windows[0].grid.step) for weights, alike in segments.items()}
     length, gravity = prior.length, prior.gravity
 
     def objective(chromosomes: Array) -> Array:
-        coefficients = coefficients_of(groups_of(chromosomes, length), length, gravity)
-        return population.squared_errors(coefficients).sum(axis=1)
+        groups, inertia = groups_of(chromosomes, length), inertia_about_cart(chromosomes, length)[:, None]
+        error = np.zeros(len(chromosomes))
+        for weights, population in populations.items():
+            added = added_by(weights, length)
+            weighted = (inertia * groups + added[1:]) / (inertia + added[0]) if weights else groups
+            error += population.squared_errors(coefficients_of(weighted, length, gravity)).sum(axis=1)
+        return error
 
     return objective
 
@@ -111,7 +117,7 @@ def estimate(
         options: the genetic algorithm.
         span: how long the search simulates from one start [s]; one window at least.
         stop: called after each generation of a search; a sentence that it returns ends the searching.
-        balanced: (5,) groups of a balance of forces.
+        balanced: (unknowns,) what a balance of forces has found.
 
     Raises:
         IdentificationError: there is no window to fit.
@@ -126,7 +132,8 @@ def estimate(
     for attempt in range(1, _MOST_SEARCHES + 1):
         search = genetic_search(objective, lower, upper, options, rng, stop)
         evaluations += search.evaluations
-        fit = refine_from_afar(model, model.beginning(groups_of(search.best, prior.length)), windows)
+        inertia = float(inertia_about_cart(search.best, prior.length))
+        fit = refine_from_afar(model, model.beginning(groups_of(search.best, prior.length), inertia), windows)
         before = best.fit.rmse() if best else np.inf
         if best is None or fit.rmse() < before:
             best = Estimate(search, attempt, evaluations, fit)
@@ -142,9 +149,9 @@ def estimate(
     return replace(best, searches=attempt, evaluations=evaluations)
 
 
-def _begun_at_balance(model: MotionModel, groups: Array, windows: Sequence[Window]) -> Fit | None:
-    """Return the fit that begins at the groups (5,) of a balance of forces; None where they give no motion."""
+def _begun_at_balance(model: MotionModel, values: Array, windows: Sequence[Window]) -> Fit | None:
+    """Return the fit that begins at what a balance of forces has found (unknowns,); None where that is no motion."""
     try:
-        return refine_from_afar(model, model.beginning(groups), windows)
+        return refine_from_afar(model, values, windows)
     except IdentificationError:
         return None

@@ -19,7 +19,8 @@ from cdp_ident.fit.smoothing import FEWEST
 from cdp_ident.fit.weak_form import STEPS_BETWEEN, Rows
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.effect import TorqueEffect
-from cdp_ident.model.parameters import GROUPS
+from cdp_ident.model.parameters import GROUPS, INVERSE_INERTIA
+from cdp_ident.model.weights import added_by
 from cdp_ident.trial.trial import Trial
 
 Array = npt.NDArray[np.float64]
@@ -69,7 +70,7 @@ class ForceBalance:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The groups, on request m2 l2 and a constant coupling, then torques of dry friction and effects."""
+        """The groups, on request m2 l2, 1 / A22 and a constant coupling, then torques of dry friction and effects."""
         return self.unknowns.names
 
     @property
@@ -97,6 +98,17 @@ class ForceBalance:
     def groups(self) -> Array:
         """(5,) the groups, in the order of `GROUPS`."""
         return self.values[: len(GROUPS)]
+
+    @property
+    def inertia(self) -> float | None:
+        """A22 [kg m^2]; None where no weights show it."""
+        inverse = self.value(INVERSE_INERTIA.symbol) if self.unknowns.inertia_free else 0.0
+        return 1.0 / inverse if inverse > 0.0 else None
+
+    def groups_of(self, trial: Trial) -> Array:
+        """Return the groups (5,) as a trial shows them, whose rods may have weights."""
+        added = added_by(trial.weights, self.length) / (self.inertia or np.inf)
+        return (self.groups + added[1:]) / (1.0 + added[0])
 
     @property
     def std(self) -> Array:
@@ -131,6 +143,8 @@ def balance_of_forces(
         length_free: whether L is sought too; the given one still sets the scale of time.
         outer_length: of the outer rod [m], which air drag may need; L where it is not known.
 
+    Where weights differ from trial to trial, A22 is found as well.
+
     Raises:
         IdentificationError: there is too little motion.
     """
@@ -139,10 +153,12 @@ def balance_of_forces(
     stretches = [stretch for trial in trials for stretch in trial.stretches]
     pieces = [Piece.of(trial, unit) for trial in stretches if len(trial.time) >= FEWEST and trial.duration > unit]
     _refuse_a_joint_that_rests(pieces)
-    plain = Unknowns((), tuple(DRY) if dry is None else tuple(dry), constant_coupling, length_free)
+    inertia_free = len({trial.weights for trial in trials}) > 1
+    plain = Unknowns((), tuple(DRY) if dry is None else tuple(dry), constant_coupling, length_free, inertia_free)
     half_width, fit = _in_windows_of_their_width(mechanism, pieces, plain)
     whole = replace(plain, effects=tuple(effects))
-    rows = mechanism.rows(pieces, whole, half_width, fit.values[: len(GROUPS)])
+    inverse_inertia = fit.values[plain.names.index(INVERSE_INERTIA.symbol)] if inertia_free else 0.0
+    rows = mechanism.rows(pieces, whole, half_width, fit.values[: len(GROUPS)], inverse_inertia)
     choices: list[tuple[DryJoint, ...]] = [tuple(dry)] if dry is not None else _subsets(tuple(DRY))
     candidates = {choice: replace(whole, dry=choice) for choice in choices}
     chosen_rows = {choice: _only(rows, whole, candidate) for choice, candidate in candidates.items()}

@@ -10,19 +10,30 @@ from scipy.linalg import block_diag
 
 from cdp_ident.fit.prior import Prior
 from cdp_ident.fit.stiffness import Stiffness, penalty
+from cdp_ident.fit.weighted import Layout, Weighted
 from cdp_ident.fit.windows import Window
 from cdp_ident.model.effects.constants import effect_constants, outer_rod_length
 from cdp_ident.model.effects.effect import Effect, EffectParameter, Form, TorqueEffect
 from cdp_ident.model.effects.readings import encoder_readings
-from cdp_ident.model.parameters import COEFFICIENTS, GROUPS, SYMBOLS, coefficients_of
+from cdp_ident.model.parameters import (
+    COEFFICIENTS,
+    GROUPS,
+    INVERSE_INERTIA,
+    SYMBOLS,
+    coefficients_of,
+    inertia_about_cart,
+)
 from cdp_ident.model.time_grid import TimeGrid
 from cdp_ident.model.torques import Torques
 from cdp_ident.model.trajectory import trajectory, trajectory_with_derivatives
+from cdp_ident.model.weights import ErrorOf, Weight
 
 Array = npt.NDArray[np.float64]
 
 JOINTS = ("inner", "outer")
 _A23, _OUTER_MOMENT, _GRAVITY = (COEFFICIENTS.index(name) for name in ("A23_over_A22", "m2_l2_over_A22", "g"))
+_LARGEST_ERROR = 20.0
+"""No weight is further off than so many standard deviations."""
 _LARGEST_ZERO = 0.5
 """No encoder's zero is off by more than this in a trial [rad]."""
 LATEST = 0.05
@@ -67,25 +78,34 @@ class Mechanism:
     """g [m/s^2], or the value to begin with where it is free."""
     outer_length: float
     """Length of the outer rod [m]."""
+    inertia: float
+    """A22 [kg m^2], or the value to begin with where it is free."""
 
     @classmethod
     def of(cls, prior: Prior) -> "Mechanism":
         """Take it from what is known before any trial."""
         l2 = float(prior.centre[SYMBOLS.index("l2")])
-        return cls(prior.length, prior.gravity, outer_rod_length(prior.length, l2))
+        inertia = float(inertia_about_cart(prior.centre, prior.length))
+        return cls(prior.length, prior.gravity, outer_rod_length(prior.length, l2), inertia)
 
 
 @dataclass(frozen=True)
 class MotionModel:
     """The paper's model with any effects.
 
-    Its unknowns are the five groups, on request the length L and gravity g, and the effects' parameters, torques
-    being relative to A22.
+    Its unknowns are the five groups, on request the length L, gravity g and 1 / A22, and the effects' parameters,
+    torques being relative to A22. They are those of the rig without the weights that some trials may have.
     """
 
     mechanism: Mechanism
     length_free: bool = False
     gravity_free: bool = False
+    inertia_free: bool = False
+    """Whether 1 / A22 is an unknown, which only trials with different weights show."""
+    weight_errors: tuple[ErrorOf, ...] = ()
+    """What of the weights may be wrong: unknowns, in their standard deviations."""
+    penalty_of_errors: float = 0.0
+    """What an error by one standard deviation adds to the cost: the variance of the angles' noise [rad^2]."""
     effects: tuple[ActiveEffect, ...] = ()
     zeros: tuple[int, ...] = ()
     """Trials whose encoders have a zero of their own; none where the zeros are right, or the same for all trials."""
@@ -97,6 +117,8 @@ class MotionModel:
             *(group.symbol for group in GROUPS),
             *(("L",) if self.length_free else ()),
             *(("g",) if self.gravity_free else ()),
+            *((INVERSE_INERTIA.symbol,) if self.inertia_free else ()),
+            *(_name_of(error) for error in self.weight_errors),
         )
 
     @cached_property
@@ -121,13 +143,24 @@ class MotionModel:
         base, zeros = len(self.base_names), np.full(len(JOINTS) * len(self.zeros), _LARGEST_ZERO)
         parameters = [p for active in self.effects for p in active.fitted]
         lower = np.concatenate([np.zeros(base), -zeros, [p.lower for p in parameters]])
-        return lower, np.concatenate([np.full(base, np.inf), zeros, [p.upper for p in parameters]])
+        upper = np.concatenate([np.full(base, np.inf), zeros, [p.upper for p in parameters]])
+        lower[self.of_weights], upper[self.of_weights] = -_LARGEST_ERROR, _LARGEST_ERROR
+        return lower, upper
 
     @cached_property
     def penalty(self) -> Array:
         """(unknowns, unknowns) what the unknowns add to the cost of a fit, as a quadratic form [rad^2]."""
         others = len(self.base_names) + len(JOINTS) * len(self.zeros)
-        return block_diag(np.zeros((others, others)), *(active.penalty for active in self.effects))
+        of_curves = block_diag(np.zeros((others, others)), *(active.penalty for active in self.effects))
+        return np.asarray(of_curves + np.diag(self.penalty_of_errors * self.of_weights))
+
+    @property
+    def of_weights(self) -> npt.NDArray[np.bool_]:
+        """Which of the unknowns are errors of weights."""
+        end = len(self.base_names)
+        of_weights = np.zeros(len(self.names), dtype=bool)
+        of_weights[end - len(self.weight_errors) : end] = True
+        return of_weights
 
     @cached_property
     def states(self) -> int:
@@ -141,10 +174,22 @@ class MotionModel:
         whole[: len(start)] = start[: self.states]
         return whole
 
-    def beginning(self, groups: Array) -> Array:
-        """Return values of the unknowns without effects, for given groups (5,), L and g as known beforehand."""
+    def beginning(self, groups: Array, inertia: float | None = None) -> Array:
+        """Return values of the unknowns without effects, for given groups (5,) and A22 [kg m^2].
+
+        L and g, and A22 where it is not given, are as known beforehand.
+        """
         constants = [self.mechanism.length] * self.length_free + [self.mechanism.gravity] * self.gravity_free
-        return np.concatenate([groups, constants])
+        inverse = [1.0 / (inertia or self.mechanism.inertia)] * self.inertia_free
+        return np.concatenate([groups, constants, inverse, np.zeros(len(self.weight_errors))])
+
+    def begun_at(self, values: Array, groups: Array, inertia: float | None) -> Array:
+        """Return values (unknowns,) with other groups (5,) and, where it is given, another A22 [kg m^2]."""
+        values = values.copy()
+        values[: len(GROUPS)] = groups
+        if self.inertia_free and inertia:
+            values[self.base_names.index(INVERSE_INERTIA.symbol)] = 1.0 / inertia
+        return values
 
     def with_effect(self, effect: ActiveEffect) -> "MotionModel":
         """Return this model with one effect more, whose unknowns come last."""
@@ -165,7 +210,7 @@ class MotionModel:
 
     def without_zeros(self, values: Array) -> tuple["MotionModel", Array]:
         """Return this model and its values with encoders whose zeros are right in all trials."""
-        return replace(self, zeros=()), values[self.of_rig]
+        return replace(self, zeros=()), values[~self.of_zeros]
 
     def zero_places(self, trial: int) -> slice:
         """Return where the unknowns of a trial's zeros are: empty for a trial that has none of its own."""
@@ -176,12 +221,17 @@ class MotionModel:
         return slice(first, first + len(JOINTS))
 
     @property
-    def of_rig(self) -> npt.NDArray[np.bool_]:
-        """Which of the unknowns are the rig's, and not the zeros of a trial."""
+    def of_zeros(self) -> npt.NDArray[np.bool_]:
+        """Which of the unknowns are zeros of a trial."""
         first = len(self.base_names)
-        of_rig = np.ones(len(self.names), dtype=bool)
-        of_rig[first : first + len(JOINTS) * len(self.zeros)] = False
-        return of_rig
+        of_zeros = np.zeros(len(self.names), dtype=bool)
+        of_zeros[first : first + len(JOINTS) * len(self.zeros)] = True
+        return of_zeros
+
+    @property
+    def of_rig(self) -> npt.NDArray[np.bool_]:
+        """Which of the unknowns are the rig's, and neither zeros of a trial nor errors of a weight."""
+        return ~self.of_zeros & ~self.of_weights
 
     @property
     def of_curves(self) -> npt.NDArray[np.bool_]:
@@ -207,6 +257,39 @@ class MotionModel:
         length = float(values[names.index("L")]) if self.length_free else self.mechanism.length
         return length, float(values[names.index("g")]) if self.gravity_free else self.mechanism.gravity
 
+    def inverse_inertia(self, values: Array) -> float:
+        """Return 1 / A22 [1/(kg m^2)] under given values of the unknowns."""
+        if not self.inertia_free:
+            return 1.0 / self.mechanism.inertia
+        return float(values[self.base_names.index(INVERSE_INERTIA.symbol)])
+
+    def with_inertia_known(self, values: Array) -> tuple["MotionModel", npt.NDArray[np.bool_]]:
+        """Return this model with the A22 that values give as one that is known, and which unknowns remain."""
+        remain = np.array([name != INVERSE_INERTIA.symbol for name in self.names])
+        inertia = 1.0 / max(self.inverse_inertia(values), np.finfo(float).tiny)
+        return replace(self, inertia_free=False, mechanism=replace(self.mechanism, inertia=inertia)), remain
+
+    def with_weights(self, values: Array, weights: Sequence[Weight]) -> Weighted:
+        """Return the unknowns as a trial shows them in which weights are clamped to the rods."""
+        length, _ = self.constants(values)
+        return Weighted(self._layout, values, weights, length, self.inverse_inertia(values))
+
+    @cached_property
+    def _layout(self) -> Layout:
+        powers, carrying = np.zeros(len(self.names)), [""] * len(self.names)
+        powers[: len(GROUPS)] = 1.0
+        for index, active in enumerate(self.effects):
+            powers[self.places(index)] = [p.inertia_power for p in active.fitted]
+            carrying[self.places(index)] = [active.effect.joint if p.includes_weights else "" for p in active.fitted]
+        names = self.base_names
+        return Layout(
+            powers,
+            tuple(carrying),
+            names.index("L") if self.length_free else None,
+            names.index(INVERSE_INERTIA.symbol) if self.inertia_free else None,
+            dict(zip(self.weight_errors, np.flatnonzero(self.of_weights).tolist(), strict=True)),
+        )
+
     def coefficients(self, values: Array) -> Array:
         """Return the model's coefficients (7,) under given values of the unknowns."""
         return coefficients_of(values[: len(GROUPS)], *self.constants(values))
@@ -231,6 +314,9 @@ class MotionModel:
             Angles (n, 2) [rad] and their derivatives (n, 2, states + unknowns) by the initial state and the unknowns;
             (n, 2, 0) where none are asked for.
         """
+        weighted = self.with_weights(values, window.weights) if window.weights else None
+        if weighted:
+            values = weighted.values
         coefficients, torques = self.coefficients(values), self.torques(values, window.trial)
         start = self.initial_state(start)
 
@@ -258,6 +344,8 @@ class MotionModel:
             if derivatives:
                 by_unknowns[:, :, self.states + place.start] = 1.0
                 by_unknowns[:, 1, self.states + place.start + 1] = 1.0
+        if derivatives and weighted:
+            by_unknowns[:, :, self.states :] = by_unknowns[:, :, self.states :] @ weighted.by_rig
         return theta, by_unknowns
 
     def _by_unknowns(self, values: Array, derivatives: Array, trial: int) -> Array:
@@ -289,3 +377,8 @@ class MotionModel:
         if self.gravity_free:
             chain[_GRAVITY, self.base_names.index("g")] = 1.0
         return chain
+
+
+def _name_of(error: ErrorOf) -> str:
+    kind, rod, value = error
+    return f"weight_error.mass.{1e3 * value:.10g} g" if kind == "mass" else f"weight_error.{rod}.{1e3 * value:.10g} mm"

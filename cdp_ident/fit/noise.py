@@ -8,11 +8,10 @@ from cdp_ident.trial.trial import Trial
 
 Array = npt.NDArray[np.float64]
 
-_TRIMMED = 3.0
+_STANDS_OUT = 4.0
 """Differences beyond so many standard deviations are no noise: knocks, and wild samples."""
-_SHARE_WITHIN = 0.9733
-"""Variance of a standard normal number that is not beyond them."""
-_SETTLED, _MOST_ITERATIONS = 1e-3, 100
+_NOTHING = 1e-12
+"""A difference that is nothing but rounding [rad]."""
 
 
 def noise_of(trial: Trial) -> Array:
@@ -34,13 +33,10 @@ def encoder_steps(trial: Trial) -> Array:
 
 
 def _trimmed_deviation(sizes: Array) -> float:
-    """Return the standard deviation of normal numbers of which the sizes are given, without those that stand out."""
-    # Where an encoder's steps mostly repeat, the median is nothing.
-    repeated = np.mean(sizes < 1e-12) > 0.1
-    deviation = float(np.sqrt(np.mean(sizes**2)) if repeated else np.median(sizes) / MEDIAN_OF_SIZE)
-    for _ in range(_MOST_ITERATIONS):
-        before = deviation
-        deviation = float(np.sqrt(np.mean(sizes[sizes <= _TRIMMED * before] ** 2) / _SHARE_WITHIN))
-        if abs(deviation - before) <= _SETTLED * before:
-            break
-    return deviation
+    """Return the root mean square of differences of which the sizes are given, without those that stand out.
+
+    Where an encoder's steps mostly repeat, the differences that are not nothing are the steps, and do not stand out.
+    """
+    shown = sizes[sizes > _NOTHING]
+    usual = float(np.median(shown)) / MEDIAN_OF_SIZE if len(shown) else 0.0
+    return float(np.sqrt(np.mean(sizes[sizes <= _STANDS_OUT * usual + _NOTHING] ** 2)))

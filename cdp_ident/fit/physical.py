@@ -1,4 +1,4 @@
-"""From the groups that a trial determines to physical values, of which it determines only a family.
+"""From what trials determine, the groups and with weights A22, to physical values, of which they determine a family.
 
 Of all physical parameters that have the fitted groups, those are chosen that lie closest to what was known before:
 close in the logarithm, each parameter measured by its own uncertainty. They are positive, and no rod has a larger
@@ -44,18 +44,25 @@ class PhysicalValues:
     """Whether a mechanism with these groups was found; if not, the values are those known before."""
 
 
-def nearest_physical_values(groups: Array, group_covariance: Array, prior: Prior, length: float) -> PhysicalValues:
+def shown_by_trials(values: Array, length: float, with_inertia: bool) -> Array:
+    """Return what trials show (..., 5) of physical values (..., 9): the groups and, with weights, 1 / A22 (..., 6)."""
+    groups = groups_of(values, length)
+    return np.concatenate([groups, 1.0 / inertia_about_cart(values, length)[..., None]], -1) if with_inertia else groups
+
+
+def nearest_physical_values(shown: Array, covariance: Array, prior: Prior, length: float) -> PhysicalValues:
     """Choose the physical values with given groups that lie closest to the prior.
 
     Args:
-        groups: (5,) fitted groups.
-        group_covariance: (5, 5) their covariance.
+        shown: (5,) fitted groups, or (6,) with 1 / A22, where weights show it.
+        covariance: (5, 5) or (6, 6) their covariance.
         prior: nominal and known values and their uncertainties.
         length: L [m].
     """
     centre, deviations = prior.centre, prior.relative_std
     searched = (centre > 0) & ~_FRICTIONS
-    inertial = groups[~_FRICTION_GROUPS]
+    groups, with_inertia = shown[: len(GROUPS)], len(shown) > len(GROUPS)
+    inertial = ~np.append(_FRICTION_GROUPS, False)[: len(shown)]
 
     def physical(logarithms: Array) -> Array:
         values = centre.copy()
@@ -66,7 +73,7 @@ def nearest_physical_values(groups: Array, group_covariance: Array, prior: Prior
         return values
 
     def mismatch(logarithms: Array) -> Array:
-        return np.log(groups_of(physical(logarithms), length)[~_FRICTION_GROUPS] / inertial)
+        return np.log(shown_by_trials(physical(logarithms), length, with_inertia)[inertial] / shown[inertial])
 
     def room_for_inertia(logarithms: Array) -> Array:
         m1, m2, _, l1, l2, J1, J2, *_ = physical(logarithms)
@@ -94,28 +101,30 @@ def nearest_physical_values(groups: Array, group_covariance: Array, prior: Prior
         )
     possible = bool(result.success and np.max(np.abs(mismatch(result.x * scale))) < 1e-6)
     values = physical(result.x * scale) if possible else centre
-    std, determined, inertia_std = _uncertainty(values, groups, group_covariance, prior, length)
+    std, determined, inertia_std = _uncertainty(values, shown, covariance, prior, length)
     return PhysicalValues(values, std, determined, inertia_std, possible)
 
 
-def logarithmic_derivatives(values: Array, length: float) -> Array:
-    """Return the derivatives (5, 9) of the groups' logarithms with respect to the values' logarithms."""
+def logarithmic_derivatives(values: Array, length: float, with_inertia: bool = False) -> Array:
+    """Return the derivatives of the logarithms of what trials show with respect to the values' logarithms.
+
+    They are (5, 9), or (6, 9) with weights; see `shown_by_trials`.
+    """
     step = 1e-6
     shifted = np.exp(step * np.concatenate([np.eye(len(values)), -np.eye(len(values))])) * values
     with np.errstate(divide="ignore", invalid="ignore"):
-        logarithms = np.log(groups_of(shifted, length))
+        logarithms = np.log(shown_by_trials(shifted, length, with_inertia))
         derivatives = (logarithms[: len(values)] - logarithms[len(values) :]).T / (2 * step)
     return np.nan_to_num(derivatives)
 
 
 def _uncertainty(
-    values: Array, groups: Array, group_covariance: Array, prior: Prior, length: float
+    values: Array, shown: Array, shown_covariance: Array, prior: Prior, length: float
 ) -> tuple[Array, npt.NDArray[np.bool_], float]:
     """Return standard deviations (9,), what is determined, and the relative one of A22, linearised about the values."""
-    derivatives = logarithmic_derivatives(values, length)
-    seen = groups > 0
-    derivatives = derivatives[seen]
-    relative = group_covariance[np.ix_(seen, seen)] / np.outer(groups[seen], groups[seen])
+    seen = shown > 0
+    derivatives = logarithmic_derivatives(values, length, len(shown) > len(GROUPS))[seen]
+    relative = shown_covariance[np.ix_(seen, seen)] / np.outer(shown[seen], shown[seen])
     relative = np.where(np.isfinite(relative), relative, 0.0) + np.diag(
         np.where(np.isfinite(np.diag(relative)), 0.0, _VAGUE**2)
     )
@@ -139,7 +148,7 @@ def _uncertainty(
     variance = float(by_values @ covariance @ by_values)
     inertia_std = float(np.sqrt(max(variance, 0.0)))
     for friction, group in zip(np.flatnonzero(_FRICTIONS), np.flatnonzero(_FRICTION_GROUPS), strict=True):
-        if groups[group] <= 0:
+        if shown[group] <= 0:
             A22 = groups_of(np.array([*inertia, 1.0, 1.0]), length)[group] ** -1
-            std[friction] = np.sqrt(group_covariance[group, group]) * A22
+            std[friction] = np.sqrt(shown_covariance[group, group]) * A22
     return std, determined & (prior.centre > 0), inertia_std

@@ -4,7 +4,7 @@ Lengths and gravity make the unit of time, sqrt(L / g). Everything that was chos
 multiple of it here, and is made shorter where the measured motion is faster or cannot be followed so long.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -93,7 +93,11 @@ class Scales:
 
 
 def scales_of(
-    trials: Sequence[Trial], length: float, gravity: float, noise: Array, groups: Array | None = None
+    trials: Sequence[Trial],
+    length: float,
+    gravity: float,
+    noise: Array,
+    groups_of: Callable[[Trial], Array] | None = None,
 ) -> Scales:
     """Choose the scales for trials.
 
@@ -102,8 +106,8 @@ def scales_of(
         length: L [m].
         gravity: g [m/s^2].
         noise: (2,) standard deviation of the noise of theta1 and theta2 [rad].
-        groups: (5,) rough values of the groups, from which is seen how long the motion can be followed; without them
-            windows are as long as they may be.
+        groups_of: gives rough values of the groups (5,) in a trial, from which is seen how long the motion can be
+            followed; without them windows are as long as they may be.
 
     Raises:
         IdentificationError: no trial has enough samples.
@@ -115,17 +119,18 @@ def scales_of(
             f"no trial has {FEWEST} samples and lasts {unit:.2f} s, the time unit of a rig with L = {length:g} m"
         )
     motions = [_liveliest(trial, unit) for trial in usable]
-    paces = [_pace(motion) for motion in motions]
+    paces = [pace_of(motion) for motion in motions]
     pace = max(paces)
     faster = max(1.0, pace * unit / PACE)
     spacing = float(np.median(np.concatenate([np.diff(trial.time) for trial in usable])))
     speed = max(float(np.sqrt(np.mean(motion.rates[0][motion.known][:, :2] ** 2))) for motion in motions)
-    half_width = _half_width(spacing, float(np.sqrt(np.mean(noise**2))), speed, pace, unit)
+    half_width = half_width_of(spacing, float(np.sqrt(np.mean(noise**2))), speed, pace, unit)
     shortest = max(SHORTEST_PIECE * unit / faster, SHORTEST_PIECE_SAMPLES * spacing)
     window = WINDOW * unit
-    if groups is not None:
+    if groups_of is not None:
         mostly = [
-            followed(motion, groups, length, gravity, noise, spacing, half_width, window).mostly for motion in motions
+            followed(motion, groups_of(trial), length, gravity, noise, spacing, half_width, window).mostly
+            for trial, motion in zip(usable, motions, strict=True)
         ]
         window = max(min(mostly), shortest)
     across = np.array([noise[0], np.hypot(*noise)])
@@ -163,7 +168,8 @@ def smooth_on_grid(time: Array, theta: Array, unit: float) -> SmoothMotion:
     return smooth(time, theta, GRID * unit, 0, np.random.default_rng(0))
 
 
-def _pace(motion: SmoothMotion) -> float:
+def pace_of(motion: SmoothMotion) -> float:
+    """Return how fast a motion goes: the larger of its speed and the root of its acceleration [1/s]."""
     rates = motion.rates[0][:, :2]
     speeds = np.abs(rates)[motion.known]
     accelerations = np.abs(np.gradient(rates, motion.spacing, axis=0))[motion.known]
@@ -172,7 +178,7 @@ def _pace(motion: SmoothMotion) -> float:
     return float(max(np.quantile(speeds, _LIVELY), np.sqrt(np.quantile(accelerations, _LIVELY))))
 
 
-def _half_width(spacing: float, noise: float, speed: float, pace: float, unit: float) -> float:
+def half_width_of(spacing: float, noise: float, speed: float, pace: float, unit: float) -> float:
     """Return the half width h [s] of local cubics with the least error of the velocity.
 
     Its noise has the variance 75/8 noise^2 spacing / h^3 (Savitzky and Golay, Anal. Chem. 36, 1964), and a fifth

@@ -85,6 +85,14 @@ class Term:
         return Term((p1 + factor * r1, p2 + factor * r2), (q1 + factor * s1, q2 + factor * s2))
 
 
+def weighted_sum(terms: Sequence[Term], factors: Array) -> Term:
+    """Return terms, each times its factor, together."""
+    total = Term()
+    for term, factor in zip(terms, factors, strict=True):
+        total = total.plus(term, float(factor))
+    return total
+
+
 def inertia_of_inner_rod(k: Kinematics) -> Term:
     """A22 itself, whose factor is one."""
     return Term(momentum=(k.w1, 0.0))

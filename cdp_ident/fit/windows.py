@@ -13,6 +13,7 @@ import numpy.typing as npt
 from scipy.interpolate import make_smoothing_spline
 
 from cdp_ident.model.time_grid import DEFAULT_STEP, TimeGrid
+from cdp_ident.model.weights import Weight
 from cdp_ident.trial.kinematics import HALF_WIDTH, local_motion
 from cdp_ident.trial.trial import Trial
 
@@ -50,6 +51,8 @@ class Window:
     """Of the local cubics that estimate initial states [s]."""
     time_std: float = 0.0
     """Relative standard deviation of its trial's unit of time."""
+    weights: tuple[Weight, ...] = ()
+    """The known weights that were clamped to the rods in its trial."""
     whitening: Array = field(default_factory=lambda: np.eye(2))
     """(2, 2) what makes errors of theta1 and theta2 independent and alike; see `fit/reweighting.py`."""
 
@@ -126,7 +129,19 @@ def cut_at(trial: Trial, index: int, bounds: Sequence[int], step: float, half_wi
         begin = float(trial.time[first])
         time_std = trial.clock.std if trial.clock else 0.0
         windows.append(
-            Window(index, int(first), begin, time, theta, grid, u, start, half_width=half_width, time_std=time_std)
+            Window(
+                trial=index,
+                first=int(first),
+                begin=begin,
+                time=time,
+                theta=theta,
+                grid=grid,
+                u=u,
+                start=start,
+                half_width=half_width,
+                time_std=time_std,
+                weights=trial.weights,
+            )
         )
     return windows
 
@@ -157,6 +172,7 @@ def split(window: Window, parts: int) -> list[Window]:
                 start_known=window.start_known and first == 0,
                 half_width=window.half_width,
                 time_std=window.time_std,
+                weights=window.weights,
                 whitening=window.whitening,
             )
         )

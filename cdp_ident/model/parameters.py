@@ -50,6 +50,14 @@ CONSTANTS = (
 )
 """What is known beforehand and not searched for."""
 
+INERTIA = Parameter(
+    "A22",
+    "inertia about the cart's joint, m1 l1^2 + J1 + (m2 + m0) L^2",
+    "kg m^2",
+    0.108 * 0.2**2 + 0.00133 + (0.108 + 0.208) * 0.4**2,
+)
+"""What a free swing shows everything over; trials with known weights determine it."""
+
 SYMBOLS = tuple(parameter.symbol for parameter in PARAMETERS)
 NOMINAL = {parameter.symbol: parameter.nominal for parameter in (*PARAMETERS, *CONSTANTS)}
 
@@ -71,6 +79,9 @@ GROUPS = (
     Group("c2_over_A22", "c2 / A22", "1/s"),
 )
 """The five groups, all relative to A22 = m1 l1^2 + J1 + (m2 + m0) L^2, the inertia about the cart's joint."""
+
+INVERSE_INERTIA = Group("one_over_A22", "1 / A22", "1/(kg m^2)")
+"""What trials with and without a known weight determine beside the groups."""
 
 COEFFICIENTS = (*(group.symbol for group in GROUPS), "m2_l2_over_A22", "g")
 """What one member of the model's family is given by, in the order in which compiled code takes it."""

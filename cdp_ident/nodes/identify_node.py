@@ -9,7 +9,7 @@ from std_srvs.srv import Trigger
 
 from cdp_ident.command_line import EXIT_INTERRUPTED
 from cdp_ident.configuration.fitted_model import fitted_parameters
-from cdp_ident.configuration.keys import KEYS, Scalar
+from cdp_ident.configuration.keys import Scalar, description_of, is_key
 from cdp_ident.configuration.settings import Settings
 from cdp_ident.errors import CdpIdentError
 from cdp_ident.outside_text import shown
@@ -37,7 +37,7 @@ class IdentifyNode:
 
     def __init__(self, node: Any, parameters: Parameters, identifier: Identifier, once: bool) -> None:
         self._node, self._parameters, self._identifier, self._once = node, parameters, identifier, once
-        self._given = parameters.given(KEYS.__contains__)
+        self._given = parameters.given(is_key)
         waits_for = identifier.waits_for
         loaded = None if waits_for else identifier.load(self._given)
         self._shown: set[str] = set()
@@ -161,8 +161,8 @@ class IdentifyNode:
         self._shown = set(shown)
 
 
-def _setting(name: str, value: Scalar) -> Shown:
-    key = KEYS[name]
+def _setting(name: str, value: Scalar | list[float]) -> Shown:
+    key = description_of(name)
     return Shown(value, key.description, key.unit, key.minimum, choices=key.choices)
 
 

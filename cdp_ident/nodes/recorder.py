@@ -18,6 +18,7 @@ from cdp_ident.ros.diagnostics import Diagnostics, Status
 from cdp_ident.ros.node import parse_arguments, run_node
 from cdp_ident.ros.parameters import Parameters
 from cdp_ident.ros.qos import Subscription, latched, offered
+from cdp_ident.ros.recorder_weights import RecorderWeights
 from cdp_ident.ros.steady_timer import call_every
 from cdp_ident.ros.trial_limits import declare_trial_limits
 from cdp_ident.user_input import user_path
@@ -25,8 +26,9 @@ from cdp_ident.user_input import user_path
 DESCRIPTION = """\
 Record free-swing trials. Armed, it waits until the pendulum is held away from hanging and let go, records until it is
 at rest or caught, and writes one rosbag2 bag (MCAP) a trial: the joint states, the device's own times and the
-diagnostics from a moment before the release on, and what is known of the trial as metadata. It tells when a trial is of
-little use: not zero-input, samples lost, too short. Killed in the middle, it completes the bag at its next start.
+diagnostics from a moment before the release on, and what is known of the trial as metadata, weights on its rods among
+it (parameters added.inner and added.outer, to be set before it begins). It tells when a trial is of little use: not
+zero-input, samples lost, too short. Killed in the middle, it completes the bag at its next start.
 
 subscribes  joint_states (sensor_msgs/JointState), time_reference (sensor_msgs/TimeReference)
             /diagnostics (diagnostic_msgs/DiagnosticArray)
@@ -55,6 +57,7 @@ class RecorderNode:
         self._node = node
         self._clock = node.get_clock()
         options = _declare_options(parameters)
+        self._weights = RecorderWeights(node, parameters)
         parameters.start()
         self._state = node.create_publisher(String, "~/state", latched())
         self._bag = node.create_publisher(String, "~/bag", latched())
@@ -71,6 +74,7 @@ class RecorderNode:
                     f"{info.node_namespace.rstrip('/')}/{info.node_name}"
                     for info in node.get_publishers_info_by_topic(joint_states)
                 },
+                weights=lambda: self._weights.now,
                 offered=lambda topic: offered(node, topic),
             ),
         )

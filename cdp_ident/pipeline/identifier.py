@@ -9,14 +9,14 @@ from rich.console import Console
 
 from cdp_ident.bag.watched_folder import WatchedFolder
 from cdp_ident.configuration.fitted_model import fitted_yaml
-from cdp_ident.configuration.keys import KEYS
+from cdp_ident.configuration.keys import is_key
 from cdp_ident.configuration.parameter_file import read_parameter_file
 from cdp_ident.configuration.settings import Settings
 from cdp_ident.diagnosis.new_trial import NewTrialCheck, check_new_trial
 from cdp_ident.errors import CdpIdentError, FitFailedError, OptionError
 from cdp_ident.outside_text import shown
 from cdp_ident.pipeline.interruption import GivenUpError, Interruption
-from cdp_ident.pipeline.job import load, refuse_copies, run
+from cdp_ident.pipeline.job import load, load_with_weights, refuse_copies, run
 from cdp_ident.report.contents import Section, report
 from cdp_ident.report.curves import Curves, curves
 from cdp_ident.report.curves_file import curves_npz
@@ -37,7 +37,6 @@ from cdp_ident.report.pictures import draw, write_pictures
 from cdp_ident.report.progress import SearchDisplay
 from cdp_ident.report.terminal import print_report
 from cdp_ident.search.genetic_search import Progress
-from cdp_ident.trial.load import load_trial
 from cdp_ident.trial.trial import Trial
 
 NODE_NAME = "identify"
@@ -79,7 +78,7 @@ def read_configuration(config: Path | None) -> dict[str, Any]:
     Raises:
         OptionError: it cannot be read, or has nothing for identify.
     """
-    return read_parameter_file(config, NODE_NAME).taken(KEYS.__contains__) if config else {}
+    return read_parameter_file(config, NODE_NAME).taken(is_key) if config else {}
 
 
 class Identifier:
@@ -126,7 +125,8 @@ class Identifier:
         if self._watched:
             self._leave_out_vanished()
             self._take_new(self._watched, settings)
-        loaded = load(Job((*self._request.bags, *self._came), self._request.holdout, settings))
+        job = Job((*self._request.bags, *self._came), self._request.holdout, settings)
+        loaded = load(job, more_to_come=self._watched is not None)
         name = self._request.watch.resolve().name if self._request.watch else loaded.fit[0].name
         self._folder = self._folder or DEFAULT_FOLDER / name
         check_folder(self._folder, self._may_replace)
@@ -142,7 +142,7 @@ class Identifier:
             again = bag in self._came
             others = [other for other in self._came if other != bag]
             try:
-                trial = load_trial(bag, settings.trial)
+                trial = load_with_weights(bag, settings)
                 refuse_copies([*self._request.bags, *others, bag, *self._request.holdout])
                 if self._latest and not again:
                     self._judge(self._latest, trial)
@@ -161,6 +161,10 @@ class Identifier:
 
     def _judge(self, latest: Outcome, trial: Trial) -> None:
         after = latest.trace.after
+        errors = {error for weight in trial.weights for error in weight.errors}
+        if trial.weights and not (after.model.inertia_free and errors <= {*after.model.weight_errors}):
+            self._say(f"{trial.name} is not judged as unseen: it shows for the first time what its weight does")
+            return
         expected = latest.trace.errors["effects"].holdout.rmse
         window = latest.identification.data.window
         unseen = check_new_trial(after.model, after.fit.values, latest.trace.covariance, expected, trial, window)

@@ -45,23 +45,29 @@ def identify(
     """
     if not fit:
         raise IdentificationError("there is no trial to fit: give at least one bag")
-    model, prior = options.model, options.prior
+    prior, inertia_free = options.prior, _weights_differ(fit, holdout)
     parted = assign_roles(fit, holdout, float(np.sqrt(prior.length / prior.gravity)))
     shown = [part.shown for part in parted if part.is_fitted]
     noise = noise_over(shown)
     balances = _balances(shown, options)
-    balanced = balances[0].groups if balances else None
+    balanced = balances[0] if balances else None
     length, failure = None, ""
     if balances and not options.length_free:
         length = _length(shown, options, balances[0])
         failure = says_another_length(balances[0], length)
-    scales = scales_of(shown, prior.length, prior.gravity, noise, balanced)
+    scales = scales_of(shown, prior.length, prior.gravity, noise, balanced.groups_of if balanced else None)
     parted = [replace(part, trial=thinned(part.trial, scales.together)) for part in parted]
     noise = noise_over([part.shown for part in parted if part.is_fitted])
     lengths = [_lengths(part.trial, scales, balanced, options, noise) for part in parted]
     data = prepare(parted, lengths, scales)
     rng = np.random.default_rng(options.seed)
     level = float(np.sqrt(np.mean(data.noise**2)))
+    model = replace(
+        options.model,
+        inertia_free=inertia_free,
+        weight_errors=tuple(dict.fromkeys(e for trial in fit for weight in trial.weights for e in weight.errors)),
+        penalty_of_errors=max(level, np.finfo(float).tiny) ** 2,
+    )
     found = estimate(
         model,
         data.fit,
@@ -71,15 +77,33 @@ def identify(
         options.search,
         options.span(data.window),
         stop,
-        balanced,
+        model.beginning(balanced.groups, balanced.inertia) if balanced else None,
     )
     found = replace(found, fit=reweighted(found.fit, level))
     return Identification.of(options, data, balances, length, found, failure)
 
 
-def _lengths(trial: Trial, scales: Scales, groups: Array | None, options: IdentifyOptions, noise: Array) -> Lengths:
+def _weights_differ(fit: Sequence[Trial], holdout: Sequence[Trial]) -> bool:
+    """Return whether weights show A22.
+
+    Raises:
+        IdentificationError: they would have to, but do not.
+    """
+    fitted, others = ({trial.weights for trial in trials} for trials in (fit, holdout))
+    if len(fitted) == 1 and (fitted | others) != {()}:
+        raise IdentificationError(
+            "a weight shows A22 only beside a trial to fit without it, or with another one: give such a trial too, or "
+            "leave those with the weight out"
+        )
+    return len(fitted) > 1
+
+
+def _lengths(
+    trial: Trial, scales: Scales, balance: ForceBalance | None, options: IdentifyOptions, noise: Array
+) -> Lengths:
     if options.window:
         return lambda time: options.window
+    groups = None if balance is None else balance.groups_of(trial)
     return lengths_followed(trial, scales, groups, options.prior.length, options.prior.gravity, noise)
 
 

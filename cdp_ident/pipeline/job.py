@@ -5,32 +5,62 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from cdp_ident.configuration.settings import Settings
 from cdp_ident.errors import OptionError
+from cdp_ident.model.parameters import SYMBOLS
+from cdp_ident.model.weight_settings import refuse_misplaced
+from cdp_ident.model.weights import RODS, Rod, Weight
 from cdp_ident.pipeline.identify import identify
 from cdp_ident.report.outcome import Job, LoadedJob, Outcome
 from cdp_ident.report.provenance import bag_checksums
 from cdp_ident.search.genetic_search import Progress
 from cdp_ident.tracing.trace import trace
 from cdp_ident.trial.load import load_trial
+from cdp_ident.trial.trial import Trial
+from cdp_ident.user_input import refuse_unknown
 
 _MOST_ATTEMPTS, _SHORTER = 3, 0.5
 """Where a fit fails, windows are shortened by this factor, and it is begun anew."""
 
 
-def load(job: Job) -> LoadedJob:
-    """Read a job's bags.
+def load(job: Job, more_to_come: bool = False) -> LoadedJob:
+    """Read a job's bags; `more_to_come` says whether the settings may speak of bags that are not there yet.
 
     Raises:
-        OptionError: no bag is given, or one is given twice.
+        OptionError: no bag is given, or one is given twice, or a weight is of no bag, or far off its rod.
         BagError: a bag cannot be read.
         TrialError: a bag holds no trial.
     """
     if not job.bags:
         raise OptionError("there is nothing to identify from: give at least one --bag, or a folder to --watch")
     checksums = refuse_copies((*job.bags, *job.holdout))
-    trials = [load_trial(bag, job.settings.trial) for bag in (*job.bags, *job.holdout)]
+    trials = [load_with_weights(bag, job.settings) for bag in (*job.bags, *job.holdout)]
+    names = [trial.name for trial in trials]
+    if not more_to_come:
+        refuse_unknown(job.settings.weights, names, "bag of a weight (trials.<bag>.added)")
+    for name in job.settings.weights:
+        if names.count(name) > 1:
+            raise OptionError(f"trials.{name}.added: {names.count(name)} bags have this name; rename one of them")
     count = len(job.bags)
     return LoadedJob(job, tuple(trials[:count]), tuple(trials[count:]), checksums)
+
+
+def load_with_weights(bag: Path, settings: Settings) -> Trial:
+    """Load a bag's trial, with the weights that the settings give it or, for a rod that they leave out, the bag.
+
+    Raises:
+        OptionError: a weight is far off its rod.
+        BagError: the bag cannot be read.
+        TrialError: it holds no trial.
+    """
+    trial, prior = load_trial(bag, settings.trial), settings.identify.prior
+    recorded: dict[Rod, Weight | None] = {weight.rod: weight for weight in trial.weights}
+    weights = recorded | dict(settings.weights.get(trial.name, {}))
+    chosen = tuple(weight for rod in RODS if (weight := weights.get(rod)))
+    lengths: dict[Rod, float] = {"inner": prior.length, "outer": settings.identify.model.mechanism.outer_length}
+    pendulum = float(sum(prior.centre[SYMBOLS.index(mass)] for mass in ("m1", "m2", "m0")))
+    refuse_misplaced(chosen, lengths, pendulum, f"trials.{trial.name}")
+    return replace(trial, weights=chosen)
 
 
 def refuse_copies(bags: Sequence[Path]) -> dict[Path, dict[str, str]]:

@@ -80,7 +80,8 @@ class Replay:
 
     def restart(self) -> None:
         """See `Scene`."""
-        self._stream = MotionStream(self._model, self._start, self._index, self._acceleration)
+        trial = self._trial
+        self._stream = MotionStream(self._model, self._start, self._index, self._acceleration, trial.weights)
 
     def frames(self, times: Array) -> list[Frame]:
         """See `Scene`."""

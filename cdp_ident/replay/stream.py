@@ -9,6 +9,7 @@ from cdp_ident.fit.windows import Window
 from cdp_ident.model.simulation import simulate
 from cdp_ident.model.time_grid import DEFAULT_STEP, TimeGrid
 from cdp_ident.model.trajectory import trajectory
+from cdp_ident.model.weights import Weight
 
 Array = npt.NDArray[np.float64]
 
@@ -20,7 +21,12 @@ class MotionStream:
     """
 
     def __init__(
-        self, model: FittedModel, start: Array, trial: int | None = None, cart: tuple[Array, Array] | None = None
+        self,
+        model: FittedModel,
+        start: Array,
+        trial: int | None = None,
+        cart: tuple[Array, Array] | None = None,
+        weights: tuple[Weight, ...] = (),
     ) -> None:
         """Begin at time 0.
 
@@ -30,11 +36,14 @@ class MotionStream:
             trial: the number by which the model knows the trial, for what happened once in it.
             cart: times (n,) [s] and the cart's acceleration at them [m/s^2], in between linear; None for a cart at
                 rest.
+            weights: that are clamped to the rods.
         """
         self._model, self._cart = model, cart
         self._trial = model.trial() if trial is None else trial
-        self._coefficients = model.coefficients
-        self._torques = model.motion.torques(model.values, self._trial)
+        self._weights = weights
+        values = model.motion.with_weights(model.values, weights).values
+        self._coefficients = model.motion.coefficients(values)
+        self._torques = model.motion.torques(values, self._trial)
         self._step, self._state = 0, np.ascontiguousarray(start, dtype=float)
 
     def readings(self, times: Array) -> Array:
@@ -46,7 +55,9 @@ class MotionStream:
         self._advance(float(times[0]) - LATEST)
         since = times - self._now
         grid = TimeGrid.over(since)
-        window = Window(self._trial, 0, self._now, since, np.empty((0, 2)), grid, self._u(grid), self._state)
+        window = Window(
+            self._trial, 0, self._now, since, np.empty((0, 2)), grid, self._u(grid), self._state, weights=self._weights
+        )
         theta, _ = self._model.motion.predict(self._model.values, self._state, window)
         return theta
 

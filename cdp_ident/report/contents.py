@@ -10,18 +10,21 @@ import numpy.typing as npt
 from cdp_ident.diagnosis.evaluation import Errors, ErrorsByRole
 from cdp_ident.diagnosis.identifiability import Identifiability, Tradeoff, identifiability, is_determined
 from cdp_ident.diagnosis.identification import Identification
+from cdp_ident.diagnosis.inertia import Inertia
 from cdp_ident.diagnosis.new_trial import NewTrialCheck
 from cdp_ident.diagnosis.warnings import FitWarning, find_warnings, outlier_warnings
 from cdp_ident.fit.data import Data
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.physical import PhysicalValues
 from cdp_ident.fit.windows import Window
-from cdp_ident.model.parameters import CONSTANTS, GROUPS, PARAMETERS
+from cdp_ident.model.parameters import CONSTANTS, GROUPS, INERTIA, PARAMETERS
 from cdp_ident.outside_text import shown
+from cdp_ident.report.next_trial import next_trial_section
 from cdp_ident.report.outcome import Outcome
 from cdp_ident.report.provenance import versions
 from cdp_ident.report.schema import LONGEST_TEXT, SCHEMA
-from cdp_ident.report.verdict import verdict
+from cdp_ident.report.validation import prediction_section, residuals_section
+from cdp_ident.report.verdict import effect_in_words, verdict
 from cdp_ident.tracing.found_effects import FoundCurve
 from cdp_ident.tracing.trace import Trace
 from cdp_ident.trial.trial import Trial
@@ -41,8 +44,9 @@ def report(outcome: Outcome, unseen: Sequence[NewTrialCheck] = ()) -> Section:
     """
     found = outcome.identification
     after, completed = outcome.trace.after, outcome.trace.completed
-    length, _ = after.model.constants(after.fit.values)
-    determined = identifiability(after.fit, completed.covariance, completed.physical, found.options.prior, length)
+    determined = identifiability(
+        after.fit, completed.covariance, completed.physical, completed.inertia, found.options.prior, found.data.names
+    )
     return dict(shown_texts(_report(outcome, unseen, found, determined)))
 
 
@@ -70,10 +74,11 @@ def _report(
             stage: _errors(found.data, errors) for stage, errors in outcome.trace.errors.items() if stage != "effects"
         },
         "before": fit_section(
-            found.options.model,
+            found.fit.model,
             found.fit.values,
             found.covariance,
             found.physical,
+            found.inertia,
             _errors(found.data, outcome.trace.errors["refined"]),
         ),
         "refinement": {
@@ -91,6 +96,7 @@ def _report(
             after.fit.values,
             completed.covariance,
             completed.physical,
+            completed.inertia,
             _errors(found.data, outcome.trace.errors["effects"]),
         ),
         "unexplained": {
@@ -100,6 +106,9 @@ def _report(
             "description": outcome.trace.unexplained.description,
         },
         "verdict": verdict(outcome.trace),
+        "prediction": prediction_section(outcome),
+        "residuals": residuals_section(outcome),
+        "next_trial": next_trial_section(outcome),
         "selection": _selection(outcome.trace),
         "continuity": _continuity(completed),
         "repeatability": _repeatability(completed),
@@ -119,7 +128,7 @@ def _report(
 
 
 def fit_section(
-    model: MotionModel, values: Array, covariance: Array, physical: PhysicalValues, error: Section
+    model: MotionModel, values: Array, covariance: Array, physical: PhysicalValues, inertia: Inertia, error: Section
 ) -> Section:
     """Return what a fitted model is: physical values, groups and errors.
 
@@ -128,6 +137,7 @@ def fit_section(
         values: (unknowns,) its fitted values, the groups first.
         covariance: (unknowns, unknowns) their covariance.
         physical: the physical values chosen for the groups.
+        inertia: A22.
         error: its errors, as `_errors` gives them.
     """
     std = np.sqrt(np.diag(covariance))
@@ -140,6 +150,8 @@ def fit_section(
         fitted = constant.symbol in model.names
         deviation = std[model.names.index(constant.symbol)] if fitted else 0.0
         section[constant.symbol] = _quantity(value, deviation, constant.unit, is_determined(value, deviation))
+    determined = inertia.shown and is_determined(inertia.value, inertia.std)
+    section[INERTIA.symbol] = _quantity(inertia.value, inertia.std, INERTIA.unit, determined)
     return {
         "physical": section,
         "physical_possible": physical.possible,
@@ -188,6 +200,8 @@ def _error(errors: Errors, windows: tuple[Window, ...]) -> Section:
         "rmse_theta2_rad": errors.rmse_theta2,
         "window_s": round(float(np.mean([window.duration for window in windows])), 3),
         "sse_free_run": errors.free_run,
+        "fit_theta1_percent": errors.fit_theta1,
+        "fit_theta2_percent": errors.fit_theta2,
     }
 
 
@@ -200,6 +214,7 @@ def _effect(outcome: Outcome, index: int) -> Section:
         "variant": effect.variant,
         "trial": None if trial is None else outcome.identification.data.trials[trial].name,
         "description": effect.description,
+        "summary": effect_in_words(found),
         "formula": effect.formula,
         "source": effect.source,
         "parameters": {
@@ -273,6 +288,7 @@ def _trials(outcome: Outcome) -> list[Section]:
             "duration_s": trial.duration,
             "clock": trial.clock and {"fast": trial.clock.fast, "std": trial.clock.std},
             "outliers_s": list(trial.outliers),
+            "weights": [vars(weight) for weight in trial.weights],
             "warnings": list(trial.notes),
         }
         for index, (bag, trial) in enumerate(zip(bags, _loaded(outcome), strict=True))

@@ -10,7 +10,6 @@ from cdp_ident.diagnosis.evaluation import free_run
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.refinement import Fit
 from cdp_ident.model.effects.effect import TorqueEffect
-from cdp_ident.model.parameters import inertia_about_cart
 from cdp_ident.report.outcome import Outcome
 from cdp_ident.tracing.final_model import FinalModel
 from cdp_ident.tracing.torque_residual import TorqueResidual, corrected, torque_residual
@@ -129,7 +128,7 @@ def _run(final: FinalModel, trial: Trial, index: int, duration: float) -> Array:
 
 def _torques(outcome: Outcome, before: FinalModel, after: FinalModel) -> TorqueCurves:
     model, values = after.model, after.fit.values
-    inertia = float(inertia_about_cart(outcome.trace.physical.values, model.constants(values)[0]))
+    inertia = outcome.trace.completed.inertia.value
     rods = corrected(after.fit), corrected(after.holdout)
     lacking = _lacking(rods, model, values)
     effects = np.zeros((len(model.effects), *lacking.torque.shape))

@@ -32,6 +32,11 @@ def milliradians(radians: float | None) -> str:
     return f"{1e3 * number(radians):.4g}"
 
 
+def per_cent(share: float | None) -> str:
+    """Write a fit [%], without the unit; a dash where it is not finite."""
+    return "–" if share is None or not math.isfinite(share) else f"{share:.4g}"
+
+
 def unit(symbol: str) -> str:
     """Write a unit; nothing for a number without one."""
     return "" if symbol == "1" else symbol

@@ -4,15 +4,18 @@ It is a JSON Schema (draft 2020-12). `null` stands for a number that is not fini
 size, since a report may come from anyone; effects have the catalogue's names.
 """
 
+import re
 from collections.abc import Iterator, Mapping
 from typing import Any, get_args
 
 from jsonschema import Draft202012Validator
 
-from cdp_ident.configuration.keys import KEYS
+from cdp_ident.configuration.keys import KEYS, WEIGHTS
+from cdp_ident.diagnosis.prediction import POINTS as AHEAD
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.effect import Joint
 from cdp_ident.model.parameters import CONSTANTS, GROUPS, NOMINAL, SYMBOLS
+from cdp_ident.model.weights import RODS
 from cdp_ident.outside_text import shown
 from cdp_ident.tracing.found_effects import POINTS
 from cdp_ident.tracing.selection import Certainty
@@ -25,6 +28,8 @@ LONGEST_TEXT = 4000
 _LARGEST = 1e300
 _MOST = 1000
 """Trials, effects, warnings and the like."""
+MOST_STARTS = 361
+"""Angles of a map of starts, either way."""
 _MOST_GENERATIONS = _MOST_OUTLIERS = 1_000_000
 
 
@@ -53,8 +58,12 @@ def _list(items: Schema, about: str = "", most: int = _MOST) -> Schema:
     return {"type": "array", "description": about, "items": items, "maxItems": most}
 
 
-def _points(items: Schema, about: str) -> Schema:
-    return _list(items, about, POINTS) | {"minItems": POINTS}
+def _pair(items: Schema, about: str = "") -> Schema:
+    return _list(items, about, 2) | {"minItems": 2}
+
+
+def _points(items: Schema, about: str, count: int = POINTS) -> Schema:
+    return _list(items, about, count) | {"minItems": count}
 
 
 def _finite(about: str = "") -> Schema:
@@ -101,6 +110,8 @@ _ERROR = _object(
     rmse_theta2_rad=_number("of the outer rod alone [rad]"),
     window_s=_finite("mean duration of the windows [s]"),
     sse_free_run=_number("Eq. (10): sum of squares, each trial simulated as a whole from its beginning [rad^2]"),
+    fit_theta1_percent=_number("NRMSE fit of the inner rod over all windows together, 100 where nothing is left [%]"),
+    fit_theta2_percent=_number("of the outer rod [%]"),
 )
 _ERRORS = _object(
     "over fitted motion, over the same predicted fold by fold, and over what neither fit nor choice has seen",
@@ -114,7 +125,7 @@ _CHANGES = _map(_number(), "by which power of a common factor each of them chang
 def _fit(about: str) -> Schema:
     return _object(
         about,
-        physical=_object("physical values, in SI units", **dict.fromkeys((*SYMBOLS, "L", "g"), _QUANTITY)),
+        physical=_object("physical values, in SI units", **dict.fromkeys((*SYMBOLS, "L", "g", "A22"), _QUANTITY)),
         physical_possible=_flag("whether any mechanism has these groups"),
         outer_rod_length_m=_finite("what the outer rod's length was taken to be, for air drag [m]"),
         groups=_object("all that a free swing depends on", **dict.fromkeys(_GROUPS, _QUANTITY)),
@@ -144,6 +155,7 @@ _EFFECT = _object(
     variant=_one_of(("", *(effect.variant for effect in CATALOGUE)), "which form of it"),
     trial=_or_null(_text("the trial that it happened in, of an effect that happens once")),
     description=_text(),
+    summary=_text("the effect with its place and strength, and what else it may be"),
     formula=_text(),
     source=_text(),
     parameters=_map(
@@ -168,6 +180,62 @@ _EFFECT = _object(
     certainty=_one_of(get_args(Certainty), "how sure its name is"),
     also_possible=_list(
         _one_of(tuple(f"{effect.name} {effect.joint}" for effect in CATALOGUE)), "what could stand in its place"
+    ),
+)
+_PREDICTION = _object(
+    "error of the prediction, the larger one of both angles'",
+    median_rad=_points(_number(), "that half of the starts exceed [rad]", AHEAD),
+    upper_rad=_points(_number(), "that a quarter of the starts exceeds [rad]", AHEAD),
+    within=_list(
+        _object(
+            limit_deg=_finite("error up to which [degrees]"),
+            median_s=_finite("half of the starts are predicted so long, or longer [s]"),
+            longer=_flag("whether these are within it up to the horizon"),
+        ),
+        "for how long the model predicts",
+    ),
+)
+_CORRELATIONS = _object(
+    "correlation by lag",
+    values=_list(_number(), "from -1 to 1, lag by lag"),
+    bound=_number("within which all lags together are in 99 % of cases where there is no relation"),
+    related=_flag("whether one is beyond it"),
+)
+_WHITENESS = _object(
+    "of measured less simulated angles over what was held out",
+    white=_flag("whether neither angle's residuals are correlated in time"),
+    theta1=_CORRELATIONS | {"description": "with itself, from lag 0 on"},
+    theta2=_CORRELATIONS | {"description": "with itself, from lag 0 on"},
+    crosswise=_CORRELATIONS | {"description": "of theta1 with theta2 later; lag 0, in the middle, does not count"},
+    cart=_or_null(
+        _object(
+            "of the cart's acceleration with the angles later, lag 0 in the middle; null where it is at rest",
+            theta1=_CORRELATIONS,
+            theta2=_CORRELATIONS,
+        )
+    ),
+)
+_ANGLES = _list(_finite(), "from hanging, positive towards +x [rad]", MOST_STARTS)
+_ADVICE = _object(
+    "the start that tells most of something",
+    **{"for": _text("what it tells of: `all` groups, an unknown, or an effect by its label")},
+    against=_or_null(_text("name and joint of the effect that it tells that one from")),
+    inner_rad=_finite("where to hold the inner rod, from hanging, positive towards +x [rad]"),
+    outer_rad=_finite("where to hold the outer rod, from hanging, positive towards +x [rad]"),
+    expected=_number(
+        "share of their width to which intervals fall (geometric mean); of two effects, standard deviations between "
+        "them; the median over what a hand may miss the start by"
+    ),
+    worst=_number("the worst of the same"),
+    names=_list(_text(), "the unknowns that it tells of"),
+    std_now=_list(_number(), "their standard deviations"),
+    std_then=_list(_number(), "the same after a trial that begins exactly there"),
+    deviations_now=_number("standard deviations between the two effects in the trials that there are"),
+    map=_object(
+        "the same as `expected` for each start, were it met exactly",
+        inner_rad=_ANGLES,
+        outer_rad=_ANGLES,
+        values=_list(_list(_number(), "by the outer rod's", MOST_STARTS), "by the inner rod's angle", MOST_STARTS),
     ),
 )
 _KINDS = {bool: _flag, int: _count, float: _number, str: _text}
@@ -195,6 +263,17 @@ REPORT: Schema = {
                     )
                 ),
                 outliers_s=_list(_finite(), "when samples were left out as outliers, in the bag [s]", _MOST_OUTLIERS),
+                weights=_list(
+                    _object(
+                        rod=_one_of(RODS),
+                        mass=_finite("[kg]"),
+                        place=_finite("distance of its centre from the rod's own joint [m]"),
+                        inertia=_finite("about its own centre [kg m^2]"),
+                        mass_std=_finite("standard deviation of the mass [kg]"),
+                        place_std=_finite("of the place [m]"),
+                    ),
+                    "known weights that were clamped to the rods",
+                ),
                 warnings=_list(_text(), "what was cut or noticed"),
             ),
             "each bag",
@@ -238,6 +317,41 @@ REPORT: Schema = {
             description=_text("where it is"),
         ),
         verdict=_text("the result in one sentence"),
+        prediction=_or_null(
+            _object(
+                "how far ahead the models predict, told the measured angles up to a start; null where trials are short",
+                unseen=_flag("whether in trials that neither fit nor choice has seen"),
+                starts=_count("from how many instants"),
+                told_s=_finite("length of the motion before a start to which its state is fitted [s]"),
+                horizon_s=_finite("how far ahead is predicted [s]"),
+                time_s=_points(_finite(), "since the start [s]", AHEAD),
+                before=_PREDICTION,
+                after=_PREDICTION,
+            )
+        ),
+        residuals=_object(
+            "what is left in the residuals beside noise",
+            interval_s=_finite("from one lag to the next [s]"),
+            before=_WHITENESS,
+            after=_WHITENESS,
+        ),
+        next_trial=_or_null(
+            _object(
+                "which trial to record next; null where the fit failed",
+                assumed=_object(
+                    "of the next trial: recorded and fitted as those before",
+                    noise_rad=_finite("standard deviation of a whitened angle, were all independent [rad]"),
+                    whitening=_pair(_pair(_finite()), "what makes the errors of both angles independent and alike"),
+                    duration_s=_finite("of the free swing [s]"),
+                    interval_s=_finite("between samples, as they are fitted [s]"),
+                    window_s=_finite("length of the windows; 0 for as long as the motion can be followed [s]"),
+                    shortest_window_s=_finite("[s]"),
+                    half_width_s=_finite("of the local cubics that estimate the windows' initial states [s]"),
+                    step_s=_finite("of the integrator [s]"),
+                ),
+                advice=_list(_ADVICE, "for what could be another effect, all groups, and each effect's strength"),
+            )
+        ),
         selection=_object(
             "what was tried at each step of the selection of effects, and what came of it",
             interrupted=_flag(),
@@ -316,7 +430,8 @@ REPORT: Schema = {
                 "every setting in effect, as in config/identify.yaml",
                 tuple(name for name in KEYS if name not in _REQUIRED_OPTIONS),
                 **{name: _KINDS[key.kind](key.description) for name, key in KEYS.items()},
-            ),
+            )
+            | {"patternProperties": {f"^{re.escape(WEIGHTS)}": _list(_finite(), "see docs/how_to/weights.md", 3)}},
             bag_sha256=_map(_map(_text()), "of each bag's files, by their names"),
         ),
     ),
@@ -363,6 +478,8 @@ JSON Schema, is `REPORT` in `cdp_ident/report/schema.py`.
 
 def _outline_inside(schema: Mapping[str, Any], name: str) -> Iterator[tuple[str, str, str]]:
     inside = {f"{name}.{keys}".lstrip("."): value for keys, value in _alike(schema.get("properties", {}))}
+    for value in schema.get("patternProperties", {}).values():
+        inside[f"{name}.{WEIGHTS}*"] = value
     if isinstance(schema.get("additionalProperties"), dict):
         inside[f"{name}.*"] = schema["additionalProperties"]
     if "items" in schema:

@@ -11,7 +11,15 @@ from cdp_ident.model.parameters import GROUPS
 from cdp_ident.report.comparison import Comparison
 from cdp_ident.report.contents import Section
 from cdp_ident.report.formatting import CERTAINTY, interval, milliradians, number, unit, with_std
-from cdp_ident.report.wording import STAGES, how_determined, nominal_value
+from cdp_ident.report.wording import (
+    STAGES,
+    advice_words,
+    effects_in_words,
+    how_determined,
+    nominal_value,
+    validation_words,
+    weights_words,
+)
 
 
 def print_report(console: Console, report: Section) -> None:
@@ -44,15 +52,22 @@ def _parts(report: Section) -> Iterator[RenderableType]:
     yield _physical(report)
     yield _groups(report)
     yield _errors(report)
+    yield _sentences("Validation", validation_words(report))
     if report["effects"]:
         yield _effects(report["effects"])
     yield _sentences("What the trials determine", report["identifiability"]["words"])
     if report["repeatability"]:
         yield _repeatability(report["repeatability"], report["after"]["groups"])
+    if report["next_trial"]:
+        yield _sentences("Which swing next (angles from hanging, positive towards +x)", advice_words(report))
     warnings = [warning["message"] for warning in report["warnings"]]
     if warnings:
         yield _sentences("Warnings", warnings)
     yield Text(report["verdict"], style="bold")
+    if effects := effects_in_words(report):
+        yield _sentences("The effects, the most important first", effects)
+    if report["unexplained"]["significant"]:
+        yield Text(f"What remains: {report['unexplained']['description']}")
 
 
 def _trials(report: Section) -> Table:
@@ -60,7 +75,7 @@ def _trials(report: Section) -> Table:
     for trial in report["trials"]:
         end = trial["start_s"] + trial["duration_s"]
         swing = f"{trial['start_s']:.2f} to {end:.2f}"
-        notes = Text("; ".join(trial["warnings"]))
+        notes = Text("; ".join(filter(None, (weights_words(trial), *trial["warnings"]))))
         table.add_row(Text(trial["bag"]), trial["role"], str(trial["samples"]), swing, notes)
     return table
 

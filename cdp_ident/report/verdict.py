@@ -1,4 +1,4 @@
-"""The result in one sentence, for people."""
+"""The result for people: one sentence, and each effect in words."""
 
 import numpy as np
 
@@ -7,6 +7,7 @@ from cdp_ident.report.formatting import CERTAINTY, with_std
 from cdp_ident.tracing.found_effects import FoundEffect, FoundParameter
 from cdp_ident.tracing.trace import Trace
 
+_NUMERALS = ("No", "One", "Two", "Three", "Four", "Five", "Six", "Seven", "Eight", "Nine")
 _PREFIXES = ((1.0, ""), (1e-3, "m"), (1e-6, "µ"))
 
 
@@ -17,22 +18,31 @@ def verdict(trace: Trace) -> str:
     before, after = trace.before.holdout.rmse(), trace.after.holdout.rmse()
     milliradians = f"{1e3 * before:.3g} -> {1e3 * after:.3g} mrad"
     remains = trace.unexplained
-    rest = f"something remains: {remains.description}" if remains.significant else "the rest is encoder noise"
+    rest = "more than the encoders' noise remains" if remains.significant else "the rest is encoder noise"
     if not trace.effects:
         if not remains.significant:
             return f"The paper's model explains the motion: what it leaves, {1e3 * after:.3g} mrad, is encoder noise."
-        return f"The paper's model leaves more than noise, and no known effect explains it; {rest}."
+        return f"The paper's model leaves more than noise, {1e3 * after:.3g} mrad, and no known effect explains it."
     floor = float(np.mean(trace.completed.data.noise**2))
     share = 1.0 - max(after**2 - floor, 0.0) / max(before**2 - floor, np.finfo(float).tiny)
-    names = ", and ".join(_words(effect) for effect in sorted(trace.effects, key=lambda e: -e.holdout_without))
-    verb = "explains" if len(trace.effects) == 1 else "explain"
+    count = len(trace.effects)
+    subject = f"{effect_in_words(trace.effects[0])}, explains" if count == 1 else f"{_numeral(count)} effects explain"
     return (
-        f"{names[0].upper()}{names[1:]}, {verb} {100 * share:.0f} % of what the paper's model could not: "
-        f"{milliradians} on held-out motion; {rest}."
+        f"{subject} {100 * share:.0f} % of what the paper's model could not: {milliradians} on held-out motion; {rest}."
     )
 
 
-def _words(found: FoundEffect) -> str:
+def effect_in_words(found: FoundEffect) -> str:
+    """Return an effect with its place and strength, and what else it may be."""
+    words = _in_words(found)
+    return f"{words[0].upper()}{words[1:]}"
+
+
+def _numeral(count: int) -> str:
+    return _NUMERALS[count] if count < len(_NUMERALS) else str(count)
+
+
+def _in_words(found: FoundEffect) -> str:
     effect = found.active.effect
     if effect.joint == "base":
         place = ""

@@ -1,12 +1,17 @@
 """What several forms of a report say in the same words, and the few numbers that they derive from it."""
 
-import numpy as np
+from collections.abc import Callable, Iterator
+from typing import Literal
 
+import numpy as np
+import numpy.typing as npt
+
+from cdp_ident.design.survey import HAND
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.effect import SensorEffect
-from cdp_ident.model.parameters import CONSTANTS, GROUPS, SYMBOLS, Group, groups_of
+from cdp_ident.model.parameters import CONSTANTS, GROUPS, INERTIA, SYMBOLS, Group, groups_of, inertia_about_cart
 from cdp_ident.report.contents import Section
-from cdp_ident.report.formatting import CERTAINTY
+from cdp_ident.report.formatting import CERTAINTY, number, per_cent, with_std
 
 _OF_ENCODERS = frozenset(effect.name for effect in CATALOGUE if isinstance(effect, SensorEffect))
 STAGES = {"nominal": "nominal values", "search": "after the search", "refined": "refined"}
@@ -15,6 +20,8 @@ STAGES = {"nominal": "nominal values", "search": "after the search", "refined": 
 def nominal_value(report: Section, symbol: str) -> float:
     """Return what was known of a physical parameter before: its measured value, or else its nominal one."""
     options = report["run"]["options"]
+    if symbol == INERTIA.symbol:
+        return float(inertia_about_cart(_nominal_values(report), nominal_value(report, "L")))
     if symbol in (constant.symbol for constant in CONSTANTS):
         return float(options[symbol])
     known = options.get(f"known.{symbol}")
@@ -23,9 +30,12 @@ def nominal_value(report: Section, symbol: str) -> float:
 
 def nominal_groups(report: Section) -> dict[str, float]:
     """Return the groups of the values known before, by their symbols."""
-    physical = np.array([nominal_value(report, symbol) for symbol in SYMBOLS])
-    values = groups_of(physical, nominal_value(report, "L"))
+    values = groups_of(_nominal_values(report), nominal_value(report, "L"))
     return {group.symbol: float(value) for group, value in zip(GROUPS, values, strict=True)}
+
+
+def _nominal_values(report: Section) -> npt.NDArray[np.float64]:
+    return np.array([nominal_value(report, symbol) for symbol in SYMBOLS])
 
 
 def how_determined(report: Section, symbol: str) -> str:
@@ -36,6 +46,13 @@ def how_determined(report: Section, symbol: str) -> str:
     if report["run"]["options"].get(f"known.{symbol}") is not None:
         return "measured"
     return "yes" if quantity["determined"] else "no: nearest to nominal"
+
+
+def effects_in_words(report: Section) -> list[str]:
+    """Return several effects with their places and strengths, the most important first; one is in the verdict."""
+    effects = report["effects"] if len(report["effects"]) > 1 else []
+    by_importance = sorted(effects, key=lambda effect: -(effect["evidence"]["rmse_holdout_before_rad"] or 0.0))
+    return [effect["summary"] for effect in by_importance]
 
 
 def effect_title(effect: Section) -> str:
@@ -72,6 +89,118 @@ def group_words(group: Group) -> str:
     return f"{short_name(group.symbol)} = {group.formula}"
 
 
+def weights_words(trial: Section) -> str:
+    """Say which weights a trial has: mass, place and rod of each; nothing where it has none."""
+    return "; ".join(
+        f"{with_std(weight['mass'], weight['mass_std'])} kg at {with_std(weight['place'], weight['place_std'])} m "
+        f"on the {weight['rod']} rod"
+        for weight in trial["weights"]
+    )
+
+
 def short_name(symbol: str) -> str:
-    """Write a group's symbol as the fraction that it stands for, and a parameter of an effect in words."""
-    return key_words(symbol) if "." in symbol else symbol.replace("_over_", "/")
+    """Write a group's symbol as the fraction that it stands for, and a parameter of an effect or weight in words."""
+    if symbol.startswith("weight_error."):
+        return symbol.replace("_", " ").replace(".", ", ", 2)
+    return key_words(symbol) if "." in symbol else symbol.replace("one_over_", "1/").replace("_over_", "/")
+
+
+def before_and_after(report: Section, words: Callable[[Literal["before", "after"]], str]) -> str:
+    """Write something of the paper's model and, where effects were found, of the model with them."""
+    return f"{words('before')} -> {words('after')}" if report["effects"] else words("before")
+
+
+def predicted_for(report: Section, limit: int) -> str:
+    """Say for how long the models predict within one of the limits, by its place, in seconds without the unit."""
+
+    def lasts(model: Literal["before", "after"]) -> str:
+        within = report["prediction"][model]["within"][limit]
+        return f"{'≥ ' if within['longer'] else ''}{number(within['median_s']):.3g}"
+
+    return before_and_after(report, lasts)
+
+
+def validation_words(report: Section) -> list[str]:
+    """Say how the models do where control engineers look: fit in per cent, prediction, and residuals."""
+    return [_fit_words(report), *_prediction_words(report), *_residual_words(report)]
+
+
+def _fit_words(report: Section) -> str:
+    def fit(angle: str) -> str:
+        key = f"fit_{angle}_percent"
+        return before_and_after(report, lambda model: per_cent(report[model]["error"]["holdout"][key]))
+
+    said = ", ".join(f"{angle} {fit(angle)} %" for angle in ("theta1", "theta2"))
+    return f"fit over held-out windows (NRMSE, as of MATLAB's compare): {said}"
+
+
+def _prediction_words(report: Section) -> Iterator[str]:
+    ahead = report["prediction"]
+    if ahead is None:
+        return
+    said = (
+        f"within {within['limit_deg']:.3g}° for {predicted_for(report, place)} s"
+        for place, within in enumerate(ahead["before"]["within"])
+    )
+    where = "in held-out trials" if ahead["unseen"] else "in the trials, fitted motion among it"
+    yield (
+        f"told {ahead['told_s']:.2g} s of motion, the model predicts what follows {', '.join(said)} (the median of "
+        f"{ahead['starts']} starts {where})"
+    )
+
+
+def _residual_words(report: Section) -> Iterator[str]:
+    found = report["residuals"]["after"]
+    if found["white"]:
+        yield "residuals over held-out windows: white"
+    else:
+        said = " and ".join(
+            f"{_most(found[angle]):.2f} in {angle} (chance: {number(found[angle]['bound']):.2f})"
+            for angle in ("theta1", "theta2")
+            if found[angle]["related"]
+        )
+        yield f"residuals over held-out windows are correlated in time, by up to {said}"
+    if found["crosswise"]["related"]:
+        yield "those of the two angles are correlated with each other"
+    if found["cart"] and any(of["related"] for of in found["cart"].values()):
+        yield "they have to do with the cart's acceleration: the model lacks a part of its effect"
+
+
+def _most(correlations: Section) -> float:
+    return max(abs(number(value)) for value in correlations["values"][1:])
+
+
+def advice_title(advice: Section) -> str:
+    """Say what a trial is to tell of."""
+    if advice["against"]:
+        return f"{key_words(advice['for'])}, or {key_words(advice['against'].replace(' ', '.'))}"
+    return "all groups" if advice["for"] == "all" else short_name(advice["for"])
+
+
+def advice_words(report: Section) -> list[str]:
+    """Say which trial to record next, for each purpose, and what it would bring."""
+    found = report["next_trial"]
+    return [one_advice(advice) for advice in found["advice"]] if found else []
+
+
+def one_advice(advice: Section) -> str:
+    """Say from where to let go for one purpose, and what that would bring."""
+    start = f"let go with the inner rod {_held(advice['inner_rad'])} and the outer rod {_held(advice['outer_rad'])}"
+    if advice["against"]:
+        gained = (
+            f"the two are then {number(advice['expected']):.2g} standard deviations apart, now "
+            f"{number(advice['deviations_now']):.2g}"
+        )
+    else:
+        several = len(advice["names"]) > 1
+        share = f"{100 * number(advice['expected']):.2g} % of what {'they are' if several else 'it is'}"
+        share += f" ({100 * number(advice['worst']):.2g} % at worst, where the hand misses by {HAND:.0f}°)"
+        gained = f"{'their intervals fall' if several else 'its interval falls'} to {share}"
+        if any(std is None for std in advice["std_now"]):
+            gained = f"{'they are' if several else 'it is'} determined then"
+    return f"{advice_title(advice)}: {start}: {gained}"
+
+
+def _held(from_hanging: float) -> str:
+    angle = round(float(np.degrees(from_hanging)))
+    return "upright" if abs(angle) == 180 else f"at {angle:+d}°" if angle else "hanging"

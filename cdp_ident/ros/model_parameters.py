@@ -12,14 +12,15 @@ from cdp_ident.configuration.fitted_model import (
     FittedModel,
     describes_model,
     fitted_model,
+    follows_from_physical_values,
 )
 from cdp_ident.errors import OptionError
 from cdp_ident.model.effects.catalogue import CATALOGUE
-from cdp_ident.model.parameters import CONSTANTS, GROUPS, NOMINAL, PARAMETERS
+from cdp_ident.model.parameters import CONSTANTS, GROUPS, INERTIA, NOMINAL, PARAMETERS
 from cdp_ident.ros.parameters import Parameters, Shown
 
 _OF_MECHANISM = {
-    **{parameter.symbol: (parameter.description, parameter.unit) for parameter in (*PARAMETERS, *CONSTANTS)},
+    **{parameter.symbol: (parameter.description, parameter.unit) for parameter in (*PARAMETERS, *CONSTANTS, INERTIA)},
     **{f"{GROUP_PREFIX}{group.symbol}": (group.formula, group.unit) for group in GROUPS},
     OUTER_ROD_LENGTH: ("what the outer rod's length is taken to be, for air drag along it", "m"),
 }
@@ -47,6 +48,7 @@ class ModelParameters:
         groups = {f"{GROUP_PREFIX}{group.symbol}": float(x) for group, x in zip(GROUPS, model.values, strict=False)}
         effects = {name: value for name, value in values.items() if name.startswith(EFFECT_PREFIX)}
         new: dict[str, Any] = {**model.physical, **groups, OUTER_ROD_LENGTH: model.motion.mechanism.outer_length}
+        new[INERTIA.symbol] = model.motion.mechanism.inertia
         new |= {name: _of_ros(value) for name, value in effects.items()}
         if new == self._shown:
             return
@@ -73,25 +75,25 @@ class ModelParameters:
     def _changed(self, parameters: list[Any]) -> tuple[dict[str, Any], FittedModel] | None:
         """Return what a change from outside makes of the values, and the model; None where it is about other things.
 
-        Physical values bring their groups with them, but groups the physical values not.
+        Physical values bring their groups and A22 with them, but these the physical values not.
         """
         changes = {parameter.name: parameter.value for parameter in parameters if parameter.name in self._shown}
         if self._from_inside or not changes:
             return None
         values = self._shown | changes
         if changes.keys() & NOMINAL.keys():
-            values = {name: x for name, x in values.items() if name in changes or not name.startswith(GROUP_PREFIX)}
+            values = {n: x for n, x in values.items() if n in changes or not follows_from_physical_values(n)}
         return values, self._model(values)
 
 
 def own_values(given: Mapping[str, Any], fitted: Mapping[str, Any]) -> dict[str, Any]:
     """Return the values of a model that a node was given: by ROS, before it by a fitted model's file, else Table 2.
 
-    Physical values given by ROS bring their groups with them, whatever the file has.
+    Physical values given by ROS bring their groups and A22 with them, whatever the file has.
     """
     own = {name: value for name, value in given.items() if describes_model(name)}
     if own.keys() & NOMINAL.keys():
-        fitted = {name: value for name, value in fitted.items() if not name.startswith(GROUP_PREFIX)}
+        fitted = {name: value for name, value in fitted.items() if not follows_from_physical_values(name)}
     return NOMINAL | dict(fitted) | own
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.configuration.settings import Settings
-from cdp_ident.model.parameters import CONSTANTS, GROUPS, PARAMETERS
+from cdp_ident.model.parameters import CONSTANTS, GROUPS, INERTIA, PARAMETERS
 from cdp_ident.report.contents import Section
 from cdp_ident.report.provenance import versions
 from cdp_ident.report.quantities import Quantity, effect_quantities, fitted_quantity
@@ -26,7 +26,7 @@ LEVEL = 0.05
 Array = npt.NDArray[np.float64]
 _UNITS = {
     **{group_words(group): group.unit for group in GROUPS},
-    **{parameter.symbol: parameter.unit for parameter in (*PARAMETERS, *CONSTANTS)},
+    **{parameter.symbol: parameter.unit for parameter in (INERTIA, *PARAMETERS, *CONSTANTS)},
 }
 
 
@@ -99,8 +99,10 @@ def _series(reports: Sequence[Section]) -> dict[str, _Series]:
     effects = [effect_quantities(report, of_trials=False) for report in reports]
     for name in dict.fromkeys(name for of_one in effects for name in of_one):
         found[name] = _Series("effect", tuple(of_one.get(name) for of_one in effects))
-    for parameter in (*PARAMETERS, *CONSTANTS):
-        values = _Series("physical", tuple(fitted_quantity(r, "physical", parameter.symbol) for r in reports))
+    for parameter in (INERTIA, *PARAMETERS, *CONSTANTS):
+        # Trials with a known weight show A22 itself, which no group tells.
+        kind = "group" if parameter is INERTIA else "physical"
+        values = _Series(kind, tuple(fitted_quantity(r, "physical", parameter.symbol) for r in reports))
         if values.known:
             found[parameter.symbol] = values
     return {name: one for name, one in found.items() if one.known}

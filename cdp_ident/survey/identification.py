@@ -9,7 +9,8 @@ from typing import Any
 
 from rich.console import Console
 
-from cdp_ident.configuration.settings import Settings
+from cdp_ident.bag.reader import bag_name
+from cdp_ident.configuration.settings import Settings, given_for
 from cdp_ident.errors import BagError, CdpIdentError, FitFailedError, OptionError, ReportError, TrialError
 from cdp_ident.outside_text import shown
 from cdp_ident.pipeline.identifier import Identifier, Request
@@ -78,10 +79,11 @@ def identify_piece(task: Task) -> Attempt:
 def _identify(task: Task) -> None:
     _forget(task.folder)
     usable, left_out = _usable(task)
+    names = [bag_name(bag) for bag in usable]
     quiet = Console(file=io.StringIO())
     request = Request(usable, (), task.folder, method=None, seed=None, config=None, force=True)
     identifier = Identifier(request, quiet, quiet)
-    result = identifier.identify(identifier.load(task.given), Interruption())
+    result = identifier.identify(identifier.load(given_for(task.given, names)), Interruption())
     try:
         identifier.write(result)
     except FitFailedError:

@@ -4,14 +4,15 @@ import hashlib
 import json
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import datetime
 from itertools import groupby
 from pathlib import Path
 from typing import Any, Literal
 
+from cdp_ident.bag.custom_data import read_custom_data
 from cdp_ident.bag.origin import origin_of
-from cdp_ident.bag.reader import read_joint_states
+from cdp_ident.bag.reader import bag_name, read_joint_states
 from cdp_ident.errors import BagError
 from cdp_ident.outside_text import shown
 from cdp_ident.report.provenance import bag_checksums, versions
@@ -33,12 +34,14 @@ class SurveyedBag:
     start_ns: int
     """Time of its first message [ns since the epoch]."""
     checksums: tuple[str, ...]
-    """SHA-256 of its files."""
+    """SHA-256 of the files that hold its messages."""
+    custom_data: Mapping[str, str] = field(default_factory=dict)
+    """What its recorder told of the trial, such as weights on the rods."""
 
     @property
     def name(self) -> str:
         """What people call it."""
-        return shown(self.path.name)
+        return bag_name(self.path)
 
     @property
     def day(self) -> str:
@@ -81,8 +84,8 @@ class Piece:
 
     def key(self, configuration: Mapping[str, Any]) -> str:
         """Return what all that its result depends on is known by: bags, configuration, and the package's version."""
-        checksums = [bag.checksums for bag in self.bags]
-        return _digest([checksums, dict(sorted(configuration.items())), versions()["cdp_ident"]])
+        bags = [(bag.checksums, sorted(bag.custom_data.items())) for bag in self.bags]
+        return _digest([bags, sorted(configuration.items()), versions()["cdp_ident"]])
 
 
 def _digest(content: Any) -> str:
@@ -112,7 +115,8 @@ def surveyed(bags: Sequence[Path], topic: str) -> tuple[list[SurveyedBag], list[
             left_out.append(LeftOut(str(bag), f"it is the same bag as {copied}"))
             continue
         owner |= dict.fromkeys(checksums, bag)
-        found.append(SurveyedBag(bag.resolve(), name, named_by, start, checksums))
+        custom_data, _ = read_custom_data(bag)
+        found.append(SurveyedBag(bag.resolve(), name, named_by, start, checksums, custom_data))
     return found, left_out
 
 

@@ -7,11 +7,12 @@ from pathlib import Path
 from typing import Any
 
 from cdp_ident.bag.folders import bags_below
-from cdp_ident.configuration.settings import Settings
+from cdp_ident.configuration.settings import Settings, given_for
 from cdp_ident.errors import BagError
 from cdp_ident.survey.identification import Attempt, Finished, Task, finished, identify_piece
-from cdp_ident.survey.pieces import By, LeftOut, pieces_of, surveyed
+from cdp_ident.survey.pieces import By, LeftOut, Piece, pieces_of, surveyed
 from cdp_ident.survey.workers import each
+from cdp_ident.user_input import refuse_unknown
 
 PIECES = "pieces"
 """The folder with a folder for each piece."""
@@ -45,17 +46,22 @@ def plan(folders: Sequence[Path], out: Path, by: By, given: Mapping[str, Any], a
         anew: whether nothing is kept of an earlier survey.
 
     Raises:
-        OptionError: the configuration is not usable.
+        OptionError: the configuration is not usable, or has a weight of a bag that is not there.
         BagError: a folder holds no bag, or no bag can be read.
     """
     settings = Settings.of(given)
     bags, left_out = surveyed(bags_below(folders), settings.trial.topic)
     if not bags:
         raise BagError(f"no bag can be read: {left_out[0].bag}: {left_out[0].reason}")
-    place, configuration = out.resolve() / PIECES, settings.values()
-    tasks = tuple(Task(piece, place / piece.folder, given, piece.key(configuration)) for piece in pieces_of(bags, by))
+    refuse_unknown(settings.weights, {bag.name for bag in bags}, "bag of a weight (trials.<bag>.added)")
+    tasks = tuple(_task(piece, out.resolve() / PIECES, given) for piece in pieces_of(bags, by))
     kept = {} if anew else {task.folder: found for task in tasks if (found := finished(task))}
     return Plan(tasks, kept, tuple(left_out))
+
+
+def _task(piece: Piece, place: Path, given: Mapping[str, Any]) -> Task:
+    given = given_for(given, {bag.name for bag in piece.bags})
+    return Task(piece, place / piece.folder, given, piece.key(Settings.of(given).values()))
 
 
 def conduct(planned: Plan, executor: Executor) -> Iterator[Finished]:

@@ -49,7 +49,8 @@ def add_balanced(progress: Progress, balances: Sequence[ForceBalance]) -> None:
             keys = tuple(candidate.active.effect.key for candidate in chosen)
             if chosen and keys not in seen:
                 seen.add(keys)
-                attempt = progress.from_balance(current, balance.groups, chosen)
+                begin = current.model.begun_at(current.fit.values, balance.groups, balance.inertia)
+                attempt = progress.from_balance(current, begin, chosen)
                 if attempt is not None:
                     refitted.append((chosen, attempt))
     accepted = [attempt for _, attempt in refitted if earns_its_place(current, attempt)]

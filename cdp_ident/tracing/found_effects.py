@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from cdp_ident.diagnosis.inertia import Inertia
 from cdp_ident.fit.motion_model import ActiveEffect
 from cdp_ident.fit.refinement import Fit
 from cdp_ident.model.effects.curves import basis
@@ -90,8 +91,7 @@ def found_effects(
     final: FinalModel,
     holdout_without: Sequence[float],
     spread: Array,
-    inertia: float,
-    inertia_std: float,
+    inertia: Inertia,
 ) -> tuple[FoundEffect, ...]:
     """Return the effects that a selection ended with.
 
@@ -100,18 +100,13 @@ def found_effects(
         final: its model with the effects.
         holdout_without: error without each of them over what was held out [rad].
         spread: (unknowns, unknowns) covariance of the fitted values.
-        inertia: A22 [kg m^2].
-        inertia_std: its relative standard deviation.
+        inertia: A22.
     """
     found = []
     for index, active in enumerate(final.model.effects):
         over = active.effect.curve
-        curve = _curve(final.fit, index, over, spread, inertia) if over else None
-        parameters = (
-            _summary(curve, inertia, inertia_std)
-            if curve
-            else _parameters(final.fit, index, spread, inertia, inertia_std)
-        )
+        curve = _curve(final.fit, index, over, spread, inertia.value) if over else None
+        parameters = _summary(curve, inertia) if curve else _parameters(final.fit, index, spread, inertia)
         found.append(
             FoundEffect(
                 active=active,
@@ -129,22 +124,25 @@ def found_effects(
     return tuple(found)
 
 
-def _parameters(fit: Fit, index: int, spread: Array, inertia: float, inertia_std: float) -> tuple[FoundParameter, ...]:
+def _parameters(fit: Fit, index: int, spread: Array, inertia: Inertia) -> tuple[FoundParameter, ...]:
     place = fit.model.places(index)
-    fitted = iter(zip(fit.values[place], np.sqrt(np.diag(spread)[place]), strict=True))
-    return tuple(
-        _physical(p, (p.typical, 0.0) if p.fixed else next(fitted), inertia, inertia_std)
-        for p in fit.model.effects[index].effect.parameters
-    )
+    fitted = iter(zip(fit.values[place], np.sqrt(np.diag(spread)[place]), inertia.covariance[place], strict=True))
+    found = []
+    for parameter in fit.model.effects[index].effect.parameters:
+        value, std, covariance = (parameter.typical, 0.0, 0.0) if parameter.fixed else next(fitted)
+        found.append(_physical(parameter, value, std, covariance, inertia))
+    return tuple(found)
 
 
 def _physical(
-    parameter: EffectParameter, shown: tuple[float, float], inertia: float, inertia_std: float
+    parameter: EffectParameter, value: float, std: float, covariance: float, inertia: Inertia
 ) -> FoundParameter:
-    (value, std), scale = shown, parameter.scale(inertia)
-    # A torque is seen over A22 only; in N m it is as uncertain as the masses besides.
-    scale_std = abs(parameter.inertia_power * value) * inertia_std
-    physical_std = float(np.hypot(std, scale_std)) * scale
+    """Return a parameter in its physical unit, from its value in the fit and the covariance of that with ln A22."""
+    scale = parameter.scale(inertia.value)
+    # A torque is seen over A22 only; in N m it is as uncertain as A22 besides.
+    by_inertia = parameter.inertia_power * value
+    variance = std**2 + (by_inertia * inertia.relative_std) ** 2 + 2.0 * by_inertia * covariance
+    physical_std = float(np.sqrt(np.maximum(variance, 0.0))) * scale
     return FoundParameter(parameter, float(value) * scale, physical_std, float(value), float(std))
 
 
@@ -171,11 +169,11 @@ def _curve(fit: Fit, index: int, over: Curve, spread: Array, inertia: float) -> 
     )
 
 
-def _summary(curve: FoundCurve, inertia: float, inertia_std: float) -> tuple[FoundParameter, ...]:
+def _summary(curve: FoundCurve, inertia: Inertia) -> tuple[FoundParameter, ...]:
     """Return the largest torque of a curve, as far as it is sure, and where it is."""
     place = int(np.argmax(np.abs(curve.torque) - curve.std))
-    largest, std = curve.torque[place] / inertia, curve.std[place] / inertia
+    largest, std = curve.torque[place] / inertia.value, curve.std[place] / inertia.value
     return (
-        _physical(_LARGEST, (largest, std), inertia, inertia_std),
-        _physical(_AT[curve.over], (curve.at[place], 0.0), inertia, 0.0),
+        _physical(_LARGEST, largest, std, 0.0, inertia),
+        _physical(_AT[curve.over], curve.at[place], 0.0, 0.0, inertia),
     )

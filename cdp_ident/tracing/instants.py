@@ -64,9 +64,10 @@ def _motion(fit: Fit, window: Window) -> tuple[Array, Array, Array]:
         (n, 2, 4), whose columns are an orthonormal basis. In chaotic motion those by the start itself are almost
         parallel.
     """
+    values = fit.model.with_weights(fit.values, window.weights).values
     states, derivatives = trajectory_with_derivatives(
-        fit.model.coefficients(fit.values), fit.model.initial_state(window.start), window.grid, window.u,
-        fit.model.torques(fit.values, window.trial), window.begin,
+        fit.model.coefficients(values), fit.model.initial_state(window.start), window.grid, window.u,
+        fit.model.torques(values, window.trial), window.begin,
     )  # fmt: skip
     count = fit.model.states
     by_start = derivatives[..., :count]
@@ -93,7 +94,7 @@ def _scan_knocks(fit: Fit, effect: Effect) -> list[_Instant]:
         states, transition, basis = _motion(fit, window)
         # A change of speed at sample j moves the angles as changed coordinates `change[j]` would, from j on. What the
         # start cannot imitate of that is written in sums before and after j that are never subtracted.
-        speed_change = _speed_change(fit, states, column)
+        speed_change = _speed_change(fit, window, states, column)
         change = (np.linalg.pinv(transition, rcond=_SINGULAR) @ speed_change[..., None])[..., 0]
         gram = np.einsum("nrk,nrl->nkl", basis, basis)
         product = np.einsum("nrk,nr->nk", basis, residual)
@@ -105,15 +106,16 @@ def _scan_knocks(fit: Fit, effect: Effect) -> list[_Instant]:
     return found
 
 
-def _speed_change(fit: Fit, states: Array, column: int) -> Array:
+def _speed_change(fit: Fit, window: Window, states: Array, column: int) -> Array:
     """Return the change (n, 4) of the state by a unit of angular impulse on one rod, over A22."""
-    A23, A33 = fit.values[:2]
+    weighted = fit.model.with_weights(fit.values, window.weights)
+    A23, A33 = weighted.values[:2]
     coupling = A23 * np.cos(states[:, 0] - states[:, 1])
     determinant = A33 - coupling**2
     change = np.zeros_like(states)
     change[:, 2] = (A33 if column == 0 else -coupling) / determinant
     change[:, 3] = (-coupling if column == 0 else 1.0) / determinant
-    return change
+    return change / weighted.share
 
 
 def _scan_slips(fit: Fit, effect: Effect) -> list[_Instant]:

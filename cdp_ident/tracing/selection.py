@@ -190,8 +190,8 @@ class Progress:
             return None
         return attempt_of(fit, attempt.folds)
 
-    def from_balance(self, attempt: Attempt, groups: Array, candidates: Sequence[Candidate]) -> Attempt | None:
-        """Return a model with more effects, refitted from the groups (5,) and strengths of a balance of forces.
+    def from_balance(self, attempt: Attempt, begin: Array, candidates: Sequence[Candidate]) -> Attempt | None:
+        """Return a model with more effects, refitted from what a balance of forces says of it (unknowns,) and of them.
 
         None where it cannot be fitted.
 
@@ -200,8 +200,7 @@ class Progress:
         """
         if self._stop():
             raise InterruptedSelectionError
-        model, values = attempt.model, attempt.fit.values.copy()
-        values[: len(groups)] = groups
+        model, values = attempt.model, begin
         for candidate in candidates:
             model = model.with_effect(candidate.active)
             values = np.concatenate([values, candidate.values])

@@ -32,15 +32,16 @@ class TorqueResidual:
     speed: Array
     """(n, 2) speed of each joint [rad/s]."""
     torque: Array
-    """(n, 2) missing torque in each joint, over A22 [rad/s^2]."""
+    """(n, 2) missing torque in each joint, over A22 of the rig without weights [rad/s^2]."""
 
 
 def torque_residual(fit: Fit) -> TorqueResidual:
     """Return the torques that a fitted model lacks over its windows (inverse dynamics)."""
-    coefficients = fit.model.coefficients(fit.values)
-    A23, A33 = coefficients[:2]
     parts = []
     for window in fit.windows:
+        weighted = fit.model.with_weights(fit.values, window.weights)
+        coefficients = fit.model.coefficients(weighted.values)
+        A23, A33 = coefficients[:2]
         angles, velocities = local_motion(window.time, window.theta, window.time)
         _, accelerations = local_motion(window.time, velocities, window.time)
         # The cubics of the ends are one-sided and poor.
@@ -48,7 +49,7 @@ def torque_residual(fit: Fit) -> TorqueResidual:
         states = np.concatenate([angles, velocities], axis=1)[middle]
         times = window.begin + window.time[middle]
         u = np.interp(window.time[middle], window.grid.half_step_times(), window.u)
-        torques = fit.model.torques(fit.values, window.trial)
+        torques = fit.model.torques(weighted.values, window.trial)
         lacking = accelerations[middle] - accelerations_at(
             coefficients, np.ascontiguousarray(states), u, torques, times
         )
@@ -62,7 +63,7 @@ def torque_residual(fit: Fit) -> TorqueResidual:
                 np.stack([states[:, 0] - np.pi, states[:, 1] - states[:, 0]], axis=1),
                 np.stack([states[:, 2], states[:, 3] - states[:, 2]], axis=1),
                 # The outer joint's torque acts on the outer rod and, reversed, on the inner one.
-                np.stack([on_inner + on_outer, on_outer], axis=1),
+                weighted.share * np.stack([on_inner + on_outer, on_outer], axis=1),
             )
         )
     return TorqueResidual(*(np.concatenate(column) for column in zip(*parts, strict=True)))

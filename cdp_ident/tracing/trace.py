@@ -81,17 +81,14 @@ def trace(
     after = before if selection.after is selection.before else before.like_this(selection.after.fit)
     without = [_holdout_error(after, attempt.fit) for attempt in selection.without]
     completed = _completed(found, after.fit)
-    length, _ = after.model.constants(after.fit.values)
-    physical = completed.physical
-    inertia = float(inertia_about_cart(physical.values, length))
     return Trace(
         selection=selection,
         before=before,
         after=after,
-        effects=found_effects(selection, after, without, completed.covariance, inertia, physical.inertia_relative_std),
+        effects=found_effects(selection, after, without, completed.covariance, completed.inertia),
         completed=completed,
         errors=_errors(found, selection, before, after),
-        unexplained=unexplained(after, data.noise, data.names, inertia),
+        unexplained=unexplained(after, data.noise, data.names, completed.inertia.value),
         failure=failure,
     )
 
@@ -136,14 +133,18 @@ def _errors(
     found: Identification, selection: Selection, before: FinalModel, after: FinalModel
 ) -> Mapping[Stage, ErrorsByRole]:
     data, options = found.data, found.options
-    model, prior = options.model, options.prior
+    model, prior = found.fit.model, options.prior
+
+    def of_values(physical: Array) -> ErrorsByRole:
+        inertia = float(inertia_about_cart(physical, prior.length))
+        return evaluate(model, model.beginning(groups_of(physical, prior.length), inertia), data)
 
     def of(attempt: Attempt, final: FinalModel) -> ErrorsByRole:
         return ErrorsByRole(*(errors_of(fit, data.trials) for fit in (attempt.fit, attempt.validation, final.holdout)))
 
     return {
-        "nominal": evaluate(model, model.beginning(groups_of(prior.centre, prior.length)), data),
-        "search": evaluate(model, model.beginning(groups_of(found.estimate.search.best, prior.length)), data),
+        "nominal": of_values(prior.centre),
+        "search": of_values(found.estimate.search.best),
         "refined": of(selection.before, before),
         "effects": of(selection.after, after),
     }

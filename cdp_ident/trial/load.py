@@ -10,6 +10,7 @@ from cdp_ident.trial.find import find_trial
 from cdp_ident.trial.joints import select_joints
 from cdp_ident.trial.options import TrialOptions
 from cdp_ident.trial.trial import Trial
+from cdp_ident.trial.weights import recorded_weights
 
 
 def load_trial(bag: Path, options: TrialOptions | None = None) -> Trial:
@@ -18,12 +19,14 @@ def load_trial(bag: Path, options: TrialOptions | None = None) -> Trial:
     The bag is read (`read_joint_states`), its joints are mapped to theta1 and theta2 (`TrialOptions`), repeated and
     late samples and outliers are dropped, and the angles unwrapped; what was taken for granted about the angles is
     checked against the physics of the motion; the hand's holding and pushing, the cart's driving and the rest at the
-    end are cut. What was done stands in `Trial.notes`. Samples keep the times at which they were measured, by the
+    end are cut. What was done stands in `Trial.notes`. Weights on the rods are those that the bag's metadata tell of.
+    Samples keep the times at which they were measured, by the
     device's own clock where the bag has it (`in_device_time`).
 
     Raises:
         BagError: the bag cannot be read or holds no joint states on the topic.
-        TrialError: joints are missing, the data contradict the conventions, or there is no motion long enough.
+        TrialError: joints are missing, the data contradict the conventions, there is no motion long enough, or the
+            weights that the bag tells of are not possible.
     """
     options = options or TrialOptions()
     recording, clock, clock_notes = in_device_time(read_joint_states(bag, options.topic))
@@ -32,5 +35,6 @@ def load_trial(bag: Path, options: TrialOptions | None = None) -> Trial:
         trial = find_trial(samples, options).trial
     except TrialError as error:
         raise TrialError(f"{bag}: {error}") from error
-    notes = [*recording.notes, *clock_notes, *notes, *trial.notes]
-    return replace(trial, name=recording.name, notes=tuple(notes), clock=clock)
+    weights, weight_notes = recorded_weights(bag)
+    notes = [*recording.notes, *weight_notes, *clock_notes, *notes, *trial.notes]
+    return replace(trial, name=recording.name, notes=tuple(notes), clock=clock, weights=weights)

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.bag.diagnostics import ClockRate
+from cdp_ident.model.weights import Weight
 
 Array = npt.NDArray[np.float64]
 
@@ -38,6 +39,8 @@ class Trial:
     """Indices of the first samples after gaps so long that turns of the rods could be lost in them."""
     outliers: tuple[float, ...] = ()
     """When samples were left out as outliers, since the beginning of the bag [s]."""
+    weights: tuple[Weight, ...] = ()
+    """The known weights that were clamped to the rods."""
 
     @property
     def duration(self) -> float:

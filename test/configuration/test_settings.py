@@ -8,11 +8,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cdp_ident.configuration.keys import KEYS
+from cdp_ident.configuration.keys import KEYS, description_of, is_key
 from cdp_ident.configuration.settings import Settings
 from cdp_ident.errors import OptionError
 from cdp_ident.fit.estimation import SHORT_IGA
 from cdp_ident.fit.options import IdentifyOptions
+from cdp_ident.model.weights import Weight
 from cdp_ident.search.options import IGA, TGA
 from cdp_ident.trial.options import TrialOptions
 
@@ -33,6 +34,25 @@ def test_the_values_in_effect_make_the_same_settings_again():
         }
     )
     assert Settings.of(settings.values()).values() == settings.values()
+
+
+def test_weights_are_by_bag_and_rod_and_come_back_as_they_were_given():
+    given = {
+        "trials.swing.one.added.outer": [0.05, 0.3, 1e-5],
+        "trials.swing.one.added_std.outer": [1e-4, 1e-3],
+        "trials.swing.one.added.inner": [0.0, 0.0],
+    }
+    settings = Settings.of(given)
+    assert settings.weights == {
+        "swing.one": {"inner": None, "outer": Weight("outer", 0.05, 0.3, 1e-5, 1e-4, 1e-3)},
+    }
+    assert {name: value for name, value in settings.values().items() if name.startswith("trials.")} == given
+    assert all(is_key(name) and description_of(name).description.startswith("swing.one: ") for name in given)
+
+
+def test_a_weight_that_nothing_more_is_said_of_is_known_to_a_percent_and_a_millimetre():
+    weight = Settings.of({"trials.two.added.outer": [0.05, 0.3]}).weights["two"]["outer"]
+    assert (weight.mass_std, weight.place_std) == pytest.approx((5e-4, 1e-3))
 
 
 def test_every_key_has_a_description():
@@ -97,6 +117,15 @@ def test_a_whole_number_may_stand_for_a_real_one_and_a_number_in_text_too():
         ({"lower.m1": 1.0}, "lower.m1 is 1, above upper.m1"),
         ({"known_std.m1": 0.1}, "known.m1 is not"),
         ({"search.population": 2}, "population is 2"),
+        ({"trials.two.added.outer": 0.05}, "trials.two.added.outer is 0.05; expected [mass in kg, place in m]"),
+        ({"trials.two.added.outer": [0.05]}, "expected [mass in kg, place in m]"),
+        ({"trials.two.added.outer": [0.05, -0.3]}, "trials.two.added.outer is -0.3; expected a number"),
+        ({"trials.two.added.outer": [math.nan, 0.3]}, "trials.two.added.outer is nan"),
+        ({"trials.two.added.outer": ["x", 0.3]}, "is 'x'; expected a number"),
+        ({"trials.two.added.inner": [0.05, 0.0]}, "a weight in the joint that does not move adds 0"),
+        ({"trials.two.added_std.outer": [0.001, 0.001]}, "trials.two.added.outer is not: give both"),
+        ({"trials.two.addd.outer": [0.05, 0.3]}, "expected trials.<bag>.added.<rod>"),
+        ({"trials.two.added.middle": [0.05, 0.3]}, "expected trials.<bag>.added.<rod>"),
         ({"search.generations": 5.0}, "expected a whole number"),
     ],
 )

@@ -23,7 +23,10 @@ GROUPS = {
 
 def report(factor, *effects):
     """Return a report whose masses, inertias and frictions are all larger by a factor."""
-    physical = {s: v * (1 if s.startswith("l") else factor) for s, v in VALUES.items()} | {"L": 0.4}
+    physical = {s: v * (1 if s.startswith("l") else factor) for s, v in VALUES.items()} | {
+        "L": 0.4,
+        "A22": factor * A22,
+    }
     return {
         "after": {
             "physical": {symbol: {"value": value} for symbol, value in physical.items()},

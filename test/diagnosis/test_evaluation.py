@@ -1,9 +1,11 @@
 """The errors that reports state."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from cdp_ident.diagnosis.evaluation import errors_of
+from cdp_ident.diagnosis.evaluation import errors_of, fit_per_cent
 from cdp_ident.fit.motion_model import ActiveEffect, Mechanism, MotionModel
 from cdp_ident.fit.prior import Prior
 from cdp_ident.fit.refinement import fit_initial_states
@@ -63,3 +65,22 @@ def test_a_free_run_of_the_second_trial_has_the_effects_of_the_second_trial():
     without = errors_over(TRUTH, windows, [TWIN, slipped])
     assert with_slip.free_run == pytest.approx(2 * errors_over(TRUTH, WINDOWS).free_run, rel=0.01)
     assert without.free_run > 10 * with_slip.free_run
+
+
+def test_the_fit_in_per_cent_is_that_of_the_norms_over_all_windows():
+    fit = fit_initial_states(MODEL, NOMINAL, WINDOWS)
+    expected = []
+    for column in range(2):
+        left = np.concatenate([residual[:, column] for residual in fit.residuals])
+        moved = np.concatenate([window.theta[:, column] - np.mean(window.theta[:, column]) for window in WINDOWS])
+        expected.append(100 * (1 - np.linalg.norm(left) / np.linalg.norm(moved)))
+    assert fit_per_cent(fit) == pytest.approx(expected)
+    errors = errors_of(fit, [TWIN])
+    assert (errors.fit_theta1, errors.fit_theta2) == pytest.approx(expected)
+
+
+def test_a_model_that_says_nothing_but_the_mean_has_a_fit_of_0_and_one_without_error_of_100():
+    fit = fit_initial_states(MODEL, TRUTH, WINDOWS)
+    means = tuple(window.theta - window.theta.mean(axis=0) for window in WINDOWS)
+    assert fit_per_cent(replace(fit, residuals=means)) == pytest.approx([0, 0])
+    assert fit_per_cent(replace(fit, residuals=tuple(0 * mean for mean in means))) == pytest.approx([100, 100])

@@ -15,6 +15,7 @@ from cdp_ident.model.parameters import GROUPS, SYMBOLS, groups_of
 from cdp_ident.pipeline.identify import identify
 from reference.pendulum import TABLE_5
 from scenarios.clean_bags import clean_trials
+from scenarios.weighted import plain_and_weighted
 
 
 @cache
@@ -31,8 +32,9 @@ def identified(**options):
 
 
 def determined(found):
-    length, _ = found.options.model.constants(found.fit.values)
-    return identifiability(found.fit, found.covariance, found.physical, found.options.prior, length)
+    return identifiability(
+        found.fit, found.covariance, found.physical, found.inertia, found.options.prior, found.data.names
+    )
 
 
 def test_a_free_swing_shows_all_five_groups_and_no_physical_value():
@@ -110,6 +112,32 @@ def test_length_or_gravity_alone_is_determined_on_the_strength_of_the_other(free
     result = determined(identified(**{free: True}))
     assert (result.undetermined, result.unseen) == ((), ())
     assert any(word in sentence for sentence in result.words)
+
+
+@cache
+def identified_with_a_weight(**options):
+    return identify(plain_and_weighted(np.random.default_rng(2)), [], IdentifyOptions(**options))
+
+
+def test_a_weight_determines_A22_and_takes_the_common_factor_away():  # noqa: N802 - a symbol
+    result = determined(identified_with_a_weight())
+    assert result.determined_physical == ("c1", "c2")
+    assert result.to_measure == ("m1", "m2", "m0")
+    assert len(result.tradeoffs) == len(SYMBOLS) - len(GROUPS) - 1
+    assert not any("one factor" in str(tradeoff) for tradeoff in result.tradeoffs)
+    (sentence,) = [words for words in result.words if words.startswith("A22 =")]
+    assert "determined by the weight in two" in sentence
+
+
+def test_a_weight_that_is_known_badly_does_not_determine_A22():  # noqa: N802 - a symbol
+    found = identified_with_a_weight()
+    result = determined(replace(found, inertia=replace(found.inertia, relative_std=0.3)))
+    assert any(words.startswith("A22 is not determined by the weight in two") for words in result.words)
+
+
+def test_with_a_weight_even_length_and_gravity_are_told_apart():
+    result = determined(identified_with_a_weight(length_free=True, gravity_free=True))
+    assert (result.undetermined, result.unseen) == ((), ())
 
 
 def test_a_friction_with_a_wide_interval_is_not_determined_and_no_part_of_a_tradeoff():

@@ -9,9 +9,11 @@ from cdp_ident.diagnosis.new_trial import check_new_trial
 from cdp_ident.diagnosis.uncertainty import covariance
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.refinement import fit_initial_states, refine
+from cdp_ident.model.weights import Weight
 from cdp_ident.pipeline.identify import identify
 from reference.pendulum import TABLE_3, TABLE_5
 from scenarios.twin import twin
+from scenarios.weighted import plain_and_weighted
 
 NOISE = 5e-4
 
@@ -69,3 +71,22 @@ def test_where_each_trial_has_zeros_of_its_own_a_new_one_may_have_others(found):
     assert unseen.fits
     assert unseen.changed == ()
     assert not judged(found, off).fits
+
+
+@pytest.fixture(scope="module")
+def absolute():
+    return identify(plain_and_weighted(np.random.default_rng(0), noise=NOISE), [], IdentifyOptions())
+
+
+def test_a_trial_with_another_weight_fits_once_A22_is_known(absolute):  # noqa: N802 - a symbol
+    _, other = plain_and_weighted(np.random.default_rng(1), Weight("inner", 0.1, 0.2), noise=NOISE)
+    unseen = judged(absolute, other)
+    assert unseen.fits
+    assert unseen.changed == ()
+
+
+def test_of_a_trial_with_a_weight_that_is_not_told_is_said_what_it_changes(absolute):
+    _, other = plain_and_weighted(np.random.default_rng(1), noise=NOISE)
+    unseen = judged(absolute, replace(other, weights=()))
+    assert not unseen.fits
+    assert "one_over_A22" not in [changed.name for changed in unseen.changed]

@@ -17,6 +17,7 @@ from cdp_ident.model.parameters import SYMBOLS, groups_of
 from cdp_ident.trial.trial import Trial
 from reference.pendulum import TABLE_3, TABLE_5
 from scenarios.twin import TEN_SECONDS, standard_motion, standard_twin
+from scenarios.weighted import INERTIA, WEIGHT, plain_and_weighted
 
 MODEL = MotionModel(Mechanism.of(Prior()))
 TRUTH = groups_of([TABLE_5[symbol] for symbol in SYMBOLS], TABLE_5["L"])
@@ -124,3 +125,43 @@ def test_the_covariance_is_symmetric_and_positive():
     assert spread == pytest.approx(spread.T)
     scale = 1 / np.sqrt(np.diag(spread))
     assert np.linalg.eigvalsh(spread * np.outer(scale, scale)).min() > 0
+
+
+def fitted_with(*weights, seed=0):
+    """Fit a trial without a weight and one with each of some weights."""
+    trials = plain_and_weighted(np.random.default_rng(seed))[:1]
+    for index, weight in enumerate(weights):
+        _, weighted = plain_and_weighted(np.random.default_rng(seed + index))
+        trials.append(replace(weighted, weights=(weight,)))
+    errors = tuple(dict.fromkeys(error for weight in weights for error in weight.errors))
+    model = replace(MODEL, inertia_free=True, weight_errors=errors, penalty_of_errors=2e-3**2)
+    return refine(model, model.beginning(TRUTH, INERTIA), cut_into_windows(trials))
+
+
+def std_of(fit):
+    return np.sqrt(np.diag(covariance(fit)))
+
+
+def test_an_uncertain_mass_makes_A22_as_uncertain_and_nothing_else():  # noqa: N802 - a symbol
+    exact = replace(WEIGHT, mass_std=0.0, place_std=0.0)
+    sure, unsure = std_of(fitted_with(exact)), std_of(fitted_with(replace(exact, mass_std=0.01 * WEIGHT.mass)))
+    assert unsure[5] * INERTIA == pytest.approx(0.01, rel=0.02)
+    assert unsure[6] == pytest.approx(1.0, rel=0.02)
+    assert unsure[:5] == pytest.approx(sure[:5], rel=0.01)
+
+
+def test_an_uncertain_place_is_found_and_the_groups_are_no_less_certain_than_without_the_trial():
+    vague = replace(WEIGHT, mass_std=0.0, place_std=0.02)
+    off = fitted_with(replace(vague, place=WEIGHT.place + 0.01))
+    assert off.values[6] == pytest.approx(-0.5, abs=0.05)
+    assert abs(off.values[5] * INERTIA - 1.0) < 4.0 * std_of(off)[5] * INERTIA < 0.05
+    alone = std_of(refine(MODEL, TRUTH, [window for window in off.windows if window.trial == 0]))
+    assert np.all(std_of(off)[:5] < 1.05 * alone)
+
+
+def test_the_same_weight_in_two_trials_has_one_error_and_two_weights_have_two():
+    weight = replace(WEIGHT, mass_std=1e-3, place_std=0.0)
+    other = replace(weight, mass=weight.mass + 1e-9)
+    one, same, two = (std_of(fitted_with(*weights))[5] for weights in ((weight,), (weight, weight), (weight, other)))
+    assert same == pytest.approx(one, rel=0.05)
+    assert two == pytest.approx(one / np.sqrt(2), rel=0.1)

@@ -16,6 +16,7 @@ from cdp_ident.model.simulation import simulate
 from reference.pendulum import TABLE_5
 from scenarios.start_given import CLOSE, StartGiven, search_and_refine
 from scenarios.twin import standard_twin
+from scenarios.weighted import plain_and_weighted
 
 PRIOR = Prior()
 MODEL = MotionModel(Mechanism.of(PRIOR))
@@ -136,6 +137,15 @@ def test_the_search_does_not_see_windows_that_are_not_given_to_it():
     for span in (0.0, 10.0):
         errors = [search_objective(windows, span, PRIOR)(PHYSICAL[None]) for windows in given]
         assert np.array_equal(*errors)
+
+
+def test_the_search_takes_each_trial_with_its_weights():
+    trials = plain_and_weighted(np.random.default_rng(0))
+    plain, weighted = (search_objective(cut_into_windows([trial]), 0.0, PRIOR)(PHYSICAL[None]) for trial in trials)
+    assert weighted == pytest.approx(plain, rel=0.5)
+    untold = search_objective(cut_into_windows([replace(trials[1], weights=())]), 0.0, PRIOR)(PHYSICAL[None])
+    assert untold > 10.0 * weighted
+    assert search_objective(cut_into_windows(trials), 0.0, PRIOR)(PHYSICAL[None]) == pytest.approx(plain + weighted)
 
 
 def test_segments_do_not_reach_from_one_trial_into_the_next():

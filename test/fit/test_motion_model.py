@@ -10,15 +10,21 @@ from cdp_ident.fit.prior import Prior
 from cdp_ident.fit.windows import cut_into_windows
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.effect import SensorEffect
-from cdp_ident.model.parameters import GROUPS, SYMBOLS, coefficients_of, groups_of
+from cdp_ident.model.parameters import GROUPS, SYMBOLS, coefficients_of, groups_of, inertia_about_cart
+from cdp_ident.model.weights import Weight
 from cdp_ident.trial.trial import Trial
 from reference.pendulum import TABLE_3, TABLE_5
+from reference.weights import with_weight
 from scenarios.twin import standard_twin
 
 EFFECTS = {effect.key: effect for effect in CATALOGUE}
 SENSORS = [effect.key for effect in CATALOGUE if isinstance(effect, SensorEffect)]
 MODEL = MotionModel(Mechanism.of(Prior()))
 TRUTH = groups_of([TABLE_5[symbol] for symbol in SYMBOLS], TABLE_5["L"])
+PHYSICAL = np.array([TABLE_5[symbol] for symbol in SYMBOLS])
+A22 = float(inertia_about_cart(PHYSICAL, TABLE_5["L"]))
+WEIGHTS = (Weight("inner", 0.08, 0.25, 3e-5, 0.001, 0.002), Weight("outer", 0.05, 0.3, 2e-5, 0.0005, 0.001))
+ABSOLUTE = replace(MODEL, inertia_free=True)
 STEP = 1e-6
 
 
@@ -196,3 +202,97 @@ def test_free_length_and_gravity_enter_the_coefficients():
     assert model.constants(values) == (0.3, 9.7)
     assert np.array_equal(model.coefficients(values), coefficients_of(TRUTH, 0.3, 9.7))
     assert np.array_equal(model.beginning(TRUTH), np.concatenate([TRUTH, [0.4, 9.81]]))
+
+
+def heavier_groups_and_inertia():
+    """Return those of the rig whose rods are heavier by the weights."""
+    values = TABLE_5
+    for weight in WEIGHTS:
+        values = with_weight(values, weight.rod, weight.mass, weight.place, weight.inertia)
+    physical = np.array([values[symbol] for symbol in SYMBOLS])
+    return groups_of(physical, values["L"]), float(inertia_about_cart(physical, values["L"]))
+
+
+def test_a_rig_with_weights_moves_as_one_whose_rods_are_heavier():
+    window = first_window()
+    groups, _ = heavier_groups_and_inertia()
+    expected, _ = MODEL.predict(groups, window.start, window)
+    weighted = replace(window, weights=WEIGHTS)
+    assert ABSOLUTE.predict(ABSOLUTE.beginning(TRUTH, A22), window.start, weighted)[0] == pytest.approx(
+        expected, abs=1e-9
+    )
+    known = replace(MODEL, mechanism=replace(MODEL.mechanism, inertia=A22))
+    assert known.predict(TRUTH, window.start, weighted)[0] == pytest.approx(expected, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    "key",
+    [
+        "coulomb_friction.inner",
+        "load_friction.inner",
+        "load_friction.outer",
+        "pivot_compliance.base",
+        "pivot_compliance.base.oscillating",
+        "gravity_tilt.base",
+        "geared_rotor.outer",
+    ],
+)
+def test_an_effect_is_the_same_in_physical_units_with_weights_and_without(key):
+    effect, window = EFFECTS[key], first_window()
+    groups, inertia = heavier_groups_and_inertia()
+    carried = 0.05 if key == "load_friction.outer" else 0.13
+    of_rig = [p.typical * p.scale(A22) for p in effect.parameters]
+    of_heavier = [value + carried * p.includes_weights for p, value in zip(effect.parameters, of_rig, strict=True)]
+    plain, absolute = (model.with_effect(ActiveEffect(effect)) for model in (MODEL, ABSOLUTE))
+
+    def seen(base, physical, over):
+        return np.append(base, [value / p.scale(over) for p, value in zip(effect.parameters, physical, strict=True)])
+
+    expected, _ = plain.predict(seen(groups, of_heavier, inertia), window.start, window)
+    found, _ = absolute.predict(
+        seen(ABSOLUTE.beginning(TRUTH, A22), of_rig, A22), window.start, replace(window, weights=WEIGHTS)
+    )
+    assert np.abs(found - expected).max() < 1e-7
+
+
+@pytest.mark.parametrize(
+    "keys", [(), ("coulomb_friction.outer", "encoder_scale.inner"), ("load_friction.inner", "joint_spring.outer")]
+)
+def test_derivatives_with_weights_are_those_of_differences(keys):
+    model, values = with_effects(*keys)
+    errors = tuple(error for weight in WEIGHTS for error in weight.errors)
+    free = replace(model, inertia_free=True, length_free=True, weight_errors=errors)
+    values = np.concatenate([TRUTH, [0.4, 1.0 / A22], [0.2, 0.3, -0.4, 0.1], values[5:]])
+    assert_derivatives_are_differences(free, values, replace(first_window(), weights=WEIGHTS))
+
+
+def test_an_error_of_a_weight_is_the_motion_of_another_weight_and_costs_as_much_as_it_is_unlikely():
+    window, errors = replace(first_window(), weights=WEIGHTS), tuple(e for weight in WEIGHTS for e in weight.errors)
+    model = replace(ABSOLUTE, weight_errors=errors, penalty_of_errors=1e-6)
+    assert model.names[6:] == (
+        "weight_error.mass.80 g", "weight_error.inner.250 mm", "weight_error.mass.50 g", "weight_error.outer.300 mm"
+    )  # fmt: skip
+    sizes = np.array([1.5, -0.5, 2.0, 0.7])
+    values = model.beginning(TRUTH, A22)
+    assert not np.any(values[model.of_weights])
+    values[model.of_weights] = sizes
+    off = tuple(
+        replace(weight, mass=weight.mass + mass * weight.mass_std, place=weight.place + place * weight.place_std)
+        for weight, mass, place in zip(WEIGHTS, sizes[::2], sizes[1::2], strict=True)
+    )
+    expected = ABSOLUTE.predict(values[:6], window.start, replace(window, weights=off))[0]
+    assert model.predict(values, window.start, window)[0] == pytest.approx(expected, abs=1e-9)
+    assert values @ model.penalty @ values == pytest.approx(1e-6 * np.sum(sizes**2))
+    assert np.all(model.limits[0][model.of_weights] < -5.0)
+    assert not np.any(model.of_rig & model.of_weights)
+
+
+def test_where_the_inertia_is_taken_as_known_the_motion_stays_the_same():
+    window = replace(first_window(), weights=WEIGHTS)
+    values = ABSOLUTE.beginning(TRUTH, A22)
+    known, remain = ABSOLUTE.with_inertia_known(values)
+    assert known.names == MODEL.names
+    assert known.mechanism.inertia == pytest.approx(A22)
+    assert np.array_equal(
+        known.predict(values[remain], window.start, window)[0], ABSOLUTE.predict(values, window.start, window)[0]
+    )

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cdp_ident.fit.physical import logarithmic_derivatives, nearest_physical_values
+from cdp_ident.fit.physical import logarithmic_derivatives, nearest_physical_values, shown_by_trials
 from cdp_ident.fit.prior import Prior
 from cdp_ident.model.parameters import SYMBOLS, groups_of
 from reference.pendulum import TABLE_2, TABLE_5
@@ -155,3 +155,21 @@ def test_scaling_all_masses_inertias_and_frictions_is_a_direction_without_a_deri
     physical = scale * np.array([values[symbol] for symbol in SYMBOLS])
     scaled = np.array([symbol not in ("l1", "l2") for symbol in SYMBOLS], dtype=float)
     assert logarithmic_derivatives(physical, LENGTH) @ scaled == pytest.approx(np.zeros(5), abs=1e-7)
+
+
+def test_with_A22_the_chosen_values_have_it_and_frictions_are_determined():  # noqa: N802 - a symbol
+    shown = shown_by_trials(TRUTH, LENGTH, with_inertia=True)
+    found = nearest(shown, covariance=np.diag((0.002 * shown) ** 2))
+    assert shown_by_trials(found.values, LENGTH, with_inertia=True) == pytest.approx(shown, rel=1e-5)
+    assert found.determined.tolist() == [*7 * [False], True, True]
+    assert found.values[C1:] == pytest.approx(TRUTH[C1:], rel=1e-5)
+    assert found.std[C1] == pytest.approx(np.sqrt(2) * 0.002 * TRUTH[C1], rel=0.01)
+    assert found.inertia_relative_std == pytest.approx(0.002, rel=0.01)
+
+
+@given(values=pendulums())
+def test_with_A22_only_what_changes_no_combination_has_no_derivative(values):  # noqa: N802 - a symbol
+    physical = np.array([values[symbol] for symbol in SYMBOLS])
+    scaled = np.array([symbol not in ("l1", "l2") for symbol in SYMBOLS], dtype=float)
+    slopes = logarithmic_derivatives(physical, LENGTH, with_inertia=True) @ scaled
+    assert slopes == pytest.approx([0, 0, 0, 0, 0, -1], abs=1e-7)

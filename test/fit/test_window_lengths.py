@@ -42,7 +42,7 @@ def test_no_window_goes_over_a_gap():
 def test_a_motion_that_calms_down_is_cut_into_longer_and_longer_windows(measured, true_groups):
     groups, _ = true_groups(RIG, 0.4)
     trial = measured(rate=200.0, noise=1e-2, start=WHIRLING, units=100.0, rig=RIG)
-    scales = scales_of([trial], 0.4, G, NOISE, groups)
+    scales = scales_of([trial], 0.4, G, NOISE, lambda _: groups)
     length_at = lengths_followed(trial, scales, groups, 0.4, G, NOISE)
     assert scales.shortest_piece <= length_at(0.0) < 0.6 * length_at(0.8 * trial.duration)
     assert length_at(0.8 * trial.duration) <= scales.longest_window

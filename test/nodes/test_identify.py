@@ -19,7 +19,7 @@ from std_msgs.msg import String
 from cdp_ident.commands.import_csv import main as import_csv
 from cdp_ident.configuration.parameter_file import read_parameter_file
 from cdp_ident.configuration.settings import Settings
-from cdp_ident.model.parameters import GROUPS, NOMINAL
+from cdp_ident.model.parameters import GROUPS, INERTIA, NOMINAL
 from cdp_ident.nodes.identify import main
 from cdp_ident.report.folder import FIGURES, FILES, json_text
 from cdp_ident.ros.qos import latched
@@ -290,7 +290,7 @@ def client(listener):
 def test_it_serves_what_it_reports_with_descriptions_and_refuses_to_be_written(start, client, listener, out):
     process = start("identify", "--bag", WIDE, "--out", str(out))
     client.wait_until_it_serves()
-    names = [*NOMINAL, *(f"groups.{group.symbol}" for group in GROUPS)]
+    names = [*NOMINAL, INERTIA.symbol, *(f"groups.{group.symbol}" for group in GROUPS)]
     fit = report_in(out)["before"]
     reported = [quantity["value"] for section in ("physical", "groups") for quantity in fit[section].values()]
     assert client.values(*names) == reported

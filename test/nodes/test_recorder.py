@@ -1,6 +1,7 @@
 """Emulator, driver and recorder together."""
 
 import json
+import math
 import signal
 import time
 from collections.abc import Callable
@@ -16,6 +17,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
 from cdp_ident.bag.joint_state import typestore
+from cdp_ident.model.weights import Weight
 from cdp_ident.ros.qos import latched
 from cdp_ident.trial.load import load_trial
 from cdp_ident.trial.options import TrialOptions
@@ -85,6 +87,33 @@ def test_a_trial_from_the_rig_to_the_bag(
     listener.wait_for(lambda: len(listener.joint_states) > heard + 200)
     assert recorder.end(signal.SIGTERM) == 0
     assert len(stamps(Path(message))) > 100
+
+
+def test_the_weight_on_a_rod_goes_from_the_recorder_s_parameters_into_the_trial(
+    listener: Any, start_recorder: Start, start_driver: Start, start_emulator: Start
+) -> None:
+    start_recorder("shortest:=1.0", "added.inner:=[0.08, 0.25]")
+    assert listener.get_parameter("/recorder", "added.outer") == [0.0, 0.0]
+    for value in ([-0.05, 0.3], [0.05], [math.nan, 0.3]):
+        accepted, reason = listener.set_parameter("/recorder", "added.outer", value)
+        assert not accepted
+        assert "recorder.added.outer is" in reason
+    assert listener.set_parameter("/recorder", "added.outer", [0.05, 0.3])[0]
+    assert listener.set_parameter("/recorder", "added_std.outer", [1e-4, 5e-4])[0]
+    start_driver()
+    start_emulator(rig=f"added: {{inner: [0.08, 0.25], outer: [0.05, 0.3]}}\n{TRIAL}")
+    listener.call("/recorder/arm")
+    listener.wait_for(lambda: listener.bags)
+    assert load_trial(listener.bags[0]).weights == (
+        Weight("inner", 0.08, 0.25, 0.0, 8e-4, 1e-3),
+        Weight("outer", 0.05, 0.3, 0.0, 1e-4, 5e-4),
+    )
+
+
+def test_a_recorder_with_an_impossible_weight_does_not_start(start_recorder: Start) -> None:
+    recorder = start_recorder("added.outer:=[0.05]")
+    assert recorder.exit_code() == 2
+    assert "recorder.added.outer is [0.05]; expected [mass in kg, place in m]" in recorder.said
 
 
 def test_two_rigs_side_by_side_are_recorded_each_with_its_own_state(

@@ -12,6 +12,7 @@ from rich.console import Console
 from cdp_ident.commands.report import main as draw_again
 from cdp_ident.nodes.identify import main
 from cdp_ident.pipeline.identifier import Identifier, Request
+from cdp_ident.pipeline.job import run
 from cdp_ident.report.folder import CURVES, FIGURES, FITTED, PAGE, REPORT, TEXT
 from scenarios.clean_bags import write_clean_bags
 
@@ -100,3 +101,15 @@ def test_a_watched_bag_that_was_left_out_is_tried_again_when_its_files_change(wa
     os.utime(file, (2000, 2000))
     assert identifier.has_new
     assert names(identifier.load({})) == ["one", "two"]
+
+
+def test_a_watched_trial_that_shows_a_weight_for_the_first_time_is_not_judged(watching, monkeypatch):
+    identifier, bring, said = watching
+    loaded = identifier.load({})
+    latest = run(loaded, lambda progress: "enough")
+    monkeypatch.setattr(identifier, "_latest", latest)
+    bring("swing_folded", "two")
+    weights = {"trials.two.added.outer": [0.05, 0.3], "trials.three.added.outer": [0.05, 0.3]}
+    first, second = identifier.load(weights).fit
+    assert (first.weights, second.weights[0].mass) == ((), 0.05)
+    assert "two is not judged as unseen: it shows for the first time what its weight does" in said.getvalue()

@@ -1,5 +1,6 @@
 """What can be shown."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,9 +11,11 @@ from cdp_ident.diagnosis.evaluation import free_run
 from cdp_ident.errors import SimulationError
 from cdp_ident.model.parameters import NOMINAL
 from cdp_ident.model.simulation import simulate
+from cdp_ident.model.weights import Weight
 from cdp_ident.replay.scene import Free, Replay, Start
 from cdp_ident.trial.load import load_trial
 from cdp_ident.trial.trial import Trial
+from reference.weights import with_weight
 
 BAG = Path(__file__).parents[2] / "bags/swing_check"
 MODEL = fitted_model(NOMINAL | {"c1": 0.01, "effects.encoder_offset.outer.offset": 0.01}, "test")
@@ -29,6 +32,16 @@ def test_a_replay_is_the_free_run_that_reports_judge_by(trial: Trial) -> None:
     theta = np.cumsum([frame.simulated[1:] for frame in frames], axis=1)
     expected = free_run(MODEL.motion, MODEL.values, trial, MODEL.trial(), 2.5)
     np.testing.assert_allclose(theta, expected, rtol=0, atol=1e-9)
+
+
+def test_a_replay_of_a_trial_with_a_weight_is_that_of_a_heavier_rod(trial: Trial) -> None:
+    weighted = replace(trial, weights=(Weight("outer", 0.05, 0.3),))
+    theta = np.cumsum([frame.simulated[1:] for frame in Replay(weighted, MODEL).frames(trial.time)], axis=1)
+    heavier = fitted_model(
+        with_weight(NOMINAL | {"c1": 0.01}, "outer", 0.05, 0.3) | {"effects.encoder_offset.outer.offset": 0.01}, "test"
+    )
+    expected = free_run(heavier.motion, heavier.values, trial, heavier.trial(), 2.5)
+    np.testing.assert_allclose(theta, expected, rtol=0, atol=1e-6)
 
 
 def test_a_replay_shows_the_samples_themselves_and_the_error_of_each_joint(trial: Trial) -> None:

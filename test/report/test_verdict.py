@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cdp_ident.report.verdict import verdict
+from cdp_ident.report.verdict import effect_in_words, verdict
 
 
 @pytest.fixture
@@ -24,21 +24,26 @@ def test_it_names_the_effect_its_place_its_strength_and_what_is_left(trace):
 def test_a_strength_is_written_as_precisely_as_it_is_known(trace):
     (parameter,) = trace.effects[0].parameters
     effect = replace(trace.effects[0], parameters=(replace(parameter, value=2.5e-4, std=4.8e-5),))
-    assert "outer joint, 250 ± 48 µN m," in verdict(replace(trace, effects=(effect,)))
+    assert effect_in_words(effect) == "Dry friction in the outer joint, 250 ± 48 µN m"
 
 
 def test_what_cannot_be_told_apart_is_said_with_the_effect(trace):
     effect = replace(trace.effects[0], also_possible=("stribeck_friction outer",))
-    assert "(or stribeck_friction outer, which the data cannot tell from it)" in verdict(
-        replace(trace, effects=(effect,))
-    )
+    assert effect_in_words(effect).endswith(" (or stribeck_friction outer, which the data cannot tell from it)")
+
+
+def test_several_effects_are_counted_and_named_one_by_one(trace):
+    sentence = verdict(replace(trace, effects=trace.effects * 2))
+    assert sentence.startswith("Two effects explain 100 % of what the paper's model could not: ")
+    assert "ry friction" not in sentence
 
 
 def test_what_remains_is_said_with_and_without_effects(trace):
     remains = replace(trace.unexplained, significant=True, description="a lot")
-    assert verdict(replace(trace, unexplained=remains)).endswith("; something remains: a lot.")
+    assert verdict(replace(trace, unexplained=remains)).endswith("; more than the encoders' noise remains.")
+    error = f"{1e3 * trace.after.holdout.rmse():.3g} mrad"
     assert verdict(replace(trace, effects=(), unexplained=remains)) == (
-        "The paper's model leaves more than noise, and no known effect explains it; something remains: a lot."
+        f"The paper's model leaves more than noise, {error}, and no known effect explains it."
     )
 
 

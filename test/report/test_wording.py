@@ -12,6 +12,7 @@ from cdp_ident.report.wording import (
     nominal_groups,
     nominal_value,
     short_name,
+    validation_words,
 )
 
 
@@ -60,7 +61,36 @@ def test_an_effect_is_named_with_its_place(read_content):
 def test_groups_are_written_as_fractions():
     assert short_name("A23_over_A22") == "A23/A22"
     assert short_name("coulomb_friction.outer.torque") == "coulomb friction, outer, torque"
+    assert short_name("one_over_A22") == "1/A22"
+    assert short_name("weight_error.outer.300.5 mm") == "weight error, outer, 300.5 mm"
 
 
 def test_the_noise_of_both_encoders_is_their_mean_square(read_content):
     assert noise_floor(read_content | {"noise_rad": {"theta1": 3.0, "theta2": 4.0}}) == pytest.approx(np.sqrt(12.5))
+
+
+def test_the_validation_is_in_words(read_content):
+    fit, ahead, residuals = validation_words(read_content)
+    percent = read_content["after"]["error"]["holdout"]["fit_theta2_percent"]
+    assert f"-> {percent:.4g} %" in fit
+    assert "within 1° for " in ahead
+    assert f"-> ≥ {read_content['prediction']['horizon_s']:.3g} s" in ahead
+    assert residuals == "residuals over held-out windows: white"
+
+
+def test_residuals_that_are_not_white_are_told_with_how_much_they_are_correlated(read_content):
+    found = read_content["residuals"]
+    found["after"] = found["before"] | {"cart": {angle: found["before"][angle] for angle in ("theta1", "theta2")}}
+    *_, own, crosswise, cart = validation_words(read_content)
+    most = max(map(abs, found["before"]["theta1"]["values"][1:]))
+    assert f"{most:.2f} in theta1 (chance: " in own
+    assert "each other" in crosswise
+    assert "cart's acceleration" in cart
+
+
+def test_what_has_no_prediction_and_no_fit_says_nothing_of_it(read_content):
+    read_content["prediction"] = None
+    read_content["before"]["error"]["holdout"]["fit_theta1_percent"] = None
+    words = validation_words(read_content)
+    assert "theta1 – -> " in words[0]
+    assert not any("predicts" in word for word in words)

@@ -96,6 +96,9 @@ def test_a_piece_is_another_with_other_bags_or_another_configuration():
         piece.key({"L": 0.5, "seed": 1}),
         replace(piece, bags=piece.bags[:1]).key({"L": 0.4, "seed": 1}),
         replace(piece, bags=(replace(piece.bags[0], checksums=("other",)), piece.bags[1])).key({"L": 0.4, "seed": 1}),
+        replace(piece, bags=(replace(piece.bags[0], custom_data={"added": "{}"}), piece.bags[1])).key(
+            {"L": 0.4, "seed": 1}
+        ),
     }
-    assert len(keys) == 4
+    assert len(keys) == 5
     assert piece.key({"seed": 1, "L": 0.4}) in keys

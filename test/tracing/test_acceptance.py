@@ -14,7 +14,7 @@ from cdp_ident.tracing.evidence import Attempt
 from cdp_ident.trial.trial import Trial
 
 NOISE = 1e-3
-MODEL = MotionModel(Mechanism(0.4, 9.81, 0.4))
+MODEL = MotionModel(Mechanism(0.4, 9.81, 0.4, 0.05))
 (WINDOW,) = cut_into_windows([Trial("still", np.linspace(0.0, 1.0, 20), np.zeros((20, 2)))])
 
 

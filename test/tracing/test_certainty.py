@@ -16,7 +16,7 @@ from cdp_ident.trial.trial import Trial
 NOISE = 1e-3
 DRY = next(effect for effect in CATALOGUE if effect.key == "coulomb_friction.outer")
 (WINDOW,) = cut_into_windows([Trial("still", np.linspace(0.0, 1.0, 20), np.zeros((20, 2)))])
-PLAIN = MotionModel(Mechanism(0.4, 9.81, 0.4))
+PLAIN = MotionModel(Mechanism(0.4, 9.81, 0.4, 0.05))
 MODEL = PLAIN.with_effect(ActiveEffect(DRY))
 
 

@@ -13,7 +13,7 @@ GROUPS = np.array([0.08, 0.06, 2.6, 0.07, 0.01])
 
 
 def attempt(key: str, values: list[float]) -> Attempt:
-    model = MotionModel(Mechanism(0.4, 9.81, 0.4), effects=(ActiveEffect(BY_KEY[key], trial=0),))
+    model = MotionModel(Mechanism(0.4, 9.81, 0.4, 0.05), effects=(ActiveEffect(BY_KEY[key], trial=0),))
     fit = Fit(model, np.concatenate([GROUPS, values]), (), (), (), (), 1, 1, True)
     return Attempt(fit, fit, folds=())
 
@@ -46,7 +46,7 @@ def test_an_instant_without_a_latest_one_is_at_no_limit():
 
 
 def test_an_effect_is_found_by_its_key():
-    model = MotionModel(Mechanism(0.4, 9.81, 0.4))
+    model = MotionModel(Mechanism(0.4, 9.81, 0.4, 0.05))
     for key in ("air_drag.inner", "coulomb_friction.outer"):
         model = model.with_effect(ActiveEffect(BY_KEY[key]))
     fit = Fit(model, np.concatenate([GROUPS, [0.1, 0.1]]), (), (), (), (), 1, 1, True)

@@ -34,7 +34,7 @@ def test_a_knock_s_gain_is_that_of_its_projection_even_where_motion_is_chaotic(c
         states, transition, basis = instants._motion(chaotic, window)
         start = basis.reshape(-1, 4)
         for j in (20, len(states) // 2, len(states) - 20):
-            change = instants._speed_change(chaotic, states, column)[j]
+            change = instants._speed_change(chaotic, window, states, column)[j]
             moved = np.where(np.arange(len(states))[:, None] >= j, basis @ np.linalg.solve(transition[j], change), 0.0)
             left = moved.ravel()
             for _ in range(2):

@@ -31,6 +31,8 @@ class EffectParameter:
     """Whether it has no meaning unless another parameter of the effect differs from zero."""
     optional: bool = False
     """Whether an effect may be given without it: it then has its typical value."""
+    includes_weights: bool = False
+    """Whether it is a mass that a joint carries, to which weights clamped beyond the joint add."""
 
     @property
     def fixed(self) -> bool:

@@ -264,7 +264,7 @@ FORCES: tuple[TorqueEffect, ...] = (
         "oscillator with one degree of freedom: Den Hartog, Mechanical Vibrations, 1956",
         (
             replace(_COMPLIANCE, lower=1e-7),
-            EffectParameter("mass", "kg", 1e-2, 1e5, 30.0, inertia_power=1, shape=True),
+            EffectParameter("mass", "kg", 1e-2, 1e5, 30.0, inertia_power=1, shape=True, includes_weights=True),
             EffectParameter("damping_ratio", "1", 0.0, 5.0, 0.05, shape=True),
         ), None, Form.BASE, contains="pivot_compliance",
     ),

@@ -172,7 +172,7 @@ FRICTION: tuple[TorqueEffect, ...] = (
             (
                 EffectParameter("lever", "m", 0.0, 0.2, 1e-3),
                 # What hangs on the bearing; no zero-input motion of the paper's model shows a mass by itself.
-                EffectParameter("mass", "kg", 0.01, 1000.0, mass, inertia_power=1, shape=True),
+                EffectParameter("mass", "kg", 0.01, 1000.0, mass, inertia_power=1, shape=True, includes_weights=True),
             ),
             law,
             Form.RODS,

@@ -5,8 +5,10 @@ from cdp_ident.report.curves import Curves
 from cdp_ident.report.figures.description import Figure
 from cdp_ident.report.figures.errors import before_and_after, best_error, selection
 from cdp_ident.report.figures.motion import angles, continuous_runs
+from cdp_ident.report.figures.next_trial import next_trial
 from cdp_ident.report.figures.parameters import against_nominal, correlation, repeatability
 from cdp_ident.report.figures.torques import effects_through_residuals, missing_torques, torques_without_a_name
+from cdp_ident.report.figures.validation import prediction, residual_correlation
 
 
 def figures(report: Section, curves: Curves) -> list[Figure]:
@@ -14,6 +16,8 @@ def figures(report: Section, curves: Curves) -> list[Figure]:
     return [
         before_and_after(report),
         *angles(report, curves),
+        *prediction(report),
+        residual_correlation(report),
         best_error(report),
         *continuous_runs(report, curves),
         *selection(report),
@@ -23,4 +27,5 @@ def figures(report: Section, curves: Curves) -> list[Figure]:
         against_nominal(report),
         *correlation(report),
         *repeatability(report),
+        *next_trial(report),
     ]

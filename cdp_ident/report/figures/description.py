@@ -10,7 +10,18 @@ import numpy.typing as npt
 from cdp_ident.report.figures.palette import Colour
 
 Array = npt.NDArray[np.float64]
-Place = Literal["errors", "motion", "paper", "selection", "torques", "parameters", "compare", "survey"]
+Place = Literal[
+    "errors",
+    "motion",
+    "validation",
+    "paper",
+    "selection",
+    "torques",
+    "parameters",
+    "next_trial",
+    "compare",
+    "survey",
+]
 
 
 _MOST_WRITTEN = 9
@@ -74,10 +85,12 @@ class Intervals:
 
 @dataclass(frozen=True)
 class Heat:
-    """A square of numbers from -1 to 1."""
+    """A field of numbers, coloured between two limits; halfway between them it has the ground's colour."""
 
     names: Sequence[str]
+    """Of the columns."""
     matrix: Array
+    limits: tuple[float, float] = (-1.0, 1.0)
 
     @property
     def written(self) -> bool:

@@ -177,10 +177,11 @@ def _intervals(mark: Intervals) -> Json:
 
 
 def _heat(mark: Heat, arrays: Arrays) -> Json:
-    places = list(range(len(mark.names)))
+    rows_of, columns_of = (list(range(count)) for count in mark.matrix.shape)
+    low, high = mark.limits
     rows = [[round(float(v), 2) if math.isfinite(v) else None for v in row] for row in mark.matrix]
     return {
-        "type": "heatmap", "x": places, "y": places, "z": rows, "zmin": -1, "zmax": 1, "showscale": False,
+        "type": "heatmap", "x": columns_of, "y": rows_of, "z": rows, "zmin": low, "zmax": high, "showscale": False,
         "colorscale": [[0, _colour("after")], [0.5, _colour("surface")], [1, _colour("before")]],
         "texttemplate": "%{z:.2f}" if mark.written else "", "hovertemplate": "%{z:.2f}<extra></extra>",
         "xgap": 2, "ygap": 2,

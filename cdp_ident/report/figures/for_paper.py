@@ -154,7 +154,7 @@ def _mark(mark: Mark, ax: Axes) -> None:
 
 def _heat(mark: Heat, ax: Axes) -> None:
     colours = LinearSegmentedColormap.from_list("correlation", [LIGHT["after"], LIGHT["surface"], LIGHT["before"]])
-    ax.imshow(mark.matrix, cmap=colours, vmin=-1, vmax=1, aspect="auto")
+    ax.imshow(mark.matrix, cmap=colours, vmin=mark.limits[0], vmax=mark.limits[1], aspect="auto")
     ax.grid(False)
     for (row, column), value in np.ndenumerate(mark.matrix) if mark.written else ():
         ax.text(column, row, f"{value:.2f}" if math.isfinite(value) else "?", ha="center", va="center", fontsize=8)

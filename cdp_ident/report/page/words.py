@@ -2,20 +2,27 @@
 
 import math
 import shlex
+from collections.abc import Iterator
 from typing import Any
 
-from cdp_ident.model.parameters import CONSTANTS, GROUPS, PARAMETERS
+from cdp_ident.model.parameters import CONSTANTS, GROUPS, INERTIA, PARAMETERS
 from cdp_ident.report.contents import Section
-from cdp_ident.report.formatting import interval, milliradians, number, unit, with_std
+from cdp_ident.report.figures.models import models
+from cdp_ident.report.formatting import interval, milliradians, number, per_cent, unit, with_std
 from cdp_ident.report.wording import (
     action_words,
+    advice_words,
     effect_title,
+    effects_in_words,
     how_determined,
     key_words,
     noise_floor,
     nominal_groups,
     nominal_value,
+    predicted_for,
     short_name,
+    validation_words,
+    weights_words,
 )
 
 Row = tuple[str, ...]
@@ -26,9 +33,12 @@ def words(report: Section) -> dict[str, Any]:
     return {
         "heading": ", ".join(trial["name"] for trial in report["trials"] if trial["role"] == "fit"),
         "numbers": list(_numbers(report)),
+        "found": effects_in_words(report),
         "command": _command(report),
         "role": role,
         "sentence": sentence,
+        "validation": validation_words(report),
+        "advice": advice_words(report),
         "rows": {
             "effects": _effects(report),
             "also_possible": _also_possible(report),
@@ -37,6 +47,7 @@ def words(report: Section) -> dict[str, Any]:
             "groups": _groups(report),
             "physical": _physical(report),
             "repeatability": _repeatability(report),
+            "fit": _fit(report),
             "trials": _trials(report),
             "checksums": [
                 (bag, file, digest)
@@ -72,6 +83,7 @@ def _numbers(report: Section) -> list[Row]:
     return [
         (f"error held out, over {window:.2g} s", *change("holdout")),
         ("error fitted", *change("fit")),
+        *_predicted(report),
         ("the encoders' noise", f"{1e3 * noise_floor(report):.3g}", "mrad"),
         (
             "effects found",
@@ -80,6 +92,20 @@ def _numbers(report: Section) -> list[Row]:
         ),
         ("Eq. (10), held out", _squared_errors(report), "rad²"),
     ]
+
+
+def _predicted(report: Section) -> Iterator[Row]:
+    if report["prediction"]:
+        limit = report["prediction"]["before"]["within"][0]["limit_deg"]
+        yield f"predicts within {limit:.3g}° for", predicted_for(report, 0).replace("->", "→"), "s"
+
+
+def _fit(report: Section) -> list[Row]:
+    def fits(error: Section) -> Iterator[str]:
+        for role in ("holdout", "validation", "fit"):
+            yield " and ".join(per_cent(error[role][f"fit_{angle}_percent"]) for angle in ("theta1", "theta2"))
+
+    return [(model.label, *fits(report[model.key]["error"])) for model in models(report)]
 
 
 def _squared_errors(report: Section) -> str:
@@ -177,7 +203,7 @@ def _physical(report: Section) -> list[Row]:
             found["unit"],
             how_determined(report, parameter.symbol),
         )
-        for parameter in (*PARAMETERS, *CONSTANTS)
+        for parameter in (*PARAMETERS, *CONSTANTS, INERTIA)
         for found in [report["after"]["physical"][parameter.symbol]]
     ]
 
@@ -200,6 +226,7 @@ def _trials(report: Section) -> list[Row]:
             role(trial),
             f"{trial['samples']:.0f}",
             f"{trial['start_s']:.2f} to {trial['start_s'] + trial['duration_s']:.2f}",
+            weights_words(trial) or "–",
             "; ".join(trial["warnings"]),
         )
         for trial in report["trials"]

@@ -8,10 +8,14 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.errors import OptionError
+from cdp_ident.model.effects.constants import outer_rod_length
 from cdp_ident.model.parameters import NOMINAL, physical_coefficients
+from cdp_ident.model.weight_settings import ADDED, weights_of
+from cdp_ident.model.weights import RODS, Weight
 from cdp_ident.rig.emulator.device import Encoders
 from cdp_ident.rig.emulator.effects import NO_EFFECTS, Effects, parse_effects
 from cdp_ident.rig.emulator.script import DEFAULT_SCRIPT, Command, parse_script
+from cdp_ident.rig.emulator.weights import with_weights
 from cdp_ident.user_input import number, quoted, refuse_unknown
 from cdp_ident.yaml_file import read_yaml
 
@@ -30,13 +34,20 @@ class EmulatedRig:
     script: tuple[Command, ...] = DEFAULT_SCRIPT
     effects: Effects = NO_EFFECTS
     """What its physics have beside the paper's model."""
+    weights: tuple[Weight, ...] = ()
+    """Clamped to its rods; the parameters are those of the rods without them."""
+
+    @property
+    def heavier(self) -> dict[str, float]:
+        """Physical parameters of the rods with their weights."""
+        return with_weights(self.parameters, self.weights)
 
     def coefficients(self) -> npt.NDArray[np.float64]:
         """Return what `simulate` takes. Raises `OptionError` where the parameters are no mechanism."""
-        return physical_coefficients(self.parameters)
+        return physical_coefficients(self.heavier)
 
 
-_KEYS = ("parameters", "effects", "encoders", "rate", "clock_error", "script", "repeat")
+_KEYS = ("parameters", "added", "effects", "encoders", "rate", "clock_error", "script", "repeat")
 
 
 def load_rig(path: Path) -> EmulatedRig:
@@ -64,8 +75,14 @@ def load_rig(path: Path) -> EmulatedRig:
         clock_error=number(content.get("clock_error", 0.0), f"{path}: clock_error", minimum=-0.01, maximum=0.01),
         script=script * int(number(content.get("repeat", 1), f"{path}: repeat", minimum=1, maximum=10_000)),
     )
+    added = _mapping(content.get(ADDED, {}), f"{path}: {ADDED}", RODS)
+    weights = weights_of({f"{ADDED}.{rod}": weight for rod, weight in added.items()}, str(path))
+    rig = replace(rig, weights=tuple(weight for weight in weights.values() if weight))
     rig.coefficients()
-    return replace(rig, effects=parse_effects(content.get("effects", {}), rig.parameters, f"{path}: effects"))
+    outer_length = outer_rod_length(rig.parameters["L"], rig.parameters["l2"])
+    return replace(
+        rig, effects=parse_effects(content.get("effects", {}), rig.heavier, outer_length, f"{path}: effects")
+    )
 
 
 def _encoders(content: Any, where: str) -> Encoders:

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from scipy.interpolate import CubicHermiteSpline
 
 from cdp_ident.errors import OptionError
-from cdp_ident.model.effects.constants import effect_constants, outer_rod_length
+from cdp_ident.model.effects.constants import effect_constants
 from cdp_ident.model.effects.effect import Effect, SensorEffect, TorqueEffect
 from cdp_ident.model.effects.naming import effect_of
 from cdp_ident.model.parameters import SYMBOLS, inertia_about_cart, physical_coefficients
@@ -34,11 +34,12 @@ class Effects:
 NO_EFFECTS = Effects()
 
 
-def parse_effects(content: Any, physical: Mapping[str, float], where: str) -> Effects:
+def parse_effects(content: Any, physical: Mapping[str, float], outer_length: float, where: str) -> Effects:
     """Return the effects of a rig's file: `{coulomb_friction: {inner: {torque: 0.002}}, …}`, in physical units.
 
     Names are those of `CATALOGUE`; of several forms of an effect the first is meant, unless `variant` (or, for
-    `cogging_torque`, `periods`) says otherwise. Times count from the emulator's start. Raises `OptionError` for what
+    `cogging_torque`, `periods`) says otherwise. `physical` are the rig's parameters, with any weights on its rods, and
+    `outer_length` is what air drag acts along [m]. Times count from the emulator's start. Raises `OptionError` for what
     is unknown or out of its range.
     """
     if content == {}:
@@ -49,9 +50,7 @@ def parse_effects(content: Any, physical: Mapping[str, float], where: str) -> Ef
         for name, joints in _mapping(content, where).items()
         for joint, given in _mapping(joints, f"{where}: {name}").items()
     ]
-    constants = effect_constants(
-        physical_coefficients(physical), physical["L"], outer_rod_length(physical["L"], physical["l2"])
-    )
+    constants = effect_constants(physical_coefficients(physical), physical["L"], outer_length)
     torques = [(effect, values) for effect, values in chosen if isinstance(effect, TorqueEffect)]
     sensors = [(effect, np.array(values)) for effect, values in chosen if isinstance(effect, SensorEffect)]
     return Effects(Torques.of(torques, constants), tuple(sensors))

@@ -11,6 +11,8 @@ import numpy as np
 
 from cdp_ident.bag.joint_state import HEAD_OFFSET, NANOSECONDS, STAMP_OFFSET, Layout, parse_layout
 from cdp_ident.bag.metadata import RIG_NAME, UNKNOWN
+from cdp_ident.model.weight_settings import ADDED, settings_of
+from cdp_ident.model.weights import Weight
 from cdp_ident.rig.recording.detector import End
 
 _GAP = 1.5
@@ -75,6 +77,8 @@ class TrialFacts:
     """Stamp of the first free sample, or of the start by hand."""
     started_by_hand: bool
     rig: dict[str, str] = field(default_factory=dict)
+    weights: tuple[Weight, ...] = ()
+    """That were clamped to the rods."""
     stamps: "array[int]" = field(default_factory=lambda: array("q"))
     cart_low: float = math.inf
     cart_high: float = -math.inf
@@ -146,6 +150,7 @@ class TrialFacts:
             "cart_at_rest": "not measured" if motion is None else str(motion <= self.cart_limit).lower(),
             "cart_motion_m": "" if motion is None else f"{motion:.6g}",
             "warnings": "; ".join(self.warnings()),
+            ADDED: json.dumps(settings_of(self.weights)) if self.weights else "",
             "zero": self.rig.get("zero", UNKNOWN),
             RIG_NAME: self.rig.get("name", UNKNOWN),
             "rig": json.dumps(self.rig),

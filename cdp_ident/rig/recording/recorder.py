@@ -17,6 +17,7 @@ from cdp_ident.bag.metadata import OFFERED_QOS_PROFILES, QosProfile
 from cdp_ident.bag.salvage import complete_bag, incomplete_bags
 from cdp_ident.bag.writer import BagWriter
 from cdp_ident.errors import BagError, RigError
+from cdp_ident.model.weights import Weight
 from cdp_ident.outside_text import shown
 from cdp_ident.rig.recording.detector import End, EndDetector, ReleaseDetector, TrialLimits
 from cdp_ident.rig.recording.facts import JointNames, PositionReader, TrialFacts
@@ -67,6 +68,8 @@ class Surroundings:
     """Is given each finished bag."""
     drivers: Callable[[], Collection[str]] = lambda: ()
     """Returns the names of the nodes that publish the joint states: their diagnostics are those of the rig."""
+    weights: Callable[[], tuple[Weight, ...]] = lambda: ()
+    """Returns the weights that are clamped to the rods now."""
     offered: Callable[[str], Sequence[QosProfile]] = lambda _: OFFERED_QOS_PROFILES
     """Returns the quality of service that the publishers of a topic offer."""
 
@@ -249,7 +252,7 @@ class Recorder:
         except BagError as error:
             self._fail_with(str(error))
             raise RigError(str(error)) from error
-        facts = TrialFacts(options.cart_limit, options.shortest, stamp_ns, by_hand)
+        facts = TrialFacts(options.cart_limit, options.shortest, stamp_ns, by_hand, weights=self._around.weights())
         self._trial = _Trial(writer, EndDetector(options.limits, stamp_ns, not by_hand), facts, now_ns)
         self.problem = ""
         for message in tuple(self._before):

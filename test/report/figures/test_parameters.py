@@ -18,7 +18,7 @@ def test_groups_and_physical_values_stand_over_nominal(read_content):
     assert after.values[2] == pytest.approx(read_content["after"]["groups"]["a1_over_A22"]["value"] / 2.6327, rel=1e-3)
     assert not any(after.hollow)
     assert all(intervals(physical)[1].hollow)
-    assert [name for _, name in physical.y.ticks] == ["m1", "m2", "m0", "l1", "l2", "J1", "J2", "c1", "c2"]
+    assert [name for _, name in physical.y.ticks] == ["m1", "m2", "m0", "l1", "l2", "J1", "J2", "c1", "c2", "A22"]
     m1 = read_content["after"]["physical"]["m1"]
     assert intervals(physical)[1].half_widths[0] == pytest.approx(1.96 * m1["std"] / 0.108)
     assert before.colour != after.colour

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from cdp_ident.errors import OptionError
-from cdp_ident.model.parameters import NOMINAL, SYMBOLS, inertia_about_cart
+from cdp_ident.model.effects.constants import OUTER_LENGTH
+from cdp_ident.model.parameters import NOMINAL, SYMBOLS, inertia_about_cart, physical_coefficients
 from cdp_ident.rig.emulator.configuration import EmulatedRig, load_rig
+from reference.weights import with_weight
 
 ROOT = Path(__file__).parents[3]
 
@@ -57,6 +59,28 @@ def test_an_effect_s_optional_parameter_may_be_left_out(tmp_path: Path) -> None:
     assert load_rig(path).effects.torques.values.tolist() != without.tolist()
 
 
+@pytest.mark.parametrize("rod", ["inner", "outer"])
+def test_a_rig_with_a_weight_has_the_physics_of_heavier_rods(tmp_path: Path, rod: str) -> None:
+    path = tmp_path / "rig.yaml"
+    path.write_text(
+        f"added: {{{rod}: [0.05, 0.3, 2.0e-5]}}\neffects: {{coulomb_friction: {{outer: {{torque: 0.002}}}}}}"
+    )
+    rig = load_rig(path)
+    expected = with_weight(NOMINAL, rod, 0.05, 0.3, 2e-5)
+    assert rig.parameters == NOMINAL
+    assert rig.heavier == pytest.approx(expected)
+    assert rig.coefficients() == pytest.approx(physical_coefficients(expected))
+    A22 = inertia_about_cart(np.array([expected[symbol] for symbol in SYMBOLS]), NOMINAL["L"])
+    assert rig.effects.torques.values[0, 0] == pytest.approx(0.002 / A22)
+
+
+def test_air_drags_at_the_rod_and_not_at_its_weight(tmp_path: Path) -> None:
+    path = tmp_path / "rig.yaml"
+    drag = "effects: {air_drag: {outer: {variant: strips, coefficient: 0.002}}}"
+    path.write_text(f"added: {{outer: [0.5, 0.4]}}\n{drag}")
+    assert load_rig(path).effects.torques.constants[OUTER_LENGTH] == NOMINAL["L"]
+
+
 def test_the_example_file_is_a_rig() -> None:
     assert load_rig(ROOT / "config" / "emulated_rig.yaml").rate == 200.0
 
@@ -80,6 +104,9 @@ def test_the_example_file_is_a_rig() -> None:
         ("effects: {cogging_torque: {inner: {sine: 0, cosine: 0, periods: 2.5}}}", "not in the catalogue"),
         ("effects: {time_offset: {outer: {delay: -0.01}}}", "delay is -0.01"),
         ("encoders: {noise: -1}", "noise is -1"),
+        ("added: {outer: 0.05}", "added.outer is 0.05"),
+        ("added: {outer: [-0.05, 0.3]}", "added.outer is -0.05"),
+        ("added: {middle: [0.05, 0.3]}", "unknown key"),
         ("script: 3", "expected a list"),
         ("- 3", "expected keys"),
         ("{", "cannot be read"),

@@ -18,14 +18,14 @@ FRICTIONLESS = NOMINAL | {"c1": 0.0, "c2": 0.0}
 
 def states(content: dict[str, Any], parameters: dict[str, float] = NOMINAL) -> NDArray[np.float64]:
     """Return 10 s of states that begin when the pendulum is let go."""
-    effects = parse_effects(content, parameters, "rig.yaml")
+    effects = parse_effects(content, parameters, 0.4, "rig.yaml")
     script = (Hold(1.5, 1.5, 0.5), LetGo(), Wait(100.0))
     motion = Motion(physical_coefficients(parameters), script, PERIOD, effects.torques)
     return np.asarray(motion.advance(2100)[100:, 1:])
 
 
 def readings(content: dict[str, Any], motion: NDArray[np.float64], piece: int = 2000) -> NDArray[np.float64]:
-    shown = Readings(parse_effects(content, NOMINAL, "rig.yaml").sensors, PERIOD)
+    shown = Readings(parse_effects(content, NOMINAL, 0.4, "rig.yaml").sensors, PERIOD)
     return np.concatenate([shown.of(motion[begin : begin + piece]) for begin in range(0, len(motion), piece)])
 
 
@@ -48,7 +48,7 @@ def test_a_knock_comes_at_its_time() -> None:
 
 def test_the_motion_with_effects_is_the_same_however_it_is_asked_for() -> None:
     content = {"impulse": {"outer": {"impulse": 0.02, "time": 1.0}}, "coulomb_friction": {"outer": {"torque": 0.002}}}
-    effects = parse_effects(content, NOMINAL, "rig.yaml")
+    effects = parse_effects(content, NOMINAL, 0.4, "rig.yaml")
     script = (Hold(1.5, 1.5, 0.5), LetGo(), Wait(100.0))
     motions = [Motion(physical_coefficients(NOMINAL), script, PERIOD, effects.torques) for _ in range(2)]
     pieces = np.concatenate([motions[1].advance(50) for _ in range(8)])

@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cdp_ident.bag.joint_state import serialize_joint_state
+from cdp_ident.model.weights import Weight
 from cdp_ident.rig.recording.detector import End
 from cdp_ident.rig.recording.facts import JointNames, Position, PositionReader, TrialFacts
 
@@ -30,6 +31,14 @@ def test_a_good_trial_has_no_warnings() -> None:
     assert (metadata["samples"], metadata["samples_lost"], metadata["duration_s"]) == ("2000", "0", "8.995")
     assert json.loads(metadata["parameters"]) == {"rest": 0.01}
     assert all(isinstance(value, str) for value in metadata.values())
+
+
+def test_weights_are_kept_as_settings() -> None:
+    weighted = facts()
+    weighted.weights = (Weight("outer", 0.05, 0.3, 0.0, 0.0005, 0.001),)
+    expected = {"added.outer": [0.05, 0.3, 0.0], "added_std.outer": [0.0005, 0.001]}
+    assert json.loads(weighted.as_metadata(End.AT_REST, {})["added"]) == expected
+    assert facts().as_metadata(End.AT_REST, {})["added"] == ""
 
 
 @pytest.mark.parametrize(

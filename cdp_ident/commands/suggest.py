@@ -1,0 +1,139 @@
+"""Say which swing to record next: `suggest DIR`."""
+
+from pathlib import Path
+
+from rich.console import Console
+from rich.table import Table
+
+from cdp_ident.command_line import ArgumentParser, entry_point
+from cdp_ident.design.knowledge import Knowledge
+from cdp_ident.design.survey import Grid
+from cdp_ident.errors import IdentificationError, OptionError, ReportError
+from cdp_ident.model.effects.catalogue import CATALOGUE
+from cdp_ident.model.parameters import GROUPS
+from cdp_ident.report.contents import Section
+from cdp_ident.report.curves_file import read_curves
+from cdp_ident.report.folder import CURVES, REPORT
+from cdp_ident.report.formatting import number
+from cdp_ident.report.next_trial import (
+    ALL,
+    Question,
+    answers,
+    fitted_motion,
+    knowledge_of,
+    strength_of,
+    usual_questions,
+)
+from cdp_ident.report.report_file import read_report
+from cdp_ident.report.wording import one_advice
+from cdp_ident.user_input import refuse_unknown
+
+DESCRIPTION = """\
+Say from where to let both rods go next, so that a trial of the same length tells most of what is asked, and what it
+would bring. Angles are from hanging, positive towards +x. DIR is a folder that identify wrote its report into."""
+
+EXAMPLE = """\
+examples:
+  ros2 run cdp_ident suggest identification/one
+  ros2 run cdp_ident suggest identification/one --for c2_over_A22
+  ros2 run cdp_ident suggest identification/one --between coulomb_friction.outer load_friction.outer
+
+Without --for and --between: what could be another effect, all groups, and each effect's strength.
+docs/how_to/next_trial.md tells how the start is chosen."""
+
+_FINEST, _COARSEST = 5.0, 90.0
+
+
+@entry_point
+def main(arguments: list[str]) -> int:
+    """Print the starts to take."""
+    options = _parser().parse_args(arguments)
+    grid = _grid(options.spacing, options.most_inner, options.most_outer)
+    report = read_report(options.folder / REPORT)
+    knowledge = knowledge_of(report)
+    if knowledge is None:
+        raise ReportError(f"{options.folder / REPORT} says nothing of a next trial: the fit failed")
+    questions = _questions(report, knowledge, options.wanted, options.between)
+    curves = read_curves(options.folder / CURVES, len(report["trials"]), len(report["effects"]))
+    console = Console()
+    windows = fitted_motion(report, curves, knowledge)
+    for question, advice in zip(questions, answers(knowledge, windows, questions, grid), strict=True):
+        if advice is None:
+            raise IdentificationError(
+                f"no trial tells {question.about} from {question.against}: the second can be the first, or does not fit"
+            )
+        console.print(one_advice(advice), highlight=False, markup=False, soft_wrap=True)
+        if advice["names"]:
+            console.print(_table(advice))
+        console.print()
+    return 0
+
+
+def _table(advice: Section) -> Table:
+    table = Table("", "standard deviation now", "then", box=None, pad_edge=False, padding=(0, 3, 0, 0))
+    for name, now, then in zip(advice["names"], advice["std_now"], advice["std_then"], strict=True):
+        table.add_row(f"  {name}", f"{number(now):.3g}", f"{number(then):.3g}")
+    return table
+
+
+def _grid(spacing: float, most_inner: float, most_outer: float) -> Grid:
+    if not _FINEST <= spacing <= _COARSEST:
+        raise OptionError(f"--spacing is {spacing:g}°; it must be from {_FINEST:g} to {_COARSEST:g}")
+    for name, most in (("--most-inner", most_inner), ("--most-outer", most_outer)):
+        if not 0.0 <= most <= 180.0:
+            raise OptionError(f"{name} is {most:g}°; it must be from 0 to 180")
+    if max(most_inner, most_outer) < spacing:
+        raise OptionError(f"no rod may be led as far as one step of {spacing:g}°: give a smaller --spacing")
+    return Grid.of(spacing, most_inner, most_outer)
+
+
+def _questions(report: Section, knowledge: Knowledge, wanted: list[str], between: list[str] | None) -> list[Question]:
+    model = knowledge.model
+    if not wanted and not between:
+        labels = zip(model.labels, report["effects"], strict=True)
+        return usual_questions(model, {label: effect["also_possible"] for label, effect in labels})
+    names = {ALL: ALL} | {name: name for name in knowledge.asked}
+    names |= {group.symbol.removesuffix("_over_A22"): group.symbol for group in GROUPS}
+    names |= {label: strength_of(model, label) for label in model.labels if strength_of(model, label)}
+    refuse_unknown(wanted, names, "--for")
+    questions = [Question(names[name]) for name in wanted]
+    return [*questions, _between(knowledge, *between)] if between else questions
+
+
+def _between(knowledge: Knowledge, first: str, second: str) -> Question:
+    """Return the question which of two effects it is; one of them is the fitted model's."""
+    places = {f"{effect.name}.{effect.joint}" for effect in CATALOGUE if not effect.at_an_instant}
+    refuse_unknown([first, second], places, "effect of --between")
+    own = {
+        f"{a.effect.name}.{a.effect.joint}": label
+        for a, label in zip(knowledge.model.effects, knowledge.model.labels, strict=True)
+    }
+    if second in own:
+        first, second = second, first
+    if first not in own:
+        found = ", ".join(own) or "no effect"
+        raise OptionError(f"--between {first} {second}: one of them must be in the fitted model, which has {found}")
+    if second in own:
+        raise OptionError(
+            f"--between {first} {second}: the fitted model has both; ask for the strength of one, --for {first}"
+        )
+    return Question(own[first], second.replace(".", " "))
+
+
+def _parser() -> ArgumentParser:
+    parser = ArgumentParser("suggest", DESCRIPTION, EXAMPLE)
+    parser.add_argument("folder", type=Path, metavar="DIR", help="folder of a report")
+    parser.add_argument(
+        "--for", dest="wanted", action="append", default=[], metavar="NAME",
+        help="what to make surer: all groups (all), a group, or an effect or its parameter; may be given again",
+    )  # fmt: skip
+    parser.add_argument(
+        "--between",
+        nargs=2,
+        metavar=("A", "B"),
+        help="two effects to tell apart, as coulomb_friction.outer; one is in the model",
+    )
+    parser.add_argument("--spacing", type=float, default=15.0, metavar="DEG", help="of the starts that are tried (15)")
+    parser.add_argument("--most-inner", type=float, default=180.0, metavar="DEG", help="furthest from hanging (180)")
+    parser.add_argument("--most-outer", type=float, default=180.0, metavar="DEG", help="furthest from hanging (180)")
+    return parser

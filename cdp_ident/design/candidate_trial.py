@@ -1,0 +1,143 @@
+"""A trial that could be recorded next, and what it would show: simulated with the fitted model."""
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+import numpy.typing as npt
+
+from cdp_ident.design.knowledge import NEW, Knowledge
+from cdp_ident.diagnosis.uncertainty import curvature
+from cdp_ident.errors import IdentificationError
+from cdp_ident.fit.following import followed
+from cdp_ident.fit.refinement import Fit
+from cdp_ident.fit.scales import GRID, WINDOW, half_width_of, pace_of
+from cdp_ident.fit.smoothing import SmoothMotion
+from cdp_ident.fit.window_lengths import Lengths, window_bounds
+from cdp_ident.fit.windows import Window
+from cdp_ident.model.parameters import GROUPS
+from cdp_ident.model.time_grid import TimeGrid
+from cdp_ident.model.trajectory import trajectory
+from cdp_ident.trial.trial import Trial
+
+Array = npt.NDArray[np.float64]
+
+_TURN = 2.0 * np.pi
+_COARSE = 2.0
+"""The grid on which errors are followed may be so much coarser than where the motion is measured: it is a forecast."""
+
+
+@dataclass(frozen=True)
+class CandidateTrial:
+    """Both rods are held at rest, and let go."""
+
+    theta1: float
+    """Of the inner rod, from upright [rad]."""
+    theta2: float
+    """Of the outer rod, from upright [rad]."""
+
+    @property
+    def mirrored(self) -> "CandidateTrial":
+        """The same on the other side of hanging."""
+        return CandidateTrial(_TURN - self.theta1, _TURN - self.theta2)
+
+
+def fit_to(candidate: CandidateTrial, knowledge: Knowledge) -> Fit:
+    """Return the fit that a trial would have, if the model were true and no encoder had noise.
+
+    The trial is cut into windows as a measured one is, each as long as its motion can be followed. Each has an initial
+    state to be fitted; what the trial tells is what no initial state can imitate.
+
+    Args:
+        candidate: the trial.
+        knowledge: gives the motion, and how the trial is recorded and fitted.
+
+    Raises:
+        IdentificationError: its motion cannot be computed.
+    """
+    model, values, sampling = knowledge.model, knowledge.values, knowledge.sampling
+    time = _times(sampling.interval, sampling.duration)
+    states = _states(candidate, knowledge, time)
+    trial = Trial("next", time, states[:, :2])
+    length_at = _lengths(candidate, knowledge)
+    windows, sensitivities = [], []
+    for first, last in pairwise(window_bounds(trial, length_at)[0]):
+        window = _window(trial, first, last, states[first], knowledge)
+        windows.append(window)
+        sensitivities.append(window.whitened(model.predict(values, window.start, window)[1]))
+    if not all(np.all(np.isfinite(sensitivity)) for sensitivity in sensitivities):
+        raise IdentificationError("the motion of a trial that is let go there cannot be computed")
+    shapes = [window.theta.shape for window in windows]
+    return Fit(
+        model=model,
+        values=values,
+        windows=tuple(windows),
+        residuals=tuple(np.zeros(shape) for shape in shapes),
+        sensitivities=tuple(sensitivities),
+        weights=tuple(np.ones(shape) for shape in shapes),
+        iterations=0,
+        simulations=1,
+        converged=True,
+    )
+
+
+def _times(spacing: float, duration: float) -> Array:
+    return np.asarray(spacing * np.arange(max(int(duration / spacing), 2)), dtype=np.float64)
+
+
+def _states(candidate: CandidateTrial, knowledge: Knowledge, time: Array) -> Array:
+    """Return the states (n, states) of a trial at times (n,) [s]."""
+    model, values = knowledge.model, knowledge.values
+    grid = TimeGrid.over(time, knowledge.sampling.step)
+    start = model.initial_state(np.array([candidate.theta1, candidate.theta2, 0.0, 0.0]))
+    still = np.zeros(2 * grid.steps + 1)
+    states = trajectory(model.coefficients(values), start, grid, still, model.torques(values, NEW))
+    if not np.all(np.isfinite(states)):
+        raise IdentificationError("the motion of a trial that is let go there cannot be computed")
+    return states
+
+
+def _lengths(candidate: CandidateTrial, knowledge: Knowledge) -> Lengths:
+    """Return the length of the window that begins at a time of a trial [s]."""
+    sampling = knowledge.sampling
+    if sampling.window:
+        return lambda time: sampling.window
+    length, gravity = knowledge.model.constants(knowledge.values)
+    unit = float(np.sqrt(length / gravity))
+    time = _times(_COARSE * GRID * unit, sampling.duration)
+    states = _states(candidate, knowledge, time)
+    motion = SmoothMotion(
+        time=time,
+        values=states[None, :, :2],
+        rates=states[None, :, 2:4],
+        known=np.ones(len(time), dtype=bool),
+        noise=np.zeros((2, 2)),
+        per_knot=1.0,
+    )
+    groups = knowledge.values[: len(GROUPS)]
+    speed = float(np.sqrt(np.mean(motion.rates**2)))
+    own = half_width_of(sampling.interval, knowledge.noise, speed, pace_of(motion), unit)
+    half_width, longest = min(own, sampling.half_width), WINDOW * unit
+    found = followed(motion, groups, length, gravity, knowledge.noise_of_angles, sampling.interval, half_width, longest)
+    return lambda begin: max(found.at(begin), sampling.shortest_window)
+
+
+def _window(trial: Trial, first: int, last: int, start: Array, knowledge: Knowledge) -> Window:
+    since = trial.time[first:last] - trial.time[first]
+    grid = TimeGrid.over(since, knowledge.sampling.step)
+    return Window(
+        trial=NEW,
+        first=first,
+        begin=float(trial.time[first]),
+        time=since,
+        theta=trial.theta[first:last],
+        grid=grid,
+        u=np.zeros(2 * grid.steps + 1),
+        start=start,
+        whitening=knowledge.whitening,
+    )
+
+
+def information_of(fit: Fit, noise: float) -> Array:
+    """Return the Fisher information (unknowns, unknowns) of a trial whose angles have such a noise [rad]."""
+    return curvature(fit) / noise**2

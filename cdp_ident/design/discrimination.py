@@ -1,0 +1,129 @@
+"""Two effects that the trials cannot tell apart: which further trial does.
+
+T-optimal is the trial in which the rival model, its values adjusted as well as they can be, comes least near to what
+the fitted model says (Atkinson and Fedorov, Biometrika 62, 1975). The rival must keep explaining the trials that there
+are: it is adjusted to their motion, as the fitted model has it, along with the new one.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from cdp_ident.design.candidate_trial import CandidateTrial, fit_to
+from cdp_ident.design.knowledge import Knowledge
+from cdp_ident.diagnosis.uncertainty import curvature, downhill, scaled_inverse
+from cdp_ident.errors import IdentificationError
+from cdp_ident.fit.initial_states import InitialState
+from cdp_ident.fit.motion_model import ActiveEffect
+from cdp_ident.fit.refinement import Fit, fit_initial_states, refine
+from cdp_ident.fit.windows import Window
+from cdp_ident.model.effects.catalogue import CATALOGUE
+from cdp_ident.model.effects.effect import Effect
+from cdp_ident.tracing.candidates import ScoreTest
+
+Array = npt.NDArray[np.float64]
+
+_UNSEEN = 1e-12
+_SAME = 0.1
+"""A rival that is nearer to the model than so many deviations can be it, as a richer form of an effect can."""
+
+
+@dataclass(frozen=True)
+class Rival:
+    """A model with another effect in the place of one, adjusted to what the fitted model says of the trials."""
+
+    knowledge: Knowledge
+    """Of the fitted model."""
+    effect: Effect
+    """The effect of the fitted model whose place was taken."""
+    instead: Effect
+    fit: Fit
+    """The rival's, to the motion of the trials as the fitted model has it."""
+
+    @property
+    def deviations_now(self) -> float:
+        """By how many standard deviations the two differ in the trials that there are."""
+        return float(np.sqrt(self.fit.squared_error)) / self.knowledge.noise
+
+    def deviations(self, trial: CandidateTrial) -> float:
+        """Return by how many standard deviations the two would differ with a further trial; 0 if it has no motion.
+
+        The rival is linear about its values.
+        """
+        try:
+            expected = fit_to(trial, self.knowledge)
+        except IdentificationError:
+            return 0.0
+        new = _followed(self.fit, expected.windows)
+        if new is None:
+            return 0.0
+        slope = downhill(new)
+        inverse, _ = scaled_inverse(curvature(self.fit) + self.fit.model.penalty + curvature(new), _UNSEEN)
+        left = sum(_beside_the_start(new, index) for index in range(len(new.windows)))
+        squared = self.fit.squared_error + left - float(slope @ inverse @ slope)
+        return float(np.sqrt(max(squared, 0.0))) / self.knowledge.noise
+
+
+def _followed(rival: Fit, windows: Sequence[Window]) -> Fit | None:
+    """Return how a rival follows the motion of windows from their starts; None where it cannot be computed."""
+    residuals, sensitivities = [], []
+    for window in windows:
+        theta, sensitivity = rival.model.predict(rival.values, window.start, window)
+        residuals.append(window.whitened(window.theta - theta))
+        sensitivities.append(window.whitened(sensitivity))
+    if not all(np.all(np.isfinite(values)) for values in (*residuals, *sensitivities)):
+        return None
+    weights = tuple(np.ones_like(residual) for residual in residuals)
+    return replace(
+        rival, windows=tuple(windows), residuals=tuple(residuals), sensitivities=tuple(sensitivities), weights=weights
+    )
+
+
+def _beside_the_start(fit: Fit, index: int) -> float:
+    """Return the squared error of a window that no initial state accounts for [rad^2]."""
+    sensitivity = fit.sensitivities[index]
+    by_state = sensitivity.reshape(-1, sensitivity.shape[2])[:, : fit.model.states]
+    return float(np.sum(InitialState.of(by_state).eliminated_from(fit.residuals[index].ravel()) ** 2))
+
+
+def rivals(knowledge: Knowledge, windows: Sequence[Window], label: str, name: str, joint: str) -> Iterator[Rival]:
+    """Yield models with another effect in the place of one; of several forms each that can be fitted.
+
+    Args:
+        knowledge: of the fitted model.
+        windows: of the trials that there are, their angles being those of the fitted model.
+        label: of the effect in the fitted model.
+        name: of the effect instead.
+        joint: of that.
+    """
+    index = knowledge.model.labels.index(label)
+    own = knowledge.model.effects[index]
+    model, remain = knowledge.model.without_effect(index)
+    try:
+        known = fit_initial_states(knowledge.model, knowledge.values, windows)
+        removed = refine(model, knowledge.values[remain], known.windows)
+    except IdentificationError:
+        return
+    for form in CATALOGUE:
+        if (form.name, form.joint) != (name, joint) or form.at_an_instant:
+            continue
+        new = ActiveEffect(form)
+        try:
+            begin = np.concatenate([removed.values, _beginning(removed, new)])
+            fit = refine(model.with_effect(new), begin, removed.windows)
+        except (IdentificationError, np.linalg.LinAlgError):
+            continue
+        yield Rival(knowledge, own.effect, form, fit)
+
+
+def _beginning(removed: Fit, new: ActiveEffect) -> Array:
+    """Return values of an effect's parameters to begin with: those that the score test gives, where it has any."""
+    found = ScoreTest(removed, [new]).ranked() if new.effect.has_score else []
+    return found[0].values if found else np.array([p.typical for p in new.fitted])
+
+
+def can_be_the_same(rival: Rival) -> bool:
+    """Return whether a rival can say all that the fitted model says, as a richer form of its effect can."""
+    return rival.deviations_now < _SAME

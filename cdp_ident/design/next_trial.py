@@ -1,0 +1,107 @@
+"""What a next trial would tell, start by start, under every criterion."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from cdp_ident.design.candidate_trial import CandidateTrial, fit_to, information_of
+from cdp_ident.design.criteria import Criterion
+from cdp_ident.design.discrimination import Rival
+from cdp_ident.design.knowledge import Knowledge
+from cdp_ident.design.survey import Grid, Survey, survey
+from cdp_ident.errors import IdentificationError
+
+Array = npt.NDArray[np.float64]
+
+_TO_ONE_SIDE = CandidateTrial(np.pi + 0.3, np.pi + 0.5)
+_ALIKE = 1e-6
+"""Informations of mirrored motions differ by rounding alone; these are too calm for it to grow."""
+
+
+@dataclass(frozen=True)
+class Sharper:
+    """The trial that makes values surest."""
+
+    criterion: Criterion
+    now: Array
+    """(names,) standard deviations of the values asked for, as they are."""
+    then: Array
+    """(names,) after the trial, if it begins exactly where it is to."""
+    size_now: float
+    """How uncertain they are together, as `Criterion.size` has it."""
+    survey: Survey
+    """Its losses are that size after a trial."""
+
+    @property
+    def ratio(self) -> float:
+        """To what share of their width the intervals fall, in the geometric mean, wherever the hand misses."""
+        return self.survey.expected / self.size_now if np.isfinite(self.size_now) else 0.0
+
+
+@dataclass(frozen=True)
+class Apart:
+    """The trial that tells two effects apart best."""
+
+    rival: Rival
+    survey: Survey
+    """Its losses are deviations between the two, negative."""
+
+    @property
+    def deviations(self) -> float:
+        """By how many standard deviations the two will differ, wherever the hand misses."""
+        return -self.survey.expected
+
+
+class NextTrial:
+    """Starts of a next trial, whose information is computed once for all criteria."""
+
+    def __init__(self, knowledge: Knowledge, grid: Grid) -> None:
+        self.knowledge, self._grid = knowledge, grid
+        self._known = knowledge.information
+        self._informations: dict[CandidateTrial, Array | None] = {}
+        self._symmetric = self._is_symmetric()
+
+    def _is_symmetric(self) -> bool:
+        """Return whether a trial on the other side of hanging tells the same, so that half of them need a look."""
+        one, other = self._computed(_TO_ONE_SIDE), self._computed(_TO_ONE_SIDE.mirrored)
+        if one is None or other is None:
+            return False
+        return bool(np.allclose(np.diag(one), np.diag(other), rtol=_ALIKE, atol=0.0))
+
+    def _computed(self, trial: CandidateTrial) -> Array | None:
+        try:
+            return information_of(fit_to(trial, self.knowledge), self.knowledge.noise)
+        except (IdentificationError, np.linalg.LinAlgError):
+            return None
+
+    def _information(self, trial: CandidateTrial) -> Array | None:
+        if self._symmetric and trial.theta1 < np.pi:
+            trial = trial.mirrored
+        if trial not in self._informations:
+            self._informations[trial] = self._computed(trial)
+        return self._informations[trial]
+
+    def sharpest(self, names: Sequence[str]) -> Sharper:
+        """Return the trial that makes the values of these unknowns surest: one of them, or all together."""
+        criterion = Criterion(tuple(names))
+
+        def loss(trial: CandidateTrial) -> float:
+            information = self._information(trial)
+            return np.inf if information is None else criterion.size(self.knowledge, self._known + information)
+
+        found = survey(loss, self._grid)
+        gained = self._information(found.trial)
+        after = self._known if gained is None else self._known + gained
+        return Sharper(
+            criterion,
+            criterion.standard_deviations(self.knowledge, self._known),
+            criterion.standard_deviations(self.knowledge, after),
+            criterion.size(self.knowledge, self._known),
+            found,
+        )
+
+    def furthest_apart(self, rival: Rival) -> Apart:
+        """Return the trial that tells an effect of the model and its rival apart best."""
+        return Apart(rival, survey(lambda trial: -rival.deviations(trial), self._grid))

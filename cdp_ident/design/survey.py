@@ -1,0 +1,99 @@
+"""The starts that a hand can lead both rods to, surveyed for the best one."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from cdp_ident.design.candidate_trial import CandidateTrial
+from cdp_ident.model.parallel import share_out
+
+Array = npt.NDArray[np.float64]
+
+HAND = 5.0
+"""By which a hand may miss an angle that it leads a rod to [degrees]."""
+_FINALISTS = 5
+"""So many of the best starts are judged by what comes of them where the hand misses."""
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Starts at which both rods are held, by their angles from hanging, positive towards +x."""
+
+    inner: Array
+    """(n,) of the inner rod [rad]."""
+    outer: Array
+    """(m,) of the outer rod [rad]."""
+
+    @classmethod
+    def of(cls, spacing: float, most_inner: float = 180.0, most_outer: float = 180.0) -> "Grid":
+        """Lay a grid [degrees]; no rod is led further from hanging than is said."""
+        return cls(_angles(spacing, most_inner), _angles(spacing, most_outer))
+
+    def trial(self, inner: int, outer: int) -> CandidateTrial:
+        """Return the trial that begins at a place of the grid."""
+        return _from_hanging(float(self.inner[inner]), float(self.outer[outer]))
+
+
+def _angles(spacing: float, most: float) -> Array:
+    count = int(most / spacing + 1e-9)
+    # Half a turn to one side is half a turn to the other.
+    return np.radians(spacing * np.arange(-count + (count * spacing >= 180.0), count + 1))
+
+
+def _from_hanging(inner: float, outer: float) -> CandidateTrial:
+    return CandidateTrial(np.pi + inner, np.pi + outer)
+
+
+@dataclass(frozen=True)
+class Survey:
+    """What a criterion makes of every start, and the one to take."""
+
+    grid: Grid
+    losses: Array
+    """(inner, outer) at each start, smaller is better; infinite where the motion cannot be computed."""
+    inner: float
+    """The start to take: of the inner rod, from hanging [rad]."""
+    outer: float
+    """Of the outer rod [rad]."""
+    expected: float
+    """Its loss, as the median over what the hand may miss it by."""
+    worst: float
+    """The largest of these."""
+
+    @property
+    def trial(self) -> CandidateTrial:
+        """The trial that begins there."""
+        return _from_hanging(self.inner, self.outer)
+
+
+def survey(loss: Callable[[CandidateTrial], float], grid: Grid) -> Survey:
+    """Return which start has the smallest loss, also where the hand misses it by HAND.
+
+    A double pendulum is let go from nearby starts to quite different motions: what is best at a point and nowhere
+    around it is no advice.
+    """
+    losses = np.empty((len(grid.inner), len(grid.outer)))
+
+    def work(first: int, last: int) -> None:
+        for place in range(first, last):
+            inner, outer = divmod(place, len(grid.outer))
+            losses[inner, outer] = loss(grid.trial(inner, outer))
+
+    share_out(work, losses.size)
+    finalists = []
+    for place in np.argsort(losses, axis=None, kind="stable")[:_FINALISTS]:
+        inner, outer = (
+            float(angles[k])
+            for angles, k in zip((grid.inner, grid.outer), divmod(int(place), losses.shape[1]), strict=True)
+        )
+        near = [
+            loss(_from_hanging(inner + a, outer + b))
+            for a in np.radians([-HAND, HAND])
+            for b in np.radians([-HAND, HAND])
+        ]
+        around = [float(losses.flat[place]), *near]
+        finalists.append((float(np.median(around)), max(around), inner, outer))
+    expected, worst, inner, outer = min(finalists)
+    return Survey(grid, losses, inner, outer, expected, worst)

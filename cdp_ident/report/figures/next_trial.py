@@ -1,0 +1,67 @@
+"""Maps of what a next trial would tell, over the angles from which both rods are let go."""
+
+from collections.abc import Iterator
+
+import numpy as np
+import numpy.typing as npt
+
+from cdp_ident.design.survey import HAND
+from cdp_ident.report.contents import Section
+from cdp_ident.report.figures.description import Axis, Dots, Figure, Heat, Panel
+from cdp_ident.report.formatting import number
+from cdp_ident.report.wording import advice_title, advice_words
+
+Array = npt.NDArray[np.float64]
+
+
+def next_trial(report: Section) -> Iterator[Figure]:
+    """Yield the maps of all that is asked of a next trial."""
+    found = report["next_trial"]
+    if not found or not found["advice"]:
+        return
+    yield Figure(
+        "next_trial",
+        "next_trial",
+        "What a next trial would tell",
+        "By the angles from hanging from which both rods are let go, at rest. Blue: to what share of their width "
+        "intervals fall, the deeper the further; of two effects, vermilion: by how many standard deviations they would "
+        f"differ. The dot is the start to take: it is good as well where the hand misses it by {HAND:.0f}°.",
+        " ".join(f"{words}." for words in advice_words(report)),
+        [_panel(advice) for advice in found["advice"]],
+    )
+
+
+def _panel(advice: Section) -> Panel:
+    of = advice["map"]
+    values = np.array([[number(value) for value in row] for row in of["values"]])
+    inner, outer = np.degrees(of["inner_rad"]), np.degrees(of["outer_rad"])[::-1]
+    most = max(float(np.max(np.abs(values[np.isfinite(values)]), initial=0.0)), 1e-300)
+    limits = (-most, most) if advice["against"] else (0.0, 2.0)
+    chosen = Dots(
+        "the start to take",
+        "ink",
+        _place(inner, advice["inner_rad"]),
+        _place(outer, advice["outer_rad"]),
+        size=10.0,
+        opacity=1.0,
+    )
+    return Panel(
+        Axis("inner rod, from hanging [°]", ticks=_ticks(inner)),
+        Axis("outer rod, from hanging [°]", ticks=_ticks(outer)),
+        [
+            Heat([f"{angle:.0f}" for angle in inner], values.T[::-1], limits),
+            chosen,
+        ],
+        advice_title(advice),
+        260,
+    )
+
+
+def _place(angles: Array, chosen: float) -> Array:
+    """Return the place (1,) of an angle [rad] among some [degrees]."""
+    return np.array([float(np.argmin(np.abs(angles - np.degrees(chosen))))])
+
+
+def _ticks(angles: Array) -> list[tuple[float, str]]:
+    # Names of all places, as the ends of the axis follow from them; written at quarter turns.
+    return [(float(place), f"{angle:.0f}" if round(angle) % 90 == 0 else "") for place, angle in enumerate(angles)]

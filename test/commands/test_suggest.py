@@ -1,0 +1,71 @@
+"""The command that says which swing to record next."""
+
+import json
+import shutil
+
+import pytest
+
+from cdp_ident.commands.suggest import main
+from cdp_ident.report.folder import REPORT
+
+FEW = ["--spacing", "90"]
+
+
+@pytest.fixture
+def folder(report_folder, tmp_path):
+    """The report's folder, to be written into."""
+    return shutil.copytree(report_folder, tmp_path / "report")
+
+
+def test_without_a_question_the_usual_ones_are_answered(report_folder, capsys):
+    assert main([str(report_folder), *FEW]) == 0
+    said = capsys.readouterr().out
+    assert "all groups: let go with the inner rod" in said
+    assert "coulomb friction, outer, torque: let go" in said
+    assert "standard deviation now" in said
+
+
+def test_a_group_is_known_by_its_short_name_and_an_effect_by_its_own(report_folder, capsys):
+    assert main([str(report_folder), *FEW, "--for", "c1", "--for", "coulomb_friction.outer", "--most-inner", "90"]) == 0
+    said = capsys.readouterr().out
+    assert said.startswith("c1/A22: let go")
+    assert "coulomb_friction.outer.torque" in said
+
+
+def test_two_effects_are_told_apart(report_folder, capsys):
+    assert main([str(report_folder), *FEW, "--between", "load_friction.outer", "coulomb_friction.outer"]) == 0
+    assert "standard deviations apart, now" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("options", "expected"),
+    [
+        (["--for", "c3"], "unknown --for: 'c3'"),
+        (["--spacing", "1"], "it must be from 5 to 90"),
+        (["--spacing", "nan"], "it must be from 5 to 90"),
+        (["--most-outer", "400"], "it must be from 0 to 180"),
+        (["--most-outer", "10", "--most-inner", "10"], "give a smaller --spacing"),
+        (["--between", "air_drag.outer", "joint_spring.inner"], "one of them must be in the fitted model"),
+        (["--between", "air_drag.outer", "nothing.outer"], "unknown effect of --between"),
+        (["--between", "coulomb_friction.outer", "coulomb_friction.outer"], "the fitted model has both"),
+        (["--between", "coulomb_friction.outer", "stribeck_friction.outer"], "the second can be the first"),
+    ],
+)
+def test_a_question_that_has_no_answer_is_refused_in_one_line(report_folder, capsys, options, expected):
+    assert main([str(report_folder), *FEW, *options]) == 2
+    said = capsys.readouterr().err
+    assert expected in said
+    assert said.count("\n") == 1
+
+
+def test_a_fit_that_failed_has_no_advice(folder, capsys):
+    content = json.loads((folder / REPORT).read_text())
+    content["next_trial"] = None
+    (folder / REPORT).write_text(json.dumps(content))
+    assert main([str(folder)]) == 2
+    assert "says nothing of a next trial" in capsys.readouterr().err
+
+
+def test_a_folder_without_a_report_is_refused(tmp_path, capsys):
+    assert main([str(tmp_path)]) == 2
+    assert "there is no" in capsys.readouterr().err

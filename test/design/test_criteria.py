@@ -1,0 +1,35 @@
+"""What makes a trial good."""
+
+import numpy as np
+import pytest
+
+from cdp_ident.design.criteria import Criterion, covariance_of
+from scenarios.next_swing import ALL_GROUPS, Swings, swing
+
+KNOWN = Swings.of([swing(3.6, 3.9, np.random.default_rng(0))]).knowledge
+
+
+def test_one_value_is_as_uncertain_as_its_standard_deviation():
+    criterion = Criterion(("c1_over_A22",))
+    std = np.sqrt(KNOWN.covariance[3, 3])
+    assert criterion.size(KNOWN, KNOWN.information) == pytest.approx(std)
+    assert criterion.standard_deviations(KNOWN, KNOWN.information) == pytest.approx([std])
+
+
+def test_several_are_as_uncertain_as_the_determinant_of_their_covariance_says():
+    names = ("A23_over_A22", "c1_over_A22")
+    part = KNOWN.covariance[np.ix_([0, 3], [0, 3])]
+    assert Criterion(names).size(KNOWN, KNOWN.information) == pytest.approx(np.linalg.det(part) ** (1 / 4))
+
+
+def test_four_times_the_information_halves_it():
+    criterion = Criterion(ALL_GROUPS)
+    now = criterion.size(KNOWN, KNOWN.information)
+    assert criterion.size(KNOWN, 4 * KNOWN.information) == pytest.approx(now / 2)
+
+
+def test_what_is_not_seen_is_infinitely_uncertain_and_the_rest_is_not():
+    information = np.diag([4.0, 0.0, 1.0])
+    assert np.diag(covariance_of(information)) == pytest.approx([0.25, np.inf, 1.0])
+    together = np.array([[1.0, 1.0, 0.0], [1.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+    assert np.diag(covariance_of(together)) == pytest.approx([np.inf, np.inf, 1.0])

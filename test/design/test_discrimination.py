@@ -1,0 +1,82 @@
+"""Two effects that the trials cannot tell apart, and the trial that does."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cdp_ident.design.candidate_trial import CandidateTrial, fit_to
+from cdp_ident.design.discrimination import can_be_the_same, rivals
+from cdp_ident.design.knowledge import Knowledge
+from cdp_ident.design.next_trial import NextTrial
+from cdp_ident.design.survey import Grid
+from cdp_ident.diagnosis.uncertainty import covariance
+from cdp_ident.fit.motion_model import ActiveEffect
+from cdp_ident.fit.refinement import refine
+from cdp_ident.model.effects.catalogue import CATALOGUE
+from scenarios.next_swing import MODEL, NOISE, TRUTH, Swings, swing
+
+KNOWN = Swings.of([swing(3.6, 3.9, np.random.default_rng(0))]).knowledge
+DRAG = next(effect for effect in CATALOGUE if effect.key == "quadratic_friction.outer")
+MODEL_WITH = MODEL.with_effect(ActiveEffect(DRAG))
+VALUES = np.append(TRUTH, 2e-4)
+BEFORE = Knowledge(MODEL_WITH, VALUES, np.eye(6), NOISE, np.eye(2), KNOWN.sampling)
+
+
+def moved(start, seed=None):
+    """Return windows of a trial as the model with the effect has it, with noise where there is a seed."""
+    windows = fit_to(CandidateTrial(*start), BEFORE).windows
+    if seed is None:
+        return list(windows)
+    rng = np.random.default_rng(seed)
+    return [replaced(window, window.theta + rng.normal(scale=NOISE, size=window.theta.shape)) for window in windows]
+
+
+def replaced(window, theta):
+    return replace(window, theta=theta)
+
+
+EXACT = moved((np.pi + 0.6, np.pi + 0.4))
+FIT = refine(MODEL_WITH, VALUES, moved((np.pi + 0.6, np.pi + 0.4), 0))
+KNOWLEDGE = Knowledge(MODEL_WITH, VALUES, covariance(FIT), NOISE, np.eye(2), KNOWN.sampling)
+
+
+@pytest.fixture(scope="module")
+def rival():
+    (found,) = rivals(KNOWLEDGE, EXACT, "quadratic_friction.outer", "coulomb_friction", "outer")
+    return found
+
+
+def test_a_rival_is_adjusted_to_what_the_fitted_model_says(rival):
+    assert rival.fit.model.labels == ("coulomb_friction.outer",)
+    without = refine(MODEL, TRUTH, EXACT)
+    assert 0 < rival.fit.squared_error <= without.squared_error * (1 + 1e-6)
+    assert not can_be_the_same(rival)
+
+
+def test_the_deviations_are_those_of_a_rival_that_is_fitted_to_both_trials(rival):
+    start = (np.pi + 1.2, np.pi + 0.5)
+    foretold = rival.deviations(CandidateTrial(*start))
+    both = refine(rival.fit.model, rival.fit.values, [*rival.fit.windows, *moved(start)])
+    assert foretold == pytest.approx(np.sqrt(both.squared_error) / NOISE, rel=0.3)
+    assert foretold > rival.deviations_now
+
+
+def test_the_trial_that_is_advised_tells_them_apart_better_than_most(rival):
+    found = NextTrial(KNOWLEDGE, Grid.of(60.0)).furthest_apart(rival)
+    assert found.deviations >= np.median(-found.survey.losses)
+    assert found.deviations > 2 * rival.deviations_now
+
+
+def test_rods_that_hang_still_tell_nothing_apart(rival):
+    assert rival.deviations(CandidateTrial(np.pi, np.pi)) == pytest.approx(rival.deviations_now)
+
+
+def test_a_richer_form_of_an_effect_can_be_the_same():
+    coulomb = next(effect for effect in CATALOGUE if effect.key == "coulomb_friction.outer")
+    model, values = MODEL.with_effect(ActiveEffect(coulomb)), np.append(TRUTH, 0.01)
+    known = Knowledge(model, values, np.eye(6), NOISE, np.eye(2), KNOWN.sampling)
+    windows = fit_to(CandidateTrial(4.0, 3.8), known).windows
+    found = list(rivals(known, windows, "coulomb_friction.outer", "stribeck_friction", "outer"))
+    assert found
+    assert all(can_be_the_same(rival) for rival in found)

@@ -1,0 +1,47 @@
+"""The next trial, and what it is worth when it is recorded."""
+
+import numpy as np
+import pytest
+
+from cdp_ident.design.criteria import Criterion
+from cdp_ident.design.next_trial import NextTrial
+from cdp_ident.design.survey import Grid
+from scenarios.next_swing import ALL_GROUPS, Swings, swing
+
+FIRST = Swings.of([swing(np.pi + 0.5, np.pi + 0.7, np.random.default_rng(5))])
+TRIALS = NextTrial(FIRST.knowledge, Grid.of(30.0))
+
+
+def size(swings, names):
+    return Criterion(names).size(swings.knowledge, swings.knowledge.information)
+
+
+@pytest.mark.parametrize("names", [("c2_over_A22",), ALL_GROUPS], ids=["one", "all"])
+def test_a_trial_as_advised_brings_what_was_foretold_and_more_than_most_random_starts(names):
+    rng = np.random.default_rng(6)
+    found = TRIALS.sharpest(names)
+    assert found.now == pytest.approx(FIRST.standard_deviations(names), rel=1e-3)
+    assert found.size_now == pytest.approx(size(FIRST, names), rel=1e-3)
+    trial = found.survey.trial
+    brought = size(FIRST.with_one_more(swing(trial.theta1, trial.theta2, rng)), names)
+    assert brought == pytest.approx(found.survey.expected, rel=0.3)
+    assert found.ratio < 0.5
+    random = [size(FIRST.with_one_more(swing(*rng.uniform(0, 2 * np.pi, 2), rng)), names) for _ in range(5)]
+    assert brought < np.median(random)
+
+
+def test_the_standard_deviations_then_are_those_of_the_values_asked_for():
+    found = TRIALS.sharpest(ALL_GROUPS)
+    assert found.then.shape == (5,)
+    assert np.all(found.then < found.now)
+
+
+def test_who_asks_for_one_value_gets_the_start_that_is_best_for_it():
+    asked, all_of_them = TRIALS.sharpest(("c1_over_A22",)), TRIALS.sharpest(ALL_GROUPS)
+    there = np.argwhere(all_of_them.survey.losses == all_of_them.survey.losses.min())[0]
+    assert asked.survey.losses.min() <= asked.survey.losses[tuple(there)]
+
+
+def test_the_map_is_as_symmetric_as_the_rig():
+    losses = TRIALS.sharpest(("c2_over_A22",)).survey.losses[:-1, :-1]  # without the rods that are upright
+    assert losses == pytest.approx(losses[::-1, ::-1])

@@ -1,0 +1,38 @@
+"""Maps of what a next trial would tell."""
+
+import numpy as np
+import pytest
+
+from cdp_ident.report.figures.next_trial import next_trial
+
+
+def test_the_map_has_each_start_and_a_dot_at_the_one_to_take(read_content):
+    (figure,) = next_trial(read_content)
+    advice = read_content["next_trial"]["advice"][0]
+    heat, dot = figure.panels[0].marks
+    inner, outer = (int(place[0]) for place in (dot.x, dot.y))
+    assert np.degrees(advice["inner_rad"]) == pytest.approx(float(heat.names[inner]))
+    across, along = advice["map"]["inner_rad"], advice["map"]["outer_rad"]
+    value = advice["map"]["values"][across.index(advice["inner_rad"])][along.index(advice["outer_rad"])]
+    assert heat.matrix[outer, inner] == value
+    assert figure.panels[0].title == "all groups"
+    assert "all groups: let go" in figure.alternative
+
+
+def test_starts_without_a_motion_are_left_blank(read_content):
+    read_content["next_trial"]["advice"][0]["map"]["values"][0] = [None] * 12
+    (figure,) = next_trial(read_content)
+    assert not np.isfinite(figure.panels[0].marks[0].matrix[:, 0]).any()
+
+
+def test_two_effects_have_a_scale_of_their_own(read_content):
+    advice = read_content["next_trial"]["advice"][0]
+    advice["against"] = "air_drag outer"
+    advice["map"]["values"] = [[7.0] * 12 for _ in range(12)]
+    (figure,) = next_trial(read_content)
+    assert figure.panels[0].marks[0].limits == (-7.0, 7.0)
+
+
+def test_a_fit_that_failed_has_no_map(read_content):
+    read_content["next_trial"] = None
+    assert list(next_trial(read_content)) == []
