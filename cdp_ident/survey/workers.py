@@ -89,6 +89,10 @@ class Processes(Executor):
         self._threads.shutdown(wait, cancel_futures=cancel_futures or not wait)
         for process in self._all:
             process.end()
+        # The threads have nothing to wait for any more; until they have noticed, the connections are theirs.
+        self._threads.shutdown()
+        for process in self._all:
+            process.close()
 
     def _call(self, *call: Any) -> Any:
         process = self._idle.get()
@@ -135,15 +139,17 @@ class _Process:
         return result
 
     def _again(self) -> None:
-        self._kill()
+        self.close()
         if not self._ended:
             self._begin()
 
     def end(self) -> None:
+        """End the process, for good; a call that waits for it fails."""
         self._ended = True
-        self._kill()
+        self._process.kill()
 
-    def _kill(self) -> None:
+    def close(self) -> None:
+        """End the process and let go of it."""
         self._process.kill()
         self._process.join()
         self._connection.close()
