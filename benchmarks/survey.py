@@ -1,8 +1,8 @@
 """A survey by one worker process and by two: how much of the second is gained.
 
 The bags of two rigs are surveyed bag by bag. Efficiency is the time that one worker takes over twice the time that two
-take, the start of the processes included. Where other programs want the cores too it says more about those; the CPU
-time that each took, which hardly depends on them, stands beside it.
+take, the start of the processes included. Where other programs want the cores too it says more about those; what it is
+by CPU time, as it would be on idle cores, stands beside it.
 """
 
 import argparse
@@ -50,13 +50,14 @@ def main(arguments: Sequence[str] = ()) -> None:
         for _ in range(options.repeats):
             for count, times in taken.items():
                 times.append(timed(trials, Path(folder) / "out", count))
-    table = Table("workers", "time [s]", "CPU [s]", "cores that they had", "efficiency")
+    table = Table("workers", "time [s]", "CPU [s]", "cores that they had", "efficiency", "by CPU time")
     median = {
         count: [statistics.median(column) for column in zip(*times, strict=True)] for count, times in taken.items()
     }
     for count, (passed, used) in median.items():
-        efficiency = median[1][0] / (count * passed)
-        table.add_row(str(count), f"{passed:.1f}", f"{used:.1f}", f"{used / passed:.2f}", f"{efficiency:.2f}")
+        efficiency, by_cpu_time = median[1][0] / (count * passed), median[1][1] / used
+        numbers = f"{passed:.1f}", f"{used:.1f}", f"{used / passed:.2f}", f"{efficiency:.2f}", f"{by_cpu_time:.2f}"
+        table.add_row(str(count), *numbers)
     console = Console()
     console.print(table)
     console.print(f"{2 * options.bags} bags; load of this computer meanwhile: {os.getloadavg()[1]:.1f}")

@@ -3,6 +3,9 @@
 from collections.abc import Mapping
 from pathlib import Path
 
+from cdp_ident.report.contents import Section
+from cdp_ident.survey.identification import Finished
+from cdp_ident.survey.pieces import Piece, SurveyedBag
 from reference.pendulum import TABLE_5
 from scenarios.clean_bags import write_clean_bag
 
@@ -27,3 +30,10 @@ def write_fleet(folder: Path, days: Mapping[str, int], changes: Mapping[str, int
             start = (2.2 - 0.05 * day - 0.03 * number, 2.0 + 0.07 * day)
             about = {"rig_name": f"/{rig}/driver"}
             write_clean_bag(folder / rig / f"trial_{day}", start, values, swing, NOON + day * _DAY, about)
+
+
+def finished(report: Section | None, rig: str, day: int, problem: str = "") -> Finished:
+    """Return what came of a day of a rig, whose report is given."""
+    bag = SurveyedBag(Path(f"/trials/{rig}/{day}"), rig, "recorder", NOON + day * _DAY, (f"{rig}{day}",))
+    piece = Piece(rig, f"day {day}", (bag,))
+    return Finished(piece, Path("/survey/pieces") / piece.folder, report, problem=problem)

@@ -2,7 +2,6 @@
 
 import copy
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,22 +9,14 @@ import pytest
 from cdp_ident.configuration.settings import Settings
 from cdp_ident.report.folder import json_text
 from cdp_ident.survey.contents import survey
-from cdp_ident.survey.identification import Finished
 from cdp_ident.survey.page import figures, survey_html
-from cdp_ident.survey.pieces import LeftOut, Piece, SurveyedBag
+from cdp_ident.survey.pieces import LeftOut
 from cdp_ident.survey.tables import problems, tables, verdict
+from scenarios.fleet import finished
 
-NOON = 1_717_156_800_000_000_000
-DAY = 86_400_000_000_000
 OILED = 4
 FRICTION = "coulomb friction, outer: torque"
 EVIL = "</script><img src=x onerror=alert(1)>"
-
-
-def finished(report, rig, day, problem=""):
-    bag = SurveyedBag(Path(f"/trials/{rig}/{day}"), rig, "recorder", NOON + day * DAY, (f"{rig}{day}",))
-    piece = Piece(rig, f"day {day}", (bag,))
-    return Finished(piece, Path("/survey/pieces") / piece.folder, report, problem=problem)
 
 
 def series(report, rig, rng, days, friction):
