@@ -51,7 +51,7 @@ def find_warnings(identification: Identification) -> list[FitWarning]:
         *_windows(identification),
         *_edges(identification),
         *_frictions(identification),
-        *_wild_samples(identification),
+        *_outliers_of_the_fit(identification),
     ]
 
 
@@ -206,17 +206,17 @@ def _frictions(found: Identification) -> Iterator[FitWarning]:
             )
 
 
-def _wild_samples(found: Identification) -> Iterator[FitWarning]:
+def _outliers_of_the_fit(found: Identification) -> Iterator[FitWarning]:
     trials = found.data.trials
-    wild = [0] * len(trials)
+    outlying = [0] * len(trials)
     total = [0] * len(trials)
     for window, weight in zip(found.fit.windows, found.fit.weights, strict=True):
-        wild[window.trial] += int(np.count_nonzero(np.min(weight, axis=1) < 1.0))
+        outlying[window.trial] += int(np.count_nonzero(np.min(weight, axis=1) < 1.0))
         total[window.trial] += len(weight)
-    for trial, count, samples in zip(trials, wild, total, strict=True):
+    for trial, count, samples in zip(trials, outlying, total, strict=True):
         if count:
             yield FitWarning(
-                "wild_samples",
+                "outliers_of_the_fit",
                 (trial.name,),
                 f"{count} of {samples} samples of {trial.name} are far off the model and count for less",
             )

@@ -9,7 +9,7 @@ from cdp_ident.trial.trial import Trial
 Array = npt.NDArray[np.float64]
 
 _STANDS_OUT = 4.0
-"""Differences beyond so many standard deviations are no noise: knocks, and wild samples."""
+"""Differences beyond so many standard deviations are no noise: knocks, and outliers."""
 _NOTHING = 1e-12
 """A difference that is nothing but rounding [rad]."""
 

@@ -28,7 +28,7 @@ _ROUGHLY = 1e-3
 """Tolerance of the fits that only lead to the next longer windows."""
 _LARGEST_DAMPING = 1e8
 _DAMPING_FACTOR = 4.0
-_WILD = 6.0
+_OUTLIER = 6.0
 """Residuals beyond so many robust standard deviations lose weight (Huber, Robust Statistics, 1981)."""
 
 
@@ -47,7 +47,7 @@ class Fit:
     """(n, 2, states + unknowns) derivatives of the simulated angles, whitened, by the window's initial state and by the
     unknowns, where these were held, by those that were not."""
     weights: tuple[Array, ...]
-    """(n, 2) weight of each residual; 1 but for wild samples."""
+    """(n, 2) weight of each residual; 1 but for outliers."""
     iterations: int
     simulations: int
     """Windows simulated, as multiples of all the windows together."""
@@ -65,7 +65,7 @@ class Fit:
 
     @property
     def squared_error(self) -> float:
-        """Sum of the squared residuals [rad^2]: what is minimised, but for wild samples."""
+        """Sum of the squared residuals [rad^2]: what is minimised, but for outliers."""
         return float(sum(np.sum(residual**2) for residual in self.residuals))
 
     @property
@@ -137,8 +137,8 @@ def refine(
         if stop(problem.rmse(point)):
             break
         if gained < tolerance * point.cost:
-            # Arrived, under the limit for wild samples so far: does the error now at hand ask for a lower one?
-            lower = max(_WILD * problem.robust_scale(point), np.finfo(float).tiny)
+            # Arrived, under the limit for outliers so far: does the error now at hand ask for a lower one?
+            lower = max(_OUTLIER * problem.robust_scale(point), np.finfo(float).tiny)
             if limit < np.inf or not problem.any_beyond(point, lower):
                 converged = True
                 break

@@ -16,7 +16,7 @@ Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
 _ROUNDS = 15
-_WILD = 2.5
+_OUTLIER = 2.5
 """Rows beyond so many standard deviations lose weight."""
 _MEDIAN_OF_TWO, _MEDIAN_OF_ONE = 1.177, 0.6745
 """Median length of a standard normal vector of two components, and of one."""
@@ -39,7 +39,7 @@ class Regression:
     residuals: Array
     """(k, 2) left in each row; zero where a component does not hold."""
     weights: Array
-    """(k,) of each row; 1 but for wild ones."""
+    """(k,) of each row; 1 but for outliers."""
     scatter: Array
     """(2, 2) covariance of the residuals."""
     noise_share: float
@@ -84,7 +84,7 @@ def regress(columns: Array, target: Array, holds: Mask, lower: Array, upper: Arr
         distance = np.sqrt(np.einsum("ki,kij,kj->k", residuals, _precisions(scatter, holds), residuals))
         both = holds.all(axis=1)
         median = np.median(distance / np.where(both, _MEDIAN_OF_TWO, _MEDIAN_OF_ONE))
-        weights = np.minimum(1.0, _WILD / np.maximum(distance / max(median, 1e-300), 1e-300))
+        weights = np.minimum(1.0, _OUTLIER / np.maximum(distance / max(median, 1e-300), 1e-300))
         scatter = _covariance_of(residuals, holds, weights)
         if np.allclose(values, before, rtol=1e-6, atol=1e-9 * np.abs(values).max()):
             break

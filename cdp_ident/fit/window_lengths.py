@@ -1,7 +1,7 @@
 """How long windows are: as long as the motion can be followed from where they begin.
 
-A trial is wild at first and calm at its end. Windows that are short enough for its beginning would be blind, later on,
-to what acts slowly; windows that suit its end would lose the motion at its beginning.
+A trial is energetic at first and calm at its end. Windows that are short enough for its beginning would be blind, later
+on, to what acts slowly; windows that suit its end would lose the motion at its beginning.
 """
 
 from collections.abc import Callable

@@ -23,8 +23,8 @@ serves     the parameters m1 m2 m0 l1 l2 J1 J2 c1 c2 L g, groups.<group>, std.<e
 publishes  ~/state (std_msgs/String, latched)   waiting, identifying, ready, or failed and why
            /diagnostics (diagnostic_msgs/DiagnosticArray)  the same, once a second
 
-With --watch, each trial that comes into the folder is judged as it is unseen, with a warning if it no longer fits, then
-fitted jointly with all before it, and the parameters are updated.
+With --watch, each trial that comes into the folder is checked by the model first, with a warning if it no longer fits,
+then fitted jointly with all before it, and the parameters are updated.
 
 Ctrl-C while it searches ends the search: its best so far is refined, reported and served; once more ends at once."""
 

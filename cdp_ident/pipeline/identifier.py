@@ -94,7 +94,7 @@ class Identifier:
         self._came: list[Path] = []
         """Bags of the watched folder that are fitted too."""
         self._latest: Outcome | None = None
-        self._unseen: list[NewTrialCheck] = []
+        self._new_trials: list[NewTrialCheck] = []
 
     def settings(self, given: Mapping[str, Any]) -> Settings:
         """Read the configuration; `given` is what ROS was told.
@@ -133,7 +133,7 @@ class Identifier:
         return loaded
 
     def _take_new(self, watched: WatchedFolder, settings: Settings) -> None:
-        """Add the new bags of the watched folder, each judged as unseen first.
+        """Add the new bags of the watched folder, each checked by the model first.
 
         One that has no trial, or is the copy of another, is left out until its files change.
         """
@@ -163,16 +163,16 @@ class Identifier:
         after = latest.trace.after
         errors = {error for weight in trial.weights for error in weight.errors}
         if trial.weights and not (after.model.inertia_free and errors <= {*after.model.weight_errors}):
-            self._say(f"{trial.name} is not judged as unseen: it shows for the first time what its weight does")
+            self._say(f"{trial.name} is not checked: it shows for the first time what its weight does")
             return
         expected = latest.trace.errors["effects"].holdout.rmse
         window = latest.identification.data.window
-        unseen = check_new_trial(after.model, after.fit.values, latest.trace.covariance, expected, trial, window)
-        self._unseen.append(unseen)
-        if unseen.fits:
-            self._say(unseen.words)
+        check = check_new_trial(after.model, after.fit.values, latest.trace.covariance, expected, trial, window)
+        self._new_trials.append(check)
+        if check.fits:
+            self._say(check.words)
         else:
-            self._warn(unseen.words)
+            self._warn(check.words)
 
     def _warn(self, sentence: str) -> None:
         self._say(sentence)
@@ -206,7 +206,7 @@ class Identifier:
             raise GivenUpError
         if not outcome.trace.failure:
             self._latest = outcome
-        result = Result(report(outcome, self._unseen), curves(outcome), outcome.trace.failure)
+        result = Result(report(outcome, self._new_trials), curves(outcome), outcome.trace.failure)
         print_report(self._output, result.report)
         return result
 

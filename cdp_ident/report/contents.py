@@ -33,21 +33,21 @@ Array = npt.NDArray[np.float64]
 Section = dict[str, Any]
 
 
-def report(outcome: Outcome, unseen: Sequence[NewTrialCheck] = ()) -> Section:
+def report(outcome: Outcome, new_trials: Sequence[NewTrialCheck] = ()) -> Section:
     """Return everything there is to report; plain values, to be written as JSON, as `schema.py` states it.
 
     Texts from outside, such as the names of bags, are fit to be shown.
 
     Args:
         outcome: what was found.
-        unseen: how trials that came later fitted before they were seen, in the order in which they came.
+        new_trials: how trials that came later fitted before they were seen, in the order in which they came.
     """
     found = outcome.identification
     after, completed = outcome.trace.after, outcome.trace.completed
     determined = identifiability(
         after.fit, completed.covariance, completed.physical, completed.inertia, found.options.prior, found.data.names
     )
-    return dict(shown_texts(_report(outcome, unseen, found, determined)))
+    return dict(shown_texts(_report(outcome, new_trials, found, determined)))
 
 
 def shown_texts(content: Any) -> Any:
@@ -62,7 +62,7 @@ def shown_texts(content: Any) -> Any:
 
 
 def _report(
-    outcome: Outcome, unseen: Sequence[NewTrialCheck], found: Identification, determined: Identifiability
+    outcome: Outcome, new_trials: Sequence[NewTrialCheck], found: Identification, determined: Identifiability
 ) -> Section:
     after, completed = outcome.trace.after, outcome.trace.completed
     return {
@@ -112,12 +112,12 @@ def _report(
         "selection": _selection(outcome.trace),
         "continuity": _continuity(completed),
         "repeatability": _repeatability(completed),
-        "unseen": [_unseen(judged) for judged in unseen],
+        "new_trials": [_new_trial(check) for check in new_trials],
         "identifiability": _identifiability(determined),
         "warnings": [
             {"name": warning.name, "about": list(warning.about), "message": warning.message}
             for warning in (
-                *_doubts(unseen),
+                *_doubts(new_trials),
                 *_failures(outcome.trace),
                 *outlier_warnings(_loaded(outcome)),
                 *find_warnings(completed),
@@ -322,7 +322,7 @@ def _continuity(found: Identification) -> Section | None:
     joined = found.continuity
     if joined is None:
         return None
-    return {"rms_rad": joined.rms, "relative": joined.relative, "joints": joined.boundaries}
+    return {"rms_rad": joined.rms, "relative": joined.relative, "boundaries": joined.boundaries}
 
 
 def _repeatability(found: Identification) -> Section | None:
@@ -346,21 +346,21 @@ def _repeatability(found: Identification) -> Section | None:
     }
 
 
-def _unseen(judged: NewTrialCheck) -> Section:
+def _new_trial(check: NewTrialCheck) -> Section:
     return {
-        "trial": judged.trial,
-        "rmse_rad": judged.error,
-        "expected_rmse_rad": judged.expected,
-        "fits": judged.fits,
+        "trial": check.trial,
+        "rmse_rad": check.error,
+        "expected_rmse_rad": check.expected,
+        "fits": check.fits,
         "changed": [
-            {"name": c.name, "before": c.before, "alone": c.alone, "deviations": c.deviations} for c in judged.changed
+            {"name": c.name, "before": c.before, "alone": c.alone, "deviations": c.deviations} for c in check.changed
         ],
     }
 
 
-def _doubts(unseen: Sequence[NewTrialCheck]) -> Iterator[FitWarning]:
-    for judged in unseen:
-        warning = judged.warning()
+def _doubts(new_trials: Sequence[NewTrialCheck]) -> Iterator[FitWarning]:
+    for check in new_trials:
+        warning = check.warning()
         if warning:
             yield warning
 

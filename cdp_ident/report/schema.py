@@ -376,7 +376,7 @@ REPORT: Schema = {
                 "how well windows join",
                 rms_rad=_number("[rad]"),
                 relative=_number("about 1 where the model holds"),
-                joints=_count("boundaries between windows"),
+                boundaries=_count("between windows"),
             )
         ),
         repeatability=_or_null(
@@ -389,7 +389,7 @@ REPORT: Schema = {
                 ),
             )
         ),
-        unseen=_list(
+        new_trials=_list(
             _object(
                 trial=_text(),
                 rmse_rad=_number("[rad]"),

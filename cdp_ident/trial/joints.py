@@ -65,11 +65,11 @@ def select_joints(recording: JointRecording, options: TrialOptions) -> tuple[Sam
             stamps, first = np.unique(recording.stamps[known], return_index=True)
             times = (stamps - recording.stamps[usable][0]) * 1e-9
             position = position[known][first]
-            wild = outliers(times, position)
-            if np.any(wild):
-                notes.append(f"of the cart's position {outlier_words(times[wild], np.count_nonzero(~wild))}")
+            outlying = outliers(times, position)
+            if np.any(outlying):
+                notes.append(f"of the cart's position {outlier_words(times[outlying], np.count_nonzero(~outlying))}")
             cart = np.interp(
-                (recording.stamps[usable] - recording.stamps[usable][0]) * 1e-9, times[~wild], position[~wild]
+                (recording.stamps[usable] - recording.stamps[usable][0]) * 1e-9, times[~outlying], position[~outlying]
             )
     elif options.cart_joint:
         notes.append(f"there is no joint {options.cart_joint}: the cart is taken to be at rest")

@@ -63,11 +63,11 @@ def test_a_disturbance_is_found_in_its_window():
     assert end - begin == pytest.approx(window.duration, abs=0.02)
 
 
-def test_wild_samples_are_counted():
+def test_outliers_of_the_fit_are_counted():
     wide, folded = trials()
     theta = folded.theta.copy()
     theta[[300, 900, 1500]] += 0.3
-    warning = of_name(identify([wide, replace(folded, theta=theta)], [], IdentifyOptions()), "wild_samples")
+    warning = of_name(identify([wide, replace(folded, theta=theta)], [], IdentifyOptions()), "outliers_of_the_fit")
     assert warning.about == ("swing_folded",)
     assert warning.message.startswith("3 of ") or warning.message.startswith("2 of ")  # one may be in a window held out
 

@@ -48,7 +48,7 @@ def test_the_noise_of_each_angle_is_its_own():
     assert noise_of(Trial("twin", TEN_SECONDS, theta)) == pytest.approx([1e-3, 4e-3], rel=0.08)
 
 
-def test_wild_samples_do_not_count():
+def test_outliers_do_not_count():
     trial = measured(1e-3)
     theta = trial.theta.copy()
     theta[::100] += 1.0
@@ -62,7 +62,7 @@ def test_an_encoder_that_hardly_moves_has_at_least_the_noise_of_its_steps():
 
 
 @pytest.mark.parametrize("size", [0.1, 1.0])
-def test_wild_samples_do_not_count_where_most_steps_repeat(size):
+def test_outliers_do_not_count_where_most_steps_repeat(size):
     step = 2 * np.pi / 2000
     theta = np.round(np.column_stack([0.02 * np.sin(TEN_SECONDS)] * 2) / step) * step
     theta[100::300] += size

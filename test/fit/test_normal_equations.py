@@ -40,7 +40,7 @@ def test_eliminating_initial_states_gives_the_step_of_all_normal_equations_toget
         rows.append(row)
         residuals.append(residual.ravel())
         weights.append(weight.ravel())
-    assert min(weight.min() for weight in weights) < 1.0  # the limit for wild samples is in it, too
+    assert min(weight.min() for weight in weights) < 1.0  # the limit for outliers is in it, too
     jacobian, residual, weight = (np.concatenate(part) for part in (rows, residuals, weights))
     normal = jacobian.T @ (weight[:, None] * jacobian)
     normal += damping * np.diag(np.diag(normal))

@@ -79,7 +79,7 @@ def test_frictions_are_never_negative_and_zero_where_noise_would_make_them_so():
     assert all(fit.rmse() < NOISE for fit in fits)
 
 
-def test_a_few_wild_samples_do_not_move_the_values_beyond_their_intervals():
+def test_a_few_outliers_do_not_move_the_values_beyond_their_intervals():
     theta = TWIN.theta.copy()
     theta[[100, 333, 777, 1200, 1500, 1900], [0, 1, 0, 1, 0, 1]] += 1.0  # the start of a window among them
     fit = refine_from_afar(MODEL, NOMINAL, cut_into_windows([replace(TWIN, theta=theta)]))
@@ -90,7 +90,7 @@ def test_a_few_wild_samples_do_not_move_the_values_beyond_their_intervals():
     assert sum(int(np.sum(weight < 0.05)) for weight in fit.weights) == 6
 
 
-def test_without_wild_samples_all_weigh_the_same():
+def test_without_outliers_all_weigh_the_same():
     fit = refine(MODEL, NOMINAL, cut_into_windows([TWIN]))
     assert all(np.all(weight == 1.0) for weight in fit.weights)
 

@@ -404,7 +404,7 @@ def test_trials_that_come_into_a_watched_folder_are_judged_then_fitted_too(start
 
     record(WIDE, "first")
     client.wait_until_it_serves()
-    assert report_in(out)["unseen"] == []
+    assert report_in(out)["new_trials"] == []
 
     (trials / "broken").mkdir()
     (trials / "broken/broken_0.mcap").write_text("nothing")
@@ -415,7 +415,7 @@ def test_trials_that_come_into_a_watched_folder_are_judged_then_fitted_too(start
     listener.wait_for(lambda: trials_in_report() == ["first", "second", "third"])
     assert "broken is left out: " in process.said
     report = report_in(out)
-    second, third = report["unseen"]
+    second, third = report["new_trials"]
     assert (second["trial"], second["fits"]) == ("second", True)
     assert (third["trial"], third["fits"], third["changed"][0]["name"]) == ("third", False, "c2_over_A22")
     assert "no_longer_fits" in [warning["name"] for warning in report["warnings"]]

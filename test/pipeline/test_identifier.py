@@ -112,4 +112,4 @@ def test_a_watched_trial_that_shows_a_weight_for_the_first_time_is_not_judged(wa
     weights = {"trials.two.added.outer": [0.05, 0.3], "trials.three.added.outer": [0.05, 0.3]}
     first, second = identifier.load(weights).fit
     assert (first.weights, second.weights[0].mass) == ((), 0.05)
-    assert "two is not judged as unseen: it shows for the first time what its weight does" in said.getvalue()
+    assert "two is not checked: it shows for the first time what its weight does" in said.getvalue()

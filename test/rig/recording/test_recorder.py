@@ -49,12 +49,12 @@ class Bench:
         self.recorder = Recorder(
             RecorderOptions(folder, **options),
             Surroundings(
-                self.said.append,
-                self.warned.append,
-                self.states.append,
-                self.bags.append,
-                lambda: {"/rig1/driver"},
-                lambda topic: [OFFERED[topic]],
+                say=self.said.append,
+                warn=self.warned.append,
+                on_state=self.states.append,
+                on_bag=self.bags.append,
+                drivers=lambda: {"/rig1/driver"},
+                offered=lambda topic: [OFFERED[topic]],
             ),
         )
 
