@@ -49,7 +49,7 @@ setup(
         "pyserial",
         "cobs",
     ],
-    extras_require={"test": ["pytest", "hypothesis", "sympy", "playwright"]},
+    extras_require={"test": ["pytest", "hypothesis", "sympy", "playwright"], "cluster": ["distributed"]},
     zip_safe=True,
     maintainer="cdp_ident maintainers",
     maintainer_email="maintainers@example.com",

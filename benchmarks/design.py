@@ -15,7 +15,7 @@ from rich.table import Table
 
 from cdp_ident.design.criteria import Criterion
 from cdp_ident.design.next_trial import NextTrial
-from cdp_ident.design.survey import Grid
+from cdp_ident.design.starts import Grid
 from scenarios.next_swing import ALL_GROUPS, Swings, swing
 
 ASKED = {"all groups": ALL_GROUPS, "c1": ("c1_over_A22",), "c2": ("c2_over_A22",)}

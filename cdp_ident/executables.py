@@ -11,6 +11,7 @@ EXECUTABLES = {
     "linearize": "cdp_ident.commands.linearize",
     "suggest": "cdp_ident.commands.suggest",
     "report": "cdp_ident.commands.report",
+    "survey": "cdp_ident.commands.survey",
     "demo": "cdp_ident.demo.demo",
 }
 """The module of each executable, by its name; the module's `main` runs it."""

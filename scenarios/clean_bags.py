@@ -26,11 +26,23 @@ _FIRST_STAMP = 1_717_156_800_000_000_000
 def write_clean_bags(folder: Path, values: Mapping[str, float] = TABLE_5, swing: float = 14.0) -> None:
     """Write the bags: each hangs for 1 s, is led up and held for 3 s, and swings freely for so long [s]."""
     for name, start in STARTS.items():
-        with BagWriter(folder / name) as writer:
-            for i, measured in enumerate(_positions(start, values, swing)):
-                stamp = _FIRST_STAMP + i * 1_000_000_000 // _RATE
-                writer.write("/joint_states", MESSAGE_TYPE, stamp, serialize_joint_state(NAMES, measured, stamp))
-            writer.close({})
+        write_clean_bag(folder / name, start, values, swing)
+
+
+def write_clean_bag(
+    folder: Path,
+    start: tuple[float, float],
+    values: Mapping[str, float] = TABLE_5,
+    swing: float = 14.0,
+    first_stamp: int = _FIRST_STAMP,
+    custom_data: Mapping[str, str] | None = None,
+) -> None:
+    """Write one bag whose pendulum is let go at `start`, theta1 and theta2 [rad]; its first stamp is in ns."""
+    with BagWriter(folder) as writer:
+        for i, measured in enumerate(_positions(start, values, swing)):
+            stamp = first_stamp + i * 1_000_000_000 // _RATE
+            writer.write("/joint_states", MESSAGE_TYPE, stamp, serialize_joint_state(NAMES, measured, stamp))
+        writer.close(custom_data or {})
 
 
 def clean_trials(folder: Path) -> tuple[Trial, ...]:

@@ -2,13 +2,20 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import yaml
 
+from cdp_ident.yaml_file import read_yaml
+
 METADATA_FILE = "metadata.yaml"
 METADATA_VERSION = 9
+INFORMATION = "rosbag2_bagfile_information"
+"""The one key at the top of the file."""
 ROS_DISTRO = "jazzy"
+RIG_NAME, UNKNOWN = "rig_name", "unknown"
+"""The custom data in which a recorder writes which rig it was, and what it writes where it does not know."""
 INFINITE = {"sec": 9223372036, "nsec": 854775807}
 
 QosProfile = dict[str, Any]
@@ -63,10 +70,27 @@ def read_offered(text: str) -> Sequence[QosProfile]:
     return offered if usable else OFFERED_QOS_PROFILES
 
 
+def read_information(bag: Path) -> tuple[dict[str, Any], str]:
+    """Return what a bag's `metadata.yaml` holds under `INFORMATION`, and in words why it cannot be read.
+
+    A bag without metadata tells nothing. Of a single file those of its folder are taken. They may come from anyone: a
+    value may be of any type.
+    """
+    path = (bag if bag.is_dir() else bag.parent) / METADATA_FILE
+    if not path.is_file():
+        return {}, ""
+    try:
+        content = read_yaml(path)
+    except (OSError, ValueError) as error:
+        return {}, f"{METADATA_FILE} cannot be read, so what it says of the trial is not known: {error}"
+    information = content.get(INFORMATION) if isinstance(content, dict) else None
+    return (information if isinstance(information, dict) else {}), ""
+
+
 def bag_information(
     file_name: str, topics: list[TopicCount], start_ns: int, end_ns: int, custom_data: Mapping[str, str]
 ) -> dict[str, Any]:
-    """Return what `metadata.yaml` holds under `rosbag2_bagfile_information`, for a bag of one MCAP file.
+    """Return what `metadata.yaml` holds under `INFORMATION`, for a bag of one MCAP file.
 
     `start_ns` and `end_ns` are the times of the first and last message [ns since the epoch]; both 0 if there are none.
     """

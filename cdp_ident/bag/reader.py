@@ -88,7 +88,12 @@ def read_joint_states(bag: Path, topic: str) -> JointRecording:
             found = read_joint_states(bag, in_namespaces[0])
             return replace(found, notes=(f"joint states are those on {shown(in_namespaces[0])}", *found.notes))
         raise BagError("; ".join([_wrong_topic(bag, topic, types, suitable), *map(shown, notes)]))
-    return _with_device(joints.recording(_name(bag), topic, notes), devices)
+    return _with_device(joints.recording(bag_name(bag), topic, notes), devices)
+
+
+def is_storage_file(name: str) -> bool:
+    """Return whether a file of this name holds messages of a bag."""
+    return name.removesuffix(".zstd").endswith((".mcap", ".db3"))
 
 
 def storage_files(bag: Path) -> list[Path]:
@@ -100,7 +105,7 @@ def storage_files(bag: Path) -> list[Path]:
             raise BagError(f"there is no bag {bag}")
         if not bag.is_dir():
             return [bag]
-        files = [file for file in bag.iterdir() if file.name.removesuffix(".zstd").endswith((".mcap", ".db3"))]
+        files = [file for file in bag.iterdir() if is_storage_file(file.name)]
     except (OSError, ValueError) as error:
         raise BagError(f"{bag} cannot be read: {error}") from error
     if not files:
@@ -197,7 +202,8 @@ def _with_device(recording: JointRecording, devices: DeviceMessages) -> JointRec
     )
 
 
-def _name(bag: Path) -> str:
+def bag_name(bag: Path) -> str:
+    """Return what people call a bag."""
     if bag.name == "metadata.yaml":
         bag = bag.parent
     if bag.is_dir():

@@ -13,6 +13,7 @@ from rosbags.typesys.base import TypesysError
 
 from cdp_ident.bag.joint_state import typestore
 from cdp_ident.bag.metadata import (
+    INFORMATION,
     METADATA_FILE,
     OFFERED_QOS_PROFILES,
     QosProfile,
@@ -142,7 +143,7 @@ class BagWriter:
             return
         topics = [topic for _, topic in self._channels.values()]
         information = bag_information(self._path.name, topics, self._start_ns, self._end_ns, custom_data or {})
-        text = dump_yaml({"rosbag2_bagfile_information": information})
+        text = dump_yaml({INFORMATION: information})
         try:
             self._writer.add_metadata("rosbag2", {"serialized_metadata": dump_yaml(information)})
             self._writer.finish()

@@ -3,13 +3,12 @@
 from pathlib import Path
 
 from rich.console import Console
-from rich.table import Table
-from rich.text import Text
 
 from cdp_ident.command_line import ArgumentParser, entry_point
-from cdp_ident.report.comparison import Comparison, compare, read_runs
+from cdp_ident.report.comparison import compare, read_runs
 from cdp_ident.report.folder import COMPARISON_PAGE, COMPARISON_TEXT, FIGURES, check_folder, write_files
 from cdp_ident.report.pictures import draw_comparison
+from cdp_ident.report.terminal import print_tables
 
 DESCRIPTION = """\
 Put the results of several identifications side by side, as before and after a bearing was changed: errors, groups,
@@ -33,24 +32,10 @@ def main(arguments: list[str]) -> int:
     runs = read_runs(options.folders)
     console = Console(highlight=False, markup=False)
     console = console if console.is_terminal else Console(highlight=False, markup=False, width=_WIDTH)
-    for comparison in compare(runs):
-        _print(console, comparison)
+    print_tables(console, compare(runs))
     if options.out:
         drawn = draw_comparison(runs)
         write_files(options.out, drawn.files)
         console.print(drawn.problem or f"{options.out / COMPARISON_PAGE} is written", soft_wrap=True)
         console.print(f"{options.out / COMPARISON_TEXT} and {FIGURES}/ are written", soft_wrap=True)
     return 0
-
-
-def _print(console: Console, comparison: Comparison) -> None:
-    title = Text(comparison.title, style="bold")
-    table = Table(title=title, title_justify="left", box=None, pad_edge=False, padding=(0, 3, 0, 0))
-    for column in comparison.columns:
-        table.add_column(Text(column), overflow="fold")
-    for row in comparison.rows:
-        table.add_row(*(Text(cell) for cell in row))
-    console.print(table)
-    if comparison.note:
-        console.print(comparison.note)
-    console.print()

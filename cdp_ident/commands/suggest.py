@@ -7,7 +7,7 @@ from rich.table import Table
 
 from cdp_ident.command_line import ArgumentParser, entry_point
 from cdp_ident.design.knowledge import Knowledge
-from cdp_ident.design.survey import Grid
+from cdp_ident.design.starts import Grid
 from cdp_ident.errors import IdentificationError, OptionError, ReportError
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.parameters import GROUPS

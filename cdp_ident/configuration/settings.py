@@ -2,7 +2,7 @@
 
 import math
 from array import array
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -93,6 +93,11 @@ class Settings:
                 given = settings_of([weight]) if weight else {f"{ADDED}.{rod}": list(NOTHING)}
                 values |= {f"{WEIGHTS}{bag}.{name}": value for name, value in given.items()}
         return values
+
+
+def given_for(given: Mapping[str, Any], bags: Collection[str]) -> dict[str, Any]:
+    """Return of what is given for many bags what concerns some, by their names: weights of others are left out."""
+    return {name: value for name, value in given.items() if not (of := weight_name(name)) or of[0] in bags}
 
 
 def _weights(given: Mapping[str, Any]) -> dict[str, dict[Rod, Weight | None]]:

@@ -10,7 +10,7 @@ from cdp_ident.design.candidate_trial import CandidateTrial, fit_to, information
 from cdp_ident.design.criteria import Criterion
 from cdp_ident.design.discrimination import Rival
 from cdp_ident.design.knowledge import Knowledge
-from cdp_ident.design.survey import Grid, Survey, survey
+from cdp_ident.design.starts import Grid, Survey, survey
 from cdp_ident.errors import IdentificationError
 
 Array = npt.NDArray[np.float64]

@@ -6,6 +6,8 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
 
+_uses_one_core = False
+
 
 @functools.cache
 def _pool() -> ThreadPoolExecutor:
@@ -13,8 +15,14 @@ def _pool() -> ThreadPoolExecutor:
 
 
 def core_count() -> int:
-    """Return how many cores this process may use."""
-    return len(os.sched_getaffinity(0))
+    """Return how many cores the work of this process may be shared out over."""
+    return 1 if _uses_one_core else len(os.sched_getaffinity(0))
+
+
+def use_one_core() -> None:
+    """Share nothing out any more in this process: it is one of several that have the cores among them."""
+    global _uses_one_core  # noqa: PLW0603 - of the process, as its cores are
+    _uses_one_core = True
 
 
 def share_out(work: Callable[[int, int], None], count: int) -> None:

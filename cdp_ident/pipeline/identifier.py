@@ -77,6 +77,15 @@ class Request:
     """Folder of an earlier report of the rig, whose effects are expected."""
 
 
+def read_configuration(config: Path | None) -> dict[str, Any]:
+    """Return what a ROS parameter file tells identify; nothing where none is given.
+
+    Raises:
+        OptionError: it cannot be read, or has nothing for identify.
+    """
+    return read_parameter_file(config, NODE_NAME).taken(is_key) if config else {}
+
+
 class Identifier:
     """Identifies what was requested, as often as asked, into the same folder."""
 
@@ -98,8 +107,7 @@ class Identifier:
         Raises `CdpIdentError` for whatever is wrong with it.
         """
         request = self._request
-        values = read_parameter_file(request.config, NODE_NAME).taken(is_key) if request.config else {}
-        values |= given
+        values = {**read_configuration(request.config), **given}
         values |= {name: told for name in ("method", "seed") if (told := getattr(request, name)) is not None}
         return Settings.of(values)
 

@@ -8,10 +8,11 @@ from pathlib import Path
 from cdp_ident.errors import OptionError
 from cdp_ident.model.parameters import GROUPS
 from cdp_ident.report.folder import REPORT
-from cdp_ident.report.formatting import milliradians, number, unit, with_std
+from cdp_ident.report.formatting import milliradians, number
+from cdp_ident.report.quantities import Quantity, effect_quantities, fitted_quantity
 from cdp_ident.report.report_file import read_report
 from cdp_ident.report.schema import Section
-from cdp_ident.report.wording import noise_floor, short_name
+from cdp_ident.report.wording import group_words, noise_floor
 
 CHANGED = 3.0
 """A difference of so many of its standard deviations is called a change."""
@@ -28,7 +29,7 @@ class Run:
 
 @dataclass(frozen=True)
 class Comparison:
-    """A table: what is compared, the runs' values, and the others' differences from the first."""
+    """A table: what is compared, and what of each of the runs or rigs."""
 
     title: str
     columns: tuple[str, ...]
@@ -61,11 +62,9 @@ def compare(runs: Sequence[Run]) -> list[Comparison]:
     """Return what to put side by side: verdicts, errors, groups, effects and physical values."""
     names = tuple(run.name for run in runs)
     others = tuple(f"{name} − {names[0]}, in std" for name in names[1:])
-    groups = [
-        (f"{short_name(g.symbol)} = {g.formula}", [_quantity(run, "groups", g.symbol) for run in runs]) for g in GROUPS
-    ]
+    groups = [(group_words(g), [fitted_quantity(run.report, "groups", g.symbol) for run in runs]) for g in GROUPS]
     symbols = runs[0].report["after"]["physical"]
-    physical = [(symbol, [_quantity(run, "physical", symbol) for run in runs]) for symbol in symbols]
+    physical = [(symbol, [fitted_quantity(run.report, "physical", symbol) for run in runs]) for symbol in symbols]
     differences = "A difference is in standard deviations of itself"
     return [
         Comparison("Verdicts", ("run", "verdict"), tuple((run.name, run.report["verdict"]) for run in runs)),
@@ -91,43 +90,20 @@ def compare(runs: Sequence[Run]) -> list[Comparison]:
     ]
 
 
-@dataclass(frozen=True)
-class _Quantity:
-    text: str
-    value: float = math.nan
-    """As the motion shows it; not a number where it says nothing."""
-    std: float = math.nan
-
-
-def _quantity(run: Run, kind: str, name: str) -> _Quantity:
-    found = run.report["after"][kind][name]
-    text = f"{with_std(found['value'], found['std'])} {unit(found['unit'])}".strip()
-    # A physical value that is not determined is where the nominal values have put it.
-    says_something = kind == "groups" or found["determined"]
-    return _Quantity(text, number(found["value"]), number(found["std"])) if says_something else _Quantity(text)
-
-
-def _effects(runs: Sequence[Run]) -> Mapping[str, list[_Quantity]]:
-    found: dict[str, list[_Quantity]] = {}
+def _effects(runs: Sequence[Run]) -> Mapping[str, list[Quantity]]:
+    found: dict[str, list[Quantity]] = {}
     for index, run in enumerate(runs):
-        for effect in run.report["effects"]:
-            about = ", ".join(
-                filter(None, (effect["name"].replace("_", " "), effect["variant"], effect["joint"], effect["trial"]))
-            )
-            for name, quantity in effect["parameters"].items():
-                text = f"{with_std(quantity['value'], quantity['std'])} {unit(quantity['unit'])}".strip()
-                shown = quantity["as_fitted"]
-                row = found.setdefault(f"{about}: {name}", [_Quantity(_NONE)] * len(runs))
-                row[index] = _Quantity(text, number(shown["value"]), number(shown["std"]))
+        for name, quantity in effect_quantities(run.report).items():
+            found.setdefault(name, [Quantity(_NONE)] * len(runs))[index] = quantity
     return found
 
 
-def _row(name: str, quantities: Sequence[_Quantity]) -> tuple[str, ...]:
+def _row(name: str, quantities: Sequence[Quantity]) -> tuple[str, ...]:
     first, *others = quantities
     return (name, *(quantity.text for quantity in quantities), *(_difference(first, other) for other in others))
 
 
-def _difference(first: _Quantity, other: _Quantity) -> str:
+def _difference(first: Quantity, other: Quantity) -> str:
     std = math.hypot(first.std, other.std)
     if not (math.isfinite(std) and std > 0):
         return _NONE

@@ -10,7 +10,7 @@ from cdp_ident.configuration.fitted_model import fitted_model, fitted_parameters
 from cdp_ident.design.discrimination import Rival, can_be_the_same, rivals
 from cdp_ident.design.knowledge import Knowledge, Sampling
 from cdp_ident.design.next_trial import Apart, NextTrial, Sharper
-from cdp_ident.design.survey import Grid, Survey
+from cdp_ident.design.starts import Grid, Survey
 from cdp_ident.errors import IdentificationError, ReportError
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.windows import FEWEST_SAMPLES, Window, cut_at

@@ -1,6 +1,6 @@
 """A report as text for people at a terminal."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 from rich.console import Console, Group, RenderableType
 from rich.padding import Padding
@@ -8,6 +8,7 @@ from rich.table import Table
 from rich.text import Text
 
 from cdp_ident.model.parameters import GROUPS
+from cdp_ident.report.comparison import Comparison
 from cdp_ident.report.formatting import CERTAINTY, interval, milliradians, number, unit, with_std
 from cdp_ident.report.schema import Section
 from cdp_ident.report.wording import (
@@ -26,6 +27,18 @@ def print_report(console: Console, report: Section) -> None:
     """Print the tables and sentences of a report."""
     for part in _parts(report):
         console.print(part)
+        console.print()
+
+
+def print_tables(console: Console, tables: Iterable[Comparison]) -> None:
+    """Print tables of several reports."""
+    for comparison in tables:
+        table = _table(comparison.title, *comparison.columns)
+        for row in comparison.rows:
+            table.add_row(*(Text(cell) for cell in row))
+        console.print(table)
+        if comparison.note:
+            console.print(comparison.note)
         console.print()
 
 

@@ -6,10 +6,10 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.design.survey import HAND
+from cdp_ident.design.starts import HAND
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.effect import SensorEffect
-from cdp_ident.model.parameters import CONSTANTS, GROUPS, INERTIA, SYMBOLS, groups_of, inertia_about_cart
+from cdp_ident.model.parameters import CONSTANTS, GROUPS, INERTIA, SYMBOLS, Group, groups_of, inertia_about_cart
 from cdp_ident.report.formatting import CERTAINTY, number, per_cent, with_std
 from cdp_ident.report.schema import Section
 
@@ -104,6 +104,11 @@ def action_words(step: Section) -> str:
 def noise_floor(report: Section) -> float:
     """Return the noise of both encoders' angles together [rad]."""
     return float(np.sqrt(np.mean(np.square(list(report["noise_rad"].values())))))
+
+
+def group_words(group: Group) -> str:
+    """Write a group's short name and what it stands for."""
+    return f"{short_name(group.symbol)} = {group.formula}"
 
 
 def weights_words(trial: Section) -> str:

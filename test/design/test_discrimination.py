@@ -9,7 +9,7 @@ from cdp_ident.design.candidate_trial import CandidateTrial, fit_to
 from cdp_ident.design.discrimination import can_be_the_same, rivals
 from cdp_ident.design.knowledge import Knowledge
 from cdp_ident.design.next_trial import NextTrial
-from cdp_ident.design.survey import Grid
+from cdp_ident.design.starts import Grid
 from cdp_ident.diagnosis.uncertainty import covariance
 from cdp_ident.fit.motion_model import ActiveEffect
 from cdp_ident.fit.refinement import refine

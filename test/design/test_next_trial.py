@@ -5,7 +5,7 @@ import pytest
 
 from cdp_ident.design.criteria import Criterion
 from cdp_ident.design.next_trial import NextTrial
-from cdp_ident.design.survey import Grid
+from cdp_ident.design.starts import Grid
 from scenarios.next_swing import ALL_GROUPS, Swings, swing
 
 FIRST = Swings.of([swing(np.pi + 0.5, np.pi + 0.7, np.random.default_rng(5))])

@@ -11,7 +11,16 @@ from cdp_ident.report.figures.palette import Colour
 
 Array = npt.NDArray[np.float64]
 Place = Literal[
-    "errors", "motion", "validation", "paper", "selection", "torques", "parameters", "next_trial", "compare"
+    "errors",
+    "motion",
+    "validation",
+    "paper",
+    "selection",
+    "torques",
+    "parameters",
+    "next_trial",
+    "compare",
+    "survey",
 ]
 
 
@@ -70,6 +79,8 @@ class Intervals:
     hollow: Sequence[bool]
     words: Sequence[str]
     shape: str = "circle"
+    upright: bool = False
+    """Whether the values are along y, and the positions along x."""
 
 
 @dataclass(frozen=True)

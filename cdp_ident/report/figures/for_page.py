@@ -158,11 +158,12 @@ def _finite(values: Sequence[float]) -> list[float | None]:
 
 
 def _intervals(mark: Intervals) -> Json:
+    along, across = ("y", "x") if mark.upright else ("x", "y")
     return {
         "mode": "markers",
-        "x": _finite(mark.values),
-        "y": list(mark.positions),
-        "error_x": {
+        along: _finite(mark.values),
+        across: list(mark.positions),
+        f"error_{along}": {
             "type": "data", "array": _finite(mark.half_widths), "color": _colour(mark.colour), "thickness": 1.6,
             "width": 4,
         },

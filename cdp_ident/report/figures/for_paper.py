@@ -139,8 +139,10 @@ def _mark(mark: Mark, ax: Axes) -> None:
         for position, value, half, hollow in zip(
             mark.positions, mark.values, mark.half_widths, mark.hollow, strict=True
         ):
+            interval = half if math.isfinite(half) else None
+            place = (position, value, interval) if mark.upright else (value, position, None, interval)
             ax.errorbar(
-                value, position, xerr=half if math.isfinite(half) else None, color=LIGHT[mark.colour], capsize=2,
+                *place, color=LIGHT[mark.colour], capsize=2,
                 marker=_SHAPES[mark.shape], markersize=4.5, linewidth=1.1,
                 markerfacecolor=LIGHT["surface"] if hollow else LIGHT[mark.colour],
             )  # fmt: skip

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.design.survey import HAND
+from cdp_ident.design.starts import HAND
 from cdp_ident.report.figures.description import Axis, Dots, Figure, Heat, Panel
 from cdp_ident.report.formatting import number
 from cdp_ident.report.schema import Section

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from cdp_ident.bag.joint_state import HEAD_OFFSET, NANOSECONDS, STAMP_OFFSET, Layout, parse_layout
+from cdp_ident.bag.metadata import RIG_NAME, UNKNOWN
 from cdp_ident.model.weight_settings import ADDED, settings_of
 from cdp_ident.model.weights import Weight
 from cdp_ident.rig.recording.detector import End
@@ -150,8 +151,8 @@ class TrialFacts:
             "cart_motion_m": "" if motion is None else f"{motion:.6g}",
             "warnings": "; ".join(self.warnings()),
             ADDED: json.dumps(settings_of(self.weights)) if self.weights else "",
-            "zero": self.rig.get("zero", "unknown"),
-            "rig_name": self.rig.get("name", "unknown"),
+            "zero": self.rig.get("zero", UNKNOWN),
+            RIG_NAME: self.rig.get("name", UNKNOWN),
             "rig": json.dumps(self.rig),
             "parameters": json.dumps(dict(parameters)),
         }

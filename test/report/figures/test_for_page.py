@@ -45,6 +45,13 @@ def test_panels_stand_one_below_the_other_without_touching(read_content, shown_c
         assert len([name for name in layout if name.startswith("xaxis")]) == (1 if figure.shared_x else len(axes))
 
 
+def test_upright_intervals_are_along_y():
+    mark = Intervals("a", "ink", [3.0], [1.0], [0.2], [False], ["one"], upright=True)
+    (trace,) = plotly_figure(Figure("f", "survey", "", "", "", [Panel(Axis(), Axis(), [mark])]), Arrays())["data"]
+    assert (trace["x"], trace["y"], trace["error_y"]["array"]) == ([3.0], [1.0], [0.2])
+    assert "error_x" not in trace
+
+
 def test_an_array_that_many_figures_show_is_kept_once():
     arrays = Arrays()
     time = np.linspace(0, 1, 5)

@@ -15,8 +15,9 @@ from cdp_ident.report.figures.for_paper import png_and_svg
 def figure(text="name"):
     x = np.linspace(0, 1, 9)
     mark = Intervals(text, "ink", [0.0], [1.0], [np.inf], [True], [text])
+    upright = Intervals(text, "ink", [0.5], [0.4], [0.1], [False], [text], upright=True)
     panels = [
-        Panel(Axis(text), Axis(text), [Line(text, "after", x, x**2)]),
+        Panel(Axis(text), Axis(text), [Line(text, "after", x, x**2), upright]),
         Panel(Axis(), Axis(ticks=[(0, text)]), [mark]),
     ]
     return Figure("f", "errors", text, text, text, panels)
@@ -48,7 +49,8 @@ def test_nobody_else_s_settings_are_changed():
 
 def test_who_does_not_draw_does_not_load_what_draws():
     code = (
-        "import sys, cdp_ident.pipeline.identifier, cdp_ident.commands.report, cdp_ident.commands.compare; "
+        "import sys, cdp_ident.pipeline.identifier, cdp_ident.commands.report, cdp_ident.commands.compare, "
+        "cdp_ident.commands.survey; "
         "print([name for name in ('matplotlib', 'plotly', 'jinja2') if name in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)

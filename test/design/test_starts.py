@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from cdp_ident.design.survey import HAND, Grid, survey
+from cdp_ident.design.starts import HAND, Grid, survey
 
 
 def test_half_a_turn_to_one_side_is_half_a_turn_to_the_other():

@@ -1,0 +1,148 @@
+"""A survey as tables and sentences, for terminal and page."""
+
+from collections.abc import Iterator
+
+from cdp_ident.report.comparison import Comparison
+from cdp_ident.report.formatting import milliradians, unit, with_std
+from cdp_ident.report.schema import Section
+
+_NONE = "–"
+
+
+def verdict(survey: Section) -> str:
+    """Return a survey in one sentence."""
+    pieces = [piece for rig in survey["rigs"] for piece in rig["pieces"]]
+    without = sum(bool(piece["problem"]) for piece in pieces)
+    said = [f"{_counted(len(survey['rigs']), 'rig')}, {_counted(len(pieces), 'piece')}"]
+    if without:
+        said[0] += f", {without} of them without a result"
+    said += [
+        f"{change['rig']} changed in {_short(change['quantity'])} between {change['until']} and {change['since']}"
+        for change in survey["changes"]
+    ]
+    said += [
+        f"{difference['rig']} differs from {' and '.join(difference['others'])} in {_short(difference['quantity'])}"
+        for difference in survey["differences"]
+    ]
+    if len(said) == 1:
+        said.append("nothing changed, and no rig differs, by more than the estimates scatter")
+    return f"{'; '.join(said)}."
+
+
+def tables(survey: Section) -> list[Comparison]:
+    """Return what changed, which rig differs, and where the rigs are now."""
+    return [table for table in (_changed(survey), _different(survey), _latest(survey)) if table.rows]
+
+
+def problems(survey: Section) -> Comparison:
+    """Return what of the bags came to nothing."""
+    return Comparison("What came to nothing", ("rig", "what", "why"), tuple(_problems(survey)))
+
+
+def pieces(survey: Section) -> Iterator[tuple[Section, tuple[str, ...]]]:
+    """Yield each piece with what is said of it: rig, piece, bags, error on held-out motion, verdict."""
+    for rig in survey["rigs"]:
+        for piece in rig["pieces"]:
+            bags = len(piece["bags"]) - len(piece["left_out"])
+            error = milliradians(piece["rmse_holdout_rad"]) if piece["has_report"] else _NONE
+            yield piece, (rig["name"], piece["name"], str(bags), error, piece["problem"] or piece["verdict"])
+
+
+def _changed(survey: Section) -> Comparison:
+    return Comparison(
+        "What changed",
+        ("rig", "quantity", "last before", "first after", "before", "after", "change", "p"),
+        tuple(
+            (
+                change["rig"],
+                change["quantity"],
+                change["until"],
+                change["since"],
+                *_sides(survey, change),
+                f"{change['p_value']:.2g}",
+            )
+            for change in survey["changes"]
+        ),
+        f"p: how likely chance is to show as clear a change anywhere in the survey, told below {survey['level']:g}.",
+    )
+
+
+def _sides(survey: Section, change: Section) -> tuple[str, str, str]:
+    before, after = change["before"], change["after"]
+    if change["what"] == "found":
+        return *(f"found in {side['found']} of {side['of']}" for side in (before, after)), _NONE  # type: ignore[return-value]
+    symbol = _unit(survey, change["quantity"])
+    return (
+        f"{with_std(before['value'], before['std'])} {symbol}".strip(),
+        f"{with_std(after['value'], after['std'])} {symbol}".strip(),
+        _percent(after["value"], before["value"]),
+    )
+
+
+def _different(survey: Section) -> Comparison:
+    return Comparison(
+        "Which rig differs",
+        ("rig", "from", "quantity", "it has", "they have", "difference", "in std", "p"),
+        tuple(
+            (
+                found["rig"],
+                ", ".join(found["others"]),
+                found["quantity"],
+                f"{found['value']:.5g} {_unit(survey, found['quantity'])}".strip(),
+                f"{found['others_value']:.5g} {_unit(survey, found['quantity'])}".strip(),
+                _percent(found["value"], found["others_value"]),
+                f"{(found['value'] - found['others_value']) / found['std']:+.1f}" if found["std"] else _NONE,
+                f"{found['p_value']:.2g}",
+            )
+            for found in survey["differences"]
+        ),
+        "Each rig since its last change; the one that differs most is left out before the others are compared. "
+        f"p: how likely chance is to show as clear a difference; below {survey['level']:g} it is told.",
+    )
+
+
+def _latest(survey: Section) -> Comparison:
+    rigs = survey["rigs"]
+    by_rig = [{quantity["name"]: quantity for quantity in rig["quantities"]} for rig in rigs]
+    names = dict.fromkeys(name for of in by_rig for name in of)
+    return Comparison(
+        "Parameters and effects, since their last change",
+        ("quantity", *(rig["name"] for rig in rigs)),
+        tuple((name, *(_latest_words(of.get(name)) for of in by_rig)) for name in names),
+        "Means with standard deviations by how much the pieces scatter, and of how many pieces; torques over A22.",
+    )
+
+
+def _latest_words(quantity: Section | None) -> str:
+    if quantity is None:
+        return _NONE
+    latest = quantity["latest"]
+    return f"{with_std(latest['value'], latest['std'])} {unit(quantity['unit'])}".strip() + f" ({latest['pieces']})"
+
+
+def _problems(survey: Section) -> Iterator[tuple[str, ...]]:
+    for rig in survey["rigs"]:
+        for piece in rig["pieces"]:
+            if piece["problem"]:
+                yield rig["name"], piece["name"], piece["problem"]
+            for bag in piece["left_out"]:
+                yield rig["name"], bag["bag"], bag["reason"]
+    for bag in survey["left_out"]:
+        yield _NONE, bag["bag"], bag["reason"]
+
+
+def _unit(survey: Section, name: str) -> str:
+    every = (quantity for rig in survey["rigs"] for quantity in rig["quantities"])
+    return unit(next((quantity["unit"] for quantity in every if quantity["name"] == name), ""))
+
+
+def _percent(value: float, reference: float) -> str:
+    return f"{100.0 * (value / reference - 1.0):+.3g} %" if reference else _NONE
+
+
+def _short(name: str) -> str:
+    return name.partition(" = ")[0]
+
+
+def _counted(number: int, noun: str) -> str:
+    return f"{number} {noun}{'' if number == 1 else 's'}"

@@ -1,0 +1,22 @@
+"""Work for processes, which find a function by the name of its module."""
+
+import math
+import os
+import signal
+from pathlib import Path
+
+from cdp_ident.model.parallel import core_count
+
+
+def root_or_death(job: tuple[float, Path]) -> float:
+    """Return a square root; that of 0 takes its process down at first, and notes it in a file."""
+    number, died = job
+    if number == 0 and not died.exists():
+        died.touch()
+        os.kill(os.getpid(), signal.SIGKILL)
+    return math.sqrt(number)
+
+
+def cores_and_threads(_: object) -> tuple[int, str | None]:
+    """Return how many cores work is shared out over, and how many threads linear algebra was told to take."""
+    return core_count(), os.environ.get("OPENBLAS_NUM_THREADS")

@@ -1,0 +1,76 @@
+"""A process that dies or hangs costs its own piece of work alone."""
+
+import math
+import os
+import time
+
+import pytest
+
+from cdp_ident.errors import OptionError
+from cdp_ident.survey.workers import WorkerDiedError, cluster, each, processes
+from scenarios.work import cores_and_threads, root_or_death
+
+
+def failed(job, why):
+    return f"{job}: {why}"
+
+
+def test_each_job_is_done_once():
+    with processes(2) as executor:
+        assert sorted(each(executor, math.sqrt, [1.0, 4.0, 9.0, 16.0], failed)) == [1.0, 2.0, 3.0, 4.0]
+
+
+def test_a_process_that_dies_twice_fails_its_own_job_alone():
+    with processes(1) as executor:
+        assert sorted(each(executor, os._exit, [3, 4], failed)) == [
+            "3: the process ended with 3",
+            "4: the process ended with 4",
+        ]
+
+
+def test_a_job_whose_process_was_killed_is_tried_again(tmp_path):
+    with processes(2) as executor:
+        done = list(each(executor, root_or_death, [(n, tmp_path / "died") for n in (0, 1, 4, 9)], failed))
+    assert sorted(done) == [0.0, 1.0, 2.0, 3.0]
+    assert done[-1] == 0.0  # when nothing else was left
+
+
+def test_what_takes_too_long_is_given_up():
+    with processes(1, limit=2.0) as executor:
+        assert list(each(executor, time.sleep, [600.0], failed)) == ["600.0: there was no result after 2 s"]
+
+
+def test_what_the_work_raises_comes_back():
+    with processes(1) as executor, pytest.raises(ValueError, match="math domain"):
+        executor.submit(math.sqrt, -1.0).result()
+
+
+def test_a_process_uses_one_core_and_one_thread():
+    with processes(1) as executor:
+        assert list(each(executor, cores_and_threads, [0], failed)) == [(1, "1")]
+
+
+def test_what_runs_is_given_up_when_the_processes_are_left():
+    with processes(1) as executor:
+        future = executor.submit(time.sleep, 600.0)
+    assert isinstance(future.exception(), WorkerDiedError)
+
+
+def test_a_cluster_does_the_same_though_a_worker_is_killed(tmp_path):
+    distributed = pytest.importorskip("distributed")
+    with (
+        distributed.LocalCluster(
+            n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, host="127.0.0.1"
+        ) as local,
+        cluster(local.scheduler_address) as executor,
+    ):
+        done = list(each(executor, root_or_death, [(n, tmp_path / "died") for n in (0, 1, 4, 9)], failed))
+    assert sorted(done) == [0.0, 1.0, 2.0, 3.0]
+    assert (tmp_path / "died").exists()
+
+
+def test_a_scheduler_that_is_not_there_is_one_sentence():
+    pytest.importorskip("distributed")
+    nowhere = cluster("tcp://127.0.0.1:1", patience=1.0)
+    with pytest.raises(OptionError, match=r"no Dask scheduler answers at tcp://127\.0\.0\.1:1"):
+        nowhere.__enter__()
