@@ -26,7 +26,7 @@ Array = npt.NDArray[np.float64]
 
 ALL = "all"
 """What is asked for where all groups are."""
-REPORT_SPACING = 30.0
+REPORT_SPACING = 45.0
 """Of the starts that a report surveys [degrees]."""
 _MOST_SAMPLES, _MOST_UNEQUAL = 1_000_000, 1e6
 _GROUPS = tuple(group.symbol for group in GROUPS)

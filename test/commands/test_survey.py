@@ -67,6 +67,7 @@ def interrupted(fleet):
     return said, process.returncode
 
 
+@pytest.mark.campaign
 def test_after_an_interruption_the_survey_goes_on_and_then_redoes_only_what_changed(fleet, interrupted, capsys):
     said, code = interrupted
     assert code == 130

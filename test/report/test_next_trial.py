@@ -19,7 +19,7 @@ def test_the_report_answers_for_all_groups_and_for_the_strength_of_each_effect(c
     for one in advice:
         assert 0 < one["expected"] <= one["worst"] < 1
         values = np.array(one["map"]["values"], dtype=float)
-        assert values.shape == (12, 12)
+        assert values.shape == (8, 8)
         assert np.all(values[np.isfinite(values)] <= 1 + 1e-9)  # no trial makes anything less sure
         assert np.all(np.array(one["std_then"]) < one["std_now"])
     groups = content["after"]["groups"]

@@ -20,7 +20,7 @@ def test_the_map_has_each_start_and_a_dot_at_the_one_to_take(read_content):
 
 
 def test_starts_without_a_motion_are_left_blank(read_content):
-    read_content["next_trial"]["advice"][0]["map"]["values"][0] = [None] * 12
+    read_content["next_trial"]["advice"][0]["map"]["values"][0] = [None] * 8
     (figure,) = next_trial(read_content)
     assert not np.isfinite(figure.panels[0].marks[0].matrix[:, 0]).any()
 
