@@ -14,12 +14,11 @@ from cdp_ident.model.parameters import GROUPS
 from cdp_ident.report.curves_file import read_curves
 from cdp_ident.report.folder import CURVES, REPORT
 from cdp_ident.report.formatting import number
+from cdp_ident.report.knowledge import fitted_motion, knowledge_of
 from cdp_ident.report.next_trial import (
     ALL,
     Question,
     answers,
-    fitted_motion,
-    knowledge_of,
     strength_of,
     usual_questions,
 )

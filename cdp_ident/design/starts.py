@@ -7,6 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.design.candidate_trial import CandidateTrial
+from cdp_ident.errors import IdentificationError
 from cdp_ident.model.parallel import share_out
 
 Array = npt.NDArray[np.float64]
@@ -73,6 +74,9 @@ def survey(loss: Callable[[CandidateTrial], float], grid: Grid) -> Survey:
 
     A double pendulum is let go from nearby starts to quite different motions: what is best at a point and nowhere
     around it is no advice.
+
+    Raises:
+        IdentificationError: no start has a loss that can be computed.
     """
     losses = np.empty((len(grid.inner), len(grid.outer)))
 
@@ -82,6 +86,8 @@ def survey(loss: Callable[[CandidateTrial], float], grid: Grid) -> Survey:
             losses[inner, outer] = loss(grid.trial(inner, outer))
 
     share_out(work, losses.size)
+    if not np.any(np.isfinite(losses)):
+        raise IdentificationError("from no start can the fitted model's motion be computed: identify again")
     finalists = []
     for place in np.argsort(losses, axis=None, kind="stable")[:_FINALISTS]:
         inner, outer = (

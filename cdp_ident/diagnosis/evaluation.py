@@ -61,7 +61,8 @@ def _errors_over(model: MotionModel, values: Array, windows: Sequence[Window], t
     try:
         return errors_of(fit_initial_states(model, values, windows), trials)
     except IdentificationError:  # under values that were not fitted there may be no motion to compute
-        return Errors(*4 * [float("inf")], *2 * [float("-inf")])
+        worst = float("inf")
+        return Errors(worst, worst, worst, free_run=worst, fit_theta1=-worst, fit_theta2=-worst)
 
 
 def errors_of(fit: Fit, trials: Sequence[Trial]) -> Errors:

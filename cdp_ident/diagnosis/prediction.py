@@ -51,7 +51,7 @@ class Plan:
     """Where predictions begin, and how far they go."""
 
     starts: tuple[Start, ...]
-    unseen: bool
+    held_out: bool
     """Whether all of them are in trials that neither fit nor choice has seen."""
     told: float
     """Length of what a state is fitted to [s]."""

@@ -56,7 +56,7 @@ def scaled_inverse(bend: Array, unseen: float) -> tuple[Array, Array]:
     """
     scale = 1.0 / np.sqrt(np.maximum(np.diag(bend), np.finfo(float).tiny))
     values, vectors = np.linalg.eigh(bend * np.outer(scale, scale))
-    seen = values > unseen * values[-1]
+    seen = values > unseen * np.max(values, initial=0.0)
     inverse = (vectors[:, seen] / values[seen]) @ vectors[:, seen].T * np.outer(scale, scale)
     return np.asarray(inverse), np.asarray(vectors[:, ~seen])
 

@@ -13,7 +13,6 @@ from scipy.stats import norm
 
 from cdp_ident.fit.autocorrelation import autocovariance
 from cdp_ident.fit.refinement import Fit
-from cdp_ident.fit.windows import Window
 
 Array = npt.NDArray[np.float64]
 
@@ -71,16 +70,11 @@ class Whiteness:
         angles = [[residual[:, [column]] for residual in residuals] for column in range(2)]
         theta1, theta2 = (_itself(auto[:, column], lags, sum(map(len, residuals))) for column in range(2))
         crosswise = _between(angles[0], angles[1], lags, zero_counts=False)
-        pushed = [cart_acceleration_in(window)[:, None] for window in fit.windows]
+        pushed = [window.cart_acceleration[:, None] for window in fit.windows]
         moves = any(np.any(u) for u in pushed)
         cart = (_between(pushed, angles[0], lags), _between(pushed, angles[1], lags)) if moves else None
         interval = float(np.median(np.concatenate([np.diff(window.time) for window in fit.windows])))
         return cls(interval, theta1, theta2, crosswise, cart)
-
-
-def cart_acceleration_in(window: Window) -> Array:
-    """Return the cart's acceleration (n,) at the samples of a window [m/s^2]."""
-    return np.asarray(np.interp(window.time, window.grid.half_step_times(), window.u))
 
 
 def _itself(auto: Array, lags: int, samples: int) -> Correlations:

@@ -89,7 +89,7 @@ def _segment(run: Sequence[Window]) -> Segment:
         start=run[0].start,
         time=np.concatenate([window.begin - beginning + window.time for window in run]),
         theta=np.concatenate([window.theta for window in run]),
-        cart_acceleration=np.concatenate([np.interp(w.time, w.grid.half_step_times(), w.u) for w in run]),
+        cart_acceleration=np.concatenate([window.cart_acceleration for window in run]),
     )
 
 

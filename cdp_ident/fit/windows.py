@@ -62,6 +62,11 @@ class Window:
         return self.grid.steps * self.grid.step
 
     @property
+    def cart_acceleration(self) -> Array:
+        """(n,) the cart's acceleration u at its samples [m/s^2]."""
+        return np.interp(self.time, self.grid.half_step_times(), self.u)
+
+    @property
     def samples(self) -> slice:
         """Where its samples are in the trial."""
         return slice(self.first, self.first + len(self.theta))

@@ -23,7 +23,8 @@ from cdp_ident.report.earlier import compared
 from cdp_ident.report.next_trial import next_trial_section
 from cdp_ident.report.outcome import Outcome
 from cdp_ident.report.provenance import versions
-from cdp_ident.report.schema import LONGEST_TEXT, SCHEMA, Section
+from cdp_ident.report.schema import SCHEMA, Section
+from cdp_ident.report.schema_terms import LONGEST_TEXT
 from cdp_ident.report.validation import prediction_section, residuals_section
 from cdp_ident.report.verdict import effect_in_words, verdict
 from cdp_ident.tracing.found_effects import FoundCurve
@@ -65,6 +66,8 @@ def _report(
     outcome: Outcome, new_trials: Sequence[NewTrialCheck], found: Identification, determined: Identifiability
 ) -> Section:
     after, completed = outcome.trace.after, outcome.trace.completed
+    failures, expected = list(outcome.trace.failures), outcome.loaded.job.expected
+    next_trial = next_trial_section(outcome, failures.append)
     return {
         "schema": SCHEMA,
         "trials": _trials(outcome),
@@ -108,18 +111,18 @@ def _report(
         "verdict": verdict(outcome.trace),
         "prediction": prediction_section(outcome),
         "residuals": residuals_section(outcome),
-        "next_trial": next_trial_section(outcome),
+        "next_trial": next_trial,
         "selection": _selection(outcome.trace),
         "continuity": _continuity(completed),
         "repeatability": _repeatability(completed),
-        "expected": compared(outcome.loaded.job.expected, outcome.trace.effects) if outcome.loaded.job.expected else [],
+        "expected": compared(expected, outcome.trace.effects) if expected else [],
         "new_trials": [_new_trial(check) for check in new_trials],
         "identifiability": _identifiability(determined),
         "warnings": [
             {"name": warning.name, "about": list(warning.about), "message": warning.message}
             for warning in (
                 *_doubts(new_trials),
-                *_failures(outcome.trace),
+                *_failures(outcome.trace, failures),
                 *outlier_warnings(_loaded(outcome)),
                 *find_warnings(completed),
             )
@@ -366,11 +369,11 @@ def _doubts(new_trials: Sequence[NewTrialCheck]) -> Iterator[FitWarning]:
             yield warning
 
 
-def _failures(traced: Trace) -> Iterator[FitWarning]:
+def _failures(traced: Trace, failures: Sequence[str]) -> Iterator[FitWarning]:
     if traced.failure:
         yield FitWarning("fit_failed", (), traced.failure)
-    if traced.failures:
-        yield FitWarning("not_computed", (), f"what could not be computed is left out: {'; '.join(traced.failures)}")
+    if failures:
+        yield FitWarning("not_computed", (), f"what could not be computed is left out: {'; '.join(failures)}")
 
 
 def _identifiability(found: Identifiability) -> Section:

@@ -4,11 +4,16 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from cdp_ident.fit.motion_model import ActiveEffect
 from cdp_ident.model.effects.catalogue import CATALOGUE
-from cdp_ident.model.effects.effect import Effect, EffectParameter
+from cdp_ident.model.effects.effect import Effect
+from cdp_ident.report.formatting import number
 from cdp_ident.report.schema import Section
 from cdp_ident.tracing.expected import ExpectedEffect
 from cdp_ident.tracing.found_effects import FoundEffect
+
+_NO_ESTIMATE = {"as_fitted": {"value": None, "std": None}}
+"""Of a parameter that a report does not have."""
 
 
 def expected_effects(report: Section) -> tuple[ExpectedEffect, ...]:
@@ -16,13 +21,15 @@ def expected_effects(report: Section) -> tuple[ExpectedEffect, ...]:
 
     What happened once is none of them, nor are torques without a name, whose shapes are of the trials that showed them.
     """
-    by_name = {(effect.name, effect.joint, effect.variant): effect for effect in CATALOGUE}
+    sections = {(section["name"], section["joint"], section["variant"]): section for section in report["effects"]}
     found = []
-    for section in report["effects"]:
-        effect = by_name.get((section["name"], section["joint"], section["variant"]))
-        if effect is not None and not effect.at_an_instant and effect.curve is None:
-            fitted = [section["parameters"][parameter.name]["as_fitted"] for parameter in _fitted(effect)]
-            values, std = (np.array([estimate[of] for estimate in fitted], dtype=float) for of in ("value", "std"))
+    for effect in CATALOGUE:
+        section = sections.get((effect.name, effect.joint, effect.variant))
+        if section is None or effect.at_an_instant or effect.curve is not None:
+            continue
+        fitted = [section["parameters"].get(p.name, _NO_ESTIMATE)["as_fitted"] for p in ActiveEffect(effect).fitted]
+        values, std = (np.array([number(estimate[of]) for estimate in fitted]) for of in ("value", "std"))
+        if np.all(np.isfinite(values)):
             found.append(ExpectedEffect(effect, values, std))
     return tuple(found)
 
@@ -40,10 +47,6 @@ def compared(expected: Sequence[ExpectedEffect], found: Sequence[FoundEffect]) -
     ]
 
 
-def _fitted(effect: Effect) -> list[EffectParameter]:
-    return [parameter for parameter in effect.parameters if not parameter.fixed]
-
-
 def _of(effect: Effect, state: str) -> Section:
     return {"name": effect.name, "joint": effect.joint, "variant": effect.variant, "state": state, "parameters": {}}
 
@@ -51,7 +54,7 @@ def _of(effect: Effect, state: str) -> Section:
 def _confirmed(before: ExpectedEffect, now: FoundEffect) -> Section:
     shown = {parameter.description.name: parameter for parameter in now.parameters}
     parameters = {}
-    for parameter, value, std in zip(_fitted(before.effect), before.values, before.std, strict=True):
+    for parameter, value, std in zip(ActiveEffect(before.effect).fitted, before.values, before.std, strict=True):
         new = shown[parameter.name]
         spread = float(np.hypot(std, new.shown_std))
         parameters[parameter.name] = {

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from cdp_ident.report.formatting import number, unit, with_std
 from cdp_ident.report.schema import Section
+from cdp_ident.report.wording import effect_name
 
 
 @dataclass(frozen=True)
@@ -40,11 +41,8 @@ def effect_quantities(report: Section, of_trials: bool = True) -> dict[str, Quan
     for effect in report["effects"]:
         if effect["trial"] and not of_trials:
             continue
-        about = ", ".join(
-            filter(None, (effect["name"].replace("_", " "), effect["variant"], effect["joint"], effect["trial"]))
-        )
         for name, quantity in effect["parameters"].items():
             text = f"{with_std(quantity['value'], quantity['std'])} {unit(quantity['unit'])}".strip()
             shown = quantity["as_fitted"]
-            found[f"{about}: {name}"] = Quantity(text, number(shown["value"]), number(shown["std"]))
+            found[f"{effect_name(effect)}: {name}"] = Quantity(text, number(shown["value"]), number(shown["std"]))
     return found

@@ -20,7 +20,7 @@ def prediction_section(outcome: Outcome) -> Section | None:
 
 def _planned(plan: Plan, prediction: Prediction) -> Section:
     return {
-        "unseen": plan.unseen,
+        "held_out": plan.held_out,
         "starts": len(plan.starts),
         "told_s": plan.told,
         "horizon_s": plan.horizon,

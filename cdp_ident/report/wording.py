@@ -57,12 +57,7 @@ def effects_in_words(report: Section) -> list[str]:
 
 def expected_in_words(report: Section) -> list[str]:
     """Say what became of the effects of an earlier report, and which are new; nothing without `--like`."""
-    return [f"{_place_of(effect)} {_state_of(effect)}" for effect in report["expected"]]
-
-
-def _place_of(effect: Section) -> str:
-    variant = f", {effect['variant']}" if effect["variant"] else ""
-    return f"{effect['name'].replace('_', ' ')} ({effect['joint']}{variant})"
+    return [f"{effect_name(effect)} {_state_of(effect)}" for effect in report["expected"]]
 
 
 def _state_of(effect: Section) -> str:
@@ -71,10 +66,16 @@ def _state_of(effect: Section) -> str:
     if effect["state"] == "new":
         return "is new"
     changes = (
-        f"{name} {number(p['before']):.4g} -> {number(p['now']):.4g} ({number(p['deviations']):.1f} deviations)"
+        f"{name} {number(p['before']):.4g} -> {number(p['now']):.4g} ({number(p['deviations']):.1f} std)"
         for name, p in effect["parameters"].items()
     )
     return f"is confirmed: {', '.join(changes)}, torques over A22"
+
+
+def effect_name(effect: Section) -> str:
+    """Name an effect shortly, for lists and tables: its kind, its variant, and where."""
+    parts = (effect["name"].replace("_", " "), effect["variant"], effect["joint"], effect.get("trial"))
+    return ", ".join(filter(None, parts))
 
 
 def effect_title(effect: Section) -> str:
@@ -164,7 +165,7 @@ def _prediction_words(report: Section) -> Iterator[str]:
         f"within {within['limit_deg']:.3g}° for {predicted_for(report, place)} s"
         for place, within in enumerate(ahead["before"]["within"])
     )
-    where = "in held-out trials" if ahead["unseen"] else "in the trials, fitted motion among it"
+    where = "in held-out trials" if ahead["held_out"] else "in the trials, fitted motion among it"
     yield (
         f"told {ahead['told_s']:.2g} s of motion, the model predicts what follows {', '.join(said)} (the median of "
         f"{ahead['starts']} starts {where})"

@@ -17,7 +17,7 @@ _STRENGTH = 4.0
 """Least strength of an effect in its own standard deviations."""
 _VALIDATION_SHARE = 0.01
 """Least fall of the validation error, as a share of it."""
-_CERTAIN = 30.0
+_CERTAIN = 60.0
 """Fall of the squared validation error, in variances, that is enough however small its share."""
 STRUCTURED, _STRUCTURED_SHARE = 5.0, 0.05
 """The same where residuals would remain that are correlated over more than so many samples."""

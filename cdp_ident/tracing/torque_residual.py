@@ -48,7 +48,7 @@ def torque_residual(fit: Fit) -> TorqueResidual:
         middle = (window.time > HALF_WIDTH) & (window.time < window.time[-1] - HALF_WIDTH)
         states = np.concatenate([angles, velocities], axis=1)[middle]
         times = window.begin + window.time[middle]
-        u = np.interp(window.time[middle], window.grid.half_step_times(), window.u)
+        u = window.cart_acceleration[middle]
         torques = fit.model.torques(weighted.values, window.trial)
         lacking = accelerations[middle] - accelerations_at(
             coefficients, np.ascontiguousarray(states), u, torques, times

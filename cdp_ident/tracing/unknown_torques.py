@@ -38,8 +38,6 @@ _AS_GOOD = 1.02
 _LEAST_SHARE = 0.1
 """By which share of it a torque without a name lowers the validation error, or it is one of many small ones.
 Dry friction over the angle is asked less: it may stand in the place of a name that would be wrong."""
-_TOO_FEW_FOR_FOLDS = 2
-"""With so many trials there are trials to predict, but folds are of windows."""
 _BETTER = 0.98
 """Stiffness is found anew as long as the validation error falls to that share of it."""
 
@@ -181,10 +179,13 @@ def _earns_its_place(before: Attempt, after: Attempt) -> bool:
 def _predicts_other_trials(progress: Progress, attempt: Attempt) -> bool:
     """Return whether a curve lowers the error over each trial when it is fitted to the other one alone.
 
-    With more trials the folds are trials already; windows of a trial know the others of their own too well for what
+    Where the folds are trials it does so already; windows of a trial know the others of their own too well for what
     has so many parameters.
     """
-    if len({window.trial for window in attempt.fit.windows}) != _TOO_FEW_FOR_FOLDS:
+    trial_of = [window.trial for window in attempt.fit.windows]
+    by_fold = [{trial_of[index] for index in fold} for fold in attempt.folds]
+    folds_are_trials = len(by_fold) == len(set(trial_of)) and all(len(trials) == 1 for trials in by_fold)
+    if len(set(trial_of)) == 1 or folds_are_trials:
         return True
     key = attempt.model.effects[-1].effect.key
     try:

@@ -11,10 +11,14 @@ from rosbags.highlevel import AnyReader
 
 from cdp_ident.bag.reader import read_joint_states
 from cdp_ident.demo.recording import RIG, swing_times
+from cdp_ident.fit.options import IdentifyOptions
+from cdp_ident.pipeline.identify import identify
 from cdp_ident.rig.emulator.configuration import load_rig
 from cdp_ident.rig.emulator.motion import Motion
+from cdp_ident.tracing.trace import trace
 from cdp_ident.trial.load import load_trial
 
+campaign = pytest.mark.campaign
 BAGS = Path(__file__).parents[2] / "bags"
 SPEC = importlib.util.spec_from_file_location("make_bags", BAGS / "make_bags.py")
 make_bags = importlib.util.module_from_spec(SPEC)
@@ -60,6 +64,12 @@ def test_the_free_swing_is_found_in_them(name):
     assert 1.0 <= trial.start <= 1.3
     assert trial.start + trial.duration == pytest.approx(13.0, abs=0.1)
     assert trial.duration < min(swing_times(RIG))
+
+
+@pytest.mark.parametrize("name", [make_bags.NAMES[0], *(pytest.param(n, marks=campaign) for n in make_bags.NAMES[1:])])
+def test_one_alone_shows_it_too_and_nothing_else(name):
+    found = trace(identify([load_trial(BAGS / name)], [], IdentifyOptions()))
+    assert [effect.active.effect.key for effect in found.effects] == ["coulomb_friction.outer"]
 
 
 def test_identify_names_what_is_hidden_in_them_and_nothing_else(outcome):

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from cdp_ident.design.starts import HAND, Grid, survey
+from cdp_ident.errors import IdentificationError
 
 
 def test_half_a_turn_to_one_side_is_half_a_turn_to_the_other():
@@ -46,3 +47,8 @@ def test_a_start_that_is_good_at_one_point_alone_is_no_advice():
 def test_starts_whose_motion_cannot_be_computed_are_not_taken():
     found = survey(lambda t: np.inf if t.theta1 < np.pi + 0.6 else t.theta1, Grid.of(30.0))
     assert found.inner > 0.6
+
+
+def test_where_no_start_can_be_computed_none_is_advised():
+    with pytest.raises(IdentificationError, match="from no start"):
+        survey(lambda trial: np.inf, Grid.of(90.0))

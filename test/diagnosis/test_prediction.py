@@ -80,10 +80,10 @@ def _state_at(place):
 def test_starts_are_in_the_trials_that_are_held_out_where_there_are_any():
     twins = [standard_twin(np.random.default_rng(seed)) for seed in range(2)]
     plan = plan_of(data_of(twins, held_out={1}))
-    assert plan.unseen
+    assert plan.held_out
     assert {start.trial for start in plan.starts} == {1}
     both = plan_of(data_of(twins))
-    assert not both.unseen
+    assert not both.held_out
     assert {start.trial for start in both.starts} == {0, 1}
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cdp_ident.bag.diagnostics import ClockRate
-from cdp_ident.diagnosis.uncertainty import covariance, reduced_sensitivities
+from cdp_ident.diagnosis.uncertainty import covariance, reduced_sensitivities, scaled_inverse
 from cdp_ident.fit.motion_model import ActiveEffect, Mechanism, MotionModel
 from cdp_ident.fit.prior import Prior
 from cdp_ident.fit.refinement import refine
@@ -165,3 +165,8 @@ def test_the_same_weight_in_two_trials_has_one_error_and_two_weights_have_two():
     one, same, two = (std_of(fitted_with(*weights))[5] for weights in ((weight,), (weight, weight), (weight, other)))
     assert same == pytest.approx(one, rel=0.05)
     assert two == pytest.approx(one / np.sqrt(2), rel=0.1)
+
+
+def test_what_has_no_unknowns_has_an_inverse_of_none():
+    inverse, left_out = scaled_inverse(np.empty((0, 0)), 1e-12)
+    assert inverse.shape == left_out.shape == (0, 0)

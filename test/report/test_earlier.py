@@ -31,5 +31,5 @@ def test_each_is_said_to_be_confirmed_withdrawn_or_new(content, outcome):
     assert [section["state"] for section in compared([known], ())] == ["withdrawn"]
     assert [section["state"] for section in compared([], outcome.trace.effects)] == ["new"]
     words = expected_in_words({"expected": [confirmed]})
-    assert words[0].startswith("coulomb friction (outer) is confirmed: torque 0.0")
-    assert words[0].endswith("(3.0 deviations), torques over A22")
+    assert words[0].startswith("coulomb friction, outer is confirmed: torque 0.0")
+    assert words[0].endswith("(3.0 std), torques over A22")

@@ -1,15 +1,13 @@
 """What a report says of a next trial, and what is made of it again."""
 
 import copy
-import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from cdp_ident.design.knowledge import NEW, Knowledge
-from cdp_ident.errors import CdpIdentError, ReportError
-from cdp_ident.report.folder import json_text
-from cdp_ident.report.next_trial import Question, fitted_motion, knowledge_of, strength_of, usual_questions
+from cdp_ident.report.knowledge import knowledge_of
+from cdp_ident.report.next_trial import Question, next_trial_section, strength_of, usual_questions
 from cdp_ident.report.wording import advice_words
 
 
@@ -43,70 +41,17 @@ def test_the_advice_is_in_words(content):
     assert advice_words(changed) == []
 
 
-def test_a_report_read_from_its_file_knows_what_the_identification_knew(outcome, read_content):
-    trace = outcome.trace
-    direct = Knowledge.of(trace.after.fit, trace.covariance, outcome.identification.data.scales)
-    again = knowledge_of(read_content)
-    assert again.model.names == direct.model.names
-    assert again.values == pytest.approx(direct.values, rel=1e-9)
-    scale = np.sqrt(np.diag(direct.covariance))
-    assert again.covariance / np.outer(scale, scale) == pytest.approx(direct.covariance / np.outer(scale, scale))
-    assert again.whitening == pytest.approx(direct.whitening)
-    assert (again.noise, again.sampling) == (pytest.approx(direct.noise), direct.sampling)
-
-
-def test_the_motion_of_the_fitted_model_is_read_from_the_curves(outcome, read_content, shown_curves):
-    windows = fitted_motion(read_content, shown_curves, knowledge_of(read_content))
-    fit = outcome.trace.after.fit
-    assert len(windows) == len(fit.windows)
-    for window, of_fit, error in zip(windows, fit.windows, fit.errors, strict=True):
-        assert window.theta == pytest.approx(of_fit.theta - error)
-        assert (window.trial, window.begin) == (of_fit.trial, of_fit.begin)
-
-
-def test_a_report_of_a_fit_that_failed_knows_nothing(read_content):
-    read_content["next_trial"] = None
-    assert knowledge_of(read_content) is None
-
-
-@pytest.mark.parametrize(
-    ("key", "value"),
-    [
-        ("interval_s", 0.0),
-        ("interval_s", 1e-300),
-        ("noise_rad", -1.0),
-        ("duration_s", 1e300),
-        ("whitening", [[0.0, 0.0], [0.0, 0.0]]),
-    ],
-)
-def test_a_trial_without_end_is_refused(read_content, key, value):
-    read_content["next_trial"]["assumed"][key] = value
-    with pytest.raises(ReportError, match="identify again"):
-        knowledge_of(read_content)
-
-
-def test_values_that_no_mechanism_has_are_refused(read_content):
-    read_content["after"]["groups"]["A33_over_A22"]["value"] = 0.0
-    with pytest.raises(CdpIdentError):
-        knowledge_of(read_content)
-
-
-def test_a_value_that_is_not_seen_has_no_bounds(read_content):
-    read_content["after"]["groups"]["c2_over_A22"]["std"] = None
-    read = json.loads(json_text(read_content))
-    assert np.isinf(knowledge_of(read).covariance[4, 4])
-
-
-def test_a_trial_has_zeros_of_its_own_where_those_before_had(read_content):
-    correlation = read_content["after"]["correlation"]
-    correlation["names"] += ["zero.inner.trial_1", "zero.outer.trial_1"]
-    size = len(correlation["names"])
-    correlation["matrix"] = np.eye(size).tolist()
-    assert knowledge_of(read_content).model.zeros == (NEW,)
-
-
 def test_what_could_be_another_effect_is_asked_first(read_content):
     model = knowledge_of(read_content).model
     asked = usual_questions(model, {"coulomb_friction.outer": ["air_drag outer"]})
     assert asked[0] == Question("coulomb_friction.outer", "air_drag outer")
     assert strength_of(model, "coulomb_friction.outer") == "coulomb_friction.outer.torque"
+
+
+def test_what_cannot_be_computed_is_told_and_costs_the_advice_alone(outcome):
+    trace = outcome.trace
+    fit = replace(trace.after.fit, values=np.full_like(trace.after.fit.values, np.nan))
+    lost = replace(trace, after=replace(trace.after, fit=fit))
+    told = []
+    assert next_trial_section(replace(outcome, trace=lost), told.append) is None
+    assert told[0].startswith("which trial to record next: ")

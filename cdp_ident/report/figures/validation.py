@@ -29,7 +29,7 @@ def prediction(report: Section) -> Iterator[Figure]:
         )
     ]
     levels = [Line(f"{limit:.3g}°", "noise", time[[0, -1]], np.full(2, limit), 1.0) for limit in limits]
-    where = "held-out trials" if ahead["unseen"] else "the trials"
+    where = "held-out trials" if ahead["held_out"] else "the trials"
     said = "; ".join(f"within {limit:.3g}° for {predicted_for(report, k)} s" for k, limit in enumerate(limits))
     yield Figure(
         "prediction",

@@ -1,0 +1,125 @@
+"""What is known of a rig before its next trial, read again from the folder of a report."""
+
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+
+from cdp_ident.configuration.fitted_model import fitted_model, fitted_parameters
+from cdp_ident.design.knowledge import Knowledge, Sampling
+from cdp_ident.errors import ReportError
+from cdp_ident.fit.motion_model import MotionModel
+from cdp_ident.fit.windows import FEWEST_SAMPLES, Window, cut_at
+from cdp_ident.model.parameters import GROUPS, INERTIA
+from cdp_ident.model.weights import Weight
+from cdp_ident.report.curves import NO_WINDOW, Curves
+from cdp_ident.report.formatting import number
+from cdp_ident.report.schema import Section
+from cdp_ident.trial.trial import Trial
+
+Array = npt.NDArray[np.float64]
+
+_MOST_SAMPLES = 1_000_000
+"""Of a trial that a report assumes."""
+_MOST_UNEQUAL = 1e6
+"""Weights of two combinations of the angles, one over the other."""
+
+
+def knowledge_of(report: Section) -> Knowledge | None:
+    """Return what a report says is known; None where it says nothing of a next trial, as where the fit failed.
+
+    Raises:
+        CdpIdentError: its model, or what it assumes of a trial, cannot be.
+    """
+    if report["next_trial"] is None:
+        return None
+    assumed = report["next_trial"]["assumed"]
+    _refuse_endless(assumed)
+    fitted = fitted_model({p.name: p.value for p in fitted_parameters(report)}, "the report")
+    correlation = report["after"]["correlation"]
+    names = correlation["names"]
+    model, values = fitted.motion, fitted.values
+    physical = report["after"]["physical"]
+    constants = [symbol for symbol in ("L", "g") if symbol in names]
+    trials = {trial["name"]: index for index, trial in enumerate(report["trials"])}
+    effects = tuple(
+        active if active.trial is None else replace(active, trial=trials.get(fitted.trials[active.trial], len(trials)))
+        for active in model.effects
+    )
+    model = replace(model, effects=effects, length_free="L" in names, gravity_free="g" in names)
+    values = np.insert(values, len(GROUPS), [number(physical[symbol]["value"]) for symbol in constants])
+    std = _standard_deviations(report, model)
+    known = Knowledge(
+        model,
+        values,
+        _covariance(model, std, correlation),
+        assumed["noise_rad"],
+        np.array(assumed["whitening"], dtype=float),
+        Sampling(
+            duration=assumed["duration_s"],
+            interval=assumed["interval_s"],
+            window=assumed["window_s"],
+            shortest_window=assumed["shortest_window_s"],
+            half_width=assumed["half_width_s"],
+            step=assumed["step_s"],
+        ),
+    )
+    return known.with_zeros_of_its_own(any(name.startswith("zero.") for name in names))
+
+
+def _refuse_endless(assumed: Section) -> None:
+    """Raise `ReportError` where no trial as a report assumes it could be simulated: a report may come from anyone."""
+    shortest = min(assumed["interval_s"], assumed["step_s"], assumed["shortest_window_s"], assumed["half_width_s"])
+    endless = shortest <= 0.0 or not assumed["duration_s"] < _MOST_SAMPLES * shortest
+    if endless or assumed["noise_rad"] <= 0.0 or not np.linalg.cond(assumed["whitening"]) < _MOST_UNEQUAL:
+        raise ReportError("what the report assumes of a next trial is no trial; was it changed? identify again")
+
+
+def _standard_deviations(report: Section, model: MotionModel) -> Array:
+    """Return the standard deviations (unknowns,) of a model's values."""
+    after = report["after"]
+    quantities = {**after["groups"], "L": after["physical"]["L"], "g": after["physical"]["g"]}
+    std = [number(quantities[name]["std"]) for name in model.base_names]
+    inertia = number(after["physical"][INERTIA.symbol]["value"])
+    for effect, active in zip(report["effects"], model.effects, strict=True):
+        if effect["curve"]:
+            std += [number(deviation) / inertia for deviation in effect["curve"]["coefficients_std"]]
+        else:
+            std += [number(effect["parameters"][p.name]["as_fitted"]["std"]) for p in active.fitted]
+    return np.array(std)
+
+
+def _covariance(model: MotionModel, std: Array, correlation: Section) -> Array:
+    """Return the covariance (unknowns, unknowns); coefficients of curves count as uncorrelated."""
+    names = correlation["names"]
+    shared = [name for name in model.names if name in names]
+    matrix = np.array(correlation["matrix"], dtype=float)  # null becomes not a number
+    rows, places = [names.index(name) for name in shared], [model.names.index(name) for name in shared]
+    together = np.eye(len(std))
+    together[np.ix_(places, places)] = np.nan_to_num(matrix[np.ix_(rows, rows)])
+    np.fill_diagonal(together, 1.0)
+    finite = np.where(np.isfinite(std), std, 0.0)
+    result = together * np.outer(finite, finite)
+    result[np.diag_indices(len(std))] = std**2
+    return np.asarray(result)
+
+
+def fitted_motion(report: Section, curves: Curves, knowledge: Knowledge) -> list[Window]:
+    """Return the fitted windows of a report's trials, their angles being those of its final model.
+
+    What weights are wrong by is left out of it.
+    """
+    sampling = knowledge.sampling
+    windows = []
+    for index, curve in enumerate(curves.trials):
+        weights = tuple(Weight(**weight) for weight in report["trials"][index]["weights"])
+        cart = curve.cart if np.ptp(curve.cart) else None
+        trial = Trial(str(index), curve.time, curve.after, cart, weights=weights)
+        used = (curve.window != NO_WINDOW) & ~curve.held_out & np.isfinite(curve.after).all(axis=1)
+        for place in np.unique(curve.window[used]):
+            samples = np.flatnonzero(used & (curve.window == place))
+            if len(samples) >= FEWEST_SAMPLES:
+                bounds = [int(samples[0]), int(samples[-1]) + 1]
+                cut = cut_at(trial, index, bounds, sampling.step, sampling.half_width)
+                windows += [replace(window, whitening=knowledge.whitening) for window in cut]
+    return windows
