@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from cdp_ident.report.formatting import number, unit, with_std
 from cdp_ident.report.schema import Section
-from cdp_ident.report.wording import effect_name
+from cdp_ident.report.wording import effect_name, how_determined
 
 
 @dataclass(frozen=True)
@@ -27,8 +27,9 @@ def fitted_quantity(report: Section, kind: str, name: str) -> Quantity:
     """Return one of the `groups` or of the `physical` values of the model that a report ends with."""
     found = report["after"][kind][name]
     text = f"{with_std(found['value'], found['std'])} {unit(found['unit'])}".strip()
-    # A physical value that is not determined is where the nominal values have put it.
-    says_something = kind == "groups" or found["determined"]
+    # A physical value that is not determined is where the nominal values have put it, and one that was measured
+    # beforehand where that has: in all reports alike.
+    says_something = kind == "groups" or how_determined(report, name) == "yes"
     return Quantity(text, number(found["value"]), number(found["std"])) if says_something else Quantity(text)
 
 
