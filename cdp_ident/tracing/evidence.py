@@ -88,18 +88,25 @@ class Change:
 
 
 def change(before: Attempt, after: Attempt) -> Change:
-    """Compare two models, by the residuals that the better one leaves."""
+    """Compare two models, by the residuals that the better one leaves.
+
+    Numbers that one of them has more in the initial state of each window are fitted there in cross-validation too, and
+    take away one variance each by chance. In Bayes's information criterion they count with their own window's samples.
+    """
     better = min(before.fit, after.fit, key=lambda fit: fit.squared_error)
     spread = better.autocorrelation.integrated_time
     more = after.unknowns - before.unknowns
+    windows = len(better.windows)
+    more_states = windows * (after.model.states - before.model.states)
 
     def fall(old: Fit, new: Fit) -> float:
-        return (old.squared_error - new.squared_error) / (better.variance * spread)
+        return (old.squared_error - new.squared_error) / (better.variance * spread) - more_states
 
     independent = better.samples / spread
     return Change(
         fit=fall(before.fit, after.fit),
         validation=fall(before.validation, after.validation),
         bic=independent * float(np.log(after.fit.squared_error / before.fit.squared_error))
-        + more * float(np.log(independent)),
+        + more * float(np.log(independent))
+        + more_states * float(np.log(max(independent / windows, 1.0))),
     )

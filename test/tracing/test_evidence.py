@@ -4,9 +4,15 @@ import numpy as np
 import pytest
 
 from cdp_ident.fit.motion_model import ActiveEffect, Mechanism, MotionModel
-from cdp_ident.fit.refinement import Fit
+from cdp_ident.fit.prior import Prior
+from cdp_ident.fit.refinement import Fit, refine
+from cdp_ident.fit.windows import cut_into_windows
 from cdp_ident.model.effects.catalogue import CATALOGUE
-from cdp_ident.tracing.evidence import Attempt
+from cdp_ident.model.parameters import SYMBOLS, groups_of
+from cdp_ident.tracing.evidence import Attempt, change
+from cdp_ident.tracing.selection import attempt_of
+from reference.pendulum import TABLE_5
+from scenarios.twin import standard_twin
 
 BY_KEY = {effect.key: effect for effect in CATALOGUE}
 GROUPS = np.array([0.08, 0.06, 2.6, 0.07, 0.01])
@@ -51,3 +57,19 @@ def test_an_effect_is_found_by_its_key():
         model = model.with_effect(ActiveEffect(BY_KEY[key]))
     fit = Fit(model, np.concatenate([GROUPS, [0.1, 0.1]]), (), (), (), (), 1, 1, True)
     assert Attempt(fit, fit, folds=()).place_of("coulomb_friction.outer") == 1
+
+
+def test_initial_states_that_an_effect_brings_explain_noise_alone_by_chance_alone():
+    windows = cut_into_windows([standard_twin(np.random.default_rng(3))], 0.5)
+    folds = tuple(tuple(range(len(windows))[k::4]) for k in range(4))
+    model = MotionModel(Mechanism.of(Prior()))
+    plain = attempt_of(refine(model, groups_of([TABLE_5[s] for s in SYMBOLS], TABLE_5["L"]), windows), folds)
+    base = ActiveEffect(BY_KEY["pivot_compliance.base.oscillating"])
+    values = np.concatenate([plain.fit.values, [1e-6, 10.0, 0.05]])
+    oscillating = attempt_of(refine(model.with_effect(base), values, windows), folds)
+    fall = (plain.validation.squared_error - oscillating.validation.squared_error) / oscillating.fit.variance
+    gained = change(plain, oscillating)
+    assert fall > len(windows)
+    assert abs(gained.validation) < 0.5 * fall
+    assert gained.validation == pytest.approx(-change(oscillating, plain).validation)
+    assert gained.bic > 0.0
