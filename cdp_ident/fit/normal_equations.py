@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from cdp_ident.fit.bounded import minimum_within_limits
 from cdp_ident.fit.initial_states import inverse_factor
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.windows import Window
@@ -195,27 +196,9 @@ class NormalEquations:
         reduced = (normal[:, states:, states:] - mixed_transposed @ eliminated[:, :, :-1]).sum(axis=0) + self._penalty
         reduced_right = (right[:, states:] - (mixed_transposed @ eliminated[:, :, -1:])[:, :, 0]).sum(axis=0)
         reduced_right = reduced_right - penalised
-        change = self._solve_within_limits(values, reduced, reduced_right)
-        return change, eliminated[:, :, -1] - eliminated[:, :, :-1] @ change
-
-    def _solve_within_limits(self, values: Array, matrix: Array, right: Array) -> Array:
-        """Solve for the unknowns' change; one that would leave its range goes to its limit and no further."""
         lower, upper = self.limits
-        change = np.zeros(len(values))
-        free = np.ones(len(values), dtype=bool)
-        diagonal = np.diag(matrix)
-        scale = np.where(diagonal > 0.0, 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0)), 0.0)
-        while np.any(free):
-            rows = np.ix_(free, free)
-            scaled = matrix[rows] * np.outer(scale[free], scale[free])
-            rest = (right - matrix[:, ~free] @ change[~free])[free] * scale[free]
-            change[free] = np.linalg.lstsq(scaled, rest, rcond=1e-14)[0] * scale[free]
-            outside = free & ((values + change < lower) | (values + change > upper))
-            if not np.any(outside):
-                break
-            change[outside] = np.clip(values + change, lower, upper)[outside] - values[outside]
-            free &= ~outside
-        return change
+        change = minimum_within_limits(reduced, reduced_right, lower - values, upper - values)
+        return change, eliminated[:, :, -1] - eliminated[:, :, :-1] @ change
 
     def rmse(self, point: Point) -> float:
         """Return the root mean square residual [rad]."""

@@ -10,7 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy.optimize import lsq_linear
+
+from cdp_ident.fit.bounded import minimum_within_limits
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -79,7 +80,7 @@ def regress(columns: Array, target: Array, holds: Mask, lower: Array, upper: Arr
             noise, noise_moment = noise + of_copy / copies, noise_moment + its_moment / copies
         corrected, share = _take_off(normal, noise)
         before = values
-        values = _bounded(corrected, moment - noise_moment, lower * size, upper * size)
+        values = minimum_within_limits(corrected, moment - noise_moment, lower * size, upper * size)
         residuals = own @ values - own_target
         distance = np.sqrt(np.einsum("ki,kij,kj->k", residuals, _precisions(scatter, holds), residuals))
         both = holds.all(axis=1)
@@ -141,12 +142,6 @@ def _take_off(normal: Array, noise: Array) -> tuple[Array, float]:
     kept = 1.0 - np.minimum(shares, _MOST_CORRECTED)
     turned = root @ directions
     return (turned * kept) @ turned.T, float(shares.max())
-
-
-def _bounded(normal: Array, moment: Array, lower: Array, upper: Array) -> Array:
-    """Minimise x normal x / 2 - moment x within limits."""
-    root = np.linalg.cholesky(normal)
-    return np.asarray(lsq_linear(root.T, np.linalg.solve(root, moment), (lower, upper), method="bvls").x)
 
 
 def _covariance(normal: Array, whitened_residuals: Array, inside: Mask, overlap: int) -> Array:

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy.optimize import lsq_linear
 
+from cdp_ident.fit.bounded import minimum_within_limits
 from cdp_ident.fit.initial_states import InitialState
 from cdp_ident.fit.motion_model import ActiveEffect, MotionModel
 from cdp_ident.fit.refinement import Fit
@@ -140,13 +140,6 @@ class ScoreTest:
         columns = np.concatenate([self._columns[index] for index in indices])
         strong = [p for index in indices for p in self.candidates[index].fitted if not p.shape]
         matrix, right = self._gram[np.ix_(columns, columns)], self._right[columns]
-        scale = 1.0 / np.sqrt(np.maximum(np.diag(matrix), np.finfo(float).tiny))
-        scaled = matrix * np.outer(scale, scale)
-        lower, upper = np.array([p.lower for p in strong]) / scale, np.array([p.upper for p in strong]) / scale
-        # A square root of the matrix turns the quadratic form into the least-squares problem that the solver takes.
-        values, vectors = np.linalg.eigh(scaled)
-        root = np.sqrt(np.maximum(values, 1e-12))[:, None] * vectors.T
-        target = (vectors.T @ (right * scale)) / np.sqrt(np.maximum(values, 1e-12))
-        solution = lsq_linear(root, target, bounds=(lower, upper)).x
-        gain = 2 * solution @ (right * scale) - solution @ scaled @ solution
-        return float(gain), solution * scale
+        lower, upper = np.array([p.lower for p in strong]), np.array([p.upper for p in strong])
+        strengths = minimum_within_limits(matrix, right, lower, upper)
+        return float(2 * strengths @ right - strengths @ matrix @ strengths), strengths
