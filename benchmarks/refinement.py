@@ -19,7 +19,8 @@ from scipy.optimize import least_squares
 
 from benchmarks._timing import seconds
 from benchmarks.simulation import _derivative
-from cdp_ident.fit.motion_model import Mechanism, MotionModel
+from cdp_ident.fit.mechanism import Mechanism
+from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.prior import Prior
 from cdp_ident.fit.refinement import refine_from_afar
 from cdp_ident.fit.windows import cut_into_windows

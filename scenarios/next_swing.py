@@ -8,7 +8,8 @@ import numpy as np
 from cdp_ident.design.knowledge import Knowledge
 from cdp_ident.diagnosis.uncertainty import covariance
 from cdp_ident.fit.data import noise_over
-from cdp_ident.fit.motion_model import Mechanism, MotionModel
+from cdp_ident.fit.mechanism import Mechanism
+from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.prior import Prior
 from cdp_ident.fit.refinement import Fit, refine
 from cdp_ident.fit.scales import scales_of

@@ -15,8 +15,8 @@ from cdp_ident.design.candidate_trial import CandidateTrial, fit_to
 from cdp_ident.design.knowledge import Knowledge
 from cdp_ident.diagnosis.uncertainty import curvature, downhill, scaled_inverse
 from cdp_ident.errors import IdentificationError
+from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.initial_states import InitialState
-from cdp_ident.fit.motion_model import ActiveEffect
 from cdp_ident.fit.refinement import Fit, fit_initial_states, refine
 from cdp_ident.fit.windows import Window
 from cdp_ident.model.effects.catalogue import CATALOGUE

@@ -8,20 +8,18 @@ import numpy as np
 import numpy.typing as npt
 from scipy.linalg import block_diag
 
-from cdp_ident.fit.prior import Prior
-from cdp_ident.fit.stiffness import Stiffness, penalty
+from cdp_ident.fit.active_effect import ActiveEffect
+from cdp_ident.fit.mechanism import Mechanism
 from cdp_ident.fit.weighted import Layout, Weighted
 from cdp_ident.fit.windows import Window
-from cdp_ident.model.effects.constants import effect_constants, outer_rod_length
-from cdp_ident.model.effects.effect import Effect, EffectParameter, Form, TorqueEffect
+from cdp_ident.model.effects.constants import effect_constants
+from cdp_ident.model.effects.effect import Form, TorqueEffect
 from cdp_ident.model.effects.readings import encoder_readings
 from cdp_ident.model.parameters import (
     COEFFICIENTS,
     GROUPS,
     INVERSE_INERTIA,
-    SYMBOLS,
     coefficients_of,
-    inertia_about_cart,
 )
 from cdp_ident.model.time_grid import TimeGrid
 from cdp_ident.model.torques import Torques
@@ -38,55 +36,6 @@ _LARGEST_ZERO = 0.5
 """No encoder's zero is off by more than this in a trial [rad]."""
 LATEST = 0.05
 """No encoder is later or earlier than this [s]."""
-
-
-@dataclass(frozen=True)
-class ActiveEffect:
-    """An effect that a model has."""
-
-    effect: Effect
-    trial: int | None = None
-    """For an effect that happens once: in which trial."""
-    stiffness: Stiffness = ()
-    """For a curve that is fitted: the weights of its penalties."""
-
-    @cached_property
-    def fitted(self) -> tuple[EffectParameter, ...]:
-        """Its parameters that are fitted."""
-        return tuple(parameter for parameter in self.effect.parameters if not parameter.fixed)
-
-    @property
-    def penalty(self) -> Array:
-        """(k, k) what its fitted parameters add to the cost, as a quadratic form [rad^2]."""
-        if self.effect.curve is None or not self.stiffness:
-            return np.zeros((len(self.fitted),) * 2)
-        return penalty(self.effect.curve, self.stiffness)
-
-    def all_values(self, fitted: Array) -> list[float]:
-        """Return the values of all its parameters, given those of the fitted ones."""
-        remaining = iter(fitted)
-        return [p.typical if p.fixed else float(next(remaining)) for p in self.effect.parameters]
-
-
-@dataclass(frozen=True)
-class Mechanism:
-    """What the model must know of the rig beforehand, because no zero-input trial shows it."""
-
-    length: float
-    """L [m], or the value to begin with where it is free."""
-    gravity: float
-    """g [m/s^2], or the value to begin with where it is free."""
-    outer_length: float
-    """Length of the outer rod [m]."""
-    inertia: float
-    """A22 [kg m^2], or the value to begin with where it is free."""
-
-    @classmethod
-    def of(cls, prior: Prior) -> "Mechanism":
-        """Take it from what is known before any trial."""
-        l2 = float(prior.centre[SYMBOLS.index("l2")])
-        inertia = float(inertia_about_cart(prior.centre, prior.length))
-        return cls(prior.length, prior.gravity, outer_rod_length(prior.length, l2), inertia)
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,8 @@ from typing import Literal
 
 from cdp_ident.errors import OptionError
 from cdp_ident.fit.estimation import PAPER_SPAN, SHORT_IGA
-from cdp_ident.fit.motion_model import Mechanism, MotionModel
+from cdp_ident.fit.mechanism import Mechanism
+from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.prior import Prior
 from cdp_ident.search.options import METHODS, GeneticOptions
 

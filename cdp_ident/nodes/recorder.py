@@ -13,7 +13,8 @@ from cdp_ident.errors import RigError
 from cdp_ident.outside_text import shown
 from cdp_ident.rig.health import Level
 from cdp_ident.rig.recording.facts import JointNames
-from cdp_ident.rig.recording.recorder import FLUSH_NS, Recorder, RecorderOptions, Surroundings
+from cdp_ident.rig.recording.options import RecorderOptions
+from cdp_ident.rig.recording.recorder import FLUSH_NS, Recorder, Surroundings
 from cdp_ident.ros.diagnostics import Diagnostics, Status
 from cdp_ident.ros.node import parse_arguments, run_node
 from cdp_ident.ros.parameters import Parameters

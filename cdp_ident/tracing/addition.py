@@ -7,16 +7,17 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.force_balance import ForceBalance
-from cdp_ident.fit.motion_model import ActiveEffect
 from cdp_ident.model.effects.effect import SensorEffect
 from cdp_ident.tracing.acceptance import FIT_GAIN, INSTANT_GAIN, earns_its_place, fits_of
 from cdp_ident.tracing.candidates import Candidate, ScoreTest, addable
 from cdp_ident.tracing.evidence import Attempt, change
 from cdp_ident.tracing.instants import instants
+from cdp_ident.tracing.progress import Progress
 from cdp_ident.tracing.pruning import drop_superfluous
 from cdp_ident.tracing.screening import WORTH_A_LOOK, expected_variance, promising
-from cdp_ident.tracing.selection import Progress, Tried
+from cdp_ident.tracing.selection import Tried
 
 _MOST_EFFECTS = 8
 _REFITS = 6

@@ -8,7 +8,8 @@ from collections.abc import Sequence
 
 from cdp_ident.tracing.acceptance import share_explained
 from cdp_ident.tracing.evidence import Attempt
-from cdp_ident.tracing.selection import Certainty, Progress, without_effects
+from cdp_ident.tracing.progress import Progress, without_effects
+from cdp_ident.tracing.selection import Certainty
 
 NAMED, _NAMED_WITH_OTHERS = 1.5, 0.5
 """What an effect must explain over what remains to be named; less, where it explains so much together with others."""

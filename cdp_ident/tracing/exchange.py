@@ -5,14 +5,14 @@ from itertools import combinations
 
 import numpy as np
 
-from cdp_ident.fit.motion_model import ActiveEffect
+from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.effect import Effect, TorqueEffect
 from cdp_ident.tracing.acceptance import brings_enough, earns_its_place
 from cdp_ident.tracing.candidates import ScoreTest, addable
 from cdp_ident.tracing.evidence import Attempt, change
+from cdp_ident.tracing.progress import Progress, without_effects
 from cdp_ident.tracing.screening import promising
-from cdp_ident.tracing.selection import Progress, without_effects
 
 _RIVALS = 3
 """Effects that each one has to stand against."""

@@ -9,12 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.fit.motion_model import ActiveEffect
+from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.model.effects.effect import Effect
 from cdp_ident.tracing.acceptance import earns_its_place
 from cdp_ident.tracing.candidates import Candidate
 from cdp_ident.tracing.evidence import Attempt
-from cdp_ident.tracing.selection import Progress, without_effects
+from cdp_ident.tracing.progress import Progress, without_effects
 
 Array = npt.NDArray[np.float64]
 

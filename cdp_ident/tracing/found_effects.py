@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.diagnosis.inertia import Inertia
-from cdp_ident.fit.motion_model import ActiveEffect
+from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.refinement import Fit
 from cdp_ident.model.effects.curves import basis
 from cdp_ident.model.effects.effect import Curve, EffectParameter, TorqueEffect

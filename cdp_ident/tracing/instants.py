@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.initial_states import InitialState
-from cdp_ident.fit.motion_model import ActiveEffect
 from cdp_ident.fit.refinement import Fit
 from cdp_ident.fit.windows import Window
 from cdp_ident.model.effects.catalogue import CATALOGUE

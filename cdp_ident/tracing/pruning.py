@@ -4,7 +4,7 @@ from cdp_ident.model.effects.effect import TorqueEffect
 from cdp_ident.tracing.acceptance import KNOCK_ALONE, still_helps
 from cdp_ident.tracing.evidence import Attempt
 from cdp_ident.tracing.instants import instants
-from cdp_ident.tracing.selection import Progress, without_effects
+from cdp_ident.tracing.progress import Progress, without_effects
 
 _SAFE = 10.0
 """Strength above which an effect is not asked again whether it helps."""

@@ -15,15 +15,9 @@ from cdp_ident.tracing.certainty import certainties
 from cdp_ident.tracing.evidence import Attempt
 from cdp_ident.tracing.exchange import alternatives, exchange_effects
 from cdp_ident.tracing.expected import ExpectedEffect, begin_with
+from cdp_ident.tracing.progress import NO_STEPS, InterruptedSelectionError, Progress, attempt_of, without_effects
 from cdp_ident.tracing.pruning import drop_repeated_impulses, drop_superfluous
-from cdp_ident.tracing.selection import (
-    NO_STEPS,
-    InterruptedSelectionError,
-    Progress,
-    Selection,
-    attempt_of,
-    without_effects,
-)
+from cdp_ident.tracing.selection import Selection
 from cdp_ident.tracing.unknown_torques import add_unknown_torques
 from cdp_ident.tracing.zeros import fit_zeros_by_trial
 

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from cdp_ident.diagnosis.cross_validation import error_from_other_trials
 from cdp_ident.diagnosis.uncertainty import curvature, downhill
 from cdp_ident.errors import IdentificationError
-from cdp_ident.fit.motion_model import ActiveEffect
+from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.stiffness import Stiffness
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.curves import CURVES
@@ -22,8 +22,8 @@ from cdp_ident.model.effects.effect import Effect, Form, TorqueEffect
 from cdp_ident.tracing.acceptance import ABOVE_NOISE, earns_its_place, fits_of
 from cdp_ident.tracing.candidates import Candidate, ScoreTest
 from cdp_ident.tracing.evidence import Attempt, change
+from cdp_ident.tracing.progress import Progress, without_effects
 from cdp_ident.tracing.screening import WORTH_A_LOOK, expected_variance
-from cdp_ident.tracing.selection import Progress, without_effects
 from cdp_ident.tracing.smoothness import smooth_curve
 
 Array = npt.NDArray[np.float64]

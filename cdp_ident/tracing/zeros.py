@@ -7,12 +7,13 @@ else, and those of a trial that is held out are fitted to it, with nothing else 
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.fit.motion_model import JOINTS, ActiveEffect
+from cdp_ident.fit.active_effect import ActiveEffect
+from cdp_ident.fit.motion_model import JOINTS
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.tracing.acceptance import STRUCTURED, brings_enough
 from cdp_ident.tracing.candidates import Candidate
 from cdp_ident.tracing.evidence import Attempt, change
-from cdp_ident.tracing.selection import Progress
+from cdp_ident.tracing.progress import Progress
 
 Array = npt.NDArray[np.float64]
 

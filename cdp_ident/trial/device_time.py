@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.bag.diagnostics import ClockRate
-from cdp_ident.bag.reader import JointRecording
+from cdp_ident.bag.joint_recording import JointRecording
 
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]

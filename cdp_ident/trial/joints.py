@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.bag.reader import JointRecording
+from cdp_ident.bag.joint_recording import JointRecording
 from cdp_ident.errors import TrialError
 from cdp_ident.trial.options import TrialOptions
 from cdp_ident.trial.outliers import outlier_words, outliers

@@ -7,7 +7,9 @@ import pytest
 
 from cdp_ident.bag.diagnostics import ClockRate
 from cdp_ident.diagnosis.uncertainty import covariance, reduced_sensitivities, scaled_inverse
-from cdp_ident.fit.motion_model import ActiveEffect, Mechanism, MotionModel
+from cdp_ident.fit.active_effect import ActiveEffect
+from cdp_ident.fit.mechanism import Mechanism
+from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.prior import Prior
 from cdp_ident.fit.refinement import refine
 from cdp_ident.fit.reweighting import reweighted

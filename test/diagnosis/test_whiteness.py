@@ -7,7 +7,8 @@ import pytest
 from scipy.signal import lfilter
 
 from cdp_ident.diagnosis.whiteness import MOST_LAGS, Whiteness
-from cdp_ident.fit.motion_model import Mechanism, MotionModel
+from cdp_ident.fit.mechanism import Mechanism
+from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.prior import Prior
 from cdp_ident.fit.refinement import fit_initial_states
 from cdp_ident.fit.windows import cut_into_windows

@@ -8,7 +8,8 @@ import pytest
 from cdp_ident.diagnosis.uncertainty import covariance
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.estimation import SHORT_IGA, estimate, search_objective
-from cdp_ident.fit.motion_model import Mechanism, MotionModel
+from cdp_ident.fit.mechanism import Mechanism
+from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.prior import Prior
 from cdp_ident.fit.windows import cut_into_windows
 from cdp_ident.model.parameters import SYMBOLS, groups_of, physical_coefficients

@@ -7,7 +7,9 @@ import pytest
 
 from cdp_ident.diagnosis.uncertainty import covariance, curvature, downhill, effective_unknowns
 from cdp_ident.errors import IdentificationError
-from cdp_ident.fit.motion_model import ActiveEffect, Mechanism, MotionModel
+from cdp_ident.fit.active_effect import ActiveEffect
+from cdp_ident.fit.mechanism import Mechanism
+from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.prior import Prior
 from cdp_ident.fit.refinement import fit_initial_states, refine, refine_from_afar
 from cdp_ident.fit.windows import cut_into_windows

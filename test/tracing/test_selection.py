@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from cdp_ident.errors import IdentificationError
-from cdp_ident.fit.motion_model import ActiveEffect
+from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.parameters import SYMBOLS, groups_of
 from cdp_ident.tracing import selection
 from cdp_ident.tracing.candidates import Candidate
-from cdp_ident.tracing.selection import InterruptedSelectionError, Progress
+from cdp_ident.tracing.progress import InterruptedSelectionError, Progress
 from reference.pendulum import TABLE_5
 
 BY_KEY = {effect.key: effect for effect in CATALOGUE}
