@@ -89,7 +89,7 @@ _TOLD = {
     ),
     "cogging_torque": ("A wave over the joint's angle, some periods a turn."),
     "impulse": (
-        "One window fits far worse than all others, from one instant on. A knock makes a speed jump, lost "
+        "One window fits far worse than all others, from one instant on. An impulse makes a speed jump, lost "
         "counts an angle."
     ),
     "encoder_offset": (

@@ -153,7 +153,7 @@ def main() -> None:
         windows = cut_into_windows([Trial("measured", time_s - time_s[0], np.column_stack([theta1, theta2]))])
 
         begin = time.perf_counter()
-        fit = refine_from_afar(MEASURED_MODEL, MEASURED_MODEL.beginning(MEASURED_GROUPS), windows)
+        fit = refine_from_afar(MEASURED_MODEL, MEASURED_MODEL.initial_values(MEASURED_GROUPS), windows)
         console.print(
             f"Measured free swing of {windows[-1].begin + windows[-1].duration:.0f} s, {len(windows)} windows: refined "
             f"in {time.perf_counter() - begin:.1f} s to {1e3 * fit.rmse():.2f} mrad."

@@ -65,7 +65,7 @@ def search_and_refine(problem: StartGiven, rng: np.random.Generator) -> Arrival:
     """Search the box in windows, refine there, then follow the whole trial from its start until close enough."""
     windows = cut_into_windows([problem.trial])
     found = genetic_search(search_objective(windows, 0.0, PRIOR), *PRIOR.box, SHORT_IGA, rng)
-    in_windows = refine(MODEL, MODEL.beginning(groups_of(found.best, PRIOR.length)), windows)
+    in_windows = refine(MODEL, MODEL.initial_values(groups_of(found.best, PRIOR.length)), windows)
     close = np.sqrt(CLOSE * problem.truth_error / problem.whole.theta.size)
     fit = refine(MODEL, in_windows.values, [problem.whole], stop=lambda rmse: rmse < close)
     return Arrival(fit.squared_error / problem.truth_error, found.evaluations, in_windows.simulations + fit.simulations)

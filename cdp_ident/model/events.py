@@ -6,22 +6,22 @@ from cdp_ident.model.runge_kutta import step_with_tangents
 from cdp_ident.model.sticking import dip, violation
 
 _TURNED_OVER, _RESOLVED = 4.0, 0.15
-"""A torque that turns over at a small speed has done so at that many times it; till then, steps change the speed by
-that share of it."""
+"""A torque that changes within a small speed v is constant beyond so many times v; below, a step changes the joint's
+speed by at most this share of v."""
 SMALLEST = 1.0 / 256.0
-"""Steps are divided down to this share."""
+"""Smallest share of a step into which it is divided."""
 _MOST_ITERATIONS = 50
 AT_ONCE = 1e-13
-"""What is nearer to a step's end, or to an instant, as a share of the step, is there."""
+"""Resolution of instants, as a share of the step."""
 _NEAREST = 1e-9
-"""A joint that begins to move and stops again within this share of a step has not moved."""
+"""A joint that begins to move and stops again within this share of a step counts as not having moved."""
 _CLOSE = 1e-15
-"""An instant is found where a speed [rad/s] or a torque over A22 [rad/s^2] is so near to its limit."""
+"""An instant is located when a speed [rad/s] or a torque over A22 [rad/s^2] is so close to its limit."""
 
 
 @part
 def share_by_speed(state, rates, table, values, step):
-    """Return the largest share of a step in which no torque that turns over at a small speed does so unseen."""
+    """Return the largest share of a step that resolves every torque that changes within a small speed."""
     share = 1.0
     for e in range(len(table)):
         if table[e, 4] >= 0:
@@ -39,8 +39,8 @@ def instant_of(
 ):  # fmt: skip
     """Return after which share of the grid's step, up to `share`, a joint's mode ends; 2 where it does not.
 
-    By how far it is violated at the end of that share is `given`; not above zero, the joint's speed dips on the way.
-    The rates in row 0 are those at the beginning; the others, and `end`, are overwritten.
+    `given` is the violation of the mode at the end of that share; if it is not above zero, the joint's speed has a
+    minimum on the way. The rates in row 0 are those at the beginning; the others, and `end`, are overwritten.
     """
     low, high, low_value, high_value = 0.0, share, 0.0, given
     sticks = modes[joint] == STICKS
@@ -59,7 +59,7 @@ def instant_of(
             if not low < reach < high or high - low < AT_ONCE:
                 return min(max(reach, low), high)
         elif not dips:
-            # A joint that has just begun to move has no speed yet: look for a moment at which it has.
+            # A joint that has just begun to move has no speed yet: look for an instant at which it has.
             reach *= 0.25
             if reach < _NEAREST:
                 return 2.0

@@ -5,7 +5,7 @@ from cdp_ident.model.dynamics import STICKS, rates_of
 from cdp_ident.model.sticking import stop
 
 _ROUGH = 3e-6
-"""Largest difference of the two last slopes of a step, times the step and over 6: see `is_rough`."""
+"""Largest error estimate of a step: see `is_rough`."""
 
 
 @inlined
@@ -55,7 +55,7 @@ def step_with_tangents(
     state, done, share, step, time, inputs, modes, coefficients, table, values, lanes_of, constants, base, slopes,
     torque_by_state, torque_by_lane, sums, by_state, direct, at, rates, end, tangent, tangent_slopes, ended,
 ):  # fmt: skip
-    """Make one Runge-Kutta step of a share of the grid's, `done` of which lies behind; row 4 is at its end.
+    """Make one Runge-Kutta step of a share of the grid's, from the share `done` on; row 4 of the rates is at its end.
 
     The rates and tangents' slopes at its beginning are in row 0 already.
     """
@@ -96,7 +96,7 @@ def step_with_tangents(
 
 @part
 def is_rough(rates, h):
-    """Return whether a step is too long: the step's last stage and its end differ by what is of fourth order in it."""
+    """Return whether a step is too long: the rates at its last stage and its end differ by a term of fourth order."""
     largest = 0.0
     for r in range(rates.shape[1]):
         largest = max(largest, abs(rates[4, r] - rates[3, r]))

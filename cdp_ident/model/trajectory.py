@@ -26,7 +26,7 @@ _VECTOR = 8
 """Lanes are made a multiple of the widest vector register's."""
 _BASE = int(Form.BASE)
 _MOST_EVENTS = 32
-"""In one step; more are passed over."""
+"""Most events in one step; further ones are ignored."""
 
 
 def trajectory(
@@ -183,7 +183,7 @@ def _trajectory(
                         sought[joint] = violations[joint] > 0.0 or may_dip
                         looks = looks or sought[joint]
                     if looks:
-                        # The step is made again up to the instant, or as it was, over the trials' rates.
+                        # The step is repeated, up to the instant or as before: the search has overwritten its rates.
                         whole = share
                         first_row = rates[4].copy()
                         for joint in range(2):

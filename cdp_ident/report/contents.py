@@ -230,7 +230,7 @@ def _identifiability(found: Identifiability) -> Section:
             for direction in found.directions
         ],
         "undetermined": list(found.undetermined),
-        "unseen_changes": changes(found.unseen),
+        "unseen_changes": changes(found.unobservable),
         "determined_physical": list(found.determined_physical),
         "physical_changes_without_effect": changes(found.tradeoffs),
         "to_measure": list(found.to_measure),

@@ -1,4 +1,4 @@
-"""What an earlier report of the same rig lets expect, and what has changed since."""
+"""Effects that are expected from an earlier report of the same rig, and what has changed since."""
 
 from collections.abc import Sequence
 
@@ -19,7 +19,7 @@ _NO_ESTIMATE = {"as_fitted": {"value": None, "std": None}}
 def expected_effects(report: Section) -> tuple[ExpectedEffect, ...]:
     """Return the effects of a report that may be expected again.
 
-    What happened once is none of them, nor are torques without a name, whose shapes are of the trials that showed them.
+    Effects of an instant are left out, and so are torques without a name, whose shapes belong to their trials.
     """
     sections = {(section["name"], section["joint"], section["variant"]): section for section in report["effects"]}
     found = []

@@ -19,13 +19,13 @@ Array = npt.NDArray[np.float64]
 def fit_section(
     model: MotionModel, values: Array, covariance: Array, physical: PhysicalValues, inertia: Inertia, error: Section
 ) -> Section:
-    """Return what a fitted model is: physical values, groups and errors.
+    """Return what a fitted model is: physical values, base parameters and errors.
 
     Args:
         model: the model.
-        values: (unknowns,) its fitted values, the groups first.
+        values: (unknowns,) its fitted values, the base parameters first.
         covariance: (unknowns, unknowns) their covariance.
-        physical: the physical values chosen for the groups.
+        physical: the physical values chosen for the base parameters.
         inertia: A22.
         error: its errors, as `errors_section` gives them.
     """

@@ -1,8 +1,8 @@
 """The effects that could be added to a model, and a score test of what each would gain.
 
-The test costs one simulation for all candidates together: each is present with no strength, its sensitivities are what
-the motion would change by, and the residual is projected on them after everything that the model can adjust already
-has been taken out of both (Rao's score test).
+The test costs one simulation for all candidates together: each is present with zero strength, and the residual is
+projected on its sensitivities, after the part that the model's own unknowns can explain has been removed from both
+(Rao's score test).
 """
 
 from collections.abc import Sequence
@@ -17,12 +17,12 @@ from cdp_ident.fit.initial_states import InitialState
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.refinement import Fit
 from cdp_ident.model.effects.catalogue import CATALOGUE
-from cdp_ident.model.parallel import share_out
+from cdp_ident.model.parallel import parallel_for
 
 Array = npt.NDArray[np.float64]
 
 _INDEPENDENT = 1e-6
-"""A candidate of whose sensitivity less than this share is left, when the model's own is taken out, is no new one."""
+"""A candidate counts as new if the model's own sensitivities leave at least this share of its own."""
 
 _LARGEST = 1e100
 """Sensitivities beyond this have overflowed."""
@@ -36,11 +36,11 @@ class Candidate:
     gain: float
     """By how much it would lower the squared error of the fit [rad^2]."""
     strengths: Array
-    """(k,) the values that would do so, of its parameters that are not of shape."""
+    """(k,) the corresponding values of its parameters, shape parameters excepted."""
 
     @property
     def values(self) -> Array:
-        """Values of its fitted parameters to begin a refinement with."""
+        """Initial values of its fitted parameters for a refinement."""
         strengths = iter(self.strengths)
         return np.array([p.typical if p.shape else next(strengths) for p in self.active.fitted])
 
@@ -52,7 +52,7 @@ def addable(model: MotionModel) -> list[ActiveEffect]:
 
 
 class ScoreTest:
-    """The residual and the candidates' sensitivities, freed of what the model can adjust already."""
+    """The residual and the candidates' sensitivities, orthogonal to the model's own sensitivities."""
 
     def __init__(self, fit: Fit, candidates: Sequence[ActiveEffect]):
         model, values = fit.model, fit.values
@@ -75,7 +75,7 @@ class ScoreTest:
             for index in range(first, last):
                 window, root = fit.windows[index], np.sqrt(fit.weights[index]).reshape(-1, 1)
                 sensitivity = window.whitened(model.predict(values, window.start, window)[1]).reshape(-1, count)
-                # A candidate whose sensitivity cannot be computed is none.
+                # A candidate whose sensitivity cannot be computed has zero gain.
                 rows = np.where(np.abs(sensitivity) < _LARGEST, sensitivity, 0.0)
                 rows *= root
                 free, left = rows[:, states:], fit.residuals[index].ravel() * root[:, 0]
@@ -84,7 +84,7 @@ class ScoreTest:
                 free, left = state.eliminated_from(free), state.eliminated_from(left)
                 squares[index], targets[index] = free.T @ free, free.T @ left
 
-        share_out(work, windows)
+        parallel_for(work, windows)
         whole, target, size_before = squares.sum(axis=0), targets.sum(axis=0), sizes.sum(axis=0)
         whole[:own, :own] += fit.model.penalty
         target[:own] -= fit.model.penalty @ fit.values
@@ -106,7 +106,7 @@ class ScoreTest:
     def pairs(self, most: int) -> list[tuple[Candidate, Candidate, float]]:
         """Return pairs of candidates and what both together would gain [rad^2], the best first.
 
-        Only pairs that gain more than their members one by one are returned: those that need each other.
+        Only pairs that gain clearly more than the sum of their members alone are returned.
         """
         single = {index: self._candidate(index) for index in range(len(self.candidates))}
         alone = {index: c.gain if c else 0.0 for index, c in single.items()}
@@ -137,7 +137,7 @@ class ScoreTest:
         return Candidate(self.candidates[index], gain, strengths)
 
     def _solve(self, indices: Sequence[int]) -> tuple[float, Array]:
-        """Return what candidates would gain together [rad^2], with strengths inside their limits, and these."""
+        """Return the gain of candidates together [rad^2], with strengths within their limits, and these strengths."""
         columns = np.concatenate([self._columns[index] for index in indices])
         strong = [p for index in indices for p in self.candidates[index].fitted if not p.shape]
         matrix, right = self._gram[np.ix_(columns, columns)], self._right[columns]

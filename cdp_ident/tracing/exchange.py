@@ -1,4 +1,4 @@
-"""Exchange steps: every effect has to stand against its rivals, under the model that has all the others."""
+"""Exchange steps: every effect is compared with its rivals, in the model with all other effects."""
 
 from collections.abc import Sequence
 from itertools import combinations
@@ -15,17 +15,17 @@ from cdp_ident.tracing.progress import Progress, without_effects
 from cdp_ident.tracing.screening import promising
 
 _RIVALS = 3
-"""Effects that each one has to stand against."""
+"""Number of rivals that each effect is compared with."""
 _SHAPES = (0.3, 1.0, 4.0)
-"""A richer form is begun with its parameters of shape at so many times what is typical."""
+"""A richer form is fitted from initial values of its shape parameters at so many times the typical ones."""
 _SOME = 0.3
-"""And with a strength that it has besides at that share of the strength of the simpler one."""
+"""Initial value of an additional strength, as a share of the simpler form's strength."""
 _INDISTINGUISHABLE = 9.0
 """Models whose squared errors differ by less, in variances, are both possible."""
 
 
 def exchange_effects(progress: Progress) -> bool:
-    """Let every effect, and every two torques of a joint, stand against their rivals; return whether one lost.
+    """Compare every effect, and every two torques of a joint, with rivals; return whether any was exchanged.
 
     Raises:
         InterruptedSelectionError: the selection is asked to stop.
@@ -56,7 +56,7 @@ def exchange_effects(progress: Progress) -> bool:
 def alternatives(
     active: ActiveEffect, current: Attempt, removed: Attempt, rivals: Sequence[Attempt]
 ) -> tuple[str, ...]:
-    """Return the rivals that the data cannot tell from the effect whose place they took.
+    """Return the rivals that the data do not distinguish from the effect that they replaced.
 
     Args:
         active: the effect.
@@ -80,7 +80,7 @@ def alternatives(
 def _rivals(progress: Progress, removed: Attempt, *keys: str) -> list[Attempt]:
     """Return the models that have another effect in the place of some.
 
-    They are those whose score test comes near theirs, and the richer forms of each.
+    They are those whose score test gains nearly as much, and the richer forms of each.
     """
     test = ScoreTest(removed.fit, addable(removed.model))
     candidates = promising(removed, test, _RIVALS + len(keys), keys)
@@ -90,9 +90,9 @@ def _rivals(progress: Progress, removed: Attempt, *keys: str) -> list[Attempt]:
 
 
 def _richer(progress: Progress, key: str) -> list[Attempt]:
-    """Return models that have a richer form of an effect in its place, begun where the effect is.
+    """Return models with a richer form of an effect in its place, fitted from the effect's values.
 
-    From the model without the effect, as a score test looks, a richer form may be out of reach, or not be defined.
+    A score test, which starts from the model without the effect, may not find a richer form, or not be defined for it.
     """
     current = progress.current
     index = current.place_of(key)
@@ -130,10 +130,10 @@ def _is_better(rival: Attempt, current: Attempt) -> bool:
     gained = change(current, rival)
     fewer = len(rival.model.effects) < len(current.model.effects)
     if len(rival.fit.values) > len(current.fit.values) and not fewer:
-        return gained.bic < 0 and brings_enough(current, rival)  # what is richer must earn its parameters
+        return gained.bic < 0 and brings_enough(current, rival)  # a richer form must gain enough for its parameters
     return gained.bic < 0 and gained.validation > _INDISTINGUISHABLE
 
 
 def _is_richer_form(effect: Effect, other: Effect) -> bool:
-    """Return whether an effect is another one of the same joint with more to it, and so can always stand for that."""
+    """Return whether an effect contains another one of the same joint as a special case."""
     return isinstance(effect, TorqueEffect) and (effect.joint, effect.contains) == (other.joint, other.name)

@@ -1,4 +1,4 @@
-"""A stepwise selection under way: the model that it has so far, and refits of others beside it."""
+"""The progress of a stepwise selection: the present model, and refits of others."""
 
 import time
 from collections.abc import Callable, Iterable, Sequence
@@ -19,12 +19,12 @@ from cdp_ident.tracing.selection import Step, Tried
 Array = npt.NDArray[np.float64]
 
 _ROUGHLY = 1e-4
-"""Tolerance of refits that only compare candidates; the one that is taken is refined to the end."""
+"""Tolerance of refits that only compare candidates; the accepted model is refined further."""
 _KEPT = 0.5
-"""A refit over whole windows has arrived if it gains that share of what the score test promises."""
+"""A refit over whole windows is good if it gains this share of what the score test predicts."""
 NO_STEPS: Array = np.zeros(2)
 _LEAST_STEPS = 0.75
-"""An angle of which an encoder is off is more than rounding from so many of its steps on; rounding is half of one."""
+"""An encoder's offset counts as more than rounding (half a step) from so many steps on."""
 
 
 class InterruptedSelectionError(Exception):
@@ -32,13 +32,13 @@ class InterruptedSelectionError(Exception):
 
 
 class Progress:
-    """A selection under way: the model that it has so far outlives an interruption."""
+    """A selection in progress; its model so far is kept when the selection is interrupted."""
 
     def __init__(
         self,
         before: Attempt,
         noise: float,
-        told: Callable[[str], None] = lambda line: None,
+        say: Callable[[str], None] = lambda line: None,
         stop: Callable[[], bool] = lambda: False,
         encoder_steps: Array = NO_STEPS,
         trying: Callable[[str], None] = lambda line: None,
@@ -48,8 +48,8 @@ class Progress:
         Args:
             before: the paper's model.
             noise: root mean square of what the encoders add to both angles [rad].
-            told: called with a line for people after each step.
-            encoder_steps: of the inner and the outer encoder [rad]; what is off by less is rounding.
+            say: called with a line of text after each step.
+            encoder_steps: of the inner and the outer encoder [rad]; an offset below is rounding.
             stop: asked before each addition of effects; true raises `InterruptedSelectionError` there.
             trying: called with what is tried next, and how long that and what follows may take.
         """
@@ -59,14 +59,14 @@ class Progress:
         self.encoder_steps = encoder_steps
         self.steps: list[Step] = []
         self.rivals: dict[str, tuple[Attempt, ...]] = {}
-        """The rivals that each effect has stood against in the last exchange, by its label."""
+        """The rivals that each effect was compared with in the last exchange, by its label."""
         self.failures: list[str] = []
         """What could not be computed, in words."""
-        self._told, self._stop, self._trying = told, stop, trying
+        self._say, self._stop, self._trying = say, stop, trying
         self._refits, self._seconds = 0, 0.0
 
     def is_rounding(self, joint: str, angle: float) -> bool:
-        """Return whether an angle [rad] is no more than what an encoder's steps hide while its joint stands still."""
+        """Return whether an angle [rad] may be the rounding of an encoder whose joint is at rest."""
         return abs(angle) < _LEAST_STEPS * self.encoder_steps[JOINTS.index(joint)]
 
     def with_effects(self, attempt: Attempt, candidates: Sequence[Candidate]) -> Attempt:
@@ -87,7 +87,7 @@ class Progress:
     def tried(
         self, attempt: Attempt, additions: Iterable[tuple[Candidate, ...]]
     ) -> list[tuple[tuple[Candidate, ...], Attempt]]:
-        """Return a model with each of some additions, refitted; one that cannot be computed is told and left out.
+        """Return refits of a model with each of some additions; those that fail are reported and left out.
 
         Raises:
             InterruptedSelectionError: the selection is asked to stop.
@@ -137,7 +137,7 @@ class Progress:
         return attempt_of(fit, attempt.folds)
 
     def from_balance(self, attempt: Attempt, begin: Array, candidates: Sequence[Candidate]) -> Attempt | None:
-        """Return a model with more effects, refitted from what a balance of forces says of it (unknowns,) and of them.
+        """Return a model with more effects, refitted from the values of a balance of forces (unknowns,).
 
         None where it cannot be fitted.
 
@@ -157,11 +157,11 @@ class Progress:
             return None
 
     def finished(self, attempt: Attempt) -> Attempt:
-        """Return a model that is taken, refined to the end."""
+        """Return an accepted model, refined to convergence."""
         return attempt_of(refine(attempt.model, attempt.fit.values, attempt.fit.windows), attempt.folds)
 
     def reweigh(self) -> None:
-        """Weigh both angles by the errors that the model leaves, which are other ones than before its last effects."""
+        """Weight both angles by the present model's errors."""
         try:
             fit = reweighted(self.current.fit, self.noise)
             if fit is not self.current.fit:
@@ -170,18 +170,18 @@ class Progress:
             self.fail(f"the angles keep their weights: {error}")
 
     def fail(self, line: str) -> None:
-        """Note what could not be computed, and tell people."""
+        """Record what could not be computed, and report it."""
         self.failures.append(line)
-        self._told(line)
+        self._say(line)
 
     def say(self, line: str) -> None:
-        """Tell people a line."""
-        self._told(line)
+        """Report a line of text."""
+        self._say(line)
 
     def note(self, action: str, after: Attempt, line: str, tried: Sequence[Tried] = ()) -> None:
-        """Note a step that ended with the model `after`, and tell people a line about it."""
+        """Record a step that ended with the model `after`, and report a line about it."""
         self.steps.append(Step(action, after.fit.rmse(), after.validation.rmse(), tuple(tried)))
-        self._told(line)
+        self._say(line)
 
 
 def without_effects(attempt: Attempt, indices: Sequence[int]) -> Attempt:
@@ -195,13 +195,13 @@ def without_effects(attempt: Attempt, indices: Sequence[int]) -> Attempt:
 
 
 def _refit(model: MotionModel, values: Array, before: Fit, expected: float) -> Fit:
-    """Refine a model with more effects, over whole windows at once or, where that does not do, over growing ones.
+    """Refine a model with more effects, over whole windows or, if that fails, over windows of growing length.
 
     Args:
         model: the model.
-        values: (unknowns,) values to begin with.
+        values: (unknowns,) initial values.
         before: the fit of the model without them.
-        expected: the squared error that score tests promise [rad^2].
+        expected: the squared error that score tests predict [rad^2].
     """
     at_once: Fit | None = None
     try:

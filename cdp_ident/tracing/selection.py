@@ -47,14 +47,14 @@ class Selection:
     without: tuple[Attempt, ...]
     """That model without each of its effects."""
     also_possible: tuple[tuple[str, ...], ...]
-    """Keys of the effects that could stand in each one's place, as far as the data can tell."""
+    """Keys of the effects that the data do not distinguish from each one."""
     certainty: tuple[Certainty, ...]
     """How sure the name of each effect of `after` is."""
     failures: tuple[str, ...]
-    """What could not be computed on the way, in words."""
+    """What could not be computed, in words."""
     interrupted: bool
 
     @classmethod
     def nothing(cls, model: Attempt) -> "Selection":
-        """Return one that has not begun."""
+        """Return one without any step."""
         return cls(model, model, (), (), (), (), (), interrupted=False)

@@ -115,8 +115,8 @@ def test_a_window_s_own_start_imitates_a_part_of_what_the_values_do():
 
 def test_a_value_that_no_window_shows_has_an_infinite_variance_and_leaves_the_others_as_they_are():
     fit = fit_of(standard_twin(np.random.default_rng(0)))
-    knock = next(effect for effect in CATALOGUE if effect.key == "impulse.inner")
-    model = MODEL.with_effect(ActiveEffect(knock, trial=1))
+    impulse = next(effect for effect in CATALOGUE if effect.key == "impulse.inner")
+    model = MODEL.with_effect(ActiveEffect(impulse, trial=1))
     spread = covariance(refine(model, np.append(fit.values, [0.0, 1.0]), fit.windows))
     assert np.all(np.isinf(np.diag(spread)[5:]))
     assert spread[:5, :5] == pytest.approx(covariance(fit), rel=0.02)
@@ -137,7 +137,7 @@ def fitted_with(*weights, seed=0):
         trials.append(replace(weighted, weights=(weight,)))
     errors = tuple(dict.fromkeys(error for weight in weights for error in weight.errors))
     model = replace(MODEL, inertia_free=True, weight_errors=errors, penalty_of_errors=2e-3**2)
-    return refine(model, model.beginning(TRUTH, INERTIA), cut_into_windows(trials))
+    return refine(model, model.initial_values(TRUTH, INERTIA), cut_into_windows(trials))
 
 
 def std_of(fit):

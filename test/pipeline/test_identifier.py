@@ -103,7 +103,7 @@ def test_a_watched_bag_that_was_left_out_is_tried_again_when_its_files_change(wa
     assert names(identifier.load({})) == ["one", "two"]
 
 
-def test_a_watched_trial_that_shows_a_weight_for_the_first_time_is_not_judged(watching, monkeypatch):
+def test_a_watched_trial_that_shows_a_weight_for_the_first_time_is_not_checked(watching, monkeypatch):
     identifier, bring, said = watching
     loaded = identifier.load({})
     latest = run(loaded, lambda progress: "enough")
@@ -112,4 +112,4 @@ def test_a_watched_trial_that_shows_a_weight_for_the_first_time_is_not_judged(wa
     weights = {"trials.two.added.outer": [0.05, 0.3], "trials.three.added.outer": [0.05, 0.3]}
     first, second = identifier.load(weights).fit
     assert (first.weights, second.weights[0].mass) == ((), 0.05)
-    assert "two is not checked: it shows for the first time what its weight does" in said.getvalue()
+    assert "two is not checked: it is the first one with its weight" in said.getvalue()

@@ -1,4 +1,4 @@
-"""Torques without a name, judged by what they predict."""
+"""Torques without a name are accepted by what they predict."""
 
 import numpy as np
 import pytest

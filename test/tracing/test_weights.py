@@ -1,4 +1,4 @@
-"""What a model lacks in a trial with a weight is told as of the rig without."""
+"""What a model lacks in a trial with a weight is given for the rig without."""
 
 from dataclasses import replace
 
@@ -18,7 +18,7 @@ from reference.pendulum import TABLE_5
 from scenarios.weighted import INERTIA, plain_and_weighted
 
 MODEL = replace(MotionModel(Mechanism.of(Prior())), inertia_free=True)
-TRUTH = MODEL.beginning(groups_of([TABLE_5[symbol] for symbol in SYMBOLS], TABLE_5["L"]), INERTIA)
+TRUTH = MODEL.initial_values(groups_of([TABLE_5[symbol] for symbol in SYMBOLS], TABLE_5["L"]), INERTIA)
 HEAVY = Weight("outer", 0.3, 0.3)
 """So that A22 with it is nearly twice A22."""
 ON_RODS = (4e-3, 3e-3)
@@ -38,7 +38,7 @@ def test_a_missing_torque_is_the_same_in_N_m_with_a_weight_and_without():  # noq
         assert torque == pytest.approx([sum(ON_RODS), ON_RODS[1]], rel=0.15)
 
 
-def test_a_knock_on_a_rod_with_a_weight_has_its_size():
+def test_an_impulse_on_a_rod_with_a_weight_has_its_size():
     impulse, at, width = 4e-4, 3.45, 0.01
 
     def knock(time, state):

@@ -71,5 +71,5 @@ class BagFolder:
 
 
 def _is_name(name: str) -> bool:
-    """Tell whether a text can begin the names of folders, and leads nowhere else."""
+    """Return whether a text can begin the names of folders and does not lead to another folder."""
     return name.isprintable() and 0 < len(name) <= _LONGEST_NAME and name[0] != "." and Path(name).name == name

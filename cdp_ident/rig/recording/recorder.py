@@ -20,7 +20,7 @@ from cdp_ident.rig.recording.options import RecorderOptions
 from cdp_ident.rig.recording.pre_trigger import PreTrigger
 
 FLUSH_NS = 250_000_000
-"""What is older than this is out of reach of a kill [ns]; a bag has one chunk for each."""
+"""Messages older than this survive a kill of the process [ns]; a bag has one chunk for each such time."""
 _SILENCE_NS = 5_000_000_000
 
 IDLE, ARMED, RECORDING = "idle", "armed", "recording"
@@ -28,7 +28,7 @@ IDLE, ARMED, RECORDING = "idle", "armed", "recording"
 
 @dataclass(frozen=True)
 class Surroundings:
-    """What a recorder asks and tells; without ROS there is nobody to ask or tell."""
+    """Callbacks of a recorder to its surroundings; without ROS they do nothing."""
 
     say: Callable[[str], None] = lambda _: None
     """Is given each thing that people should know …"""
@@ -78,7 +78,7 @@ class Recorder:
         self._trial: _Trial | None = None
         self._last_sample_ns: int | None = None
         self._last_stamp_ns = 0
-        self._told_of_joints = False
+        self._warned_of_joints = False
         for bag in self._bags.complete_unfinished():
             if isinstance(bag, BagError):
                 self._warn(f"left as it is: {bag}")
@@ -142,7 +142,7 @@ class Recorder:
     def take(self, topic: str, message_type: str, received_ns: int, raw: bytes) -> None:
         """Take a serialised message that was received at `received_ns` [ns since the epoch].
 
-        JointState and DiagnosticArray messages tell of the trial; those of other types are recorded with them.
+        JointState and DiagnosticArray messages are evaluated, too; those of other types are only recorded.
         """
         message = Message(topic, message_type, received_ns, raw)
         if self._trial is not None:
@@ -154,7 +154,7 @@ class Recorder:
             self._take_diagnostics(raw)
 
     def tick(self, now_ns: int) -> None:
-        """Bring what was written out of reach of a kill; to be called several times a second."""
+        """Flush what was written, so that it survives a kill; to be called several times a second."""
         trial = self._trial
         if trial is None:
             return
@@ -171,12 +171,13 @@ class Recorder:
     def _take_sample(self, message: Message) -> None:
         position = self._reader.read(message.raw)
         if position is None:
-            if not self._told_of_joints:
-                self._told_of_joints = True
+            if not self._warned_of_joints:
+                self._warned_of_joints = True
                 joints = self._options.joints
                 self._warn(
                     f"a message on {message.topic} has no positions of {joints.inner} and {joints.outer}: it is "
-                    "recorded, but tells nothing of release and rest; set the parameters inner_joint and outer_joint"
+                    "recorded, but release and rest are not detected in it; set the parameters inner_joint and "
+                    "outer_joint"
                 )
             return
         self._last_sample_ns, self._last_stamp_ns = message.received_ns, position.stamp_ns
@@ -197,8 +198,8 @@ class Recorder:
         drivers = self._around.drivers()
         for status in read_statuses(raw):
             if status.name in drivers:
-                told = {"name": status.name, "hardware_id": status.hardware_id, "status": status.message}
-                self._rig = told | dict(status.values)
+                description = {"name": status.name, "hardware_id": status.hardware_id, "status": status.message}
+                self._rig = description | dict(status.values)
 
     def _begin(self, stamp_ns: int, now_ns: int, by_hand: bool) -> Path:
         options = self._options
