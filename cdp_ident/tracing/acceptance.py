@@ -32,7 +32,7 @@ _NOISE_KNOWN_WITHIN = 0.02
 """Relative uncertainty of the noise: at least this share of it counts as unexplained."""
 
 
-def earns_its_place(before: Attempt, after: Attempt, new: Sequence[int] | None = None) -> bool:
+def is_accepted(before: Attempt, after: Attempt, new: Sequence[int] | None = None) -> bool:
     """Return whether the effects that `after` has in addition improve the model enough, and are physical.
 
     They are the last ones, or those at the indices `new`.
@@ -54,10 +54,10 @@ def earns_its_place(before: Attempt, after: Attempt, new: Sequence[int] | None =
     structured = after.fit.autocorrelation.integrated_time > STRUCTURED
     if structured and any(isinstance(effect, TorqueEffect) and effect.harmonic for effect in added):
         return False
-    return brings_enough(before, after)
+    return improves_enough(before, after)
 
 
-def brings_enough(before: Attempt, after: Attempt) -> bool:
+def improves_enough(before: Attempt, after: Attempt) -> bool:
     """Return whether the errors fall by more than chance does, on the fit and in cross-validation."""
     gained = change(before, after)
     of_fit, of_validation = (

@@ -10,7 +10,7 @@ import numpy as np
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.force_balance import ForceBalance
 from cdp_ident.model.effects.effect import SensorEffect
-from cdp_ident.tracing.acceptance import FIT_GAIN, INSTANT_GAIN, earns_its_place, fits_of
+from cdp_ident.tracing.acceptance import FIT_GAIN, INSTANT_GAIN, fits_of, is_accepted
 from cdp_ident.tracing.candidates import Candidate, ScoreTest, addable
 from cdp_ident.tracing.evidence import Attempt, change
 from cdp_ident.tracing.instants import instants
@@ -54,7 +54,7 @@ def add_balanced(progress: Progress, balances: Sequence[ForceBalance]) -> None:
                 attempt = progress.from_balance(current, begin, chosen)
                 if attempt is not None:
                     refitted.append((chosen, attempt))
-    accepted = [attempt for _, attempt in refitted if earns_its_place(current, attempt)]
+    accepted = [attempt for _, attempt in refitted if is_accepted(current, attempt)]
     if accepted:
         best = min(accepted, key=lambda attempt: change(current, attempt).bic)
         _note(progress, best, refitted)
@@ -134,7 +134,7 @@ def _with_seconds(progress: Progress, refitted: Sequence[_Refitted]) -> list[_Re
 
 
 def _best(current: Attempt, refitted: Sequence[_Refitted]) -> Attempt | None:
-    accepted = [a for _, a in refitted if earns_its_place(current, a)]
+    accepted = [a for _, a in refitted if is_accepted(current, a)]
     if not accepted:
         return None
     # The simplest of those that come near the best: while other effects are still missing, what an effect with

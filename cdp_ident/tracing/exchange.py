@@ -8,7 +8,7 @@ import numpy as np
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.effect import Effect, TorqueEffect
-from cdp_ident.tracing.acceptance import brings_enough, earns_its_place
+from cdp_ident.tracing.acceptance import improves_enough, is_accepted
 from cdp_ident.tracing.candidates import ScoreTest, addable
 from cdp_ident.tracing.evidence import Attempt, change
 from cdp_ident.tracing.progress import Progress, without_effects
@@ -72,7 +72,7 @@ def alternatives(
             continue
         worse = change(rival, current)
         close = worse.validation < _INDISTINGUISHABLE
-        if close and (effect.name, effect.joint) not in named and earns_its_place(removed, rival):
+        if close and (effect.name, effect.joint) not in named and is_accepted(removed, rival):
             found.append(f"{effect.name} {effect.joint}")
     return tuple(dict.fromkeys(found))
 
@@ -118,7 +118,7 @@ def _limits(active: ActiveEffect) -> tuple[list[float], list[float]]:
 def _exchange(progress: Progress, removed: Attempt, rivals: Sequence[Attempt], old: str) -> None:
     """Take the best of the rivals that are better than what they replace, if there is one."""
     current = progress.current
-    better = [rival for rival in rivals if _is_better(rival, current) and earns_its_place(removed, rival)]
+    better = [rival for rival in rivals if _is_better(rival, current) and is_accepted(removed, rival)]
     if better:
         best = progress.finished(min(better, key=lambda rival: change(removed, rival).bic))
         new = best.model.effects[-1].effect.key
@@ -130,7 +130,7 @@ def _is_better(rival: Attempt, current: Attempt) -> bool:
     gained = change(current, rival)
     fewer = len(rival.model.effects) < len(current.model.effects)
     if len(rival.fit.values) > len(current.fit.values) and not fewer:
-        return gained.bic < 0 and brings_enough(current, rival)  # a richer form must gain enough for its parameters
+        return gained.bic < 0 and improves_enough(current, rival)  # a richer form must gain enough for its parameters
     return gained.bic < 0 and gained.validation > _INDISTINGUISHABLE
 
 

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.model.effects.effect import Effect
-from cdp_ident.tracing.acceptance import earns_its_place
+from cdp_ident.tracing.acceptance import is_accepted
 from cdp_ident.tracing.candidates import Candidate
 from cdp_ident.tracing.evidence import Attempt
 from cdp_ident.tracing.progress import Progress, without_effects
@@ -60,6 +60,6 @@ def _without_a_superfluous_one(attempt: Attempt) -> Attempt | None:
     """Return a model without the weakest of the effects that are not accepted; None where all are."""
     for index in sorted(range(len(attempt.model.effects)), key=attempt.strength):
         removed = without_effects(attempt, [index])
-        if not earns_its_place(removed, attempt, [index]):
+        if not is_accepted(removed, attempt, [index]):
             return removed
     return None

@@ -19,7 +19,7 @@ from cdp_ident.fit.stiffness import Stiffness
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.curves import CURVES
 from cdp_ident.model.effects.effect import Effect, Form, TorqueEffect
-from cdp_ident.tracing.acceptance import ABOVE_NOISE, earns_its_place, fits_of
+from cdp_ident.tracing.acceptance import ABOVE_NOISE, fits_of, is_accepted
 from cdp_ident.tracing.candidates import Candidate, ScoreTest
 from cdp_ident.tracing.evidence import Attempt, change
 from cdp_ident.tracing.progress import Progress, without_effects
@@ -55,7 +55,7 @@ def add_unknown_torques(progress: Progress) -> None:
             for candidate in _promising(current, _possible(current, progress.noise))
             for attempt in _fitted(progress, candidate)
         ]
-        accepted = [a for a in found if _earns_its_place(current, a) and _predicts_other_trials(progress, a)]
+        accepted = [a for a in found if _is_accepted(current, a) and _predicts_other_trials(progress, a)]
         if not accepted:
             return
         best = _even_instead(progress, min(accepted, key=lambda attempt: change(current, attempt).bic))
@@ -164,14 +164,14 @@ def _begun(progress: Progress, candidate: Candidate) -> list[Attempt]:
     return [attempt for _, attempt in progress.tried(current, [(begun,)])]
 
 
-def _earns_its_place(before: Attempt, after: Attempt) -> bool:
+def _is_accepted(before: Attempt, after: Attempt) -> bool:
     """Return whether a curve improves the model enough, given its number of free parameters."""
     curve = len(after.model.effects) - 1
     enough = after.validation.rmse() < (1.0 - _LEAST_SHARE) * before.validation.rmse()
     by_chance = 2.0 * (after.unknowns - before.unknowns)
     return (
         (enough or _is_dry(after.model.effects[curve].effect))
-        and earns_its_place(before, after, [curve])
+        and is_accepted(before, after, [curve])
         and change(before, after).fit > by_chance
     )
 
@@ -208,7 +208,7 @@ def _without_imitations(progress: Progress, attempt: Attempt) -> Attempt:
             continue
         removed = without_effects(attempt, [index])
         as_good = removed.validation.rmse() < _AS_GOOD * attempt.validation.rmse()
-        if as_good and not earns_its_place(removed, attempt, [index]):
+        if as_good and not is_accepted(removed, attempt, [index]):
             attempt, key = removed, effect.key
             progress.note(f"dropped {key}", attempt, f"dropped {key}: what it explained is explained otherwise")
     return attempt

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.motion_model import JOINTS
 from cdp_ident.model.effects.catalogue import CATALOGUE
-from cdp_ident.tracing.acceptance import STRUCTURED, brings_enough
+from cdp_ident.tracing.acceptance import STRUCTURED, improves_enough
 from cdp_ident.tracing.candidates import Candidate
 from cdp_ident.tracing.evidence import Attempt, change
 from cdp_ident.tracing.progress import Progress
@@ -48,7 +48,7 @@ def fit_zeros_by_trial(progress: Progress) -> None:
     slow = own.fit.autocorrelation.integrated_time > STRUCTURED
     if slow and own.validation.rmse() > _CLEARLY_BETTER * in_all.validation.rmse():
         return
-    if brings_enough(in_all, own) and change(in_all, own).bic < 0:
+    if improves_enough(in_all, own) and change(in_all, own).bic < 0:
         progress.current = own
         of_trials = " and ".join(f"{1e3 * size:.3g}" for size in largest_zeros(own))
         progress.note(

@@ -104,7 +104,7 @@ def test_the_outer_rod_is_as_long_as_the_identification_took_it_to_be():
         ({"J1": True}, "here: J1 is True"),
         (dict.fromkeys(("m1", "m2", "m0", "J1"), 0.0), "no mechanism"),
         (dict.fromkeys(("m1", "m2", "m0", "J1"), 0.0) | GIVEN_GROUPS, "inertia about the cart's joint is 0"),
-        ({"groups.c1_over_A22": 0.1}, "give all groups, or none"),
+        ({"groups.c1_over_A22": 0.1}, "give all base parameters"),
         (GIVEN_GROUPS | {"groups.A33_over_A22": 1e-6}, "no mechanism"),
         ({"outer_rod_length": 0.0}, "outer_rod_length is 0.0"),
         ({"effects.dry_friction.inner.torque": 0.1}, "'dry_friction'"),

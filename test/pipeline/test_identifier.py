@@ -35,7 +35,7 @@ def test_what_cannot_be_written_is_printed_all_the_same(tmp_path, capsys):
     (tmp_path / "out" / REPORT).mkdir(parents=True)
     assert main(["--bag", str(tmp_path / "swing_wide"), "--out", str(tmp_path / "out"), "--once", "--force"]) == 2
     printed = capsys.readouterr()
-    assert "Groups, all that a free swing depends on" in printed.out
+    assert "Base parameters, all that a free swing depends on" in printed.out
     text = printed.out.partition(f"{FITTED}, which could not be written:\n")[2]
     values = yaml.safe_load(text)["/**"]["ros__parameters"]
     assert values["groups.c1_over_A22"] > 0
