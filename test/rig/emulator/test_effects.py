@@ -41,8 +41,8 @@ def test_a_tilted_base_moves_where_it_hangs() -> None:
 
 
 def test_an_impulse_comes_at_its_time() -> None:
-    quiet, knocked = states({}), states({"impulse": {"outer": {"impulse": 0.02, "time": 4.0}}})
-    differ = np.flatnonzero(np.abs(quiet - knocked).max(axis=1) > 1e-6)
+    quiet, pushed = states({}), states({"impulse": {"outer": {"impulse": 0.02, "time": 4.0}}})
+    differ = np.flatnonzero(np.abs(quiet - pushed).max(axis=1) > 1e-6)
     assert differ[0] * PERIOD + 0.5 == pytest.approx(4.0, abs=0.06)
 
 
