@@ -41,10 +41,10 @@ def test_a_missing_torque_is_the_same_in_N_m_with_a_weight_and_without():  # noq
 def test_an_impulse_on_a_rod_with_a_weight_has_its_size():
     impulse, at, width = 4e-4, 3.45, 0.01
 
-    def impulse(time, state):
+    def push(time, state):
         return impulse * np.exp(-0.5 * ((time - at) / width) ** 2) / (width * np.sqrt(2 * np.pi)), 0.0
 
-    found = next(c for c in instants(true_fit(impulse, (1,))) if c.active.effect.key == "impulse.inner")
+    found = next(c for c in instants(true_fit(push, (1,))) if c.active.effect.key == "impulse.inner")
     assert found.active.trial == 1
     assert found.values[0] * INERTIA == pytest.approx(impulse, rel=0.15)
     assert found.values[1] == pytest.approx(at, abs=0.02)
