@@ -24,7 +24,7 @@ test: build  ## every behaviour, nodes included, shared out over the cores
 test-all: build  ## the same with many more truths, seeds, kills and examples: before a release, and each night
 	@$(ROS) $(BIN)/python -m pytest $(ALL_CORES) -m "" --hypothesis-profile=campaign
 
-check: $(VENV)/.ready  ## format, lint, types and which room imports which
+check: $(VENV)/.ready  ## format, lint, types and which subpackage imports which
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy

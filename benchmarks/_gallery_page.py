@@ -61,13 +61,13 @@ _HIDDEN_AS = {
     "heavy_cart": "hidden as a heavy cart on a soft stand",
     "rotor_inertia": "hidden as a rotor that turns with the outer joint",
 }
-_TOLD = {
+_DISTINCTION = {
     "coulomb_friction": (
         "A step at zero speed: the same torque at any speed, against the motion. Viscous friction is a slope;"
         " Stribeck friction has peaks beside the step."
     ),
     "stribeck_friction": (
-        "A step at zero speed with a peak on each side. Without enough slow motion it cannot be told from "
+        "A step at zero speed with a peak on each side. Without enough slow motion it cannot be distinguished from "
         "Coulomb friction, which is then taken as the simpler one."
     ),
     "load_friction": (
@@ -80,20 +80,20 @@ _TOLD = {
         "instead."
     ),
     "air_drag": (
-        "A parabola over the rod's absolute speed. Over the joint's speed it is blurred, which tells it from "
+        "A parabola over the rod's absolute speed. Over the joint's speed it is blurred, which distinguishes it from "
         "quadratic friction."
     ),
     "joint_spring": (
         "A straight line over the joint's angle. Gravity is a sine of the absolute angles, so large swings "
-        "tell them apart."
+        "distinguish them."
     ),
     "cogging_torque": ("A wave over the joint's angle, some periods a turn."),
     "impulse": (
-        "One window fits far worse than all others, from one instant on. A knock makes a speed jump, lost "
+        "One window fits far worse than all others, from one instant on. An impulse makes a speed jump, lost "
         "counts an angle."
     ),
     "encoder_offset": (
-        "The angle is off by a constant, so gravity seems to pull askew. Of the inner encoder it is the same "
+        "The angle is off by a constant, so gravity seems to be inclined. Of the inner encoder it is the same "
         "motion as a base that is not level."
     ),
     "encoder_scale": ("The error grows with the angle from hanging; an offset is constant, an eccentricity periodic."),
@@ -115,11 +115,11 @@ _TOLD = {
         "A torque over a joint's angle or speed whose shape no named effect has. It is fitted as a smooth curve."
     ),
 }
-"""How each effect is told from its neighbours."""
+"""How each effect differs from similar ones."""
 _HEAD = """\
 # Gallery of effects
 
-What each effect of the catalogue leaves when the model lacks it, how it is told from its neighbours, and how weak it
+What each effect of the catalogue leaves when the model lacks it, how it differs from similar ones, and how weak it
 may be. The page is made by `python -m benchmarks.gallery`.
 
 **The rig** is the paper's (the last row of Table 5, L = 0.4 m), sampled at 200 Hz by encoders of 8000 counts a turn
@@ -130,7 +130,7 @@ held out. One effect is hidden at a time, by `reference/`, which shares no code 
 visible as the noise. *Visible* is the root mean square by which it moves the angles beyond what other parameters and
 other initial states could imitate over 2.5 s. Left: measured less simulated angles over the windows of one swing,
 theta1 pale, theta2 strong; the grey band is the noise. Middle and right: the missing torque of the joint, averaged in
-bins over speed and over angle (not for errors of encoders and for what happens once, which are no lasting torques).
+bins over speed and over angle (not for errors of encoders and effects of an instant, which are not lasting torques).
 
 **Strengths**: each effect is hidden at {of.strong:g} times the noise and looked for. It is hidden again at
 {of.weaker:g}, and then at half as much each time, down to {of.weakest:g}, until it is not found any more; where
@@ -155,7 +155,7 @@ def page(entries: Sequence[Entry], strengths: Strengths) -> str:
     names = dict.fromkeys(effect.name for effect in CATALOGUE)
     for name in names:
         forms = [effect for effect in CATALOGUE if effect.name == name]
-        text += f"\n## {_title(name)}\n\n{_TOLD[name]}\n\n{_description(forms)}"
+        text += f"\n## {_title(name)}\n\n{_DISTINCTION[name]}\n\n{_description(forms)}"
         for entry in entries:
             if _name(entry) == name:
                 text += _section(entry)
@@ -184,7 +184,7 @@ def _section(entry: Entry) -> str:
         f"{entry.after:.2f} mrad with it; noise {entry.noise:.2f} mrad.\n"
     )
     if entry.also_possible:
-        text += f"The data cannot tell it from: {', '.join(entry.also_possible)}.\n"
+        text += f"The data do not distinguish it from: {', '.join(entry.also_possible)}.\n"
     if entry.rivals:
         others = ", ".join(f"`{key}` {ratio:.2f}" for key, ratio in entry.rivals)
         text += f"Other candidates, fitted in its place (validation error over that of the chosen model): {others}.\n"

@@ -63,12 +63,12 @@ class Case:
 
     @property
     def truth(self) -> Array:
-        """(5,) its groups in SI units, then both torques of dry friction over A22."""
+        """(5,) its base parameters in SI units, then both torques of dry friction over A22."""
         r, u = RIGS[self.rig], self.unit
         return np.array([r.A23, r.A33, r.a1 / self.length, r.c1 / u, r.c2 / u, r.dry1 / u**2, r.dry2 / u**2])
 
     def groups_of(self, _: Trial) -> Array:
-        """Return its groups (5,), which are those of every trial."""
+        """Return its base parameters (5,), which are those of every trial."""
         return self.truth[:5]
 
     def trial(self, seed: int = 0) -> Trial:
@@ -96,7 +96,7 @@ def found(case: Case) -> ForceBalance | None:
 
 
 def sweep(cases: Sequence[Case]) -> Table:
-    """Return a table with a row for each case; errors of the inertias' three groups in per cent, friction in units."""
+    """Return a table with a row for each case: errors of A23, A33 and a1 over A22 in per cent, friction in units."""
     table = Table("rig", "L [m]", "Hz", "s", "mrad", "units", "A23, A33, a1 [%]", "c1, c2, dry1, dry2", "true", "left")
     for case in cases:
         result, truth, unit = found(case), case.truth, case.unit

@@ -60,7 +60,7 @@ class Judged:
 
     number: int
     deviations: dict[str, Array]
-    """By the times used: (groups,) fitted less true value, in standard deviations."""
+    """By the times used: (base parameters,) fitted less true value, in standard deviations."""
     p_value: dict[str, float]
     """How likely the trials would differ so much if they had the same parameters."""
     said: str = ""

@@ -19,7 +19,8 @@ from scipy.optimize import least_squares
 
 from benchmarks._timing import seconds
 from benchmarks.simulation import _derivative
-from cdp_ident.fit.motion_model import Mechanism, MotionModel
+from cdp_ident.fit.mechanism import Mechanism
+from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.prior import Prior
 from cdp_ident.fit.refinement import refine_from_afar
 from cdp_ident.fit.windows import cut_into_windows
@@ -152,7 +153,7 @@ def main() -> None:
         windows = cut_into_windows([Trial("measured", time_s - time_s[0], np.column_stack([theta1, theta2]))])
 
         begin = time.perf_counter()
-        fit = refine_from_afar(MEASURED_MODEL, MEASURED_MODEL.beginning(MEASURED_GROUPS), windows)
+        fit = refine_from_afar(MEASURED_MODEL, MEASURED_MODEL.initial_values(MEASURED_GROUPS), windows)
         console.print(
             f"Measured free swing of {windows[-1].begin + windows[-1].duration:.0f} s, {len(windows)} windows: refined "
             f"in {time.perf_counter() - begin:.1f} s to {1e3 * fit.rmse():.2f} mrad."

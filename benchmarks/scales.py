@@ -1,8 +1,8 @@
 """The scales of rigs of 0.05 to 2 m, and what following them costs: nothing that was chosen for one of 0.4 m.
 
 For each case it prints the scales in the rig's unit of time, for how long the motion could in truth be followed from
-starts of local cubics, and what thinning changes: the error of the groups' inertias with all samples and with fewer.
-`python -m benchmarks.scales` takes all of the sweep; within `python -m benchmarks` it is cut short.
+initial states of local cubics, and what thinning changes: the error of A23, A33 and a1 over A22 with all samples and
+with fewer. `python -m benchmarks.scales` takes all of the sweep; within `python -m benchmarks` it is cut short.
 """
 
 import itertools

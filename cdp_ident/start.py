@@ -2,9 +2,9 @@
 
 Its modules take a second to be loaded. Ctrl-C in that time ends the program in one line like at any other.
 
-The work is shared out over the cores by ourselves (`cdp_ident.model.parallel`); the threads of numpy's linear algebra
+The package divides its work among the cores itself (`cdp_ident.model.parallel`); the threads of numpy's linear algebra
 would compete with ours for them, and small matrices take twenty times as long then. They are counted when numpy is
-loaded, so it is told here.
+loaded, so it is set here.
 """
 
 import functools

@@ -46,7 +46,7 @@ it with them.
 Names are relative to the node's namespace, `~/` stands for the node's own name, and names that begin with `/` are the
 same for all nodes. A parameter that is *changeable* may be set while the node runs; all others are set at its start, by
 `--ros-args -p NAME:=VALUE` or `--params-file FILE`, and are read-only from then on. `ros2 param describe NODE NAME`
-tells the same of a node that runs.
+shows the same of a running node.
 """
 
 

@@ -8,11 +8,12 @@ import numpy as np
 from cdp_ident.design.knowledge import Knowledge
 from cdp_ident.diagnosis.uncertainty import covariance
 from cdp_ident.fit.data import noise_over
-from cdp_ident.fit.motion_model import Mechanism, MotionModel
+from cdp_ident.fit.mechanism import Mechanism
+from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.prior import Prior
 from cdp_ident.fit.refinement import Fit, refine
 from cdp_ident.fit.scales import scales_of
-from cdp_ident.fit.window_lengths import lengths_followed, window_bounds
+from cdp_ident.fit.window_lengths import predictable_lengths, window_bounds
 from cdp_ident.fit.windows import Window, cut_at
 from cdp_ident.model.parameters import GROUPS, SYMBOLS, groups_of
 from cdp_ident.trial.trial import Trial
@@ -50,7 +51,7 @@ class Swings:
         scales = scales_of(trials, length, gravity, noise, lambda trial: TRUTH)
         windows: list[Window] = []
         for index, trial in enumerate(trials):
-            length_at = lengths_followed(trial, scales, TRUTH, length, gravity, noise)
+            length_at = predictable_lengths(trial, scales, TRUTH, length, gravity, noise)
             for bounds in window_bounds(trial, length_at):
                 windows += cut_at(trial, index, bounds, scales.step, scales.half_width)
         fit = refine(MODEL, TRUTH, windows)

@@ -9,7 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cdp_ident.fit.estimation import SHORT_IGA, search_objective
-from cdp_ident.fit.motion_model import Mechanism, MotionModel
+from cdp_ident.fit.mechanism import Mechanism
+from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.prior import Prior
 from cdp_ident.fit.refinement import refine
 from cdp_ident.fit.windows import Window, as_one_window, cut_into_windows
@@ -64,7 +65,7 @@ def search_and_refine(problem: StartGiven, rng: np.random.Generator) -> Arrival:
     """Search the box in windows, refine there, then follow the whole trial from its start until close enough."""
     windows = cut_into_windows([problem.trial])
     found = genetic_search(search_objective(windows, 0.0, PRIOR), *PRIOR.box, SHORT_IGA, rng)
-    in_windows = refine(MODEL, MODEL.beginning(groups_of(found.best, PRIOR.length)), windows)
+    in_windows = refine(MODEL, MODEL.initial_values(groups_of(found.best, PRIOR.length)), windows)
     close = np.sqrt(CLOSE * problem.truth_error / problem.whole.theta.size)
     fit = refine(MODEL, in_windows.values, [problem.whole], stop=lambda rmse: rmse < close)
     return Arrival(fit.squared_error / problem.truth_error, found.evaluations, in_windows.simulations + fit.simulations)

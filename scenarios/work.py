@@ -18,5 +18,5 @@ def root_or_death(job: tuple[float, Path]) -> float:
 
 
 def cores_and_threads(_: object) -> tuple[int, str | None]:
-    """Return how many cores work is shared out over, and how many threads linear algebra was told to take."""
+    """Return how many cores work is divided among, and how many threads linear algebra may use."""
     return core_count(), os.environ.get("OPENBLAS_NUM_THREADS")

@@ -1,4 +1,4 @@
-"""The rooms import each other only as docs/explanation/architecture.md has it."""
+"""The subpackages import each other only as docs/explanation/architecture.md has it."""
 
 import os
 import re
@@ -18,12 +18,12 @@ def test_the_import_rules_hold(monkeypatch: pytest.MonkeyPatch, capsys: pytest.C
     )
 
 
-def test_every_room_is_in_the_document() -> None:
-    rooms = {path.parent.name for path in (ROOT / "cdp_ident").glob("*/__init__.py")}
-    assert set(re.findall(r"(?m)^\| `(\w+)` \|", DOCUMENT)) == rooms
+def test_every_subpackage_is_in_the_document() -> None:
+    subpackages = {path.parent.name for path in (ROOT / "cdp_ident").glob("*/__init__.py")}
+    assert set(re.findall(r"(?m)^\| `(\w+)` \|", DOCUMENT)) == subpackages
 
 
-def test_every_room_is_in_the_rules() -> None:
+def test_every_subpackage_is_in_the_rules() -> None:
     rules = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
     layers = set(
         re.findall(r"cdp_ident\.(\w+)", rules[rules.index("layers = [") : rules.index("]", rules.index("layers = ["))])
@@ -33,10 +33,10 @@ def test_every_room_is_in_the_rules() -> None:
     assert layers == modules | {path.parent.name for path in package.glob("*/__init__.py")}
 
 
-def test_the_types_at_the_doors_are_where_the_document_says() -> None:
-    doors = re.findall(r"`(\w+)` \(`([\w/]+\.py)`\)", DOCUMENT)
-    assert len(doors) > 5
-    for name, path in doors:
+def test_the_types_that_are_handed_on_are_where_the_document_says() -> None:
+    handed_on = re.findall(r"`(\w+)` \(`([\w/]+\.py)`\)", DOCUMENT)
+    assert len(handed_on) > 5
+    for name, path in handed_on:
         assert re.search(rf"(?m)^(class|def) {name}\b|^{name} = ", (ROOT / "cdp_ident" / path).read_text()), (
             name,
             path,

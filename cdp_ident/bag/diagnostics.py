@@ -9,7 +9,7 @@ from cdp_ident.bag.joint_state import typestore
 
 MESSAGE_TYPE = "diagnostic_msgs/msg/DiagnosticArray"
 CLOCK_RATE, CLOCK_RATE_STD = "clock rate [ppm]", "clock rate std [ppm]"
-"""Keys under which a driver tells by how much its device's clock is fast, and how sure that is."""
+"""Keys of the rate of a device's clock (by how much it is fast) and of its standard deviation."""
 
 
 class ClockRate(NamedTuple):
@@ -37,7 +37,7 @@ class DeviceStatus:
 
     @property
     def clock_rate(self) -> ClockRate | None:
-        """How fast the device's clock runs, where it is told."""
+        """How fast the device's clock runs, where the driver reported it."""
         try:
             fast, std = (float(self.values[key]) * 1e-6 for key in (CLOCK_RATE, CLOCK_RATE_STD))
         except (KeyError, ValueError):

@@ -97,7 +97,7 @@ def parse_layout(raw: bytes) -> Layout:
     positions = number()
     if positions != names:
         raise ValueError(f"{names} names but {positions} positions")
-    # Eight-byte numbers are aligned from the end of the four bytes that tell the encoding.
+    # Eight-byte numbers are aligned from the end of the four bytes of the encapsulation header.
     offset = position + (-(position - 4) % 8 if positions else 0)
     if offset + 8 * positions > len(raw):
         raise ValueError("more positions than bytes")

@@ -1,4 +1,4 @@
-"""How much of a bag is unfolded: a few kilobytes can claim, and be compressed from, any amount of data."""
+"""Limits on decompressing a bag: a few kilobytes can claim, or be compressed from, any amount of data."""
 
 from pathlib import Path
 
@@ -8,13 +8,13 @@ import zstandard
 from cdp_ident.errors import BagError
 
 LARGEST_CHUNK = 1 << 27
-"""Bytes of an uncompressed chunk that are still believed; recorders make chunks of about 1 MB."""
+"""Largest uncompressed chunk that is accepted [bytes]; recorders make chunks of about 1 MB."""
 LARGEST_MESSAGE = 1 << 20
 """Bytes of a message with joint states."""
 LARGEST_SCHEMA = 1 << 17
 MOST_TOPICS = 4096
 _BYTES, _BYTES_PER_BYTE = 1 << 30, 8
-"""What may be unfolded from any bag, and from each byte of it on the disk: camera images hardly shrink."""
+"""Bytes that may be decompressed from any bag, and from each byte of it on the disk: camera images hardly shrink."""
 _RECORDS, _BYTES_PER_RECORD = 10_000_000, 64
 """Records of any bag, and bytes on the disk for which there may be another one."""
 _BLOCK = 1 << 20

@@ -61,7 +61,7 @@ def dump_yaml(value: object) -> str:
 
 
 def read_offered(text: str) -> Sequence[QosProfile]:
-    """Return the profiles that a topic's description in an MCAP file tells; the default where it tells none."""
+    """Return the profiles in a topic's description in an MCAP file; the default where there are none."""
     try:
         offered = yaml.safe_load(text)
     except (yaml.YAMLError, ValueError, RecursionError):
@@ -73,7 +73,7 @@ def read_offered(text: str) -> Sequence[QosProfile]:
 def read_information(bag: Path) -> tuple[dict[str, Any], str]:
     """Return what a bag's `metadata.yaml` holds under `INFORMATION`, and in words why it cannot be read.
 
-    A bag without metadata tells nothing. Of a single file those of its folder are taken. They may come from anyone: a
+    A bag without metadata gives none. Of a single file those of its folder are taken. They may come from anyone: a
     value may be of any type.
     """
     path = (bag if bag.is_dir() else bag.parent) / METADATA_FILE

@@ -1,4 +1,4 @@
-"""What a bag's metadata tells of where and when it was recorded."""
+"""Where and when a bag was recorded, from its metadata."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,7 +12,7 @@ _LONGEST_NAME = 200
 
 @dataclass(frozen=True)
 class Origin:
-    """Where and when a bag was recorded, as far as it is told."""
+    """Where and when a bag was recorded, as far as its metadata say."""
 
     rig: str
     """The name that the recorder wrote; empty where it wrote none."""

@@ -16,7 +16,7 @@ def parse_time_reference(raw: bytes) -> tuple[int, int, str]:
         raise ValueError("not plain CDR")
     order = "<" if raw[1] else ">"
     seconds, nanoseconds, frame = struct.unpack_from(f"{order}iII", raw, 4)
-    # Four-byte numbers are aligned from the end of the four bytes that tell the encoding, which are four themselves.
+    # Four-byte numbers are aligned from the end of the encapsulation header, which has four bytes itself.
     at = 16 + frame + -frame % 4
     device_seconds, device_nanoseconds, length = struct.unpack_from(f"{order}iII", raw, at)
     source = raw[at + 12 : at + 12 + length]

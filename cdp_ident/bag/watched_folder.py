@@ -50,6 +50,6 @@ def _files(bag: Path) -> _Files:
     """Return what tells whether a bag has changed; nothing where it has no messages, or is not there any more."""
     try:
         files = [*storage_files(bag), bag / METADATA_FILE]
-        return tuple((file.name, (told := file.stat()).st_size, told.st_mtime_ns) for file in files)
+        return tuple((file.name, (status := file.stat()).st_size, status.st_mtime_ns) for file in files)
     except (OSError, BagError):
         return ()

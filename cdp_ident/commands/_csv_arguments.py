@@ -1,4 +1,4 @@
-"""What `import_csv` can be told."""
+"""The arguments of `import_csv`."""
 
 import argparse
 from datetime import datetime, timezone
@@ -15,13 +15,13 @@ TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 ANGLE_UNITS = {"rad": 1.0, "deg": np.pi / 180, "turns": 2 * np.pi}
 LENGTH_UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
 AS_TYPED = Wording("--", " ", "-", {"start": "from", "stop": "to"}, "--anyway writes the bag all the same")
-"""How options are named to whom has typed them."""
+"""How options are named in messages to a user of the command line."""
 
 _EPILOG = """
-The bag holds sensor_msgs/JointState in the conventions of cdp_ident: radians and metres, zero upright, positive towards
-+x, inner_joint, outer_joint (relative to the inner rod) and cart_joint. What the file says about itself, by titles and
-units, is believed; the rest is said by the options, and what was taken for granted is printed. The physics of the
-motion is checked against it: where they contradict each other no bag is written, and the exit code is 2.
+The bag holds sensor_msgs/JointState in the conventions of cdp_ident: radians and metres, zero upright, positive
+towards +x, inner_joint, outer_joint (relative to the inner rod) and cart_joint. Titles and units in the file are
+used; everything else is set by options, and assumptions are printed. They are checked against the physics of the
+motion: where they contradict it, no bag is written, and the exit code is 2.
 
 example: a recording at 1 kHz with absolute angles, of which every fifth sample from 10 s on is taken
   import_csv swing.csv.gz --out swing --outer-angle absolute --from 10 --every 5

@@ -1,4 +1,4 @@
-"""What the motion itself says about length, rate and gravity, beside what `import_csv` was told."""
+"""Length, rate and gravity's direction by the motion itself, compared with the arguments of `import_csv`."""
 
 import numpy as np
 
@@ -10,14 +10,14 @@ from cdp_ident.trial.joints import Samples
 from cdp_ident.trial.options import TrialOptions
 
 _LARGEST_LEAN = 0.3
-"""A camera that leans further [rad] has not been set up to look level."""
+"""Largest lean of a camera [rad]; beyond it, columns are likely exchanged."""
 _LENGTH_OFF = 0.05
 """Share by which the length that the motion shows may differ from the one given, besides four standard deviations."""
 _WELL_KNOWN = 0.2
 """Standard deviation, as a share, up to which a length is worth saying."""
 
 _WORTH_SAYING = 0.2
-"""Error of a zero [degrees] from which it is told."""
+"""Error of a zero [degrees] from which it is reported."""
 
 
 def check_film(samples: Samples, meaning: TrialOptions) -> None:

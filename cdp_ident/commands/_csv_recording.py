@@ -1,4 +1,4 @@
-"""From a table to the recording that `import_csv` takes it for."""
+"""From a table to a recording, for `import_csv`."""
 
 import argparse
 from dataclasses import dataclass, field, replace
@@ -24,12 +24,12 @@ _FEWEST_DEGREES = 7.0
 _MOST_RADIANS = 20.0
 """Angles that state no unit and vary by more are degrees, if the motion does not tell."""
 _FAR_BETTER = 0.5
-"""Share of what is unexplained in one unit that another leaves if it is the right one."""
+"""Another unit is taken if it leaves at most this share of the unexplained motion."""
 
 
 @dataclass(frozen=True)
 class Recording:
-    """A table's numbers in SI units, and what they are taken to mean."""
+    """A table's numbers in SI units, with their conventions."""
 
     time: Array
     """(n,) the file's time of each row taken [s]."""
@@ -44,7 +44,7 @@ class Recording:
     columns: list[str] = field(default_factory=list)
     """Which column was taken for what."""
     notes: list[str] = field(default_factory=list)
-    """What was mended or left out."""
+    """What was corrected or left out."""
 
     def samples(self) -> Samples:
         """Return the samples, the first at time zero."""

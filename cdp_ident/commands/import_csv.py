@@ -41,7 +41,7 @@ def main(arguments: list[str]) -> int:
         AS_TYPED.setting(name, value) for name, value in _TAKEN_FOR_GRANTED.items() if getattr(options, name) is None
     ]
     if granted and not recording.on_film:
-        print(f"taken for granted: {', '.join(granted)}")
+        print(f"assumed: {', '.join(granted)}")
     print(*recording.notes, sep="\n", end="\n" if recording.notes else "")
     said = _checked(recording, options)
     _write(recording, stamps, options, arguments)

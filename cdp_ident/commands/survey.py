@@ -67,7 +67,7 @@ def main(arguments: list[str]) -> int:
     came = _conduct(planned, workers, options.scheduler or f"{count} process{'' if count == 1 else 'es'}")
     everything = {**planned.done, **{piece.folder: piece for piece in came}}
     content = survey([everything[task.folder] for task in planned.tasks], options.by, settings, planned.left_out)
-    print_tables(console, [*tables(content), *([told] if (told := problems(content)).rows else [])])
+    print_tables(console, [*tables(content), *([failed] if (failed := problems(content)).rows else [])])
     console.print(verdict(content), style="bold", soft_wrap=True)
     _write(options.out, content, console)
     without = sum(bool(piece.problem) for piece in everything.values())

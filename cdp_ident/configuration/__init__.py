@@ -1,1 +1,1 @@
-"""What `identify` can be told, in a ROS parameter file or by ROS, and what the library makes of it."""
+"""The configuration of `identify`, from ROS parameter files or ROS, and the library's settings made from it."""

@@ -1,7 +1,7 @@
 """The fitted model by named values, as `fitted.yaml` and the node `identify` have it: written from a report, read back.
 
-The physical parameters, the groups (`groups.<symbol>`) and the effects (`effects.<name>.<joint>.<parameter>`), with
-`std.<name>` and `determined.<name>` beside them.
+The physical parameters, the base parameters (`groups.<symbol>`) and the effects (`effects.<name>.<joint>.<parameter>`),
+with `std.<name>` and `determined.<name>` beside them.
 """
 
 from collections import Counter
@@ -15,7 +15,9 @@ import numpy.typing as npt
 
 from cdp_ident.configuration.parameter_file import parameter_file, read_parameter_file
 from cdp_ident.errors import OptionError
-from cdp_ident.fit.motion_model import ActiveEffect, Mechanism, MotionModel
+from cdp_ident.fit.active_effect import ActiveEffect
+from cdp_ident.fit.mechanism import Mechanism
+from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.model.effects.constants import outer_rod_length
 from cdp_ident.model.effects.naming import COEFFICIENTS, VARIANT, effect_of
 from cdp_ident.model.parameters import (
@@ -98,7 +100,8 @@ def fitted_parameters(report: Mapping[str, Any]) -> Iterator[FittedParameter]:
 
     Then `std.<name>`, infinite where the trials do not show the parameter at all, and `determined.<name>`: whether
     trials and measured values determine it; at last the effects, `effects.<name>.<joint>.<parameter>`. Of an effect
-    that a joint has more than once (knocks), the later ones have a number after the joint: `effects.impulse.inner.2.…`.
+    that a joint has more than once (impulses), the later ones have a number after the joint:
+    `effects.impulse.inner.2.…`.
     """
     fit = report["after"]
     described = {parameter.symbol: parameter.description for parameter in (*PARAMETERS, *CONSTANTS, INERTIA)}
@@ -164,7 +167,7 @@ def read_fitted_model(path: Path, node: str) -> FittedModel:
 def fitted_model(given: Mapping[str, Any], where: str) -> FittedModel:
     """Make the model that parameters describe.
 
-    They are named as `fitted_parameters` does: the physical parameters; the groups and A22, which are those of
+    They are named as `fitted_parameters` does: the physical parameters; the base parameters and A22, which are those of
     the physical parameters where they are not given; effects in SI units. Standard deviations and what was determined
     are passed over.
 
@@ -173,7 +176,7 @@ def fitted_model(given: Mapping[str, Any], where: str) -> FittedModel:
         where: what the values stand in, for messages.
 
     Raises:
-        OptionError: a name is unknown (the nearest known one is told), or a value is missing or not possible.
+        OptionError: a name is unknown (the message gives the nearest known one), or a value is missing or not possible.
     """
     refuse_unknown(
         (n for n in given if not describes_model(n) and not n.startswith(ABOUT_THE_FIT)), _NAMES, f"name in {where}"
@@ -214,12 +217,12 @@ def _groups(given: Mapping[str, Any], physical: Mapping[str, float], where: str)
             raise OptionError(f"{where}: {error}") from error
         return groups_of(np.array([physical[symbol] for symbol in SYMBOLS]), physical["L"])
     if missing := [name for name in _GROUP_NAMES if name not in given]:
-        raise OptionError(f"{where} lacks {', '.join(missing)}; give all groups, or none")
+        raise OptionError(f"{where} lacks {', '.join(missing)}; give all base parameters (groups.*), or none")
     groups = np.array([number(given[name], f"{where}: {name}", 0.0) for name in _GROUP_NAMES])
     if groups[1] <= groups[0] ** 2 or physical["L"] == 0.0:
         raise OptionError(
-            f"{where}: these groups describe no mechanism: A33/A22 must exceed the square of A23/A22, and L be "
-            f"positive; they are {groups[1]:g} and {groups[0]:g}, and L is {physical['L']:g} m"
+            f"{where}: these base parameters describe no mechanism: A33/A22 must exceed the square of A23/A22, and L "
+            f"be positive; they are {groups[1]:g} and {groups[0]:g}, and L is {physical['L']:g} m"
         )
     return groups
 

@@ -1,4 +1,4 @@
-"""The table of everything that an identification can be told.
+"""The table of all configuration keys of an identification.
 
 The defaults, and most descriptions, are those of the dataclasses that the values end up in.
 """
@@ -27,13 +27,13 @@ _OF_WEIGHT = re.compile(rf"{re.escape(WEIGHTS)}(.+)\.(({ADDED}|{ADDED}_std)\.({'
 
 @dataclass(frozen=True)
 class Key:
-    """One thing that can be told."""
+    """One configuration key."""
 
     name: str
     kind: type[Scalar]
     """bool, int, float or str."""
     default: Scalar | None
-    """None: it is not told, or it follows from other keys, as the description says."""
+    """None: it is not set, or it follows from other keys, as the description says."""
     description: str
     unit: str = ""
     minimum: float | None = None

@@ -23,7 +23,7 @@ _PRIOR = ("nominal", "lower", "upper", "known", "known_std")
 
 @dataclass(frozen=True)
 class Settings:
-    """Everything that an identification can be told, beside its bags."""
+    """All settings of an identification except its bags."""
 
     identify: IdentifyOptions = field(default_factory=IdentifyOptions)
     trial: TrialOptions = field(default_factory=TrialOptions)
@@ -35,8 +35,8 @@ class Settings:
         """Make settings of values by name (see `KEYS`); what is not given has its default.
 
         Raises:
-            OptionError: a name is unknown (the nearest known one is told), or a value is of the wrong type or not
-                possible.
+            OptionError: a name is unknown (the message gives the nearest known one), or a value is of the wrong type or
+                not possible.
         """
         weights = _weights(given)
         given = {name: value for name, value in given.items() if weight_name(name) is None}

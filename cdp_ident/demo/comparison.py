@@ -22,9 +22,9 @@ class Compared(NamedTuple):
 
 
 def compare(rig: Path, report: dict[str, Any]) -> Iterator[Compared]:
-    """Yield the five groups and then the effects of a rig's file and of `report.json`.
+    """Yield the five base parameters and then the effects of a rig's file and of `report.json`.
 
-    Torques are given over A22, as the groups are: a free swing shows no more of them.
+    Torques are given over A22, as the base parameters are: a free swing shows no more of them.
     """
     truth = load_rig(rig).parameters
     actual = np.array([truth[symbol] for symbol in SYMBOLS])

@@ -15,7 +15,7 @@ from cdp_ident.report.folder import PAGE, REPORT
 
 DESCRIPTION = """\
 Show the whole way on this machine, in some minutes: an emulated rig on a real serial port, the driver that reads
-it, the recorder that makes bags of three free swings (two to fit, one to judge by), and identify, which is given
+it, the recorder that makes bags of three free swings (two to fit, one held out), and identify, which is given
 nothing but the bags, finds what the rig has beside the paper's model, and serves the result to other nodes. Each node
 is a process of its own, on a ROS domain of the demonstration's own; at the end all are stopped."""
 
@@ -56,7 +56,7 @@ def main(arguments: list[str]) -> int:
         console.rule("2  Identify", align="left")
         console.print(
             "It is given the bags and nothing else. It fits the paper's model, looks for what the model lacks, and\n"
-            "judges by the last bag.\n"
+            "evaluates the result on the last bag.\n"
         )
         command = ["--bag", *map(str, fitted), "--holdout", str(held_out), "--out", str(out / "report")]
         console.print(f"$ ros2 run cdp_ident identify {' '.join(command)} &\n", soft_wrap=True)
@@ -114,9 +114,10 @@ def _print_comparison(console: Console, rig: Path, report: dict[str, Any]) -> No
     for name, unit, hidden, found in compare(rig, report):
         off = f"{100 * abs(found / hidden - 1):.2g} %" if hidden and found is not None else ""
         table.add_row(name, *("nothing" if value is None else f"{value:.6g}" for value in (hidden, found)), off, unit)
-    console.print(f"identify was told nothing of {rig}, where these stand:", soft_wrap=True)
+    console.print(f"identify did not read {rig}, which has the true values:", soft_wrap=True)
     console.print(table)
     console.print(
-        "\nTorques stand over A22 here, as the groups do: a free swing does not show by which factor all masses,\n"
-        "inertias and torques are larger or smaller. In N m they are given for the masses nearest to the nominal ones."
+        "\nTorques stand over A22 here, as the base parameters do: a free swing does not show by which factor all "
+        "masses,\ninertias and torques are larger or smaller. In N m they are given for the masses nearest to the "
+        "nominal ones."
     )

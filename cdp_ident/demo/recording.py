@@ -64,7 +64,7 @@ def swing_times(rig: Path) -> list[float]:
     """Return how long the pendulum swings after each release that an emulated rig's script has [s].
 
     Raises:
-        OptionError: the rig's file is not usable, or has fewer than two swings: one to fit, one to judge by.
+        OptionError: the rig's file is not usable, or has fewer than two swings: one to fit, one to hold out.
     """
     times: list[float] = []
     swings = False

@@ -9,7 +9,7 @@ import numpy.typing as npt
 from cdp_ident.design.knowledge import NEW, Knowledge
 from cdp_ident.diagnosis.uncertainty import curvature
 from cdp_ident.errors import IdentificationError
-from cdp_ident.fit.following import followed
+from cdp_ident.fit.predictability import predictability
 from cdp_ident.fit.refinement import Fit
 from cdp_ident.fit.scales import GRID, WINDOW, half_width_of, pace_of
 from cdp_ident.fit.smoothing import SmoothMotion
@@ -118,7 +118,9 @@ def _lengths(candidate: CandidateTrial, knowledge: Knowledge) -> Lengths:
     speed = float(np.sqrt(np.mean(motion.rates**2)))
     own = half_width_of(sampling.interval, knowledge.noise, speed, pace_of(motion), unit)
     half_width, longest = min(own, sampling.half_width), WINDOW * unit
-    found = followed(motion, groups, length, gravity, knowledge.noise_of_angles, sampling.interval, half_width, longest)
+    found = predictability(
+        motion, groups, length, gravity, knowledge.noise_of_angles, sampling.interval, half_width, longest
+    )
     return lambda begin: max(found.at(begin), sampling.shortest_window)
 
 

@@ -16,14 +16,14 @@ from cdp_ident.diagnosis.uncertainty import scaled_inverse
 
 Array = npt.NDArray[np.float64]
 
-_UNSEEN = 1e-14
+_UNOBSERVABLE = 1e-14
 """Directions with less than this share of the largest information are not seen."""
 
 
 def covariance_of(information: Array) -> Array:
     """Return the covariance (k, k) of all unknowns; infinite for one of which the information says nothing."""
     seen = np.diag(information) > 0.0
-    inverse, left_out = scaled_inverse(information[np.ix_(seen, seen)], _UNSEEN)
+    inverse, left_out = scaled_inverse(information[np.ix_(seen, seen)], _UNOBSERVABLE)
     result = np.diag(np.full(len(information), np.inf))
     result[np.ix_(seen, seen)] = inverse
     unseen = np.flatnonzero(seen)[np.any(np.abs(left_out) > 1e-3, axis=1)]

@@ -13,10 +13,10 @@ import numpy.typing as npt
 
 from cdp_ident.design.candidate_trial import CandidateTrial, fit_to
 from cdp_ident.design.knowledge import Knowledge
-from cdp_ident.diagnosis.uncertainty import curvature, downhill, scaled_inverse
+from cdp_ident.diagnosis.uncertainty import curvature, negative_gradient, scaled_inverse
 from cdp_ident.errors import IdentificationError
+from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.initial_states import InitialState
-from cdp_ident.fit.motion_model import ActiveEffect
 from cdp_ident.fit.refinement import Fit, fit_initial_states, refine
 from cdp_ident.fit.windows import Window
 from cdp_ident.model.effects.catalogue import CATALOGUE
@@ -25,7 +25,7 @@ from cdp_ident.tracing.candidates import ScoreTest
 
 Array = npt.NDArray[np.float64]
 
-_UNSEEN = 1e-12
+_UNOBSERVABLE = 1e-12
 _SAME = 0.1
 """A rival that is nearer to the model than so many deviations can be it, as a richer form of an effect can."""
 
@@ -59,8 +59,8 @@ class Rival:
         new = _followed(self.fit, expected.windows)
         if new is None:
             return 0.0
-        slope = downhill(new)
-        inverse, _ = scaled_inverse(curvature(self.fit) + self.fit.model.penalty + curvature(new), _UNSEEN)
+        slope = negative_gradient(new)
+        inverse, _ = scaled_inverse(curvature(self.fit) + self.fit.model.penalty + curvature(new), _UNOBSERVABLE)
         left = sum(_beside_the_start(new, index) for index in range(len(new.windows)))
         squared = self.fit.squared_error + left - float(slope @ inverse @ slope)
         return float(np.sqrt(max(squared, 0.0))) / self.knowledge.noise

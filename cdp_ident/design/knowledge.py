@@ -15,7 +15,7 @@ Array = npt.NDArray[np.float64]
 
 NEW = -1
 """Number of the next trial, in which nothing happens once."""
-_UNSEEN = 1e-14
+_UNOBSERVABLE = 1e-14
 
 
 @dataclass(frozen=True)
@@ -112,5 +112,5 @@ class Knowledge:
         """(unknowns, unknowns) inverse of the covariance; 0 for what nothing is known of."""
         seen = np.isfinite(np.diag(self.covariance)) & (np.diag(self.covariance) > 0.0)
         result = np.zeros_like(self.covariance)
-        result[np.ix_(seen, seen)] = scaled_inverse(self.covariance[np.ix_(seen, seen)], _UNSEEN)[0]
+        result[np.ix_(seen, seen)] = scaled_inverse(self.covariance[np.ix_(seen, seen)], _UNOBSERVABLE)[0]
         return result

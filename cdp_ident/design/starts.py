@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from cdp_ident.design.candidate_trial import CandidateTrial
 from cdp_ident.errors import IdentificationError
-from cdp_ident.model.parallel import share_out
+from cdp_ident.model.parallel import parallel_for
 
 Array = npt.NDArray[np.float64]
 
@@ -85,7 +85,7 @@ def survey(loss: Callable[[CandidateTrial], float], grid: Grid) -> Survey:
             inner, outer = divmod(place, len(grid.outer))
             losses[inner, outer] = loss(grid.trial(inner, outer))
 
-    share_out(work, losses.size)
+    parallel_for(work, losses.size)
     if not np.any(np.isfinite(losses)):
         raise IdentificationError("from no start can the fitted model's motion be computed: identify again")
     finalists = []

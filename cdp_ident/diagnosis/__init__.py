@@ -1,1 +1,1 @@
-"""How good a fit is and what it says: errors, uncertainty, what is determined, what is to be doubted."""
+"""How good a fit is, and what it determines: errors, uncertainty, identifiability, warnings."""

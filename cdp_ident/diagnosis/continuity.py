@@ -1,4 +1,4 @@
-"""Whether the windows of a trial join: each begins where the model, run from the one before, arrives."""
+"""Whether windows join: whether a simulation of one window ends where the fitted next one begins."""
 
 from dataclasses import dataclass, replace
 
@@ -15,18 +15,19 @@ Array = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Continuity:
-    """The jumps of the angles from the end of each window to the start of the next."""
+    """The jumps of the angles from the end of each window to the beginning of the next."""
 
     rms: float
     """Root mean square of the jumps [rad]."""
     relative: float
-    """The same in units of what the uncertainty of starts and values lets expect: about 1 where the model holds."""
+    """The same over its expected size, from the uncertainty of initial states and values: about 1 if the model is
+    right."""
     boundaries: int
     """How many boundaries between neighbouring windows were compared."""
 
 
 def continuity(fit: Fit) -> Continuity | None:
-    """Compare the fitted starts of windows with where their neighbours before them end; None where none have any."""
+    """Compare each window's initial state with the end of the one before it; None where there are no neighbours."""
     jumps, expected, states = [], [], fit.model.states
     variance = fit.variance
     curvature = sum(np.einsum("nrp,nrq->pq", s, s) for s in reduced_sensitivities(fit))
@@ -57,7 +58,7 @@ def continuity(fit: Fit) -> Continuity | None:
 
 
 def _initial_state(fit: Fit, index: int) -> tuple[Array, Array]:
-    """Return the covariance (4, 4) of a fitted initial state, over that of the angles, and its slope by the values."""
+    """Return an initial state's covariance (4, 4), over that of the angles, and its derivative by the values."""
     states = fit.model.states
     rows = fit.sensitivities[index].reshape(-1, states + len(fit.values))
     state = InitialState.of(rows[:, :states], fit.windows[index].start_known)

@@ -1,9 +1,9 @@
 """How a model predicts motion that it is not fitted to: cross-validation (Stone, J. R. Stat. Soc. B 36, 1974).
 
-The windows are divided into folds. Each fold is followed with the values that a fit without it has, its windows'
-initial states alone fitted to it. These values are one Gauss-Newton step away from those of the whole fit, for which
-everything is at hand: no fold costs a fit of its own (approximate cross-validation: Rad and Maleki, J. R. Stat. Soc.
-B 82, 2020). Shapes of effects are held.
+The windows are divided into folds. Each fold is simulated with the values of a fit to the other folds; only its
+windows' initial states are fitted to it. These values are approximated by one Gauss-Newton step from the fit to all
+folds, so that no fold needs a fit of its own (approximate cross-validation: Rad and Maleki, J. R. Stat. Soc. B 82,
+2020). Shape parameters of effects are held.
 """
 
 from collections.abc import Sequence
@@ -22,10 +22,10 @@ Array = npt.NDArray[np.float64]
 Folds = tuple[tuple[int, ...], ...]
 """Indices of the windows of each fold."""
 
-_UNSEEN = 1e-10
-"""Directions of which the other folds show less than this share keep their values."""
+_UNOBSERVABLE = 1e-10
+"""Share of the largest curvature below which the other folds do not determine a direction: its values are kept."""
 _LOST = 4.0
-"""Initial states that leave an error of so many times the fit's are sought anew over growing windows."""
+"""Initial states that leave an error of so many times the fit's are fitted again over windows of growing length."""
 
 
 def cross_validated(fit: Fit, folds: Folds) -> Fit:
@@ -37,17 +37,17 @@ def cross_validated(fit: Fit, folds: Folds) -> Fit:
         fit: of a model to all windows.
         folds: every window is in one of them.
     """
-    slopes, bends = normal_equations(fit)
-    total_slope, total_bend = slopes.sum(axis=0), bends.sum(axis=0)
+    gradients, curvatures = normal_equations(fit)
+    total_gradient, total_curvature = gradients.sum(axis=0), curvatures.sum(axis=0)
     penalty = fit.model.penalty
     strong = np.flatnonzero(~_of_shape(fit.model))
     predicted: dict[int, tuple[Window, Array]] = {}
     for fold in folds:
         chosen = list(fold)
-        slope = total_slope - slopes[chosen].sum(axis=0) - penalty @ fit.values
-        bend = total_bend - bends[chosen].sum(axis=0) + penalty
+        gradient = total_gradient - gradients[chosen].sum(axis=0) - penalty @ fit.values
+        curvature = total_curvature - curvatures[chosen].sum(axis=0) + penalty
         values = fit.values.copy()
-        values[strong] += scaled_inverse(bend[np.ix_(strong, strong)], _UNSEEN)[0] @ slope[strong]
+        values[strong] += scaled_inverse(curvature[np.ix_(strong, strong)], _UNOBSERVABLE)[0] @ gradient[strong]
         values = np.clip(values, *fit.model.limits)
         found = _followed(fit, values, chosen)
         predicted |= {
@@ -59,9 +59,9 @@ def cross_validated(fit: Fit, folds: Folds) -> Fit:
 
 
 def error_from_other_trials(fit: Fit) -> float:
-    """Return the error over each trial under a fit to the others alone, over all trials together [rad].
+    """Return the error over all trials, each predicted by a fit to the others [rad].
 
-    What is of one trial, such as zeros of its encoders, keeps the value of the fit to all.
+    Unknowns of one trial, such as its encoders' zeros, keep the values of the fit to all.
 
     Args:
         fit: to more than one trial.
@@ -79,16 +79,16 @@ def error_from_other_trials(fit: Fit) -> float:
 
 
 def _of_shape(model: MotionModel) -> npt.NDArray[np.bool_]:
-    """Return which unknowns (unknowns,) say how an effect goes and not how strong it is.
+    """Return which unknowns (unknowns,) are shape parameters of effects, such as a Stribeck speed.
 
-    The motion is far from linear in them, and hardly shows some: one step would go astray.
+    The motion is nonlinear in them and hardly determines some, so that one linear step would be wrong.
     """
     shapes = [p.shape for active in model.effects for p in active.fitted]
     return np.array([False] * (len(model.names) - len(shapes)) + shapes)
 
 
 def _followed(fit: Fit, values: Array, chosen: Sequence[int]) -> Fit:
-    """Return initial states of some windows under other values; under the fit's where no motion can be computed."""
+    """Fit initial states of some windows under given values, or under the fit's where no motion can be computed."""
     windows = [fit.windows[index] for index in chosen]
     before = float(np.sqrt(np.mean(np.concatenate([fit.errors[index].ravel() for index in chosen]) ** 2)))
     try:

@@ -1,4 +1,4 @@
-"""How well a model with given values follows measured motion: the errors of the report."""
+"""Errors of a model with given values: simulated against measured motion."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -18,7 +18,7 @@ Array = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Errors:
-    """Errors of a model over windows whose starts were fitted to them, the parameters held."""
+    """Errors of a model over windows whose initial states were fitted, the parameters held."""
 
     rmse: float
     """Root mean square of measured minus simulated angles, theta1 and theta2 together [rad]."""
@@ -78,8 +78,8 @@ def fit_per_cent(fit: Fit) -> Array:
     """Return how much of the motion of theta1 and theta2 (2,) a model accounts for: 100 for all of it [%].
 
     It is 100 (1 - |y - yhat| / |y - mean y|) with the norms over all windows together, as `compare` of MATLAB's System
-    Identification Toolbox has it. Each window is an experiment: its start is fitted, and its mean is its own, so that
-    turns of a rod do not flatter the model.
+    Identification Toolbox has it. Each window is an experiment with an initial state and a mean of its own; with one
+    mean over all, full turns of a rod would make the fit look better than it is.
     """
     left = sum(np.sum(error**2, axis=0) for error in fit.errors)
     moved = sum(np.sum((window.theta - window.theta.mean(axis=0)) ** 2, axis=0) for window in fit.windows)
@@ -95,7 +95,7 @@ def free_run(model: MotionModel, values: Array, trial: Trial, index: int, durati
         values: (unknowns,) values that are held.
         trial: the trial, from whose beginning on the motion is simulated.
         index: which trial it is, for effects that happen once.
-        duration: length of the beginning to which the start is fitted [s].
+        duration: length of the beginning to which the initial state is fitted [s].
     """
     start = start_of(model, values, trial, index, duration)
     theta, _ = model.predict(values, start, as_one_window(trial, index))
@@ -110,7 +110,7 @@ def start_of(model: MotionModel, values: Array, trial: Trial, index: int, durati
 
 
 def _free_run(model: MotionModel, values: Array, windows: Sequence[Window], trial: Trial) -> float:
-    """Return the squared error over windows of a trial, simulated as a whole from its first window's start [rad^2]."""
+    """Return the squared error [rad^2] over windows of a trial that is simulated as a whole from its first window."""
     error = trial.theta - free_run(model, values, trial, windows[0].trial, windows[0].duration)
     squared = float(sum(np.sum(error[window.samples] ** 2) for window in windows))
     return squared if np.isfinite(squared) else float("inf")

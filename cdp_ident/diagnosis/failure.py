@@ -1,15 +1,15 @@
-"""Whether a fit failed: whether the model's best motion is another one than was measured."""
+"""Whether a fit failed: whether the best simulated motion differs from the measured one altogether."""
 
 from collections.abc import Sequence
 
 import numpy as np
 
 from cdp_ident.errors import FitFailedError
-from cdp_ident.fit.following import LOST
+from cdp_ident.fit.predictability import LOST
 from cdp_ident.fit.refinement import Fit
 
 _MOST_LOST = 0.25
-"""Share of the windows that may be lost: what happens once is in few of them."""
+"""Share of the windows in which the simulation may fail to follow the motion: an event affects only a few."""
 
 
 def refuse_a_failed_fit(fits: Sequence[Fit]) -> None:

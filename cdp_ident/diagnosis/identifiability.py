@@ -1,7 +1,7 @@
 """What the trials determine, and what they cannot tell apart.
 
 Two questions are kept apart: how well the motion shows the unknowns of the model (their sensitivities answer), and
-which physical values share the same unknowns (the groups' formulas answer).
+which physical values share the same unknowns (the base parameters' formulas answer).
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -24,12 +24,13 @@ CONFIDENCE = 1.96
 """Half width of a 95 % interval, in standard deviations."""
 _WIDEST = 0.5
 """Half width of the interval, as a share of the value, from which on a value counts as not determined."""
-_UNSEEN = 1e-6
-"""Singular value, as a share of the largest, below which a combination does not show in the motion at all."""
+_UNOBSERVABLE = 1e-6
+"""Singular value, as a share of the largest, below which a combination of unknowns counts as unobservable."""
 _AS_LARGE = 0.999
-"""Components that differ by less than this share are as large as each other, but for rounding."""
+"""Components whose ratio is above this are equal but for rounding."""
 _RANK_TOLERANCE = 1e-3
-"""What changes the groups by less than this share of itself counts as changing nothing."""
+"""A relative change of values that changes the base parameters by less than this share of it counts as changing
+nothing."""
 _ROD_BY_ROD = ("m1", "J1", "l1", "m0", "m2", "l2", "J2", "c1", "c2")
 _BY_EASE_OF_MEASURING = ("m1", "m2", "m0", "l1", "l2", "J1", "J2", "c1", "c2")
 _SCALED_TOGETHER = ("m1", "m2", "m0", "J1", "J2", "c1", "c2")
@@ -73,15 +74,15 @@ class Identifiability:
     """What the trials determine."""
 
     directions: tuple[Direction, ...]
-    """Combinations of the unknowns, the best seen first."""
+    """Combinations of the unknowns, the best determined first."""
     undetermined: tuple[str, ...]
     """Unknowns whose 95 % interval is wider than half their value to either side."""
-    unseen: tuple[Tradeoff, ...]
-    """Unknowns that can change together without changing the motion."""
+    unobservable: tuple[Tradeoff, ...]
+    """Unobservable combinations: unknowns that can change together without changing the motion."""
     determined_physical: tuple[str, ...]
     """Physical values that the trials determine, with what was measured beforehand."""
     tradeoffs: tuple[Tradeoff, ...]
-    """Physical values that can change together without changing the groups."""
+    """Physical values that can change together without changing the base parameters."""
     to_measure: tuple[str, ...]
     """Physical values which, measured as well, would make all others determinable."""
     words: tuple[str, ...]
@@ -94,7 +95,7 @@ def identifiability(
     """Say what a fit determines.
 
     Args:
-        fit: the fit whose first unknowns are the groups.
+        fit: the fit whose first unknowns are the base parameters.
         covariance: (unknowns, unknowns) covariance of its values.
         physical: the physical values chosen for it.
         inertia: A22.
@@ -108,15 +109,15 @@ def identifiability(
     undetermined = tuple(
         name for name, value, deviation in zip(names, values, std, strict=True) if not is_determined(value, deviation)
     )
-    directions, unseen = _directions(fit)
-    # A group that cannot be told from L or g is seen as well as they are known.
-    hidden = set(undetermined) - {name for tradeoff in unseen for name in tradeoff.changes}
+    directions, unobservable = _directions(fit)
+    # A base parameter that is correlated with L or g is determined as well as they are known.
+    hidden = set(undetermined) - {name for tradeoff in unobservable for name in tradeoff.changes}
     shown = (*GROUPS, INVERSE_INERTIA) if inertia.shown else GROUPS
     seen = [index for index, group in enumerate(shown) if group.symbol not in hidden]
     derivatives = logarithmic_derivatives(physical.values, length, inertia.shown)[seen]
     columns = dict(zip(SYMBOLS, derivatives.T, strict=True))
     # A value of zero has no relative change; what is known does not change; an impossible mechanism says nothing; and a
-    # friction whose group is not determined stands alone.
+    # friction whose base parameter is not determined stands alone.
     free = {
         symbol: columns[symbol]
         for symbol in _ROD_BY_ROD
@@ -128,7 +129,7 @@ def identifiability(
     result = Identifiability(
         directions=directions,
         undetermined=undetermined,
-        unseen=unseen,
+        unobservable=unobservable,
         determined_physical=tuple(s for s, sure in zip(SYMBOLS, physical.determined, strict=True) if sure),
         tradeoffs=tuple(_tradeoffs(free)),
         to_measure=_to_measure(free),
@@ -160,7 +161,7 @@ def _directions(fit: Fit) -> tuple[tuple[Direction, ...], tuple[Tradeoff, ...]]:
         Direction(float(value), dict(zip(names, vector.tolist(), strict=True)))
         for value, vector in zip(singular, vectors, strict=True)
     )
-    return directions, tuple(Tradeoff.of(names, vector) for vector in vectors[singular <= _UNSEEN * singular[0]])
+    return directions, tuple(Tradeoff.of(names, vector) for vector in vectors[singular <= _UNOBSERVABLE * singular[0]])
 
 
 def _largest(vector: Array) -> float:
@@ -170,7 +171,7 @@ def _largest(vector: Array) -> float:
 
 
 def _tradeoffs(columns: Mapping[str, Array]) -> Iterator[Tradeoff]:
-    """Yield relative changes that leave the groups as they are: as many as are independent, each of few values."""
+    """Yield independent relative changes of few values each that leave the base parameters as they are."""
     names = list(columns)
     found: list[Array] = []
     together = [name for name in _SCALED_TOGETHER if name in columns]
@@ -226,7 +227,7 @@ def _words_on_unknowns(found: Identifiability, names: Sequence[str], values: Arr
     for name in found.undetermined:
         shown_share = f" (±{100 * shares[name]:.2g} %)" if np.isfinite(shares.get(name, np.inf)) else ""
         yield f"{formulas.get(name, name)} is not determined by these trials{shown_share}"
-    yield from map(str, found.unseen)
+    yield from map(str, found.unobservable)
     if INVERSE_INERTIA.symbol in names:
         return  # a weight's place is a length beside L
     if "L" in names and "g" not in names:

@@ -1,4 +1,4 @@
-"""A fitted model with everything that is said about it."""
+"""A fitted model with its diagnosis."""
 
 from dataclasses import dataclass
 
@@ -23,14 +23,14 @@ Array = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Identification:
-    """What trials say about the paper's model."""
+    """The paper's model identified from trials."""
 
     options: IdentifyOptions
     data: Data
     balances: tuple[ForceBalance, ...]
-    """What the balance of forces says of the trials, the likeliest first; none where they hold too little motion."""
+    """Balances of forces of the trials, the most likely first; none where there is too little motion."""
     length: LengthByBalance | None
-    """L, where the balance of forces says that it is clearly another one than was given."""
+    """L by the balance of forces, where it differs clearly from the given one."""
     estimate: Estimate
     covariance: Array
     """(unknowns, unknowns) covariance of the fitted values."""

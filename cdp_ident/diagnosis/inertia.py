@@ -1,4 +1,4 @@
-"""A22, the inertia about the cart's joint, over which a free swing shows everything."""
+"""A22, the inertia about the cart's joint, relative to which a free swing determines all parameters."""
 
 from dataclasses import dataclass
 

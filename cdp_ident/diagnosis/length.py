@@ -1,7 +1,7 @@
-"""Whether the length between the joints is what it was said to be, as the balance of forces has it.
+"""Whether the given length between the joints agrees with the balance of forces.
 
-The coupling of the rods, A23, over the outer rod's moment of gravity, m2 l2, is L: known too exactly to be wrong by a
-little, it makes everything else a little wrong, and effects that are not there explain the rest.
+The coupling of the rods, A23, over the outer rod's moment of gravity, m2 l2, is L: as it is taken for exact, a small
+error in it makes everything else slightly wrong, and false effects explain the rest.
 """
 
 from dataclasses import dataclass
@@ -12,21 +12,22 @@ from cdp_ident.fit.balance_unknowns import MOMENT
 from cdp_ident.fit.force_balance import CLEARLY_BETTER, ForceBalance
 
 _OFF = 3e-3
-"""Share of L that matters: it moves every frequency by half of that, as much as friction does in a few swings."""
+"""Relative error of L that matters: it changes every frequency by half of that, as much as friction does in a few
+swings."""
 _CLEARLY = 4.0
 """Standard deviations."""
 _ANOTHER = 0.2
-"""Share of L by which a length is quite another one."""
+"""Relative difference from which on the given length must be wrong."""
 _NO_BALANCE = 0.3
-"""Share of gravity's torque that is unexplained in no free swing: the strongest dry friction leaves a fifth."""
+"""Share of gravity's torque that no free swing leaves unexplained: the strongest dry friction leaves a fifth."""
 
 _BESIDE_NOISE = 2.0
-"""What is unexplained counts where it is so many times what noise leaves."""
+"""The unexplained share counts only where it is so many times that of noise."""
 
 
 @dataclass(frozen=True)
 class LengthByBalance:
-    """L as the balance of forces has it, where that is clearly another one than was given."""
+    """L by the balance of forces, where it differs clearly from the given one."""
 
     given: float
     """[m]"""
@@ -62,7 +63,7 @@ def length_by_balance(given: ForceBalance, free: ForceBalance) -> LengthByBalanc
 def says_another_length(balance: ForceBalance, length: LengthByBalance | None) -> str:
     """Return in words that the motion is that of a double pendulum, but of one of quite another length, if it is.
 
-    What does not balance with any length may still be a pendulum whose joints stick or have play.
+    Motion that does not balance with any length may still be that of a pendulum whose joints stick or have backlash.
     """
     if length is None or abs(length.found / length.given - 1.0) < _ANOTHER:
         return ""

@@ -15,12 +15,12 @@ from cdp_ident.trial.trial import Trial
 Array = npt.NDArray[np.float64]
 
 _NO_LONGER = 1.5
-"""A new trial whose error is so many times that on held-out motion no longer fits."""
+"""A new trial no longer fits if its error is so many times that on held-out motion."""
 _CLEARLY = 4.0
 """A value that differs by so many standard deviations has changed."""
 _MOST_NAMED = 3
 _NO_TRIAL = -1
-"""Number of a trial in which nothing happened once, as far as any effect knows."""
+"""Number of a trial that no effect of an instant belongs to."""
 
 
 @dataclass(frozen=True)
@@ -44,11 +44,11 @@ class Changed:
 
 @dataclass(frozen=True)
 class NewTrialCheck:
-    """What a model that was fitted to other trials says of a new one."""
+    """The errors of a model over a new trial that it was not fitted to."""
 
     trial: str
     error: float
-    """Root mean square error over the new trial's windows, only their starts fitted [rad]."""
+    """Root mean square error over the new trial's windows, only their initial states fitted [rad]."""
     expected: float
     """The same over the held-out motion [rad]."""
     changed: tuple[Changed, ...]
@@ -94,12 +94,12 @@ def check_new_trial(
         IdentificationError: the trial is too short for a single window.
     """
     windows = [replace(w, trial=_NO_TRIAL) for w in cut_into_windows([trial], min(window, trial.duration))]
-    # No trial shows A22 alone, and where no trial before had another weight it is not known at all.
+    # A single trial does not determine A22; nor do trials that all had the same weights.
     known, remain = model.with_inertia_known(values)
     model, values, spread = known, values[remain], spread[np.ix_(remain, remain)]
     held = fit_initial_states(model, values, windows)
     alone = refine(held.model, held.values, held.windows)
-    # Zeros of a trial and coefficients of curves say nothing of the rig one by one.
+    # Zeros of a trial are not the rig's, and coefficients of curves have no meaning one by one.
     new, old = (fitted.of_rig & ~fitted.of_curves for fitted in (alone.model, model))
     names, before, now = np.array(model.names)[old], values[old], alone.values[new]
     variances = np.diag(covariance(alone))[new] + np.diag(spread)[old]

@@ -1,4 +1,4 @@
-"""Windows that fit far worse than the rest: what happens once, happens in one of them."""
+"""Windows that fit far worse than the rest: an event, such as an impulse, affects one of them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from cdp_ident.fit.windows import Window
 Array = npt.NDArray[np.float64]
 
 _FEWEST_WINDOWS = 3
-"""With fewer, nothing says which one is the outlier."""
+"""With fewer, none can be called an outlier."""
 _OUTSTANDING, _USUAL = 6.0, 1.7
 """A window in which something happened has a mean squared error so many standard deviations above the others', and at
 most so many times theirs once that is explained."""
@@ -56,13 +56,13 @@ def outlier_windows(fits: Sequence[Fit], least: float, noise: Array | None = Non
 
 
 def explains_an_outlier(before: Fit, after: Fit) -> bool:
-    """Return whether what `after` explains was in one window that stood out, and left it like the others."""
+    """Return whether `after` explains an outlier window, so that its error is like the others'."""
     powers = np.array([[np.mean(b**2), np.mean(a**2)] for b, a in zip(before.residuals, after.residuals, strict=True)])
     window = int(np.argmax(powers[:, 0] - powers[:, 1]))
     others = np.delete(powers[:, 1], window) if len(powers) > 1 else powers[:, 1]
     usual = np.median(others)
-    # The mean square of n independent residuals varies by the root of 2 / n, relatively; that of what is not explained
-    # yet, by as much as is seen.
+    # The mean square of n independent residuals varies by the root of 2 / n, relatively; that of unexplained errors, by
+    # as much as is observed.
     by_chance = np.sqrt(2.0 * after.autocorrelation.integrated_time / before.residuals[window].size)
     spread = max(by_chance, np.std(others) / usual)
     return bool(powers[window, 0] > (1.0 + _OUTSTANDING * spread) * usual and powers[window, 1] < _USUAL * usual)

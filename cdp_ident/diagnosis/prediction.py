@@ -1,8 +1,8 @@
-"""How far ahead a model predicts: it is told the measured motion up to an instant, and nothing of what follows.
+"""How far ahead a model predicts, from the measured motion up to an instant.
 
-At each start the state is fitted to a short stretch of measured angles before it, the parameters held, and the motion
-goes on from there (k-step-ahead prediction with k up to the horizon: Ljung, System Identification, 1999, Section 3.2).
-What grows is the error of the model and, as fast as the motion is chaotic, that of the state.
+At each start the state is fitted to a short stretch of measured angles before it, the parameters held, and the model is
+simulated from there (k-step-ahead prediction with k up to the horizon: Ljung, System Identification, 1999, Section
+3.2). The error grows by that of the model and, in chaotic motion exponentially, by that of the state.
 """
 
 from collections.abc import Iterator, Sequence
@@ -21,10 +21,10 @@ from cdp_ident.trial.trial import Trial
 Array = npt.NDArray[np.float64]
 
 LIMITS = (1.0, 5.0)
-"""Errors up to which it is told how long a model predicts [degrees]."""
+"""Errors for which it is reported how long a model stays below them [degrees]."""
 POINTS = 120
-"""Times at which the growth of the error is told."""
-_TOLD = 5.0
+"""Number of times at which the error is reported."""
+_FITTED = 5.0
 """Time units before a start to which its state is fitted: a second on the paper's rig, a swing of the outer rod."""
 _HORIZON = 50.0
 """Time units ahead, at most; and half of the longest stretch of motion."""
@@ -53,7 +53,7 @@ class Plan:
     starts: tuple[Start, ...]
     held_out: bool
     """Whether all of them are in trials that neither fit nor choice has seen."""
-    told: float
+    fitted_span: float
     """Length of what a state is fitted to [s]."""
     horizon: float
     """How far ahead is predicted [s]."""
@@ -68,7 +68,7 @@ class Within:
     median: float
     """For how long: half of the starts stay within the limit so long, or longer [s]."""
     longer: bool
-    """Whether these stay within it up to the horizon, and nobody knows how much longer."""
+    """Whether these stay within it up to the horizon, so that the time is a lower bound."""
 
 
 @dataclass(frozen=True)
@@ -76,17 +76,17 @@ class Prediction:
     """How the error of a model's prediction grows; an instant's error is the larger one of the two angles'."""
 
     time: Array
-    """(POINTS,) since the last sample that the model was told [s]."""
+    """(POINTS,) time since the last sample to which the state was fitted [s]."""
     median: Array
-    """(POINTS,) error that half of the starts exceed [rad]; infinite where they diverge."""
+    """(POINTS,) median over the starts [rad]; infinite where they diverge."""
     upper: Array
-    """(POINTS,) error that a quarter of the starts exceeds [rad]."""
+    """(POINTS,) upper quartile [rad]."""
     within: tuple[Within, ...]
     """For each of LIMITS."""
 
 
 def plan_of(data: Data) -> Plan:
-    """Choose the starts: in the trials that are held out; where none is as a whole, in all trials."""
+    """Choose the starts: in the trials that are held out as a whole, or in all trials where there are none."""
     fitted = {window.trial for window in data.fit}
     held_out = sorted({window.trial for window in data.holdout} - fitted)
     trials = held_out or range(len(data.trials))
@@ -95,10 +95,12 @@ def plan_of(data: Data) -> Plan:
     longest = max(float(np.ptp(data.trials[index].time[first:last])) for index, first, last in stretches)
     horizon = min(_HORIZON * unit, longest / 2.0)
     spacing = max(_spacing(data.trials[index]) for index in trials)
-    told = max(_TOLD * unit, 2.0 * FEWEST_SAMPLES * spacing)
-    starts = [start for index, first, last in stretches for start in _starts(data, index, first, last, told, horizon)]
+    fitted_span = max(_FITTED * unit, 2.0 * FEWEST_SAMPLES * spacing)
+    starts = [
+        start for index, first, last in stretches for start in _starts(data, index, first, last, fitted_span, horizon)
+    ]
     every = max(1, -(-len(starts) // _MOST_STARTS))
-    return Plan(tuple(starts[::every]), bool(held_out), told, horizon)
+    return Plan(tuple(starts[::every]), bool(held_out), fitted_span, horizon)
 
 
 def _spacing(trial: Trial) -> float:
@@ -106,17 +108,17 @@ def _spacing(trial: Trial) -> float:
 
 
 def _without_gaps(trial: Trial) -> list[tuple[int, int]]:
-    """Return the stretches of a trial between gaps; where only the roles of motion change there is none."""
+    """Return the stretches of a trial between gaps in time; a change of the motion's role is not a gap."""
     gaps = [place for place in trial.breaks if trial.time[place] - trial.time[place - 1] > 2.0 * _spacing(trial)]
     return list(pairwise((0, *gaps, len(trial.time))))
 
 
-def _starts(data: Data, index: int, first: int, last: int, told: float, horizon: float) -> Iterator[Start]:
+def _starts(data: Data, index: int, first: int, last: int, fitted_span: float, horizon: float) -> Iterator[Start]:
     time = data.trials[index].time[first:last]
-    room = float(time[-1] - time[0]) - told - horizon
+    room = float(time[-1] - time[0]) - fitted_span - horizon
     count = int(room / (_APART * data.scales.time_unit)) + 1 if room >= 0.0 else 0
-    for at in time[0] + told + np.linspace(0.0, max(room, 0.0), count):
-        begin, now, end = (int(place) for place in np.searchsorted(time, [at - told, at, at + horizon]))
+    for at in time[0] + fitted_span + np.linspace(0.0, max(room, 0.0), count):
+        begin, now, end = (int(place) for place in np.searchsorted(time, [at - fitted_span, at, at + horizon]))
         if now - begin >= FEWEST_SAMPLES and now < len(time):
             yield Start(index, first + begin, first + now, first + min(end + 1, len(time)))
 

@@ -1,4 +1,4 @@
-"""Whether each trial alone says the same as all together."""
+"""Whether the estimates from each trial alone agree with each other."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -26,7 +26,7 @@ class Repeatability:
     std: Array
     """(trials, unknowns) its standard deviations."""
     p_value: float
-    """How likely estimates would scatter at least so much if all trials had the same parameters."""
+    """Probability that estimates scatter at least so much if all trials have the same parameters."""
 
     @property
     def agree(self) -> bool:
@@ -51,7 +51,7 @@ def repeatability(fit: Fit, names: Sequence[str]) -> Repeatability | None:
         values.append(alone.values)
         covariances.append(covariance(alone))
     std = np.sqrt([np.diag(spread) for spread in covariances])
-    # Coefficients of curves, held by their penalties, would agree in any trials.
+    # Coefficients of curves would agree in any case, because of their penalties.
     seen = np.all(np.isfinite(std) & (std > 0), axis=0) & model.of_rig & ~model.of_curves
     inverses = [np.linalg.pinv(spread[np.ix_(seen, seen)], hermitian=True) for spread in covariances]
     estimates = np.array(values)[:, seen]

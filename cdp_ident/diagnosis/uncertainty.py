@@ -1,4 +1,4 @@
-"""How sure the fit is of its values."""
+"""The uncertainty of a fit's values."""
 
 import numpy as np
 import numpy.typing as npt
@@ -8,12 +8,12 @@ from cdp_ident.fit.refinement import Fit
 
 Array = npt.NDArray[np.float64]
 
-_UNSEEN = 1e-12
-"""Directions with less than this share of the largest curvature are not seen."""
+_UNOBSERVABLE = 1e-12
+"""Directions with less than this share of the largest curvature count as unobservable."""
 
 
 def reduced_sensitivities(fit: Fit) -> list[Array]:
-    """Return what of each window's sensitivities (n, 2, unknowns) its own start cannot imitate."""
+    """Return each window's sensitivities (n, 2, unknowns), less the part that its initial state could imitate."""
     reduced, states = [], fit.model.states
     for window, sensitivity, weight in zip(fit.windows, fit.sensitivities, fit.weights, strict=True):
         rows = sensitivity.reshape(-1, sensitivity.shape[2])
@@ -25,68 +25,69 @@ def reduced_sensitivities(fit: Fit) -> list[Array]:
 
 
 def normal_equations(fit: Fit) -> tuple[Array, Array]:
-    """Return what each window adds to slope and curvature of a fit's squared error, its starts following.
+    """Return the gradient and curvature of a fit's squared error, by window, initial states eliminated.
 
-    The slopes (windows, unknowns) are half of it, downwards; the curvatures (windows, unknowns, unknowns) half of the
-    second derivative.
+    The gradients (windows, unknowns) are minus half the derivative, the curvatures (windows, unknowns, unknowns) half
+    the second derivative.
     """
-    slopes, bends = [], []
+    gradients, curvatures = [], []
     for sensitivity, weight, residual in zip(reduced_sensitivities(fit), fit.weights, fit.residuals, strict=True):
         rows = sensitivity.reshape(-1, sensitivity.shape[2])
         weighted = rows * weight.reshape(-1, 1)
-        slopes.append(weighted.T @ residual.ravel())
-        bends.append(weighted.T @ rows)
-    return np.array(slopes), np.array(bends)
+        gradients.append(weighted.T @ residual.ravel())
+        curvatures.append(weighted.T @ rows)
+    return np.array(gradients), np.array(curvatures)
 
 
 def curvature(fit: Fit) -> Array:
-    """Return half the second derivative (unknowns, unknowns) of a fit's squared error, its starts following."""
+    """Return half the second derivative (unknowns, unknowns) of a fit's squared error, initial states eliminated."""
     return np.asarray(normal_equations(fit)[1].sum(axis=0))
 
 
-def downhill(fit: Fit) -> Array:
-    """Return half the slope (unknowns,) of a fit's squared error, downwards, its starts following."""
+def negative_gradient(fit: Fit) -> Array:
+    """Return minus half the gradient (unknowns,) of a fit's squared error, initial states eliminated."""
     return np.asarray(normal_equations(fit)[0].sum(axis=0))
 
 
-def scaled_inverse(bend: Array, unseen: float) -> tuple[Array, Array]:
+def scaled_inverse(matrix: Array, cut_off: float) -> tuple[Array, Array]:
     """Return the inverse (k, k) of a curvature, and the directions (k, m) that it leaves out, of scaled unknowns.
 
-    They are those with less than a share `unseen` of the largest curvature.
+    These have less than a share `cut_off` of the largest curvature.
     """
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(bend), np.finfo(float).tiny))
-    values, vectors = np.linalg.eigh(bend * np.outer(scale, scale))
-    seen = values > unseen * np.max(values, initial=0.0)
-    inverse = (vectors[:, seen] / values[seen]) @ vectors[:, seen].T * np.outer(scale, scale)
-    return np.asarray(inverse), np.asarray(vectors[:, ~seen])
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(matrix), np.finfo(float).tiny))
+    values, vectors = np.linalg.eigh(matrix * np.outer(scale, scale))
+    kept = values > cut_off * np.max(values, initial=0.0)
+    inverse = (vectors[:, kept] / values[kept]) @ vectors[:, kept].T * np.outer(scale, scale)
+    return np.asarray(inverse), np.asarray(vectors[:, ~kept])
 
 
 def effective_unknowns(fit: Fit) -> float:
-    """Return how many unknowns a fit adjusts: fewer than there are where a penalty keeps some of them together."""
+    """Return the effective number of unknowns: fewer than there are where a penalty restricts some of them."""
     penalty = fit.model.penalty
     if not np.any(penalty):
         return float(len(fit.values))
-    bent = curvature(fit)
-    return len(fit.values) - float(np.trace(np.linalg.pinv(bent + penalty, rcond=1e-14, hermitian=True) @ penalty))
+    information = curvature(fit)
+    return len(fit.values) - float(
+        np.trace(np.linalg.pinv(information + penalty, rcond=1e-14, hermitian=True) @ penalty)
+    )
 
 
 def covariance(fit: Fit) -> Array:
     """Return the covariance (unknowns, unknowns) of the fitted values.
 
-    It is the curvature's, corrected for residuals that are correlated in time and of different size in the two
-    angles: S^-1 B S^-1 with S the curvature and B the sum of the scores' autocovariances, up to the
-    correlation length of the residuals, with Bartlett's weights (Newey and West, Econometrica 55, 1987). What the
-    values would change by if a trial's unit of time were another is added, as uncertain as that is. An unknown that
-    the windows do not show at all gets an infinite variance. What a penalty keeps smooth has one as of a prior
-    (Nychka, J. Am. Stat. Assoc. 83, 1988).
+    It is the curvature's, corrected for residuals that are correlated in time and of different size in the two angles:
+    S^-1 B S^-1 with S the curvature and B the sum of the scores' autocovariances, up to the correlation length of the
+    residuals, with Bartlett's weights (Newey and West, Econometrica 55, 1987). The uncertainty of each trial's unit of
+    time is added. An unknown that the windows do not determine at all gets an infinite variance. Coefficients with a
+    penalty have the variance of a Bayesian posterior (Nychka, J. Am. Stat. Assoc. 83, 1988).
     """
-    scores, bent, reduced = [], fit.model.penalty, reduced_sensitivities(fit)
+    scores, information, reduced = [], fit.model.penalty, reduced_sensitivities(fit)
     for sensitivity, residual, weight in zip(reduced, fit.residuals, fit.weights, strict=True):
         weighted = sensitivity * weight[..., None]
-        bent = bent + np.tensordot(weighted, sensitivity, axes=((0, 1), (0, 1)))
+        information = information + np.tensordot(weighted, sensitivity, axes=((0, 1), (0, 1)))
         scores.append(np.einsum("nrp,nr->np", weighted, residual))
     lags = fit.autocorrelation.length
-    middle = np.zeros_like(bent)
+    middle = np.zeros_like(information)
     for score in scores:
         middle += score.T @ score
         for lag in range(1, min(lags, len(score) - 1) + 1):
@@ -100,17 +101,17 @@ def covariance(fit: Fit) -> Array:
         middle += np.diag(np.diag(fit.model.penalty) ** 2 * of_weights)
     samples = sum(residual.size for residual in fit.residuals)
     estimated = effective_unknowns(fit) + fit.model.states * sum(not window.start_known for window in fit.windows)
-    inverse, left_out = scaled_inverse(bent, _UNSEEN)
+    inverse, left_out = scaled_inverse(information, _UNOBSERVABLE)
     result = inverse @ middle @ inverse * (samples / max(samples - estimated, 1))
     for change in _changes_by_units_of_time(fit, reduced):
         result += np.outer(inverse @ change, inverse @ change)
-    unseen = np.any(np.abs(left_out) > 1e-3, axis=1)
-    result[unseen, unseen] = np.inf
+    undetermined = np.any(np.abs(left_out) > 1e-3, axis=1)
+    result[undetermined, undetermined] = np.inf
     return np.asarray(result)
 
 
 def _changes_by_units_of_time(fit: Fit, reduced: list[Array]) -> list[Array]:
-    """Return what a unit of time that is off by one standard deviation changes in the scores (unknowns,), by trial.
+    """Return the change of the scores (unknowns,) by an error of each trial's unit of time of one standard deviation.
 
     Measured against a clock that is fast by e, a motion is where it would be e t later.
     """

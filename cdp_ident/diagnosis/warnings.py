@@ -1,4 +1,4 @@
-"""What in an identification is to be doubted, by name."""
+"""Reasons to doubt an identification, each with a name."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -18,12 +18,12 @@ _WORSE = 3.0
 _ABOVE_NOISE = 3.0
 """An error of so many times the noise means that something is missing in the model."""
 _JUMPS = 3.0
-"""Jumps between windows of so many times their expected size mean the same."""
+"""Jumps between windows of so many times their expected size mean that, too."""
 _WEIGHT_OFF = 3.0
 """A weight so many standard deviations from its place is not where it was said to be."""
 _MOST_NAMED = 4
 _DAMAGED = 0.02
-"""A larger share of outliers means that something is broken; more than some per cent are not all found."""
+"""A larger share of outliers means that a part is broken; of more than a few per cent, some are not found."""
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ def _not_finished(found: Identification) -> Iterator[FitWarning]:
         yield FitWarning("interrupted", (), f"the search was ended early ({found.estimate.search.stopped})")
     if not found.fit.converged:
         steps = found.fit.iterations
-        yield FitWarning("not_converged", (), f"the refinement had not arrived after {steps} iterations")
+        yield FitWarning("not_converged", (), f"the refinement had not converged after {steps} iterations")
 
 
 def _impossible(found: Identification) -> Iterator[FitWarning]:
@@ -81,8 +81,8 @@ def _impossible(found: Identification) -> Iterator[FitWarning]:
         yield FitWarning(
             "no_possible_mechanism",
             (),
-            "no masses, lengths and inertias that rods can have were found for the fitted groups: check L, the known "
-            "and nominal values, and what the joints' angles mean",
+            "no masses, lengths and inertias that rods can have were found for the fitted base parameters: check L, "
+            "the known and nominal values, and what the joints' angles mean",
         )
 
 
@@ -107,7 +107,8 @@ def _weights(found: Identification) -> Iterator[FitWarning]:
                     "weight_off",
                     (trial.name,),
                     f"by the motion the weight on the {weight.rod} rod in {trial.name} is at {actual.place:.4g} m, "
-                    f"{abs(off):.1f} standard deviations from the {weight.place:g} m told: measure its place again",
+                    f"{abs(off):.1f} standard deviations from the {weight.place:g} m that were given: measure its "
+                    "place again",
                 )
 
 
@@ -175,7 +176,7 @@ def _windows(found: Identification) -> Iterator[FitWarning]:
             "window_fits_worse",
             (where,),
             f"{where} fits far worse than the others: {1e3 * outlier.error:.3g} mrad, the median is "
-            f"{1e3 * outlier.usual:.3g} mrad; look for a knock or a slipped encoder there",
+            f"{1e3 * outlier.usual:.3g} mrad; look for an impulse or lost counts of an encoder there",
         )
 
 

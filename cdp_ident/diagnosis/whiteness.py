@@ -1,4 +1,4 @@
-"""Whether the residuals of a model are white, and related to nothing else: what a model explains leaves no pattern.
+"""Whether the residuals of a model are white, and uncorrelated with each other and with the cart's motion.
 
 Residual analysis as of Box and Jenkins (Time Series Analysis, 1970, Section 8.2) and Ljung (System Identification,
 1999, Section 16.6). A free swing has no input; where the cart moves, its acceleration is one.
@@ -19,7 +19,7 @@ Array = npt.NDArray[np.float64]
 MOST_LAGS = 25
 """Samples, either way."""
 LEVEL = 0.01
-"""Chance brings one of all lags together beyond its bounds in so many cases (Bonferroni)."""
+"""Probability that chance brings any of the lags beyond its bounds (Bonferroni)."""
 
 
 @dataclass(frozen=True)
@@ -29,9 +29,9 @@ class Correlations:
     values: Array
     """(lags,) from -1 to 1."""
     bound: float
-    """Unrelated series stay within it, all lags together, with 99 %."""
+    """Uncorrelated series stay within it at all lags with a probability of 99 %."""
     counted: npt.NDArray[np.bool_]
-    """(lags,) which of them tell something: not lag 0 of a series with itself."""
+    """(lags,) which of them count: not lag 0 of a series with itself."""
 
     @property
     def related(self) -> bool:
@@ -41,7 +41,7 @@ class Correlations:
 
 @dataclass(frozen=True)
 class Whiteness:
-    """What the residuals of both angles have to do with their own past, with each other, and with the cart."""
+    """Correlations of both angles' residuals with themselves, with each other, and with the cart's acceleration."""
 
     interval: float
     """Between samples [s]."""
@@ -51,14 +51,14 @@ class Whiteness:
     crosswise: Correlations
     """Of theta1 with theta2 so many samples later, from the most negative lag on.
 
-    Lag 0 does not count: an outer encoder that rides on the inner rod brings the inner one's noise into both angles.
+    Lag 0 does not count: with an outer encoder on the inner rod, both angles contain the inner encoder's noise.
     """
     cart: tuple[Correlations, Correlations] | None
     """Of the cart's acceleration with theta1 and with theta2 so many samples later; None where the cart is at rest."""
 
     @property
     def white(self) -> bool:
-        """Whether neither angle's residuals have to do with their past."""
+        """Whether neither angle's residuals are correlated in time."""
         return not (self.theta1.related or self.theta2.related)
 
     @classmethod
@@ -103,5 +103,5 @@ def _between(first: Sequence[Array], second: Sequence[Array], lags: int, zero_co
 
 
 def _deviations(count: int) -> float:
-    """Return how many standard deviations of so many numbers none exceeds, but for a share LEVEL of cases."""
+    """Return the bound, in standard deviations, that so many numbers all keep to with probability 1 - LEVEL."""
     return float(norm.isf(LEVEL / (2 * max(count, 1))))

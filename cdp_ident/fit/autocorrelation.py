@@ -12,7 +12,7 @@ Array = npt.NDArray[np.float64]
 _WHITE = 2.6
 """99 % limits of the autocorrelations of white noise, times the root of the number of samples."""
 _QUIET = 3
-"""So many lags in a row within them end a correlation."""
+"""The correlation ends where so many lags in a row are within these limits."""
 
 
 @dataclass(frozen=True)
@@ -20,10 +20,11 @@ class Autocorrelation:
     """How far residuals are correlated in time."""
 
     length: int
-    """The lag, in samples, up to which they are; 0 where they are white."""
+    """Correlation length: the lag, in samples, up to which they are correlated; 0 where they are white."""
     integrated_time: float
-    """In samples, 1 for white residuals: n of them say as much as n over this number of independent ones. 1 plus twice
-    the sum of the autocorrelations up to that lag, with Bartlett's weights."""
+    """Integrated autocorrelation time, in samples: n residuals carry as much information as n over this number of
+    independent ones; 1 for white residuals. It is 1 plus twice the sum of the autocorrelations up to the correlation
+    length, with Bartlett's weights."""
 
     @classmethod
     def of(cls, residuals: Sequence[Array]) -> "Autocorrelation":

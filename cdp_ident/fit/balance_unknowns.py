@@ -29,22 +29,22 @@ DRY: dict[DryJoint, str] = {"inner": "coulomb_friction.inner.torque", "outer": "
 """Names of the torques of dry friction, by joint."""
 
 _GRID = 1.0 / 40.0
-"""Spacing of the grid, in time units: swings of an energetic double pendulum have some ten points a radian of phase."""
+"""Spacing of the grid, in time units: a fast swing of a double pendulum has some ten points a radian of phase."""
 _REST = 1.0
 """A joint that hardly moves for so many time units is at rest."""
 _COPIES, _LONG = 4, 100.0
-"""How often a motion is measured again; of one longer than so many time units, once tells as much."""
+"""Copies with added noise: so many of a motion, but one of a motion longer than so many time units, which is enough."""
 _SEED = 1
-"""The noise of the copies is always the same: the same trials give the same result."""
+"""Seed of the copies' noise: the same trials give the same result."""
 _NUDGE = 1e-3
-"""Share of its typical value at which an effect's torque is taken; it is linear in its strength, or nearly so there."""
+"""An effect's torque is computed at this share of its typical strength, where it is (nearly) linear in it."""
 _UNIT_INERTIA = np.array([0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
-"""Coefficients with which accelerations are nothing but the torques of effects."""
+"""Coefficients with which accelerations are equal to the torques of effects."""
 
 
 @dataclass(frozen=True)
 class Unknowns:
-    """What is sought beside the five groups."""
+    """What is sought beside the five base parameters."""
 
     effects: tuple[TorqueEffect, ...] = ()
     """Torques of the catalogue; dry friction is not among them."""
@@ -67,7 +67,7 @@ class Unknowns:
 
     @cached_property
     def names(self) -> tuple[str, ...]:
-        """Names of the groups and of what else is sought, all relative to A22."""
+        """Names of the base parameters and of what else is sought, all relative to A22."""
         return (
             *(group.symbol for group in GROUPS),
             *((MOMENT,) if self.length_free else ()),
@@ -91,14 +91,14 @@ class Unknowns:
 
 @dataclass(frozen=True)
 class Piece:
-    """A trial's motion, smoothed and measured again."""
+    """A trial's smooth motion, with copies that have noise added."""
 
     motion: SmoothMotion
     kinematics: Kinematics
     resting: tuple[weak_form.Mask, weak_form.Mask]
     """(m,) where the inner and the outer joint rest."""
     weights: tuple[Weight, ...] = ()
-    """On the rods."""
+    """The known weights on the rods."""
 
     @classmethod
     def of(cls, trial: Trial, time_unit: float) -> "Piece":
@@ -116,7 +116,7 @@ class Piece:
 
 @dataclass(frozen=True)
 class Mechanism:
-    """What is known of a pendulum beforehand."""
+    """The balance of forces of a pendulum of which some lengths and gravity are known."""
 
     length: float
     """L [m]."""
@@ -140,8 +140,8 @@ class Mechanism:
     ) -> Rows:
         """Return the balance in windows of a half width [s] over all pieces.
 
-        Effects whose torque depends on the groups, as that of a tilt does, take the ones given (5,), and 1 / A22
-        [1/(kg m^2)] where there are weights.
+        Effects whose torque depends on the base parameters, as that of a tilt does, take the ones given (5,), and 1 /
+        A22 [1/(kg m^2)] where there are weights.
         """
         parts = []
         for piece in pieces:

@@ -34,7 +34,7 @@ class Data:
     folds: tuple[tuple[int, ...], ...]
     """Indices of the windows that are left out of the fit together, to validate the choice of effects."""
     holdout: tuple[Window, ...]
-    """What neither fit nor choice sees."""
+    """Used by neither the fit nor the choice of effects."""
     noise: Array
     """(2,) standard deviation of the noise of theta1 and theta2 over all trials to fit [rad]."""
     window: float
@@ -80,7 +80,7 @@ def prepare(parted: Sequence[PartedTrial], lengths: Sequence[Lengths], scales: S
             windows = cut_at(trial.trial, index, bounds, scales.step, scales.half_width)
             (holdout if stretch in trial.held_out else fit).extend(windows)
     if len(fit) < 2 or not holdout:
-        raise IdentificationError("the trials have too few samples to fit and to judge by: record longer ones")
+        raise IdentificationError("the trials have too few samples to fit and to evaluate the fit: record longer ones")
     typical = float(np.median([window.duration for window in (*fit, *holdout)]))
     trials = tuple(trial.trial for trial in parted)
     return Data(trials, tuple(fit), _folds(fit), tuple(holdout), noise_over(shown), typical, scales)

@@ -1,6 +1,6 @@
-"""From the box to the bottom of the basin: the genetic search, short or in full, and the refinement of its best.
+"""From the search box to the minimum: the genetic search, short or in full, and the refinement of its best.
 
-The groups of a balance of forces are refined, too, and the better fit is taken.
+A second refinement begins at the base parameters of a balance of forces; the better fit is taken.
 """
 
 from collections.abc import Callable, Sequence
@@ -24,16 +24,17 @@ from cdp_ident.search.options import IGA, GeneticOptions
 Array = npt.NDArray[np.float64]
 
 SHORT_IGA = replace(IGA, population=64, generations=2)
-"""The improved algorithm cut short: from its result the refinement finds the bottom by itself."""
+"""The improved algorithm cut short: the refinement finds the minimum from its result."""
 PAPER_SPAN = 10.0
 """How long one simulation of the paper's search is [s] (Section 4.2)."""
 _FAR_ABOVE_NOISE = 10.0
-"""An error of so many times the noise may mean that the search has missed the basin; it is then repeated."""
+"""An error of so many times the noise may mean that the search missed the global minimum's basin; it is then
+repeated."""
 _MOST_SEARCHES = 4
 _SAME_BASIN = 0.01
-"""Two fits whose errors differ by less than this share have found the same basin."""
+"""Two fits whose errors differ by less than this share are taken for the same minimum."""
 _NO_BETTER = 1e-6
-"""Share of the error that is not worth a change."""
+"""The fit from the balance must be better by this share of the error to be taken."""
 
 
 @dataclass(frozen=True)
@@ -47,8 +48,8 @@ class Estimate:
     evaluations: int
     """Chromosomes evaluated in all of them."""
     fit: Fit
-    begun_at: str = "search"
-    """What led to the fit: the search, or the balance of forces."""
+    starting_values: str = "search"
+    """Where the fit's initial values are from: the search, or the balance of forces."""
 
 
 def search_objective(windows: Sequence[Window], span: float, prior: Prior) -> Callable[[Array], Array]:
@@ -56,7 +57,7 @@ def search_objective(windows: Sequence[Window], span: float, prior: Prior) -> Ca
 
     Args:
         windows: the windows whose samples count, in the order of time; those held out are not among them.
-        span: length of a segment [s]: from the start of one window, the motion is simulated over so much time.
+        span: length of a segment [s]: from the initial state of one window, the motion is simulated for so long.
         prior: gives L and g.
     """
     segments: dict[tuple[Weight, ...], list[Segment]] = {}
@@ -104,9 +105,9 @@ def estimate(
     stop: Callable[[Progress], str | None] = lambda progress: None,
     balanced: Array | None = None,
 ) -> Estimate:
-    """Search the prior's box, refine the best, and search again where the basin may have been missed.
+    """Search the prior's box, refine the best, and search again where another minimum may be better.
 
-    The fit is begun at the groups of a balance of forces, too, and the better one is taken.
+    A second fit begins at the base parameters of a balance of forces, and the better one is taken.
 
     Args:
         model: what to fit.
@@ -115,7 +116,7 @@ def estimate(
         noise: standard deviation of the measured angles' noise [rad].
         rng: the only source of chance.
         options: the genetic algorithm.
-        span: how long the search simulates from one start [s]; one window at least.
+        span: how long the search simulates from one initial state [s]; one window at least.
         stop: called after each generation of a search; a sentence that it returns ends the searching.
         balanced: (unknowns,) what a balance of forces has found.
 
@@ -127,18 +128,18 @@ def estimate(
     objective = search_objective(windows, span, prior)
     lower, upper = prior.box
     best: Estimate | None = None
-    from_balance = None if balanced is None else _begun_at_balance(model, balanced, windows)
+    from_balance = None if balanced is None else _refined_from_balance(model, balanced, windows)
     evaluations = 0
     for attempt in range(1, _MOST_SEARCHES + 1):
         search = genetic_search(objective, lower, upper, options, rng, stop)
         evaluations += search.evaluations
         inertia = float(inertia_about_cart(search.best, prior.length))
-        fit = refine_from_afar(model, model.beginning(groups_of(search.best, prior.length), inertia), windows)
+        fit = refine_from_afar(model, model.initial_values(groups_of(search.best, prior.length), inertia), windows)
         before = best.fit.rmse() if best else np.inf
         if best is None or fit.rmse() < before:
             best = Estimate(search, attempt, evaluations, fit)
         if from_balance is not None and from_balance.rmse() < (1.0 - _NO_BETTER) * best.fit.rmse():
-            best = replace(best, fit=from_balance, begun_at="balance of forces")
+            best = replace(best, fit=from_balance, starting_values="balance of forces")
         arrived = best.fit.rmse() < _FAR_ABOVE_NOISE * noise
         other = before if from_balance is None else min(before, from_balance.rmse())
         agree = abs(fit.rmse() - other) < _SAME_BASIN * other < np.inf
@@ -149,8 +150,8 @@ def estimate(
     return replace(best, searches=attempt, evaluations=evaluations)
 
 
-def _begun_at_balance(model: MotionModel, values: Array, windows: Sequence[Window]) -> Fit | None:
-    """Return the fit that begins at what a balance of forces has found (unknowns,); None where that is no motion."""
+def _refined_from_balance(model: MotionModel, values: Array, windows: Sequence[Window]) -> Fit | None:
+    """Return the fit that begins at the values of a balance of forces (unknowns,); None where it cannot be computed."""
     try:
         return refine_from_afar(model, values, windows)
     except IdentificationError:

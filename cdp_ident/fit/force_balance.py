@@ -1,8 +1,8 @@
-"""The five groups, and dry friction with them, from nothing but measured angles: no start, no box, no simulation.
+"""The base parameters and dry friction from measured angles alone, without initial values, a box or a simulation.
 
-The balance of forces (`weak_form`) is linear in the groups once L and g are known, for A23 = m2 l2 L. Its regressors
-come from smoothed angles (`smoothing`), whose noise is allowed for (`robust_regression`). Nothing here has a scale of
-its own: times are multiples of the rig's sqrt(L / g).
+The balance of forces (`weak_form`) is linear in the base parameters once L and g are known, for A23 = m2 l2 L. Its
+regressors come from smoothed angles (`smoothing`), whose noise is allowed for (`robust_regression`). All times are
+multiples of the rig's sqrt(L / g).
 """
 
 import itertools
@@ -26,19 +26,19 @@ from cdp_ident.trial.trial import Trial
 Array = npt.NDArray[np.float64]
 
 _HALF_WIDTHS = (0.5, 1.0, 2.0)
-"""Half widths of the test functions that are tried, in time units: a small swing takes 2 pi of them."""
+"""Half widths of the test functions that are tried, in time units; the period of a small swing is some 2 pi units."""
 _LITTLE_NOISE = 0.01
-"""The narrowest windows are taken of which no unknown owes more than this share of its information to noise."""
+"""Largest share of an unknown's information that may be noise; the narrowest windows that keep to it are taken."""
 _FEWEST_ROWS = 1
-"""Independent windows for each unknown, below which there is no balance to speak of."""
+"""Independent windows for each unknown that are needed at least."""
 CLEARLY_BETTER = 20.0
 """A balance with one more unknown is clearly the better one where it lowers the information criterion by so much."""
 _MARGIN = 1.02
-"""A33 A22 is at least so many times A23^2: rods are no points."""
+"""Least ratio of A33 A22 to A23^2: the rods' masses are not points."""
 _ROUNDS = 5
 _A23, _A33 = 0, 1
 _OF_CATALOGUE = {COUPLING: "geared_rotor.outer.coupling"}
-"""What has another name in the catalogue."""
+"""The catalogue's name of an unknown that is called otherwise here."""
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ class ForceBalance:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The groups, on request m2 l2, 1 / A22 and a constant coupling, then torques of dry friction and effects."""
+        """Base parameters, on request m2 l2, 1 / A22, a constant coupling; then torques of dry friction and effects."""
         return self.unknowns.names
 
     @property
@@ -96,7 +96,7 @@ class ForceBalance:
 
     @property
     def groups(self) -> Array:
-        """(5,) the groups, in the order of `GROUPS`."""
+        """(5,) the base parameters, in the order of `GROUPS`."""
         return self.values[: len(GROUPS)]
 
     @property
@@ -106,7 +106,7 @@ class ForceBalance:
         return 1.0 / inverse if inverse > 0.0 else None
 
     def groups_of(self, trial: Trial) -> Array:
-        """Return the groups (5,) as a trial shows them, whose rods may have weights."""
+        """Return the base parameters (5,) as a trial shows them, whose rods may have weights."""
         added = added_by(trial.weights, self.length) / (self.inertia or np.inf)
         return (self.groups + added[1:]) / (1.0 + added[0])
 

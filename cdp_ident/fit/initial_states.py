@@ -1,8 +1,8 @@
-"""The windows' initial states, eliminated: what they account for, and what is left for the values that all share.
+"""The windows' initial states, eliminated from a fit: the part of the residuals that they explain, and the rest.
 
 Every window has an initial state of its own, which is fitted with everything else. A window in which a joint stands
-still does not show all of it, and where the motion is chaotic its parts can hardly be told apart; what does not show
-is left as it is.
+still does not determine all of it, and in chaotic motion its components are strongly correlated; directions that are
+not determined are left unchanged.
 """
 
 from dataclasses import dataclass
@@ -13,9 +13,9 @@ import numpy.typing as npt
 Array = npt.NDArray[np.float64]
 
 _CUT_OFF = 1e-13
-"""Eigenvalue of a scaled matrix, as a share of the largest, below which a direction does not show."""
+"""Eigenvalue of a scaled matrix, as a share of the largest, below which a direction counts as undetermined."""
 _ROUNDING = 1e-30
-"""Diagonal element, as a share of the largest, that is nothing but rounding."""
+"""Diagonal element, as a share of the largest, that is rounding error."""
 
 
 def inverse_factor(matrix: Array) -> Array:
@@ -39,15 +39,15 @@ def inverse_factor(matrix: Array) -> Array:
 
 @dataclass(frozen=True)
 class InitialState:
-    """What a window's initial state accounts for of the window's rows (two angles of each sample, one below the other).
+    """The part of a window's rows (two angles of each sample, one below the other) that its initial state explains.
 
     It is described by coordinates whose sensitivities are orthonormal.
     """
 
     transform: Array
-    """(4, 4) what each coordinate changes of the initial state; zero for those that the window does not show."""
+    """(4, 4) change of the initial state by each coordinate; zero for those that the window does not determine."""
     basis: Array
-    """(rows, 4) what each coordinate changes of the rows: orthonormal columns, or zero."""
+    """(rows, 4) change of the rows by each coordinate: orthonormal columns, or zero."""
 
     @classmethod
     def of(cls, by_state: Array, known: bool = False) -> "InitialState":
@@ -65,7 +65,7 @@ class InitialState:
         return np.asarray(self.transform @ (self.basis.T @ rows))
 
     def eliminated_from(self, rows: Array) -> Array:
-        """Return what of rows (rows, …) no initial state can account for."""
+        """Return the part of rows (rows, …) that no initial state explains (their projection)."""
         return np.asarray(rows - self.basis @ (self.basis.T @ rows))
 
     @property

@@ -8,20 +8,18 @@ import numpy as np
 import numpy.typing as npt
 from scipy.linalg import block_diag
 
-from cdp_ident.fit.prior import Prior
-from cdp_ident.fit.stiffness import Stiffness, penalty
+from cdp_ident.fit.active_effect import ActiveEffect
+from cdp_ident.fit.mechanism import Mechanism
 from cdp_ident.fit.weighted import Layout, Weighted
 from cdp_ident.fit.windows import Window
-from cdp_ident.model.effects.constants import effect_constants, outer_rod_length
-from cdp_ident.model.effects.effect import Effect, EffectParameter, TorqueEffect
+from cdp_ident.model.effects.constants import effect_constants
+from cdp_ident.model.effects.effect import TorqueEffect
 from cdp_ident.model.effects.readings import encoder_readings
 from cdp_ident.model.parameters import (
     COEFFICIENTS,
     GROUPS,
     INVERSE_INERTIA,
-    SYMBOLS,
     coefficients_of,
-    inertia_about_cart,
 )
 from cdp_ident.model.time_grid import TimeGrid
 from cdp_ident.model.torques import Torques
@@ -41,69 +39,20 @@ LATEST = 0.05
 
 
 @dataclass(frozen=True)
-class ActiveEffect:
-    """An effect that a model has."""
-
-    effect: Effect
-    trial: int | None = None
-    """For an effect that happens once: in which trial."""
-    stiffness: Stiffness = ()
-    """For a curve that is fitted: the weights of its penalties."""
-
-    @cached_property
-    def fitted(self) -> tuple[EffectParameter, ...]:
-        """Its parameters that are fitted."""
-        return tuple(parameter for parameter in self.effect.parameters if not parameter.fixed)
-
-    @property
-    def penalty(self) -> Array:
-        """(k, k) what its fitted parameters add to the cost, as a quadratic form [rad^2]."""
-        if self.effect.curve is None or not self.stiffness:
-            return np.zeros((len(self.fitted),) * 2)
-        return penalty(self.effect.curve, self.stiffness)
-
-    def all_values(self, fitted: Array) -> list[float]:
-        """Return the values of all its parameters, given those of the fitted ones."""
-        remaining = iter(fitted)
-        return [p.typical if p.fixed else float(next(remaining)) for p in self.effect.parameters]
-
-
-@dataclass(frozen=True)
-class Mechanism:
-    """What the model must know of the rig beforehand, because no zero-input trial shows it."""
-
-    length: float
-    """L [m], or the value to begin with where it is free."""
-    gravity: float
-    """g [m/s^2], or the value to begin with where it is free."""
-    outer_length: float
-    """Length of the outer rod [m]."""
-    inertia: float
-    """A22 [kg m^2], or the value to begin with where it is free."""
-
-    @classmethod
-    def of(cls, prior: Prior) -> "Mechanism":
-        """Take it from what is known before any trial."""
-        l2 = float(prior.centre[SYMBOLS.index("l2")])
-        inertia = float(inertia_about_cart(prior.centre, prior.length))
-        return cls(prior.length, prior.gravity, outer_rod_length(prior.length, l2), inertia)
-
-
-@dataclass(frozen=True)
 class MotionModel:
     """The paper's model with any effects.
 
-    Its unknowns are the five groups, on request the length L, gravity g and 1 / A22, and the effects' parameters,
-    torques being relative to A22. They are those of the rig without the weights that some trials may have.
+    Its unknowns are the five base parameters, on request the length L, gravity g and 1 / A22, and the effects'
+    parameters, torques being relative to A22. They are those of the rig without the weights that some trials may have.
     """
 
     mechanism: Mechanism
     length_free: bool = False
     gravity_free: bool = False
     inertia_free: bool = False
-    """Whether 1 / A22 is an unknown, which only trials with different weights show."""
+    """Whether 1 / A22 is an unknown, which only trials with different weights determine."""
     weight_errors: tuple[ErrorOf, ...] = ()
-    """What of the weights may be wrong: unknowns, in their standard deviations."""
+    """Errors of the weights' masses and places: unknowns, in units of their standard deviations."""
     penalty_of_errors: float = 0.0
     """What an error by one standard deviation adds to the cost: the variance of the angles' noise [rad^2]."""
     effects: tuple[ActiveEffect, ...] = ()
@@ -112,7 +61,7 @@ class MotionModel:
 
     @cached_property
     def base_names(self) -> tuple[str, ...]:
-        """Names of the unknowns that are not of effects."""
+        """Names of the unknowns that do not belong to effects or zeros."""
         return (
             *(group.symbol for group in GROUPS),
             *(("L",) if self.length_free else ()),
@@ -123,7 +72,7 @@ class MotionModel:
 
     @cached_property
     def labels(self) -> tuple[str, ...]:
-        """One name for each effect: its key, with a number from the second of a kind on, as of knocks."""
+        """One name for each effect: its key, with a number from the second of a kind on, such as impulses."""
         keys = [active.effect.key for active in self.effects]
         counts = [keys[: index + 1].count(key) for index, key in enumerate(keys)]
         return tuple(key if count == 1 else f"{key}.{count}" for key, count in zip(keys, counts, strict=True))
@@ -164,18 +113,18 @@ class MotionModel:
 
     @cached_property
     def states(self) -> int:
-        """Numbers in an initial state: theta1, theta2, omega1, omega2, and what effects bring; see `Torques.states`."""
+        """Size of a state: theta1, theta2, omega1, omega2, and those that effects add; see `Torques.states`."""
         moves = any(isinstance(a.effect, TorqueEffect) and a.effect.brings_states for a in self.effects)
         return Torques.count_of_states(moves)
 
     def initial_state(self, start: Array) -> Array:
-        """Return an initial state of as many numbers as this model has; what another model's does not tell is zero."""
+        """Return an initial state of this model's size, given one of another model; states that it lacks are zero."""
         whole = np.zeros(self.states)
         whole[: len(start)] = start[: self.states]
         return whole
 
-    def beginning(self, groups: Array, inertia: float | None = None) -> Array:
-        """Return values of the unknowns without effects, for given groups (5,) and A22 [kg m^2].
+    def initial_values(self, groups: Array, inertia: float | None = None) -> Array:
+        """Return values of the unknowns without effects, for given base parameters (5,) and A22 [kg m^2].
 
         L and g, and A22 where it is not given, are as known beforehand.
         """
@@ -183,8 +132,8 @@ class MotionModel:
         inverse = [1.0 / (inertia or self.mechanism.inertia)] * self.inertia_free
         return np.concatenate([groups, constants, inverse, np.zeros(len(self.weight_errors))])
 
-    def begun_at(self, values: Array, groups: Array, inertia: float | None) -> Array:
-        """Return values (unknowns,) with other groups (5,) and, where it is given, another A22 [kg m^2]."""
+    def with_base_parameters(self, values: Array, groups: Array, inertia: float | None) -> Array:
+        """Return values (unknowns,) with other base parameters (5,) and, where it is given, another A22 [kg m^2]."""
         values = values.copy()
         values[: len(GROUPS)] = groups
         if self.inertia_free and inertia:
@@ -235,7 +184,7 @@ class MotionModel:
 
     @property
     def of_curves(self) -> npt.NDArray[np.bool_]:
-        """Which of the unknowns are coefficients of curves, which say nothing one by one."""
+        """Which of the unknowns are coefficients of curves, which have no meaning one by one."""
         of_curves = np.zeros(len(self.names), dtype=bool)
         for index, active in enumerate(self.effects):
             of_curves[self.places(index)] = active.effect.curve is not None
@@ -270,7 +219,7 @@ class MotionModel:
         return replace(self, inertia_free=False, mechanism=replace(self.mechanism, inertia=inertia)), remain
 
     def with_weights(self, values: Array, weights: Sequence[Weight]) -> Weighted:
-        """Return the unknowns as a trial shows them in which weights are clamped to the rods."""
+        """Return the unknowns as they are in a trial with weights clamped to the rods."""
         length, _ = self.constants(values)
         return Weighted(self._layout, values, weights, length, self.inverse_inertia(values))
 
@@ -343,7 +292,7 @@ class MotionModel:
         theta, by_unknowns = encoder_readings(motion, sensors, window.begin + window.time, self.states)
         place = self.zero_places(window.trial)
         if place.start < place.stop:
-            # The inner encoder's angle is in both absolute ones.
+            # Both absolute angles contain the inner encoder's.
             theta = theta + np.cumsum(values[place])
             if derivatives:
                 by_unknowns[:, :, self.states + place.start] = 1.0

@@ -1,4 +1,4 @@
-"""How much noise the measured angles carry, estimated from them alone."""
+"""The noise of the measured angles, estimated from them alone."""
 
 import numpy as np
 import numpy.typing as npt
@@ -9,17 +9,17 @@ from cdp_ident.trial.trial import Trial
 Array = npt.NDArray[np.float64]
 
 _STANDS_OUT = 4.0
-"""Differences beyond so many standard deviations are no noise: knocks, and outliers."""
+"""Differences beyond so many standard deviations are not noise but impulses or outliers."""
 _NOTHING = 1e-12
-"""A difference that is nothing but rounding [rad]."""
+"""A difference that is rounding error [rad]."""
 
 
 def noise_of(trial: Trial) -> Array:
     """Return the standard deviation of the noise of theta1 and theta2 [rad].
 
     It is that of fourth divided differences, scaled so that white noise of standard deviation 1 gives 1, without those
-    that are no noise. Where the motion is slow, an encoder's steps repeat and hide from differences; therefore the
-    noise is never put below that of the steps themselves, their size over the square root of 12.
+    that are not noise. Where the motion is slow, an encoder repeats its readings and the differences are zero;
+    therefore the noise is never estimated below that of quantisation, the step over the square root of 12.
     """
     sizes = np.abs(fourth_differences(trial.time, trial.theta))
     steps = np.array([encoder_step(column) for column in trial.theta.T])
@@ -35,7 +35,7 @@ def encoder_steps(trial: Trial) -> Array:
 def _trimmed_deviation(sizes: Array) -> float:
     """Return the root mean square of differences of which the sizes are given, without those that stand out.
 
-    Where an encoder's steps mostly repeat, the differences that are not nothing are the steps, and do not stand out.
+    Where an encoder mostly repeats its reading, the differences that are not zero are single steps, not outliers.
     """
     shown = sizes[sizes > _NOTHING]
     usual = float(np.median(shown)) / MEDIAN_OF_SIZE if len(shown) else 0.0

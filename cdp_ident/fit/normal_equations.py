@@ -1,9 +1,10 @@
 """The normal equations of all windows together, from which the windows' initial states are eliminated.
 
-The initial states meet only through the unknowns, so that they are eliminated window by window and the work grows with
-the number of windows, not with its cube. Source: Bock, Recent advances in parameter identification techniques for ODE,
-1983; the damping is Marquardt's (1963). Chaotic motion makes basins that are narrow and bent: steps that follow the
-bend (geodesic acceleration: Transtrum and Sethna, arXiv 1201.5885, 2012) get along them, where straight ones creep.
+The initial states are coupled only through the common unknowns. So they are eliminated window by window, and the work
+grows with the number of windows, not with its cube. Source: Bock, Recent advances in parameter identification
+techniques for ODE, 1983; the damping is Marquardt's (1963). In chaotic motion the cost has narrow curved valleys: steps
+with geodesic acceleration (Transtrum and Sethna, arXiv 1201.5885, 2012) follow them, where straight steps become very
+short.
 """
 
 from collections.abc import Sequence
@@ -12,23 +13,24 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from cdp_ident.fit.bounded import minimum_within_limits
 from cdp_ident.fit.initial_states import inverse_factor
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.windows import Window
-from cdp_ident.model.parallel import share_out
+from cdp_ident.model.parallel import parallel_for
 
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
 
 _PROBE = 0.1
-"""How far along a step the residuals are probed for their second derivative, as a share of the step."""
+"""The residuals' second derivative is a difference over this share of the step."""
 _MOST_ACCELERATION = 0.75
 """A step whose acceleration is larger, over its velocity, is too long; the value is that of the method's authors."""
 
 
 @dataclass(frozen=True)
 class Point:
-    """The cost at one set of values and starts, and the normal equations there."""
+    """The cost at one set of values and initial states, and the normal equations there."""
 
     values: Array
     starts: list[Array]
@@ -44,16 +46,16 @@ class Point:
 
 @dataclass(frozen=True)
 class Step:
-    """Where a step leads."""
+    """A step: the values and initial states that it leads to."""
 
     values: Array
     starts: list[Array]
     expected: float
-    """By how much the linearised problem says that the cost will fall."""
+    """Fall of the cost that the linearised problem predicts."""
 
 
 class NormalEquations:
-    """What the damped Gauss-Newton iteration computes over windows."""
+    """The damped Gauss-Newton problem of all windows."""
 
     def __init__(self, model: MotionModel, windows: Sequence[Window], free: Indices, held: Array):
         """Begin.
@@ -61,8 +63,8 @@ class NormalEquations:
         Args:
             model: gives the motion.
             windows: what is fitted.
-            free: indices of the unknowns that are fitted beside the initial states.
-            held: (unknowns,) values that the others keep.
+            free: indices of the unknowns that are fitted along with the initial states.
+            held: (unknowns,) values of the unknowns that are not fitted.
         """
         self._model, self._free, self._held = model, free, held
         self._columns = np.concatenate([np.arange(model.states), model.states + free])
@@ -70,7 +72,7 @@ class NormalEquations:
         self._windows = tuple(windows)
         self._known_start = np.array([window.start_known for window in windows])
         self.simulations = 0
-        """How often the motion over all windows has been computed."""
+        """Number of simulations of all windows."""
 
     @property
     def limits(self) -> tuple[Array, Array]:
@@ -118,7 +120,7 @@ class NormalEquations:
                 residuals[index], sensitivities[index] = residual, sensitivity
                 weights[index] = np.ones_like(residual) if weight is None else weight
 
-        share_out(work, len(self._windows))
+        parallel_for(work, len(self._windows))
         if not np.all(np.isfinite(costs)) or not np.all(np.isfinite(normal)):
             return None
         cost = float(costs.sum() + values @ self._penalty @ values)
@@ -135,7 +137,7 @@ class NormalEquations:
                 theta, _ = self._model.predict(all_values, starts[index], window, derivatives=False)
                 residuals[index] = window.whitened(window.theta - theta)
 
-        share_out(work, len(self._windows))
+        parallel_for(work, len(self._windows))
         return residuals if all(np.all(np.isfinite(residual)) for residual in residuals) else None
 
     def step(self, point: Point, damping: float) -> Step:
@@ -171,17 +173,17 @@ class NormalEquations:
     def _solve(
         self, values: Array, normal: Array, right: Array, damping: float, penalised: Array | float = 0.0
     ) -> tuple[Array, Array]:
-        """Solve the damped normal equations, the starts eliminated window by window.
+        """Solve the damped normal equations, the initial states eliminated window by window.
 
         Args:
-            values: (unknowns,) what the change must leave within its limits.
+            values: (unknowns,) current values; with the change they stay within their limits.
             normal: (windows, states + unknowns, states + unknowns) matrix of each window.
             right: (windows, states + unknowns) right-hand side of each window.
-            damping: by which share the diagonals grow.
-            penalised: (unknowns,) half the slope of what the unknowns add to the cost.
+            damping: relative increase of the diagonals.
+            penalised: (unknowns,) half the gradient of the penalty.
 
         Returns:
-            Change of the unknowns (unknowns,), and of the windows' starts (windows, states).
+            Change of the unknowns (unknowns,), and of the windows' initial states (windows, states).
         """
         normal = normal.copy()
         diagonal = np.arange(normal.shape[1])
@@ -195,34 +197,16 @@ class NormalEquations:
         reduced = (normal[:, states:, states:] - mixed_transposed @ eliminated[:, :, :-1]).sum(axis=0) + self._penalty
         reduced_right = (right[:, states:] - (mixed_transposed @ eliminated[:, :, -1:])[:, :, 0]).sum(axis=0)
         reduced_right = reduced_right - penalised
-        change = self._solve_within_limits(values, reduced, reduced_right)
-        return change, eliminated[:, :, -1] - eliminated[:, :, :-1] @ change
-
-    def _solve_within_limits(self, values: Array, matrix: Array, right: Array) -> Array:
-        """Solve for the unknowns' change; one that would leave its range goes to its limit and no further."""
         lower, upper = self.limits
-        change = np.zeros(len(values))
-        free = np.ones(len(values), dtype=bool)
-        diagonal = np.diag(matrix)
-        scale = np.where(diagonal > 0.0, 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0)), 0.0)
-        while np.any(free):
-            rows = np.ix_(free, free)
-            scaled = matrix[rows] * np.outer(scale[free], scale[free])
-            rest = (right - matrix[:, ~free] @ change[~free])[free] * scale[free]
-            change[free] = np.linalg.lstsq(scaled, rest, rcond=1e-14)[0] * scale[free]
-            outside = free & ((values + change < lower) | (values + change > upper))
-            if not np.any(outside):
-                break
-            change[outside] = np.clip(values + change, lower, upper)[outside] - values[outside]
-            free &= ~outside
-        return change
+        change = minimum_within_limits(reduced, reduced_right, lower - values, upper - values)
+        return change, eliminated[:, :, -1] - eliminated[:, :, :-1] @ change
 
     def rmse(self, point: Point) -> float:
         """Return the root mean square residual [rad]."""
         return float(np.sqrt(sum(np.sum(r**2) for r in point.residuals) / sum(r.size for r in point.residuals)))
 
     def robust_scale(self, point: Point) -> float:
-        """Return the standard deviation of the residuals as their median size has it [rad]."""
+        """Return a robust standard deviation of the residuals, from their median size [rad]."""
         return 1.4826 * float(np.median(np.abs(np.concatenate([r.ravel() for r in point.residuals]))))
 
     def any_beyond(self, point: Point, limit: float) -> bool:

@@ -6,7 +6,8 @@ from typing import Literal
 
 from cdp_ident.errors import OptionError
 from cdp_ident.fit.estimation import PAPER_SPAN, SHORT_IGA
-from cdp_ident.fit.motion_model import Mechanism, MotionModel
+from cdp_ident.fit.mechanism import Mechanism
+from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.prior import Prior
 from cdp_ident.search.options import METHODS, GeneticOptions
 
@@ -30,7 +31,7 @@ class IdentifyOptions:
     gravity_free: bool = False
     """Whether g is fitted too."""
     named_effects_only: bool = False
-    """Whether torques that nobody has a name for are left to remain, instead of being found as curves."""
+    """Whether torques without a name are left unexplained, instead of being identified as curves."""
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.window < math.inf:
@@ -44,7 +45,7 @@ class IdentifyOptions:
         return self.genetic or (METHODS[self.method] if self.method else SHORT_IGA)
 
     def span(self, window: float) -> float:
-        """Return how long the search simulates from one start [s], given the length of a window [s]."""
+        """Return how long the search simulates from one initial state [s], given the length of a window [s]."""
         return PAPER_SPAN if self.method else window
 
     @property

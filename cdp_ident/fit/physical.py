@@ -1,8 +1,8 @@
-"""From what trials determine, the groups and with weights A22, to physical values, of which they determine a family.
+"""From the base parameters (and, with weights, A22) to the nearest of all physical values that have them.
 
-Of all physical parameters that have the fitted groups, those are chosen that lie closest to what was known before:
-close in the logarithm, each parameter measured by its own uncertainty. They are positive, and no rod has a larger
-moment of inertia than its mass and length allow.
+Of all physical parameters that have the fitted base parameters, those are chosen that lie closest to what was known
+before: close in the logarithm, each parameter measured by its own uncertainty. They are positive, and no rod has a
+larger moment of inertia than its mass and length allow.
 """
 
 import warnings
@@ -41,20 +41,20 @@ class PhysicalValues:
     inertia_relative_std: float
     """Relative standard deviation of their A22, to which all torques of the model are relative."""
     possible: bool
-    """Whether a mechanism with these groups was found; if not, the values are those known before."""
+    """Whether a mechanism with these base parameters was found; if not, the values are those known before."""
 
 
 def shown_by_trials(values: Array, length: float, with_inertia: bool) -> Array:
-    """Return what trials show (..., 5) of physical values (..., 9): the groups and, with weights, 1 / A22 (..., 6)."""
+    """Return the base parameters (..., 5) of physical values (..., 9), followed by 1 / A22 (..., 6) with weights."""
     groups = groups_of(values, length)
     return np.concatenate([groups, 1.0 / inertia_about_cart(values, length)[..., None]], -1) if with_inertia else groups
 
 
 def nearest_physical_values(shown: Array, covariance: Array, prior: Prior, length: float) -> PhysicalValues:
-    """Choose the physical values with given groups that lie closest to the prior.
+    """Choose the physical values with given base parameters that lie closest to the prior.
 
     Args:
-        shown: (5,) fitted groups, or (6,) with 1 / A22, where weights show it.
+        shown: (5,) fitted base parameters, or (6,) with 1 / A22, where weights show it.
         covariance: (5, 5) or (6, 6) their covariance.
         prior: nominal and known values and their uncertainties.
         length: L [m].
@@ -68,7 +68,7 @@ def nearest_physical_values(shown: Array, covariance: Array, prior: Prior, lengt
         values = centre.copy()
         values[searched] *= np.exp(logarithms)
         values[_FRICTIONS] = 1.0
-        # The frictions follow from their groups, which are relative to the inertia that the others make.
+        # The frictions follow from their base parameters, which are relative to the inertia that the others make.
         values[_FRICTIONS] = groups[_FRICTION_GROUPS] / groups_of(values, length)[_FRICTION_GROUPS]
         return values
 
@@ -138,7 +138,7 @@ def _uncertainty(
         return np.sqrt(np.maximum(np.diag(covariance), 0.0))
 
     without_nominal = np.where(prior.is_known, prior.relative_std, _VAGUE)
-    # A friction of zero has no logarithm: its deviation is that of its group.
+    # A friction of zero has no logarithm: its deviation is that of its base parameter.
     inertia = values[~_FRICTIONS]
     covariance = posterior(prior.relative_std)
     std = std_of(covariance) * values

@@ -13,7 +13,7 @@ from cdp_ident.user_input import refuse_unknown
 Array = npt.NDArray[np.float64]
 
 _RANGE_IN_DEVIATIONS = 4.0
-"""A search range from lower to upper limit is read as so many standard deviations of what the nominal value means."""
+"""A search range, from lower to upper limit, is taken for so many standard deviations of the nominal value."""
 _KNOWN_RELATIVE_STD = 0.01
 """Relative standard deviation of a known value for which none is given."""
 

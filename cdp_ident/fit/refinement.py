@@ -1,6 +1,6 @@
-"""The refinement: multiple shooting, which takes what the search has found to the bottom of its basin.
+"""The refinement: multiple shooting, from the search's result to the minimum.
 
-All windows share the unknowns; each has an initial state of its own.
+All windows share the unknowns; each has its own initial state.
 """
 
 from collections.abc import Callable, Sequence
@@ -21,11 +21,11 @@ Array = npt.NDArray[np.float64]
 
 _MOST_ITERATIONS = 100
 _MOST_FOR_STARTS = 25
-"""Starts alone are found in few iterations, or the values that are held do not fit."""
+"""The most where only initial states are fitted: they need few, unless the held values do not fit."""
 _GROWTH = (4, 2)
-"""Into how many parts windows are split before they are fitted whole."""
+"""Windows are first fitted in so many parts, one after the other, and then whole."""
 _ROUGHLY = 1e-3
-"""Tolerance of the fits that only lead to the next longer windows."""
+"""Tolerance of the fits of parts."""
 _LARGEST_DAMPING = 1e8
 _DAMPING_FACTOR = 4.0
 _OUTLIER = 6.0
@@ -40,7 +40,7 @@ class Fit:
     values: Array
     """(unknowns,) fitted values, in the order of `model.names`."""
     windows: tuple[Window, ...]
-    """The windows, with their fitted starts."""
+    """The windows, with their fitted initial states."""
     residuals: tuple[Array, ...]
     """(n, 2) measured minus simulated angles of each window, whitened [rad]."""
     sensitivities: tuple[Array, ...]
@@ -93,14 +93,14 @@ def refine(
     tolerance: float = 1e-6,
     hold_values: bool = False,
 ) -> Fit:
-    """Adjust the unknowns and the windows' starts until the squared error no longer falls.
+    """Fit the unknowns and the windows' initial states by least squares.
 
     Args:
         model: gives the motion; the limits of its unknowns are kept to.
-        values: (unknowns,) values to begin with.
-        windows: what to fit; their starts are what to begin with there.
+        values: (unknowns,) initial values.
+        windows: what to fit, with initial guesses of their initial states.
         stop: called with the error [rad] after each iteration; true ends the fit with what it has.
-        tolerance: relative decrease of the cost in an iteration below which the fit has arrived.
+        tolerance: the fit has converged when the cost decreases by less than this share in an iteration.
         hold_values: whether the unknowns keep their values and the windows' initial states alone are fitted, with
             the zeros of trials that the model does not know where each trial has its own.
 
@@ -125,7 +125,7 @@ def refine(
         path = problem.accelerated(point, step, damping) if curved else step
         candidate = problem.evaluate(path.values, path.starts, limit) if path else None
         if candidate is None or candidate.cost > point.cost:
-            # Rounding leaves the cost where it is once the bottom is reached: that, too, is arrival.
+            # At the minimum, rounding keeps the cost from decreasing: the fit has converged, too.
             if step.expected < tolerance * point.cost:
                 converged = True
                 break
@@ -137,7 +137,7 @@ def refine(
         if stop(problem.rmse(point)):
             break
         if gained < tolerance * point.cost:
-            # Arrived, under the limit for outliers so far: does the error now at hand ask for a lower one?
+            # Converged under the present limit for outliers: are there residuals beyond a lower one?
             lower = max(_OUTLIER * problem.robust_scale(point), np.finfo(float).tiny)
             if limit < np.inf or not problem.any_beyond(point, lower):
                 converged = True
@@ -178,10 +178,10 @@ def _zeros_of_new_trials(
 def refine_from_afar(
     model: MotionModel, values: Array, windows: Sequence[Window], hold_values: bool = False, tolerance: float = 1e-6
 ) -> Fit:
-    """Refine from values and starts that may be far off, by windows that grow.
+    """Refine from poor initial values and initial states, over windows of growing length.
 
-    Over a short window the motion is almost linear in everything that is adjusted, so that even a chaotic one is
-    followed from a poor start; what the short windows find is where the longer ones begin.
+    Over a short window even chaotic motion is almost linear in everything that is fitted, so that a poor initial guess
+    does no harm. The result of the short windows is the initial guess for the longer ones.
 
     Raises:
         IdentificationError: as `refine`.
@@ -189,7 +189,7 @@ def refine_from_afar(
     iterations, simulations = 0, 0
     found: list[list[Array]] = []
     for parts in _GROWTH:
-        pieces = [_begun_at(split(window, parts), starts) for window, starts in zip_longest(windows, found)]
+        pieces = [_with_initial_states(split(window, parts), starts) for window, starts in zip_longest(windows, found)]
         fit = refine(
             model,
             values,
@@ -207,14 +207,15 @@ def refine_from_afar(
 
 
 def fit_initial_states(model: MotionModel, values: Array, windows: Sequence[Window]) -> Fit:
-    """Fit the windows' initial states alone, which may be far off; all values are held."""
+    """Fit the windows' initial states alone, from poor initial guesses; all values are held."""
     return refine_from_afar(model, values, windows, hold_values=True)
 
 
 def fit_initial_states_near(model: MotionModel, values: Array, windows: Sequence[Window], good_enough: float) -> Fit:
-    """Fit the windows' initial states alone, beginning with those that they have.
+    """Fit the windows' initial states alone, from good initial guesses: those that the windows have.
 
-    Where that leaves an error above `good_enough` [rad], they are sought from afar too, and the better are taken.
+    Where that leaves an error above `good_enough` [rad], they are also fitted over windows of growing length, and the
+    better are taken.
 
     Raises:
         IdentificationError: as `refine`.
@@ -231,8 +232,8 @@ def fit_initial_states_near(model: MotionModel, values: Array, windows: Sequence
         return near
 
 
-def _begun_at(pieces: list[Window], starts: list[Array] | None) -> list[Window]:
-    """Return pieces of a window with the starts found for pieces half as long, where there are such."""
+def _with_initial_states(pieces: list[Window], starts: list[Array] | None) -> list[Window]:
+    """Return pieces of a window with the initial states found for pieces half as long, where there are any."""
     if starts is None or len(starts) != 2 * len(pieces):
         return pieces
     return [replace(piece, start=start) for piece, start in zip(pieces, starts[::2], strict=True)]

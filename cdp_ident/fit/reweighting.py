@@ -1,9 +1,9 @@
 """Errors of theta1 and theta2 made independent and alike: feasible generalised least squares.
 
-Where the outer encoder turns with the inner rod, theta2 is the sum of two readings, and its noise goes with theta1's; a
-camera measures the two apart. Which it is, and how large each one's noise is, the errors of a fit say that leaves
-nothing else; the fit that follows weighs both angles by their covariance (Zellner, J. Am. Stat. Assoc. 57, 1962). What
-a model lacks is no noise: as long as that is more, both angles count alike.
+Where the outer encoder turns with the inner rod, theta2 is the sum of two readings, and its noise is correlated with
+theta1's; a camera measures both angles separately. Once a fit leaves nothing but noise, its errors show their
+covariance, and the next fit weights both angles by it (Zellner, J. Am. Stat. Assoc. 57, 1962). As long as the model
+lacks an effect, its errors are not noise, and both angles have the same weight.
 """
 
 from collections.abc import Sequence
@@ -17,11 +17,11 @@ from cdp_ident.fit.refinement import Fit, refine
 Array = npt.NDArray[np.float64]
 
 _MOST_UNEQUAL = 10.0
-"""A combination of both angles counts at most so many times as much as another."""
+"""Largest ratio of the weights of two combinations of the angles."""
 _NOISE = 1.5
-"""Errors of so many times the noise are more than noise."""
+"""Errors above so many times the noise contain more than noise."""
 _AS_BEFORE = 0.1
-"""Weights that change by less than this are left as they are."""
+"""Weights are not changed by less than this share."""
 
 
 def reweighted(fit: Fit, noise: float) -> Fit:
@@ -45,7 +45,7 @@ def reweighted(fit: Fit, noise: float) -> Fit:
 def usual_covariance(errors: Sequence[Array]) -> Array:
     """Return the covariance (2, 2) of the errors (n, 2) in the half of the windows where they are smallest [rad^2].
 
-    So what happened once, in one of them, has no part in it.
+    So an event in a single window does not affect it.
     """
     products = np.array([error.T @ error / len(error) for error in errors])
     sizes = np.trace(products, axis1=1, axis2=2)

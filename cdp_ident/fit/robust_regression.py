@@ -1,8 +1,8 @@
-"""Linear regression where regressors are noisy too, errors have two components a row, and some rows are wild.
+"""Linear regression where regressors are noisy too, errors have two components a row, and some rows are outliers.
 
 Noise in the regressors draws estimates towards zero. What it adds to the normal equations is known from regressors that
 were measured again, and is taken off (corrected least squares: Fuller, Measurement Error Models, 1987; by simulation:
-Novick and Stefanski, J. Am. Stat. Assoc. 97, 2002). Wild rows lose weight (Huber, Robust Statistics, 1981), and the
+Novick and Stefanski, J. Am. Stat. Assoc. 97, 2002). Outliers lose weight (Huber, Robust Statistics, 1981), and the
 covariance allows for rows that overlap.
 """
 
@@ -10,7 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy.optimize import lsq_linear
+
+from cdp_ident.fit.bounded import minimum_within_limits
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -21,7 +22,7 @@ _OUTLIER = 2.5
 _MEDIAN_OF_TWO, _MEDIAN_OF_ONE = 1.177, 0.6745
 """Median length of a standard normal vector of two components, and of one."""
 _MOST_CORRECTED = 0.9
-"""In a direction of which more than this share is noise, no more than this share is taken off."""
+"""At most this share of the information in a direction is removed as noise."""
 _LEAST_RATIO = 0.01
 """The smaller of the two components' scatters is at least so much of the larger: a component whose target is zero would
 be fitted by unknowns that are all zero."""
@@ -55,14 +56,14 @@ def regress(columns: Array, target: Array, holds: Mask, lower: Array, upper: Arr
         holds: (k, 2) which components count.
         lower: (n,) lowest values.
         upper: (n,) highest values.
-        overlap: so many neighbouring rows share a part of what they are made of.
+        overlap: how many neighbouring rows are made of overlapping samples.
     """
     any_holds: Mask = np.asarray(holds.any(axis=1))
     columns, target, holds = columns[:, any_holds], target[:, any_holds], holds[any_holds]
     columns, target = columns * holds[..., None], target * holds
     size: Array = np.sqrt(np.sum(columns[0] ** 2, axis=(0, 1)))
-    told = size > 0
-    size[~told] = 1.0
+    determined = size > 0
+    size[~determined] = 1.0
     columns = columns / size
     own, own_target = columns[0], target[0]
     copies = len(columns) - 1
@@ -79,7 +80,7 @@ def regress(columns: Array, target: Array, holds: Mask, lower: Array, upper: Arr
             noise, noise_moment = noise + of_copy / copies, noise_moment + its_moment / copies
         corrected, share = _take_off(normal, noise)
         before = values
-        values = _bounded(corrected, moment - noise_moment, lower * size, upper * size)
+        values = minimum_within_limits(corrected, moment - noise_moment, lower * size, upper * size)
         residuals = own @ values - own_target
         distance = np.sqrt(np.einsum("ki,kij,kj->k", residuals, _precisions(scatter, holds), residuals))
         both = holds.all(axis=1)
@@ -92,7 +93,7 @@ def regress(columns: Array, target: Array, holds: Mask, lower: Array, upper: Arr
     whitening = np.linalg.cholesky(_precisions(scatter, holds) + 1e-300 * np.eye(2))
     whitened = np.einsum("kij,ki->kj", whitening, residuals) * np.sqrt(weights)[:, None]
     covariance = _covariance(corrected, whitened, inside, overlap)
-    covariance[np.ix_(~told, ~told)] = np.diag(np.full(np.count_nonzero(~told), np.inf))
+    covariance[np.ix_(~determined, ~determined)] = np.diag(np.full(np.count_nonzero(~determined), np.inf))
     left = np.zeros((len(any_holds), 2))
     left[any_holds] = residuals
     weight = np.zeros(len(any_holds))
@@ -143,17 +144,11 @@ def _take_off(normal: Array, noise: Array) -> tuple[Array, float]:
     return (turned * kept) @ turned.T, float(shares.max())
 
 
-def _bounded(normal: Array, moment: Array, lower: Array, upper: Array) -> Array:
-    """Minimise x normal x / 2 - moment x within limits."""
-    root = np.linalg.cholesky(normal)
-    return np.asarray(lsq_linear(root.T, np.linalg.solve(root, moment), (lower, upper), method="bvls").x)
-
-
 def _covariance(normal: Array, whitened_residuals: Array, inside: Mask, overlap: int) -> Array:
     """Return the covariance of the unknowns.
 
-    Those at a limit have none; those of which the rows say nothing have infinite variances. Neighbouring rows share
-    their errors: the sum of the residuals' autocorrelation is by how much less they tell.
+    Unknowns at a limit have none; those that do not enter the rows have infinite variances. The errors of overlapping
+    rows are correlated: the variances grow by the sum of the residuals' autocorrelation.
     """
     power = float(np.sum(whitened_residuals**2))
     alike = sum(float(np.sum(whitened_residuals[lag:] * whitened_residuals[:-lag])) for lag in range(1, overlap + 1))

@@ -1,8 +1,8 @@
 """Three roles of motion: what is fitted, what decides about effects (validation), and what is held out to the end.
 
-An error over motion that has chosen between models flatters the one that was chosen, as one over motion that was fitted
-does (Hastie, Tibshirani and Friedman, The Elements of Statistical Learning, 2009, Section 7.2). So motion is held out
-before anything is estimated, noise and scales included, and looked at once, when everything is decided.
+The error over motion that was used to choose between models is too small for the chosen model, as is the error over
+fitted motion (Hastie, Tibshirani and Friedman, The Elements of Statistical Learning, 2009, Section 7.2). So some motion
+is held out before anything is estimated, noise and scales included, and used once, when everything is decided.
 """
 
 from collections.abc import Sequence
@@ -13,9 +13,9 @@ import numpy as np
 from cdp_ident.trial.trial import Trial
 
 _PIECE = 8.0
-"""Length of a stretch that is held out of a trial, in time units: of some two windows of lively motion."""
+"""Length of a stretch that is held out of a trial, in time units: some two windows of fast motion."""
 _CYCLE, _HELD_OUT = 6, 3
-"""Without trials that are held out, this one of so many pieces of each trial is."""
+"""Where no trials are held out, of every so many pieces of each trial the one with this index is."""
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class PartedTrial:
 
     trial: Trial
     held_out: frozenset[int]
-    """Indices of the stretches that neither the fit nor the choice of effects sees."""
+    """Indices of the stretches that neither the fit nor the choice of effects uses."""
 
     @property
     def is_fitted(self) -> bool:

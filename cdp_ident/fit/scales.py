@@ -1,7 +1,7 @@
 """The scales of a rig: every time and speed that the identification needs, from the rig and its data.
 
 Lengths and gravity make the unit of time, sqrt(L / g). Everything that was chosen for the paper's rig (L = 0.4 m) is a
-multiple of it here, and is made shorter where the measured motion is faster or cannot be followed so long.
+multiple of it here, and is shorter where the measured motion is faster or predictable for a shorter time only.
 """
 
 from collections.abc import Callable, Sequence
@@ -11,8 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.errors import IdentificationError
-from cdp_ident.fit.following import followed
 from cdp_ident.fit.noise import encoder_steps
+from cdp_ident.fit.predictability import predictability
 from cdp_ident.fit.smoothing import FEWEST, SmoothMotion, smooth
 from cdp_ident.fit.thinning import LOST
 from cdp_ident.trial.trial import Trial
@@ -22,39 +22,42 @@ Array = npt.NDArray[np.float64]
 STEP = 0.02476
 """Step of the integrator, in time units: the paper's 0.005 s (Section 4.2) for its L of 0.4 m."""
 PACE = 2.5
-"""Pace of the paper's motion (Table 3), times the time unit, rounded up: it swings through the full circle. Steps are
-as much shorter as a motion is faster, for the error of a Runge-Kutta method goes with step times pace."""
+"""Pace of the paper's motion (Table 3), times the time unit, rounded up: its rods go through the full circle. For a
+faster motion, steps are shorter by the same factor, since the error of a Runge-Kutta method depends on step times
+pace."""
 WINDOW = 12.38
 """Longest window, in time units: 2.5 s on the paper's rig, two small swings."""
 SHORTEST_PIECE = 0.5
-"""Shortest piece that is simulated from a start of its own, in time units: a tenth of a second on the paper's rig, in
-which its motion bends enough to have a velocity and hardly more."""
+"""Shortest piece that is simulated from an initial state of its own, in time units: a tenth of a second on the paper's
+rig, just enough to estimate its velocities."""
 SHORTEST_PIECE_SAMPLES = 12
-"""A piece determines four numbers of its own from two angles a sample; with fewer samples it says nothing else."""
+"""Least samples in a piece: it determines its initial state (four numbers) from two angles a sample, and needs some
+more."""
 LONGEST_HALF_WIDTH = 0.5
-"""Of a local cubic, in time units: over more than a sixth of a small swing it is none."""
+"""Longest half width of a local cubic, in time units: over more than a sixth of a small swing the motion is not
+cubic."""
 FEWEST_LOCAL = 3
 """Samples on either side that a local cubic needs at least, to have more of them than coefficients."""
 REST_DEVIATIONS = 5.0
 """A joint is at rest below so many standard deviations of a speed that is measured over one time unit: pure noise
 exceeds that once in a million."""
 REST_LEAST = 1e-4
-"""Rest is not told from motion slower than this, in radians a time unit, however little noise there is."""
+"""Motion slower than this counts as rest however little noise there is, in radians a time unit."""
 SAMPLES_PER_UNIT = 40.0
 """Samples a time unit that a motion of the paper's pace needs; measured in benchmarks/scales.py: with fewer, fitted
 values scatter more than with all of them."""
 HIDDEN = 0.3
-"""Share of the noise that thinning may change an angle by."""
+"""Thinning may change an angle by at most this share of the noise."""
 _OVERTONE = 2.0
-"""How much faster than its pace the parts of a motion are that its fifth derivative shows; measured: with it the half
-width is the best one within a fifth, for motions of 2 to 5 radians a time unit."""
+"""Ratio of the frequencies that dominate the fifth derivative to the pace. Measured: with it the half width is optimal
+within a fifth, for motions of 2 to 5 radians a time unit."""
 _STRETCH = 200.0
-"""Time units of a trial, where it is liveliest, from which its pace is taken."""
+"""Time units of a trial, where its motion is fastest, from which its pace is taken."""
 GRID = 1.0 / 40.0
 _LIVELY = 0.99
 _PLAUSIBLE = (0.05, 8.0)
-"""Pace times the time unit of a pendulum that swings: slower, the noise is all that moves or the angles or L have
-another unit; faster, it whirls or does."""
+"""Plausible range of pace times time unit. Below it, there is nothing but noise, or the angles or L are in another
+unit; above it, the rods rotate very fast, or L is in another unit."""
 
 
 @dataclass(frozen=True)
@@ -64,23 +67,23 @@ class Scales:
     time_unit: float
     """sqrt(L / g) [s]."""
     pace: float
-    """How fast the liveliest motion goes: the larger of its speed and the root of its acceleration [1/s]."""
+    """Pace of the fastest motion: the larger of its speed and the root of its acceleration [1/s]."""
     plausible: bool
     """Whether that pace is one of a pendulum with this L and g."""
     step: float
     """Of the integrator [s]."""
     window: float
-    """For how long the liveliest motion can be followed, nearly always [s]."""
+    """For how long the fastest motion is predictable from nine of ten instants [s]."""
     longest_window: float
     """No window is longer [s]."""
     shortest_piece: float
-    """That is simulated from a start of its own [s]."""
+    """Shortest piece that is simulated from an initial state of its own [s]."""
     half_width: float
     """Of local cubics, for angles and velocities at a time [s]."""
     rest_speed: Array
     """(2,) speed of the inner and the outer joint below which it counts as at rest [rad/s]."""
     together: int
-    """Samples to be averaged into one."""
+    """How many samples are averaged into one."""
     samples: int
     """How many there are."""
     encoder_steps: Array
@@ -88,7 +91,7 @@ class Scales:
 
     @property
     def left_out(self) -> int:
-        """Samples that there are fewer of after averaging."""
+        """By how many samples averaging reduces the trials."""
         return self.samples - self.samples // self.together
 
 
@@ -106,8 +109,8 @@ def scales_of(
         length: L [m].
         gravity: g [m/s^2].
         noise: (2,) standard deviation of the noise of theta1 and theta2 [rad].
-        groups_of: gives rough values of the groups (5,) in a trial, from which is seen how long the motion can be
-            followed; without them windows are as long as they may be.
+        groups_of: gives rough values of the base parameters (5,) in a trial, which show how long the motion is
+            predictable; without them windows have their greatest length.
 
     Raises:
         IdentificationError: no trial has enough samples.
@@ -129,7 +132,7 @@ def scales_of(
     window = WINDOW * unit
     if groups_of is not None:
         mostly = [
-            followed(motion, groups_of(trial), length, gravity, noise, spacing, half_width, window).mostly
+            predictability(motion, groups_of(trial), length, gravity, noise, spacing, half_width, window).mostly
             for trial, motion in zip(usable, motions, strict=True)
         ]
         window = max(min(mostly), shortest)
@@ -152,7 +155,7 @@ def scales_of(
 
 
 def _liveliest(trial: Trial, unit: float) -> SmoothMotion:
-    """Return the smooth motion of the stretch of a trial in which most happens."""
+    """Return the smooth motion of the stretch of a trial in which the motion is fastest."""
     time, theta = trial.time, trial.theta
     if trial.duration > _STRETCH * unit:
         moved = np.concatenate([[0.0], np.cumsum(np.sum(np.diff(theta, axis=0) ** 2, axis=1))])
@@ -169,7 +172,7 @@ def smooth_on_grid(time: Array, theta: Array, unit: float) -> SmoothMotion:
 
 
 def pace_of(motion: SmoothMotion) -> float:
-    """Return how fast a motion goes: the larger of its speed and the root of its acceleration [1/s]."""
+    """Return the pace of a motion: the larger of its speed and the root of its acceleration [1/s]."""
     rates = motion.rates[0][:, :2]
     speeds = np.abs(rates)[motion.known]
     accelerations = np.abs(np.gradient(rates, motion.spacing, axis=0))[motion.known]

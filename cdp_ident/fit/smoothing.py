@@ -1,12 +1,12 @@
-"""Smooth motion through noisy angles: how smooth is decided by the data, in samples and not in seconds.
+"""Smooth motion through noisy angles; the degree of smoothing follows from the data.
 
-A quintic regression spline is fitted to the samples, with knots every few of them. It passes whatever is slower than
-its knots undistorted to the sixth order, has smooth velocities, and takes samples of any spacing. How many samples go
-to a knot is decided by generalised cross-validation (Craven and Wahba, Numer. Math. 31, 1979), so that neither the
-noise nor the rig's time scale need be known.
+A quintic regression spline is fitted to the samples, with knots every few of them. It does not distort motion that is
+slow relative to its knots, to sixth order, has smooth velocities, and takes samples of any spacing. The number of
+samples per knot is chosen by generalised cross-validation (Craven and Wahba, Numer. Math. 31, 1979), so that neither
+the noise nor the rig's time scale need be known.
 
-What the noise does to anything computed from the smooth motion is seen by measuring again: noise like that of the
-samples is added, and the same spline is fitted (Cook and Stefanski, J. Am. Stat. Assoc. 89, 1994).
+The effect of the noise on anything computed from the smooth motion is found by simulated measurements: noise like that
+of the samples is added, and the same spline is fitted (Cook and Stefanski, J. Am. Stat. Assoc. 89, 1994).
 """
 
 from dataclasses import dataclass
@@ -23,23 +23,23 @@ Mask = npt.NDArray[np.bool_]
 
 DEGREE = 5
 FEWEST = 4 * (DEGREE + 1)
-"""Samples below which there is nothing to smooth."""
+"""Fewest samples that can be smoothed."""
 _PER_KNOT = (1.2, 1.4, 1.7, 2.0, 2.5, 3.2, 4.0, 5.0, 6.4, 8.0, 10.0, 12.8, 16.0, 20.0, 25.6, 32.0)
-"""Samples a knot that are tried; more than enough follow, in the same proportion, where even the last is too few."""
+"""Numbers of samples per knot that are tried; larger ones follow in the same proportion where the last is best."""
 _TRIED = 4000
-"""Samples by which the knots are chosen: those of the liveliest stretch."""
+"""The knots are chosen by so many samples, of the stretch with the fastest motion."""
 _NORMAL_EQUATIONS = {"method": "norm-eq"} if "method" in signature(make_lsq_spline).parameters else {}
 """SciPy before 1.15 solves these anyway, and has no such argument."""
 _LONGEST_GAP = 2.0
-"""Distance of neighbouring samples, in distances of knots, across which nothing is known of the motion."""
+"""Gap between neighbouring samples, in distances of knots, over which the motion counts as unknown."""
 
 _END = 3.0
-"""Distances of knots from either end within which a spline's slopes are poor."""
+"""Distance from either end, in distances of knots, within which a spline's slopes are inaccurate."""
 
 
 @dataclass(frozen=True)
 class SmoothMotion:
-    """A motion on an even grid of times, and the same as it could have been measured again."""
+    """A motion on an even grid of times, and copies of it with simulated noise."""
 
     time: Array
     """(m,) times of the grid [s]."""
@@ -48,11 +48,11 @@ class SmoothMotion:
     rates: Array
     """(1 + copies, m, k) their rates of change [1/s]."""
     known: Mask
-    """(m,) where there are samples near enough."""
+    """(m,) where samples are near enough."""
     noise: Array
-    """(k, k) covariance of what the samples scatter by about the smooth motion."""
+    """(k, k) covariance of the samples about the smooth motion."""
     per_knot: float
-    """Samples that went to a knot."""
+    """Samples per knot."""
 
     @property
     def spacing(self) -> float:
@@ -67,7 +67,7 @@ def smooth(time: Array, samples: Array, spacing: float, copies: int, rng: np.ran
         time: (n,) times of the samples [s], strictly increasing, of any spacing.
         samples: (n, k) what was measured: angles [rad], a cart's position [m].
         spacing: of the grid [s].
-        copies: how often to measure again.
+        copies: number of copies with simulated noise.
         rng: where the noise of the copies comes from.
 
     Raises:
@@ -96,7 +96,7 @@ def smooth(time: Array, samples: Array, spacing: float, copies: int, rng: np.ran
 
 
 def _liveliest(time: Array, samples: Array) -> tuple[Array, Array]:
-    """Return the stretch of at most `_TRIED` samples in which most happens."""
+    """Return the stretch of at most `_TRIED` samples with the fastest motion."""
     changes = np.concatenate([[0.0], np.cumsum(np.sum(np.diff(samples, axis=0) ** 2, axis=1))])
     count = min(_TRIED, len(time))
     first = int(np.argmax(changes[count - 1 :] - changes[: len(changes) - count + 1]))

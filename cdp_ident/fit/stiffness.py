@@ -1,6 +1,6 @@
-"""What keeps curves smooth in a fit: penalties on their coefficients.
+"""Penalties on the coefficients of curves, which keep them smooth in a fit.
 
-A curve may be large and sharp at one place and nothing elsewhere, as a magnet's torque is. So the size of its
+A curve may be large and sharp at one place and zero elsewhere, such as a magnet's torque. So the size of its
 coefficients is penalised part by part, each part with a weight of its own.
 """
 
@@ -21,7 +21,7 @@ _PART = 8
 
 @cache
 def penalties(curve: Curve) -> tuple[Array, ...]:
-    """Return forms (count, count), whose weighted sum is a curve's penalty: its bends, and the size of each part."""
+    """Return the forms (count, count) whose weighted sum is a curve's penalty: its smoothness, then parts' sizes."""
     identity = np.eye(curve.count)
     if curve.over == "angle":
         bends = np.roll(identity, -1, axis=0) - 2.0 * identity + np.roll(identity, 1, axis=0)

@@ -1,4 +1,4 @@
-"""Fewer samples that say the same: neighbours are averaged where there are more of them than the motion needs.
+"""Thinning: neighbouring samples are averaged where there are more of them than the motion needs.
 
 Averaging over a span h also takes h^2 / 24 of the motion's second derivative off; that is put back by the second
 difference of the averages, after which the error is 3/640 h^4 of the fourth derivative and the noise of neighbours
@@ -16,11 +16,11 @@ from cdp_ident.trial.trial import Trial
 Array = npt.NDArray[np.float64]
 
 LOST = 3.0 / 640.0
-"""What thinning changes a motion by, over the fourth power of the span and the fourth derivative."""
+"""Error of thinning over the fourth power of the span and the motion's fourth derivative."""
 
 
 def thinned(trial: Trial, together: int) -> Trial:
-    """Return a trial with so many samples averaged into one, as its notes tell; at the ends and next to gaps fewer."""
+    """Return a trial with so many samples averaged into one, fewer at its ends and at gaps; its notes say so."""
     if together < 2 or len(trial.time) < 3 * together:
         return trial
     span = together * float(np.median(np.diff(trial.time)))

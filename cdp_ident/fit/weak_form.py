@@ -1,4 +1,4 @@
-"""The balance of forces in weak form: linear in the groups and in most effects, without accelerations or simulation.
+"""The balance of forces in weak form: linear in base parameters and most effects, without accelerations.
 
 The equations of motion, over A22, are rates of change of momenta p and torques q, each linear in what is sought:
 sum_j beta_j (p_j' + q_j) = -p_0'. Multiplied with a test function phi that vanishes at the ends of a short window and
@@ -29,14 +29,14 @@ Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
 STEPS_BETWEEN = 4
-"""Windows begin a quarter of their half width apart."""
+"""Test functions in a half width: neighbouring ones begin a quarter of it apart."""
 _REST_NOISE = 5.0
 """Smoothed noise, in standard deviations, that a joint's range must exceed or it counts as at rest."""
 _REST_SHARE = 3e-3
-"""The same as a share of the range that the joint has when it is lively: what joints give way while they stick."""
+"""The same as a share of the joint's range while it moves fast: elastic motion of a joint that sticks."""
 _LIVELY = 0.9
 _SLOWEST_SHARE = 1e-3
-"""Speed, as a share of a lively one, below which no direction of slip is told."""
+"""Speed, as a share of a high quantile of the joint's speed, below which the direction of slip is uncertain."""
 
 _MEDIAN_OF_SIZE = 0.6745
 """Median size of a standard normal number."""
@@ -141,7 +141,7 @@ def constant_coupling(k: Kinematics) -> Term:
 
 
 def slip_direction(k: Kinematics, joint: int) -> Array:
-    """Return the direction in which a joint slips (1 + copies, m), less sure where it is as slow as the noise.
+    """Return the direction in which a joint slips (1 + copies, m), from -1 to 1: near 0 where speed is within noise.
 
     It is the mean of the sign of a speed of which the noise is known.
     """

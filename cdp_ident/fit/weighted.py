@@ -19,12 +19,12 @@ Array = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Layout:
-    """What the unknowns of a model are to weights; the groups come first."""
+    """How each unknown of a model depends on weights; the base parameters come first."""
 
     powers: Array
-    """(unknowns,) to which power of 1 / A22 each goes: 1 for the groups and for torques."""
+    """(unknowns,) to which power of 1 / A22 each goes: 1 for the base parameters and for torques."""
     carrying: tuple[str, ...]
-    """Of each unknown that is a mass carried by a joint that joint; of others nothing."""
+    """For each unknown that is a mass carried by a joint, that joint; empty for the others."""
     length: int | None
     """Where L is among them, if it is."""
     inverse_inertia: int | None
@@ -97,7 +97,7 @@ class Weighted:
         return np.asarray(self.share**-self.layout.powers)
 
     def _numerators(self, added: Array, weights: Sequence[Weight] = ()) -> Array:
-        """Return what is added (unknowns,) to the unknowns' numerators by what is added (6,) to A22 and the groups'."""
+        """Return the additions to the unknowns' numerators (unknowns,), given those to A22 and the others (6,)."""
         carried = [mass_beyond(weights, joint) if joint else 0.0 for joint in self.layout.carrying]
         numerators = np.array(carried)
         numerators[: len(GROUPS)] = np.delete(added, INERTIA)

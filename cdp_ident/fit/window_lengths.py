@@ -1,7 +1,7 @@
-"""How long windows are: as long as the motion can be followed from where they begin.
+"""How long windows are: as long as the motion is predictable from their beginning.
 
-A trial is energetic at first and calm at its end. Windows that are short enough for its beginning would be blind, later
-on, to what acts slowly; windows that suit its end would lose the motion at its beginning.
+A trial is energetic at first and calm at its end. Windows that are short enough for its beginning would not show slow
+effects later on; windows that suit its end would be too long to be simulated at its beginning.
 """
 
 from collections.abc import Callable
@@ -9,7 +9,7 @@ from collections.abc import Callable
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.fit.following import followed
+from cdp_ident.fit.predictability import predictability
 from cdp_ident.fit.scales import Scales, smooth_on_grid
 from cdp_ident.fit.smoothing import FEWEST
 from cdp_ident.trial.trial import Trial
@@ -19,18 +19,18 @@ Lengths = Callable[[float], float]
 """Length of the window that begins at a time in a trial [s]."""
 
 _ROUND_UP = 1.25
-"""A window may be longer by this factor, where nothing else would be left of a stretch."""
+"""A window may be longer by this factor, to take in the end of a stretch."""
 
 
-def lengths_followed(
+def predictable_lengths(
     trial: Trial, scales: Scales, groups: Array | None, length: float, gravity: float, noise: Array
 ) -> Lengths:
-    """Return how long windows of a trial can be followed.
+    """Return for how long a trial's motion is predictable from each time.
 
     Args:
         trial: what is cut.
         scales: of the rig.
-        groups: (5,) rough values of the groups; without them windows are as long as they may be.
+        groups: (5,) rough values of the base parameters; without them windows have their greatest length.
         length: L [m].
         gravity: g [m/s^2].
         noise: (2,) standard deviation of the noise of theta1 and theta2 [rad].
@@ -44,7 +44,7 @@ def lengths_followed(
         motion = smooth_on_grid(stretch.time, stretch.theta, scales.time_unit)
         spacing = float(np.median(np.diff(stretch.time)))
         half_width, longest = scales.half_width, scales.longest_window
-        found = followed(motion, groups, length, gravity, noise, spacing, half_width, longest)
+        found = predictability(motion, groups, length, gravity, noise, spacing, half_width, longest)
         begins.append(float(trial.time[first]))
         lasts.append(found)
     if not begins:

@@ -1,7 +1,7 @@
-"""Trials cut into windows, each followed by the model from a start of its own.
+"""Trials cut into windows, each simulated from an initial state of its own.
 
-A double pendulum forgets where it came from: beyond a few seconds no simulation from one start can follow a long,
-energetic trial, whatever its parameters. Windows are short enough to be followed, and all share the parameters.
+A double pendulum is chaotic: beyond a few seconds no simulation from one initial state follows an energetic trial,
+whatever its parameters. Windows are short enough to be predictable, and all share the parameters.
 """
 
 from collections.abc import Sequence
@@ -22,12 +22,13 @@ Array = npt.NDArray[np.float64]
 DEFAULT_WINDOW = 2.5
 """Length of a window [s]."""
 FEWEST_SAMPLES = 12
-"""A window determines four numbers of its own from two angles a sample; with fewer samples it says nothing else."""
+"""Least samples in a window: it determines its initial state (four numbers) from two angles a sample, and needs some
+more."""
 
 
 @dataclass(frozen=True)
 class Window:
-    """A stretch of a trial that is simulated from one start."""
+    """A stretch of a trial that is simulated from one initial state."""
 
     trial: int
     """Which trial it is of."""
@@ -46,7 +47,7 @@ class Window:
     start: Array
     """(4,) state at time 0, estimated from the measured angles: theta1, theta2 [rad], omega1, omega2 [rad/s]."""
     start_known: bool = False
-    """Whether that start is exact, and not to be estimated along with the parameters."""
+    """Whether that state is exact, and not estimated along with the parameters."""
     half_width: float = HALF_WIDTH
     """Of the local cubics that estimate initial states [s]."""
     time_std: float = 0.0
@@ -54,7 +55,7 @@ class Window:
     weights: tuple[Weight, ...] = ()
     """The known weights that were clamped to the rods in its trial."""
     whitening: Array = field(default_factory=lambda: np.eye(2))
-    """(2, 2) what makes errors of theta1 and theta2 independent and alike; see `fit/reweighting.py`."""
+    """(2, 2) matrix that makes errors of theta1 and theta2 independent and of equal size; see `fit/reweighting.py`."""
 
     @property
     def duration(self) -> float:
@@ -72,7 +73,7 @@ class Window:
         return slice(self.first, self.first + len(self.theta))
 
     def whitened(self, rows: Array) -> Array:
-        """Return rows (n, 2, …) of theta1 and theta2 with errors that are independent and alike."""
+        """Return rows (n, 2, …) of theta1 and theta2 with errors that are independent and of equal size."""
         return np.asarray(np.einsum("rs,ns...->nr...", self.whitening, rows))
 
     def angles_of(self, whitened: Array) -> Array:
@@ -109,8 +110,8 @@ def as_one_window(trial: Trial, index: int, step: float = DEFAULT_STEP, half_wid
 def cut_at(trial: Trial, index: int, bounds: Sequence[int], step: float, half_width: float) -> list[Window]:
     """Cut a trial into windows at samples.
 
-    A start is estimated from the samples of its own window alone, so that windows can be kept out of a fit without
-    a trace of them in it. What has too few samples for a window is left out.
+    Initial states are estimated from the samples of their own window alone, so that a window that is kept out of a fit
+    does not affect it. Pieces with too few samples are left out.
 
     Args:
         trial: what is cut.
@@ -152,9 +153,9 @@ def cut_at(trial: Trial, index: int, bounds: Sequence[int], step: float, half_wi
 
 
 def split(window: Window, parts: int) -> list[Window]:
-    """Split a window into so many of equal length, each with a start estimated from its own samples.
+    """Split a window into so many of equal length, with initial states estimated from their own samples.
 
-    The first of them begins with the window's own start; fewer are made where samples are too few.
+    The first has the window's own initial state; fewer are made where samples are too few.
     """
     parts = max(1, min(parts, len(window.theta) // FEWEST_SAMPLES))
     bounds = [len(window.theta) * part // parts for part in range(parts + 1)]

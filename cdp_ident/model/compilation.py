@@ -1,11 +1,11 @@
 """How the model's inner loops are compiled, and where the compiled code is kept.
 
-Compiling takes seconds, so numba keeps the result on disk. It looks only at the file of the function it was asked
-for when it decides whether a kept result is still good, while our loops are made of functions from several files.
-Therefore the folder it keeps them in is named after the contents of all files of this room, to which all that is
-compiled belongs: a change to any of them starts an empty folder, and folders that were not used for long go. Where
-nothing can be kept (a full disk, a home that is read-only or none at all) or what is kept is damaged, it is compiled
-each time.
+Compiling takes seconds, so numba keeps the result on disk. It looks only at the file of the function it was asked for
+when it decides whether a kept result is still good, while our loops are made of functions from several files. Therefore
+the folder for the results is named by a checksum of all files of this subpackage, which holds everything that is
+compiled: a change to any of them starts an empty folder, and folders unused for a month are removed. Where nothing can
+be kept (a full disk, a home that is read-only or none at all) or a kept result is damaged, the code is compiled each
+time.
 """
 
 import functools
@@ -27,7 +27,7 @@ Compilable = Callable[..., Any]
 
 _MODEL = Path(__file__).parent
 _UNUSED_FOR = 30 * 86400.0
-"""A folder that no process has begun with for so long goes [s]."""
+"""A folder that no process has used for so long is removed [s]."""
 
 
 def _cache_folder() -> str | None:
@@ -98,7 +98,7 @@ def compiled(function: Compilable) -> Compilable:
 
 
 def _or_none(function: Compilable) -> Compilable:
-    """Make a function that returns None where the one given fails: what is kept may be damaged, the disk full."""
+    """Return a function that gives None where the given one fails: a kept result may be damaged, or the disk full."""
 
     @functools.wraps(function)
     def tolerant(*arguments: Any, **named: Any) -> Any:

@@ -1,8 +1,8 @@
-"""The model for small motions about an equilibrium, as designs of controllers need it.
+"""The linear model for small motions about an equilibrium, for controller design.
 
-The equations of motion about angles at which the rods stay by themselves, in the form x' = A x + B u, y = C x + D u,
-where u is the cart's acceleration. Not a second statement of the physics: the paper's part is the derivative that
-`equations` states, and what effects add is taken from their torques.
+The equations of motion about angles at which the rods can rest, in the form x' = A x + B u, y = C x + D u, where u is
+the cart's acceleration. The paper's part is the derivative from `equations`; the effects' part is a difference of their
+torques.
 """
 
 from dataclasses import dataclass
@@ -59,7 +59,7 @@ class Mode:
 
     @property
     def damping(self) -> float:
-        """Damping ratio: 1 and above for what does not swing, negative for what grows; 1 for what stays (0 1/s)."""
+        """Damping ratio: at least 1 without oscillation, negative for unstable modes; 1 for an eigenvalue of 0."""
         return -self.eigenvalue.real / self.frequency if self.frequency else 1.0
 
 
@@ -107,7 +107,7 @@ class LinearModel:
 
     @property
     def controllable(self) -> bool:
-        """Whether the cart can move every mode, as far as numbers tell."""
+        """Whether the cart can move every mode, to numerical precision."""
         return self.controllability > 1e-9 * float(np.linalg.norm(self.A, 2))
 
 
@@ -172,7 +172,7 @@ def _equilibrium(coefficients: Array, near: tuple[float, float], torques: Torque
 def _derivatives_of_effects(coefficients: Array, rest: Array, torques: Torques) -> Array:
     """Return what effects add to the accelerations' derivatives (2, 4) with respect to the rods' state.
 
-    The differences are symmetric, so that what is of second order, as drag, adds nothing.
+    The differences are symmetric, so that terms of second order, such as drag, add nothing.
     """
     nudged = rest + _NUDGE * np.vstack([np.eye(4), -np.eye(4)])
     still = np.zeros(len(nudged))

@@ -1,4 +1,4 @@
-"""Work shared out over the cores, for compiled loops that hold no Python lock."""
+"""Work divided among the cores, for compiled loops that hold no Python lock."""
 
 import functools
 import os
@@ -15,17 +15,17 @@ def _pool() -> ThreadPoolExecutor:
 
 
 def core_count() -> int:
-    """Return how many cores the work of this process may be shared out over."""
+    """Return how many cores this process may use."""
     return 1 if _uses_one_core else len(os.sched_getaffinity(0))
 
 
 def use_one_core() -> None:
-    """Share nothing out any more in this process: it is one of several that have the cores among them."""
+    """Use one core only in this process: it is one of several that share the cores."""
     global _uses_one_core  # noqa: PLW0603 - of the process, as its cores are
     _uses_one_core = True
 
 
-def share_out(work: Callable[[int, int], None], count: int) -> None:
+def parallel_for(work: Callable[[int, int], None], count: int) -> None:
     """Call `work(first, last)` on consecutive parts of `range(count)`, one part a core, and wait for all of them.
 
     Which part an item falls into must not matter to its result; then neither does the number of cores.

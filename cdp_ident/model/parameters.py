@@ -1,8 +1,8 @@
-"""The physical parameters of the model, their nominal values and ranges, and what of them a trial can show.
+"""The physical parameters of the model, their nominal values and ranges, and the base parameters.
 
-A zero-input motion depends on the nine physical parameters only through five numbers, the *groups*: multiplying all
-masses, inertias and frictions by one factor changes no motion. Those five, with the length L and gravity g, are the
-*coefficients* that the equations of motion work with.
+A zero-input motion depends on the nine physical parameters only through five numbers, the *base parameters* (in code,
+`GROUPS`; on ROS, `groups.*`): multiplying all masses, inertias and frictions by one factor changes no motion. Those
+five, with the length L and gravity g, are the *coefficients* that the equations of motion work with.
 """
 
 from collections.abc import Mapping
@@ -42,13 +42,13 @@ PARAMETERS = (
     Parameter("c1", "rotational friction of the cart's joint", "N m s", 0.00705, 0.05, 5.0),
     Parameter("c2", "rotational friction of the joint between the rods", "N m s", 0.00305, 0.05, 5.0),
 )
-"""What is searched for, in the order of the chromosome (Eq. 8, whose second m1 is m2)."""
+"""The parameters that are searched for, in the order of the chromosome (Eq. 8, whose second m1 is m2)."""
 
 CONSTANTS = (
     Parameter("L", "distance between the two joints", "m", 0.4),
     Parameter("g", "acceleration of gravity", "m/s^2", 9.81),
 )
-"""What is known beforehand and not searched for."""
+"""Parameters that are known beforehand and not searched for."""
 
 INERTIA = Parameter(
     "A22",
@@ -56,7 +56,7 @@ INERTIA = Parameter(
     "kg m^2",
     0.108 * 0.2**2 + 0.00133 + (0.108 + 0.208) * 0.4**2,
 )
-"""What a free swing shows everything over; trials with known weights determine it."""
+"""A free swing shows masses, inertias and frictions only relative to it; trials with known weights determine it."""
 
 SYMBOLS = tuple(parameter.symbol for parameter in PARAMETERS)
 NOMINAL = {parameter.symbol: parameter.nominal for parameter in (*PARAMETERS, *CONSTANTS)}
@@ -64,7 +64,7 @@ NOMINAL = {parameter.symbol: parameter.nominal for parameter in (*PARAMETERS, *C
 
 @dataclass(frozen=True)
 class Group:
-    """One of the numbers that a zero-input trial determines."""
+    """One of the base parameters, which a zero-input trial determines."""
 
     symbol: str
     formula: str
@@ -78,13 +78,13 @@ GROUPS = (
     Group("c1_over_A22", "c1 / A22", "1/s"),
     Group("c2_over_A22", "c2 / A22", "1/s"),
 )
-"""The five groups, all relative to A22 = m1 l1^2 + J1 + (m2 + m0) L^2, the inertia about the cart's joint."""
+"""The five base parameters, all relative to A22 = m1 l1^2 + J1 + (m2 + m0) L^2, the inertia about the cart's joint."""
 
 INVERSE_INERTIA = Group("one_over_A22", "1 / A22", "1/(kg m^2)")
-"""What trials with and without a known weight determine beside the groups."""
+"""What trials with and without a known weight determine beside the base parameters."""
 
 COEFFICIENTS = (*(group.symbol for group in GROUPS), "m2_l2_over_A22", "g")
-"""What one member of the model's family is given by, in the order in which compiled code takes it."""
+"""Parameters of the equations of motion, in the order in which compiled code takes them."""
 
 
 def inertia_about_cart(physical: Array, length: float) -> Array:
@@ -94,14 +94,14 @@ def inertia_about_cart(physical: Array, length: float) -> Array:
 
 
 def groups_of(physical: Array, length: float) -> Array:
-    """Return the five groups (..., 5) of chromosomes (..., 9), for the length L [m]."""
+    """Return the five base parameters (..., 5) of chromosomes (..., 9), for the length L [m]."""
     m1, m2, m0, l1, l2, _, J2, c1, c2 = np.moveaxis(np.asarray(physical, dtype=float), -1, 0)
     A22 = inertia_about_cart(physical, length)
     return np.stack([m2 * length * l2, m2 * l2**2 + J2, m1 * l1 + (m2 + m0) * length, c1, c2], axis=-1) / A22[..., None]
 
 
 def coefficients_of(groups: Array, length: float, gravity: float) -> Array:
-    """Return the coefficients (..., 7) of groups (..., 5), for the length L [m] and gravity g [m/s^2]."""
+    """Return the coefficients (..., 7) of base parameters (..., 5), for the length L [m] and gravity g [m/s^2]."""
     groups = np.asarray(groups, dtype=float)
     moment_of_outer_rod = groups[..., :1] / length
     return np.concatenate([groups, moment_of_outer_rod, np.full_like(moment_of_outer_rod, gravity)], axis=-1)

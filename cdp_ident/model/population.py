@@ -1,4 +1,4 @@
-"""Many pendulums at once, each compared with the same measured motions: what the genetic search asks for.
+"""Many pendulums at once, each compared with the same measured motions, for the genetic search.
 
 The members of the population lie in lanes side by side, and the compiled loop over lanes does the whole
 Runge-Kutta step of each, so that one instruction of the processor moves several members.
@@ -13,7 +13,7 @@ import numpy.typing as npt
 from cdp_ident.errors import OptionError
 from cdp_ident.model.compilation import compiled
 from cdp_ident.model.equations import runge_kutta_step
-from cdp_ident.model.parallel import share_out
+from cdp_ident.model.parallel import parallel_for
 from cdp_ident.model.time_grid import DEFAULT_STEP, TimeGrid
 
 Array = npt.NDArray[np.float64]
@@ -27,7 +27,7 @@ With fewer, LLVM does not vectorise the loop over lanes; with more, the state no
 
 @dataclass(frozen=True)
 class Segment:
-    """A stretch of measured motion and the start from which a simulation is to follow it."""
+    """A stretch of measured motion and the initial state of its simulation."""
 
     start: Array
     """(4,) state at time 0: theta1, theta2 [rad], omega1, omega2 [rad/s]."""
@@ -93,7 +93,7 @@ class Population:
                     lanes[block], start, u, grid.step, grid.first_sample, grid.weights, theta, errors[block, segment]
                 )
 
-        share_out(work, blocks * len(self._segments))
+        parallel_for(work, blocks * len(self._segments))
         by_member = errors.transpose(0, 2, 1).reshape(blocks * _LANES, -1)[:members]
         return np.where(np.isfinite(by_member), by_member, np.inf)
 

@@ -1,4 +1,4 @@
-"""The motion of one pendulum from one start, at the times asked for."""
+"""The motion of one pendulum from an initial state, at given times."""
 
 import numpy as np
 import numpy.typing as npt

@@ -55,9 +55,9 @@ def settle(
             speed = joint_speed(state, joint)
             modes[joint] = 1 if speed > 0.0 else (-1 if speed < 0.0 else STICKS)
     if loose >= 0:
-        # It goes against what held it.
+        # It moves against the torque that held it.
         modes[loose] = -1 if sums[HOLDS + loose] > 0.0 else 1
-    # What one joint at rest does may depend on what the other one does: all modes are tried until some are consistent.
+    # The modes of two joints at rest depend on each other: all combinations are tried until one is consistent.
     given_inner, given_outer = modes[0], modes[1]
     best, best_inner, best_outer = 1e300, given_inner, given_outer
     for attempt in range(10):
@@ -89,7 +89,7 @@ def settle(
 
 @inlined
 def violation(state, joint, modes, sums):
-    """Return how far a joint is from what its mode asks for: above zero, its mode has ended."""
+    """Return by how much a joint violates the condition of its mode: above zero, the mode has ended."""
     if modes[joint] == STICKS:
         return abs(sums[HOLDS + joint]) - max(sums[SIZES + joint], 0.0)
     return -float(modes[joint]) * joint_speed(state, joint)
@@ -127,7 +127,7 @@ def carry_across(tangent, joint, before, after):
 
 @part
 def hold(tangent, joint, state, coefficients):
-    """Take from derivatives what a sticking joint does not let happen: a change of its speed, by an impulse in it."""
+    """Project derivatives on motions that a sticking joint allows, by an impulse in it that keeps its speed at zero."""
     A23, A33 = coefficients[0], coefficients[1]
     m = A23 * np.cos(state[0] - state[1])
     for i in range(tangent.shape[1]):

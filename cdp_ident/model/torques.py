@@ -16,9 +16,9 @@ Indices = npt.NDArray[np.int64]
 
 _JOINTS = ("inner", "outer", "base")
 _OF_RODS = 4
-"""Numbers that the rods' state has."""
+"""Size of the rods' state."""
 _OF_BASE = 2
-"""Numbers that the base's position and speed add to it."""
+"""Size of the base's state: position and speed."""
 
 
 @dataclass(frozen=True)

@@ -3,15 +3,17 @@
 The derivatives, with respect to the initial state, to the coefficients and to parameters of effects, are carried
 forward through the same Runge-Kutta steps as the motion itself (the tangent linear model of the integrator), all
 directions side by side in the lanes of vector registers. A step is divided where a joint with dry friction stops or
-breaks loose (`sticking`), and where its error would be too large (`_is_rough`).
+breaks loose (`sticking`), and where its error would be too large (`is_rough`).
 """
 
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.model.compilation import compiled, inlined, part
-from cdp_ident.model.dynamics import BEFORE_PARAMETERS, COUNT_OF_SUMS, STICKS, joint_speed, rates_of
+from cdp_ident.model.compilation import compiled
+from cdp_ident.model.dynamics import BEFORE_PARAMETERS, COUNT_OF_SUMS, STICKS
 from cdp_ident.model.effects.effect import Form
+from cdp_ident.model.events import AT_ONCE, SMALLEST, instant_of, share_by_speed
+from cdp_ident.model.runge_kutta import copy, input_at, is_rough, propagate, step_with_tangents
 from cdp_ident.model.sticking import carry_across, dip, hold, settle, stop, violation
 from cdp_ident.model.time_grid import TimeGrid
 from cdp_ident.model.torques import NO_TORQUES, Torques
@@ -23,22 +25,8 @@ _COEFFICIENTS = 7
 _VECTOR = 8
 """Lanes are made a multiple of the widest vector register's."""
 _BASE = int(Form.BASE)
-_ROUGH = 3e-6
-"""Largest difference of the two last slopes of a step, times the step and over 6: see `_is_rough`."""
-_TURNED_OVER, _RESOLVED = 4.0, 0.15
-"""A torque that turns over at a small speed has done so at that many times it; till then, steps change the speed by
-that share of it."""
-_SMALLEST = 1.0 / 256.0
-"""Steps are divided down to this share."""
 _MOST_EVENTS = 32
-"""In one step; more are passed over."""
-_MOST_ITERATIONS = 50
-_AT_ONCE = 1e-13
-"""What is nearer to a step's end, or to an instant, as a share of the step, is there."""
-_NEAREST = 1e-9
-"""A joint that begins to move and stops again within this share of a step has not moved."""
-_CLOSE = 1e-15
-"""An instant is found where a speed [rad/s] or a torque over A22 [rad/s^2] is so near to its limit."""
+"""Most events in one step; further ones are ignored."""
 
 
 def trajectory(
@@ -126,175 +114,6 @@ def _run(
     )  # fmt: skip
 
 
-@inlined
-def _copy(source, target):
-    """Copy numbers; numba's assignment of slices would bring its formatting of error messages, seconds to compile."""
-    for i in range(len(target)):
-        target[i] = source[i]
-
-
-@part
-def _input(inputs, share):
-    """Return the cart's acceleration at a share of the step, from those at its beginning, middle and end."""
-    return inputs[0] * (1.0 - share) * (1.0 - 2.0 * share) + share * (
-        4.0 * inputs[1] * (1.0 - share) + inputs[2] * (2.0 * share - 1.0)
-    )
-
-
-@part
-def _propagate(tangent, offset, slopes, before, stage, by_state, direct):
-    """Fill in the tangents' slopes at a stage, at `tangent + offset slopes[before]`."""
-    s00, s01, s02, s03 = by_state[0, 0], by_state[0, 1], by_state[0, 2], by_state[0, 3]
-    s10, s11, s12, s13 = by_state[1, 0], by_state[1, 1], by_state[1, 2], by_state[1, 3]
-    for i in range(tangent.shape[1]):
-        t1 = tangent[0, i] + offset * slopes[before, 0, i]
-        t2 = tangent[1, i] + offset * slopes[before, 1, i]
-        w1 = tangent[2, i] + offset * slopes[before, 2, i]
-        w2 = tangent[3, i] + offset * slopes[before, 3, i]
-        slopes[stage, 0, i] = w1
-        slopes[stage, 1, i] = w2
-        slopes[stage, 2, i] = s00 * t1 + s01 * t2 + s02 * w1 + s03 * w2 + direct[0, i]
-        slopes[stage, 3, i] = s10 * t1 + s11 * t2 + s12 * w1 + s13 * w2 + direct[1, i]
-    if tangent.shape[0] > 4:
-        for i in range(tangent.shape[1]):
-            x = tangent[4, i] + offset * slopes[before, 4, i]
-            v = tangent[5, i] + offset * slopes[before, 5, i]
-            slopes[stage, 2, i] += by_state[0, 4] * x + by_state[0, 5] * v
-            slopes[stage, 3, i] += by_state[1, 4] * x + by_state[1, 5] * v
-            total = by_state[2, 4] * x + by_state[2, 5] * v + direct[2, i]
-            for k in range(4):
-                total += by_state[2, k] * (tangent[k, i] + offset * slopes[before, k, i])
-            slopes[stage, 4, i] = v
-            slopes[stage, 5, i] = total
-
-
-@part
-def _step(
-    state, done, share, step, time, inputs, modes, coefficients, table, values, lanes_of, constants, base, slopes,
-    torque_by_state, torque_by_lane, sums, by_state, direct, at, rates, end, tangent, tangent_slopes, ended,
-):  # fmt: skip
-    """Make one Runge-Kutta step of a share of the grid's, `done` of which lies behind; row 4 is at its end.
-
-    The rates and tangents' slopes at its beginning are in row 0 already.
-    """
-    h = share * step
-    lanes = tangent.shape[1]
-    for stage in range(1, 5):
-        there = done + (0.5 * share if stage < 3 else share)
-        if stage < 4:
-            offset = h if stage == 3 else 0.5 * h
-            for r in range(len(state)):
-                at[r] = state[r] + offset * rates[stage - 1, r]
-        else:
-            # The rates at the end are the next step's first, and give the measurements in this one their slopes.
-            for r in range(len(state)):
-                end[r] = state[r] + h / 6.0 * (rates[0, r] + 2.0 * rates[1, r] + 2.0 * rates[2, r] + rates[3, r])
-            for joint in range(2):
-                if modes[joint] == STICKS:
-                    stop(end, joint)
-            _copy(end, at)
-        rates_of(
-            at, time + there * step, _input(inputs, there), modes, coefficients, table, values, lanes_of, constants,
-            base, slopes, torque_by_state, torque_by_lane, sums, by_state, direct, rates, stage,
-        )  # fmt: skip
-        if lanes > 0:
-            if stage < 4:
-                _propagate(tangent, offset, tangent_slopes, stage - 1, stage, by_state, direct)
-            else:
-                for r in range(len(state)):
-                    for i in range(lanes):
-                        ended[r, i] = tangent[r, i] + h / 6.0 * (
-                            tangent_slopes[0, r, i]
-                            + 2.0 * tangent_slopes[1, r, i]
-                            + 2.0 * tangent_slopes[2, r, i]
-                            + tangent_slopes[3, r, i]
-                        )
-                _propagate(ended, 0.0, tangent_slopes, 3, 4, by_state, direct)
-
-
-@part
-def _is_rough(rates, h):
-    """Return whether a step is too long: the step's last stage and its end differ by what is of fourth order in it."""
-    largest = 0.0
-    for r in range(rates.shape[1]):
-        largest = max(largest, abs(rates[4, r] - rates[3, r]))
-    return h * largest > 6.0 * _ROUGH
-
-
-@part
-def _share_by_speed(state, rates, table, values, step):
-    """Return the largest share of a step in which no torque that turns over at a small speed does so unseen."""
-    share = 1.0
-    for e in range(len(table)):
-        if table[e, 4] >= 0:
-            joint, scale = table[e, 2], values[e, table[e, 4]]
-            change = abs(rates[0, 2] if joint == 0 else rates[0, 3] - rates[0, 2]) * step
-            beyond = abs(joint_speed(state, joint)) - _TURNED_OVER * scale
-            share = min(share, max(beyond, _RESOLVED * scale) / max(change, 1e-300))
-    return max(share, _SMALLEST)
-
-
-@part
-def _instant(
-    joint, given, state, done, share, step, time, inputs, modes, coefficients, table, values, lanes_of, constants,
-    base, slopes, torque_by_state, torque_by_lane, sums, by_state, direct, at, rates, end, tangent, tangent_slopes,
-):  # fmt: skip
-    """Return after which share of the grid's step, up to `share`, a joint's mode ends; 2 where it does not.
-
-    By how far it is violated at the end of that share is `given`; not above zero, the joint's speed dips on the way.
-    The rates in row 0 are those at the beginning; the others, and `end`, are overwritten.
-    """
-    low, high, low_value, high_value = 0.0, share, 0.0, given
-    sticks = modes[joint] == STICKS
-    dips, bracketed = given <= 0.0, False
-    if dips:
-        reach = share * dip(joint, modes, rates)
-    else:
-        reach = share
-        low_value = -given if sticks else -float(modes[joint]) * joint_speed(state, joint)
-        bracketed = low_value < 0.0
-    side = 0
-    for _ in range(_MOST_ITERATIONS):
-        if bracketed:
-            # Regula falsi, kept from creeping by halving the value of the end that stays (Illinois).
-            reach = (low * high_value - high * low_value) / (high_value - low_value)
-            if not low < reach < high or high - low < _AT_ONCE:
-                return min(max(reach, low), high)
-        elif not dips:
-            # A joint that has just begun to move has no speed yet: look for a moment at which it has.
-            reach *= 0.25
-            if reach < _NEAREST:
-                return 2.0
-        _step(
-            state, done, reach, step, time, inputs, modes, coefficients, table, values, lanes_of, constants, base,
-            slopes, torque_by_state, torque_by_lane, sums, by_state, direct, at, rates, end, tangent, tangent_slopes,
-            tangent,
-        )  # fmt: skip
-        value = violation(end, joint, modes, sums)
-        if dips:
-            if value <= 0.0:
-                return 2.0
-            dips, high, high_value = False, reach, value
-            low_value = -float(modes[joint]) * joint_speed(state, joint)
-            bracketed = low_value < 0.0
-        elif not bracketed:
-            if value < 0.0:
-                low, low_value, bracketed = reach, value, True
-        elif value > 0.0:
-            high, high_value = reach, value
-            if side == 1:
-                low_value *= 0.5
-            side = 1
-        else:
-            low, low_value = reach, value
-            if side == -1:
-                high_value *= 0.5
-            side = -1
-        if bracketed and abs(value) < _CLOSE:
-            break
-    return reach
-
-
 @compiled
 def _trajectory(
     coefficients, start, begin, u, step, first_sample, place, table, values, lanes_of, constants, lanes, states,
@@ -331,7 +150,7 @@ def _trajectory(
             if fresh:
                 # At the beginning, and after a mode has ended.
                 settle(
-                    state, time + done * step, _input(inputs, done), modes, dry, loose, coefficients, table, values,
+                    state, time + done * step, input_at(inputs, done), modes, dry, loose, coefficients, table, values,
                     lanes_of, constants, base, slopes, torque_by_state, torque_by_lane, sums, by_state, direct, rates,
                     0,
                 )  # fmt: skip
@@ -341,19 +160,19 @@ def _trajectory(
                     for joint in range(2):
                         if modes[joint] == STICKS:
                             hold(tangent, joint, state, coefficients)
-                    _propagate(tangent, 0.0, tangent_slopes, 4, 0, by_state, direct)
+                    propagate(tangent, 0.0, tangent_slopes, 4, 0, by_state, direct)
                 fresh, loose, crossed = False, -1, -1
             if not located:
                 share, stopped = min(longest, 1.0 - done), -1
                 if turns_over:
-                    share = min(share, _share_by_speed(state, rates, table, values, step))
-            _step(
+                    share = min(share, share_by_speed(state, rates, table, values, step))
+            step_with_tangents(
                 state, done, share, step, time, inputs, modes, coefficients, table, values, lanes_of, constants, base,
                 slopes, torque_by_state, torque_by_lane, sums, by_state, direct, at, rates, end, tangent,
                 tangent_slopes, ended,
             )  # fmt: skip
             if not located:
-                if share > _SMALLEST and _is_rough(rates, share * step):
+                if share > SMALLEST and is_rough(rates, share * step):
                     longest = 0.5 * share
                     continue
                 if (dry[0] or dry[1]) and events < _MOST_EVENTS:
@@ -364,13 +183,13 @@ def _trajectory(
                         sought[joint] = violations[joint] > 0.0 or may_dip
                         looks = looks or sought[joint]
                     if looks:
-                        # The step is made again up to the instant, or as it was, over the trials' rates.
+                        # The step is repeated, up to the instant or as before: the search has overwritten its rates.
                         whole = share
                         first_row = rates[4].copy()
                         for joint in range(2):
                             if sought[joint]:
-                                _copy(first_row, rates[4])
-                                instant = _instant(
+                                copy(first_row, rates[4])
+                                instant = instant_of(
                                     joint, violations[joint], state, done, whole, step, time, inputs, modes,
                                     coefficients, table, values, lanes_of, constants, base, slopes, torque_by_state,
                                     no_torques, sums, by_state, no_direct, at, rates, trial_end, no_tangent, no_slopes,
@@ -382,7 +201,7 @@ def _trajectory(
                         continue
             located = False
             reached = done + share
-            if reached > 1.0 - _AT_ONCE:
+            if reached > 1.0 - AT_ONCE:
                 reached = 1.0
             while j < first_sample[k + 1] and (place[j] <= reached or reached == 1.0):
                 s, h = (place[j] - done) / share, share * step
@@ -398,11 +217,11 @@ def _trajectory(
                             + w3 * tangent_slopes[4, r, i]
                         )
                 j += 1
-            _copy(end, state)
+            copy(end, state)
             for r in range(n):
-                _copy(ended[r], tangent[r])
+                copy(ended[r], tangent[r])
             if stopped >= 0:
-                _copy(rates[4], before)
+                copy(rates[4], before)
                 fresh = True
                 if modes[stopped] == STICKS:
                     loose = stopped
@@ -413,9 +232,9 @@ def _trajectory(
                         stop(state, 1 - stopped)
                     crossed = stopped
             else:
-                _copy(rates[4], rates[0])
+                copy(rates[4], rates[0])
                 for r in range(n):
-                    _copy(tangent_slopes[4, r], tangent_slopes[0, r])
+                    copy(tangent_slopes[4, r], tangent_slopes[0, r])
             done = reached
             longest = min(1.0, 2.0 * longest)
 

@@ -18,7 +18,7 @@ ErrorOf = tuple[Literal["mass", "place"], Rod | None, float]
 
 RODS: tuple[Rod, ...] = get_args(Rod)
 INERTIA = 0
-"""Where A22 stands in what weights add; the numerators of the groups follow."""
+"""Where A22 stands in what weights add; the numerators of the base parameters follow."""
 _A22, _A23, _A33, _A1 = range(4)
 _NUMBERS = 6
 

@@ -33,7 +33,7 @@ publishes  joint_states (sensor_msgs/JointState)           stamped with the time
 serves     ~/zero_hanging (std_srvs/Trigger)               takes a second of rest as hanging, and keeps it
 
 The port may be missing at the start, unplugged and plugged in again: it is tried until it works.
-`ros2 param describe /driver NAME` tells about each parameter; config/rig.yaml lists all."""
+`ros2 param describe /driver NAME` describes a parameter; config/rig.yaml lists all."""
 
 EXAMPLE = """\
 example:

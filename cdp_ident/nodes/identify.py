@@ -13,8 +13,8 @@ from cdp_ident.search.options import METHODS
 
 DESCRIPTION = """\
 Identify the parameters of a cart double pendulum from free-swing bags: find the zero-input motion in each, search,
-refine, trace what is left to the effects behind it, judge by motion that the fit has not seen. A folder is written with
-report.html to look at, report.md, report.json, and fitted.yaml (a ROS parameter file). Then the fitted
+refine, trace what is left to the effects behind it, and evaluate the result on held-out motion. A folder is written
+with report.html to look at, report.md, report.json, and fitted.yaml (a ROS parameter file). Then the fitted
 parameters are served until Ctrl-C; with --once it ends, which needs no ROS.
 
 serves     the parameters m1 m2 m0 l1 l2 J1 J2 c1 c2 L g, groups.<group>, std.<each of these>, and the configuration

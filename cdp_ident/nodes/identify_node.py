@@ -167,7 +167,7 @@ def _setting(name: str, value: Scalar | list[float]) -> Shown:
 
 
 def run_identify_node(identifier: Identifier, once: bool, arguments: Sequence[str]) -> int:
-    """Run the node until it is told to end, or `once` until it has identified; return the exit code."""
+    """Run the node until it is asked to end, or `once` until it has identified; return the exit code."""
 
     def make(node: Any, parameters: Parameters) -> IdentifyNode:
         return IdentifyNode(node, parameters, identifier, once)

@@ -13,7 +13,8 @@ from cdp_ident.errors import RigError
 from cdp_ident.outside_text import shown
 from cdp_ident.rig.health import Level
 from cdp_ident.rig.recording.facts import JointNames
-from cdp_ident.rig.recording.recorder import FLUSH_NS, Recorder, RecorderOptions, Surroundings
+from cdp_ident.rig.recording.options import RecorderOptions
+from cdp_ident.rig.recording.recorder import FLUSH_NS, Recorder, Surroundings
 from cdp_ident.ros.diagnostics import Diagnostics, Status
 from cdp_ident.ros.node import parse_arguments, run_node
 from cdp_ident.ros.parameters import Parameters
@@ -27,7 +28,7 @@ DESCRIPTION = """\
 Record free-swing trials. Armed, it waits until the pendulum is held away from hanging and let go, records until it is
 at rest or caught, and writes one rosbag2 bag (MCAP) a trial: the joint states, the device's own times and the
 diagnostics from a moment before the release on, and what is known of the trial as metadata, weights on its rods among
-it (parameters added.inner and added.outer, to be set before it begins). It tells when a trial is of little use: not
+it (parameters added.inner and added.outer, to be set before it begins). It warns when a trial is of little use: not
 zero-input, samples lost, too short. Killed in the middle, it completes the bag at its next start.
 
 subscribes  joint_states (sensor_msgs/JointState), time_reference (sensor_msgs/TimeReference)

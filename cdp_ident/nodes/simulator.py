@@ -43,7 +43,7 @@ publishes  simulated/joint_states (sensor_msgs/JointState)
            ~/state                (std_msgs/String, latched)
 serves     ~/reset ~/pause ~/resume (std_srvs/Trigger)
 
-`ros2 param describe /simulator NAME` tells about each parameter; config/simulator.yaml lists all."""
+`ros2 param describe /simulator NAME` describes a parameter; config/simulator.yaml lists all."""
 
 EXAMPLE = """\
 examples:
@@ -180,7 +180,7 @@ def _declare_start(parameters: Parameters) -> None:
 
 
 def _declare_trial_options(parameters: Parameters) -> TrialOptions:
-    """Show what the joints of the bag or the rig mean, which is told as `identify` is told."""
+    """Declare the conventions of the bag's or rig's joints, with the keys of `identify`."""
     given = {name: value for name, value in parameters.given().items() if name.startswith(_TRIAL) and name in KEYS}
     settings = Settings.of(given)
     keys = ((KEYS[name], value) for name, value in settings.values().items() if name.startswith(_TRIAL))

@@ -78,7 +78,7 @@ class Request:
 
 
 def read_configuration(config: Path | None) -> dict[str, Any]:
-    """Return what a ROS parameter file tells identify; nothing where none is given.
+    """Return the parameters that a ROS parameter file has for identify; none where no file is given.
 
     Raises:
         OptionError: it cannot be read, or has nothing for identify.
@@ -102,18 +102,18 @@ class Identifier:
         self._new_trials: list[NewTrialCheck] = []
 
     def settings(self, given: Mapping[str, Any]) -> Settings:
-        """Read the configuration; `given` is what ROS was told.
+        """Read the configuration; `given` are the parameters from ROS.
 
         Raises `CdpIdentError` for whatever is wrong with it.
         """
         request = self._request
         values = {**read_configuration(request.config), **given}
-        values |= {name: told for name in ("method", "seed") if (told := getattr(request, name)) is not None}
+        values |= {name: value for name in ("method", "seed") if (value := getattr(request, name)) is not None}
         return Settings.of(values)
 
     @property
     def waits_for(self) -> Path | None:
-        """The folder whose bags are waited for, where none is given to begin with."""
+        """The folder whose bags are waited for, where no bag is given."""
         return None if self._request.bags else self._request.watch
 
     @property
@@ -122,7 +122,7 @@ class Identifier:
         return self._watched is not None and bool(self._watched.new())
 
     def load(self, given: Mapping[str, Any]) -> LoadedJob:
-        """Read the configuration and the bags; `given` is what ROS was told.
+        """Read the configuration and the bags; `given` are the parameters from ROS.
 
         Raises `CdpIdentError` for whatever is wrong with them, and for a folder that holds a report already.
         """
@@ -152,7 +152,7 @@ class Identifier:
                 trial = load_with_weights(bag, settings)
                 refuse_copies([*self._request.bags, *others, bag, *self._request.holdout])
                 if self._latest and not again:
-                    self._judge(self._latest, trial)
+                    self._check_new_trial(self._latest, trial)
             except CdpIdentError as error:
                 self._warn(f"{bag} is left out: {error}")
                 self._came = others
@@ -166,11 +166,11 @@ class Identifier:
                 self._warn(f"{bag} is left out from now on: it is not there any more")
         self._came = [bag for bag in self._came if bag.exists()]
 
-    def _judge(self, latest: Outcome, trial: Trial) -> None:
+    def _check_new_trial(self, latest: Outcome, trial: Trial) -> None:
         after = latest.trace.after
         errors = {error for weight in trial.weights for error in weight.errors}
         if trial.weights and not (after.model.inertia_free and errors <= {*after.model.weight_errors}):
-            self._say(f"{trial.name} is not checked: it shows for the first time what its weight does")
+            self._say(f"{trial.name} is not checked: it is the first one with its weight")
             return
         expected = latest.trace.errors["effects"].holdout.rmse
         window = latest.identification.data.window
@@ -251,7 +251,7 @@ class Identifier:
         raise FitFailedError(f"{result.failure}; {folder / REPORT} tells more")
 
     def _draw(self, folder: Path, content: Section, drawn_from: Curves) -> None:
-        """Draw the report; a failure is told, and takes nothing of the result."""
+        """Draw the report; a failure is reported and does not affect the result."""
         try:
             drawn = draw(content, drawn_from, self._request.figures)
             write_pictures(folder, drawn.files)

@@ -18,7 +18,7 @@ from cdp_ident.fit.reweighting import reweighted
 from cdp_ident.fit.roles import assign_roles
 from cdp_ident.fit.scales import Scales, scales_of
 from cdp_ident.fit.thinning import thinned
-from cdp_ident.fit.window_lengths import Lengths, lengths_followed
+from cdp_ident.fit.window_lengths import Lengths, predictable_lengths
 from cdp_ident.search.genetic_search import Progress
 from cdp_ident.trial.trial import Trial
 
@@ -77,7 +77,7 @@ def identify(
         options.search,
         options.span(data.window),
         stop,
-        model.beginning(balanced.groups, balanced.inertia) if balanced else None,
+        model.initial_values(balanced.groups, balanced.inertia) if balanced else None,
     )
     found = replace(found, fit=reweighted(found.fit, level))
     return Identification.of(options, data, balances, length, found, failure)
@@ -104,11 +104,11 @@ def _lengths(
     if options.window:
         return lambda time: options.window
     groups = None if balance is None else balance.groups_of(trial)
-    return lengths_followed(trial, scales, groups, options.prior.length, options.prior.gravity, noise)
+    return predictable_lengths(trial, scales, groups, options.prior.length, options.prior.gravity, noise)
 
 
 def _balances(trials: Sequence[Trial], options: IdentifyOptions) -> tuple[ForceBalance, ...]:
-    """Return what the balance of forces says, the choice of dry friction and couplings that it prefers first.
+    """Return the balances of forces, the best choice of dry friction and coupling first.
 
     Where it prefers any, the one with dry friction in both joints follows, as friction in one may hide that in the
     other. Where the motion is too little for a balance, there is none.

@@ -88,7 +88,7 @@ def refuse_copies(bags: Sequence[Path]) -> dict[Path, dict[str, str]]:
 def run(
     loaded: LoadedJob,
     stop: Callable[[Progress], str | None],
-    told: Callable[[str], None] = lambda line: None,
+    say: Callable[[str], None] = lambda line: None,
     stop_tracing: Callable[[], bool] = lambda: False,
     trying: Callable[[str], None] = lambda line: None,
 ) -> Outcome:
@@ -97,8 +97,8 @@ def run(
     Args:
         loaded: the job.
         stop: called after each generation of the search; it ends the search by returning why.
-        told: called with a line for people after each step of the tracing.
-        stop_tracing: asked now and then; true ends the tracing with the effects found so far.
+        say: called with a line of text after each step of the tracing.
+        stop_tracing: asked repeatedly; true ends the tracing with the effects found so far.
         trying: called with what the tracing tries next.
 
     Where the fit fails, shorter windows are tried, unless their length is given; in the end `failure` says so.
@@ -117,9 +117,9 @@ def run(
     attempts = 1 if options.window else _MOST_ATTEMPTS
     while True:
         found = identify(loaded.fit, loaded.holdout, options, clocked)
-        traced = trace(found, told, stop_tracing, trying, loaded.job.expected)
+        traced = trace(found, say, stop_tracing, trying, loaded.job.expected)
         attempts -= 1
         if not traced.failure or found.failure or not attempts:
             return Outcome(loaded, found, traced, searched - began, time.monotonic() - began)
         options = replace(options, window=_SHORTER * found.data.window)
-        told(f"the model does not follow the motion: windows of {options.window:.2g} s are tried")
+        say(f"the model does not follow the motion: windows of {options.window:.2g} s are tried")

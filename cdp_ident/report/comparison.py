@@ -59,7 +59,7 @@ def read_runs(folders: Sequence[Path]) -> list[Run]:
 
 
 def compare(runs: Sequence[Run]) -> list[Comparison]:
-    """Return what to put side by side: verdicts, errors, groups, effects and physical values."""
+    """Return what to put side by side: verdicts, errors, base parameters, effects and physical values."""
     names = tuple(run.name for run in runs)
     others = tuple(f"{name} − {names[0]}, in std" for name in names[1:])
     groups = [(group_words(g), [fitted_quantity(run.report, "groups", g.symbol) for run in runs]) for g in GROUPS]
@@ -70,7 +70,7 @@ def compare(runs: Sequence[Run]) -> list[Comparison]:
         Comparison("Verdicts", ("run", "verdict"), tuple((run.name, run.report["verdict"]) for run in runs)),
         Comparison("Errors", ("", *names), tuple(_errors(runs))),
         Comparison(
-            "Groups, all that a free swing depends on",
+            "Base parameters, all that a free swing depends on",
             ("group", *names, *others),
             tuple(_row(name, quantities) for name, quantities in groups),
             f"{differences}; from {CHANGED:.0f} on it is marked as changed.",

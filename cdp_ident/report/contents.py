@@ -4,34 +4,24 @@ from collections.abc import Iterator, Mapping, Sequence
 from datetime import datetime, timezone
 from typing import Any
 
-import numpy as np
-import numpy.typing as npt
-
-from cdp_ident.diagnosis.evaluation import Errors, ErrorsByRole
-from cdp_ident.diagnosis.identifiability import Identifiability, Tradeoff, identifiability, is_determined
+from cdp_ident.diagnosis.identifiability import Identifiability, Tradeoff, identifiability
 from cdp_ident.diagnosis.identification import Identification
-from cdp_ident.diagnosis.inertia import Inertia
 from cdp_ident.diagnosis.new_trial import NewTrialCheck
 from cdp_ident.diagnosis.warnings import FitWarning, find_warnings, outlier_warnings
-from cdp_ident.fit.data import Data
-from cdp_ident.fit.motion_model import MotionModel
-from cdp_ident.fit.physical import PhysicalValues
-from cdp_ident.fit.windows import Window
-from cdp_ident.model.parameters import CONSTANTS, GROUPS, INERTIA, PARAMETERS
+from cdp_ident.model.parameters import GROUPS
 from cdp_ident.outside_text import shown
 from cdp_ident.report.earlier import compared
+from cdp_ident.report.effects_section import effect_section, selection_section
+from cdp_ident.report.model_section import errors_section, fit_section
 from cdp_ident.report.next_trial import next_trial_section
 from cdp_ident.report.outcome import Outcome
 from cdp_ident.report.provenance import versions
 from cdp_ident.report.schema import SCHEMA, Section
 from cdp_ident.report.schema_terms import LONGEST_TEXT
 from cdp_ident.report.validation import prediction_section, residuals_section
-from cdp_ident.report.verdict import effect_in_words, verdict
-from cdp_ident.tracing.found_effects import FoundCurve
+from cdp_ident.report.verdict import verdict
 from cdp_ident.tracing.trace import Trace
 from cdp_ident.trial.trial import Trial
-
-Array = npt.NDArray[np.float64]
 
 
 def report(outcome: Outcome, new_trials: Sequence[NewTrialCheck] = ()) -> Section:
@@ -74,7 +64,9 @@ def _report(
         "noise_rad": {"theta1": float(found.data.noise[0]), "theta2": float(found.data.noise[1])},
         "search": _search(outcome),
         "stages": {
-            stage: _errors(found.data, errors) for stage, errors in outcome.trace.errors.items() if stage != "effects"
+            stage: errors_section(found.data, errors)
+            for stage, errors in outcome.trace.errors.items()
+            if stage != "effects"
         },
         "before": fit_section(
             found.fit.model,
@@ -82,7 +74,7 @@ def _report(
             found.covariance,
             found.physical,
             found.inertia,
-            _errors(found.data, outcome.trace.errors["refined"]),
+            errors_section(found.data, outcome.trace.errors["refined"]),
         ),
         "refinement": {
             "iterations": found.fit.iterations,
@@ -93,14 +85,14 @@ def _report(
                 "holdout": len(found.data.holdout),
             },
         },
-        "effects": [_effect(outcome, index) for index in range(len(outcome.trace.effects))],
+        "effects": [effect_section(outcome, index) for index in range(len(outcome.trace.effects))],
         "after": fit_section(
             after.model,
             after.fit.values,
             completed.covariance,
             completed.physical,
             completed.inertia,
-            _errors(found.data, outcome.trace.errors["effects"]),
+            errors_section(found.data, outcome.trace.errors["effects"]),
         ),
         "unexplained": {
             "significant": outcome.trace.unexplained.significant,
@@ -112,7 +104,7 @@ def _report(
         "prediction": prediction_section(outcome),
         "residuals": residuals_section(outcome),
         "next_trial": next_trial,
-        "selection": _selection(outcome.trace),
+        "selection": selection_section(outcome.trace),
         "continuity": _continuity(completed),
         "repeatability": _repeatability(completed),
         "expected": compared(expected, outcome.trace.effects) if expected else [],
@@ -128,154 +120,6 @@ def _report(
             )
         ],
         "run": _run(outcome),
-    }
-
-
-def fit_section(
-    model: MotionModel, values: Array, covariance: Array, physical: PhysicalValues, inertia: Inertia, error: Section
-) -> Section:
-    """Return what a fitted model is: physical values, groups and errors.
-
-    Args:
-        model: the model.
-        values: (unknowns,) its fitted values, the groups first.
-        covariance: (unknowns, unknowns) their covariance.
-        physical: the physical values chosen for the groups.
-        inertia: A22.
-        error: its errors, as `_errors` gives them.
-    """
-    std = np.sqrt(np.diag(covariance))
-    numbers = zip(PARAMETERS, physical.values, physical.std, physical.determined, strict=True)
-    section = {
-        parameter.symbol: _quantity(value, deviation, parameter.unit, sure)
-        for parameter, value, deviation, sure in numbers
-    }
-    for constant, value in zip(CONSTANTS, model.constants(values), strict=True):
-        fitted = constant.symbol in model.names
-        deviation = std[model.names.index(constant.symbol)] if fitted else 0.0
-        section[constant.symbol] = _quantity(value, deviation, constant.unit, is_determined(value, deviation))
-    determined = inertia.shown and is_determined(inertia.value, inertia.std)
-    section[INERTIA.symbol] = _quantity(inertia.value, inertia.std, INERTIA.unit, determined)
-    return {
-        "physical": section,
-        "physical_possible": physical.possible,
-        "outer_rod_length_m": model.mechanism.outer_length,
-        "groups": {
-            group.symbol: _quantity(value, deviation, group.unit, is_determined(value, deviation))
-            for group, value, deviation in zip(GROUPS, values, std, strict=False)
-        },
-        "correlation": _correlation(model, covariance),
-        "error": error,
-    }
-
-
-def _correlation(model: MotionModel, covariance: Array) -> Section:
-    """Return how the errors of the estimates go together; not a number for one that the trials do not show.
-
-    The coefficients of curves are not among them.
-    """
-    shown = ~model.of_curves
-    covariance = covariance[np.ix_(shown, shown)]
-    std = np.sqrt(np.diag(covariance))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        matrix = covariance / np.outer(std, std)
-    return {
-        "names": [name for name, is_shown in zip(model.names, shown, strict=True) if is_shown],
-        "matrix": matrix.tolist(),
-    }
-
-
-def _quantity(value: float, std: float, unit: str, determined: bool) -> Section:
-    return {"value": float(value), "std": float(std), "unit": unit, "determined": bool(determined)}
-
-
-def _errors(data: Data, errors: ErrorsByRole) -> Section:
-    return {
-        "fit": _error(errors.fit, data.fit),
-        "validation": _error(errors.validation, data.fit),
-        "holdout": _error(errors.holdout, data.holdout),
-    }
-
-
-def _error(errors: Errors, windows: tuple[Window, ...]) -> Section:
-    return {
-        "rmse_rad": errors.rmse,
-        "rmse_theta1_rad": errors.rmse_theta1,
-        "rmse_theta2_rad": errors.rmse_theta2,
-        "window_s": round(float(np.mean([window.duration for window in windows])), 3),
-        "sse_free_run": errors.free_run,
-        "fit_theta1_percent": errors.fit_theta1,
-        "fit_theta2_percent": errors.fit_theta2,
-    }
-
-
-def _effect(outcome: Outcome, index: int) -> Section:
-    found = outcome.trace.effects[index]
-    effect, trial = found.active.effect, found.active.trial
-    return {
-        "name": effect.name,
-        "joint": effect.joint,
-        "variant": effect.variant,
-        "trial": None if trial is None else outcome.identification.data.trials[trial].name,
-        "description": effect.description,
-        "summary": effect_in_words(found),
-        "formula": effect.formula,
-        "source": effect.source,
-        "parameters": {
-            parameter.description.name: {
-                "value": parameter.value,
-                "std": parameter.std,
-                "unit": parameter.description.unit,
-                "as_fitted": {"value": parameter.shown, "std": parameter.shown_std},
-            }
-            for parameter in found.parameters
-        },
-        "curve": None if found.curve is None else _curve(found.curve),
-        "evidence": {
-            "rmse_validation_before_rad": found.validation_without,
-            "rmse_validation_after_rad": found.validation_with,
-            "rmse_holdout_before_rad": found.holdout_without,
-            "rmse_holdout_after_rad": found.holdout_with,
-            "delta_bic": found.delta_bic,
-        },
-        "certainty": found.certainty,
-        "also_possible": list(found.also_possible),
-    }
-
-
-def _curve(found: FoundCurve) -> Section:
-    return {
-        "over": found.over,
-        "at": found.at.tolist(),
-        "torque": found.torque.tolist(),
-        "std": found.std.tolist(),
-        "coefficients": found.coefficients.tolist(),
-        "coefficients_std": found.coefficients_std.tolist(),
-        "likeness": found.likeness,
-    }
-
-
-def _selection(traced: Trace) -> Section:
-    selection = traced.selection
-    return {
-        "interrupted": selection.interrupted,
-        "steps": [
-            {
-                "action": step.action,
-                "rmse_fit_rad": step.rmse_fit,
-                "rmse_validation_rad": step.rmse_validation,
-                "tried": [
-                    {
-                        "effects": list(tried.effects),
-                        "rmse_fit_rad": tried.rmse_fit,
-                        "rmse_validation_rad": tried.rmse_validation,
-                        "delta_bic": tried.change.bic,
-                    }
-                    for tried in step.tried
-                ],
-            }
-            for step in selection.steps
-        ],
     }
 
 
@@ -386,7 +230,7 @@ def _identifiability(found: Identifiability) -> Section:
             for direction in found.directions
         ],
         "undetermined": list(found.undetermined),
-        "unseen_changes": changes(found.unseen),
+        "unseen_changes": changes(found.unobservable),
         "determined_physical": list(found.determined_physical),
         "physical_changes_without_effect": changes(found.tradeoffs),
         "to_measure": list(found.to_measure),

@@ -40,11 +40,11 @@ class TrialCurves:
     measured: Array
     """(n, 2)"""
     before: Array
-    """(n, 2) simulated over each window from a start fitted to it; nan where there is no window."""
+    """(n, 2) simulated over each window from a fitted initial state; nan where there is no window."""
     after: Array
     """(n, 2) the same."""
     run_before: Array
-    """(n, 2) one continuous run from the fitted start, as Eq. (10) has it; nan where it diverged."""
+    """(n, 2) one continuous simulation from the fitted initial state, as in Eq. (10); nan where it diverged."""
     run_after: Array
     """(n, 2) the same."""
 
@@ -134,7 +134,7 @@ def _torques(outcome: Outcome, before: FinalModel, after: FinalModel) -> TorqueC
     effects = np.zeros((len(model.effects), *lacking.torque.shape))
     for index, active in enumerate(model.effects):
         if isinstance(active.effect, TorqueEffect):
-            # What is missing without an effect, and not with it, is that effect's torque.
+            # The torque that is missing without an effect, less that missing with it, is the effect's torque.
             others, remain = model.without_effect(index)
             effects[index] = _lacking(rods, others, values[remain]).torque - lacking.torque
     return TorqueCurves(

@@ -1,10 +1,10 @@
-"""What an earlier report of the same rig lets expect, and what has changed since."""
+"""Effects that are expected from an earlier report of the same rig, and what has changed since."""
 
 from collections.abc import Sequence
 
 import numpy as np
 
-from cdp_ident.fit.motion_model import ActiveEffect
+from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.effect import Effect
 from cdp_ident.report.formatting import number
@@ -19,7 +19,7 @@ _NO_ESTIMATE = {"as_fitted": {"value": None, "std": None}}
 def expected_effects(report: Section) -> tuple[ExpectedEffect, ...]:
     """Return the effects of a report that may be expected again.
 
-    What happened once is none of them, nor are torques without a name, whose shapes are of the trials that showed them.
+    Effects of an instant are left out, and so are torques without a name, whose shapes belong to their trials.
     """
     sections = {(section["name"], section["joint"], section["variant"]): section for section in report["effects"]}
     found = []

@@ -5,7 +5,7 @@ import math
 from cdp_ident.diagnosis.identifiability import CONFIDENCE
 
 CERTAINTY = {"named": "", "probable": "probably ", "acts_like": "something that acts like "}
-"""What stands before the name of an effect, by how sure the name is."""
+"""Words before the name of an effect, by how sure the name is."""
 
 
 def number(value: float | None) -> float:

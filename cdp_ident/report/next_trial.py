@@ -1,4 +1,4 @@
-"""What a next trial would tell, as `report.json` holds it."""
+"""The information that a next trial would bring, as `report.json` holds it."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -20,7 +20,7 @@ from cdp_ident.report.schema import Section
 Array = npt.NDArray[np.float64]
 
 ALL = "all"
-"""What is asked for where all groups are."""
+"""The name that stands for all base parameters."""
 REPORT_SPACING = 45.0
 """Of the starts that a report surveys [degrees]."""
 _GROUPS = tuple(group.symbol for group in GROUPS)
@@ -28,18 +28,18 @@ _GROUPS = tuple(group.symbol for group in GROUPS)
 
 @dataclass(frozen=True)
 class Question:
-    """What a next trial is to tell."""
+    """What a next trial is to determine."""
 
     about: str
-    """All groups, an unknown by its name, or an effect of the model by its label."""
+    """All base parameters, an unknown by its name, or an effect of the model by its label."""
     against: str = ""
-    """Name and joint of the effect that it is to be told from, as `also_possible` has them."""
+    """Name and joint of the effect that it is to be distinguished from, as in `also_possible`."""
 
 
 def next_trial_section(outcome: Outcome, failed: Callable[[str], None]) -> Section | None:
-    """Return which trials would tell most; None where the fit failed.
+    """Return the most informative next trials; None where the fit failed.
 
-    Where no motion can be computed there is none either, and `failed` is told why.
+    Where no motion can be computed there is none either, and `failed` is called with the reason.
     """
     trace, found = outcome.trace, outcome.identification
     if trace.failure:
@@ -58,7 +58,7 @@ def next_trial_section(outcome: Outcome, failed: Callable[[str], None]) -> Secti
 
 
 def usual_questions(model: MotionModel, possible: Mapping[str, Sequence[str]]) -> list[Question]:
-    """Return what is asked where nobody asks: what could be another effect, all groups, and each effect's strength.
+    """Return the default questions: effects that could be others, all base parameters, and each effect's strength.
 
     Args:
         model: the fitted one.

@@ -1,4 +1,4 @@
-"""What a report tells of: the bags, how they were identified, and what came of it."""
+"""What a report is made of: the bags, how they were identified, and the result."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ class Job:
     bags: tuple[Path, ...]
     """Bags to fit jointly."""
     holdout: tuple[Path, ...]
-    """Bags to judge by; if there is none, parts of the others are held out."""
+    """Bags to hold out; if there is none, parts of the others are held out."""
     settings: Settings
     expected: tuple[ExpectedEffect, ...] = ()
     """Effects found on the rig before."""

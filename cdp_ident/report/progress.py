@@ -43,7 +43,7 @@ class SearchDisplay:
             self._display.stop()
 
     def show(self, progress: Progress) -> None:
-        """Take what the search tells after a generation."""
+        """Show the progress of the search after a generation."""
         now = self._clock()
         if progress.generation == 0:
             self._searches += 1
@@ -60,7 +60,7 @@ class SearchDisplay:
             self._console.print(f"{what}: {state}", highlight=False)
 
     def trying(self, line: str) -> None:
-        """Take what the tracing tries next, and how long it may take."""
+        """Show what the tracing tries next, and how long it may take."""
         if self._console.is_terminal:
             self._display.update(self._task, description="tracing", completed=0.0, total=None, state=line)
         elif self._clock() - self._told > _SECONDS_BETWEEN_TRIES:

@@ -1,4 +1,4 @@
-"""What of a report can be compared with that of another: groups, effects, physical values, as the motion shows them."""
+"""The quantities of a report that can be compared with another's: base parameters, effects, physical values."""
 
 import math
 from dataclasses import dataclass

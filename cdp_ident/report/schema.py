@@ -75,7 +75,7 @@ def _fit(about: str) -> Schema:
     return an_object(
         about,
         physical=an_object("physical values, in SI units", **dict.fromkeys((*SYMBOLS, "L", "g", "A22"), _QUANTITY)),
-        physical_possible=flag("whether any mechanism has these groups"),
+        physical_possible=flag("whether any mechanism has these base parameters"),
         outer_rod_length_m=finite("what the outer rod's length was taken to be, for air drag [m]"),
         groups=an_object("all that a free swing depends on", **dict.fromkeys(_GROUPS, _QUANTITY)),
         correlation=an_object(
@@ -167,7 +167,7 @@ _WHITENESS = an_object(
 _ANGLES = a_list(finite(), "from hanging, positive towards +x [rad]", MOST_STARTS)
 _ADVICE = an_object(
     "the start that tells most of something",
-    **{"for": text("what it tells of: `all` groups, an unknown, or an effect by its label")},
+    **{"for": text("what it is about: `all` base parameters, an unknown, or an effect by its label")},
     against=or_null(text("name and joint of the effect that it tells that one from")),
     inner_rad=finite("where to hold the inner rod, from hanging, positive towards +x [rad]"),
     outer_rad=finite("where to hold the outer rod, from hanging, positive towards +x [rad]"),
@@ -268,7 +268,7 @@ REPORT: Schema = {
         verdict=text("the result in one sentence"),
         prediction=or_null(
             an_object(
-                "how far ahead the models predict, told the measured angles up to a start; null where trials are short",
+                "how far ahead the models predict from a state fitted to measured angles; null where trials are short",
                 held_out=flag("whether in trials that neither fit nor choice has seen"),
                 starts=count("from how many instants"),
                 told_s=finite("length of the motion before a start to which its state is fitted [s]"),
@@ -298,7 +298,9 @@ REPORT: Schema = {
                     half_width_s=finite("of the local cubics that estimate the windows' initial states [s]"),
                     step_s=finite("of the integrator [s]"),
                 ),
-                advice=a_list(_ADVICE, "for what could be another effect, all groups, and each effect's strength"),
+                advice=a_list(
+                    _ADVICE, "for effects that could be others, all base parameters, and each effect's strength"
+                ),
             )
         ),
         selection=an_object(
@@ -378,7 +380,7 @@ REPORT: Schema = {
                 an_object(singular_value=number(), exponents=a_map(number())), "combinations, by how well they are seen"
             ),
             undetermined=a_list(text()),
-            unseen_changes=a_list(_CHANGES, "of groups, which no motion shows"),
+            unseen_changes=a_list(_CHANGES, "of base parameters that change together without changing the motion"),
             determined_physical=a_list(text()),
             physical_changes_without_effect=a_list(_CHANGES, "of physical values"),
             to_measure=a_list(text(), "what would determine more"),

@@ -97,7 +97,14 @@ def _physical(report: Section) -> Table:
 
 
 def _groups(report: Section) -> Table:
-    table = _table("Groups, all that a free swing depends on", "group", "fitted ± std", "95 % interval", "unit", "is")
+    table = _table(
+        "Base parameters, all that a free swing depends on",
+        "base parameter",
+        "fitted ± std",
+        "95 % interval",
+        "unit",
+        "is",
+    )
     formulas = {group.symbol: group.formula for group in GROUPS}
     for symbol, quantity in report["after"]["groups"].items():
         sure = "determined" if quantity["determined"] else "not determined by these trials"
@@ -145,7 +152,7 @@ def _repeatability(repeatability: Section, joint: Section) -> Table:
     verdict = "agree" if repeatability["agree"] else "do not agree"
     title = f"Each trial alone: they {verdict} (p = {repeatability['p_value']:.2g})"
     formulas = {group.symbol: group.formula for group in GROUPS}
-    table = _table(title, "group", "jointly", *(trial["trial"] for trial in repeatability["trials"]))
+    table = _table(title, "base parameter", "jointly", *(trial["trial"] for trial in repeatability["trials"]))
     for symbol, quantity in joint.items():
         alone = [trial["groups"][symbol] for trial in repeatability["trials"]]
         table.add_row(

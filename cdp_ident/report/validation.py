@@ -22,7 +22,7 @@ def _planned(plan: Plan, prediction: Prediction) -> Section:
     return {
         "held_out": plan.held_out,
         "starts": len(plan.starts),
-        "told_s": plan.told,
+        "told_s": plan.fitted_span,
         "horizon_s": plan.horizon,
         "time_s": prediction.time.tolist(),
     }

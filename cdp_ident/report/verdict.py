@@ -57,7 +57,7 @@ def _in_words(found: FoundEffect) -> str:
         likeness = f", as {found.curve.likeness} would have" if found.curve.likeness else ""
         return f"{effect.description}{place}, up to {_with_unit(largest)} at {_with_unit(at)}{likeness}"
     strength = next((p for p in found.parameters if not p.description.shape and p.value != 0), found.parameters[0])
-    alternatives = f" (or {' or '.join(found.also_possible)}, which the data cannot tell from it)"
+    alternatives = f" (or {' or '.join(found.also_possible)}, which the data do not distinguish from it)"
     named = f"{CERTAINTY[found.certainty]}{effect.description}{place}, {_with_unit(strength)}"
     return f"{named}{alternatives if found.also_possible else ''}"
 

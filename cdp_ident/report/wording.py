@@ -29,7 +29,7 @@ def nominal_value(report: Section, symbol: str) -> float:
 
 
 def nominal_groups(report: Section) -> dict[str, float]:
-    """Return the groups of the values known before, by their symbols."""
+    """Return the base parameters of the values known before, by their symbols."""
     values = groups_of(_nominal_values(report), nominal_value(report, "L"))
     return {group.symbol: float(value) for group, value in zip(GROUPS, values, strict=True)}
 
@@ -108,7 +108,7 @@ def noise_floor(report: Section) -> float:
 
 
 def group_words(group: Group) -> str:
-    """Write a group's short name and what it stands for."""
+    """Write a base parameter's short name and what it stands for."""
     return f"{short_name(group.symbol)} = {group.formula}"
 
 
@@ -122,7 +122,7 @@ def weights_words(trial: Section) -> str:
 
 
 def short_name(symbol: str) -> str:
-    """Write a group's symbol as the fraction that it stands for, and a parameter of an effect or weight in words."""
+    """Write a base parameter as a fraction, and a parameter of an effect or weight in words."""
     if symbol.startswith("weight_error."):
         return symbol.replace("_", " ").replace(".", ", ", 2)
     return key_words(symbol) if "." in symbol else symbol.replace("one_over_", "1/").replace("_over_", "/")
@@ -167,8 +167,8 @@ def _prediction_words(report: Section) -> Iterator[str]:
     )
     where = "in held-out trials" if ahead["held_out"] else "in the trials, fitted motion among it"
     yield (
-        f"told {ahead['told_s']:.2g} s of motion, the model predicts what follows {', '.join(said)} (the median of "
-        f"{ahead['starts']} starts {where})"
+        f"after {ahead['told_s']:.2g} s of measured motion, the model predicts "
+        f"{', '.join(said)} (median of {ahead['starts']} starts {where})"
     )
 
 
@@ -197,7 +197,7 @@ def advice_title(advice: Section) -> str:
     """Say what a trial is to tell of."""
     if advice["against"]:
         return f"{key_words(advice['for'])}, or {key_words(advice['against'].replace(' ', '.'))}"
-    return "all groups" if advice["for"] == "all" else short_name(advice["for"])
+    return "all base parameters" if advice["for"] == "all" else short_name(advice["for"])
 
 
 def advice_words(report: Section) -> list[str]:

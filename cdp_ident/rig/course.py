@@ -1,4 +1,4 @@
-"""How the samples of a rig go on, so that one that does not can be told."""
+"""Prediction of a rig's next sample, to recognise one that is wrong."""
 
 import math
 from collections.abc import Sequence
@@ -15,10 +15,10 @@ _FORGOTTEN = 0.98
 
 
 class Course:
-    """Foretells each sample by the two before it: the time between readings and the speeds of the joints hardly change.
+    """Predicts each sample from the two before it: the time between readings and the joints' speeds hardly change.
 
-    How far off that may be is measured on the way: a device that reads its clock irregularly and a quick pendulum have
-    a wider course than a quartz and a pendulum at rest.
+    The usual error of the prediction is measured on the way: a device that reads its clock irregularly and a quick
+    pendulum have a larger one than a quartz and a pendulum at rest.
     """
 
     def __init__(self) -> None:
@@ -41,7 +41,7 @@ class Course:
             self._period = min(self._slopes[0], _FORGOTTEN**-1 * self._period)
         self.last = sample
 
-    def foretells(self, sample: Sample) -> bool:
+    def predicts(self, sample: Sample) -> bool:
         """Tell whether a sample is where the next one, or one a few readings on, is expected.
 
         The second sample of a run always is: nothing is known of its speeds.

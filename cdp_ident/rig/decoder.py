@@ -10,7 +10,7 @@ from cdp_ident.rig.records import Hello, Record, Sample
 
 LONGEST_FRAME = 160
 """No frame of either codec is longer [bytes]: more bytes without a delimiter are not a frame."""
-_REMEMBERED = 64
+_RECENT = 64
 """So many samples back, one that comes again is known as a duplicate."""
 _LARGEST_LOSS = 1_000_000
 """A larger jump of the sequence number is believed only when the next sample follows it."""
@@ -58,10 +58,10 @@ class Decoder:
         self._skipping = True  # the first bytes of a stream are likely the end of a frame
         self._course = Course()
         self._doubtful: Sample | None = None
-        self._recent: deque[Sample] = deque(maxlen=_REMEMBERED)
+        self._recent: deque[Sample] = deque(maxlen=_RECENT)
 
     def restart_stream(self) -> None:
-        """Forget the unfinished frame: the port was opened anew. The sequence goes on where it was."""
+        """Discard the unfinished frame: the port was opened again. The sequence goes on where it was."""
         self._rest = b""
         self._skipping = True
 
@@ -91,7 +91,7 @@ class Decoder:
             yield record
         elif record in self._recent or record == self._doubtful:
             self.counters.duplicates += 1
-        elif self._follows(record) and self._course.foretells(record):
+        elif self._follows(record) and self._course.predicts(record):
             doubtful, self._doubtful = self._doubtful, None
             if doubtful is not None and self._course.has_between(doubtful, record):
                 yield self._pass(doubtful)

@@ -35,7 +35,7 @@ _GAP = 1.0
 """A silence of the device this long starts the fit anew [s]."""
 
 _RATE_BUCKETS = 4
-"""The rate that is told comes of the least delayed arrival of so many buckets together …"""
+"""The reported rate is from the least delayed arrivals of so many buckets together …"""
 _FEWEST_FOR_RATE = 6
 """… and of so many such arrivals at least."""
 _ONE_SIGMA = 0.6827

@@ -42,16 +42,22 @@ class Health:
 
 
 def assess(
-    before: Totals, now: Totals, seconds: float, silence: float, stale_after: float, port: PortState, told: Calibration
+    before: Totals,
+    now: Totals,
+    seconds: float,
+    silence: float,
+    stale_after: float,
+    port: PortState,
+    calibration: Calibration,
 ) -> Health:
-    """Judge the time since the totals `before`, which were taken `seconds` ago.
+    """Assess the time since the totals `before`, which were taken `seconds` ago.
 
-    `silence` is the time since the last verified sample [s], `stale_after` its limit, `told` what the user says of
-    the encoders.
+    `silence` is the time since the last verified sample [s], `stale_after` its limit, `calibration` the user's
+    parameters of the encoders.
     """
     rate = (now.line.samples - before.line.samples) / seconds if seconds > 0 else 0.0
     expected = 1e6 / now.hello.period_us if now.hello else None
-    level, message = _judge(before, now, rate, expected, silence, stale_after, port, told)
+    level, message = _level_and_message(before, now, rate, expected, silence, stale_after, port, calibration)
     values = {
         "port": port.name or "none",
         "port state": "open" if port.name else port.problem,
@@ -75,9 +81,9 @@ def assess(
         CLOCK_RATE_STD: f"{1e6 * now.clock_rate.std:.3f}" if now.clock_rate else "unknown",
         "zero": now.zero or "taken",
         "zero counts": ", ".join(f"{count:g}" for count in now.zero_counts),
-        "counts per turn": ", ".join(str(counts or "unknown") for counts in told.counts_per_turn(now.hello)),
-        "metres per count": f"{told.metres_per_count:g}",
-        "signs": ", ".join(str(sign) for sign in told.signs),
+        "counts per turn": ", ".join(str(counts or "unknown") for counts in calibration.counts_per_turn(now.hello)),
+        "metres per count": f"{calibration.metres_per_count:g}",
+        "signs": ", ".join(str(sign) for sign in calibration.signs),
     }
     return Health(level, message, _hardware_id(now, port.name), values)
 
@@ -88,7 +94,7 @@ def _hardware_id(totals: Totals, port: str | None) -> str:
     return " on ".join(filter(None, (firmware, port)))
 
 
-def _judge(
+def _level_and_message(
     before: Totals,
     now: Totals,
     rate: float,
@@ -96,7 +102,7 @@ def _judge(
     silence: float,
     stale_after: float,
     port: PortState,
-    told: Calibration,
+    calibration: Calibration,
 ) -> tuple[Level, str]:
     if port.name is None:
         return Level.ERROR, f"no port: {port.problem}"
@@ -106,8 +112,8 @@ def _judge(
             return Level.ERROR, f"bytes came but no intact frame (damaged: {damaged}): are codec and baud right?"
         since = f"for {silence:.1f} s" if math.isfinite(silence) else "yet"
         return Level.STALE, f"no sample {since}"
-    if told.needs_greeting() and now.hello is None:
-        return Level.ERROR, "nothing is published: no greeting told the counts per turn; set them as parameters"
+    if calibration.needs_greeting() and now.hello is None:
+        return Level.ERROR, "nothing is published: no greeting gave the counts per turn; set them as parameters"
     happened = {
         "lost": now.line.lost - before.line.lost,
         "bad checksum": now.line.bad_checksum - before.line.bad_checksum,
@@ -121,8 +127,8 @@ def _judge(
         problems.append(f"{rate:.0f} Hz instead of {expected:.0f} Hz")
     if now.hello:
         for joint, said, count in (
-            ("inner", told.inner_counts_per_turn, now.hello.inner_counts),
-            ("outer", told.outer_counts_per_turn, now.hello.outer_counts),
+            ("inner", calibration.inner_counts_per_turn, now.hello.inner_counts),
+            ("outer", calibration.outer_counts_per_turn, now.hello.outer_counts),
         ):
             if said and said != count:
                 problems.append(f"{joint} encoder: the rig says {count} counts per turn, the parameter {said}")

@@ -35,7 +35,7 @@ class Calibration:
     """Within these [m, rad, rad] over a second, the pendulum is at rest (or within 2 counts if those are more)."""
 
     def counts_per_turn(self, hello: Hello | None) -> tuple[int, int]:
-        """Return the counts per turn of the inner and outer encoder, 0 where neither user nor rig has told."""
+        """Return the counts per turn of the inner and outer encoder, 0 where neither user nor rig has given them."""
         said = (hello.inner_counts, hello.outer_counts) if hello else (0, 0)
         return self.inner_counts_per_turn or said[0], self.outer_counts_per_turn or said[1]
 
@@ -88,7 +88,7 @@ class JointTracker:
                 return None
         self._jumped.clear()
         self._last = now
-        self._remember(now)
+        self._keep_recent(now)
         cart, inner, outer = (
             hanging + scale * (count - zero)
             for hanging, scale, count, zero in zip(HANGING, self._scales, now.counts, self.zero, strict=True)
@@ -128,7 +128,7 @@ class JointTracker:
             for new, old, scale, limit in zip(after.counts, before.counts, self._scales, self._slew, strict=True)
         )
 
-    def _remember(self, now: _Counted) -> None:
+    def _keep_recent(self, now: _Counted) -> None:
         self._recent.append(now)
         while _seconds(self._recent[0], now) > REST_SECONDS:
             self._recent.popleft()

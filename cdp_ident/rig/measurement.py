@@ -44,11 +44,11 @@ class Totals:
     overruns: int = 0
     """Samples before which the device missed a reading."""
     clock_restarts: int = 0
-    """How often the mapping of the device's clock was begun anew."""
+    """How often the mapping of the device's clock was restarted."""
     clock_rate: ClockRate | None = None
     """How fast the device's clock runs, None while it is not known."""
     unsent: int = 0
-    """Samples dropped because no greeting told the counts per turn."""
+    """Samples dropped because no greeting gave the counts per turn."""
     zero: str = "none was ever taken"
     """What is wrong with the zero, in words; empty if nothing is."""
     zero_counts: Triple = (0.0, 0.0, 0.0)
@@ -71,7 +71,7 @@ class MeasurementStream:
     ) -> None:
         """`survives_reset` is for absolute encoders, whose counts mean the same after the device was reset.
 
-        `simulated` tells that the host's time is a simulated one, see `DeviceClock`.
+        `simulated` says that the host's time is simulated; see `DeviceClock`.
         """
         self._simulated = simulated
         self._decoder = Decoder(codec)
@@ -85,11 +85,11 @@ class MeasurementStream:
         self._clock = DeviceClock(self._simulated)
         self._tracker: JointTracker | None = None
         self._waiting: list[Sample] = []
-        self._zero_is_judged = zero is None or survives_reset
+        self._zero_is_checked = zero is None or survives_reset
         self._last: tuple[Sample, int] | None = None
 
     def port_was_opened(self) -> None:
-        """Forget the unfinished frame of the connection before."""
+        """Discard the unfinished frame of the previous connection."""
         with self._lock:
             self._decoder.restart_stream()
 
@@ -106,7 +106,7 @@ class MeasurementStream:
                     self._tracker = None
                     if not self._survives_reset:
                         self._totals.zero = "the device was reset since it was taken"
-                        self._zero_is_judged = True
+                        self._zero_is_checked = True
                 else:
                     result += self._take(event, arrival_ns)
             self._totals.measurements += len(result)
@@ -129,7 +129,7 @@ class MeasurementStream:
             self._zero = Zero(counts, sample.sequence, stamp)
             self._tracker.zero = counts
             self._totals.zero, self._totals.zero_counts = "", counts
-            self._zero_is_judged = True
+            self._zero_is_checked = True
             return self._zero
 
     def _take(self, sample: Sample, arrival_ns: int) -> list[Measurement]:
@@ -167,8 +167,8 @@ class MeasurementStream:
         return result
 
     def _positions(self, sample: Sample, stamp: int) -> Triple | None:
-        if not self._zero_is_judged and self._zero and self._totals.hello:
-            self._zero_is_judged = True
+        if not self._zero_is_checked and self._zero and self._totals.hello:
+            self._zero_is_checked = True
             if not self._zero.is_of_this_run(sample.sequence, stamp, self._totals.hello.period_us):
                 self._totals.zero = "the device was reset since it was taken"
         self._last = (sample, stamp)

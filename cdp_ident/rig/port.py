@@ -23,7 +23,7 @@ class PortReader:
     """Reads a serial port in a thread of its own, whatever happens to the port.
 
     The port may be given as a pattern (`/dev/serial/by-id/usb-*`): the first one that opens is taken. A port that is
-    missing, busy or unplugged is tried again with growing pauses, and is told of once.
+    missing, busy or unplugged is tried again with growing pauses, and is reported once.
     """
 
     def __init__(
@@ -74,17 +74,17 @@ class PortReader:
             self.failed = not self._stop.is_set()
 
     def _keep_reading(self) -> None:
-        pause, told = _FIRST_PAUSE, False
+        pause, warned = _FIRST_PAUSE, False
         while not self._stop.is_set():
             connection = self._open()
             if connection is None:
-                if not told:
+                if not warned:
                     self._warn(f"{self._problem}; trying again until it works")
-                    told = True
+                    warned = True
                 self._stop.wait(pause)
                 pause = min(2 * pause, _LONGEST_PAUSE)
                 continue
-            pause, told = _FIRST_PAUSE, False
+            pause, warned = _FIRST_PAUSE, False
             self._say(f"reading {self._port} at {self._baud} baud")
             self._on_open()
             with connection:
@@ -92,7 +92,7 @@ class PortReader:
             if not self._stop.is_set():
                 self.unplugged += 1
                 self._warn(f"{self._port} went away ({self._problem}); trying again until it is back")
-                told = True
+                warned = True
             self._port = None
 
     def _open(self) -> serial.Serial | None:

@@ -34,7 +34,7 @@ class ModelParameters:
         self._parameters, self._source, self._take = parameters, source, take
         self._shown: dict[str, Any] = {}
         self._from_inside = False
-        node.add_on_set_parameters_callback(self._judge)
+        node.add_on_set_parameters_callback(self._check)
         node.add_post_set_parameters_callback(self._follow)
 
     def show(self, values: Mapping[str, Any]) -> None:
@@ -61,7 +61,7 @@ class ModelParameters:
         self._shown = new
         self._take(model)
 
-    def _judge(self, parameters: list[Any]) -> Any:
+    def _check(self, parameters: list[Any]) -> Any:
         try:
             self._changed(parameters)
         except OptionError as error:
@@ -75,7 +75,7 @@ class ModelParameters:
     def _changed(self, parameters: list[Any]) -> tuple[dict[str, Any], FittedModel] | None:
         """Return what a change from outside makes of the values, and the model; None where it is about other things.
 
-        Physical values bring their groups and A22 with them, but these the physical values not.
+        Physical values bring their base parameters and A22 with them, but these the physical values not.
         """
         changes = {parameter.name: parameter.value for parameter in parameters if parameter.name in self._shown}
         if self._from_inside or not changes:
@@ -89,7 +89,7 @@ class ModelParameters:
 def own_values(given: Mapping[str, Any], fitted: Mapping[str, Any]) -> dict[str, Any]:
     """Return the values of a model that a node was given: by ROS, before it by a fitted model's file, else Table 2.
 
-    Physical values given by ROS bring their groups and A22 with them, whatever the file has.
+    Physical values given by ROS bring their base parameters and A22 with them, whatever the file has.
     """
     own = {name: value for name, value in given.items() if describes_model(name)}
     if own.keys() & NOMINAL.keys():

@@ -41,7 +41,7 @@ class Shown(NamedTuple):
         )
 
     def descriptor(self) -> ParameterDescriptor:
-        """Return what ROS's tools are told of it."""
+        """Return its description for ROS's tools."""
         descriptor = ParameterDescriptor(
             type=Parameter.Type.from_parameter_value(self.value).value,
             description=f"{self.description} [{self.unit}]" if self.unit else self.description,

@@ -24,13 +24,13 @@ class RecorderWeights:
         }
         self.now = _weights(self._values)
         """Those that are on the rods."""
-        node.add_on_set_parameters_callback(self._judge)
+        node.add_on_set_parameters_callback(self._check)
         node.add_post_set_parameters_callback(self._follow)
 
     def _changed(self, parameters: list[Any]) -> dict[str, list[float]]:
         return self._values | {p.name: list(p.value) for p in parameters if p.name in self._values}
 
-    def _judge(self, parameters: list[Any]) -> Any:
+    def _check(self, parameters: list[Any]) -> Any:
         try:
             _weights(self._changed(parameters))
         except (OptionError, TypeError) as error:

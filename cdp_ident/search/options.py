@@ -23,7 +23,7 @@ class GeneticOptions:
     """Pm: M Pm chromosomes are mutated in a generation."""
 
     hamming_pairing: bool = True
-    """Pairs that differ in one gene at most are not crossed; one of them is made anew (Section 3.1)."""
+    """Pairs that differ in one gene at most are not crossed; one of them is replaced by a new one (Section 3.1)."""
     variable_precision: bool = True
     """The gene at the crossover point takes values between the parents' and on a grid over its range (Section 3.2)."""
     orthogonal_experiments: bool = True

@@ -1,4 +1,4 @@
-"""When a quantity changed, and how likely chance is to look like that.
+"""When a quantity changed, and the probability of such a change by chance.
 
 The series x_i, with standard deviations s_i up to one common factor, has one mean until an instant and another from
 then on. At a given instant the generalised likelihood ratio, the factor being unknown, grows with
@@ -12,8 +12,8 @@ are then looked at in the same way, as two series together (binary segmentation:
 24, 1981).
 
 The common factor is Birge's ratio (Physical Review 40, 1932): from day to day estimates scatter by more than the noise
-within a day explains, and how much more is seen in the series alone. A level holds whatever that is, at the price that
-a few values show large changes only.
+within a day explains, and by how much more is estimated from the series alone. The level of the test holds for any such
+factor; therefore a few values show only large changes.
 """
 
 from collections.abc import Sequence
@@ -26,7 +26,7 @@ from scipy import stats
 Array = npt.NDArray[np.float64]
 
 FEWEST = 4
-"""Values without which nothing can be said."""
+"""Fewest values for a test."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class Change:
     index: int
     """Of the first value after it."""
     p_value: float
-    """How likely one at least as clear is anywhere in the series, or in any of the `tests`, where nothing changed."""
+    """Probability of one at least as clear anywhere in the series, or in any of the `tests`, if nothing changed."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class Mean:
 
     value: float
     std: float
-    """By how much the values scatter; by their own standard deviations where there is one alone."""
+    """From the scatter of the values; its own standard deviation where there is one value."""
 
 
 def changes(values: Array, std: Array, level: float, tests: int = 1) -> list[Change]:
@@ -54,8 +54,8 @@ def changes(values: Array, std: Array, level: float, tests: int = 1) -> list[Cha
     Args:
         values: (n,) in the order of time.
         std: (n,) their standard deviations, up to a common factor.
-        level: a change whose `p_value` is not below this is none.
-        tests: how many series are looked at together; any false alarm in any of them is what the level is about.
+        level: only changes whose `p_value` is below this are returned.
+        tests: how many series are tested together; the level is the probability of a false alarm in any of them.
     """
     return _changes(np.asarray(values, dtype=float), np.asarray(std, dtype=float) ** -2.0, level, tests, 0)
 

@@ -1,4 +1,4 @@
-"""The contents of `survey.json`: what came of each piece, quantities over time, what changed, which rig differs."""
+"""The contents of `survey.json`: the result of each piece, quantities over time, what changed, which rig differs."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
@@ -21,7 +21,7 @@ from cdp_ident.survey.rigs import differing
 
 SCHEMA = "cdp_ident/survey/1"
 LEVEL = 0.05
-"""How likely a survey is to tell of a change where there is none, and as likely to tell of a difference."""
+"""Probability that a survey reports a change where there is none, and likewise a difference."""
 
 Array = npt.NDArray[np.float64]
 _UNITS = {
@@ -45,7 +45,7 @@ class _Series:
 
     @property
     def is_compared(self) -> bool:
-        """Whether it is asked for changes: physical values are made of groups and tell nothing beside them."""
+        """Whether it is tested for changes: physical values follow from the base parameters and add nothing to them."""
         return self.kind != "physical"
 
     def arrays(self, first: int = 0) -> tuple[Array, Array]:
@@ -58,7 +58,7 @@ def survey(pieces: Sequence[Finished], by: By, settings: Settings, left_out: Seq
     """Return the contents of `survey.json`; plain values.
 
     Args:
-        pieces: what came of each, by rig and in the order of time.
+        pieces: the result of each, by rig and in the order of time.
         by: what a piece is.
         settings: how they were identified.
         left_out: bags that are of no piece.
@@ -100,7 +100,7 @@ def _series(reports: Sequence[Section]) -> dict[str, _Series]:
     for name in dict.fromkeys(name for of_one in effects for name in of_one):
         found[name] = _Series("effect", tuple(of_one.get(name) for of_one in effects))
     for parameter in (INERTIA, *PARAMETERS, *CONSTANTS):
-        # Trials with a known weight show A22 itself, which no group tells.
+        # Trials with a known weight determine A22 itself, which no base parameter does.
         kind = "group" if parameter is INERTIA else "physical"
         values = _Series(kind, tuple(fitted_quantity(r, "physical", parameter.symbol) for r in reports))
         if values.known:

@@ -23,7 +23,7 @@ from cdp_ident.survey.pieces import LeftOut, Piece
 from cdp_ident.trial.load import load_trial
 
 RECORD = "piece.json"
-"""Stands beside the report of a piece that is finished, and tells of what it was made."""
+"""Is beside the report of a finished piece, and says from what it was made."""
 _SCHEMA = "cdp_ident/piece/1"
 _LARGEST = 1 << 20
 _LONGEST_PROBLEM = 400
@@ -44,21 +44,21 @@ class Task:
 
 @dataclass(frozen=True)
 class Attempt:
-    """What a worker tells of a task."""
+    """A worker's answer to a task."""
 
     folder: Path
     problem: str = ""
-    """Why nothing came of it; empty where something did."""
+    """Why there is no result; empty where there is one."""
 
 
 @dataclass(frozen=True)
 class Finished:
-    """What came of a piece."""
+    """The result of a piece."""
 
     piece: Piece
     folder: Path
     report: Section | None
-    """The contents of its `report.json`; none where nothing came of it."""
+    """The contents of its `report.json`; None where there is no result."""
     left_out: tuple[LeftOut, ...] = ()
     """Bags of it that hold no trial."""
     problem: str = ""
@@ -99,7 +99,7 @@ def _identify(task: Task) -> None:
 
 
 def _forget(folder: Path) -> None:
-    """Let nothing say that the piece is finished while its report is replaced."""
+    """Remove the record that the piece is finished while its report is replaced."""
     try:
         (folder / RECORD).unlink(missing_ok=True)
     except OSError as error:
@@ -123,7 +123,7 @@ def _usable(task: Task) -> tuple[tuple[Path, ...], list[LeftOut]]:
 
 
 def finished(task: Task) -> Finished | None:
-    """Return what came of a task; None where it is not finished, or its bags or configuration have changed since."""
+    """Return the result of a task; None where it is not finished, or its bags or configuration have changed since."""
     try:
         record = json.loads(read_regular(task.folder / RECORD, _LARGEST))
         if (record["schema"], record["key"]) != (_SCHEMA, task.key):

@@ -36,7 +36,7 @@ class SurveyedBag:
     checksums: tuple[str, ...]
     """SHA-256 of the files that hold its messages."""
     custom_data: Mapping[str, str] = field(default_factory=dict)
-    """What its recorder told of the trial, such as weights on the rods."""
+    """What its recorder wrote about the trial, such as weights on the rods."""
 
     @property
     def name(self) -> str:

@@ -31,8 +31,8 @@ def differing(series: Mapping[str, tuple[Array, Array]], level: float, tests: in
 
     The rig whose weighted mean is farthest from that of all others, in standard deviations, is taken out while it is
     farther than chance would have it, and the rest are compared again. The standard deviations are known up to one
-    factor, which the scatter within the rigs tells; differences have Student's distribution then, by Bonferroni's
-    inequality for the farthest of several. Of two rigs that remain, the second differs from the first.
+    factor, which is estimated from the scatter within the rigs; differences have Student's distribution then, by
+    Bonferroni's inequality for the farthest of several. Of two rigs that remain, the second differs from the first.
 
     Args:
         series: values (n,) and their standard deviations (n,) by rig; values of one rig belong together.

@@ -65,7 +65,7 @@ def _task(piece: Piece, place: Path, given: Mapping[str, Any]) -> Task:
 
 
 def conduct(planned: Plan, executor: Executor) -> Iterator[Finished]:
-    """Yield what came of each piece that is left to do, as it comes; it is on the disk then."""
+    """Yield the result of each remaining piece when it is finished; it is on the disk then."""
     tasks = {task.folder: task for task in planned.left}
     for attempt in each(executor, identify_piece, planned.left, _failed):
         task = tasks[attempt.folder]
@@ -73,7 +73,7 @@ def conduct(planned: Plan, executor: Executor) -> Iterator[Finished]:
 
 
 def _failed(task: Task, reason: str) -> Attempt:
-    return Attempt(task.folder, f"nothing came of it twice: {reason}")
+    return Attempt(task.folder, f"it failed twice: {reason}")
 
 
 def _not_here(task: Task) -> str:

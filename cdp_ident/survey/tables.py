@@ -35,8 +35,8 @@ def tables(survey: Section) -> list[Comparison]:
 
 
 def problems(survey: Section) -> Comparison:
-    """Return what of the bags came to nothing."""
-    return Comparison("What came to nothing", ("rig", "what", "why"), tuple(_problems(survey)))
+    """Return the bags and pieces without a result."""
+    return Comparison("Without a result", ("rig", "what", "why"), tuple(_problems(survey)))
 
 
 def pieces(survey: Section) -> Iterator[tuple[Section, tuple[str, ...]]]:
@@ -63,7 +63,8 @@ def _changed(survey: Section) -> Comparison:
             )
             for change in survey["changes"]
         ),
-        f"p: how likely chance is to show as clear a change anywhere in the survey, told below {survey['level']:g}.",
+        "p: probability that chance shows as clear a change anywhere in the survey; reported below "
+        f"{survey['level']:g}.",
     )
 
 
@@ -97,7 +98,7 @@ def _different(survey: Section) -> Comparison:
             for found in survey["differences"]
         ),
         "Each rig since its last change; the one that differs most is left out before the others are compared. "
-        f"p: how likely chance is to show as clear a difference; below {survey['level']:g} it is told.",
+        f"p: probability that chance shows as clear a difference; reported below {survey['level']:g}.",
     )
 
 

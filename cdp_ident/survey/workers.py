@@ -42,7 +42,7 @@ def each(
         executor: where the work is done, each piece on one core.
         work: a function of a module; what it raises is its own to handle.
         jobs: what it is called with.
-        failed: gives the result of a job that came to nothing twice, or took too long, from the job and the reason.
+        failed: gives the result of a job that failed twice, or took too long, from the job and the reason.
     """
     futures = {executor.submit(_on_one_core, work, job): job for job in jobs}
     undone = []

@@ -1,4 +1,4 @@
-"""What an effect must bring to be added to a model and to stay there, and how much it explains beside what remains."""
+"""What an effect must improve to be added to a model and to stay in it, and what share of the error it explains."""
 
 from collections.abc import Sequence
 
@@ -10,7 +10,8 @@ from cdp_ident.model.effects.effect import SensorEffect, TorqueEffect
 from cdp_ident.tracing.evidence import Attempt, change
 
 FIT_GAIN = 25.0
-"""Least fall of the fit's squared error, in variances. Of chance, over all candidates, once in a thousand times."""
+"""Least fall of the fit's squared error, in variances: over all candidates, chance exceeds it once in a thousand
+times."""
 _VALIDATION_GAIN = 8.0
 """Least fall of the squared validation error, in variances."""
 _STRENGTH = 4.0
@@ -18,21 +19,21 @@ _STRENGTH = 4.0
 _VALIDATION_SHARE = 0.01
 """Least fall of the validation error, as a share of it."""
 _CERTAIN = 60.0
-"""Fall of the squared validation error, in variances, that is enough however small its share."""
+"""Fall of the squared validation error, in variances, that is enough even if its share is smaller."""
 STRUCTURED, _STRUCTURED_SHARE = 5.0, 0.05
 """The same where residuals would remain that are correlated over more than so many samples."""
 INSTANT_GAIN = 60.0
-"""Least fall of the fit's squared error by something that happened once, which other windows cannot predict."""
-KNOCK_ALONE = 10.0
-"""A knock must explain so many times what another one would explain besides."""
+"""Least fall of the fit's squared error by an effect of an instant, which other windows cannot predict."""
+IMPULSE_ALONE = 10.0
+"""An impulse must explain so many times as much as any other one would in addition."""
 ABOVE_NOISE = 1.2
 """An error of so many times the noise means that something remains."""
 _NOISE_KNOWN_WITHIN = 0.02
-"""Less than this share of it, the noise is not known: so much may remain where nothing seems to."""
+"""Relative uncertainty of the noise: at least this share of it counts as unexplained."""
 
 
-def earns_its_place(before: Attempt, after: Attempt, new: Sequence[int] | None = None) -> bool:
-    """Return whether the effects that `after` has more than `before` bring enough, and are physical.
+def is_accepted(before: Attempt, after: Attempt, new: Sequence[int] | None = None) -> bool:
+    """Return whether the effects that `after` has in addition improve the model enough, and are physical.
 
     They are the last ones, or those at the indices `new`.
     """
@@ -45,18 +46,18 @@ def earns_its_place(before: Attempt, after: Attempt, new: Sequence[int] | None =
     added = [after.model.effects[index].effect for index in new]
     once = [effect for effect in added if effect.at_an_instant]
     if once:
-        # A knock is in one window, which must stand out; lost counts are in all windows from then on.
+        # An impulse affects one window, which must be an outlier; lost counts affect all windows from then on.
         apart = all(isinstance(effect, SensorEffect) for effect in once) or explains_an_outlier(before.fit, after.fit)
         return gained.fit > INSTANT_GAIN and gained.validation > -_VALIDATION_GAIN and apart
-    # Where more than noise would remain, a small gain may be another effect's, and one harmonic a part of what
-    # depends on position in another way.
+    # Where more than noise would remain, a small gain may be due to another effect, and one harmonic may be a part of
+    # another function of position.
     structured = after.fit.autocorrelation.integrated_time > STRUCTURED
     if structured and any(isinstance(effect, TorqueEffect) and effect.harmonic for effect in added):
         return False
-    return brings_enough(before, after)
+    return improves_enough(before, after)
 
 
-def brings_enough(before: Attempt, after: Attempt) -> bool:
+def improves_enough(before: Attempt, after: Attempt) -> bool:
     """Return whether the errors fall by more than chance does, on the fit and in cross-validation."""
     gained = change(before, after)
     of_fit, of_validation = (
@@ -65,27 +66,27 @@ def brings_enough(before: Attempt, after: Attempt) -> bool:
     structured = after.fit.autocorrelation.integrated_time > STRUCTURED
     least = _STRUCTURED_SHARE if structured else _VALIDATION_SHARE
     enough = of_validation > _VALIDATION_SHARE and max(of_fit, of_validation) > least
-    # In short windows what is certain may be a small share of the error.
+    # In short windows a certain effect may cause only a small share of the error.
     enough = enough or (not structured and gained.validation > _CERTAIN)
     return gained.fit > FIT_GAIN and gained.validation > _VALIDATION_GAIN and enough
 
 
 def still_helps(with_it: Attempt, without_it: Attempt) -> bool:
-    """Return whether an effect, added before others were, is still worth something."""
+    """Return whether an effect still improves the model beside those that were added after it."""
     lost = change(without_it, with_it)
     return lost.fit >= FIT_GAIN / 2 and lost.validation >= 0
 
 
 def share_explained(with_it: Attempt, without_it: Attempt, noise: float) -> float:
-    """Return what effects explain over what remains, in the fit or in cross-validation, where that is more.
+    """Return the ratio of explained to unexplained error: in the fit or in cross-validation, whichever is larger.
 
-    In cross-validation without the window where it is most: one step from chaotic motion, a prediction may go astray,
-    and the fall of its error says nothing.
+    In cross-validation the window with the largest fall is left out: in chaotic motion, a single prediction may be
+    wrong, and the fall of its error means nothing.
 
     Args:
         with_it: the model with the effects.
         without_it: the model without them.
-        noise: root mean square of what the encoders add to both angles [rad], more than nothing.
+        noise: root mean square of both angles' noise [rad], above zero.
     """
     falls = (
         without_it.fit.rmse() ** 2 - with_it.fit.rmse() ** 2,
@@ -98,7 +99,7 @@ def share_explained(with_it: Attempt, without_it: Attempt, noise: float) -> floa
 
 
 def _fall_without_the_largest(before: Fit, after: Fit) -> float:
-    """Return by how much the mean squared error falls, but for the window where it falls most [rad^2]."""
+    """Return the fall of the mean squared error over all windows but the one where it falls most [rad^2]."""
     falls = [float(np.sum(old**2) - np.sum(new**2)) for old, new in zip(before.errors, after.errors, strict=True)]
     largest = int(np.argmax(falls))
     samples = after.samples - after.errors[largest].size

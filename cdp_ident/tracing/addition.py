@@ -7,35 +7,37 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.force_balance import ForceBalance
-from cdp_ident.fit.motion_model import ActiveEffect
 from cdp_ident.model.effects.effect import SensorEffect
-from cdp_ident.tracing.acceptance import FIT_GAIN, INSTANT_GAIN, earns_its_place, fits_of
+from cdp_ident.tracing.acceptance import FIT_GAIN, INSTANT_GAIN, fits_of, is_accepted
 from cdp_ident.tracing.candidates import Candidate, ScoreTest, addable
 from cdp_ident.tracing.evidence import Attempt, change
+from cdp_ident.tracing.exchange import let_base_oscillate
 from cdp_ident.tracing.instants import instants
+from cdp_ident.tracing.progress import Progress
 from cdp_ident.tracing.pruning import drop_superfluous
 from cdp_ident.tracing.screening import WORTH_A_LOOK, expected_variance, promising
-from cdp_ident.tracing.selection import Progress, Tried
+from cdp_ident.tracing.selection import Tried
 
 _MOST_EFFECTS = 8
 _REFITS = 6
 """Candidates that get a full refit at a step."""
 _STRONGEST, _SECONDS = 2, 3
-"""Where no candidate helps alone, so many are joined by so many others each."""
+"""Where no candidate helps alone, so many of them are combined with so many others each."""
 _WELL_ABOVE_NOISE = 1.2
-"""The least error, over the noise, at which that is worth its time."""
+"""Pairs are tried only above this error, over the noise."""
 _NEAR_THE_BEST = 0.75
 """A candidate that gains this share of what the best one does is preferred if it has fewer parameters."""
 
 _Refitted = tuple[tuple[Candidate, ...], Attempt]
-"""What was added, and what came of it."""
+"""The candidates that were added, and the refitted model."""
 
 
 def add_balanced(progress: Progress, balances: Sequence[ForceBalance]) -> None:
-    """Begin with the effects that balances of forces show, dry friction above all, if they earn their place.
+    """Begin with the effects that balances of forces show, such as dry friction, if they are accepted.
 
-    Where they are strong, the paper's model fits so badly that nothing can be seen from there.
+    Where these are strong, the paper's model fits so badly that its residuals do not show them.
     """
     current, seen = progress.current, set[tuple[str, ...]]()
     refitted: list[_Refitted] = []
@@ -49,11 +51,11 @@ def add_balanced(progress: Progress, balances: Sequence[ForceBalance]) -> None:
             keys = tuple(candidate.active.effect.key for candidate in chosen)
             if chosen and keys not in seen:
                 seen.add(keys)
-                begin = current.model.begun_at(current.fit.values, balance.groups, balance.inertia)
+                begin = current.model.with_base_parameters(current.fit.values, balance.groups, balance.inertia)
                 attempt = progress.from_balance(current, begin, chosen)
                 if attempt is not None:
                     refitted.append((chosen, attempt))
-    accepted = [attempt for _, attempt in refitted if earns_its_place(current, attempt)]
+    accepted = [attempt for _, attempt in refitted if is_accepted(current, attempt)]
     if accepted:
         best = min(accepted, key=lambda attempt: change(current, attempt).bic)
         _note(progress, best, refitted)
@@ -69,8 +71,9 @@ def add_effects(progress: Progress) -> None:
     while len(progress.current.model.effects) < _MOST_EFFECTS and (better := _best_addition(progress)) is not None:
         better = drop_superfluous(progress, better)
         if better.validation.squared_error >= progress.current.validation.squared_error:
-            break  # what was added made something else superfluous, and no more came of it
+            break  # an addition made another effect superfluous, without further improvement
         progress.current = better
+        let_base_oscillate(progress)
 
 
 def _best_addition(progress: Progress) -> Attempt | None:
@@ -92,9 +95,9 @@ def _best_addition(progress: Progress) -> Attempt | None:
 
 
 def _once(progress: Progress) -> list[Candidate]:
-    """Return what may have happened once, as the windows show it and, if otherwise, as short pieces of them do.
+    """Return the effects of an instant that windows show, and those that only short pieces of them show.
 
-    Counts that are lost are whole ones: less is the rounding of a joint that stands still.
+    Lost counts are whole ones: less is the rounding of a joint at rest.
     """
     current = progress.current
     found: dict[tuple[str, int | None, float], Candidate] = {}
@@ -109,9 +112,9 @@ def _once(progress: Progress) -> list[Candidate]:
 
 
 def _with_seconds(progress: Progress, refitted: Sequence[_Refitted]) -> list[_Refitted]:
-    """Return what becomes of the effects that explain most of the fit, if each is joined by a second one.
+    """Return refits of the effects that explain most of the fit, each with a second one.
 
-    Where two are missing, one alone also takes on what the other would explain, and is wrong elsewhere.
+    Where two effects are missing, one alone is biased by the other and predicts badly.
     """
     current = progress.current
     if current.fit.rmse() < _WELL_ABOVE_NOISE * progress.noise:
@@ -133,7 +136,7 @@ def _with_seconds(progress: Progress, refitted: Sequence[_Refitted]) -> list[_Re
 
 
 def _best(current: Attempt, refitted: Sequence[_Refitted]) -> Attempt | None:
-    accepted = [a for _, a in refitted if earns_its_place(current, a)]
+    accepted = [a for _, a in refitted if is_accepted(current, a)]
     if not accepted:
         return None
     # The simplest of those that come near the best: while other effects are still missing, what an effect with

@@ -1,8 +1,8 @@
 """The effects that could be added to a model, and a score test of what each would gain.
 
-The test costs one simulation for all candidates together: each is present with no strength, its sensitivities are what
-the motion would change by, and the residual is projected on them after everything that the model can adjust already
-has been taken out of both (Rao's score test).
+The test costs one simulation for all candidates together: each is present with zero strength, and the residual is
+projected on its sensitivities, after the part that the model's own unknowns can explain has been removed from both
+(Rao's score test).
 """
 
 from collections.abc import Sequence
@@ -10,26 +10,27 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
-from scipy.optimize import lsq_linear
 
+from cdp_ident.fit.active_effect import ActiveEffect
+from cdp_ident.fit.bounded import minimum_within_limits
 from cdp_ident.fit.initial_states import InitialState
-from cdp_ident.fit.motion_model import ActiveEffect, MotionModel
+from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.refinement import Fit
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.effect import TorqueEffect
-from cdp_ident.model.parallel import share_out
+from cdp_ident.model.parallel import parallel_for
 
 Array = npt.NDArray[np.float64]
 
 _INDEPENDENT = 1e-6
-"""A candidate of whose sensitivity less than this share is left, when the model's own is taken out, is no new one."""
+"""A candidate counts as new if the model's own sensitivities leave at least this share of its own."""
 
 _LARGEST = 1e100
 """Sensitivities beyond this have overflowed."""
 
 
 _FREQUENCIES = (0.25, 0.5, 1.0, 2.0, 4.0)
-"""What brings states of its own is looked at with its first parameter of shape at so many times what is typical."""
+"""An effect with states of its own is tested with its first shape parameter at so many times the typical value."""
 
 
 @dataclass(frozen=True)
@@ -40,19 +41,19 @@ class Candidate:
     gain: float
     """By how much it would lower the squared error of the fit [rad^2]."""
     strengths: Array
-    """(k,) the values that would do so, of its parameters that are not of shape."""
+    """(k,) the corresponding values of its parameters, shape parameters excepted."""
     shape: float = field(default=1.0, kw_only=True)
-    """Its first parameter of shape, over what is typical, at which that was found."""
+    """Value of its first shape parameter, over the typical one, at which that was found."""
 
     @property
     def values(self) -> Array:
-        """Values of its fitted parameters to begin a refinement with."""
+        """Initial values of its fitted parameters for a refinement."""
         shapes, strengths = iter(shapes_of(self.active, self.shape)), iter(self.strengths)
         return np.array([next(shapes if p.shape else strengths) for p in self.active.fitted])
 
 
 def shapes_of(active: ActiveEffect, first: float = 1.0) -> list[float]:
-    """Return typical values of an effect's parameters of shape, the first one times a factor."""
+    """Return typical values of an effect's shape parameters, the first one times a factor."""
     shapes = [p.typical for p in active.fitted if p.shape]
     return [first * shapes[0], *shapes[1:]] if shapes else []
 
@@ -64,7 +65,7 @@ def addable(model: MotionModel) -> list[ActiveEffect]:
 
 
 class ScoreTest:
-    """What each candidate would gain, and every two of them."""
+    """The gain of each candidate, and of every two of them."""
 
     def __init__(self, fit: Fit, candidates: Sequence[ActiveEffect]):
         self.candidates = tuple(candidates)
@@ -86,17 +87,17 @@ class ScoreTest:
     def pairs(self, most: int) -> list[tuple[Candidate, Candidate, float]]:
         """Return pairs of candidates and what both together would gain [rad^2], the best first.
 
-        Only pairs that gain more than their members one by one are returned: those that need each other. What brings
-        states of its own is in none.
+        Only pairs that gain clearly more than the sum of their members alone are returned. Effects with states of their
+        own are in none.
         """
         return self._together.pairs(most)
 
 
 class _Projection:
-    """The residual and the candidates' sensitivities, freed of what the model can adjust already.
+    """The residual and the candidates' sensitivities, orthogonal to the model's own sensitivities.
 
-    A candidate that brings states of its own also gains what their initial values in each window explain, beyond what
-    they would of noise.
+    The gain of a candidate with states of its own includes what their initial values in each window explain, beyond
+    what they would explain of noise.
     """
 
     def __init__(self, fit: Fit, candidates: Sequence[ActiveEffect], shape: float = 1.0):
@@ -119,7 +120,7 @@ class _Projection:
             for index in range(first, last):
                 window, root = fit.windows[index], np.sqrt(fit.weights[index]).reshape(-1, 1)
                 sensitivity = window.whitened(model.predict(values, window.start, window)[1]).reshape(-1, states + size)
-                # A candidate whose sensitivity cannot be computed is none.
+                # A candidate whose sensitivity cannot be computed has zero gain.
                 rows = np.where(np.abs(sensitivity) < _LARGEST, sensitivity, 0.0)
                 rows *= root
                 free, left = rows[:, states:], fit.residuals[index].ravel() * root[:, 0]
@@ -128,7 +129,7 @@ class _Projection:
                 free, left = state.eliminated_from(free), state.eliminated_from(left)
                 squares[index], targets[index], lefts[index] = free.T @ free, free.T @ left, left @ left
 
-        share_out(work, windows)
+        parallel_for(work, windows)
         whole, target, size_before = squares.sum(axis=0), targets.sum(axis=0), sizes.sum(axis=0)
         whole[:own, :own] += fit.model.penalty
         target[:own] -= fit.model.penalty @ fit.values
@@ -184,17 +185,10 @@ class _Projection:
         return Candidate(self.candidates[index], gain, strengths, shape=self._shape)
 
     def _solve(self, indices: Sequence[int]) -> tuple[float, Array]:
-        """Return what candidates would gain together [rad^2], with strengths inside their limits, and these."""
+        """Return the gain of candidates together [rad^2], with strengths within their limits, and these strengths."""
         columns = np.concatenate([self._columns[index] for index in indices])
         strong = [p for index in indices for p in self.candidates[index].fitted if not p.shape]
         matrix, right = self._gram[np.ix_(columns, columns)], self._right[columns]
-        scale = 1.0 / np.sqrt(np.maximum(np.diag(matrix), np.finfo(float).tiny))
-        scaled = matrix * np.outer(scale, scale)
-        lower, upper = np.array([p.lower for p in strong]) / scale, np.array([p.upper for p in strong]) / scale
-        # A square root of the matrix turns the quadratic form into the least-squares problem that the solver takes.
-        values, vectors = np.linalg.eigh(scaled)
-        root = np.sqrt(np.maximum(values, 1e-12))[:, None] * vectors.T
-        target = (vectors.T @ (right * scale)) / np.sqrt(np.maximum(values, 1e-12))
-        solution = lsq_linear(root, target, bounds=(lower, upper)).x
-        gain = 2 * solution @ (right * scale) - solution @ scaled @ solution
-        return float(gain), solution * scale
+        lower, upper = np.array([p.lower for p in strong]), np.array([p.upper for p in strong])
+        strengths = minimum_within_limits(matrix, right, lower, upper)
+        return float(2 * strengths @ right - strengths @ matrix @ strengths), strengths

@@ -1,17 +1,20 @@
-"""How sure the names of effects are, apart from whether they predict motion: that was asked when they were added.
+"""How sure the names of effects are; whether they predict motion was tested when they were added.
 
-A real rig always leaves something, and an effect may be no more than the part of it that the effect can imitate. So a
-name is the surer the more the effect explains beside what remains, and the fewer others could stand in its place.
+A model of a real rig always leaves an error, and an effect may only imitate a part of one that is not in the catalogue.
+So a name is the surer the more the effect explains relative to the error that remains, and the fewer other effects
+could be in its place.
 """
 
 from collections.abc import Sequence
 
 from cdp_ident.tracing.acceptance import share_explained
 from cdp_ident.tracing.evidence import Attempt
-from cdp_ident.tracing.selection import Certainty, Progress, without_effects
+from cdp_ident.tracing.progress import Progress, without_effects
+from cdp_ident.tracing.selection import Certainty
 
 NAMED, _NAMED_WITH_OTHERS = 1.5, 0.5
-"""What an effect must explain over what remains to be named; less, where it explains so much together with others."""
+"""Least ratio of explained to unexplained error for a name; the lower one if the ratio of the weak effects together is
+high enough."""
 
 
 def certainties(
@@ -22,13 +25,13 @@ def certainties(
     Args:
         progress: where the selection of the effects has ended.
         without: the model without each of them.
-        also_possible: others that could stand in each one's place.
+        also_possible: others that could be in each one's place.
     """
     current = progress.current
     explained = [share_explained(current, removed, progress.noise) for removed in without]
     effects = [active.effect for active in current.model.effects]
-    judged = [k for k, effect in enumerate(effects) if not (effect.at_an_instant or effect.curve)]
-    weak = [k for k in judged if explained[k] < NAMED]
+    lasting = [k for k, effect in enumerate(effects) if not (effect.at_an_instant or effect.curve)]
+    weak = [k for k in lasting if explained[k] < NAMED]
     together = 0.0
     if len(weak) > 1:
         together = share_explained(current, without_effects(current, weak), progress.noise)
@@ -39,7 +42,7 @@ def certainties(
             continue
         with_others = together > NAMED and share > _NAMED_WITH_OTHERS
         if effect.at_an_instant or share >= NAMED or with_others:
-            # What happened once has its window, which was looked at when it was added.
+            # An effect of an instant was tested by its window when it was added.
             found.append("probable" if also_possible[k] else "named")
         else:
             found.append("acts_like")

@@ -17,12 +17,12 @@ Array = npt.NDArray[np.float64]
 _PIECES = 4
 """Into how many parts windows are split where their motion may be chaotic."""
 _AT_LIMIT = 1e-3
-"""What is nearer to a limit, as a share of that, has run into it."""
+"""A value at most this share of a limit away from it counts as at the limit."""
 
 
 @dataclass(frozen=True)
 class Attempt:
-    """A model refitted, and how it predicts each fold of the windows from a fit without it."""
+    """A refitted model, and its prediction of each fold of the windows by a fit to the others."""
 
     fit: Fit
     validation: Fit
@@ -41,7 +41,7 @@ class Attempt:
 
     @cached_property
     def unknowns(self) -> float:
-        """How many unknowns were adjusted, those of smooth curves as far as they are free."""
+        """Effective number of fitted unknowns; coefficients of smooth curves count as far as they are free."""
         return effective_unknowns(self.fit)
 
     @cached_property
@@ -69,7 +69,7 @@ class Attempt:
         values = self.fit.values[place]
         for value, parameter in zip(values, self.model.effects[index].fitted, strict=True):
             for limit, inwards in ((parameter.lower, 1.0), (parameter.upper, -1.0)):
-                # A limit of zero is no strength, and there may be no limit.
+                # A limit of zero means zero strength, and limits may be infinite.
                 if 0.0 < abs(limit) < np.inf and (value - limit) * inwards <= _AT_LIMIT * abs(limit):
                     return True
         return False
@@ -77,7 +77,7 @@ class Attempt:
 
 @dataclass(frozen=True)
 class Change:
-    """What replacing one model by another does to the errors, in units of what chance would do."""
+    """The change of the errors from one model to another, relative to what chance would cause."""
 
     fit: float
     """Fall of the squared error of the fit, over the residuals' variance and integrated autocorrelation time."""

@@ -1,31 +1,31 @@
-"""Exchange steps: every effect has to stand against its rivals, under the model that has all the others."""
+"""Exchange steps: every effect is compared with its rivals, in the model with all other effects."""
 
 from collections.abc import Sequence
 from itertools import combinations
 
 import numpy as np
 
-from cdp_ident.fit.motion_model import ActiveEffect
+from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.effect import Effect, TorqueEffect
-from cdp_ident.tracing.acceptance import brings_enough, earns_its_place
+from cdp_ident.tracing.acceptance import improves_enough, is_accepted
 from cdp_ident.tracing.candidates import ScoreTest, addable
 from cdp_ident.tracing.evidence import Attempt, change
+from cdp_ident.tracing.progress import Progress, without_effects
 from cdp_ident.tracing.screening import promising
-from cdp_ident.tracing.selection import Progress, without_effects
 
 _RIVALS = 3
-"""Effects that each one has to stand against."""
+"""Number of rivals that each effect is compared with."""
 _SHAPES = (0.3, 1.0, 4.0)
-"""A richer form is begun with its parameters of shape at so many times what is typical."""
+"""A richer form is fitted from initial values of its shape parameters at so many times the typical ones."""
 _SOME = 0.3
-"""And with a strength that it has besides at that share of the strength of the simpler one."""
+"""Initial value of an additional strength, as a share of the simpler form's strength."""
 _INDISTINGUISHABLE = 9.0
 """Models whose squared errors differ by less, in variances, are both possible."""
 
 
 def exchange_effects(progress: Progress) -> bool:
-    """Let every effect, and every two torques of a joint, stand against their rivals; return whether one lost.
+    """Compare every effect, and every two torques of a joint, with rivals; return whether any was exchanged.
 
     Raises:
         InterruptedSelectionError: the selection is asked to stop.
@@ -53,10 +53,26 @@ def exchange_effects(progress: Progress) -> bool:
     return progress.current is not before
 
 
+def let_base_oscillate(progress: Progress) -> None:
+    """Exchange a cart that gives way for one that oscillates by itself where that is better.
+
+    What the quasi-static form leaves is small and follows the motion: other effects would take it over before all of
+    them stand against their rivals.
+
+    Raises:
+        InterruptedSelectionError: the selection is asked to stop.
+    """
+    for old in progress.current.model.labels:
+        forms = [form for form in _richer_forms(_effect(progress, old)) if form.brings_states]
+        if forms:
+            removed = without_effects(progress.current, [progress.current.place_of(old)])
+            _exchange(progress, removed, _richer(progress, old, forms), old)
+
+
 def alternatives(
     active: ActiveEffect, current: Attempt, removed: Attempt, rivals: Sequence[Attempt]
 ) -> tuple[str, ...]:
-    """Return the rivals that the data cannot tell from the effect whose place they took.
+    """Return the rivals that the data do not distinguish from the effect that they replaced.
 
     Args:
         active: the effect.
@@ -72,7 +88,7 @@ def alternatives(
             continue
         worse = change(rival, current)
         close = worse.validation < _INDISTINGUISHABLE
-        if close and (effect.name, effect.joint) not in named and earns_its_place(removed, rival):
+        if close and (effect.name, effect.joint) not in named and is_accepted(removed, rival):
             found.append(f"{effect.name} {effect.joint}")
     return tuple(dict.fromkeys(found))
 
@@ -80,28 +96,26 @@ def alternatives(
 def _rivals(progress: Progress, removed: Attempt, *keys: str) -> list[Attempt]:
     """Return the models that have another effect in the place of some.
 
-    They are those whose score test comes near theirs, and the richer forms of each.
+    They are those whose score test gains nearly as much, and the richer forms of each.
     """
     test = ScoreTest(removed.fit, addable(removed.model))
     candidates = promising(removed, test, _RIVALS + len(keys), keys)
     others = progress.tried(removed, ((c,) for c in candidates if c.active.effect.key not in keys))
-    richer = [rival for key in keys for rival in _richer(progress, key)] if len(keys) == 1 else []
+    richer = _richer(progress, keys[0], _richer_forms(_effect(progress, keys[0]))) if len(keys) == 1 else []
     return [*(rival for _, rival in others), *richer]
 
 
-def _richer(progress: Progress, key: str) -> list[Attempt]:
-    """Return models that have a richer form of an effect in its place, begun where the effect is.
+def _richer(progress: Progress, key: str, forms: Sequence[TorqueEffect]) -> list[Attempt]:
+    """Return models with richer forms of an effect in its place, fitted from the effect's values.
 
-    From the model without the effect, as a score test looks, a richer form may be out of reach, or not be defined.
+    A score test, which starts from the model without the effect, may not find a richer form, or not be defined for it.
     """
     current = progress.current
     index = current.place_of(key)
     active, values = current.model.effects[index], current.fit.values[current.model.places(index)]
     known = {p.name: float(value) for p, value in zip(active.fitted, values, strict=True)}
     found = []
-    for form in CATALOGUE:
-        if form.at_an_instant or not _is_richer_form(form, active.effect):
-            continue
+    for form in forms:
         new = ActiveEffect(form)
         for factor in _SHAPES:
             begin = [
@@ -111,6 +125,14 @@ def _richer(progress: Progress, key: str) -> list[Attempt]:
     return found
 
 
+def _richer_forms(effect: Effect) -> list[TorqueEffect]:
+    return [form for form in CATALOGUE if isinstance(form, TorqueEffect) and _is_richer_form(form, effect)]
+
+
+def _effect(progress: Progress, label: str) -> Effect:
+    return progress.current.model.effects[progress.current.place_of(label)].effect
+
+
 def _limits(active: ActiveEffect) -> tuple[list[float], list[float]]:
     return [p.lower for p in active.fitted], [p.upper for p in active.fitted]
 
@@ -118,7 +140,7 @@ def _limits(active: ActiveEffect) -> tuple[list[float], list[float]]:
 def _exchange(progress: Progress, removed: Attempt, rivals: Sequence[Attempt], old: str) -> None:
     """Take the best of the rivals that are better than what they replace, if there is one."""
     current = progress.current
-    better = [rival for rival in rivals if _is_better(rival, current) and earns_its_place(removed, rival)]
+    better = [rival for rival in rivals if _is_better(rival, current) and is_accepted(removed, rival)]
     if better:
         best = progress.finished(min(better, key=lambda rival: change(removed, rival).bic))
         new = best.model.effects[-1].effect.key
@@ -130,10 +152,10 @@ def _is_better(rival: Attempt, current: Attempt) -> bool:
     gained = change(current, rival)
     fewer = len(rival.model.effects) < len(current.model.effects)
     if len(rival.fit.values) > len(current.fit.values) and not fewer:
-        return gained.bic < 0 and brings_enough(current, rival)  # what is richer must earn its parameters
+        return gained.bic < 0 and improves_enough(current, rival)  # a richer form must gain enough for its parameters
     return gained.bic < 0 and gained.validation > _INDISTINGUISHABLE
 
 
 def _is_richer_form(effect: Effect, other: Effect) -> bool:
-    """Return whether an effect is another one of the same joint with more to it, and so can always stand for that."""
+    """Return whether an effect contains another one of the same joint as a special case."""
     return isinstance(effect, TorqueEffect) and (effect.joint, effect.contains) == (other.joint, other.name)

@@ -1,6 +1,6 @@
 """Effects that are expected because they were found on the rig before: confirmed, fitted again, or withdrawn.
 
-They are tried together before anything else is looked for, and each has to earn its place as any effect has.
+They are fitted together before other effects are tried, and each must be accepted as any other effect.
 """
 
 from collections.abc import Sequence
@@ -9,12 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.fit.motion_model import ActiveEffect
+from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.model.effects.effect import Effect
-from cdp_ident.tracing.acceptance import earns_its_place
+from cdp_ident.tracing.acceptance import is_accepted
 from cdp_ident.tracing.candidates import Candidate
 from cdp_ident.tracing.evidence import Attempt
-from cdp_ident.tracing.selection import Progress, without_effects
+from cdp_ident.tracing.progress import Progress, without_effects
 
 Array = npt.NDArray[np.float64]
 
@@ -39,7 +39,7 @@ class _Known(Candidate):
 
 
 def begin_with(progress: Progress, expected: Sequence[ExpectedEffect]) -> None:
-    """Begin with the expected effects, without those that do not earn their place.
+    """Begin with those of the expected effects that are accepted.
 
     Raises:
         InterruptedSelectionError: the selection is asked to stop.
@@ -57,9 +57,9 @@ def begin_with(progress: Progress, expected: Sequence[ExpectedEffect]) -> None:
 
 
 def _without_a_superfluous_one(attempt: Attempt) -> Attempt | None:
-    """Return a model without the weakest of the effects that do not earn their place; None where all do."""
+    """Return a model without the weakest of the effects that are not accepted; None where all are."""
     for index in sorted(range(len(attempt.model.effects)), key=attempt.strength):
         removed = without_effects(attempt, [index])
-        if not earns_its_place(removed, attempt, [index]):
+        if not is_accepted(removed, attempt, [index]):
             return removed
     return None

@@ -7,9 +7,9 @@ from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.refinement import Fit, fit_initial_states, fit_initial_states_near
 
 _AS_GOOD = 1.05
-"""Initial states have arrived if the error is not larger than so many times that of another model."""
+"""Fitted initial states are good if the error is at most so many times that of another model …"""
 _LIKE_THE_FIT = 1.5
-"""And if it is not larger than so many times the fit's."""
+"""… and at most so many times the fit's."""
 
 
 @dataclass(frozen=True)
@@ -18,7 +18,7 @@ class FinalModel:
 
     fit: Fit
     holdout: Fit
-    """Its values held, over the windows that nothing has seen before."""
+    """Over the held-out windows, its values held."""
 
     @property
     def model(self) -> MotionModel:
@@ -31,6 +31,6 @@ class FinalModel:
         return cls(fit, fit_initial_states(fit.model, fit.values, data.holdout))
 
     def like_this(self, fit: Fit) -> "FinalModel":
-        """Evaluate another fitted model over the same windows; initial states are sought near those of this one."""
+        """Evaluate another fitted model over the same windows; initial states are fitted from those of this one."""
         good_enough = min(_AS_GOOD * self.holdout.rmse(), _LIKE_THE_FIT * fit.rmse())
         return FinalModel(fit, fit_initial_states_near(fit.model, fit.values, self.holdout.windows, good_enough))

@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.diagnosis.inertia import Inertia
-from cdp_ident.fit.motion_model import ActiveEffect
+from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.refinement import Fit
 from cdp_ident.model.effects.curves import basis
 from cdp_ident.model.effects.effect import Curve, EffectParameter, TorqueEffect
@@ -20,7 +20,7 @@ from cdp_ident.tracing.torque_residual import JOINTS, torque_residual
 Array = npt.NDArray[np.float64]
 
 POINTS = 120
-"""At which a curve is described, over the range that the motion covers."""
+"""Points at which a curve is described, over the range that the motion covers."""
 _LARGEST = EffectParameter("largest", "N m", -np.inf, np.inf, 0.0, inertia_power=1)
 _AT = {
     "angle": EffectParameter("at", "rad", -np.pi, np.pi, 0.0),
@@ -58,7 +58,7 @@ class FoundCurve:
     coefficients_std: Array
     """(count,)"""
     likeness: str
-    """What it looks like; empty where like nothing known."""
+    """The known shape that it is similar to; empty where there is none."""
 
 
 @dataclass(frozen=True)
@@ -79,9 +79,9 @@ class FoundEffect:
     delta_bic: float
     """Bayes's information criterion of the model with all effects less that of the one without this effect."""
     certainty: Certainty
-    """How sure its name is; that it predicts is judged apart from that."""
+    """How sure its name is; whether it predicts is a separate question."""
     also_possible: tuple[str, ...]
-    """Effects that the data cannot tell from this one."""
+    """Effects that the data do not distinguish from this one."""
     curve: FoundCurve | None = None
     """Of a torque without a name."""
 

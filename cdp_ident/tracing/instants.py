@@ -1,12 +1,12 @@
-"""When something happened once: the instant at which a knock or a lost count explains a window's residual best."""
+"""Effects of an instant: when an impulse or lost counts explain a window's residual best."""
 
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
+from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.initial_states import InitialState
-from cdp_ident.fit.motion_model import ActiveEffect
 from cdp_ident.fit.refinement import Fit
 from cdp_ident.fit.windows import Window
 from cdp_ident.model.effects.catalogue import CATALOGUE
@@ -17,21 +17,21 @@ from cdp_ident.tracing.candidates import Candidate
 Array = npt.NDArray[np.float64]
 
 _MARGIN = 10
-"""Samples at either end of a window between which an instant is looked for: nearer, the start can imitate it."""
+"""Samples at either end of a window that are left out: there the initial state could imitate the effect."""
 _AWAY, _SHARP = 50, 25.0
-"""Where an instant so many samples away explains the residual as well, but for so many variances, none is the one."""
+"""No instant is returned where one so many samples away explains the residual as well within so many variances."""
 _SINGULAR = 1e-13
-"""Singular value, as a share of the largest, below which a change of the state does not show."""
+"""Singular value, as a share of the largest, below which a change of the state counts as unobservable."""
 _READINGS = {"inner": np.array([1.0, 1.0]), "outer": np.array([0.0, 1.0])}
 """How an error of an encoder enters theta1 and theta2."""
 
 
 def instants(fit: Fit) -> list[Candidate]:
-    """Return for each effect that happens once its most likely instant, the one that gains most first."""
+    """Return each effect of an instant at its most likely instant, the largest gain first."""
     found = []
     for effect in CATALOGUE:
         if effect.at_an_instant:
-            scan = _scan_knocks if isinstance(effect, TorqueEffect) else _scan_slips
+            scan = _scan_impulses if isinstance(effect, TorqueEffect) else _scan_slips
             best = max(scan(fit, effect), key=lambda instant: instant.gain, default=None)
             if best is not None and best.gain > 0:
                 active = ActiveEffect(effect, trial=best.trial)
@@ -57,12 +57,12 @@ class _Instant:
 
 
 def _motion(fit: Fit, window: Window) -> tuple[Array, Array, Array]:
-    """Return the states in a window, and what its start changes of them, in coordinates that are orthonormal.
+    """Return the states in a window, and their derivatives by its initial state in orthonormal coordinates.
 
     Returns:
-        States (n, 4), their derivatives (n, 4, 4) with respect to the coordinates, and those of the whitened angles
-        (n, 2, 4), whose columns are an orthonormal basis. In chaotic motion those by the start itself are almost
-        parallel.
+        States (n, 4), their derivatives (n, 4, 4) with respect to the coordinates, and those of the whitened angles (n,
+        2, 4), whose columns are an orthonormal basis. In chaotic motion the derivatives by the initial state itself are
+        almost parallel.
     """
     values = fit.model.with_weights(fit.values, window.weights).values
     states, derivatives = trajectory_with_derivatives(
@@ -85,15 +85,15 @@ def _from_each_on(terms: Array) -> Array:
     return np.flip(np.cumsum(np.flip(terms, axis=0), axis=0), axis=0)
 
 
-def _scan_knocks(fit: Fit, effect: Effect) -> list[_Instant]:
+def _scan_impulses(fit: Fit, effect: Effect) -> list[_Instant]:
     found = []
     column = 0 if effect.joint == "inner" else 1
     for window, residual in zip(fit.windows, fit.residuals, strict=True):
         if len(residual) <= 2 * _MARGIN:
             continue
         states, transition, basis = _motion(fit, window)
-        # A change of speed at sample j moves the angles as changed coordinates `change[j]` would, from j on. What the
-        # start cannot imitate of that is written in sums before and after j that are never subtracted.
+        # A change of speed at sample j moves the angles as changed coordinates `change[j]` would, from j on. The part
+        # that the initial state cannot imitate is written in sums before and after j, without subtractions.
         speed_change = _speed_change(fit, window, states, column)
         change = (np.linalg.pinv(transition, rcond=_SINGULAR) @ speed_change[..., None])[..., 0]
         gram = np.einsum("nrk,nrl->nkl", basis, basis)
@@ -144,7 +144,7 @@ def _best(fit: Fit, window: Window, size: Array, fitting: Array) -> _Instant:
     elsewhere = gains[np.abs(np.arange(len(gains)) + _MARGIN - place) > _AWAY]
     variance = max(squared_error - gains.max(), 0.05 * squared_error) / fit.samples
     if len(elsewhere) and elsewhere.max() > gains.max() - _SHARP * variance:
-        gains = np.zeros_like(gains)  # a residual that no instant in particular explains
+        gains = np.zeros_like(gains)  # no particular instant explains the residual
     return _Instant(
         float(gains[place - _MARGIN]),
         float(fitting[place] / size[place]),

@@ -1,4 +1,4 @@
-"""What the shape of a torque without a name is like: a likeness and no name, for other things may look like it, too."""
+"""Known shapes that a torque without a name is similar to; other causes may have the same shape."""
 
 from collections.abc import Iterator
 
@@ -8,23 +8,23 @@ import numpy.typing as npt
 Array = npt.NDArray[np.float64]
 
 _ALIKE = 0.8
-"""Share of a curve's mean square that a known shape must explain to be told."""
+"""Share of a curve's mean square that a known shape must explain to be mentioned."""
 _MORE = 0.03
-"""What a shape must explain besides to be told in the place of a simpler one."""
+"""Additional share that a shape must explain to be preferred to a simpler one."""
 _PLACES = 41
-"""Places in the range that the motion covers where known shapes are looked for."""
+"""Number of places where known shapes are tried, over the range that the motion covers."""
 _WIDTHS = np.geomspace(0.04, 0.6, 12)
 """How wide they may be [rad]."""
 _MOST_PER_TURN = 16
 _REST = 0.1
-"""Speed at which dry friction has turned over [rad/s]."""
+"""Speed within which dry friction changes its sign [rad/s]."""
 
 Shape = tuple[float | None, Array]
 """Where it is [rad], if anywhere, and the columns (n, k) that it is made of."""
 
 
 def likeness(over: str, dry: bool, at: Array, torque: Array) -> str:
-    """Return what would have such a torque, in words; empty where nothing known is like it.
+    """Return in words what could cause such a torque; empty where no known shape is similar.
 
     Args:
         over: what the torque depends on, the joint's angle or its speed.

@@ -1,17 +1,17 @@
-"""Backward steps: what no longer earns its place is dropped."""
+"""Backward steps: effects that no longer improve the model are dropped."""
 
 from cdp_ident.model.effects.effect import TorqueEffect
-from cdp_ident.tracing.acceptance import KNOCK_ALONE, still_helps
+from cdp_ident.tracing.acceptance import IMPULSE_ALONE, still_helps
 from cdp_ident.tracing.evidence import Attempt
 from cdp_ident.tracing.instants import instants
-from cdp_ident.tracing.selection import Progress, without_effects
+from cdp_ident.tracing.progress import Progress, without_effects
 
 _SAFE = 10.0
-"""Strength above which an effect is not asked again whether it helps."""
+"""Effects of greater strength are not tested again."""
 
 
 def drop_superfluous(progress: Progress, attempt: Attempt) -> Attempt:
-    """Return a model without the effects that no longer help now that its last one is there."""
+    """Return a model without the effects that no longer help beside its last one."""
     for index in reversed(range(len(attempt.model.effects) - 1)):
         if attempt.strength(index) > _SAFE:
             continue
@@ -24,7 +24,7 @@ def drop_superfluous(progress: Progress, attempt: Attempt) -> Attempt:
 
 
 def drop_repeated_impulses(progress: Progress) -> None:
-    """Drop an impulse beside which others would explain something too: what happens again and again is none."""
+    """Drop an impulse where others at other instants would help, too: it imitates a lasting effect."""
     for index in reversed(range(len(progress.current.model.effects))):
         current = progress.current
         effect = current.model.effects[index].effect
@@ -32,9 +32,9 @@ def drop_repeated_impulses(progress: Progress) -> None:
             continue
         removed = without_effects(current, [index])
         gain = removed.fit.squared_error - current.fit.squared_error
-        if any(gain < KNOCK_ALONE * another.gain for another in instants(current.fit)):
+        if any(gain < IMPULSE_ALONE * another.gain for another in instants(current.fit)):
             progress.current = removed
-            _note(progress, effect.key, removed, "knocks at other instants would explain something, too")
+            _note(progress, effect.key, removed, "impulses at other instants would explain something, too")
 
 
 def _note(progress: Progress, key: str, after: Attempt, reason: str) -> None:

@@ -1,7 +1,7 @@
-"""Which candidates deserve a full refit, by score tests on the windows and on short pieces of them.
+"""Which candidates get a full refit: by score tests on the windows and on short pieces of them.
 
-Where the motion is chaotic, the residual of a model that lacks something is no longer linear in what it lacks; over
-short pieces it still is, but small effects drown in noise there.
+In chaotic motion, the residual is not linear in the missing effects; over short pieces it is, but there small effects
+are below the noise.
 """
 
 from collections.abc import Sequence
@@ -13,11 +13,11 @@ from cdp_ident.tracing.evidence import Attempt
 WORTH_A_LOOK = 16.0
 """Gain in the score test, in variances, below which a candidate is not refitted."""
 _NEAR_A_RIVAL = 0.5
-"""An effect that gains less than this share of what another one does in the score test is no rival of it."""
+"""A rival of an effect gains at least this share of its gain in the score test."""
 
 
 def promising(attempt: Attempt, test: ScoreTest, most: int, rival_of: Sequence[str] = ()) -> list[Candidate]:
-    """Return the candidates that deserve a refit.
+    """Return the candidates to be refitted.
 
     Args:
         attempt: the model that they could be added to.

@@ -1,6 +1,6 @@
-"""How smooth a torque without a name is: as the data say.
+"""The smoothness of a torque without a name, estimated from the data.
 
-A curve's coefficients have a normal prior, whose precisions (of its bends, and of the size of each of its parts)
+A curve's coefficients have a normal prior, whose precisions (of second differences, and of the size of each part)
 maximise the marginal likelihood of what is fitted (restricted maximum likelihood): by the fixed-point iteration of
 Fellner and Schall in the general form of Wood and Fasiolo, Biometrics 73, 2017.
 """
@@ -19,14 +19,14 @@ _MOST_ITERATIONS = 100
 _SETTLED = 0.05
 """Change of the logarithms of all precisions that ends the iteration."""
 _FIRST = 1e-3
-"""Precisions to begin with, over the data's own."""
+"""Initial precisions, over the data's own."""
 _RANGE = 1e10
 """Precisions are within this factor of the data's own."""
 
 
 @dataclass(frozen=True)
 class Smooth:
-    """A curve as smooth as the data say."""
+    """A curve with its estimated smoothness."""
 
     stiffness: Stiffness
     coefficients: Array
@@ -34,14 +34,14 @@ class Smooth:
     gain: float
     """By how much it lowers the squared error [rad^2]."""
     freedom: float
-    """How many free parameters it is worth."""
+    """Its effective number of free parameters."""
 
 
 def smooth_curve(curve: Curve, matrix: Array, right: Array, variance: float) -> Smooth:
-    """Return the curve that explains most and is as smooth as the data say.
+    """Return the curve with maximal marginal likelihood.
 
     Args:
-        curve: what it goes over.
+        curve: what the curve is a function of.
         matrix: (count, count) half the second derivative of the squared error by the coefficients [rad^2].
         right: (count,) half its slope downwards at zero.
         variance: of one independent residual [rad^2].

@@ -15,15 +15,9 @@ from cdp_ident.tracing.certainty import certainties
 from cdp_ident.tracing.evidence import Attempt
 from cdp_ident.tracing.exchange import alternatives, exchange_effects
 from cdp_ident.tracing.expected import ExpectedEffect, begin_with
+from cdp_ident.tracing.progress import NO_STEPS, InterruptedSelectionError, Progress, attempt_of, without_effects
 from cdp_ident.tracing.pruning import drop_repeated_impulses, drop_superfluous
-from cdp_ident.tracing.selection import (
-    NO_STEPS,
-    InterruptedSelectionError,
-    Progress,
-    Selection,
-    attempt_of,
-    without_effects,
-)
+from cdp_ident.tracing.selection import Selection
 from cdp_ident.tracing.unknown_torques import add_unknown_torques
 from cdp_ident.tracing.zeros import fit_zeros_by_trial
 
@@ -37,7 +31,7 @@ def stepwise_selection(
     fit: Fit,
     folds: Folds,
     noise: float,
-    told: Callable[[str], None] = lambda line: None,
+    say: Callable[[str], None] = lambda line: None,
     stop: Callable[[], bool] = lambda: False,
     balances: Sequence[ForceBalance] = (),
     encoder_steps: Array = NO_STEPS,
@@ -49,21 +43,21 @@ def stepwise_selection(
 
     Args:
         fit: the paper's model, fully fitted.
-        folds: of its windows, by whose prediction effects are chosen.
+        folds: of its windows; effects are chosen by cross-validation over them.
         noise: root mean square of what the encoders add to both angles [rad].
-        told: called with a line for people after each step.
+        say: called with a line of text after each step.
         stop: asked between refits; true ends the selection with the effects found so far.
         encoder_steps: of the inner and the outer encoder [rad], 0 where none shows.
-        balances: of the trials' forces, whose dry friction and coupling are where the selection begins.
-        named_only: whether torques without a name are not looked for.
+        balances: balances of forces of the trials; the selection begins with their dry friction and coupling.
+        named_only: whether torques without a name are left out.
         trying: called with what is tried next.
         expected: effects found on the rig before, which are tried first.
 
     Raises:
-        FitFailedError: with them, too, the model does not follow the motion.
+        FitFailedError: the model does not follow the motion with the effects either.
     """
     before = attempt_of(fit, folds)
-    progress = Progress(before, noise, told, stop, encoder_steps, trying)
+    progress = Progress(before, noise, say, stop, encoder_steps, trying)
     interrupted = False
     try:
         begin_with(progress, expected)

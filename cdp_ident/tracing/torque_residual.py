@@ -1,4 +1,4 @@
-"""The torque that measured motion shows and a model does not have, joint by joint."""
+"""The missing torque in each joint: that of the measured motion less that of a model (inverse dynamics)."""
 
 from dataclasses import dataclass, replace
 
@@ -18,9 +18,9 @@ JOINTS: tuple[Joint, ...] = ("inner", "outer")
 
 @dataclass(frozen=True)
 class TorqueResidual:
-    """The missing torque in each joint, and the motion in which it is missing; columns are the two `JOINTS`.
+    """The missing torque in each joint along the measured motion; columns are the two `JOINTS`.
 
-    Measured accelerations are those of local cubics, so that what is faster than about 0.1 s is smoothed out.
+    Measured accelerations are those of local cubics, which smooth out changes within about 0.1 s.
     """
 
     trial: npt.NDArray[np.int64]
@@ -44,7 +44,7 @@ def torque_residual(fit: Fit) -> TorqueResidual:
         A23, A33 = coefficients[:2]
         angles, velocities = local_motion(window.time, window.theta, window.time)
         _, accelerations = local_motion(window.time, velocities, window.time)
-        # The cubics of the ends are one-sided and poor.
+        # Cubics at the ends are one-sided and inaccurate.
         middle = (window.time > HALF_WIDTH) & (window.time < window.time[-1] - HALF_WIDTH)
         states = np.concatenate([angles, velocities], axis=1)[middle]
         times = window.begin + window.time[middle]

@@ -17,7 +17,8 @@ from cdp_ident.tracing.evidence import Attempt
 from cdp_ident.tracing.expected import ExpectedEffect
 from cdp_ident.tracing.final_model import FinalModel
 from cdp_ident.tracing.found_effects import FoundEffect, found_effects
-from cdp_ident.tracing.selection import Selection, attempt_of
+from cdp_ident.tracing.progress import attempt_of
+from cdp_ident.tracing.selection import Selection
 from cdp_ident.tracing.stepwise import stepwise_selection
 from cdp_ident.tracing.unexplained import Unexplained, unexplained
 
@@ -38,7 +39,7 @@ class Trace:
     completed: Identification
     """The identification, with the model that has the effects in the paper's model's place."""
     errors: Mapping[Stage, ErrorsByRole]
-    """Of each stage on the way."""
+    """Of the model at each stage."""
     unexplained: Unexplained
     failure: str
     """Why no parameter means anything, in words; empty where the fit did not fail."""
@@ -55,13 +56,13 @@ class Trace:
 
     @property
     def failures(self) -> tuple[str, ...]:
-        """What could not be computed on the way, in words."""
+        """What could not be computed, in words."""
         return self.selection.failures
 
 
 def trace(
     found: Identification,
-    told: Callable[[str], None] = lambda line: None,
+    say: Callable[[str], None] = lambda line: None,
     stop: Callable[[], bool] = lambda: False,
     trying: Callable[[str], None] = lambda line: None,
     expected: Sequence[ExpectedEffect] = (),
@@ -70,16 +71,16 @@ def trace(
 
     Args:
         found: the paper's model, identified.
-        told: called with a line for people after each step.
-        stop: asked now and then; true ends the tracing with the effects found so far.
+        say: called with a line of text after each step.
+        stop: asked repeatedly; true ends the tracing with the effects found so far.
         trying: called with what is tried next.
         expected: effects found on the rig before, which are tried first.
 
-    Where the model does not follow the motion, no effect is sought, and `failure` says so.
+    Where the model does not follow the motion, no effects are tried, and `failure` says so.
     """
     data = found.data
-    selection, failure = _selected(found, told, stop, trying, expected)
-    # Everything is decided: what was held out is looked at from here on.
+    selection, failure = _selected(found, say, stop, trying, expected)
+    # Held-out motion is used from here on, when everything is decided.
     before = FinalModel.of(selection.before.fit, data)
     after = before if selection.after is selection.before else before.like_this(selection.after.fit)
     without = [_holdout_error(after, attempt.fit) for attempt in selection.without]
@@ -98,7 +99,7 @@ def trace(
 
 def _selected(
     found: Identification,
-    told: Callable[[str], None],
+    say: Callable[[str], None],
     stop: Callable[[], bool],
     trying: Callable[[str], None],
     expected: Sequence[ExpectedEffect],
@@ -111,7 +112,7 @@ def _selected(
                 found.fit,
                 data.folds,
                 float(np.sqrt(np.mean(data.noise**2))),
-                told,
+                say,
                 stop,
                 found.balances,
                 data.scales.encoder_steps,
@@ -142,7 +143,7 @@ def _errors(
 
     def of_values(physical: Array) -> ErrorsByRole:
         inertia = float(inertia_about_cart(physical, prior.length))
-        return evaluate(model, model.beginning(groups_of(physical, prior.length), inertia), data)
+        return evaluate(model, model.initial_values(groups_of(physical, prior.length), inertia), data)
 
     def of(attempt: Attempt, final: FinalModel) -> ErrorsByRole:
         return ErrorsByRole(*(errors_of(fit, data.trials) for fit in (attempt.fit, attempt.validation, final.holdout)))
@@ -156,7 +157,7 @@ def _errors(
 
 
 def _completed(found: Identification, fit: Fit) -> Identification:
-    """Return an identification with another fit, and all that follows from it."""
+    """Return an identification with another fit and its diagnosis."""
     if fit is found.fit:
         return found
     return Identification.of(found.options, found.data, found.balances, found.length, replace(found.estimate, fit=fit))

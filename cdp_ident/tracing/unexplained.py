@@ -1,4 +1,4 @@
-"""What remains when the selection ends: how much, in which joint, and where it is found."""
+"""The error that remains when the selection ends: how large, in which joint, and where."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from cdp_ident.tracing.torque_residual import JOINTS, TorqueResidual, corrected,
 Array = npt.NDArray[np.float64]
 
 _WINDOW_ABOVE_OTHERS = 3.0
-"""A window whose error is so many times the others' is where something happened."""
+"""A window whose error is so many times the others' is mentioned."""
 _BINS = 16
 _FEWEST_IN_BIN = 20
 
@@ -31,7 +31,7 @@ class Unexplained:
     times_noise: float
     """The error over what was held out, over the encoders' noise."""
     description: str
-    """Where it is and how much, for people."""
+    """Where it is and how large, in words."""
 
 
 def unexplained(final: FinalModel, noise: Array, trials: Sequence[str], inertia: float) -> Unexplained:
@@ -61,7 +61,7 @@ def unexplained(final: FinalModel, noise: Array, trials: Sequence[str], inertia:
 
 @dataclass(frozen=True)
 class _Dependence:
-    """How the missing torque in a joint varies with something."""
+    """How the missing torque in a joint varies with an angle or a speed."""
 
     joint: int
     regressor: str

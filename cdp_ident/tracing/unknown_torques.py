@@ -1,7 +1,7 @@
-"""What no effect of the catalogue explains: torques without a name, found as smooth curves.
+"""Torques that no effect of the catalogue explains, identified as smooth curves.
 
 They are tried when the selection of named effects has ended and more than noise remains; so a named effect that
-explains as much always comes first. Beside a curve, the effects that were named before have to earn their place again.
+explains as much is preferred. After a curve was added, the named effects are tested again.
 """
 
 from collections.abc import Sequence
@@ -12,38 +12,38 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.diagnosis.cross_validation import error_from_other_trials
-from cdp_ident.diagnosis.uncertainty import curvature, downhill
+from cdp_ident.diagnosis.uncertainty import curvature, negative_gradient
 from cdp_ident.errors import IdentificationError
-from cdp_ident.fit.motion_model import ActiveEffect
+from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.stiffness import Stiffness
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.curves import CURVES
 from cdp_ident.model.effects.effect import Effect, Form, TorqueEffect
-from cdp_ident.tracing.acceptance import ABOVE_NOISE, earns_its_place, fits_of
+from cdp_ident.tracing.acceptance import ABOVE_NOISE, fits_of, is_accepted
 from cdp_ident.tracing.candidates import Candidate, ScoreTest
 from cdp_ident.tracing.evidence import Attempt, change
+from cdp_ident.tracing.progress import Progress, without_effects
 from cdp_ident.tracing.screening import WORTH_A_LOOK, expected_variance
-from cdp_ident.tracing.selection import Progress, without_effects
 from cdp_ident.tracing.smoothness import smooth_curve
 
 Array = npt.NDArray[np.float64]
 
 _MOST_CURVES = 3
 _REFITS = 2
-"""Curves that are fitted, of those that look best by each of two score tests."""
+"""Number of curves that are fitted, the best by each of two score tests."""
 _NEAR_THE_BEST = 0.3
 """A curve that gains a smaller share in the score test than the best one is not fitted."""
 _AS_GOOD = 1.02
 """A model is as good as another if its validation error is at most so many times the other's."""
 _LEAST_SHARE = 0.1
-"""By which share of it a torque without a name lowers the validation error, or it is one of many small ones.
-Dry friction over the angle is asked less: it may stand in the place of a name that would be wrong."""
+"""Least relative fall of the validation error by a torque without a name; a smaller one may be one of many small
+effects. For dry friction over the angle the usual limit holds, since it may replace a wrong name."""
 _BETTER = 0.98
-"""Stiffness is found anew as long as the validation error falls to that share of it."""
+"""The stiffness is estimated again as long as the validation error falls to this share."""
 
 
 def add_unknown_torques(progress: Progress) -> None:
-    """Add torques without a name as long as they earn their place.
+    """Add torques without a name as long as they are accepted.
 
     Raises:
         InterruptedSelectionError: the selection is asked to stop.
@@ -55,7 +55,7 @@ def add_unknown_torques(progress: Progress) -> None:
             for candidate in _promising(current, _possible(current, progress.noise))
             for attempt in _fitted(progress, candidate)
         ]
-        accepted = [a for a in found if _earns_its_place(current, a) and _predicts_other_trials(progress, a)]
+        accepted = [a for a in found if _is_accepted(current, a) and _predicts_other_trials(progress, a)]
         if not accepted:
             return
         best = _even_instead(progress, min(accepted, key=lambda attempt: change(current, attempt).bic))
@@ -67,7 +67,7 @@ def add_unknown_torques(progress: Progress) -> None:
 
 
 def _possible(attempt: Attempt, noise: float) -> list[TorqueEffect]:
-    """Return the curves that a model may lack: where only noise remains, friction that is even no more."""
+    """Return the curves to try; where only noise remains, only those that could replace constant dry friction."""
     effects = [active.effect for active in attempt.model.effects]
     curves = [curve for curve in CURVES if curve not in effects]
     if max(fit.rmse() for fit in fits_of(attempt)) > ABOVE_NOISE * noise:
@@ -77,7 +77,7 @@ def _possible(attempt: Attempt, noise: float) -> list[TorqueEffect]:
 
 
 def _is_even_friction(effect: Effect) -> bool:
-    """Return whether an effect is dry friction that depends on nothing but the speed: the angle may be missing."""
+    """Return whether an effect is dry friction that does not depend on the joint's angle."""
     return _is_dry(effect) and effect.form is Form.JOINT and effect.curve is None
 
 
@@ -86,13 +86,13 @@ def _is_dry(effect: Effect) -> TypeGuard[TorqueEffect]:
 
 
 def _promising(attempt: Attempt, curves: Sequence[TorqueEffect]) -> list[Candidate]:
-    """Return the curves that look best by score tests over the windows and over short pieces of them."""
+    """Return the best curves by score tests over the windows and over short pieces of them."""
     found: dict[str, Candidate] = {}
     for fit in (attempt.closely, attempt.fit) if curves else ():
         ranked = []
         for effect in curves:
             assert effect.curve
-            # One by one: all of them together would take a gigabyte for a long recording.
+            # One by one: all together would take a gigabyte for a long recording.
             matrix, right = ScoreTest(fit, [ActiveEffect(effect)]).reduced(0)
             smooth = smooth_curve(effect.curve, matrix, right, expected_variance(fit, 0.0))
             gain = smooth.gain / expected_variance(fit, smooth.gain) - 2.0 * smooth.freedom
@@ -110,8 +110,8 @@ def _promising(attempt: Attempt, curves: Sequence[TorqueEffect]) -> list[Candida
 def _fitted(progress: Progress, candidate: Candidate) -> list[Attempt]:
     """Return the model with a curve; none where it cannot be fitted.
 
-    It is as stiff at first as the score test says, and then as the fit says, as long as that lowers the error over the
-    predictions. A curve that fits worse than nothing, or than the friction that it replaces, has gone astray.
+    Its stiffness is first that of the score test and then that of the fit, as long as that lowers the validation error.
+    A fit that is worse than without the curve, or than the friction that it replaces, has failed.
     """
     best: Attempt | None = None
     attempts = _begun(progress, candidate)
@@ -126,7 +126,7 @@ def _fitted(progress: Progress, candidate: Candidate) -> list[Attempt]:
 
 
 def _even_instead(progress: Progress, attempt: Attempt) -> Attempt:
-    """Return a model with a last effect that has a name, if that is dry friction that is as good when it is even."""
+    """Return a model with constant dry friction in the place of its last effect, if that is as good."""
     last = len(attempt.model.effects) - 1
     curve = attempt.model.effects[last].effect
     if not _is_dry(curve):
@@ -139,20 +139,20 @@ def _even_instead(progress: Progress, attempt: Attempt) -> Attempt:
 
 
 def _stiffness(attempt: Attempt) -> Stiffness:
-    """Return how stiff the last effect, a curve, is to be as its fit says."""
+    """Return the stiffness of the last effect, a curve, as estimated from its fit."""
     active, place = attempt.model.effects[-1], attempt.model.places(len(attempt.model.effects) - 1)
     assert active.effect.curve
     values, penalties = attempt.fit.values, attempt.model.penalty
-    bent, pull = curvature(attempt.fit) + penalties, downhill(attempt.fit) - penalties @ values
-    others, across = bent[: place.start, : place.start], bent[: place.start, place]
-    held = np.linalg.pinv(others, rcond=1e-14, hermitian=True) @ np.column_stack([across, pull[: place.start]])
-    matrix = bent[place, place] - active.penalty - across.T @ held[:, :-1]
-    right = (matrix + active.penalty) @ values[place] + pull[place] - across.T @ held[:, -1]
+    information, gradient = curvature(attempt.fit) + penalties, negative_gradient(attempt.fit) - penalties @ values
+    others, across = information[: place.start, : place.start], information[: place.start, place]
+    held = np.linalg.pinv(others, rcond=1e-14, hermitian=True) @ np.column_stack([across, gradient[: place.start]])
+    matrix = information[place, place] - active.penalty - across.T @ held[:, :-1]
+    right = (matrix + active.penalty) @ values[place] + gradient[place] - across.T @ held[:, -1]
     return smooth_curve(active.effect.curve, matrix, right, expected_variance(attempt.fit, 0.0)).stiffness
 
 
 def _begun(progress: Progress, candidate: Candidate) -> list[Attempt]:
-    """Return the model with a curve, as smooth as a score test says; of dry friction in the place of even one."""
+    """Return the model with a curve, as smooth as a score test says; dry friction replaces constant dry friction."""
     current, active = progress.current, candidate.active
     if not _is_dry(active.effect):
         return [attempt for _, attempt in progress.tried(current, [(candidate,)])]
@@ -164,23 +164,23 @@ def _begun(progress: Progress, candidate: Candidate) -> list[Attempt]:
     return [attempt for _, attempt in progress.tried(current, [(begun,)])]
 
 
-def _earns_its_place(before: Attempt, after: Attempt) -> bool:
-    """Return whether a curve brings enough, also over what as many free parameters would by chance."""
+def _is_accepted(before: Attempt, after: Attempt) -> bool:
+    """Return whether a curve improves the model enough, given its number of free parameters."""
     curve = len(after.model.effects) - 1
     enough = after.validation.rmse() < (1.0 - _LEAST_SHARE) * before.validation.rmse()
     by_chance = 2.0 * (after.unknowns - before.unknowns)
     return (
         (enough or _is_dry(after.model.effects[curve].effect))
-        and earns_its_place(before, after, [curve])
+        and is_accepted(before, after, [curve])
         and change(before, after).fit > by_chance
     )
 
 
 def _predicts_other_trials(progress: Progress, attempt: Attempt) -> bool:
-    """Return whether a curve lowers the error over each trial when it is fitted to the other one alone.
+    """Return whether a curve lowers the error over each of two trials when it is fitted to the other one alone.
 
-    Where the folds are trials it does so already; windows of a trial know the others of their own too well for what
-    has so many parameters.
+    With three trials or more, cross-validation by trials tests that already; windows of one trial are too similar for a
+    test of so many parameters.
     """
     trial_of = [window.trial for window in attempt.fit.windows]
     by_fold = [{trial_of[index] for index in fold} for fold in attempt.folds]
@@ -201,14 +201,14 @@ def _predicts_other_trials(progress: Progress, attempt: Attempt) -> bool:
 
 
 def _without_imitations(progress: Progress, attempt: Attempt) -> Attempt:
-    """Return a model without the effects that no longer earn their place beside the curve that it now has."""
+    """Return a model without the effects that are no longer accepted beside its new curve."""
     for index in reversed(range(len(attempt.model.effects) - 1)):
         effect = attempt.model.effects[index].effect
         if effect.curve:
             continue
         removed = without_effects(attempt, [index])
         as_good = removed.validation.rmse() < _AS_GOOD * attempt.validation.rmse()
-        if as_good and not earns_its_place(removed, attempt, [index]):
+        if as_good and not is_accepted(removed, attempt, [index]):
             attempt, key = removed, effect.key
             progress.note(f"dropped {key}", attempt, f"dropped {key}: what it explained is explained otherwise")
     return attempt

@@ -1,18 +1,19 @@
-"""Encoders whose zeros differ from trial to trial, as each trial was begun with a zero of its own.
+"""Encoders whose zeros differ from trial to trial, because they were set anew for each trial.
 
-A trial's zeros belong to the trial and not to the rig, as its initial states do: they are fitted along with everything
-else, and those of a trial that is held out are fitted to it, with nothing else but its initial states.
+A trial's zeros belong to the trial and not to the rig, like its initial states: they are fitted along with everything
+else, and those of a held-out trial are fitted to that trial, as its initial states are.
 """
 
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.fit.motion_model import JOINTS, ActiveEffect
+from cdp_ident.fit.active_effect import ActiveEffect
+from cdp_ident.fit.motion_model import JOINTS
 from cdp_ident.model.effects.catalogue import CATALOGUE
-from cdp_ident.tracing.acceptance import STRUCTURED, brings_enough
+from cdp_ident.tracing.acceptance import STRUCTURED, improves_enough
 from cdp_ident.tracing.candidates import Candidate
 from cdp_ident.tracing.evidence import Attempt, change
-from cdp_ident.tracing.selection import Progress
+from cdp_ident.tracing.progress import Progress
 
 Array = npt.NDArray[np.float64]
 
@@ -20,11 +21,11 @@ _OFFSET = "encoder_offset"
 _CLEARLY_BETTER = 0.9
 """Where correlated residuals would remain, the validation error must fall to that share."""
 _FOR_ALL = tuple(effect for effect in CATALOGUE if effect.name in (_OFFSET, "gravity_tilt"))
-"""Effects that are, in each trial, the same as zeros that are off."""
+"""Effects that cannot be distinguished from an offset of the zeros."""
 
 
 def fit_zeros_by_trial(progress: Progress) -> None:
-    """Let the zeros of both encoders differ from trial to trial, if that is better than zeros off by the same in all.
+    """Let the encoders' zeros differ from trial to trial, if that is better than the same offsets in all.
 
     Raises:
         InterruptedSelectionError: the selection is asked to stop.
@@ -43,11 +44,11 @@ def fit_zeros_by_trial(progress: Progress) -> None:
     differ = zip(JOINTS, np.ptp(_zeros_of(own), axis=0), strict=True)
     if all(progress.is_rounding(joint, difference) for joint, difference in differ):
         return
-    # Where much else is missing, zeros explain a little of anything.
+    # Where large effects are missing, zeros explain a small part of any of them.
     slow = own.fit.autocorrelation.integrated_time > STRUCTURED
     if slow and own.validation.rmse() > _CLEARLY_BETTER * in_all.validation.rmse():
         return
-    if brings_enough(in_all, own) and change(in_all, own).bic < 0:
+    if improves_enough(in_all, own) and change(in_all, own).bic < 0:
         progress.current = own
         of_trials = " and ".join(f"{1e3 * size:.3g}" for size in largest_zeros(own))
         progress.note(
@@ -69,7 +70,7 @@ def _zeros_of(attempt: Attempt) -> Array:
 
 
 def _with_zeros_by_trial(progress: Progress, attempt: Attempt) -> Attempt | None:
-    """Return a model with zeros by trial in the place of what is off in all; None where it cannot be fitted."""
+    """Return a model with zeros by trial in the place of common offsets; None where it cannot be fitted."""
     model, values = attempt.model, attempt.fit.values
     for index in reversed(range(len(model.effects))):
         if model.effects[index].effect in _FOR_ALL:

@@ -11,10 +11,10 @@ which the joints turn, the signs of w1 and w2 - w1,
     A [(c w1)' - s w1 w2] + D w1' + B w2' + c2 (w2 - w1) + k2 d2               = G2 (sin theta2 - cos theta2 u / g)
 
 holds in every window in which nothing but gravity, the joints' friction and the cart's measured acceleration u acts.
-Zeros of the angles that are off by e1, e2 add, to first order, the derivatives of the terms with A, G1 and G2 by the
-angles, times E12 = A (e1 - e2), E1 = G1 e1 and E2 = G2 e2. A joint that stands still is held by any friction.
-Where the balance does not hold with the numbers of the other windows, a hand was at work, or the angles do not mean
-what they are taken to mean.
+Errors e1, e2 of the angles' zeros add, to first order, the derivatives of the terms with A, G1 and G2 by the angles,
+times E12 = A (e1 - e2), E1 = G1 e1 and E2 = G2 e2. A joint that stands still is held by any friction. Where the balance
+does not hold with the numbers of the other windows, a hand acted on the rods, or the angles have another meaning than
+assumed.
 """
 
 from dataclasses import dataclass
@@ -34,7 +34,7 @@ WINDOW = 25
 COLUMNS = ("A", "B", "c1", "c2", "G1", "G2", "k1", "k2", "D", "E12", "E1", "E2")
 """The lumped numbers in their order."""
 _STICKS = 0.5
-"""A joint whose friction may point anywhere to more than this share sticks."""
+"""A joint sticks where the direction of its friction is uncertain by more than this share."""
 _NOISE_SAMPLES = 2000
 _CUBIC_AT_CENTRE = 2.25
 """A cubic fitted to N samples follows the noise of the one in the middle by this over N."""
@@ -66,9 +66,9 @@ class Windows:
     coefficients: Array
     """(k, 2, 12) of the lumped numbers, in the order of `COLUMNS`."""
     target: Array
-    """(k, 2) what they must add up to [rad/s^2]."""
+    """(k, 2) right-hand side [rad/s^2]."""
     slack: Array
-    """(k, 2) how far the direction of each joint's dry friction is open, as the joint is slow: 0 to 1."""
+    """(k, 2) uncertainty of the direction of each joint's dry friction where the joint is slow: 0 to 1."""
     noise: Array
     """(k, 2) variance of the noise of the accelerations of both rods [(rad/s^2)^2]."""
 
@@ -169,9 +169,9 @@ def residual(balance: Windows, values: Array) -> Array:
 def torques(balance: Windows, values: Array, smallest_gravity: float = 0.1) -> Array:
     """Return the torque that is unexplained in each window (k,), as a share of gravity's largest on the same rod.
 
-    What friction may do in a joint that is slow is no torque: the dry friction that the motion shows, and between rods
-    that turn as one any, as no hand outside acts from one on the other. A rod whose gravity torque is less than
-    `smallest_gravity` times the other's is measured against that.
+    Friction in a slow joint does not count: up to the joint's dry friction or, where both rods turn as one, of any
+    size, as no hand acts from one rod on the other. A rod whose gravity torque is less than `smallest_gravity` times
+    the other's is measured against that.
     """
     on_inner, on_outer = residual(balance, values).T
     gravity = np.abs(values[4:6])

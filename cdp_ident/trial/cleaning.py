@@ -18,10 +18,10 @@ _CLOCK_STEP = 5
 
 @dataclass(frozen=True)
 class Cleaned:
-    """The samples of a recording, each of which is told apart from outliers."""
+    """The samples of a recording, outliers marked."""
 
     samples: Samples
-    """At strictly increasing times, but where the clock was set back."""
+    """At strictly increasing times, except where the clock was set back."""
     outlier: Mask
     """(n,) which are outliers of a joint, and to be left out."""
     notes: tuple[str, ...]
@@ -29,13 +29,13 @@ class Cleaned:
 
     @property
     def measurements(self) -> Samples:
-        """The samples that are none."""
+        """The samples that are not outliers."""
         return self.samples[~self.outlier]
 
 
 @dataclass(frozen=True)
 class Piece:
-    """A stretch of samples without a gap that turns could be lost in."""
+    """A stretch of samples without a gap in which full turns could be lost."""
 
     time: Array
     """(n,) time since the origin [s], strictly increasing."""
@@ -73,7 +73,7 @@ def cut_at_gaps(cleaned: Cleaned, longest_gap: float, origin: int) -> tuple[list
     """
     notes = []
     samples = cleaned.samples
-    # Differences of the integers first: seconds since 1970 have no room for nanoseconds in a float.
+    # Differences of the integers first: a float of seconds since 1970 does not resolve nanoseconds.
     times = np.asarray(samples.stamps - origin, dtype=float) * 1e-9
     kept = np.flatnonzero(~cleaned.outlier)
     time = times[kept]

@@ -1,8 +1,8 @@
-"""Whether the angles mean what they are taken to mean, by the physics of the motion itself.
+"""Check of the angles' conventions by the physics of the motion itself.
 
-Of the meanings that the outer angle can have, only the right one lets the balance of forces hold (`balance`): the
-others leave a tenth of the acceleration or more unexplained where the right one leaves some thousandths. Half a turn
-of a zero changes no residual but the signs: gravity would push up, or the rods' coupling be negative.
+Of the meanings that the outer angle can have, only the right one satisfies the balance of forces (`balance`): the
+others leave a tenth of the acceleration or more unexplained, the right one some thousandths. Half a turn of a zero does
+not change the residual but the signs: gravity would act upwards, or the rods' coupling be negative.
 """
 
 import itertools
@@ -23,7 +23,7 @@ from cdp_ident.trial.wording import KEYS, Wording
 Mask = npt.NDArray[np.bool_]
 
 GOOD = 0.02
-"""Unexplained share of the acceleration that is no evidence against a meaning."""
+"""Up to this unexplained share of the acceleration, there is no evidence against a meaning."""
 _LOCKED = 0.01
 """A joint whose speed is less than this share of the inner rod's does not turn."""
 _FEWEST_WINDOWS = 100
@@ -31,7 +31,7 @@ _FEWEST_WINDOWS = 100
 _MUCH_BETTER = 0.5
 """Another meaning must leave less than this share of the residual to speak against the one given."""
 _CLEAR = 0.01
-"""A coupling, and one rod's gravity as a share of the other's, that is more than an error of the fit."""
+"""Least coupling, and least ratio of the rods' gravity terms, that are more than an error of the fit."""
 _NO_PENDULUM = 0.25
 """Unexplained share above which the motion is not that of a free double pendulum."""
 _EVIDENT = 0.1
@@ -147,7 +147,7 @@ def _is_locked(motions: Sequence[Motion], moving: Sequence[Mask], options: Trial
 
 
 def _stands(fit: Lumped) -> bool:
-    """Return whether a pendulum is what it is with zeros that both rods share."""
+    """Return whether the fit is a pendulum with a common error of both zeros."""
     return fit.is_mechanism or fit.is_mechanism_upside_down
 
 

@@ -1,8 +1,8 @@
-"""The device's own time of the samples in the place of their stamps.
+"""The device's own time of the samples instead of their stamps.
 
 Stamps map the device's clock to ROS time by a running fit, whose rate changes by some parts in a million, and by much
-more just after the driver's start, while the fit settles. The device's clock is even. What it does not know is how long
-its second is: that is told by its driver, or follows from a line through the stamps, once for a whole recording.
+more just after the driver's start, while the fit settles. The device's clock is even. Only its rate is unknown: it is
+recorded by the driver, or estimated from a line through the stamps, once for a whole recording.
 """
 
 from dataclasses import dataclass, replace
@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.bag.diagnostics import ClockRate
-from cdp_ident.bag.reader import JointRecording
+from cdp_ident.bag.joint_recording import JointRecording
 
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
@@ -72,10 +72,10 @@ def _runs(recording: JointRecording) -> list[_Run]:
     return runs
 
 
-def _run(first: int, last: int, stamps: Indices, times: Indices, told: ClockRate | None) -> _Run:
-    # Differences of the integers first: nanoseconds since 1970 have no room in a float.
+def _run(first: int, last: int, stamps: Indices, times: Indices, given: ClockRate | None) -> _Run:
+    # Differences of the integers first: a float does not resolve nanoseconds since 1970.
     device, host = (np.asarray(values - values[0], dtype=float) * 1e-9 for values in (times, stamps))
-    rate = told or _rate_of_stamps(device, host)
+    rate = given or _rate_of_stamps(device, host)
     even = device / (1.0 + rate.fast)
     even += np.mean(host - even)
     return _Run(first, last, rate, stamps[0] + np.round(even * 1e9).astype(np.int64), host - even)

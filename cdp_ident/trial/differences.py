@@ -1,4 +1,4 @@
-"""What neighbouring samples tell of an encoder: its noise and its steps."""
+"""An encoder's noise and steps, from differences of neighbouring samples."""
 
 import numpy as np
 import numpy.typing as npt
@@ -6,8 +6,8 @@ import numpy.typing as npt
 Array = npt.NDArray[np.float64]
 
 SAMPLES = 5
-"""Samples in a fourth divided difference, which a motion of the pendulum hardly enters: at 200 Hz a swing at 10 rad/s
-of 1 rad leaves 6 microradians in it."""
+"""Samples in a fourth divided difference, to which the pendulum's motion hardly contributes: at 200 Hz a swing at 10
+rad/s of 1 rad leaves 6 microradians in it."""
 MEDIAN_OF_SIZE = 0.6745
 """Median of the size of a standard normal number."""
 

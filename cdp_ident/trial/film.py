@@ -1,8 +1,7 @@
 """From markers on a film to the angles of the rods.
 
 A camera that looks along the joints' axes sees the pivot, the joint between the rods and the tip (or any other point of
-the outer rod). The distance from pivot to joint does not change, which tells markers that a tracker has exchanged or
-lost from those that are right.
+the outer rod). The distance from pivot to joint is constant, by which exchanged and lost markers are recognised.
 """
 
 from dataclasses import dataclass
@@ -21,7 +20,7 @@ _SIGMAS = 6.0
 _FEWEST_RIGHT = 0.5
 """Share of the frames that must show the joint where it can be."""
 _RIGID = 0.1
-"""Standard deviation of the distance between the joints, as a share of it, above which they are on no rod."""
+"""Standard deviation of the distance between the joints, as a share of it, above which they are not on a rod."""
 _AT_REST = 0.02
 """A pivot that moves less than this [distances between the joints, standard deviation] is at rest."""
 _LEVEL = 0.1
@@ -42,7 +41,7 @@ class Film:
     length: float
     """Distance between the joints [the film's unit]."""
     notes: tuple[str, ...]
-    """What was mended and left out, in words."""
+    """What was corrected and left out, in words."""
 
 
 def rods_on_film(points: Array, y_down: bool) -> Film:

@@ -49,12 +49,12 @@ def find_trial(samples: Samples, options: TrialOptions, wording: Wording = KEYS)
     """
     pieces, motions, moving, notes = _motions(samples, options, wording)
     balance, warnings = check_conventions(motions, moving, options, wording)
-    parts, knocks = find_parts(motions, balance, options)
+    parts, impulses = find_parts(motions, balance, options)
     taken, cuts = choose_parts(parts, options.shortest or motions[0].scales.shortest)
     stretches = [_stretch(pieces[part.motion], part, options) for part in taken]
     trial = joined(stretches)
     left_out = [outlier_words(trial.outliers, len(trial.time))] if trial.outliers else []
-    trial = replace(trial, notes=(*notes, *left_out, *warnings, *cuts, *knocks))
+    trial = replace(trial, notes=(*notes, *left_out, *warnings, *cuts, *impulses))
     return Found(trial, tuple(warnings), balance)
 
 

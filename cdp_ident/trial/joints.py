@@ -1,11 +1,11 @@
-"""From a bag's joints to the model's: which column is which, and what the numbers mean."""
+"""From a bag's joints to the model's: which column is which, and the conventions of the numbers."""
 
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.bag.reader import JointRecording
+from cdp_ident.bag.joint_recording import JointRecording
 from cdp_ident.errors import TrialError
 from cdp_ident.trial.options import TrialOptions
 from cdp_ident.trial.outliers import outlier_words, outliers
@@ -15,7 +15,7 @@ Indices = npt.NDArray[np.int64]
 Mask = npt.NDArray[np.bool_]
 
 _BELIEVED = 1e6
-"""Largest position [rad or m] that is taken for a measurement."""
+"""Largest position [rad or m] that is accepted as a measurement."""
 
 
 @dataclass(frozen=True)

@@ -11,8 +11,8 @@ Indices = npt.NDArray[np.int64]
 HALF_WIDTH = 0.05
 """Samples this near [s] enter a local polynomial.
 
-With 200 Hz and 2 mrad of noise a velocity is then good to 0.04 rad/s, and what a cubic misses of a swing at 10 rad/s
-is a tenth of that.
+With 200 Hz and 2 mrad of noise the error of a velocity is then 0.04 rad/s, and the systematic error of a cubic for a
+swing at 10 rad/s a tenth of that.
 """
 _COEFFICIENTS = 4
 _FEWEST = 6

@@ -17,16 +17,15 @@ def load_trial(bag: Path, options: TrialOptions | None = None) -> Trial:
     """Load the longest zero-input motion that a bag holds.
 
     The bag is read (`read_joint_states`), its joints are mapped to theta1 and theta2 (`TrialOptions`), repeated and
-    late samples and outliers are dropped, and the angles unwrapped; what was taken for granted about the angles is
-    checked against the physics of the motion; the hand's holding and pushing, the cart's driving and the rest at the
-    end are cut. What was done stands in `Trial.notes`. Weights on the rods are those that the bag's metadata tell of.
-    Samples keep the times at which they were measured, by the
-    device's own clock where the bag has it (`in_device_time`).
+    late samples and outliers are dropped, and the angles unwrapped; the conventions of the angles are checked against
+    the physics of the motion; parts in which a hand acts, the cart is driven or the rods are at rest are cut.
+    `Trial.notes` says what was done. Weights on the rods are those in the bag's metadata. Samples keep the times at
+    which they were measured, by the device's own clock where the bag has it (`in_device_time`).
 
     Raises:
         BagError: the bag cannot be read or holds no joint states on the topic.
         TrialError: joints are missing, the data contradict the conventions, there is no motion long enough, or the
-            weights that the bag tells of are not possible.
+            weights in the bag's metadata are not possible.
     """
     options = options or TrialOptions()
     recording, clock, clock_notes = in_device_time(read_joint_states(bag, options.topic))

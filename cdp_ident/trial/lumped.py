@@ -13,19 +13,19 @@ Mask = npt.NDArray[np.bool_]
 
 _TRIMMED_ROUNDS = 12
 _STRETCH = 100
-"""Windows of a stretch that the fit may begin with: five units of the motion's time scale."""
+"""Windows of a stretch from which the fit may begin: five units of the motion's time scale."""
 _MOST_STRETCHES = 24
 _AGREEMENT = 0.05
 """Unexplained torque, as a share of gravity's, with which a window agrees with a fit."""
 _WORTH = 0.9
-"""A geared rotor, and zeros that are off, must at least bring the squared residual below this share of it without."""
+"""With a geared rotor or errors of zeros, the squared residual must fall below this share."""
 _OUTLIER = 9.2 / (2 * np.log(2))
 """Squared error, over the median one, that one in a hundred normal errors in two dimensions exceeds."""
 _LARGEST_OFFSET = 0.3
-"""Error of a zero [rad] up to which first order will do."""
+"""Error of a zero [rad] up to which a first-order expansion is accurate enough."""
 _OFFSET_ROUNDS = 4
 _INDEPENDENT = 5
-"""So many neighbouring windows tell as much as one: they overlap."""
+"""Neighbouring windows overlap: so many count as one independent window."""
 _SIGMAS = 3.0
 _SINGULAR = 1e-12
 _VISCOUS = (0, 1, 2, 3, 4, 5)

@@ -1,4 +1,4 @@
-"""What the loading of a trial can be told; each field has the project's convention as its default."""
+"""Options of loading a trial; each field has the project's convention as its default."""
 
 import math
 from dataclasses import dataclass

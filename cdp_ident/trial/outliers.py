@@ -1,11 +1,11 @@
 """Samples that are no measurements: spikes of an encoder or of a damaged recording, up to three in a row.
 
-The smallest set of samples is looked for without which the motion around it is smooth while each of the set is far
-from that motion: by the deleted residual from a local cubic, studentized by what the neighbours scatter about it
-(Belsley, Kuh and Welsch, Regression Diagnostics, 1980), or by the noise thereabouts where that is more. So nothing
-that a mechanism does is one, however large it is against the noise: about a knock (a kink), lost counts (a step that
-stays), a joint that stops or sticks, and a motion too fast for its sampling, the neighbours scatter as well, and no
-set's residuals reach 4.
+The smallest set of samples is looked for without which the motion around it is smooth while each of the set is far from
+that motion: by the deleted residual from a local cubic, studentized by what the neighbours scatter about it (Belsley,
+Kuh and Welsch, Regression Diagnostics, 1980), or by the noise thereabouts where that is more. So nothing of the
+mechanism's motion is one, however large it is relative to the noise: about an impulse (a kink), lost counts (a step
+that stays), a joint that stops or sticks, and a motion too fast for its sampling, the neighbours scatter as well, and
+no set's residuals reach 4.
 """
 
 import itertools

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True)
 class Wording:
-    """Names options as keys of a parameter file, unless told otherwise."""
+    """Names options as keys of a parameter file by default."""
 
     prefix: str = ""
     """What stands before an option's name."""

@@ -19,10 +19,10 @@ Mask = npt.NDArray[np.bool_]
 
 _REST_WINDOW = 8 * PER_UNIT
 _CART_WINDOW = 5 * PER_UNIT // 2
-_KNOCK = PER_UNIT // 2
-"""A torque that acts for no longer than this [grid points] is a knock, not a hand."""
+_INSTANT = PER_UNIT // 2
+"""A torque that acts for no longer than this [grid points] counts as an impulse, not as a hand."""
 _NEAR = 5 * PER_UNIT // 2
-"""A knock or a small torque so near [grid points] a hand is the hand's."""
+"""An impulse or a small torque so near [grid points] a hand is the hand's."""
 _TRACE = 0.3
 """Torque next to a hand that is the hand's too, as a share of what tells of one."""
 _NOISE = 14.0
@@ -99,7 +99,7 @@ def moving_windows(motion: Motion, options: TrialOptions) -> Mask:
 def find_parts(
     motions: Sequence[Motion], balance: Balance | None, options: TrialOptions
 ) -> tuple[list[Part], list[str]]:
-    """Part motions of the recorded joints by what acts in them; the second value tells of knocks in free parts."""
+    """Divide motions of the recorded joints by what acts on them; the second value describes impulses in free parts."""
     parts: list[Part] = []
     instants: list[float] = []
     for i, motion in enumerate(motions):
@@ -108,17 +108,17 @@ def find_parts(
         if balance:
             noise = _NOISE * balance.lumped.spread
             acting = torques(balance.windows[i], balance.lumped.values)
-            hand, knocks = _lasting(acting > max(options.hand_torque, noise))
+            hand, impulses = _lasting(acting > max(options.hand_torque, noise))
             # A hand that lets go gently, or catches so, pushes less at first: its traces next to it are its own.
             traces = acting > max(_TRACE * options.hand_torque, noise)
             hand = np.asarray(binary_dilation(hand, iterations=_NEAR, mask=traces | hand))
             causes[_covered(hand, WINDOW)] = HAND
-            instants += [float(motion.time[at + WINDOW // 2]) for at in knocks if causes[at + WINDOW // 2] == FREE]
+            instants += [float(motion.time[at + WINDOW // 2]) for at in impulses if causes[at + WINDOW // 2] == FREE]
         causes[cart_driven(motion, options.cart_limit)] = CART
         changes = [0, *(np.flatnonzero(np.diff(causes)) + 1).tolist()]
         edges = [*motion.time[changes].tolist(), float(motion.time[-1]) + motion.scales.spacing]
         parts += [Part(i, int(causes[at]), *edges[k : k + 2]) for k, at in enumerate(changes)]
-    return parts, _knocks(instants)
+    return parts, _notes_on_impulses(instants)
 
 
 def choose_parts(parts: Sequence[Part], shortest: float) -> tuple[list[Part], list[str]]:
@@ -162,16 +162,16 @@ def _lasts(motion: Sequence[Part]) -> float:
 
 
 def _lasting(flags: Mask) -> tuple[Mask, list[int]]:
-    """Separate lasting torques from knocks: returns the windows of the former, and the middle of each of the latter.
+    """Separate lasting torques from impulses: returns the windows of the former, and the middle of each of the latter.
 
-    What acts for an instant shows in every window around it, so a knock is as long as a window and a little more. At
-    the ends of a motion everything counts as lasting: there it cannot be told; and so does a knock shortly before or
-    after a lasting torque, with what is between: that is how a hand catches and lets go.
+    What acts for an instant shows in every window around it, so an impulse is as long as a window and a little more. At
+    the ends of a motion everything counts as lasting: there the two cannot be distinguished; and so does an impulse
+    shortly before or after a lasting torque, with what is between: that is how a hand catches and lets go.
     """
     runs = [run for run in np.split(np.arange(len(flags)), np.flatnonzero(np.diff(flags)) + 1) if flags[run[0]]]
     lasting: Mask = np.zeros(len(flags), dtype=bool)
     for run in runs:
-        if run[0] == 0 or run[-1] == len(flags) - 1 or len(run) > WINDOW + _KNOCK:
+        if run[0] == 0 or run[-1] == len(flags) - 1 or len(run) > WINDOW + _INSTANT:
             lasting[run] = True
     while True:
         near = [
@@ -199,11 +199,11 @@ def _describe(part: Part) -> str:
     return f"{part.start:.2f} to {part.stop:.2f} s ({_CAUSES[part.cause]})"
 
 
-def _knocks(instants: list[float]) -> list[str]:
+def _notes_on_impulses(instants: list[float]) -> list[str]:
     if not instants:
         return []
     shown = ", ".join(f"{instant:.2f}" for instant in instants[:5]) + (" …" if len(instants) > 5 else "")
     return [
-        f"near {shown} s something other than gravity and friction acts for an instant (a knock, lost counts, a "
+        f"near {shown} s something other than gravity and friction acts for an instant (an impulse, lost counts, a "
         "bearing that sticks?): kept"
     ]

@@ -172,7 +172,7 @@ def test_a_right_recording_is_told_what_was_taken_for_granted_and_warned_of_noth
     said = capsys.readouterr().out
     assert "time from column 't' in s" in said
     assert "inner from column 'a' in rad (not stated" in said
-    assert "taken for granted: --zero upright, --outer-angle relative, --inner-sign 1, --outer-sign 1" in said
+    assert "assumed: --zero upright, --outer-angle relative, --inner-sign 1, --outer-sign 1" in said
     assert "it holds with L = 0.4 " in said
     assert "warning" not in said
 

@@ -20,7 +20,7 @@ def folder(report_folder, tmp_path):
 def test_without_a_question_the_usual_ones_are_answered(report_folder, capsys):
     assert main([str(report_folder), *FEW]) == 0
     said = capsys.readouterr().out
-    assert "all groups: let go with the inner rod" in said
+    assert "all base parameters: let go with the inner rod" in said
     assert "coulomb friction, outer, torque: let go" in said
     assert "standard deviation now" in said
 

@@ -76,9 +76,9 @@ def test_every_effect_of_the_catalogue_is_read_in_its_physical_unit(effect, shar
 
 
 def test_what_happened_once_is_in_its_trial_only():
-    knock = {"impulse": 0.01, "time": 3.0, "trial": "one"}
+    impulse = {"impulse": 0.01, "time": 3.0, "trial": "one"}
     again = {"impulse": 0.02, "time": 1.0, "trial": "two"}
-    names = {f"effects.impulse.inner.{name}": value for name, value in knock.items()}
+    names = {f"effects.impulse.inner.{name}": value for name, value in impulse.items()}
     model = model_of(names | {f"effects.impulse.inner.2.{name}": value for name, value in again.items()})
     assert model.trials == ("one", "two")
     for name, strengths in {"one": [0.01], "two": [0.02], "three": [], None: []}.items():
@@ -104,7 +104,7 @@ def test_the_outer_rod_is_as_long_as_the_identification_took_it_to_be():
         ({"J1": True}, "here: J1 is True"),
         (dict.fromkeys(("m1", "m2", "m0", "J1"), 0.0), "no mechanism"),
         (dict.fromkeys(("m1", "m2", "m0", "J1"), 0.0) | GIVEN_GROUPS, "inertia about the cart's joint is 0"),
-        ({"groups.c1_over_A22": 0.1}, "give all groups, or none"),
+        ({"groups.c1_over_A22": 0.1}, "give all base parameters"),
         (GIVEN_GROUPS | {"groups.A33_over_A22": 1e-6}, "no mechanism"),
         ({"outer_rod_length": 0.0}, "outer_rod_length is 0.0"),
         ({"effects.dry_friction.inner.torque": 0.1}, "'dry_friction'"),
@@ -191,7 +191,7 @@ def test_the_file_is_the_model_that_the_identification_ended_with(outcome, conte
         np.testing.assert_allclose(simulated, expected, rtol=0, atol=1e-9)
 
 
-def test_a_second_knock_on_the_same_rod_has_a_name_of_its_own(content):
+def test_a_second_impulse_on_the_same_rod_has_a_name_of_its_own(content):
     content = copy.deepcopy(content)
     (effect,) = content["effects"]
     content["effects"] = [effect, effect]

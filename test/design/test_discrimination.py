@@ -11,7 +11,7 @@ from cdp_ident.design.knowledge import Knowledge
 from cdp_ident.design.next_trial import NextTrial
 from cdp_ident.design.starts import Grid
 from cdp_ident.diagnosis.uncertainty import covariance
-from cdp_ident.fit.motion_model import ActiveEffect
+from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.refinement import refine
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from scenarios.next_swing import MODEL, NOISE, TRUTH, Swings, swing

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from cdp_ident.diagnosis.continuity import continuity
-from cdp_ident.fit.motion_model import ActiveEffect, Mechanism, MotionModel
+from cdp_ident.fit.active_effect import ActiveEffect
+from cdp_ident.fit.mechanism import Mechanism
+from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.prior import Prior
 from cdp_ident.fit.refinement import refine
 from cdp_ident.fit.windows import cut_into_windows
@@ -19,7 +21,7 @@ def fit_of(seed=0, length=0.4, duration=2.5, keep=lambda window: True):
     prior = Prior(nominal={"L": length})
     model = MotionModel(Mechanism.of(prior))
     windows = [w for w in cut_into_windows([standard_twin(np.random.default_rng(seed))], duration) if keep(w)]
-    return refine(model, model.beginning(groups_of(prior.centre, length)), windows)
+    return refine(model, model.initial_values(groups_of(prior.centre, length)), windows)
 
 
 @pytest.mark.parametrize(("trials", "off"), [(6, 0.4), pytest.param(24, 0.2, marks=pytest.mark.campaign)])
@@ -51,8 +53,8 @@ def test_a_single_window_has_nothing_to_join():
 
 
 def test_a_value_that_no_window_shows_does_not_matter():
-    knock = next(effect for effect in CATALOGUE if effect.key == "impulse.inner")
+    impulse = next(effect for effect in CATALOGUE if effect.key == "impulse.inner")
     fit = fit_of()
-    model = fit.model.with_effect(ActiveEffect(knock, trial=1))
+    model = fit.model.with_effect(ActiveEffect(impulse, trial=1))
     with_it = refine(model, np.append(fit.values, [0.0, 1.0]), fit.windows)
     assert continuity(with_it).relative == pytest.approx(continuity(fit).relative, rel=0.01)

@@ -5,7 +5,8 @@ import pytest
 
 from cdp_ident.diagnosis.failure import refuse_a_failed_fit
 from cdp_ident.errors import FitFailedError
-from cdp_ident.fit.motion_model import Mechanism, MotionModel
+from cdp_ident.fit.mechanism import Mechanism
+from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.prior import Prior
 from cdp_ident.fit.refinement import refine
 from cdp_ident.fit.windows import cut_into_windows

@@ -41,7 +41,7 @@ def test_a_free_swing_shows_all_five_groups_and_no_physical_value():
     result = determined(identified())
     assert result.undetermined == ()
     assert result.determined_physical == ()
-    assert result.unseen == ()
+    assert result.unobservable == ()
     assert "determine no physical value" in " ".join(result.words)
 
 
@@ -102,7 +102,7 @@ def test_a_measured_mass_fixes_the_scale():
 
 def test_with_length_and_gravity_free_they_cannot_be_told_from_a1():
     result = determined(identified(length_free=True, gravity_free=True))
-    (tradeoff,) = result.unseen
+    (tradeoff,) = result.unobservable
     assert tradeoff.changes == pytest.approx({"a1_over_A22": 1.0, "L": -1.0, "g": -1.0}, abs=1e-6)
     assert set(result.undetermined) == {"a1_over_A22", "L", "g"}
 
@@ -110,7 +110,7 @@ def test_with_length_and_gravity_free_they_cannot_be_told_from_a1():
 @pytest.mark.parametrize(("free", "word"), [("length_free", "strength of g"), ("gravity_free", "strength of L")])
 def test_length_or_gravity_alone_is_determined_on_the_strength_of_the_other(free, word):
     result = determined(identified(**{free: True}))
-    assert (result.undetermined, result.unseen) == ((), ())
+    assert (result.undetermined, result.unobservable) == ((), ())
     assert any(word in sentence for sentence in result.words)
 
 
@@ -137,7 +137,7 @@ def test_a_weight_that_is_known_badly_does_not_determine_A22():  # noqa: N802 - 
 
 def test_with_a_weight_even_length_and_gravity_are_told_apart():
     result = determined(identified_with_a_weight(length_free=True, gravity_free=True))
-    assert (result.undetermined, result.unseen) == ((), ())
+    assert (result.undetermined, result.unobservable) == ((), ())
 
 
 def test_a_friction_with_a_wide_interval_is_not_determined_and_no_part_of_a_tradeoff():

@@ -27,27 +27,27 @@ def found():
     return identify([trial("first"), trial("second", (4.0, 2.5, 0.0, 0.0), 2)], [], IdentifyOptions())
 
 
-def judged(found, new):
+def checked(found, new):
     expected = fit_initial_states(found.fit.model, found.fit.values, found.data.holdout).rmse()
     return check_new_trial(found.fit.model, found.fit.values, found.covariance, expected, new, found.data.window)
 
 
 def test_a_trial_of_the_same_pendulum_fits_to_the_noise(found):
-    unseen = judged(found, trial("third", (2.2, 4.1, 0.0, 0.0), 3))
-    assert unseen.fits
-    assert unseen.error == pytest.approx(unseen.expected, rel=0.2)
-    assert unseen.changed == ()
-    assert unseen.warning() is None
+    check = checked(found, trial("third", (2.2, 4.1, 0.0, 0.0), 3))
+    assert check.fits
+    assert check.error == pytest.approx(check.expected, rel=0.2)
+    assert check.changed == ()
+    assert check.warning() is None
 
 
 def test_more_friction_in_a_joint_is_told_with_the_numbers(found):
-    unseen = judged(found, trial("third", (2.2, 4.1, 0.0, 0.0), 3, c2=2 * TABLE_5["c2"]))
-    assert not unseen.fits
-    assert unseen.error > 2 * unseen.expected
-    worst = unseen.changed[0]
+    check = checked(found, trial("third", (2.2, 4.1, 0.0, 0.0), 3, c2=2 * TABLE_5["c2"]))
+    assert not check.fits
+    assert check.error > 2 * check.expected
+    worst = check.changed[0]
     assert worst.name == "c2_over_A22"
     assert worst.alone == pytest.approx(2 * worst.before, rel=0.05)
-    warning = unseen.warning()
+    warning = check.warning()
     assert warning.name == "no_longer_fits"
     assert warning.about == ("third",)
     assert "third no longer fits" in warning.message
@@ -58,7 +58,7 @@ def test_a_short_trial_is_one_window(found):
     short = twin(
         np.random.default_rng(3), TABLE_5, (2.2, 4.1, 0.0, 0.0), np.arange(200) / 200, noise=NOISE, tolerance=1e-8
     )
-    assert judged(found, short).fits
+    assert checked(found, short).fits
 
 
 def test_where_each_trial_has_zeros_of_its_own_a_new_one_may_have_others(found):
@@ -67,10 +67,10 @@ def test_where_each_trial_has_zeros_of_its_own_a_new_one_may_have_others(found):
     new = trial("third", (2.2, 4.1, 0.0, 0.0), 3)
     off = replace(new, theta=new.theta + np.cumsum([0.03, -0.05]))
     expected = fit_initial_states(found.fit.model, found.fit.values, found.data.holdout).rmse()
-    unseen = check_new_trial(fit.model, fit.values, covariance(fit), expected, off, found.data.window)
-    assert unseen.fits
-    assert unseen.changed == ()
-    assert not judged(found, off).fits
+    check = check_new_trial(fit.model, fit.values, covariance(fit), expected, off, found.data.window)
+    assert check.fits
+    assert check.changed == ()
+    assert not checked(found, off).fits
 
 
 @pytest.fixture(scope="module")
@@ -80,13 +80,13 @@ def absolute():
 
 def test_a_trial_with_another_weight_fits_once_A22_is_known(absolute):  # noqa: N802 - a symbol
     _, other = plain_and_weighted(np.random.default_rng(1), Weight("inner", 0.1, 0.2), noise=NOISE)
-    unseen = judged(absolute, other)
-    assert unseen.fits
-    assert unseen.changed == ()
+    check = checked(absolute, other)
+    assert check.fits
+    assert check.changed == ()
 
 
 def test_of_a_trial_with_a_weight_that_is_not_told_is_said_what_it_changes(absolute):
     _, other = plain_and_weighted(np.random.default_rng(1), noise=NOISE)
-    unseen = judged(absolute, replace(other, weights=()))
-    assert not unseen.fits
-    assert "one_over_A22" not in [changed.name for changed in unseen.changed]
+    check = checked(absolute, replace(other, weights=()))
+    assert not check.fits
+    assert "one_over_A22" not in [changed.name for changed in check.changed]

@@ -7,7 +7,8 @@ import pytest
 
 from cdp_ident.diagnosis.prediction import Plan, Start, plan_of, predicted
 from cdp_ident.fit.data import Data
-from cdp_ident.fit.motion_model import Mechanism, MotionModel
+from cdp_ident.fit.mechanism import Mechanism
+from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.prior import Prior
 from cdp_ident.fit.refinement import fit_initial_states
 from cdp_ident.fit.scales import scales_of

@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 from cdp_ident.diagnosis.repeatability import repeatability
-from cdp_ident.fit.motion_model import ActiveEffect, Mechanism, MotionModel
+from cdp_ident.fit.active_effect import ActiveEffect
+from cdp_ident.fit.mechanism import Mechanism
+from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.prior import Prior
 from cdp_ident.fit.refinement import refine
 from cdp_ident.fit.windows import cut_into_windows
@@ -62,8 +64,8 @@ def test_one_trial_has_nothing_to_agree_with():
 
 def test_what_only_one_trial_shows_is_not_compared():
     fit = two_trials()
-    knock = next(effect for effect in CATALOGUE if effect.key == "impulse.inner")
-    model = MODEL.with_effect(ActiveEffect(knock, trial=0))
+    impulse = next(effect for effect in CATALOGUE if effect.key == "impulse.inner")
+    model = MODEL.with_effect(ActiveEffect(impulse, trial=0))
     result = repeatability(refine(model, np.append(fit.values, [0.0, 1.0]), fit.windows), NAMES)
     assert np.isinf(result.std[1, 5])
     assert result.agree == repeatability(fit, NAMES).agree

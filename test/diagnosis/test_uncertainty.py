@@ -7,7 +7,9 @@ import pytest
 
 from cdp_ident.bag.diagnostics import ClockRate
 from cdp_ident.diagnosis.uncertainty import covariance, reduced_sensitivities, scaled_inverse
-from cdp_ident.fit.motion_model import ActiveEffect, Mechanism, MotionModel
+from cdp_ident.fit.active_effect import ActiveEffect
+from cdp_ident.fit.mechanism import Mechanism
+from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.prior import Prior
 from cdp_ident.fit.refinement import refine
 from cdp_ident.fit.reweighting import reweighted
@@ -113,8 +115,8 @@ def test_a_window_s_own_start_imitates_a_part_of_what_the_values_do():
 
 def test_a_value_that_no_window_shows_has_an_infinite_variance_and_leaves_the_others_as_they_are():
     fit = fit_of(standard_twin(np.random.default_rng(0)))
-    knock = next(effect for effect in CATALOGUE if effect.key == "impulse.inner")
-    model = MODEL.with_effect(ActiveEffect(knock, trial=1))
+    impulse = next(effect for effect in CATALOGUE if effect.key == "impulse.inner")
+    model = MODEL.with_effect(ActiveEffect(impulse, trial=1))
     spread = covariance(refine(model, np.append(fit.values, [0.0, 1.0]), fit.windows))
     assert np.all(np.isinf(np.diag(spread)[5:]))
     assert spread[:5, :5] == pytest.approx(covariance(fit), rel=0.02)
@@ -135,7 +137,7 @@ def fitted_with(*weights, seed=0):
         trials.append(replace(weighted, weights=(weight,)))
     errors = tuple(dict.fromkeys(error for weight in weights for error in weight.errors))
     model = replace(MODEL, inertia_free=True, weight_errors=errors, penalty_of_errors=2e-3**2)
-    return refine(model, model.beginning(TRUTH, INERTIA), cut_into_windows(trials))
+    return refine(model, model.initial_values(TRUTH, INERTIA), cut_into_windows(trials))
 
 
 def std_of(fit):

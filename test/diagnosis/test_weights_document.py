@@ -5,7 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from cdp_ident.fit.motion_model import Mechanism, MotionModel
+from cdp_ident.fit.mechanism import Mechanism
+from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.physical import nearest_physical_values, shown_by_trials
 from cdp_ident.fit.prior import Prior
 from cdp_ident.model.parameters import SYMBOLS
@@ -49,7 +50,7 @@ def determined_unknowns(weights, free):
     A motion depends on the coefficients, on first moments only times g.
     """
     model = replace(MotionModel(Mechanism.of(Prior())), inertia_free=bool(weights), **free)
-    values = model.beginning(shown_by_trials(PHYSICAL, LENGTH, False), INERTIA)
+    values = model.initial_values(shown_by_trials(PHYSICAL, LENGTH, False), INERTIA)
 
     def seen(values):
         coefficients = [
@@ -82,5 +83,7 @@ def test_the_table_of_places_is_that_of_the_ranks():
             names = determined_unknowns(weights, free)
             groups = [name for name in names if name.endswith("_over_A22") and name != "one_over_A22"]
             rest = [shown(name) for name in names if name not in groups]
-            cells.append(", ".join(["all groups" if len(groups) == all_groups else "groups but a1/A22", *rest]))
+            cells.append(
+                ", ".join(["all base parameters" if len(groups) == all_groups else "base parameters but a1/A22", *rest])
+            )
         assert row(f"`{fitted}`" if fitted else "–", *cells) in DOCUMENT, row(fitted, *cells)

@@ -7,7 +7,8 @@ import pytest
 from scipy.signal import lfilter
 
 from cdp_ident.diagnosis.whiteness import MOST_LAGS, Whiteness
-from cdp_ident.fit.motion_model import Mechanism, MotionModel
+from cdp_ident.fit.mechanism import Mechanism
+from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.prior import Prior
 from cdp_ident.fit.refinement import fit_initial_states
 from cdp_ident.fit.windows import cut_into_windows
@@ -62,7 +63,7 @@ def test_noise_that_both_angles_share_does_not_count_as_a_relation():
     assert not found.crosswise.related
 
 
-def test_residuals_that_remember_are_not_white():
+def test_residuals_that_are_correlated_in_time_are_not_white():
     noise = np.random.default_rng(3).normal(size=(sum(LENGTHS), 2))
     found = whiteness_of(np.column_stack([noise[:, 0], lfilter([1], [1, -0.3], noise[:, 1])]))
     assert not found.theta1.related
@@ -78,7 +79,7 @@ def test_an_angle_that_follows_the_other_later_is_found_at_that_lag():
     assert int(np.argmax(np.abs(found.crosswise.values))) - MOST_LAGS == 3
 
 
-def test_bounds_of_two_unrelated_series_that_both_remember_are_wider():
+def test_bounds_of_two_unrelated_series_that_are_both_correlated_in_time_are_wider():
     rng, crossed = np.random.default_rng(5), 0
     for _ in range(100):
         crossed += whiteness_of(lfilter([1], [1, -0.9], rng.normal(size=(sum(LENGTHS), 2)), axis=0)).crosswise.related

@@ -37,7 +37,7 @@ def measured():
 
 @pytest.fixture
 def true_groups():
-    """Return a function that gives a rig's groups, and its torques of dry friction, in SI units."""
+    """Return a function that gives a rig's base parameters, and its torques of dry friction, in SI units."""
 
     def groups(rig, length):
         unit = np.sqrt(length / 9.81)

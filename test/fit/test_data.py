@@ -76,7 +76,7 @@ def test_each_of_three_trials_is_a_fold():
             [(0, 2000)],
             "the trials hold 0.1 s of motion to fit; with this rig's L and sampling at least 0.4 s are needed",
         ),
-        ([(0, 2000)], [(0, 6)], "too few samples to fit and to judge by: record longer ones"),
+        ([(0, 2000)], [(0, 6)], "too few samples to fit and to evaluate the fit: record longer ones"),
     ],
 )
 def test_trials_that_do_not_suffice_are_refused(fit, holdout, message):

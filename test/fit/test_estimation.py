@@ -1,4 +1,4 @@
-"""From the box to the bottom of the valley."""
+"""From the search box to the minimum."""
 
 from dataclasses import replace
 
@@ -8,7 +8,8 @@ import pytest
 from cdp_ident.diagnosis.uncertainty import covariance
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.estimation import SHORT_IGA, estimate, search_objective
-from cdp_ident.fit.motion_model import Mechanism, MotionModel
+from cdp_ident.fit.mechanism import Mechanism
+from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.prior import Prior
 from cdp_ident.fit.windows import cut_into_windows
 from cdp_ident.model.parameters import SYMBOLS, groups_of, physical_coefficients
@@ -81,7 +82,7 @@ def test_a_search_that_is_stopped_is_refined_and_not_repeated():
     assert found.evaluations == SHORT_IGA.population
 
 
-def test_where_the_search_has_missed_the_valley_the_balance_of_forces_leads_to_it(monkeypatch):
+def test_where_the_search_has_missed_the_basin_the_balance_of_forces_leads_to_it(monkeypatch):
     real = estimate.__globals__["refine_from_afar"]
     begun = []
 
@@ -95,8 +96,8 @@ def test_where_the_search_has_missed_the_valley_the_balance_of_forces_leads_to_i
     monkeypatch.setattr("cdp_ident.fit.estimation.refine_from_afar", missed)
     roughly = 1.05 * TRUTH
     found = estimate(MODEL, WINDOWS, PRIOR, NOISE, np.random.default_rng(0), balanced=roughly)
-    assert np.array_equal(begun[0], MODEL.beginning(roughly))
-    assert found.begun_at == "balance of forces"
+    assert np.array_equal(begun[0], MODEL.initial_values(roughly))
+    assert found.starting_values == "balance of forces"
     assert found.searches == 1
     assert found.fit.rmse() < NOISE
 
@@ -104,7 +105,7 @@ def test_where_the_search_has_missed_the_valley_the_balance_of_forces_leads_to_i
 def test_a_balance_of_forces_that_leads_nowhere_better_changes_nothing():
     alone = estimate(MODEL, WINDOWS, PRIOR, NOISE, np.random.default_rng(0))
     with_it = estimate(MODEL, WINDOWS, PRIOR, NOISE, np.random.default_rng(0), balanced=1.05 * TRUTH)
-    assert with_it.begun_at == "search"
+    assert with_it.starting_values == "search"
     assert np.array_equal(with_it.fit.values, alone.fit.values)
 
 
@@ -155,5 +156,5 @@ def test_segments_do_not_reach_from_one_trial_into_the_next():
 
 def test_groups_of_a_balance_that_give_no_motion_leave_the_search_alone():
     found = estimate(MODEL, WINDOWS, PRIOR, NOISE, np.random.default_rng(0), balanced=np.full(5, 1e150))
-    assert found.begun_at != "balance of forces"
+    assert found.starting_values != "balance of forces"
     assert found.fit.rmse() < NOISE

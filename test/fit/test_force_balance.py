@@ -119,7 +119,7 @@ def test_lost_frames_are_no_obstacle(measured, true_groups):
     assert found.groups[:3] == pytest.approx(true_groups(PLAIN, 0.4)[0][:3], rel=0.01)
 
 
-def test_a_knock_loses_its_weight(measured, true_groups):
+def test_an_impulse_loses_its_weight(measured, true_groups):
     trial = measured(rate=300.0)
     theta = trial.theta.copy()
     theta[700:705] += 0.2

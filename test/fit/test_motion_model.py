@@ -6,7 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cdp_ident.fit.motion_model import ActiveEffect, Mechanism, MotionModel
+from cdp_ident.fit.active_effect import ActiveEffect
+from cdp_ident.fit.mechanism import Mechanism
+from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.prior import Prior
 from cdp_ident.fit.windows import cut_into_windows
 from cdp_ident.model.effects.catalogue import CATALOGUE
@@ -105,7 +107,7 @@ def test_without_derivatives_the_readings_are_the_same():
 )
 def test_derivatives_by_length_and_gravity_are_those_of_differences(free):
     model = replace(MODEL, **free)
-    assert_derivatives_are_differences(model, model.beginning(TRUTH), first_window())
+    assert_derivatives_are_differences(model, model.initial_values(TRUTH), first_window())
 
 
 def test_derivatives_over_a_moving_cart_are_those_of_differences():
@@ -183,8 +185,8 @@ def test_inertias_moments_and_frictions_may_not_be_negative():
 
 
 def test_two_of_a_kind_have_names_of_their_own():
-    knock = ActiveEffect(EFFECTS["impulse.inner"], trial=0)
-    model = MODEL.with_effect(knock).with_effect(knock)
+    impulse = ActiveEffect(EFFECTS["impulse.inner"], trial=0)
+    model = MODEL.with_effect(impulse).with_effect(impulse)
     assert model.labels == ("impulse.inner", "impulse.inner.2")
     assert len(set(model.names)) == len(model.names)
 
@@ -202,7 +204,7 @@ def test_free_length_and_gravity_enter_the_coefficients():
     values = np.concatenate([TRUTH, [0.3, 9.7]])
     assert model.constants(values) == (0.3, 9.7)
     assert np.array_equal(model.coefficients(values), coefficients_of(TRUTH, 0.3, 9.7))
-    assert np.array_equal(model.beginning(TRUTH), np.concatenate([TRUTH, [0.4, 9.81]]))
+    assert np.array_equal(model.initial_values(TRUTH), np.concatenate([TRUTH, [0.4, 9.81]]))
 
 
 def heavier_groups_and_inertia():
@@ -219,7 +221,7 @@ def test_a_rig_with_weights_moves_as_one_whose_rods_are_heavier():
     groups, _ = heavier_groups_and_inertia()
     expected, _ = MODEL.predict(groups, window.start, window)
     weighted = replace(window, weights=WEIGHTS)
-    assert ABSOLUTE.predict(ABSOLUTE.beginning(TRUTH, A22), window.start, weighted)[0] == pytest.approx(
+    assert ABSOLUTE.predict(ABSOLUTE.initial_values(TRUTH, A22), window.start, weighted)[0] == pytest.approx(
         expected, abs=1e-9
     )
     known = replace(MODEL, mechanism=replace(MODEL.mechanism, inertia=A22))
@@ -250,7 +252,7 @@ def test_an_effect_is_the_same_in_physical_units_with_weights_and_without(key):
 
     expected, _ = plain.predict(seen(groups, of_heavier, inertia), window.start, window)
     found, _ = absolute.predict(
-        seen(ABSOLUTE.beginning(TRUTH, A22), of_rig, A22), window.start, replace(window, weights=WEIGHTS)
+        seen(ABSOLUTE.initial_values(TRUTH, A22), of_rig, A22), window.start, replace(window, weights=WEIGHTS)
     )
     assert np.abs(found - expected).max() < 1e-7
 
@@ -287,7 +289,7 @@ def test_an_error_of_a_weight_is_the_motion_of_another_weight_and_costs_as_much_
         "weight_error.mass.80 g", "weight_error.inner.250 mm", "weight_error.mass.50 g", "weight_error.outer.300 mm"
     )  # fmt: skip
     sizes = np.array([1.5, -0.5, 2.0, 0.7])
-    values = model.beginning(TRUTH, A22)
+    values = model.initial_values(TRUTH, A22)
     assert not np.any(values[model.of_weights])
     values[model.of_weights] = sizes
     off = tuple(
@@ -303,7 +305,7 @@ def test_an_error_of_a_weight_is_the_motion_of_another_weight_and_costs_as_much_
 
 def test_where_the_inertia_is_taken_as_known_the_motion_stays_the_same():
     window = replace(first_window(), weights=WEIGHTS)
-    values = ABSOLUTE.beginning(TRUTH, A22)
+    values = ABSOLUTE.initial_values(TRUTH, A22)
     known, remain = ABSOLUTE.with_inertia_known(values)
     assert known.names == MODEL.names
     assert known.mechanism.inertia == pytest.approx(A22)

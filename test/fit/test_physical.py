@@ -1,4 +1,4 @@
-"""From the groups to the nearest possible physical values."""
+"""From the base parameters to the nearest possible physical values."""
 
 import numpy as np
 import pytest
@@ -61,7 +61,7 @@ def test_no_other_values_with_the_groups_are_nearer():
     assert found.possible
     assert is_possible(found.values)
     # All inertial parameters with three given groups: choose m1, l1, J1 and l2 freely (the scale is arbitrary), and
-    # the groups give m2, m0 and J2.
+    # the base parameters give m2, m0 and J2.
     rng = np.random.default_rng(0)
     near = found.values * np.exp(rng.normal(0, 1, (400_000, 9)) * rng.choice([0.003, 0.03, 0.3], (400_000, 1)))
     m1, l1, j1, l2 = near[:, M1], near[:, L1], near[:, J1], near[:, L2]

@@ -5,9 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cdp_ident.diagnosis.uncertainty import covariance, curvature, downhill, effective_unknowns
+from cdp_ident.diagnosis.uncertainty import covariance, curvature, effective_unknowns, negative_gradient
 from cdp_ident.errors import IdentificationError
-from cdp_ident.fit.motion_model import ActiveEffect, Mechanism, MotionModel
+from cdp_ident.fit.active_effect import ActiveEffect
+from cdp_ident.fit.mechanism import Mechanism
+from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.prior import Prior
 from cdp_ident.fit.refinement import fit_initial_states, refine, refine_from_afar
 from cdp_ident.fit.windows import cut_into_windows
@@ -22,7 +24,7 @@ from scenarios.twin import TEN_SECONDS, as_measured, standard_twin
 
 PRIOR = Prior()
 MODEL = MotionModel(Mechanism.of(PRIOR))
-NOMINAL = MODEL.beginning(groups_of(PRIOR.centre, PRIOR.length))
+NOMINAL = MODEL.initial_values(groups_of(PRIOR.centre, PRIOR.length))
 TRUTH = groups_of([TABLE_5[symbol] for symbol in SYMBOLS], TABLE_5["L"])
 TWIN = standard_twin(np.random.default_rng(0))
 NOISE = 2.1e-3
@@ -116,7 +118,7 @@ def test_growing_windows_follow_a_chaotic_motion_that_whole_ones_lose(duration):
     assert [len(window.theta) for window in grown.windows] == [len(window.theta) for window in windows]
 
 
-def test_a_narrow_bent_valley_is_followed_to_its_bottom():
+def test_a_narrow_curved_valley_is_followed_to_its_minimum():
     # Friction that is larger near rest can be shared out in many ways between size and speed, none of them straight.
     trials, answer = hidden_truth("stribeck_friction.inner", 9073)
     effects = {effect.key: ActiveEffect(effect) for effect in CATALOGUE}
@@ -218,7 +220,7 @@ def test_windows_in_which_nothing_moves_do_no_harm():
 def test_a_curve_settles_where_the_squared_error_pulls_as_much_as_its_stiffness_holds():
     model = MODEL.with_effect(ActiveEffect(CURVES[0], stiffness=(1e-3, *16 * [1e-4])))
     fit = refine(model, np.append(NOMINAL, np.zeros(128)), cut_into_windows([TWIN]), tolerance=1e-10)
-    pulls = downhill(fit)
+    pulls = negative_gradient(fit)
     holds = model.penalty @ fit.values
     assert np.abs(holds).max() > 0
     scale = np.sqrt(np.diag(curvature(fit) + model.penalty))

@@ -6,12 +6,12 @@ from cdp_ident.fit.robust_regression import regress
 TRUTH = np.array([2.0, 0.5])
 
 
-def problem(noise=0.0, rows=4000, wild=0, copies=4):
+def problem(noise=0.0, rows=4000, outliers=0, copies=4):
     """Two unknowns, the second of which has a noisy column, in both components."""
     rng = np.random.default_rng(4)
     clean = rng.normal(size=(rows, 2, 2))
     target = clean @ TRUTH + rng.normal(scale=0.05, size=(rows, 2))
-    target[:wild] += 30.0
+    target[:outliers] += 30.0
     own = clean.copy()
     own[..., 1] += rng.normal(scale=noise, size=(rows, 2))
     columns = np.stack([own] + [own] * copies)
@@ -31,7 +31,7 @@ def test_noise_in_the_regressors_does_not_draw_values_to_zero():
 
 
 def test_wild_rows_lose_their_weight():
-    result = fit(*problem(wild=200))
+    result = fit(*problem(outliers=200))
     assert result.values == pytest.approx(TRUTH, rel=0.02)
     assert result.weights[:200].max() < 0.1
     assert np.median(result.weights[200:]) == 1.0

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from cdp_ident.fit.scales import scales_of
-from cdp_ident.fit.window_lengths import lengths_followed, window_bounds
+from cdp_ident.fit.window_lengths import predictable_lengths, window_bounds
 from cdp_ident.trial.trial import Trial
 from reference.own_units import Rig
 
@@ -43,7 +43,7 @@ def test_a_motion_that_calms_down_is_cut_into_longer_and_longer_windows(measured
     groups, _ = true_groups(RIG, 0.4)
     trial = measured(rate=200.0, noise=1e-2, start=WHIRLING, units=100.0, rig=RIG)
     scales = scales_of([trial], 0.4, G, NOISE, lambda _: groups)
-    length_at = lengths_followed(trial, scales, groups, 0.4, G, NOISE)
+    length_at = predictable_lengths(trial, scales, groups, 0.4, G, NOISE)
     assert scales.shortest_piece <= length_at(0.0) < 0.6 * length_at(0.8 * trial.duration)
     assert length_at(0.8 * trial.duration) <= scales.longest_window
 
@@ -51,5 +51,5 @@ def test_a_motion_that_calms_down_is_cut_into_longer_and_longer_windows(measured
 def test_without_groups_all_are_alike(measured):
     trial = measured()
     scales = scales_of([trial], 0.4, G, NOISE)
-    length_at = lengths_followed(trial, scales, None, 0.4, G, NOISE)
+    length_at = predictable_lengths(trial, scales, None, 0.4, G, NOISE)
     assert length_at(0.0) == length_at(5.0) == scales.window == pytest.approx(2.5, rel=1e-3)

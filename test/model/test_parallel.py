@@ -15,14 +15,14 @@ def test_every_item_is_worked_on_once(monkeypatch, cores, count):
         with lock:
             done.extend(range(first, last))
 
-    parallel.share_out(work, count)
+    parallel.parallel_for(work, count)
     assert sorted(done) == list(range(count))
 
 
 def test_parts_are_worked_on_at_the_same_time(monkeypatch):
     monkeypatch.setattr(parallel, "core_count", lambda: 2)
     both = threading.Barrier(2, timeout=30)
-    parallel.share_out(lambda first, last: both.wait(), 2)
+    parallel.parallel_for(lambda first, last: both.wait(), 2)
 
 
 @pytest.mark.parametrize("broken", [0, 1])
@@ -34,7 +34,7 @@ def test_an_error_in_any_part_reaches_the_caller(monkeypatch, broken):
             raise ArithmeticError(f"part {first}")
 
     with pytest.raises(ArithmeticError, match=f"part {broken}"):
-        parallel.share_out(work, 2)
+        parallel.parallel_for(work, 2)
 
 
 def test_there_is_a_core():

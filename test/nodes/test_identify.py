@@ -389,7 +389,7 @@ def test_a_watched_folder_is_looked_at_without_a_clock_too(start, client, listen
     assert process.end() == 0
 
 
-def test_trials_that_come_into_a_watched_folder_are_judged_then_fitted_too(start, client, listener, tmp_path, out):
+def test_trials_that_come_into_a_watched_folder_are_checked_then_fitted_too(start, client, listener, tmp_path, out):
     trials = tmp_path / "trials"
     process = start("identify", "--watch", str(trials), "--out", str(out))
     listener.wait_for(lambda: client.states == [f"waiting for a first trial in {trials}"])

@@ -35,7 +35,7 @@ def test_what_cannot_be_written_is_printed_all_the_same(tmp_path, capsys):
     (tmp_path / "out" / REPORT).mkdir(parents=True)
     assert main(["--bag", str(tmp_path / "swing_wide"), "--out", str(tmp_path / "out"), "--once", "--force"]) == 2
     printed = capsys.readouterr()
-    assert "Groups, all that a free swing depends on" in printed.out
+    assert "Base parameters, all that a free swing depends on" in printed.out
     text = printed.out.partition(f"{FITTED}, which could not be written:\n")[2]
     values = yaml.safe_load(text)["/**"]["ros__parameters"]
     assert values["groups.c1_over_A22"] > 0
@@ -103,7 +103,7 @@ def test_a_watched_bag_that_was_left_out_is_tried_again_when_its_files_change(wa
     assert names(identifier.load({})) == ["one", "two"]
 
 
-def test_a_watched_trial_that_shows_a_weight_for_the_first_time_is_not_judged(watching, monkeypatch):
+def test_a_watched_trial_that_shows_a_weight_for_the_first_time_is_not_checked(watching, monkeypatch):
     identifier, bring, said = watching
     loaded = identifier.load({})
     latest = run(loaded, lambda progress: "enough")
@@ -112,4 +112,4 @@ def test_a_watched_trial_that_shows_a_weight_for_the_first_time_is_not_judged(wa
     weights = {"trials.two.added.outer": [0.05, 0.3], "trials.three.added.outer": [0.05, 0.3]}
     first, second = identifier.load(weights).fit
     assert (first.weights, second.weights[0].mass) == ((), 0.05)
-    assert "two is not checked: it shows for the first time what its weight does" in said.getvalue()
+    assert "two is not checked: it is the first one with its weight" in said.getvalue()

@@ -33,7 +33,7 @@ def swing():
 
 def test_48_seconds_are_followed_within_3_milliradians(swing):
     options = IdentifyOptions(prior=Prior(nominal=NOMINAL), length_free=True)
-    begin = options.model.beginning(groups_of(options.prior.centre, NOMINAL["L"]))
+    begin = options.model.initial_values(groups_of(options.prior.centre, NOMINAL["L"]))
     fit = refine_from_afar(options.model, begin, cut_into_windows([swing], 2.5))
     assert fit.converged
     assert fit.rmse() < 3.05e-3

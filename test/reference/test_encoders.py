@@ -62,7 +62,7 @@ def test_counts_are_whole_and_their_error_is_as_said():
     assert np.std(counted - TURNED.joints) == pytest.approx(counter.error, rel=0.05)
 
 
-def test_noise_remembers_what_it_was_and_is_no_larger_for_it():
+def test_correlated_noise_has_its_correlation_and_the_same_variance():
     joints = np.zeros((200_000, 2))
     noise = Counter(10**9, 1e-3, memory=0.8).count(joints, np.random.default_rng(0))[:, 0]
     assert np.std(noise) == pytest.approx(1e-3, rel=0.02)

@@ -27,7 +27,7 @@ def trial() -> Trial:
     return load_trial(BAG)
 
 
-def test_a_replay_is_the_free_run_that_reports_judge_by(trial: Trial) -> None:
+def test_a_replay_is_the_free_run_that_reports_evaluate(trial: Trial) -> None:
     frames = Replay(trial, MODEL).frames(trial.time)
     theta = np.cumsum([frame.simulated[1:] for frame in frames], axis=1)
     expected = free_run(MODEL.motion, MODEL.values, trial, MODEL.trial(), 2.5)

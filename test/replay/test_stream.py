@@ -81,7 +81,7 @@ def test_its_state_is_the_one_to_go_on_from() -> None:
 
 
 def test_what_happened_once_happens_in_its_trial_only() -> None:
-    with_knock, without = MotionStream(MODEL, START, MODEL.trial("swing")), MotionStream(MODEL, START)
-    shown, alone = with_knock.readings(TIMES), without.readings(TIMES)
+    with_impulse, without = MotionStream(MODEL, START, MODEL.trial("swing")), MotionStream(MODEL, START)
+    shown, alone = with_impulse.readings(TIMES), without.readings(TIMES)
     assert np.array_equal(shown[:580], alone[:580])
     assert np.ptp(shown[620:] - alone[620:]) > 0.1

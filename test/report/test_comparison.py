@@ -19,7 +19,7 @@ def runs(read_content):
 
 
 def test_runs_that_are_alike_do_not_differ(runs):
-    groups = table(runs, "Groups")
+    groups = table(runs, "Base parameters")
     assert groups["c1/A22 = c1 / A22"][2] == "+0.0"
     assert table(runs, "Effects")["coulomb friction, outer: torque"][2] == "+0.0"
 
@@ -27,7 +27,7 @@ def test_runs_that_are_alike_do_not_differ(runs):
 def test_a_change_is_told_in_units_of_its_deviation(runs):
     group = runs[1].report["after"]["groups"]["c2_over_A22"]
     group["value"] -= 5 * 2**0.5 * group["std"]
-    assert table(runs, "Groups")["c2/A22 = c2 / A22"][2] == "-5.0 (changed)"
+    assert table(runs, "Base parameters")["c2/A22 = c2 / A22"][2] == "-5.0 (changed)"
 
 
 def test_torques_differ_as_the_motion_shows_them_not_as_the_masses_are_known(runs):
@@ -55,14 +55,14 @@ def test_values_that_the_trials_do_not_determine_are_not_compared(runs):
 def test_a_group_is_compared_even_where_it_is_hardly_seen(runs):
     group = runs[1].report["after"]["groups"]["c1_over_A22"]
     group.update(value=0.0, std=0.02, determined=False)
-    assert table(runs, "Groups")["c1/A22 = c1 / A22"][2].endswith("(changed)")
+    assert table(runs, "Base parameters")["c1/A22 = c1 / A22"][2].endswith("(changed)")
     group["std"] = None
-    assert table(runs, "Groups")["c1/A22 = c1 / A22"][2] == "–"
+    assert table(runs, "Base parameters")["c1/A22 = c1 / A22"][2] == "–"
 
 
 def test_three_runs_are_compared_with_the_first(runs):
     runs.append(Run("third", runs[0].report))
-    groups = next(c for c in compare(runs) if c.title.startswith("Groups"))
+    groups = next(c for c in compare(runs) if c.title.startswith("Base parameters"))
     assert groups.columns[4:] == ("oiled − worn, in std", "third − worn, in std")
     assert all(len(row) == len(groups.columns) for row in groups.rows)
 

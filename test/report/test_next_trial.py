@@ -26,7 +26,7 @@ def test_the_report_answers_for_all_groups_and_for_the_strength_of_each_effect(c
 
 def test_the_advice_is_in_words(content):
     of_all, of_friction = advice_words(content)
-    assert of_all.startswith("all groups: let go with the inner rod ")
+    assert of_all.startswith("all base parameters: let go with the inner rod ")
     assert "their intervals fall to " in of_all
     assert of_friction.startswith("coulomb friction, outer, torque: ")
     changed = copy.deepcopy(content)

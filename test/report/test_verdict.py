@@ -29,7 +29,7 @@ def test_a_strength_is_written_as_precisely_as_it_is_known(trace):
 
 def test_what_cannot_be_told_apart_is_said_with_the_effect(trace):
     effect = replace(trace.effects[0], also_possible=("stribeck_friction outer",))
-    assert effect_in_words(effect).endswith(" (or stribeck_friction outer, which the data cannot tell from it)")
+    assert effect_in_words(effect).endswith(" (or stribeck_friction outer, which the data do not distinguish from it)")
 
 
 def test_several_effects_are_counted_and_named_one_by_one(trace):

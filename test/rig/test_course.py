@@ -1,4 +1,4 @@
-"""A sample that does not go on from those before it is told from one that does."""
+"""A sample that does not continue those before it is recognised."""
 
 import math
 import random
@@ -34,7 +34,7 @@ def course(count: int = 50) -> Course:
 
 def test_a_swing_is_foretold_also_a_few_readings_on() -> None:
     for steps in range(1, 6):
-        assert course().foretells(swing(49 + steps))
+        assert course().predicts(swing(49 + steps))
 
 
 @pytest.mark.parametrize(
@@ -44,15 +44,15 @@ def test_a_swing_is_foretold_also_a_few_readings_on() -> None:
 )
 def test_one_number_that_is_off_is_not(change: dict[str, int]) -> None:
     good = swing(50)
-    assert not course().foretells(good._replace(**{name: getattr(good, name) + by for name, by in change.items()}))
+    assert not course().predicts(good._replace(**{name: getattr(good, name) + by for name, by in change.items()}))
 
 
 def test_a_device_that_reads_irregularly_has_a_wider_course() -> None:
     generator, irregular = random.Random(1), Course()
     for number in range(50):
         irregular.take(swing(number, jitter=generator.randint(0, 1500)))
-    assert irregular.foretells(swing(50, jitter=2000))
-    assert not irregular.foretells(swing(50, jitter=500_000))
+    assert irregular.predicts(swing(50, jitter=2000))
+    assert not irregular.predicts(swing(50, jitter=500_000))
 
 
 def pass_on(*samples: Sample) -> tuple[list[object], Decoder]:

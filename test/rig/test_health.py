@@ -20,9 +20,9 @@ def check(
     now: Totals = NOW,
     silence: float = 0.0,
     port: PortState = OPEN,
-    told: Calibration = Calibration(),  # noqa: B008
+    calibration: Calibration = Calibration(),  # noqa: B008
 ) -> tuple[Level, str]:
-    health = assess(BEFORE, now, 1.0, silence, 0.5, port, told)
+    health = assess(BEFORE, now, 1.0, silence, 0.5, port, calibration)
     return health.level, health.message
 
 
@@ -50,7 +50,7 @@ def test_what_happened_in_the_last_second_is_a_warning(now: Totals, words: str) 
 
 
 def test_counts_per_turn_that_contradict_the_rig_are_a_warning() -> None:
-    level, message = check(told=Calibration(inner_counts_per_turn=4000))
+    level, message = check(calibration=Calibration(inner_counts_per_turn=4000))
     assert level is Level.WARN
     assert "inner encoder: the rig says 8000 counts per turn, the parameter 4000" in message
 

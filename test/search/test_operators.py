@@ -77,7 +77,7 @@ def test_a_partner_that_differs_in_one_gene_at_most_is_made_anew(differing, rene
         np.testing.assert_array_equal(result, y)
 
 
-def test_each_pair_is_judged_by_itself():
+def test_each_pair_is_evaluated_by_itself():
     x, y = np.zeros((2, 4)), np.array([[0.0, 0.0, 0.0, 0.5], [0.0, 0.0, 0.4, 0.5]])
     result = operators.renew_close_relatives(x, y, LOWER, UPPER, np.random.default_rng(1))
     assert np.all(on_grid(result[0], LOWER, UPPER))

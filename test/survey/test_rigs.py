@@ -1,4 +1,4 @@
-"""The rig that differs is told, and chance seldom looks like one."""
+"""The rig that differs is found, and chance seldom looks like one."""
 
 import numpy as np
 import pytest

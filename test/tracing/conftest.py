@@ -3,12 +3,13 @@
 import numpy as np
 import pytest
 
-from cdp_ident.fit.motion_model import Mechanism, MotionModel
+from cdp_ident.fit.mechanism import Mechanism
+from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.prior import Prior
 from cdp_ident.fit.refinement import refine
 from cdp_ident.fit.windows import cut_into_windows
 from cdp_ident.model.parameters import SYMBOLS, groups_of
-from cdp_ident.tracing.selection import attempt_of
+from cdp_ident.tracing.progress import attempt_of
 from reference.pendulum import TABLE_5
 from scenarios.twin import TEN_SECONDS, twin
 

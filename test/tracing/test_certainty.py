@@ -3,14 +3,16 @@
 import numpy as np
 import pytest
 
-from cdp_ident.fit.motion_model import ActiveEffect, Mechanism, MotionModel
+from cdp_ident.fit.active_effect import ActiveEffect
+from cdp_ident.fit.mechanism import Mechanism
+from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.refinement import Fit
 from cdp_ident.fit.windows import cut_into_windows
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.curves import CURVES
 from cdp_ident.tracing.certainty import certainties
 from cdp_ident.tracing.evidence import Attempt
-from cdp_ident.tracing.selection import Progress
+from cdp_ident.tracing.progress import Progress
 from cdp_ident.trial.trial import Trial
 
 NOISE = 1e-3

@@ -3,14 +3,16 @@
 import numpy as np
 import pytest
 
-from cdp_ident.fit.motion_model import ActiveEffect, Mechanism, MotionModel
+from cdp_ident.fit.active_effect import ActiveEffect
+from cdp_ident.fit.mechanism import Mechanism
+from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.prior import Prior
 from cdp_ident.fit.refinement import Fit, refine
 from cdp_ident.fit.windows import cut_into_windows
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.parameters import SYMBOLS, groups_of
 from cdp_ident.tracing.evidence import Attempt, change
-from cdp_ident.tracing.selection import attempt_of
+from cdp_ident.tracing.progress import attempt_of
 from reference.pendulum import TABLE_5
 from scenarios.twin import standard_twin
 

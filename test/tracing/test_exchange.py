@@ -3,14 +3,14 @@
 import numpy as np
 
 from cdp_ident.diagnosis.identification import Identification
-from cdp_ident.fit.motion_model import ActiveEffect
+from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.refinement import refine_from_afar
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.pipeline.identify import identify
 from cdp_ident.tracing.evidence import Attempt
 from cdp_ident.tracing.exchange import alternatives, exchange_effects
-from cdp_ident.tracing.selection import Progress, attempt_of
+from cdp_ident.tracing.progress import Progress, attempt_of
 from scenarios.hidden_truths import FIT_TRIALS, hidden_truth
 
 BY_KEY = {effect.key: effect for effect in CATALOGUE}

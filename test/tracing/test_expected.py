@@ -5,7 +5,7 @@ import pytest
 
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.tracing.expected import ExpectedEffect, begin_with
-from cdp_ident.tracing.selection import Progress
+from cdp_ident.tracing.progress import Progress
 
 NOISE = 5e-4
 

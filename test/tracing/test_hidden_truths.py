@@ -1,4 +1,4 @@
-"""Trials with something in them that nobody told the package of. The answer sheet is read in the assertions alone."""
+"""Trials with effects that are unknown to the package; the truth is read in the assertions alone."""
 
 import numpy as np
 import pytest
@@ -74,7 +74,7 @@ def test_an_effect_that_imitates_a_part_of_something_else_is_not_named() -> None
 
 
 @pytest.mark.campaign
-def test_a_knock_is_named_though_the_window_it_is_in_hardly_stands_out() -> None:
+def test_an_impulse_is_named_though_the_window_it_is_in_hardly_stands_out() -> None:
     found, answer = traced("impulse.inner", 1000, 1.0)
     assert named(found) == {hidden.identity for hidden in answer.hidden}
 

@@ -20,7 +20,7 @@ def chaotic() -> Fit:
 
 
 @pytest.mark.parametrize("column", [0, 1])
-def test_a_knock_s_gain_is_that_of_its_projection_even_where_motion_is_chaotic(chaotic, column, monkeypatch):
+def test_an_impulse_s_gain_is_that_of_its_projection_even_where_motion_is_chaotic(chaotic, column, monkeypatch):
     scanned = []
 
     def gains(fit, window, size, fitting):
@@ -29,7 +29,7 @@ def test_a_knock_s_gain_is_that_of_its_projection_even_where_motion_is_chaotic(c
 
     monkeypatch.setattr(instants, "_best", gains)
     effect = next(e for e in instants.CATALOGUE if e.key == ("impulse.inner", "impulse.outer")[column])
-    instants._scan_knocks(chaotic, effect)
+    instants._scan_impulses(chaotic, effect)
     for (window, size, fitting), residual in zip(scanned, chaotic.residuals, strict=True):
         states, transition, basis = instants._motion(chaotic, window)
         start = basis.reshape(-1, 4)

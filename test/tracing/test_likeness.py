@@ -1,4 +1,4 @@
-"""What a torque without a name looks like is told by its shape alone."""
+"""Known shapes are recognised in torques without a name."""
 
 import numpy as np
 import pytest

@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from cdp_ident.fit.motion_model import ActiveEffect
+from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.tracing.candidates import Candidate
+from cdp_ident.tracing.progress import Progress
 from cdp_ident.tracing.pruning import drop_superfluous
-from cdp_ident.tracing.selection import Progress
 
 
 def with_effects(plain, *keys):

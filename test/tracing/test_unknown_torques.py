@@ -1,16 +1,18 @@
-"""Torques without a name, judged by what they predict."""
+"""Torques without a name are accepted by what they predict."""
 
 import numpy as np
 import pytest
 
-from cdp_ident.fit.motion_model import ActiveEffect, Mechanism, MotionModel
+from cdp_ident.fit.active_effect import ActiveEffect
+from cdp_ident.fit.mechanism import Mechanism
+from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.prior import Prior
 from cdp_ident.fit.refinement import refine
 from cdp_ident.fit.stiffness import penalties
 from cdp_ident.fit.windows import cut_into_windows
 from cdp_ident.model.effects.curves import CURVES
 from cdp_ident.model.parameters import SYMBOLS, groups_of
-from cdp_ident.tracing.selection import Progress, attempt_of
+from cdp_ident.tracing.progress import Progress, attempt_of
 from cdp_ident.tracing.unknown_torques import _predicts_other_trials
 from reference.pendulum import TABLE_5
 from scenarios.twin import TEN_SECONDS, twin

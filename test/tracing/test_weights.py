@@ -1,11 +1,12 @@
-"""What a model lacks in a trial with a weight is told as of the rig without."""
+"""What a model lacks in a trial with a weight is given for the rig without."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from cdp_ident.fit.motion_model import Mechanism, MotionModel
+from cdp_ident.fit.mechanism import Mechanism
+from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.prior import Prior
 from cdp_ident.fit.refinement import refine
 from cdp_ident.fit.windows import cut_into_windows
@@ -17,7 +18,7 @@ from reference.pendulum import TABLE_5
 from scenarios.weighted import INERTIA, plain_and_weighted
 
 MODEL = replace(MotionModel(Mechanism.of(Prior())), inertia_free=True)
-TRUTH = MODEL.beginning(groups_of([TABLE_5[symbol] for symbol in SYMBOLS], TABLE_5["L"]), INERTIA)
+TRUTH = MODEL.initial_values(groups_of([TABLE_5[symbol] for symbol in SYMBOLS], TABLE_5["L"]), INERTIA)
 HEAVY = Weight("outer", 0.3, 0.3)
 """So that A22 with it is nearly twice A22."""
 ON_RODS = (4e-3, 3e-3)
@@ -37,13 +38,13 @@ def test_a_missing_torque_is_the_same_in_N_m_with_a_weight_and_without():  # noq
         assert torque == pytest.approx([sum(ON_RODS), ON_RODS[1]], rel=0.15)
 
 
-def test_a_knock_on_a_rod_with_a_weight_has_its_size():
+def test_an_impulse_on_a_rod_with_a_weight_has_its_size():
     impulse, at, width = 4e-4, 3.45, 0.01
 
-    def knock(time, state):
+    def push(time, state):
         return impulse * np.exp(-0.5 * ((time - at) / width) ** 2) / (width * np.sqrt(2 * np.pi)), 0.0
 
-    found = next(c for c in instants(true_fit(knock, (1,))) if c.active.effect.key == "impulse.inner")
+    found = next(c for c in instants(true_fit(push, (1,))) if c.active.effect.key == "impulse.inner")
     assert found.active.trial == 1
     assert found.values[0] * INERTIA == pytest.approx(impulse, rel=0.15)
     assert found.values[1] == pytest.approx(at, abs=0.02)

@@ -5,13 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cdp_ident.fit.motion_model import ActiveEffect, Mechanism, MotionModel
+from cdp_ident.fit.active_effect import ActiveEffect
+from cdp_ident.fit.mechanism import Mechanism
+from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.prior import Prior
 from cdp_ident.fit.refinement import fit_initial_states, refine
 from cdp_ident.fit.windows import cut_into_windows
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.parameters import SYMBOLS, groups_of
-from cdp_ident.tracing.selection import Progress, attempt_of
+from cdp_ident.tracing.progress import Progress, attempt_of
 from cdp_ident.tracing.torque_residual import corrected, torque_residual
 from cdp_ident.tracing.zeros import fit_zeros_by_trial, largest_zeros
 from reference.pendulum import TABLE_5

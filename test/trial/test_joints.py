@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from cdp_ident.bag.reader import JointRecording
+from cdp_ident.bag.joint_recording import JointRecording
 from cdp_ident.errors import TrialError
 from cdp_ident.trial.joints import model_angles, select_joints
 from cdp_ident.trial.options import TrialOptions

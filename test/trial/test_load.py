@@ -103,14 +103,14 @@ def test_a_hand_that_catches_moving_rods_ends_the_trial(recording, make_bag):
     assert catch - 0.4 <= trial.start + trial.duration <= catch + 0.02
 
 
-def test_a_knock_stays_in_the_trial_and_is_noted(recording, make_bag):
+def test_an_impulse_stays_in_the_trial_and_is_noted(recording, make_bag):
     made = recording().carry(2.0, 2.5, 1.0).hold(0.5).swing(6)
-    knock = made.now
+    impulse = made.now
     trial = load_trial(bag_of(make_bag, made.swing(8, (1.5, 0.0))))
-    assert trial.start < knock - 4
+    assert trial.start < impulse - 4
     assert trial.duration > 12
-    note = next(note for note in trial.notes if "a knock" in note)
-    assert float(note.split()[1]) == pytest.approx(knock, abs=0.1)
+    note = next(note for note in trial.notes if "an impulse" in note)
+    assert float(note.split()[1]) == pytest.approx(impulse, abs=0.1)
 
 
 @pytest.fixture
@@ -348,15 +348,15 @@ def test_spikes_are_left_out_told_with_their_places_and_change_nothing_else(reco
     made = recording().carry(2.0, 2.5, 1.0).hold(0.5).swing(10)
     joints = np.mod(made.joints(noise=5e-4), 2 * np.pi)
     clean = load_trial(make_bag(made.stamps(), joints))
-    wild = [40, 700, 1100, 1101, 1900]
-    joints[wild, [0, 1, 0, 0, 1]] += [1.0, 3.1, -0.6, -0.6, 0.02]
+    spikes = [40, 700, 1100, 1101, 1900]
+    joints[spikes, [0, 1, 0, 0, 1]] += [1.0, 3.1, -0.6, -0.6, 0.02]
     trial = load_trial(make_bag(made.stamps(), joints))
-    assert trial.outliers == pytest.approx(np.array(wild[1:]) / made.rate, abs=1e-6)
+    assert trial.outliers == pytest.approx(np.array(spikes[1:]) / made.rate, abs=1e-6)
     assert "4 outliers (0.2 %) are left out, the first at 3.500 s" in trial.notes
     assert not any("gaps" in note for note in trial.notes)
     assert trial.start == pytest.approx(clean.start, abs=1.5 / made.rate)
     there, here = (np.round((one.start + one.time) * made.rate).astype(int).tolist() for one in (clean, trial))
-    assert set(there[5:]) - set(here) == set(wild[1:])
+    assert set(there[5:]) - set(here) == set(spikes[1:])
     common = sorted(set(there) & set(here))
     assert np.array_equal(trial.theta[np.searchsorted(here, common)], clean.theta[np.searchsorted(there, common)])
 

@@ -43,7 +43,7 @@ def test_a_motion_however_fast_and_coarsely_measured_has_none(rate, noise, count
 
 
 @given(st.integers(20, 1980), st.floats(-20, 20), st.floats(0, 1), st.sampled_from([0.0, 2e-4, 2e-3]))
-def test_a_knock_is_none_wherever_it_falls_between_samples(at, change, between, noise):
+def test_an_impulse_is_none_wherever_it_falls_between_samples(at, change, between, noise):
     kink = change * np.maximum(TIME - TIME[at] + between * 0.005, 0.0)
     assert found(measured(at, noise, angles=OUTER + kink)) == []
 
@@ -69,32 +69,32 @@ def test_a_joint_that_stops_and_rests_on_the_edge_of_a_count_has_none():
 def test_spikes_are_found_anywhere_alone_or_in_a_row_wrapped_or_not(places, row, size, sign, wrapped):
     angles = measured(len(places))
     apart = [at for k, at in enumerate(sorted(places)) if k == 0 or at - sorted(places)[k - 1] > 20]
-    wild = sorted({min(at + k, 1999) for at in apart for k in range(row)})
-    angles[wild] += sign * size
-    assert found(np.mod(angles, TURN) if wrapped else angles) == wild
+    spikes = sorted({min(at + k, 1999) for at in apart for k in range(row)})
+    angles[spikes] += sign * size
+    assert found(np.mod(angles, TURN) if wrapped else angles) == spikes
 
 
 @given(st.data())
 def test_spikes_near_one_another_or_beside_lost_samples_are_found_together(data):
     at = data.draw(st.integers(50, 1900))
-    wild = sorted(data.draw(st.sets(st.integers(at, at + 6), min_size=1, max_size=3)))
-    lost = data.draw(st.sets(st.integers(at - 12, at + 18), max_size=4)) - set(wild)
+    spikes = sorted(data.draw(st.sets(st.integers(at, at + 6), min_size=1, max_size=3)))
+    lost = data.draw(st.sets(st.integers(at - 12, at + 18), max_size=4)) - set(spikes)
     angles = measured(at)
-    angles[wild] += data.draw(st.floats(0.3, 3.0))
+    angles[spikes] += data.draw(st.floats(0.3, 3.0))
     kept = np.setdiff1d(np.arange(2000), list(lost))
-    assert kept[found(angles[kept], TIME[kept])].tolist() == wild
+    assert kept[found(angles[kept], TIME[kept])].tolist() == spikes
 
 
 @pytest.mark.parametrize("seed", range(3))
 def test_of_one_in_a_hundred_hardly_any_is_missed_and_nothing_else_is_left_out(seed):
     rng = np.random.default_rng(seed)
-    wild = rng.choice(2000, 20, replace=False)
+    spikes = rng.choice(2000, 20, replace=False)
     sizes = rng.uniform(-1, 1, 20)
     angles = measured(seed)
-    angles[wild] += sizes
+    angles[spikes] += sizes
     left_out = found(angles)
-    assert set(left_out) <= set(wild)
-    missed = np.abs(sizes[~np.isin(wild, left_out)])
+    assert set(left_out) <= set(spikes)
+    missed = np.abs(sizes[~np.isin(spikes, left_out)])
     assert np.all(missed < 12 * NOISE)
 
 

@@ -42,7 +42,7 @@ def test_a_trial_without_gaps_is_its_only_stretch(stretches):
 
 
 def test_outliers_stay_with_the_stretch_that_they_were_in(stretches):
-    wild = [(5.3,), (), (7.6, 7.9)]
-    trial = joined([replace(stretch, outliers=at) for stretch, at in zip(stretches, wild, strict=True)])
+    spikes = [(5.3,), (), (7.6, 7.9)]
+    trial = joined([replace(stretch, outliers=at) for stretch, at in zip(stretches, spikes, strict=True)])
     assert trial.outliers == (5.3, 7.6, 7.9)
-    assert [apart.outliers for apart in trial.stretches] == wild
+    assert [apart.outliers for apart in trial.stretches] == spikes

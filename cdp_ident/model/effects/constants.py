@@ -1,4 +1,4 @@
-"""What formulas of effects need to know of the mechanism beyond the angles: where it stands in their `constants`."""
+"""Constants of the mechanism that formulas of effects use, and their places in the array `constants`."""
 
 import numpy as np
 import numpy.typing as npt

@@ -1,7 +1,7 @@
-"""Torques that nobody has a name for: smooth curves over a joint's angle or speed, whose shape only the data know.
+"""Torques without a name: smooth curves over a joint's angle or speed, whose shape is estimated from the data.
 
-A curve is a cubic B-spline on uniform knots; its coefficients are the effect's parameters. How smooth it is, is no part
-of the effect: a penalty on differences of neighbouring coefficients decides that in the fit (P-splines: Eilers and
+A curve is a cubic B-spline on uniform knots; its coefficients are the effect's parameters. Its smoothness is not part
+of the effect: in the fit, a penalty on differences of neighbouring coefficients determines it (P-splines: Eilers and
 Marx, Flexible smoothing with B-splines and penalties, Statistical Science 11, 1996). There are so many knots that they
 do not limit the shape.
 """
@@ -140,4 +140,4 @@ CURVES: tuple[TorqueEffect, ...] = (
         dry=True,
     ),
 )
-"""What a joint may do that is not in the catalogue."""
+"""Torques in a joint that are not in the catalogue."""

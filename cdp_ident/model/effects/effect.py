@@ -1,4 +1,4 @@
-"""What an effect is: one description, from which it is searched, fitted, reported, simulated and served."""
+"""The description of an effect, from which it is searched, fitted, reported, simulated and served."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ Joint = Literal["inner", "outer", "base"]
 
 @dataclass(frozen=True)
 class EffectParameter:
-    """A number that an effect is given by."""
+    """A parameter of an effect."""
 
     name: str
     unit: str
@@ -24,13 +24,13 @@ class EffectParameter:
     upper: float
     """Highest plausible value, in the unit of the fit."""
     typical: float
-    """A value to begin a fit with, where the effect is present."""
+    """Initial value of a fit, where the effect is present."""
     inertia_power: int = 0
     """The physical value is the fit's times A22 to this power: 1 for torques, which the model has over A22."""
     shape: bool = False
-    """Whether it has no meaning unless another parameter of the effect differs from zero."""
+    """Whether it is a shape parameter: without meaning unless another parameter of the effect differs from zero."""
     optional: bool = False
-    """Whether an effect may be given without it: it then has its typical value."""
+    """Whether it may be left out in a file: it then has its typical value."""
     includes_weights: bool = False
     """Whether it is a mass that a joint carries, to which weights clamped beyond the joint add."""
 
@@ -69,12 +69,12 @@ class Form(IntEnum):
 
 @dataclass(frozen=True)
 class Curve:
-    """What a smooth curve, whose coefficients are an effect's parameters, goes over."""
+    """A smooth curve whose coefficients are an effect's parameters."""
 
     over: Literal["angle", "speed"]
-    """Of the joint; over its angle it is periodic."""
+    """What it is a function of: the joint's angle (then it is periodic) or speed."""
     count: int
-    """Of its coefficients."""
+    """Number of its coefficients."""
 
 
 @dataclass(frozen=True)
@@ -99,12 +99,11 @@ class TorqueEffect:
     at_an_instant: bool = False
     """Whether it happens once, in one trial, at its parameter `time`."""
     harmonic: bool = False
-    """Whether it is one of many harmonics of a turn, which can imitate a part of whatever depends on position."""
+    """Whether it is one of many harmonics of a turn, which can imitate a part of any function of position."""
     linear: bool = True
-    """Whether it acts on the smallest motions in proportion to them. Dry friction stops them, drag vanishes before
-    them, a knock does not depend on them."""
+    """Whether it is linear in small motions: dry friction, drag (of second order) and impulses are not."""
     turns_over: str = ""
-    """Name of a parameter that is the joint's speed within which the torque changes: steps are short enough for it."""
+    """Name of a parameter that is a joint speed within which the torque changes; the integrator's steps resolve it."""
     contains: str = ""
     """Name of a simpler effect of the same joint that this one is where some of its parameters are zero, if any."""
     curve: Curve | None = None
@@ -117,14 +116,14 @@ class TorqueEffect:
 
     @property
     def brings_states(self) -> bool:
-        """Whether the motion's state has more numbers with it."""
+        """Whether it adds states to those of the rods."""
         return self.form is Form.BASE
 
     @property
     def has_score(self) -> bool:
-        """Whether what a little of it would change is defined: not of what happens once, or cannot be absent.
+        """Whether a score test is defined for it: not for an effect of an instant, or one that cannot be zero.
 
-        Of what has any shape, it is looked at otherwise.
+        Curves have a score test of their own.
         """
         return not (self.at_an_instant or self.curve) and any(
             p.lower <= 0.0 <= p.upper for p in self.parameters if not p.shape
@@ -157,12 +156,12 @@ class SensorEffect:
 
     @property
     def curve(self) -> None:
-        """Return nothing: it is no torque."""
+        """Return nothing: it is not a torque."""
         return None
 
     @property
     def has_score(self) -> bool:
-        """Whether what a little of it would change is defined."""
+        """Whether a score test is defined for it."""
         return not self.at_an_instant
 
 

@@ -1,4 +1,4 @@
-"""What the encoders do to the angles that they report.
+"""Errors of the encoders in the angles that they report.
 
 The inner encoder turns by theta1 and the outer one by theta2 - theta1, so an error of the inner one is in both
 absolute angles.

@@ -1,4 +1,4 @@
-"""Forces on the rods and torques in the joints other than friction: the air, springs, cogging, knocks."""
+"""Forces on the rods and torques in the joints other than friction: the air, springs, cogging, impulses."""
 
 import math
 from dataclasses import replace
@@ -18,8 +18,8 @@ _AHEAD = 2e-3
 """Step of the differences along the motion [s]."""
 _NUDGE = 1e-5
 """Step of the differences of the pull's acceleration [rad], [rad/s]."""
-_KNOCK = 0.01
-"""Standard deviation in time of a knock [s]."""
+_PULSE = 0.01
+"""Standard deviation in time of an impulse [s]."""
 COGGING_PERIODS = tuple(range(2, 17))
 """How often in a turn a cogging torque may repeat. Once a turn is an unbalance, which gravity's terms hold already."""
 
@@ -166,21 +166,21 @@ def _pull(theta1, theta2, omega1, omega2, alpha1, alpha2, a1, m2_l2):
 
 @inlined
 def _bell(time, values, row):
-    """Return a knock's torque of unit impulse, and its derivative by the instant."""
-    late = (time - values[row, 1]) / _KNOCK
-    bell = math.exp(-0.5 * late * late) / (_KNOCK * math.sqrt(2.0 * math.pi))
-    return bell, bell * late / _KNOCK
+    """Return an impulse's torque of unit impulse, and its derivative by the instant."""
+    late = (time - values[row, 1]) / _PULSE
+    bell = math.exp(-0.5 * late * late) / (_PULSE * math.sqrt(2.0 * math.pi))
+    return bell, bell * late / _PULSE
 
 
 @part
-def _knock_inner(state, time, values, row, constants, slopes):
+def _impulse_inner(state, time, values, row, constants, slopes):
     bell, later = _bell(time, values, row)
     slopes[0, 11], slopes[0, 12] = bell, values[row, 0] * later
     return values[row, 0] * bell, 0.0
 
 
 @part
-def _knock_outer(state, time, values, row, constants, slopes):
+def _impulse_outer(state, time, values, row, constants, slopes):
     bell, later = _bell(time, values, row)
     slopes[1, 11], slopes[1, 12] = bell, values[row, 0] * later
     return 0.0, values[row, 0] * bell
@@ -211,7 +211,7 @@ def _cogging_of(periods: int) -> tuple[TorqueEffect, ...]:
 
 
 _DRAG = EffectParameter("coefficient", "N m s^2", 0.0, 2.0, 0.005, inertia_power=1)
-# No length of the outer rod is in the paper's model; where its centre of mass is does not tell where it ends.
+# No length of the outer rod is in the paper's model; its centre of mass does not determine where it ends.
 _LENGTH_RATIO = EffectParameter("length_ratio", "1", 0.3, 3.0, 1.0, shape=True, optional=True)
 _DRAG_SOURCE = "drag of a cylinder across a flow: Hoerner, Fluid-Dynamic Drag, 1965"
 _SPRING = (
@@ -222,7 +222,7 @@ _IMPULSE = (
     EffectParameter("impulse", "N m s", -50.0, 50.0, 0.05, inertia_power=1),
     EffectParameter("time", "s", 0.0, math.inf, 0.0, shape=True),
 )
-_IMPULSE_FORMULA = f"a torque pulse about `time`, of {_KNOCK} s standard deviation, whose integral is `impulse`"
+_IMPULSE_FORMULA = f"a torque pulse about `time`, of {_PULSE} s standard deviation, whose integral is `impulse`"
 _COMPLIANCE = EffectParameter("compliance", "m/N", 0.0, 1e-2, 1e-5, inertia_power=-1)
 
 FORCES: tuple[TorqueEffect, ...] = (
@@ -278,11 +278,11 @@ FORCES: tuple[TorqueEffect, ...] = (
         (EffectParameter("coupling", "kg m^2", -0.9, 0.9, -0.02, inertia_power=1),), None, Form.COUPLING,
     ),
     TorqueEffect(
-        "impulse", "inner", "", "a knock on the rod", _IMPULSE_FORMULA, "", _IMPULSE, _knock_inner, Form.RODS,
+        "impulse", "inner", "", "an impulse on the rod", _IMPULSE_FORMULA, "", _IMPULSE, _impulse_inner, Form.RODS,
         at_an_instant=True, linear=False,
     ),
     TorqueEffect(
-        "impulse", "outer", "", "a knock on the rod", _IMPULSE_FORMULA, "", _IMPULSE, _knock_outer, Form.RODS,
+        "impulse", "outer", "", "an impulse on the rod", _IMPULSE_FORMULA, "", _IMPULSE, _impulse_outer, Form.RODS,
         at_an_instant=True, linear=False,
     ),
 )  # fmt: skip

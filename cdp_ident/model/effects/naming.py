@@ -27,8 +27,8 @@ def effect_of(name: str, joint: str, given: Any, inertia: float, where: str) -> 
         where: what the values stand in, for messages.
 
     Raises:
-        OptionError: a name is unknown (the nearest known one is told), or a value is missing, no number or out of its
-            range.
+        OptionError: a name is unknown (the message gives the nearest known one), or a value is missing, no number or
+            out of its range.
     """
     refuse_unknown([name], {effect.name for effect in CATALOGUE}, f"effect in {where}")
     forms = [effect for effect in CATALOGUE if effect.name == name]

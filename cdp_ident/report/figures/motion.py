@@ -34,7 +34,7 @@ def angles(report: Section, curves: Curves) -> Iterator[Figure]:
             f"angles_{number}_{file_name(trial['name'])}",
             "motion",
             f"Angles of {trial['name']} ({_role(trial)})",
-            f"Top: measured and simulated over windows of {window:.2g} s, whose starts are fitted to them. Below: "
+            f"Top: measured and simulated over windows of {window:.2g} s, whose initial states are fitted. Below: "
             "measured less simulated." + _thinned(every),
             report,
             curve,
@@ -50,8 +50,8 @@ def continuous_runs(report: Section, curves: Curves) -> Iterator[Figure]:
     for number, (trial, curve) in enumerate(zip(report["trials"], curves.trials, strict=True), start=1):
         runs = {model: getattr(curve, f"run_{model.key}") for model in models(report)}
         common = (
-            "One simulation of the whole trial from its fitted start (Eq. 10). Where the motion is chaotic, no model "
-            "follows it for long." + _thinned(every)
+            "One simulation of the whole trial from its fitted initial state (Eq. 10). Where the motion is chaotic, no "
+            "model follows it for long." + _thinned(every)
         )
         yield _figure(
             f"contrast_{number}_{file_name(trial['name'])}",

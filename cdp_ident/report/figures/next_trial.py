@@ -1,4 +1,4 @@
-"""Maps of what a next trial would tell, over the angles from which both rods are let go."""
+"""Maps of the information that a next trial would bring, over the angles from which both rods are let go."""
 
 from collections.abc import Iterator
 
@@ -22,7 +22,7 @@ def next_trial(report: Section) -> Iterator[Figure]:
     yield Figure(
         "next_trial",
         "next_trial",
-        "What a next trial would tell",
+        "What a next trial would bring",
         "By the angles from hanging from which both rods are let go, at rest. Blue: to what share of their width "
         "intervals fall, the deeper the further; of two effects, vermilion: by how many standard deviations they would "
         f"differ. The dot is the start to take: it is good as well where the hand misses it by {HAND:.0f}°.",

@@ -15,7 +15,7 @@ from cdp_ident.report.wording import nominal_groups, nominal_value, short_name
 
 
 def against_nominal(report: Section) -> Figure:
-    """Return groups and physical values over the nominal ones."""
+    """Return base parameters and physical values over the nominal ones."""
     physical = {
         symbol: nominal_value(report, symbol)
         for symbol, quantity in report["after"]["physical"].items()
@@ -28,14 +28,14 @@ def against_nominal(report: Section) -> Figure:
         "Parameters against nominal",
         "Fitted over nominal value, with 95 % intervals. Hollow: not determined by the trials; of the values that fit "
         "equally well, the ones nearest to nominal.",
-        "Groups of the final model over nominal: "
+        "Base parameters of the final model over nominal: "
         + ", ".join(
             f"{short_name(symbol)} {number(quantity['value']) / nominal_groups(report)[symbol]:.4g}"
             for symbol, quantity in report["after"]["groups"].items()
         )
         + f". Not determined: {', '.join(undetermined) or 'none'}.",
         [
-            _over_nominal(report, "groups", nominal_groups(report), "the groups, all that a free swing shows"),
+            _over_nominal(report, "groups", nominal_groups(report), "base parameters, all that a free swing shows"),
             _over_nominal(report, "physical", physical, "physical values"),
         ],
     )
@@ -83,7 +83,8 @@ def correlation(report: Section) -> Iterator[Figure]:
         "correlation",
         "parameters",
         "Correlation of the estimates",
-        "Of the final model: near 1 or -1, two estimates err together, and the trials tell the two apart poorly.",
+        "Of the final model: near 1 or -1, the errors of two estimates go together, and the trials hardly distinguish "
+        "the two.",
         f"Strongest correlations: {strongest or 'none'}.",
         [Panel(numbers, named, [Heat(names, matrix)], height=40.0 + 36.0 * len(names))],
     )

@@ -35,8 +35,8 @@ def prediction(report: Section) -> Iterator[Figure]:
         "prediction",
         "validation",
         "How far ahead the model predicts",
-        f"The larger error of both angles, so long after the last angle that the model was told; the median of "
-        f"{ahead['starts']} starts in {where}, and thin what a quarter of them exceeds. The state at a start is fitted "
+        "The larger error of both angles over the time since the last angle that its state was fitted to: the median "
+        f"of {ahead['starts']} starts in {where}, and thin the upper quartile. The state at a start is fitted "
         f"to the {ahead['told_s']:.2g} s before it.",
         f"Predicted {said}.",
         [

@@ -13,13 +13,13 @@ from cdp_ident.report.page.rendering import render_page, render_text
 
 
 def comparison_figures(runs: Sequence[Run]) -> list[Figure]:
-    """Return the runs' groups against those of the first."""
+    """Return the runs' base parameters against those of the first."""
     first = runs[0]
     groups = {name: number(quantity["value"]) for name, quantity in first.report["after"]["groups"].items()}
     figure = Figure(
         "compare_groups",
         "compare",
-        f"Groups against those of {first.name}",
+        f"Base parameters against those of {first.name}",
         "Of each final model, with 95 % intervals.",
         "",
         (),

@@ -68,7 +68,7 @@ def role(trial: Section) -> str:
 
 
 def sentence(text: str) -> str:
-    """Write a phrase as a sentence; a symbol at its beginning, as m1 or g, stays what it is."""
+    """Write a phrase as a sentence; a symbol at its beginning, such as m1 or g, is not capitalised."""
     first = text.partition(" ")[0]
     begun = text[0].upper() + text[1:] if first.isalpha() and len(first) > 1 else text
     return begun if begun.endswith(".") else f"{begun}."
@@ -145,7 +145,8 @@ def _effects(report: Section) -> list[Row]:
 
 def _also_possible(report: Section) -> list[str]:
     return [
-        f"Instead of {effect_title(effect)} it could be {' or '.join(effect['also_possible'])}: the trials do not tell."
+        f"Instead of {effect_title(effect)} it could be {' or '.join(effect['also_possible'])}: the trials do not "
+        "distinguish them."
         for effect in report["effects"]
         if effect["also_possible"]
     ]
@@ -214,7 +215,7 @@ def _repeatability(report: Section) -> list[Row]:
     compared = report["repeatability"]
     if compared is None:
         return []
-    rows: list[Row] = [("group", "jointly", *(trial["trial"] for trial in compared["trials"]))]
+    rows: list[Row] = [("base parameter", "jointly", *(trial["trial"] for trial in compared["trials"]))]
     for group, joint in report["after"]["groups"].items():
         alone = [trial["groups"][group] for trial in compared["trials"]]
         rows.append((short_name(group), *(with_std(found["value"], found["std"]) for found in (joint, *alone))))

@@ -41,10 +41,10 @@ class Events:
 
 @dataclass
 class Emulation:
-    """Runs an emulated rig behind the link `link` until told to stop.
+    """Runs an emulated rig behind the link `link` until it is stopped.
 
-    `speed` makes the rig's time run faster than the wall's; `on_tick` is told the rig's time [s] before the bytes of
-    that time are sent.
+    `speed` makes the rig's time run faster than the wall's; `on_tick` is called with the rig's time [s] before the
+    bytes of that time are sent.
     """
 
     rig: EmulatedRig

@@ -1,4 +1,4 @@
-"""What is known of a trial while it is recorded, and what its user should be told."""
+"""What is known of a trial while it is recorded, and warnings for the user."""
 
 import json
 import math

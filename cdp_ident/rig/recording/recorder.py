@@ -1,62 +1,34 @@
 """Records trials: arms, keeps the time before the release, and writes one bag for each trial."""
 
-import shutil
-import tempfile
-from collections import deque
 from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
-from datetime import datetime
+from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
 
 from cdp_ident.bag import diagnostics
 from cdp_ident.bag.diagnostics import read_statuses
 from cdp_ident.bag.joint_state import MESSAGE_TYPE
 from cdp_ident.bag.metadata import OFFERED_QOS_PROFILES, QosProfile
-from cdp_ident.bag.salvage import complete_bag, incomplete_bags
 from cdp_ident.bag.writer import BagWriter
 from cdp_ident.errors import BagError, RigError
 from cdp_ident.model.weights import Weight
-from cdp_ident.outside_text import shown
-from cdp_ident.rig.recording.detector import End, EndDetector, ReleaseDetector, TrialLimits
-from cdp_ident.rig.recording.facts import JointNames, PositionReader, TrialFacts
+from cdp_ident.rig.recording.bag_folder import BagFolder
+from cdp_ident.rig.recording.detector import End, EndDetector, ReleaseDetector
+from cdp_ident.rig.recording.facts import PositionReader, TrialFacts
+from cdp_ident.rig.recording.message import Message
+from cdp_ident.rig.recording.options import RecorderOptions
+from cdp_ident.rig.recording.pre_trigger import PreTrigger
 
 FLUSH_NS = 250_000_000
-"""What is older than this is out of reach of a kill [ns]; a bag has one chunk for each."""
+"""Messages older than this survive a kill of the process [ns]; a bag has one chunk for each such time."""
 _SILENCE_NS = 5_000_000_000
-_MOST_KEPT = 64_000_000
-"""Bytes from before a release that are kept at most: a minute at 5 kHz has them."""
-_LONGEST_NAME = 100
-_LEAST_FREE = 50_000_000
-"""With less space on the disk [bytes], arming is refused: ten minutes at 1 kHz need more."""
 
 IDLE, ARMED, RECORDING = "idle", "armed", "recording"
 
 
 @dataclass(frozen=True)
-class RecorderOptions:
-    """What to record, where, and what counts as a trial."""
-
-    folder: Path
-    """Bags go here, each in a folder of its own."""
-    name: str = "trial"
-    """Their names are this and the time."""
-    joints: JointNames = field(default_factory=JointNames)
-    limits: TrialLimits = field(default_factory=TrialLimits)
-    pre_trigger: float = 1.0
-    """How much from before the release is kept [s]."""
-    cart_limit: float = 0.002
-    """More motion of the cart is not zero-input [m]."""
-    shortest: float = 5.0
-    """A shorter trial is of little use [s]."""
-    rearm: bool = False
-    """Whether to arm at the start and after each trial without being asked."""
-
-
-@dataclass(frozen=True)
 class Surroundings:
-    """What a recorder asks and tells; without ROS there is nobody to ask or tell."""
+    """Callbacks of a recorder to its surroundings; without ROS they do nothing."""
 
     say: Callable[[str], None] = lambda _: None
     """Is given each thing that people should know …"""
@@ -72,13 +44,6 @@ class Surroundings:
     """Returns the weights that are clamped to the rods now."""
     offered: Callable[[str], Sequence[QosProfile]] = lambda _: OFFERED_QOS_PROFILES
     """Returns the quality of service that the publishers of a topic offer."""
-
-
-class _Message(NamedTuple):
-    topic: str
-    message_type: str
-    received_ns: int
-    raw: bytes
 
 
 @dataclass
@@ -97,8 +62,7 @@ class Recorder:
 
         Raises `RigError` where the folder cannot be written, or the bags' name is none.
         """
-        if not _is_name(options.name):
-            raise RigError(f"{shown(options.name)!r} is no name for bags: expected a name without folders")
+        self._bags = BagFolder(options.folder, options.name)
         self.state = IDLE
         self.problem = ""
         """What kept the last trial from being recorded; empty where nothing did."""
@@ -109,15 +73,17 @@ class Recorder:
         self._say, self._warn = surroundings.say, surroundings.warn
         self._reader = PositionReader(options.joints)
         self._release = ReleaseDetector(options.limits)
-        self._before: deque[_Message] = deque()
-        self._kept_bytes = 0
+        self._before = PreTrigger(options.pre_trigger)
         self._rig: dict[str, str] = {}
         self._trial: _Trial | None = None
         self._last_sample_ns: int | None = None
         self._last_stamp_ns = 0
-        self._told_of_joints = False
-        self._check_folder()
-        self._complete_unfinished()
+        self._warned_of_joints = False
+        for bag in self._bags.complete_unfinished():
+            if isinstance(bag, BagError):
+                self._warn(f"left as it is: {bag}")
+            else:
+                self._say(f"completed a bag that was left unfinished: {bag}")
         surroundings.on_state(self.state)
         if options.rearm:
             self.arm()
@@ -125,7 +91,7 @@ class Recorder:
     @property
     def folder(self) -> Path:
         """Where bags go."""
-        return self._options.folder.absolute()
+        return self._bags.path
 
     def hears_joint_states(self, now_ns: int) -> bool:
         """Return whether positions of the pendulum came lately."""
@@ -135,7 +101,7 @@ class Recorder:
         """Wait for the release. Raises `RigError` while a trial is recorded, or where it could not be."""
         if self.state == RECORDING:
             raise RigError("a trial is being recorded: stop it first")
-        self._check_folder()
+        self._bags.check()
         self._release = ReleaseDetector(self._options.limits)
         self._set_state(ARMED)
 
@@ -148,7 +114,7 @@ class Recorder:
             raise RigError("a trial is being recorded already")
         if not self.hears_joint_states(now_ns):
             raise RigError("no joint states come: is the driver running, and on the same topic?")
-        self._check_folder()
+        self._bags.check()
         return self._begin(self._last_stamp_ns, now_ns, by_hand=True)
 
     def stop(self) -> Path | None:
@@ -176,30 +142,19 @@ class Recorder:
     def take(self, topic: str, message_type: str, received_ns: int, raw: bytes) -> None:
         """Take a serialised message that was received at `received_ns` [ns since the epoch].
 
-        JointState and DiagnosticArray messages tell of the trial; those of other types are recorded with them.
+        JointState and DiagnosticArray messages are evaluated, too; those of other types are only recorded.
         """
-        message = _Message(topic, message_type, received_ns, raw)
+        message = Message(topic, message_type, received_ns, raw)
         if self._trial is not None:
             self._write(message)
-        self._keep(message)
+        self._before.keep(message)
         if message_type == MESSAGE_TYPE:
             self._take_sample(message)
         elif message_type == diagnostics.MESSAGE_TYPE:
             self._take_diagnostics(raw)
 
-    def _keep(self, message: _Message) -> None:
-        """Keep what is from shortly before now; what is from after it was received before the clock was set back."""
-        now = message.received_ns
-        self._before.append(message)
-        self._kept_bytes += len(message.raw)
-        oldest = now - self._options.pre_trigger * 1e9
-        while not oldest <= self._before[0].received_ns <= now or self._kept_bytes > _MOST_KEPT:
-            self._kept_bytes -= len(self._before.popleft().raw)
-            if not self._before:
-                return
-
     def tick(self, now_ns: int) -> None:
-        """Bring what was written out of reach of a kill; to be called several times a second."""
+        """Flush what was written, so that it survives a kill; to be called several times a second."""
         trial = self._trial
         if trial is None:
             return
@@ -213,15 +168,16 @@ class Recorder:
             with suppress(RigError):
                 self._finish(End.SILENCE)
 
-    def _take_sample(self, message: _Message) -> None:
+    def _take_sample(self, message: Message) -> None:
         position = self._reader.read(message.raw)
         if position is None:
-            if not self._told_of_joints:
-                self._told_of_joints = True
+            if not self._warned_of_joints:
+                self._warned_of_joints = True
                 joints = self._options.joints
                 self._warn(
                     f"a message on {message.topic} has no positions of {joints.inner} and {joints.outer}: it is "
-                    "recorded, but tells nothing of release and rest; set the parameters inner_joint and outer_joint"
+                    "recorded, but release and rest are not detected in it; set the parameters inner_joint and "
+                    "outer_joint"
                 )
             return
         self._last_sample_ns, self._last_stamp_ns = message.received_ns, position.stamp_ns
@@ -242,20 +198,20 @@ class Recorder:
         drivers = self._around.drivers()
         for status in read_statuses(raw):
             if status.name in drivers:
-                told = {"name": status.name, "hardware_id": status.hardware_id, "status": status.message}
-                self._rig = told | dict(status.values)
+                description = {"name": status.name, "hardware_id": status.hardware_id, "status": status.message}
+                self._rig = description | dict(status.values)
 
     def _begin(self, stamp_ns: int, now_ns: int, by_hand: bool) -> Path:
         options = self._options
         try:
-            writer = self._new_bag(now_ns)
+            writer = self._bags.new_bag(now_ns)
         except BagError as error:
             self._fail_with(str(error))
             raise RigError(str(error)) from error
         facts = TrialFacts(options.cart_limit, options.shortest, stamp_ns, by_hand, weights=self._around.weights())
         self._trial = _Trial(writer, EndDetector(options.limits, stamp_ns, not by_hand), facts, now_ns)
         self.problem = ""
-        for message in tuple(self._before):
+        for message in self._before:
             self._write(message)
             if message.message_type == MESSAGE_TYPE and (position := self._reader.read(message.raw)):
                 facts.take(position)
@@ -266,7 +222,7 @@ class Recorder:
         self._say(f"{'started' if by_hand else 'released'}: recording {writer.folder}")
         return writer.folder
 
-    def _write(self, message: _Message) -> None:
+    def _write(self, message: Message) -> None:
         trial = self._trial
         if trial is None:
             return
@@ -326,46 +282,7 @@ class Recorder:
             "shortest": options.shortest,
         }
 
-    def _new_bag(self, now_ns: int) -> BagWriter:
-        """Begin a bag in a folder of its own, whichever other recorders begin theirs in the same second."""
-        when = datetime.fromtimestamp(now_ns * 1e-9).astimezone().strftime("%Y%m%d_%H%M%S")
-        name = f"{self._options.name}_{when}"
-        folder, number = self._options.folder / name, 1
-        while True:
-            try:
-                return BagWriter(folder)
-            except BagError:
-                if not folder.exists():
-                    raise
-            number += 1
-            folder = self._options.folder / f"{name}_{number}"
-
-    def _check_folder(self) -> None:
-        folder = self._options.folder
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-            with tempfile.TemporaryFile(dir=folder):
-                pass
-            free = shutil.disk_usage(folder).free
-        except OSError as error:
-            raise RigError(f"nothing can be recorded in {folder}: {error.strerror or error}") from error
-        if free < _LEAST_FREE:
-            raise RigError(f"nothing can be recorded in {folder}: only {free / 1e6:.0f} MB are free on its disk")
-
-    def _complete_unfinished(self) -> None:
-        for folder in incomplete_bags(self._options.folder):
-            try:
-                if salvaged := complete_bag(folder):
-                    self._say(f"completed a bag that was left unfinished: {salvaged}")
-            except BagError as error:
-                self._warn(f"left as it is: {error}")
-
     def _set_state(self, state: str) -> None:
         if state != self.state:
             self.state = state
             self._around.on_state(state)
-
-
-def _is_name(name: str) -> bool:
-    """Tell whether a text can begin the names of folders, and leads nowhere else."""
-    return name.isprintable() and 0 < len(name) <= _LONGEST_NAME and name[0] != "." and Path(name).name == name

@@ -209,7 +209,7 @@ def test_a_torque_is_that_of_an_independent_description(key, values, other):
 
 
 @pytest.mark.parametrize("joint", JOINTS)
-def test_a_knock_gives_its_rod_its_impulse(joint):
+def test_an_impulse_gives_its_rod_its_impulse(joint):
     times = np.linspace(0.9, 1.1, 2001)
     torques = [torque_of(EFFECTS[f"impulse.{joint}"], STATES[0], [0.7, 1.0], time) for time in times]
     given_to = np.trapezoid(torques, times, axis=0)

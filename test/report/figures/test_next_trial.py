@@ -15,8 +15,8 @@ def test_the_map_has_each_start_and_a_dot_at_the_one_to_take(read_content):
     across, along = advice["map"]["inner_rad"], advice["map"]["outer_rad"]
     value = advice["map"]["values"][across.index(advice["inner_rad"])][along.index(advice["outer_rad"])]
     assert heat.matrix[outer, inner] == value
-    assert figure.panels[0].title == "all groups"
-    assert "all groups: let go" in figure.alternative
+    assert figure.panels[0].title == "all base parameters"
+    assert "all base parameters: let go" in figure.alternative
 
 
 def test_starts_without_a_motion_are_left_blank(read_content):

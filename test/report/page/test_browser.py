@@ -295,7 +295,7 @@ def test_a_comparison_is_a_page_of_the_same_kind(visit, read_content, tmp_path):
         assert visited.complaints == []
         assert visited.page.evaluate("document.documentElement.scrollWidth") <= viewport["width"]
         assert visited.page.locator("img").count() == 0
-        assert visited.page.get_by_role("region", name="Groups, all that a free swing depends on").count() == 1
+        assert visited.page.get_by_role("region", name="Base parameters, all that a free swing depends on").count() == 1
 
 
 def test_even_a_script_that_got_in_would_not_run(visit):

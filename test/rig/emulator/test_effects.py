@@ -40,9 +40,9 @@ def test_a_tilted_base_moves_where_it_hangs() -> None:
     assert states({"gravity_tilt": {"base": {"tilt": 0.05}}}, heavy)[-1, :2] == pytest.approx(math.pi + 0.05, abs=2e-3)
 
 
-def test_a_knock_comes_at_its_time() -> None:
-    quiet, knocked = states({}), states({"impulse": {"outer": {"impulse": 0.02, "time": 4.0}}})
-    differ = np.flatnonzero(np.abs(quiet - knocked).max(axis=1) > 1e-6)
+def test_an_impulse_comes_at_its_time() -> None:
+    quiet, pushed = states({}), states({"impulse": {"outer": {"impulse": 0.02, "time": 4.0}}})
+    differ = np.flatnonzero(np.abs(quiet - pushed).max(axis=1) > 1e-6)
     assert differ[0] * PERIOD + 0.5 == pytest.approx(4.0, abs=0.06)
 
 

@@ -15,7 +15,8 @@ import pytest
 from rosbags.highlevel import AnyReader
 
 from cdp_ident.bag.joint_state import typestore
-from cdp_ident.rig.recording.recorder import Recorder, RecorderOptions, Surroundings
+from cdp_ident.rig.recording.options import RecorderOptions
+from cdp_ident.rig.recording.recorder import Recorder, Surroundings
 
 RECORDERS = 20
 """In a batch, at once."""
@@ -27,7 +28,8 @@ SCRIPT = textwrap.dedent(
     import json, os, sys, time
     from pathlib import Path
     from cdp_ident.bag.joint_state import MESSAGE_TYPE, serialize_joint_state
-    from cdp_ident.rig.recording.recorder import Recorder, RecorderOptions, Surroundings
+    from cdp_ident.rig.recording.recorder import Recorder, Surroundings
+    from cdp_ident.rig.recording.options import RecorderOptions
 
     def record(folder):
         recorder = Recorder(RecorderOptions(folder), Surroundings())

@@ -1,7 +1,7 @@
-"""How long a measured motion can be followed by simulation, before the error of its start has grown too large.
+"""How long a motion is predictable: how long a simulation follows it before the initial state's error is too large.
 
-Errors of a start grow by the equations of motion linearised along the motion (finite-time Lyapunov growth: Benettin et
-al., Meccanica 15, 1980). The motion along which they grow is the measured one, so that nothing is simulated.
+Errors of an initial state grow by the equations of motion linearised along the motion (finite-time Lyapunov growth:
+Benettin et al., Meccanica 15, 1980). The measured motion is used for that, so that nothing has to be simulated.
 """
 
 from dataclasses import dataclass
@@ -16,38 +16,38 @@ from cdp_ident.model.trajectory import accelerations_at
 Array = npt.NDArray[np.float64]
 
 LOST = 0.2
-"""An error of the angles, as a share of their scatter, beyond which a simulation no longer follows the motion: less
-than that, corrections of the start are still about linear."""
-_FOLLOWED_BY = 0.1
-"""Quantile over starts: nine of ten can be followed for the time returned."""
+"""An error of the angles, as a share of their scatter, beyond which a simulation no longer follows the motion: below
+it, the motion is still nearly linear in corrections of the initial state."""
+_QUANTILE = 0.1
+"""Quantile over instants: from nine of ten the motion is predictable for at least the time returned."""
 _APART = 10
-"""Points of the motion's grid from one start to the next."""
+"""Points of the motion's grid between the instants that are looked at."""
 _NEAR = 2
-"""Starts so near count too: how an error grows depends on where exactly it begins."""
+"""The shortest time of so many neighbouring instants counts: the growth of errors varies from one to the next."""
 _NUDGE = 1e-6
 
 
 @dataclass(frozen=True)
-class Followed:
-    """For how long a motion can be followed from starts that local cubics give."""
+class Predictability:
+    """For how long a motion is predictable from initial states that are estimated by local cubics."""
 
     time: Array
-    """(k,) times of the starts [s]."""
+    """(k,) instants [s]."""
     lasts: Array
-    """(k,) how long it can be followed from each [s]."""
+    """(k,) how long it is predictable from each [s]."""
 
     def at(self, time: float) -> float:
-        """Return for how long it can be followed from a time and from near it [s]."""
+        """Return for how long it is predictable from a time and from near it [s]."""
         at = int(np.argmin(np.abs(self.time - time)))
         return float(np.min(self.lasts[max(at - _NEAR, 0) : at + _NEAR + 1]))
 
     @property
     def mostly(self) -> float:
-        """How long most of the starts can be followed [s]."""
-        return float(np.quantile(self.lasts, _FOLLOWED_BY, method="lower"))
+        """How long it is predictable from most of the instants [s]."""
+        return float(np.quantile(self.lasts, _QUANTILE, method="lower"))
 
 
-def followed(
+def predictability(
     motion: SmoothMotion,
     groups: Array,
     length: float,
@@ -56,24 +56,24 @@ def followed(
     spacing: float,
     half_width: float,
     longest: float,
-) -> Followed:
-    """Return for how long a motion can be followed from starts that local cubics give.
+) -> Predictability:
+    """Return for how long a motion is predictable from initial states that are estimated by local cubics.
 
     Args:
         motion: the smooth motion.
-        groups: (5,) rough values of the groups.
+        groups: (5,) rough values of the base parameters.
         length: L [m].
         gravity: g [m/s^2].
         noise: (2,) standard deviation of the noise of the angles [rad].
         spacing: of the samples [s].
         half_width: of the local cubics [s].
-        longest: time beyond which nobody asks [s].
+        longest: longest time that is asked for [s].
     """
     time = motion.time[motion.known]
     angles, rates = motion.values[0][motion.known][:, :2], motion.rates[0][motion.known][:, :2]
     count = len(angles)
     if count < 2:
-        return Followed(motion.time[:1], np.zeros(1))
+        return Predictability(motion.time[:1], np.zeros(1))
     steps = _steps(np.concatenate([angles, rates], axis=1), coefficients_of(groups, length, gravity), motion.spacing)
     # Variances of a local cubic's value and slope in its middle, from samples so far apart (Savitzky and Golay, 1964).
     samples = max(2.0 * half_width / spacing, 6.0)
@@ -93,7 +93,7 @@ def followed(
         on = on[~lost]
         if len(on) == 0:
             break
-    return Followed(time[begins], lasts)
+    return Predictability(time[begins], lasts)
 
 
 def _steps(states: Array, coefficients: Array, spacing: float) -> Array:

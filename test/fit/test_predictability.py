@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from cdp_ident.fit.following import followed
+from cdp_ident.fit.predictability import predictability
 from cdp_ident.fit.smoothing import smooth
 from reference.own_units import Rig, motion
 
@@ -16,7 +16,7 @@ LOST, LONGEST = 0.2, 30.0
 def lasts(start, noise):
     time = np.arange(2400) * SPACING
     smoothed = smooth(time, motion(RIG, start, time)[:, :2], SPACING, 0, np.random.default_rng(0))
-    return followed(smoothed, GROUPS, 1.0, 1.0, np.full(2, noise), SPACING, HALF_WIDTH, LONGEST)
+    return predictability(smoothed, GROUPS, 1.0, 1.0, np.full(2, noise), SPACING, HALF_WIDTH, LONGEST)
 
 
 def test_a_calm_motion_is_followed_to_its_end():
@@ -50,6 +50,6 @@ def test_a_motion_that_calms_down_is_followed_longer_and_longer():
     damped = Rig(A23=0.5, A33=0.4, a1=1.4, c1=0.1, c2=0.05)
     smoothed = smooth(time, motion(damped, WHIRLING, time)[:, :2], SPACING, 0, np.random.default_rng(0))
     groups = np.array([0.5, 0.4, 1.4, 0.1, 0.05])
-    found = followed(smoothed, groups, 1.0, 1.0, np.full(2, 1e-2), SPACING, HALF_WIDTH, LONGEST)
+    found = predictability(smoothed, groups, 1.0, 1.0, np.full(2, 1e-2), SPACING, HALF_WIDTH, LONGEST)
     assert found.at(0.0) < 0.6 * found.at(25.0)
     assert found.at(0.0) <= found.lasts[0]  # what begins near it counts too

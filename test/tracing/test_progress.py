@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from cdp_ident.errors import IdentificationError
-from cdp_ident.fit.motion_model import ActiveEffect
+from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.parameters import SYMBOLS, groups_of
-from cdp_ident.tracing import selection
+from cdp_ident.tracing import progress as progress_module
 from cdp_ident.tracing.candidates import Candidate
-from cdp_ident.tracing.selection import InterruptedSelectionError, Progress
+from cdp_ident.tracing.progress import InterruptedSelectionError, Progress
 from reference.pendulum import TABLE_5
 
 BY_KEY = {effect.key: effect for effect in CATALOGUE}
@@ -35,15 +35,15 @@ def test_each_addition_is_refitted(plain):
     assert progress.failures == []
 
 
-def test_what_cannot_be_fitted_is_told_and_left_out(plain, monkeypatch):
-    real = selection._refit
+def test_what_cannot_be_fitted_is_reported_and_left_out(plain, monkeypatch):
+    real = progress_module._refit
 
     def fails_with_drag(model, values, before, expected):
         if model.effects[-1].effect.key == "air_drag.inner":
             raise IdentificationError("it diverged")
         return real(model, values, before, expected)
 
-    monkeypatch.setattr(selection, "_refit", fails_with_drag)
+    monkeypatch.setattr(progress_module, "_refit", fails_with_drag)
     told = []
     progress = Progress(plain, 5e-4, told.append)
     found = progress.tried(plain, ((c,) for c in (DRAG, SPRING)))
@@ -51,7 +51,7 @@ def test_what_cannot_be_fitted_is_told_and_left_out(plain, monkeypatch):
     assert progress.failures == told == ["air_drag.inner could not be fitted: it diverged"]
 
 
-def test_what_is_taken_is_refined_to_the_end(plain):
+def test_an_accepted_model_is_refined_to_convergence(plain):
     progress = Progress(plain, 5e-4)
     ((_, roughly),) = progress.tried(plain, [(SPRING,)])
     finished = progress.finished(roughly)

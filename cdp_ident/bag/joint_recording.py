@@ -1,0 +1,162 @@
+"""The joint positions of a bag as arrays, collected message by message."""
+
+from __future__ import annotations
+
+import struct
+from array import array
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from cdp_ident.bag.device_messages import DeviceMessages, DeviceTime
+from cdp_ident.bag.joint_state import HEAD_OFFSET, NANOSECONDS, STAMP_OFFSET, Layout, parse_layout
+from cdp_ident.bag.message_compression import plain_message
+from cdp_ident.errors import BagError
+
+_LAYOUTS_AT_HAND = 8
+_MOST_JOINTS = 256
+_LONGEST_HEAD = 1 << 14
+"""Bytes of the frame and joint names of a message; 256 joints with names of 60 letters have no more."""
+_MOST_ROWS = 8_000_000
+"""Two hours at 1 kHz."""
+_MOST_VALUES = 1 << 25
+"""Positions of all joints in all rows: an hour of a robot with eight joints at 1 kHz."""
+_MOST_LAYOUTS = 1 << 14
+"""Ways in which messages begin; writers have one or a few."""
+
+
+@dataclass(frozen=True)
+class JointRecording:
+    """The joint positions that a bag holds on one topic, in the order of their receipt."""
+
+    name: str
+    """What people call the bag."""
+    topic: str
+    joints: tuple[str, ...]
+    """Every joint that is named in any message."""
+    stamps: npt.NDArray[np.int64]
+    """(n,) time of the measurement [ns since the epoch]; see `notes` for where it was taken from."""
+    positions: npt.NDArray[np.float64]
+    """(n, joints) positions as recorded [rad or m]; NaN where a message does not name the joint."""
+    notes: tuple[str, ...]
+    """What was dropped or noticed while reading, in words, with numbers."""
+    device: DeviceTime | None = None
+    """The device's own time of the samples, where the bag has it."""
+
+
+@dataclass
+class _Alike:
+    """Messages of one layout: their rows in the recording, stamps and positions."""
+
+    layout: Layout
+    rows: array[int] = field(default_factory=lambda: array("q"))
+    stamps: array[int] = field(default_factory=lambda: array("q"))
+    positions: array[float] = field(default_factory=lambda: array("d"))
+
+    def take(self, row: int, raw: bytes) -> bool:
+        """Add a message if it has this layout, and say whether it had."""
+        layout = self.layout
+        fits = raw.startswith(layout.head, HEAD_OFFSET) and raw[:2] == layout.byte_order
+        if not fits or len(raw) < layout.offset + layout.positions.size:
+            return False
+        seconds, nanoseconds = layout.stamp.unpack_from(raw, STAMP_OFFSET)
+        if seconds < 0 or nanoseconds >= NANOSECONDS:
+            raise ValueError("not a time")
+        self.positions.extend(layout.positions.unpack_from(raw, layout.offset))
+        self.stamps.append(seconds * NANOSECONDS + nanoseconds)
+        self.rows.append(row)
+        return True
+
+
+class JointStates:
+    """Collects messages into arrays; a layout is found once and then serves all messages that begin alike."""
+
+    def __init__(self, bag: Path) -> None:
+        self._bag = bag
+        self._receipts = array("q")
+        self._groups: list[_Alike] = []
+        self._at_hand: list[_Alike] = []
+        self._joints: dict[str, None] = {}
+        """Names of all joints, in the order in which they came."""
+        self._garbled = 0
+
+    def add(self, receipt: int, raw: bytes) -> None:
+        """Add one message: its time of receipt [ns since the epoch] and its bytes."""
+        row = len(self._receipts)
+        try:
+            raw = plain_message(raw)
+            if not any(group.take(row, raw) for group in self._at_hand):
+                self._begin_group(raw).take(row, raw)
+        except (ValueError, struct.error):
+            self._garbled += 1
+        else:
+            self._receipts.append(receipt)
+            if row >= _MOST_ROWS or row * len(self._joints) > _MOST_VALUES:
+                raise BagError(f"{self._bag} holds too many joint states ({row}): cut the swing out of it")
+
+    def _begin_group(self, raw: bytes) -> _Alike:
+        layout = parse_layout(raw)
+        if len(layout.head) > _LONGEST_HEAD or len(layout.names) > _MOST_JOINTS:
+            raise ValueError("more names than are believed")
+        group = _Alike(layout)
+        self._groups.append(group)
+        self._at_hand = [group, *self._at_hand[: _LAYOUTS_AT_HAND - 1]]
+        self._joints |= dict.fromkeys(layout.names)
+        if len(self._joints) > _MOST_JOINTS or len(self._groups) > _MOST_LAYOUTS:
+            raise BagError(
+                f"{self._bag} names {len(self._joints)} joints in {len(self._groups)} ways: at most {_MOST_JOINTS} and "
+                f"{_MOST_LAYOUTS} are believed"
+            )
+        return group
+
+    def recording(self, name: str, topic: str, notes: list[str]) -> JointRecording:
+        """Return all messages as one recording, in the order of their receipt."""
+        joints = tuple(self._joints)
+        column = {joint: i for i, joint in enumerate(joints)}
+        positions = np.full((len(self._receipts), len(joints)), np.nan)
+        stamps = np.zeros(len(self._receipts), dtype=np.int64)
+        receipts = np.array(self._receipts, dtype=np.int64)
+        for group in self._groups:
+            rows = np.array(group.rows, dtype=np.int64)
+            stamps[rows] = group.stamps
+            values = np.array(group.positions).reshape(len(rows), len(group.layout.names))
+            positions[rows[:, None], [column[joint] for joint in group.layout.names]] = values
+        notes = list(notes)
+        if self._garbled:
+            notes.append(f"{self._garbled} messages on {topic} that are not well-formed joint states are dropped")
+        times, keep, note = _times(stamps, receipts)
+        keep = keep[np.argsort(receipts[keep], kind="stable")]
+        return JointRecording(name, topic, joints, times[keep], positions[keep], (*notes, *note))
+
+
+def _times(
+    stamps: npt.NDArray[np.int64], receipts: npt.NDArray[np.int64]
+) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], list[str]]:
+    """Choose between the stamps of the headers and the times of receipt.
+
+    Returns the times (n,), the samples that have one, and what there is to say about it.
+    """
+    stamped = stamps > 0
+    count = int(np.count_nonzero(stamped))
+    if 2 * count < len(stamps) or not len(stamps):
+        note = ["the messages have no stamp: the time of receipt is used, with its jitter"] if len(stamps) else []
+        return receipts, np.arange(len(stamps)), note
+    unstamped = len(stamps) - count
+    note = [f"{unstamped} messages without a stamp are dropped"] if unstamped else []
+    return stamps, np.flatnonzero(stamped), note
+
+
+def with_device(recording: JointRecording, devices: DeviceMessages) -> JointRecording:
+    """Add the device's time to a recording; the few samples that lack it, at the ends, are dropped."""
+    found = devices.device_time(recording.stamps)
+    if found is None:
+        return recording
+    device, known = found
+    notes = recording.notes
+    if not np.all(known):
+        notes = (*notes, f"{np.count_nonzero(~known)} samples without the device's own time are dropped")
+    return replace(
+        recording, stamps=recording.stamps[known], positions=recording.positions[known], notes=notes, device=device
+    )

@@ -1,0 +1,75 @@
+"""The folder that a recorder's bags go to."""
+
+import shutil
+import tempfile
+from collections.abc import Iterator
+from datetime import datetime
+from pathlib import Path
+
+from cdp_ident.bag.salvage import Salvaged, complete_bag, incomplete_bags
+from cdp_ident.bag.writer import BagWriter
+from cdp_ident.errors import BagError, RigError
+from cdp_ident.outside_text import shown
+
+_LONGEST_NAME = 100
+_LEAST_FREE = 50_000_000
+"""Least free space on the disk [bytes]: ten minutes at 1 kHz need more."""
+
+
+class BagFolder:
+    """Makes bags in a folder, each in a folder of its own."""
+
+    def __init__(self, path: Path, name: str) -> None:
+        """Check that bags can be written to the folder `path`; their names are `name` and the time.
+
+        Raises `RigError` where they cannot, or where the name is not one of a folder.
+        """
+        if not _is_name(name):
+            raise RigError(f"{shown(name)!r} is no name for bags: expected a name without folders")
+        self.path = path.absolute()
+        self._folder, self._name = path, name
+        self.check()
+
+    def check(self) -> None:
+        """Make the folder where it is missing. Raises `RigError` where nothing can be written to it."""
+        folder = self._folder
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            with tempfile.TemporaryFile(dir=folder):
+                pass
+            free = shutil.disk_usage(folder).free
+        except OSError as error:
+            raise RigError(f"nothing can be recorded in {folder}: {error.strerror or error}") from error
+        if free < _LEAST_FREE:
+            raise RigError(f"nothing can be recorded in {folder}: only {free / 1e6:.0f} MB are free on its disk")
+
+    def new_bag(self, now_ns: int) -> BagWriter:
+        """Begin a bag at a time [ns since the epoch], whichever other recorders begin theirs in the same second.
+
+        Raises `BagError` where it cannot be made.
+        """
+        when = datetime.fromtimestamp(now_ns * 1e-9).astimezone().strftime("%Y%m%d_%H%M%S")
+        name = f"{self._name}_{when}"
+        folder, number = self._folder / name, 1
+        while True:
+            try:
+                return BagWriter(folder)
+            except BagError:
+                if not folder.exists():
+                    raise
+            number += 1
+            folder = self._folder / f"{name}_{number}"
+
+    def complete_unfinished(self) -> Iterator[Salvaged | BagError]:
+        """Complete the bags that a recorder left unfinished; yield each, or why it is left as it is."""
+        for folder in incomplete_bags(self._folder):
+            try:
+                if salvaged := complete_bag(folder):
+                    yield salvaged
+            except BagError as error:
+                yield error
+
+
+def _is_name(name: str) -> bool:
+    """Return whether a text can begin the names of folders and does not lead to another folder."""
+    return name.isprintable() and 0 < len(name) <= _LONGEST_NAME and name[0] != "." and Path(name).name == name

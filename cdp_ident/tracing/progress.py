@@ -1,0 +1,222 @@
+"""The progress of a stepwise selection: the present model, and refits of others."""
+
+import time
+from collections.abc import Callable, Iterable, Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from cdp_ident.diagnosis.cross_validation import Folds, cross_validated
+from cdp_ident.errors import IdentificationError
+from cdp_ident.fit.active_effect import ActiveEffect
+from cdp_ident.fit.motion_model import JOINTS, MotionModel
+from cdp_ident.fit.refinement import Fit, refine, refine_from_afar
+from cdp_ident.fit.reweighting import reweighted
+from cdp_ident.tracing.candidates import Candidate
+from cdp_ident.tracing.evidence import Attempt
+from cdp_ident.tracing.selection import Step, Tried
+
+Array = npt.NDArray[np.float64]
+
+_ROUGHLY = 1e-4
+"""Tolerance of refits that only compare candidates; the accepted model is refined further."""
+_KEPT = 0.5
+"""A refit over whole windows is good if it gains this share of what the score test predicts."""
+NO_STEPS: Array = np.zeros(2)
+_LEAST_STEPS = 0.75
+"""An encoder's offset counts as more than rounding (half a step) from so many steps on."""
+
+
+class InterruptedSelectionError(Exception):
+    """A selection was asked to stop; what it has is in its `Progress`."""
+
+
+class Progress:
+    """A selection in progress; its model so far is kept when the selection is interrupted."""
+
+    def __init__(
+        self,
+        before: Attempt,
+        noise: float,
+        say: Callable[[str], None] = lambda line: None,
+        stop: Callable[[], bool] = lambda: False,
+        encoder_steps: Array = NO_STEPS,
+        trying: Callable[[str], None] = lambda line: None,
+    ) -> None:
+        """Begin.
+
+        Args:
+            before: the paper's model.
+            noise: root mean square of what the encoders add to both angles [rad].
+            say: called with a line of text after each step.
+            encoder_steps: of the inner and the outer encoder [rad]; an offset below is rounding.
+            stop: asked before each addition of effects; true raises `InterruptedSelectionError` there.
+            trying: called with what is tried next, and how long that and what follows may take.
+        """
+        self.before = self.current = before
+        """The model with the effects that are accepted."""
+        self.noise = noise
+        self.encoder_steps = encoder_steps
+        self.steps: list[Step] = []
+        self.rivals: dict[str, tuple[Attempt, ...]] = {}
+        """The rivals that each effect was compared with in the last exchange, by its label."""
+        self.failures: list[str] = []
+        """What could not be computed, in words."""
+        self._say, self._stop, self._trying = say, stop, trying
+        self._refits, self._seconds = 0, 0.0
+
+    def is_rounding(self, joint: str, angle: float) -> bool:
+        """Return whether an angle [rad] may be the rounding of an encoder whose joint is at rest."""
+        return abs(angle) < _LEAST_STEPS * self.encoder_steps[JOINTS.index(joint)]
+
+    def with_effects(self, attempt: Attempt, candidates: Sequence[Candidate]) -> Attempt:
+        """Return a model with more effects, refitted.
+
+        Raises:
+            InterruptedSelectionError: the selection is asked to stop.
+        """
+        model, values = attempt.model, attempt.fit.values
+        for candidate in candidates:
+            model = model.with_effect(candidate.active)
+            values = np.concatenate([values, candidate.values])
+        if self._stop():
+            raise InterruptedSelectionError
+        expected = attempt.fit.squared_error - sum(candidate.gain for candidate in candidates)
+        return attempt_of(_refit(model, values, attempt.fit, expected), attempt.folds)
+
+    def tried(
+        self, attempt: Attempt, additions: Iterable[tuple[Candidate, ...]]
+    ) -> list[tuple[tuple[Candidate, ...], Attempt]]:
+        """Return refits of a model with each of some additions; those that fail are reported and left out.
+
+        Raises:
+            InterruptedSelectionError: the selection is asked to stop.
+        """
+        found = []
+        additions = list(additions)
+        for place, candidates in enumerate(additions):
+            self._say_what_is_tried(candidates, place, len(additions))
+            began = time.monotonic()
+            try:
+                found.append((candidates, self.with_effects(attempt, candidates)))
+            except (IdentificationError, np.linalg.LinAlgError) as error:
+                keys = " and ".join(candidate.active.effect.key for candidate in candidates)
+                self.fail(f"{keys} could not be fitted: {error}")
+            self._refits, self._seconds = self._refits + 1, self._seconds + time.monotonic() - began
+        return found
+
+    def _say_what_is_tried(self, candidates: Sequence[Candidate], place: int, count: int) -> None:
+        keys = " and ".join(candidate.active.effect.key for candidate in candidates)
+        left = f", about {self._seconds / self._refits * (count - place):.0f} s left" if self._refits else ""
+        self._trying(f"trying {keys}, {place + 1} of {count}{left}")
+
+    def replaced(self, attempt: Attempt, index: int, active: ActiveEffect, values: Array) -> list[Attempt]:
+        """Return a model with another effect, of given values, in the place of one; none where it cannot be fitted.
+
+        Raises:
+            InterruptedSelectionError: the selection is asked to stop.
+        """
+        model, remain = attempt.model.without_effect(index)
+        begin = np.concatenate([attempt.fit.values[remain], values])
+        other = self.refitted(model.with_effect(active), begin, attempt, active.effect.key)
+        return [] if other is None else [other]
+
+    def refitted(self, model: MotionModel, values: Array, attempt: Attempt, what: str) -> Attempt | None:
+        """Return another model, refitted over an attempt's windows from given values; None where it cannot be fitted.
+
+        Raises:
+            InterruptedSelectionError: the selection is asked to stop.
+        """
+        if self._stop():
+            raise InterruptedSelectionError
+        try:
+            fit = refine(model, values, attempt.fit.windows, tolerance=_ROUGHLY)
+        except (IdentificationError, np.linalg.LinAlgError) as error:
+            self.fail(f"{what} could not be fitted: {error}")
+            return None
+        return attempt_of(fit, attempt.folds)
+
+    def from_balance(self, attempt: Attempt, begin: Array, candidates: Sequence[Candidate]) -> Attempt | None:
+        """Return a model with more effects, refitted from the values of a balance of forces (unknowns,).
+
+        None where it cannot be fitted.
+
+        Raises:
+            InterruptedSelectionError: the selection is asked to stop.
+        """
+        if self._stop():
+            raise InterruptedSelectionError
+        model, values = attempt.model, begin
+        for candidate in candidates:
+            model = model.with_effect(candidate.active)
+            values = np.concatenate([values, candidate.values])
+        try:
+            return attempt_of(refine_from_afar(model, values, attempt.fit.windows), attempt.folds)
+        except (IdentificationError, np.linalg.LinAlgError) as error:
+            self.fail(f"what the balance of forces shows could not be fitted: {error}")
+            return None
+
+    def finished(self, attempt: Attempt) -> Attempt:
+        """Return an accepted model, refined to convergence."""
+        return attempt_of(refine(attempt.model, attempt.fit.values, attempt.fit.windows), attempt.folds)
+
+    def reweigh(self) -> None:
+        """Weight both angles by the present model's errors."""
+        try:
+            fit = reweighted(self.current.fit, self.noise)
+            if fit is not self.current.fit:
+                self.current = attempt_of(fit, self.current.folds)
+        except (IdentificationError, np.linalg.LinAlgError) as error:
+            self.fail(f"the angles keep their weights: {error}")
+
+    def fail(self, line: str) -> None:
+        """Record what could not be computed, and report it."""
+        self.failures.append(line)
+        self._say(line)
+
+    def say(self, line: str) -> None:
+        """Report a line of text."""
+        self._say(line)
+
+    def note(self, action: str, after: Attempt, line: str, tried: Sequence[Tried] = ()) -> None:
+        """Record a step that ended with the model `after`, and report a line about it."""
+        self.steps.append(Step(action, after.fit.rmse(), after.validation.rmse(), tuple(tried)))
+        self._say(line)
+
+
+def without_effects(attempt: Attempt, indices: Sequence[int]) -> Attempt:
+    """Return a model without some of its effects, refitted."""
+    model: MotionModel = attempt.model
+    values: Array = attempt.fit.values
+    for index in sorted(indices, reverse=True):
+        model, remain = model.without_effect(index)
+        values = values[remain]
+    return attempt_of(refine(model, values, attempt.fit.windows), attempt.folds)
+
+
+def _refit(model: MotionModel, values: Array, before: Fit, expected: float) -> Fit:
+    """Refine a model with more effects, over whole windows or, if that fails, over windows of growing length.
+
+    Args:
+        model: the model.
+        values: (unknowns,) initial values.
+        before: the fit of the model without them.
+        expected: the squared error that score tests predict [rad^2].
+    """
+    at_once: Fit | None = None
+    try:
+        at_once = refine(model, values, before.windows, tolerance=_ROUGHLY)
+    except IdentificationError:
+        pass  # the motion cannot be computed over whole windows; over short ones it can
+    else:
+        if at_once.converged and before.squared_error - at_once.squared_error > _KEPT * (
+            before.squared_error - expected
+        ):
+            return at_once
+    grown = refine_from_afar(model, values, before.windows, tolerance=_ROUGHLY)
+    return at_once if at_once is not None and at_once.squared_error < grown.squared_error else grown
+
+
+def attempt_of(fit: Fit, folds: Folds) -> Attempt:
+    """Return a fitted model with its predictions of each fold."""
+    return Attempt(fit, cross_validated(fit, folds), folds)
