@@ -9,6 +9,7 @@ import numpy.typing as npt
 from cdp_ident.design.candidate_trial import CandidateTrial
 from cdp_ident.errors import IdentificationError
 from cdp_ident.model.parallel import share_out
+from cdp_ident.model.weights import Weight
 
 Array = npt.NDArray[np.float64]
 
@@ -32,9 +33,9 @@ class Grid:
         """Lay a grid [degrees]; no rod is led further from hanging than is said."""
         return cls(_angles(spacing, most_inner), _angles(spacing, most_outer))
 
-    def trial(self, inner: int, outer: int) -> CandidateTrial:
+    def trial(self, inner: int, outer: int, weights: tuple[Weight, ...] = ()) -> CandidateTrial:
         """Return the trial that begins at a place of the grid."""
-        return _from_hanging(float(self.inner[inner]), float(self.outer[outer]))
+        return _from_hanging(float(self.inner[inner]), float(self.outer[outer]), weights)
 
 
 def _angles(spacing: float, most: float) -> Array:
@@ -43,8 +44,8 @@ def _angles(spacing: float, most: float) -> Array:
     return np.radians(spacing * np.arange(-count + (count * spacing >= 180.0), count + 1))
 
 
-def _from_hanging(inner: float, outer: float) -> CandidateTrial:
-    return CandidateTrial(np.pi + inner, np.pi + outer)
+def _from_hanging(inner: float, outer: float, weights: tuple[Weight, ...]) -> CandidateTrial:
+    return CandidateTrial(np.pi + inner, np.pi + outer, weights)
 
 
 @dataclass(frozen=True)
@@ -62,15 +63,17 @@ class Survey:
     """Its loss, as the median over what the hand may miss it by."""
     worst: float
     """The largest of these."""
+    weights: tuple[Weight, ...] = ()
+    """On the rods, at each start."""
 
     @property
     def trial(self) -> CandidateTrial:
         """The trial that begins there."""
-        return _from_hanging(self.inner, self.outer)
+        return _from_hanging(self.inner, self.outer, self.weights)
 
 
-def survey(loss: Callable[[CandidateTrial], float], grid: Grid) -> Survey:
-    """Return which start has the smallest loss, also where the hand misses it by HAND.
+def survey(loss: Callable[[CandidateTrial], float], grid: Grid, weights: tuple[Weight, ...] = ()) -> Survey:
+    """Return which start has the smallest loss, also where the hand misses it by HAND; the rods have weights.
 
     A double pendulum is let go from nearby starts to quite different motions: what is best at a point and nowhere
     around it is no advice.
@@ -83,7 +86,7 @@ def survey(loss: Callable[[CandidateTrial], float], grid: Grid) -> Survey:
     def work(first: int, last: int) -> None:
         for place in range(first, last):
             inner, outer = divmod(place, len(grid.outer))
-            losses[inner, outer] = loss(grid.trial(inner, outer))
+            losses[inner, outer] = loss(grid.trial(inner, outer, weights))
 
     share_out(work, losses.size)
     if not np.any(np.isfinite(losses)):
@@ -95,11 +98,11 @@ def survey(loss: Callable[[CandidateTrial], float], grid: Grid) -> Survey:
             for angles, k in zip((grid.inner, grid.outer), divmod(int(place), losses.shape[1]), strict=True)
         )
         near = [
-            loss(_from_hanging(inner + a, outer + b))
+            loss(_from_hanging(inner + a, outer + b, weights))
             for a in np.radians([-HAND, HAND])
             for b in np.radians([-HAND, HAND])
         ]
         around = [float(losses.flat[place]), *near]
         finalists.append((float(np.median(around)), max(around), inner, outer))
     expected, worst, inner, outer = min(finalists)
-    return Survey(grid, losses, inner, outer, expected, worst)
+    return Survey(grid, losses, inner, outer, expected, worst, weights)

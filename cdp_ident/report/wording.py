@@ -7,6 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.design.starts import HAND
+from cdp_ident.diagnosis.identifiability import CONFIDENCE
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.effect import SensorEffect
 from cdp_ident.model.parameters import CONSTANTS, GROUPS, INERTIA, SYMBOLS, Group, groups_of, inertia_about_cart
@@ -197,6 +198,8 @@ def advice_title(advice: Section) -> str:
     """Say what a trial is to tell of."""
     if advice["against"]:
         return f"{key_words(advice['for'])}, or {key_words(advice['against'].replace(' ', '.'))}"
+    if advice["for"] == INERTIA.symbol:
+        return f"{INERTIA.symbol}, and with it every torque in N m"
     return "all groups" if advice["for"] == "all" else short_name(advice["for"])
 
 
@@ -207,21 +210,43 @@ def advice_words(report: Section) -> list[str]:
 
 
 def one_advice(advice: Section) -> str:
-    """Say from where to let go for one purpose, and what that would bring."""
+    """Say from where to let go for one purpose, with which weight, and what that would bring."""
     start = f"let go with the inner rod {_held(advice['inner_rad'])} and the outer rod {_held(advice['outer_rad'])}"
+    if advice["weights"]:
+        start = f"clamp {weights_words(advice)}, and {start}"
+    return f"{advice_title(advice)}: {start}: {_gained(advice)}"
+
+
+def _gained(advice: Section) -> str:
+    expected, worst, unloaded = (number(advice[key]) for key in ("expected", "worst", "expected_unloaded"))
+    otherwise = "; without a weight {}" if np.isfinite(unloaded) else ""
     if advice["against"]:
-        gained = (
-            f"the two are then {number(advice['expected']):.2g} standard deviations apart, now "
-            f"{number(advice['deviations_now']):.2g}"
-        )
-    else:
-        several = len(advice["names"]) > 1
-        share = f"{100 * number(advice['expected']):.2g} % of what {'they are' if several else 'it is'}"
-        share += f" ({100 * number(advice['worst']):.2g} % at worst, where the hand misses by {HAND:.0f}°)"
-        gained = f"{'their intervals fall' if several else 'its interval falls'} to {share}"
-        if any(std is None for std in advice["std_now"]):
-            gained = f"{'they are' if several else 'it is'} determined then"
-    return f"{advice_title(advice)}: {start}: {gained}"
+        now = f"the two are then {expected:.2g} standard deviations apart, now {number(advice['deviations_now']):.2g}"
+        return now + otherwise.format(f"{unloaded:.2g}")
+    several = len(advice["names"]) > 1
+    missed = "at worst, where the hand misses by"
+    if not is_determined_now(advice):
+        if several:
+            return "they are determined then"
+        if not np.isfinite(expected):
+            return "these trials do not show it, and no such trial does"
+        lacking = "these trials do not show it; it is determined then"
+        return f"{lacking}, to ± {_half_width(expected)} ({_half_width(worst)} {missed} {HAND:.0f}°)"
+    share = f"{100 * expected:.2g} % of what {'they are' if several else 'it is'}"
+    share += f" ({100 * worst:.2g} % {missed} {HAND:.0f}°)"
+    return f"{'their intervals fall' if several else 'its interval falls'} to {share}" + otherwise.format(
+        f"to {100 * unloaded:.2g} %"
+    )
+
+
+def is_determined_now(advice: Section) -> bool:
+    """Return whether the trials that there are show all values that a next one is to tell of."""
+    return all(np.isfinite(number(std)) for std in advice["std_now"])
+
+
+def _half_width(relative_std: float) -> str:
+    """Write half the width of a 95 % interval as a share of the value."""
+    return f"{100 * CONFIDENCE * relative_std:.2g} %"
 
 
 def _held(from_hanging: float) -> str:
