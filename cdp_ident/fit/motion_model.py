@@ -13,7 +13,7 @@ from cdp_ident.fit.stiffness import Stiffness, penalty
 from cdp_ident.fit.weighted import Layout, Weighted
 from cdp_ident.fit.windows import Window
 from cdp_ident.model.effects.constants import effect_constants, outer_rod_length
-from cdp_ident.model.effects.effect import Effect, EffectParameter, Form, TorqueEffect
+from cdp_ident.model.effects.effect import Effect, EffectParameter, TorqueEffect
 from cdp_ident.model.effects.readings import encoder_readings
 from cdp_ident.model.parameters import (
     COEFFICIENTS,
@@ -165,7 +165,7 @@ class MotionModel:
     @cached_property
     def states(self) -> int:
         """Numbers in an initial state: theta1, theta2, omega1, omega2, and what effects bring; see `Torques.states`."""
-        moves = any(isinstance(a.effect, TorqueEffect) and a.effect.form is Form.BASE for a in self.effects)
+        moves = any(isinstance(a.effect, TorqueEffect) and a.effect.brings_states for a in self.effects)
         return Torques.count_of_states(moves)
 
     def initial_state(self, start: Array) -> Array:
@@ -294,8 +294,11 @@ class MotionModel:
         """Return the model's coefficients (7,) under given values of the unknowns."""
         return coefficients_of(values[: len(GROUPS)], *self.constants(values))
 
-    def torques(self, values: Array, trial: int) -> Torques:
-        """Return the torques of the effects in a trial, and as directions their fitted parameters."""
+    def torques(self, values: Array, trial: int, carried: float = 0.0) -> Torques:
+        """Return the torques of the effects in a trial, and as directions their fitted parameters.
+
+        The mass of the rods' weights in it, over the inertia about the cart's joint, is `carried` [1/m^2].
+        """
         chosen: list[tuple[TorqueEffect, Sequence[float]]] = []
         directions: list[tuple[int, int]] = []
         for index, active in enumerate(self.effects):
@@ -304,7 +307,7 @@ class MotionModel:
                 directions += [(len(chosen), k) for k, p in enumerate(parameters) if not p.fixed]
                 chosen.append((active.effect, active.all_values(values[self.places(index)])))
         length, _ = self.constants(values)
-        constants = effect_constants(self.coefficients(values), length, self.mechanism.outer_length)
+        constants = effect_constants(self.coefficients(values), length, self.mechanism.outer_length, carried)
         return Torques.of(chosen, constants, directions)
 
     def predict(self, values: Array, start: Array, window: Window, derivatives: bool = True) -> tuple[Array, Array]:
@@ -317,7 +320,8 @@ class MotionModel:
         weighted = self.with_weights(values, window.weights) if window.weights else None
         if weighted:
             values = weighted.values
-        coefficients, torques = self.coefficients(values), self.torques(values, window.trial)
+        carried = weighted.carried if weighted else 0.0
+        coefficients, torques = self.coefficients(values), self.torques(values, window.trial, carried)
         start = self.initial_state(start)
 
         def motion(delay: float) -> tuple[Array, Array]:

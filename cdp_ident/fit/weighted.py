@@ -52,6 +52,15 @@ class Weighted:
         return 1.0 + self.inverse_inertia * float(self._added[INERTIA])
 
     @property
+    def carried(self) -> float:
+        """The mass of the weights over the inertia about the cart's joint [1/m^2].
+
+        Only a base that swings by itself asks for it, and so little of its mass is in weights that its derivatives by
+        what these may be wrong by are left out.
+        """
+        return self.inverse_inertia * mass_beyond(self._actual, "inner") / self.share
+
+    @property
     def values(self) -> Array:
         """(unknowns,) as the trial shows them."""
         return (self.rig + self.inverse_inertia * self._numerators(self._added, self._actual)) * self._shrinking

@@ -6,16 +6,21 @@ size against the motion. Sticking, it is the torque that keeps the joint's speed
 the equations of motion M omega' = N + J^T friction with J omega' = 0 (Leine and Nijmeijer, Dynamics and Bifurcations of
 Non-smooth Mechanical Systems, 2004, chapter 5); J is (1, 0) for the inner joint and (-1, 1) for the outer one.
 
-The base's equation, over A22, closes that with the whole acceleration U of the base::
+The base's equation closes that with the whole acceleration U of the base and the rods' pull, its force over A22::
 
-    mass U + a1 (cos theta1 omega1' - sin theta1 omega1^2) + m2 l2 (cos theta2 omega2' - sin theta2 omega2^2)
-        + 2 damping_ratio sqrt(mass / compliance) x' + x / compliance = 0
+    pull = a1 (cos theta1 omega1' - sin theta1 omega1^2) + m2 l2 (cos theta2 omega2' - sin theta2 omega2^2)
+    (1 + mobility carried) U + mobility pull + 2 damping_ratio frequency x' + frequency^2 x = 0
+    mobility = compliance frequency^2
+
+The mobility is one over what moves along, cart and rods, without the weights that a trial's rods carry. It may be zero:
+then the base swings by itself, and what a little compliance would change is in the derivatives.
 """
 
 import math
 
 from cdp_ident.model.compilation import inlined, part
 from cdp_ident.model.effects.catalogue import joint_law, rods_law
+from cdp_ident.model.effects.constants import CARRIED
 from cdp_ident.model.effects.effect import Form
 from cdp_ident.model.equations import acceleration_derivatives, accelerations, sine_and_cosine
 
@@ -181,17 +186,20 @@ def rates_of(
         n1 = a1 * g * sin1 - push1 * u - A23 * s * omega2 * omega2 - c1 * omega1 - joint_friction + torque1
         n2 = m2_l2 * g * sin2 - push2 * u + A23 * s * omega1 * omega1 + joint_friction + torque2
         if base >= 0:
-            compliance, mass = values[base, 0], values[base, 1]
-            damping = 2.0 * values[base, 2] * math.sqrt(mass / compliance)
+            compliance, frequency, damping_ratio = values[base, 0], values[base, 1], values[base, 2]
+            squared, carried = frequency * frequency, constants[CARRIED]
+            mobility, damping = compliance * squared, 2.0 * damping_ratio * frequency
             free1, free2 = _held(j11 * n1 + j12 * n2, j12 * n1 + j22 * n2, j11, j12, j22, inner_sticks, outer_sticks)
             give1, give2 = _held(
                 j11 * push1 + j12 * push2, j12 * push1 + j22 * push2, j11, j12, j22, inner_sticks, outer_sticks
             )
             outwards = a1 * sin1 * omega1 * omega1 + m2_l2 * sin2 * omega2 * omega2
             given = push1 * give1 + push2 * give2
-            reduced = mass - given
+            reduced = 1.0 + mobility * (carried - given)
             acceleration = (
-                outwards - push1 * free1 - push2 * free2 - given * u - damping * state[5] - state[4] / compliance
+                mobility * (outwards - push1 * free1 - push2 * free2 - given * u)
+                - damping * state[5]
+                - squared * state[4]
             ) / reduced
             n1 -= push1 * (acceleration - u)
             n2 -= push2 * (acceleration - u)
@@ -247,29 +255,33 @@ def rates_of(
             sin1, cos1 = sine_and_cosine(theta1)
             sin2, cos2 = sine_and_cosine(theta2)
             along1, along2 = cos1 * alpha1 - sin1 * omega1 * omega1, cos2 * alpha2 - sin2 * omega2 * omega2
-            by_state[2, 0] = a1 * (-sin1 * alpha1 - cos1 * omega1 * omega1)
-            by_state[2, 1] = m2_l2 * (-sin2 * alpha2 - cos2 * omega2 * omega2)
-            by_state[2, 2], by_state[2, 3] = -2.0 * a1 * sin1 * omega1, -2.0 * m2_l2 * sin2 * omega2
-            by_state[2, 4], by_state[2, 5] = 1.0 / compliance, damping
+            pull = a1 * along1 + m2_l2 * along2 + carried * acceleration
+            by_state[2, 0] = mobility * a1 * (-sin1 * alpha1 - cos1 * omega1 * omega1)
+            by_state[2, 1] = mobility * m2_l2 * (-sin2 * alpha2 - cos2 * omega2 * omega2)
+            by_state[2, 2], by_state[2, 3] = (
+                -2.0 * mobility * a1 * sin1 * omega1,
+                -2.0 * mobility * m2_l2 * sin2 * omega2,
+            )
+            by_state[2, 4], by_state[2, 5] = squared, damping
             by_state[0, 4:] = 0.0
             by_state[1, 4:] = 0.0
             direct[2, n:] = 0.0
-            direct[2, n + 2], direct[2, n + 5] = along1, along2
+            direct[2, n + 2], direct[2, n + 5] = mobility * along1, mobility * along2
             by_parameter = (
-                -state[4] / (compliance * compliance) - 0.5 * state[5] * damping / compliance,
-                acceleration + 0.5 * state[5] * damping / mass,
-                2.0 * state[5] * math.sqrt(mass / compliance),
+                squared * pull,
+                2.0 * frequency * (compliance * pull + state[4]) + 2.0 * damping_ratio * state[5],
+                2.0 * frequency * state[5],
             )
             for p in range(3):
                 if lanes_of[base, p] >= 0:
                     direct[2, n + _COEFFICIENTS + lanes_of[base, p]] = by_parameter[p]
             for k in range(n):
-                change = -(by_state[2, k] + push1 * by_state[0, k] + push2 * by_state[1, k]) / reduced
+                change = -(by_state[2, k] + mobility * (push1 * by_state[0, k] + push2 * by_state[1, k])) / reduced
                 by_state[2, k] = change
                 by_state[0, k] -= give1 * change
                 by_state[1, k] -= give2 * change
             for k in range(n, direct.shape[1]):
-                change = -(direct[2, k] + push1 * direct[0, k] + push2 * direct[1, k]) / reduced
+                change = -(direct[2, k] + mobility * (push1 * direct[0, k] + push2 * direct[1, k])) / reduced
                 direct[2, k] = change
                 direct[0, k] -= give1 * change
                 direct[1, k] -= give2 * change

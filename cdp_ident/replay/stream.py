@@ -41,9 +41,9 @@ class MotionStream:
         self._model, self._cart = model, cart
         self._trial = model.trial() if trial is None else trial
         self._weights = weights
-        values = model.motion.with_weights(model.values, weights).values
-        self._coefficients = model.motion.coefficients(values)
-        self._torques = model.motion.torques(values, self._trial)
+        weighted = model.motion.with_weights(model.values, weights)
+        self._coefficients = model.motion.coefficients(weighted.values)
+        self._torques = model.motion.torques(weighted.values, self._trial, weighted.carried)
         self._step, self._state = 0, np.ascontiguousarray(start, dtype=float)
 
     def readings(self, times: Array) -> Array:

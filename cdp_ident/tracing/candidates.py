@@ -6,7 +6,7 @@ has been taken out of both (Rao's score test).
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
@@ -16,6 +16,7 @@ from cdp_ident.fit.initial_states import InitialState
 from cdp_ident.fit.motion_model import ActiveEffect, MotionModel
 from cdp_ident.fit.refinement import Fit
 from cdp_ident.model.effects.catalogue import CATALOGUE
+from cdp_ident.model.effects.effect import TorqueEffect
 from cdp_ident.model.parallel import share_out
 
 Array = npt.NDArray[np.float64]
@@ -27,6 +28,10 @@ _LARGEST = 1e100
 """Sensitivities beyond this have overflowed."""
 
 
+_FREQUENCIES = (0.25, 0.5, 1.0, 2.0, 4.0)
+"""What brings states of its own is looked at with its first parameter of shape at so many times what is typical."""
+
+
 @dataclass(frozen=True)
 class Candidate:
     """An effect that could be added, and what the score test says of it."""
@@ -36,12 +41,20 @@ class Candidate:
     """By how much it would lower the squared error of the fit [rad^2]."""
     strengths: Array
     """(k,) the values that would do so, of its parameters that are not of shape."""
+    shape: float = field(default=1.0, kw_only=True)
+    """Its first parameter of shape, over what is typical, at which that was found."""
 
     @property
     def values(self) -> Array:
         """Values of its fitted parameters to begin a refinement with."""
-        strengths = iter(self.strengths)
-        return np.array([p.typical if p.shape else next(strengths) for p in self.active.fitted])
+        shapes, strengths = iter(shapes_of(self.active, self.shape)), iter(self.strengths)
+        return np.array([next(shapes if p.shape else strengths) for p in self.active.fitted])
+
+
+def shapes_of(active: ActiveEffect, first: float = 1.0) -> list[float]:
+    """Return typical values of an effect's parameters of shape, the first one times a factor."""
+    shapes = [p.typical for p in active.fitted if p.shape]
+    return [first * shapes[0], *shapes[1:]] if shapes else []
 
 
 def addable(model: MotionModel) -> list[ActiveEffect]:
@@ -51,29 +64,61 @@ def addable(model: MotionModel) -> list[ActiveEffect]:
 
 
 class ScoreTest:
-    """The residual and the candidates' sensitivities, freed of what the model can adjust already."""
+    """What each candidate would gain, and every two of them."""
 
     def __init__(self, fit: Fit, candidates: Sequence[ActiveEffect]):
+        self.candidates = tuple(candidates)
+        oscillating = [c for c in candidates if isinstance(c.effect, TorqueEffect) and c.effect.brings_states]
+        self._together = _Projection(fit, [c for c in candidates if c not in oscillating])
+        self._alone = [[_Projection(fit, [c], factor) for factor in _FREQUENCIES] for c in oscillating]
+
+    def reduced(self, index: int) -> tuple[Array, Array]:
+        """Return the matrix (k, k) and right-hand side (k,) for the strengths of a candidate [rad^2]."""
+        return self._together.reduced(index)
+
+    def ranked(self) -> list[Candidate]:
+        """Return the candidates that would gain something, the best first."""
+        found = self._together.ranked()
+        for by_factor in self._alone:
+            found += sorted((c for part in by_factor for c in part.ranked()), key=lambda c: -c.gain)[:1]
+        return sorted(found, key=lambda c: -c.gain)
+
+    def pairs(self, most: int) -> list[tuple[Candidate, Candidate, float]]:
+        """Return pairs of candidates and what both together would gain [rad^2], the best first.
+
+        Only pairs that gain more than their members one by one are returned: those that need each other. What brings
+        states of its own is in none.
+        """
+        return self._together.pairs(most)
+
+
+class _Projection:
+    """The residual and the candidates' sensitivities, freed of what the model can adjust already.
+
+    A candidate that brings states of its own also gains what their initial values in each window explain, beyond what
+    they would of noise.
+    """
+
+    def __init__(self, fit: Fit, candidates: Sequence[ActiveEffect], shape: float = 1.0):
         model, values = fit.model, fit.values
         self.candidates = tuple(candidates)
+        self._shape = shape
         self._columns: list[npt.NDArray[np.int64]] = []
-        states = model.states
-        count = states + len(model.names)
         for candidate in candidates:
+            shapes = iter(shapes_of(candidate, shape))
+            first = len(values)
             model = model.with_effect(candidate)
-            values = np.concatenate([values, [p.typical if p.shape else 0.0 for p in candidate.fitted]])
-            strengths = [k for k, p in enumerate(candidate.fitted) if not p.shape]
-            self._columns.append(count - states + np.array(strengths, dtype=np.int64))
-            count += len(candidate.fitted)
-        own, size = len(fit.values), count - states
+            values = np.concatenate([values, [next(shapes) if p.shape else 0.0 for p in candidate.fitted]])
+            self._columns.append(first + np.array([k for k, p in enumerate(candidate.fitted) if not p.shape]))
+        own, size, states = len(fit.values), len(values), model.states
         windows = len(fit.windows)
         squares, targets = np.empty((windows, size, size)), np.empty((windows, size))
-        sizes = np.empty((windows, size))
+        sizes, lefts = np.empty((windows, size)), np.empty(windows)
 
         def work(first: int, last: int) -> None:
             for index in range(first, last):
                 window, root = fit.windows[index], np.sqrt(fit.weights[index]).reshape(-1, 1)
-                sensitivity = window.whitened(model.predict(values, window.start, window)[1]).reshape(-1, count)
+                sensitivity = window.whitened(model.predict(values, window.start, window)[1]).reshape(-1, states + size)
                 # A candidate whose sensitivity cannot be computed is none.
                 rows = np.where(np.abs(sensitivity) < _LARGEST, sensitivity, 0.0)
                 rows *= root
@@ -81,13 +126,17 @@ class ScoreTest:
                 sizes[index] = np.einsum("nk,nk->k", free, free)
                 state = InitialState.of(rows[:, :states], window.start_known)
                 free, left = state.eliminated_from(free), state.eliminated_from(left)
-                squares[index], targets[index] = free.T @ free, free.T @ left
+                squares[index], targets[index], lefts[index] = free.T @ free, free.T @ left, left @ left
 
         share_out(work, windows)
         whole, target, size_before = squares.sum(axis=0), targets.sum(axis=0), sizes.sum(axis=0)
         whole[:own, :own] += fit.model.penalty
         target[:own] -= fit.model.penalty @ fit.values
         kept = np.linalg.pinv(whole[:own, :own], rcond=1e-12, hermitian=True)
+        remaining = lefts.sum() + fit.values @ fit.model.penalty @ fit.values - target[:own] @ kept @ target[:own]
+        added_states = (states - fit.model.states) * windows
+        chance = added_states * fit.variance * fit.autocorrelation.integrated_time
+        self._gain_of_states = max(float(fit.squared_error - remaining - chance), 0.0) if added_states else 0.0
         self._gram = whole - whole[:, :own] @ kept @ whole[:own, :]
         self._right = target - whole[:, :own] @ kept @ target[:own]
         self._independent = np.diag(self._gram) > _INDEPENDENT * np.maximum(size_before, np.finfo(float).tiny)
@@ -103,10 +152,7 @@ class ScoreTest:
         return sorted((c for c in found if c is not None and c.gain > 0), key=lambda c: -c.gain)
 
     def pairs(self, most: int) -> list[tuple[Candidate, Candidate, float]]:
-        """Return pairs of candidates and what both together would gain [rad^2], the best first.
-
-        Only pairs that gain more than their members one by one are returned: those that need each other.
-        """
+        """Return what `ScoreTest.pairs` does."""
         single = {index: self._candidate(index) for index in range(len(self.candidates))}
         alone = {index: c.gain if c else 0.0 for index, c in single.items()}
         usable = [index for index in single if np.all(self._independent[self._columns[index]])]
@@ -133,7 +179,9 @@ class ScoreTest:
         if not np.all(self._independent[self._columns[index]]):
             return None
         gain, strengths = self._solve([index])
-        return Candidate(self.candidates[index], gain, strengths)
+        if gain > 0.0:
+            gain += self._gain_of_states
+        return Candidate(self.candidates[index], gain, strengths, shape=self._shape)
 
     def _solve(self, indices: Sequence[int]) -> tuple[float, Array]:
         """Return what candidates would gain together [rad^2], with strengths inside their limits, and these."""

@@ -35,7 +35,10 @@ def base(mass, compliance, damping_ratio):
     """Return the effect with its values, and the reference's cart: what moves along weighs `mass` [kg]."""
     damping = 2.0 * damping_ratio * math.sqrt(mass / compliance)
     cart = Cart(mass - RODS, 1.0 / compliance, damping)
-    return (EFFECTS["pivot_compliance.base.oscillating"], (compliance * A22, mass / A22, damping_ratio)), cart
+    return (
+        EFFECTS["pivot_compliance.base.oscillating"],
+        (compliance * A22, 1.0 / math.sqrt(compliance * mass), damping_ratio),
+    ), cart
 
 
 BASES = pytest.mark.parametrize(
@@ -83,7 +86,8 @@ def test_energy_over_a_base_without_damping_is_kept(mass, compliance, damping_ra
     states = simulated(still, [(effect, values)], step=0.001)
     A23, A33, a1, _, _, m2_l2, g = still
     theta1, theta2, omega1, omega2, x, v = states.T
-    flexibility, moving, _ = values
+    flexibility, frequency, _ = values
+    moving = 1.0 / (flexibility * frequency**2)
     kinetic = 0.5 * (omega1**2 + A33 * omega2**2 + moving * v**2) + A23 * np.cos(theta1 - theta2) * omega1 * omega2
     kinetic += v * (a1 * np.cos(theta1) * omega1 + m2_l2 * np.cos(theta2) * omega2)
     potential = g * (a1 * np.cos(theta1) + m2_l2 * np.cos(theta2)) + 0.5 * x**2 / flexibility

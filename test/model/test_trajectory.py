@@ -30,7 +30,7 @@ STICKING = {
     "stribeck and load": [("stribeck_friction.inner", 1.0, 0.5, 0.4), ("load_friction.outer", 0.02, 2.0)],
     "on a base that swings": [
         ("coulomb_friction.inner", 3.0),
-        ("pivot_compliance.base.oscillating", 1e-4, 30.0, 0.1),
+        ("pivot_compliance.base.oscillating", 1e-4, 18.0, 0.1),
     ],
 }
 """Effects with which joints stop, stick and break loose within the grid."""

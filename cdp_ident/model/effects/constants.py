@@ -5,9 +5,9 @@ import numpy.typing as npt
 
 Array = npt.NDArray[np.float64]
 
-LENGTH, OUTER_LENGTH = 7, 8
-"""Places after the seven coefficients: L and the outer rod's length [m]."""
-COUNT = 9
+LENGTH, OUTER_LENGTH, CARRIED = 7, 8, 9
+"""Places after the seven coefficients: L and the outer rod's length [m], and the mass of weights over A22 [1/m^2]."""
+COUNT = 10
 
 
 def outer_rod_length(length: float, l2: float) -> float:
@@ -15,6 +15,13 @@ def outer_rod_length(length: float, l2: float) -> float:
     return max(length, 2.0 * l2)
 
 
-def effect_constants(coefficients: Array, length: float, outer_length: float) -> Array:
-    """Return the constants (9,) of a mechanism: its coefficients, L and the outer rod's length [m]."""
-    return np.concatenate([coefficients, [length, outer_length]])
+def effect_constants(coefficients: Array, length: float, outer_length: float, carried: float = 0.0) -> Array:
+    """Return the constants (10,) of a mechanism.
+
+    Args:
+        coefficients: (7,) of the model.
+        length: L [m].
+        outer_length: of the outer rod [m].
+        carried: mass of the weights clamped to the rods, over the inertia about the cart's joint [1/m^2].
+    """
+    return np.concatenate([coefficients, [length, outer_length, carried]])

@@ -64,7 +64,7 @@ class Form(IntEnum):
     is that constant."""
     BASE = 3
     """The cart's joint itself moves on a spring, with two states more; it has no law, its parameters are compliance,
-    mass and damping ratio (see `dynamics`)."""
+    natural frequency and damping ratio (see `dynamics`)."""
 
 
 @dataclass(frozen=True)
@@ -114,6 +114,11 @@ class TorqueEffect:
     def key(self) -> str:
         """Name that no other effect of the catalogue has."""
         return ".".join(filter(None, (self.name, self.joint, self.variant)))
+
+    @property
+    def brings_states(self) -> bool:
+        """Whether the motion's state has more numbers with it."""
+        return self.form is Form.BASE
 
     @property
     def has_score(self) -> bool:

@@ -259,12 +259,13 @@ FORCES: tuple[TorqueEffect, ...] = (
     ),
     TorqueEffect(
         "pivot_compliance", "base", "oscillating", "a cart that gives way and swings by itself",
-        "mass x'' + damping x' + x / compliance = -(the rods' horizontal pull), "
-        "damping = 2 damping_ratio sqrt(mass / compliance); mass is what moves along: cart, rods and all",
+        "x'' + 2 damping_ratio natural_frequency x' + natural_frequency^2 x = "
+        "-compliance natural_frequency^2 (the rods' horizontal pull); "
+        "1 / (compliance natural_frequency^2) is the mass of what moves along: cart, rods and all",
         "oscillator with one degree of freedom: Den Hartog, Mechanical Vibrations, 1956",
         (
-            replace(_COMPLIANCE, lower=1e-7),
-            EffectParameter("mass", "kg", 1e-2, 1e5, 30.0, inertia_power=1, shape=True, includes_weights=True),
+            replace(_COMPLIANCE, upper=10.0),
+            EffectParameter("natural_frequency", "rad/s", 0.3, 1000.0, 15.0, shape=True),
             EffectParameter("damping_ratio", "1", 0.0, 5.0, 0.05, shape=True),
         ), None, Form.BASE, contains="pivot_compliance",
     ),
