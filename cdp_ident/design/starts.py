@@ -15,6 +15,8 @@ Array = npt.NDArray[np.float64]
 
 HAND = 5.0
 """By which a hand may miss an angle that it leads a rod to [degrees]."""
+_FEW = 3
+"""Angles of which none is left out."""
 _FINALISTS = 5
 """So many of the best starts are judged by what comes of them where the hand misses."""
 
@@ -33,6 +35,11 @@ class Grid:
         """Lay a grid [degrees]; no rod is led further from hanging than is said."""
         return cls(_angles(spacing, most_inner), _angles(spacing, most_outer))
 
+    @property
+    def thinned(self) -> "Grid":
+        """The grid with every second angle, hanging among them; with all, where they are few."""
+        return Grid(_every_second(self.inner), _every_second(self.outer))
+
     def trial(self, inner: int, outer: int, weights: tuple[Weight, ...] = ()) -> CandidateTrial:
         """Return the trial that begins at a place of the grid."""
         return _from_hanging(float(self.inner[inner]), float(self.outer[outer]), weights)
@@ -42,6 +49,11 @@ def _angles(spacing: float, most: float) -> Array:
     count = int(most / spacing + 1e-9)
     # Half a turn to one side is half a turn to the other.
     return np.radians(spacing * np.arange(-count + (count * spacing >= 180.0), count + 1))
+
+
+def _every_second(angles: Array) -> Array:
+    hanging = int(np.argmin(np.abs(angles)))
+    return angles[hanging % 2 :: 2] if len(angles) > _FEW else angles
 
 
 def _from_hanging(inner: float, outer: float, weights: tuple[Weight, ...]) -> CandidateTrial:

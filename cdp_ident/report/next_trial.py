@@ -106,7 +106,7 @@ def answers(
     """Yield the best start for each question; None where two effects cannot be compared.
 
     Each start is tried without a weight, and with each of the weights. Where there is none, and no trial shows A22,
-    that is asked for with a weight that would show it.
+    that is asked for with a weight that would show it, and every second angle: a proposal needs no more.
 
     Args:
         knowledge: what is known.
@@ -122,12 +122,13 @@ def answers(
     showing = loads if knowledge.shows_inertia else loads[1:] or ((telling_weight(knowledge),),)
     knowledge = knowledge.with_weights(weight for load in (*loads, *showing) for weight in load)
     trials = NextTrial(knowledge, grid)
+    of_inertia = trials if showing[0] in loads else NextTrial(knowledge, grid.thinned)
     for question in questions:
         if question.against:
             rival = _nearest_rival(knowledge, windows, question)
             yield None if rival is None else _apart(question, trials.furthest_apart(rival, loads))
         elif question.about == INERTIA.symbol:
-            yield _sharper(question, knowledge, trials.sharpest((INVERSE_INERTIA.symbol,), showing))
+            yield _sharper(question, knowledge, of_inertia.sharpest((INVERSE_INERTIA.symbol,), showing))
         else:
             names = _GROUPS if question.about == ALL else (question.about,)
             yield _sharper(question, knowledge, trials.sharpest(names, loads))
