@@ -16,6 +16,8 @@ from cdp_ident.errors import IdentificationError
 
 Array = npt.NDArray[np.float64]
 _TO_ONE_SIDE = CandidateTrial(np.pi + 0.3, np.pi + 0.5)
+_WORTH_CLAMPING = 0.05
+"""A weight that brings a smaller share more than the best start without one is not worth the work."""
 _ALIKE = 1e-6
 """Informations of mirrored motions differ by rounding alone; these are too calm for it to grow."""
 
@@ -115,7 +117,10 @@ class NextTrial:
         return Apart(rival, *self._survey(lambda trial: -rival.deviations(trial), loads))
 
     def _survey(self, loss: Callable[[CandidateTrial], float], loads: Loads) -> tuple[Survey, Survey | None]:
-        """Return the survey with the load that is best, the first of several as good, and the one without a weight."""
+        """Return the survey with the load that is best, or without where that is hardly worse, and the one without."""
         surveys = [survey(loss, self._grid, load) for load in loads]
         unloaded = next((each for each in surveys if not each.weights), None)
-        return min(surveys, key=lambda each: each.expected), unloaded
+        best = min(surveys, key=lambda each: each.expected)
+        if unloaded and unloaded.expected <= best.expected + _WORTH_CLAMPING * abs(best.expected):
+            best = unloaded
+        return best, unloaded

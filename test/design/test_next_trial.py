@@ -65,9 +65,16 @@ def test_each_start_is_tried_with_each_load_and_the_best_is_taken():
     assert inertia.survey.weights == (heavy,)
     assert inertia.unloaded is None
     groups = trials.sharpest(ALL_GROUPS, loads)
-    alone = [trials.sharpest(ALL_GROUPS, (load,)).survey.expected for load in loads]
-    assert groups.survey.expected == min(alone)
-    assert groups.unloaded.expected == alone[0]
+    bare, *weighted = (trials.sharpest(ALL_GROUPS, (load,)).survey.expected for load in loads)
+    assert groups.unloaded.expected == bare
+    assert groups.survey.expected == (bare if bare <= 1.05 * min(weighted) else min(weighted))
+
+
+def test_a_weight_that_brings_hardly_more_is_not_advised():
+    light = Weight("inner", 1e-4, 0.1)
+    found = NextTrial(FIRST.knowledge, Grid.of(90.0)).sharpest(ALL_GROUPS, ((light,), ()))
+    assert found.survey.weights == ()
+    assert found.survey is found.unloaded
 
 
 def test_the_standard_deviations_then_are_those_of_the_values_asked_for():

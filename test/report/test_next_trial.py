@@ -65,6 +65,14 @@ def test_what_a_weight_brings_is_said_beside_what_comes_without(read_content):
     )
 
 
+def test_where_no_trial_brings_anything_no_start_is_advised(read_content):
+    first, second = read_content["next_trial"]["advice"][:2]
+    first["expected"], second["expected"], second["worst"] = 0.97, 0.5, 0.9999
+    words = advice_words(read_content)
+    assert words[0] == "all groups: no trial makes them surer by as much as 5 %"
+    assert "to 50 % of what it is (100 % at worst" in words[1]
+
+
 def test_the_advice_is_in_words(content):
     of_all, of_friction, _ = advice_words(content)
     assert of_all.startswith("all groups: let go with the inner rod ")

@@ -38,7 +38,7 @@ def test_what_no_trial_shows_yet_is_drawn_by_its_interval_then_and_starts_that_s
 ):
     (figure,) = next_trial(read_content)
     advice, panel = read_content["next_trial"]["advice"][-1], figure.panels[-1]
-    assert panel.title == "A22, and with it every torque in N m, with a weight [± %]"
+    assert panel.title == "A22, with a weight [± %]"
     heat = panel.marks[0]
     shown = heat.matrix[np.isfinite(heat.matrix)]
     assert 1.96 <= shown.min() <= shown.max() == heat.limits[1] / 2
