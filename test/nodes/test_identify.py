@@ -383,7 +383,9 @@ def test_what_fails_again_leaves_all_as_before_and_what_succeeds_is_told_as_one_
 
 def test_a_watched_folder_is_looked_at_without_a_clock_too(start, client, listener, tmp_path, out):
     trials = tmp_path / "trials"
-    process = start("identify", "--watch", str(trials), "--out", str(out), *QUICK, "--ros-args", "-p", "use_sim_time:=true")
+    process = start(
+        "identify", "--watch", str(trials), "--out", str(out), *QUICK, "--ros-args", "-p", "use_sim_time:=true"
+    )
     listener.wait_for(lambda: client.states == [f"waiting for a first trial in {trials}"])
     shutil.copytree(WIDE, tmp_path / "first")
     trials.mkdir()
