@@ -1,8 +1,12 @@
 """What tests stand on: DDS of their own on this machine, signals that arrive, and one finished identification."""
 
+import fcntl
 import os
+import pickle
 import signal
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -57,7 +61,7 @@ def pytest_sessionstart(session):
 
 
 def pytest_collection_modifyitems(items):
-    """Let tests of an identification that is there already come first and together: one process makes it for all."""
+    """Let tests of an identification that is there already come first and together: others wait for it less."""
     items.sort(key=lambda item: ("outcome" not in item.fixturenames, "weighted_outcome" not in item.fixturenames))
 
 
@@ -65,14 +69,36 @@ BAGS = Path(__file__).parents[1] / "bags"
 
 
 @pytest.fixture(scope="session")
-def outcome():
-    bags = (BAGS / "swing_wide", BAGS / "swing_folded")
-    return run(load(Job(bags, (BAGS / "swing_check",), Settings.of({}))), lambda progress: None)
+def made_once(tmp_path_factory):
+    """Return a function that returns what one of the processes that share the tests out has made for all."""
+    folder = tmp_path_factory.getbasetemp()
+    folder = folder.parent if "PYTEST_XDIST_WORKER" in os.environ else folder
+
+    def take(name: str, make: Callable[[], Any]) -> Any:
+        file = folder / f"{name}.pickle"
+        with (folder / f"{name}.lock").open("w") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            if not file.exists():
+                file.write_bytes(pickle.dumps(make()))
+            return pickle.loads(file.read_bytes())
+
+    return take
 
 
 @pytest.fixture(scope="session")
-def weighted_outcome():
+def outcome(made_once):
+    bags = (BAGS / "swing_wide", BAGS / "swing_folded")
+    job = Job(bags, (BAGS / "swing_check",), Settings.of({}))
+    return made_once("outcome", lambda: run(load(job), lambda progress: None))
+
+
+@pytest.fixture(scope="session")
+def weighted_outcome(made_once):
     """One of two trials with dry friction, the second of which has a weight."""
+    return made_once("weighted_outcome", _weighted_outcome)
+
+
+def _weighted_outcome():
     trials = plain_and_weighted(np.random.default_rng(5), torque=dry_friction)
     settings = Settings.of({f"trials.two.added.{WEIGHT.rod}": [WEIGHT.mass, WEIGHT.place]})
     job = Job((Path("one"), Path("two")), (), settings)
@@ -80,8 +106,8 @@ def weighted_outcome():
 
 
 @pytest.fixture(scope="session")
-def content(outcome):
-    return report(outcome)
+def content(outcome, made_once):
+    return made_once("content", lambda: report(outcome))
 
 
 @pytest.fixture(scope="session")

@@ -124,6 +124,7 @@ def test_a_silent_rig_is_stale(listener: Any, start_driver: Start, start_emulato
     assert listener.count("clock fits begun anew") == 0
 
 
+@pytest.mark.campaign
 def test_a_kilohertz_comes_through_without_loss(listener: Any, start_driver: Start, start_emulator: Start) -> None:
     start_driver()
     start_emulator("--delay", "0.005", rig="{rate: 1000, script: [wait: 1000]}")

@@ -414,7 +414,7 @@ def test_trials_that_come_into_a_watched_folder_are_checked_then_fitted_too(star
     (trials / "broken").mkdir()
     (trials / "broken/broken_0.mcap").write_text("nothing")
     (trials / "broken/metadata.yaml").write_text("nothing")
-    write_clean_bags(tmp_path / "changed", {**TABLE_5, "c2": 2 * TABLE_5["c2"]}, SWING)
+    write_clean_bags(tmp_path / "changed", {**TABLE_5, "c2": 1.05 * TABLE_5["c2"]}, SWING)
     record(FOLDED, "second")
     record(tmp_path / "changed/swing_folded", "third")
     listener.wait_for(lambda: trials_in_report() == ["first", "second", "third"])

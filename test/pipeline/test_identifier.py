@@ -18,7 +18,7 @@ from scenarios.clean_bags import write_clean_bags
 
 
 def test_without_plotly_everything_but_the_page_is_drawn_and_that_is_drawn_later(tmp_path, capsys, monkeypatch):
-    write_clean_bags(tmp_path)
+    write_clean_bags(tmp_path, swing=6.0)
     out = tmp_path / "out"
     with monkeypatch.context() as without:
         without.setitem(sys.modules, "plotly.offline", None)
@@ -31,7 +31,7 @@ def test_without_plotly_everything_but_the_page_is_drawn_and_that_is_drawn_later
 
 
 def test_what_cannot_be_written_is_printed_all_the_same(tmp_path, capsys):
-    write_clean_bags(tmp_path)
+    write_clean_bags(tmp_path, swing=6.0)
     (tmp_path / "out" / REPORT).mkdir(parents=True)
     assert main(["--bag", str(tmp_path / "swing_wide"), "--out", str(tmp_path / "out"), "--once", "--force"]) == 2
     printed = capsys.readouterr()
@@ -46,7 +46,7 @@ def test_what_cannot_be_written_is_printed_all_the_same(tmp_path, capsys):
 @pytest.fixture
 def watching(tmp_path):
     """An identifier that watches a folder with one bag, and where what it says is written."""
-    write_clean_bags(tmp_path / "made")
+    write_clean_bags(tmp_path / "made", swing=6.0)
     said = io.StringIO()
     trials = tmp_path / "trials"
     request = Request((), (), tmp_path / "out", None, None, None, force=False, watch=trials)

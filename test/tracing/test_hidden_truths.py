@@ -86,7 +86,9 @@ def test_an_impulse_is_named_though_the_window_it_is_in_hardly_stands_out() -> N
             "partial_rub.outer", 5001, "unknown_torque.outer.friction_over_angle", "a part of the turn that rubs at ",
             marks=pytest.mark.campaign,
         ),
-        ("magnet.inner", 0, "unknown_torque.inner.over_angle", "a magnet at "),
+        pytest.param(
+            "magnet.inner", 0, "unknown_torque.inner.over_angle", "a magnet at ", marks=pytest.mark.campaign
+        ),
     ],
 )  # fmt: skip
 def test_what_has_no_name_is_found_as_a_curve(kind: str, seed: int, key: str, like: str) -> None:
