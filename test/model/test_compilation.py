@@ -1,5 +1,6 @@
 """Compiled code is fast, is kept only as long as it is good, and does the same wherever it was compiled."""
 
+import ast
 import collections
 import os
 import platform
@@ -16,6 +17,8 @@ import pytest
 
 from cdp_ident.model import compilation, population
 from cdp_ident.model.equations import sine_and_cosine
+
+MODEL = Path(compilation.__file__).parent
 
 
 @pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="reads assembly of x86_64")
@@ -172,3 +175,16 @@ def test_a_damaged_cache_is_compiled_anew(tmp_path, monkeypatch):
     for path in kept:
         path.write_bytes(path.read_bytes()[:-20] + b"x" * 20)
     assert loop()(0.5) == pytest.approx(np.sin(0.5))
+
+
+def test_no_two_compiled_functions_have_the_same_name():
+    """The linker knows kept code by its name, and would take one of two for the other."""
+    names = [
+        function.name
+        for path in sorted(MODEL.rglob("*.py"))
+        for function in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(function, ast.FunctionDef)
+        and {"part", "inlined", "compiled"} & {getattr(decorator, "id", "") for decorator in function.decorator_list}
+    ]
+    assert len(names) > 40
+    assert [name for name in names if names.count(name) > 1] == []
