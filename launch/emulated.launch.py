@@ -27,7 +27,11 @@ def generate_launch_description() -> LaunchDescription:
                 default_value=str(SHARE / "config/emulated_rig.yaml"),
                 description="the emulated rig's file: physics, encoders, effects, and what the hand does",
             ),
-            DeclareLaunchArgument("link", default_value="/tmp/cdp_ident_rig", description="name of its serial port"),
+            DeclareLaunchArgument(
+                "link",
+                default_value=["/tmp/cdp_ident/", LaunchConfiguration("namespace"), "/port"],
+                description="name of its serial port: each rig has its own",
+            ),
             DeclareLaunchArgument(
                 "speed", default_value="1", description="the rig's time against the wall's; if not 1, /clock tells it"
             ),

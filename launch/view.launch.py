@@ -22,6 +22,9 @@ SHARE = Path(get_package_share_directory("cdp_ident"))
 SIMULATED = {"colour": "0.85 0.4 0.1", "alpha": "0.45"}
 """How the simulated rig differs from the measured one in the scene, beside its place."""
 
+VIEWERS = {"rviz": "rviz2", "plotjuggler": "plotjuggler_ros", "foxglove": "foxglove_bridge"}
+"""The package that each viewer needs; that of PlotJuggler brings PlotJuggler itself."""
+
 
 def generate_launch_description() -> LaunchDescription:
     """Return what is launched."""
@@ -33,13 +36,12 @@ def generate_launch_description() -> LaunchDescription:
             namespace=LaunchConfiguration("namespace"),
             arguments=arguments,
             parameters=[{"use_sim_time": LaunchConfiguration("use_sim_time")}],
-            condition=IfCondition(LaunchConfiguration(name)),
+            condition=_chosen(name),
         )
 
     return LaunchDescription(
         [
             *common_arguments(),
-            needs("robot_state_publisher", "xacro"),
             DeclareLaunchArgument("bag", default_value="", description="replay the trial of this bag"),
             DeclareLaunchArgument(
                 "mode",
@@ -67,12 +69,18 @@ def generate_launch_description() -> LaunchDescription:
             DeclareLaunchArgument("rviz", default_value="true", description="open RViz"),
             DeclareLaunchArgument("plotjuggler", default_value="false", description="open PlotJuggler"),
             DeclareLaunchArgument("foxglove", default_value="false", description="start the bridge to Foxglove"),
+            needs("robot_state_publisher", "xacro"),
+            *(needs(package, condition=_chosen(name)) for name, package in VIEWERS.items()),
             OpaqueFunction(function=_rigs),
             viewer("rviz", "rviz2", "-d", str(SHARE / "config/view.rviz")),
             viewer("plotjuggler", "plotjuggler", "--layout", str(SHARE / "config/plotjuggler.xml")),
             viewer("foxglove", "foxglove_bridge"),
         ]
     )
+
+
+def _chosen(viewer: str) -> IfCondition:
+    return IfCondition(LaunchConfiguration(viewer))
 
 
 def _rigs(context: LaunchContext) -> list[Node]:

@@ -17,6 +17,8 @@ _SPARE = 0.5
 """A trial ends so long before the hand catches the pendulum again [s]."""
 _PATIENCE = 60.0
 """Longest wait for a release or an end, beside the swing itself [s]."""
+_COMPILING = 600.0
+"""Longest wait for the rig [s]: the first time it compiles its physics before its port is there."""
 
 
 def record_trials(nodes: Nodes, client: ClientNode, rig: Path, folder: Path, say: Callable[[str], None]) -> list[Path]:
@@ -48,6 +50,7 @@ def record_trials(nodes: Nodes, client: ClientNode, rig: Path, folder: Path, say
             client.wait_for("the start of the recorder", lambda: "armed" in states)
         say(f"$ ros2 run cdp_ident {name} {' '.join(words)} &")
         nodes.start(name, *words)
+    client.wait_for("the start of the rig", port.exists, _COMPILING)
     say(f"\n$ ros2 service call /driver/zero_hanging std_srvs/srv/Trigger\n{client.trigger('/driver/zero_hanging')}\n")
     patience = max(swings) + _PATIENCE
     for number in range(1, len(swings) + 1):

@@ -14,6 +14,7 @@ from cdp_ident.errors import OptionError
 from cdp_ident.model.compilation import compiled
 from cdp_ident.model.equations import runge_kutta_step
 from cdp_ident.model.parallel import parallel_for
+from cdp_ident.model.runge_kutta import copy
 from cdp_ident.model.time_grid import DEFAULT_STEP, TimeGrid
 
 Array = npt.NDArray[np.float64]
@@ -133,4 +134,4 @@ def _squared_errors(lanes, start, u, step, first_sample, weights, theta, errors)
                 error1 -= measured1
                 error2 -= measured2
                 sums[i] += error1 * error1 + error2 * error2
-    errors[:] = sums
+    copy(sums, errors)

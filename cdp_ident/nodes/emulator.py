@@ -67,7 +67,16 @@ def main(arguments: list[str]) -> int:
     """Run the emulator."""
     options = parse_arguments(_parser(), arguments)
     rig = load_rig(options.rig) if options.rig else EmulatedRig()
-    emulation = Emulation(
+
+    def make(node: Any, _parameters: Parameters) -> Emulator:
+        # It may compile for a while: by now signals are only noted, and none is lost in compiled code's callbacks.
+        return Emulator(node, _emulation(rig, options))
+
+    return run_node("emulator", make, arguments)
+
+
+def _emulation(rig: EmulatedRig, options: argparse.Namespace) -> Emulation:
+    return Emulation(
         rig,
         options.link,
         TextCodec() if options.codec == "text" else BinaryCodec(),
@@ -83,11 +92,6 @@ def main(arguments: list[str]) -> int:
         ),
         options.speed,
     )
-
-    def make(node: Any, _parameters: Parameters) -> Emulator:
-        return Emulator(node, emulation)
-
-    return run_node("emulator", make, arguments)
 
 
 def _parser() -> ArgumentParser:

@@ -4,7 +4,7 @@ import importlib.util
 import os
 
 from ament_index_python.packages import PackageNotFoundError, get_package_prefix
-from launch import LaunchContext
+from launch import Condition, LaunchContext
 from launch.actions import DeclareLaunchArgument, OpaqueFunction, Shutdown
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
@@ -52,8 +52,11 @@ def node(executable: str, package: str = "cdp_ident", **options: object) -> Node
     )
 
 
-def needs(*packages: str) -> OpaqueFunction:
-    """Return an action that ends the launch, before anything is started, where one of ROS's packages is missing."""
+def needs(*packages: str, condition: Condition | None = None) -> OpaqueFunction:
+    """Return an action that ends the launch, before anything is started, where one of ROS's packages is missing.
+
+    They are looked for only where the `condition` holds, if there is one.
+    """
 
     def check(_context: LaunchContext) -> None:
         for package in packages:
@@ -61,7 +64,7 @@ def needs(*packages: str) -> OpaqueFunction:
                 apt = f"sudo apt install ros-{os.environ.get('ROS_DISTRO', ROS_DISTRO)}-{package.replace('_', '-')}"
                 raise RuntimeError(f"the ROS package {package} is not installed: {apt}")
 
-    return OpaqueFunction(function=check)
+    return OpaqueFunction(function=check, condition=condition)
 
 
 def _is_installed(package: str) -> bool:

@@ -10,6 +10,7 @@ from rosbags.highlevel import AnyReader
 
 from cdp_ident.bag.joint_state import MESSAGE_TYPE, serialize_joint_state
 from cdp_ident.bag.mcap_scan import McapScan
+from cdp_ident.bag.metadata import OFFERED_QOS_PROFILES
 from cdp_ident.bag.salvage import complete_bag, incomplete_bags, is_incomplete
 from cdp_ident.bag.writer import BagWriter
 from cdp_ident.errors import BagError
@@ -61,6 +62,19 @@ def test_every_complete_chunk_is_kept(whole, share):
     assert metadata["message_count"] == salvaged.messages
     assert f"{salvaged.messages} messages" in metadata["custom_data"]["salvaged"]
     assert sorted(file.name for file in killed.iterdir()) == ["killed_0.mcap", "metadata.yaml"]
+
+
+def test_topics_keep_their_type_hash_and_what_was_offered(tmp_path):
+    offered = [{**OFFERED_QOS_PROFILES[0], "reliability": "best_effort"}]
+    with BagWriter(tmp_path / "bag") as writer:
+        writer.add_topic("/thing", "own_msgs/msg/Thing", ("ros2msg", b"float64 x"), "RIHS01_own", offered)
+        writer.write("/thing", "own_msgs/msg/Thing", PERIOD, bytes(12))
+    (tmp_path / "bag/metadata.yaml").unlink()
+    complete_bag(tmp_path / "bag")
+    metadata = yaml.safe_load((tmp_path / "bag/metadata.yaml").read_text())["rosbag2_bagfile_information"]
+    (topic,) = (entry["topic_metadata"] for entry in metadata["topics_with_message_count"])
+    assert topic["type_description_hash"] == "RIHS01_own"
+    assert topic["offered_qos_profiles"][0]["reliability"] == "best_effort"
 
 
 def test_only_the_metadata_missing_loses_nothing(whole):

@@ -21,19 +21,29 @@ from cdp_ident.model.equations import sine_and_cosine
 MODEL = Path(compilation.__file__).parent
 
 
-@pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="reads assembly of x86_64")
-def test_the_loop_over_lanes_moves_several_members_with_one_instruction():
+@pytest.fixture(scope="module")
+def loop_over_lanes():
+    """The loop over lanes, compiled afresh."""
     kernel = population._squared_errors
     real, reals, table, indices = numba.float64, numba.float64[::1], numba.float64[:, ::1], numba.int64[::1]
     options = {name: value for name, value in kernel.targetoptions.items() if name != "nopython"}
-    fresh = numba.njit((table, reals, reals, real, indices, table, table, reals), **options)(kernel.py_func)
-    (assembly,) = fresh.inspect_asm().values()
+    return numba.njit((table, reals, reals, real, indices, table, table, reals), **options)(kernel.py_func)
+
+
+@pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="reads assembly of x86_64")
+def test_the_loop_over_lanes_moves_several_members_with_one_instruction(loop_over_lanes):
+    (assembly,) = loop_over_lanes.inspect_asm().values()
     arithmetic = re.findall(r"^\s+v?(div|mul|add|sub|fn?m(?:add|sub)\d*)(pd|sd)\b", assembly, re.MULTILINE)
     count = collections.Counter(arithmetic)
     packed, scalar = (sum(count[key] for key in count if key[1] == width) for width in ("pd", "sd"))
     # Each of the four stages of a step divides once; a scalar copy of the loop remains for arrays that overlap.
     assert count["div", "pd"] >= 4, f"not vectorised: {packed} packed and {scalar} scalar operations"
     assert packed > 0.6 * scalar
+
+
+def test_the_loop_over_lanes_brings_no_code_that_formats_messages(loop_over_lanes):
+    (code,) = loop_over_lanes.inspect_llvm().values()
+    assert "unicode" not in code
 
 
 @pytest.fixture

@@ -33,3 +33,14 @@ def test_help_tells_the_faults(start: Start) -> None:
     assert emulator.exit_code() == 0
     for words in ("--unplug-at", "/clock", "--ros-args", "example:"):
         assert words in emulator.said
+
+
+@pytest.mark.campaign  # it compiles
+def test_ctrl_c_while_it_compiles_is_not_lost(start: Start, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    emulator = start("emulator", "--link", str(tmp_path / "rig"), "--ros-args", "--log-level", "debug")
+    emulator.wait_until_it_says("emulator")  # the node is made
+    assert not (tmp_path / "rig").exists()
+    assert emulator.end() == 0
+    assert "Traceback" not in emulator.said
+    assert not (tmp_path / "rig").is_symlink()

@@ -83,6 +83,7 @@ def launch(tmp_path):
                 env=os.environ | {"OVERRIDE_LAUNCH_PROCESS_OUTPUT": "screen", "ROS_LOG_DIR": str(tmp_path / "ros")},
             )
         launched.append(process)
+        return process
 
     yield launch_one
     for process in launched:
@@ -129,6 +130,29 @@ def test_a_replay_shows_two_rigs_of_its_own_that_look_like_the_fitted_model(laun
         links = {link.get("name"): link for link in ET.fromstring(descriptions[f"/{rig}/robot_description"].data)}
         mass = float(links[f"{rig}/inner_rod"].find("inertial/mass").get("value"))
         assert mass == pytest.approx(TABLE_5["m1"] + TABLE_5["m0"])
+
+
+def test_a_viewer_that_is_not_installed_is_named_before_anything_is_started(launch, tmp_path):
+    try:
+        get_package_prefix("foxglove_bridge")
+        pytest.skip("foxglove_bridge is installed")
+    except PackageNotFoundError:
+        pass
+    assert launch("view", rviz="false", foxglove="true").wait(PATIENCE) != 0
+    said = (tmp_path / "log").read_text()
+    assert "foxglove_bridge is not installed: sudo apt install" in said
+    assert "process started" not in said
+
+
+def test_two_emulated_rigs_have_ports_of_their_own():
+    description = PythonLaunchDescriptionSource(path_of("emulated")).get_launch_description(LaunchContext())
+    (link,) = (argument for argument in description.get_launch_arguments() if argument.name == "link")
+    ports = set()
+    for namespace in ("", "rig1", "rig2"):
+        context = LaunchContext()
+        context.launch_configurations["namespace"] = namespace
+        ports.add(os.path.normpath("".join(part.perform(context) for part in link.default_value)))
+    assert len(ports) == 3
 
 
 def test_the_whole_loop_shows_the_model_beside_the_rig(launch, listener, tmp_path):
