@@ -1,7 +1,7 @@
 """A rig that is recorded swing by swing, each fitted along with those before it."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,8 +16,10 @@ from cdp_ident.fit.scales import scales_of
 from cdp_ident.fit.window_lengths import predictable_lengths, window_bounds
 from cdp_ident.fit.windows import Window, cut_at
 from cdp_ident.model.parameters import GROUPS, SYMBOLS, groups_of
+from cdp_ident.model.weights import Weight
 from cdp_ident.trial.trial import Trial
 from reference.pendulum import TABLE_5, Array
+from reference.weights import with_weight
 from scenarios.twin import twin
 
 PRIOR = Prior()
@@ -28,11 +30,21 @@ NOISE = 1e-3
 """Of the angles [rad]."""
 
 
-def swing(theta1: float, theta2: float, rng: np.random.Generator, duration: float = 10.0) -> Trial:
-    """Return a trial whose rods are let go at rest, from angles from upright [rad]."""
+def swing(
+    theta1: float, theta2: float, rng: np.random.Generator, duration: float = 10.0, weight: Weight | None = None
+) -> Trial:
+    """Return a trial whose rods are let go at rest, from angles from upright [rad].
+
+    A weight on one of them is off by what its standard deviations say.
+    """
     times = np.arange(round(200 * duration)) / 200.0
     start = np.array([theta1, theta2, 0.0, 0.0])
-    return twin(rng, start=start, times=times, noise=NOISE, counts_per_turn=None, tolerance=1e-10)
+    if weight is None:
+        return twin(rng, start=start, times=times, noise=NOISE, counts_per_turn=None, tolerance=1e-10)
+    mass, place = rng.normal(weight.mass, weight.mass_std), rng.normal(weight.place, weight.place_std)
+    heavier = with_weight(TABLE_5, weight.rod, mass, place, weight.inertia)
+    trial = twin(rng, heavier, start, times, noise=NOISE, counts_per_turn=None, tolerance=1e-10)
+    return replace(trial, weights=(weight,))
 
 
 @dataclass(frozen=True)
@@ -54,8 +66,12 @@ class Swings:
             length_at = predictable_lengths(trial, scales, TRUTH, length, gravity, noise)
             for bounds in window_bounds(trial, length_at):
                 windows += cut_at(trial, index, bounds, scales.step, scales.half_width)
-        fit = refine(MODEL, TRUTH, windows)
-        return cls(tuple(trials), fit, Knowledge.of(fit, covariance(fit), scales))
+        weights = [weight for trial in trials for weight in trial.weights]
+        errors = tuple(dict.fromkeys(error for weight in weights for error in weight.errors))
+        model = replace(MODEL, inertia_free=bool(weights), weight_errors=errors, penalty_of_errors=NOISE**2)
+        fit = refine(model, model.initial_values(TRUTH), windows)
+        inertia = 1.0 / model.inverse_inertia(fit.values)
+        return cls(tuple(trials), fit, Knowledge.of(fit, covariance(fit), inertia, scales))
 
     def with_one_more(self, trial: Trial) -> "Swings":
         """Return the swings with a further one."""

@@ -18,6 +18,16 @@ INERTIA = TABLE_5["m1"] * TABLE_5["l1"] ** 2 + TABLE_5["J1"] + (TABLE_5["m2"] + 
 """A22 of the rig without the weight [kg m^2]."""
 
 
+FRICTION = 2e-3
+"""Of `dry_friction` [N m]."""
+
+
+def dry_friction(_time: float, state: Array) -> tuple[float, float]:
+    """Return the torques on the rods of dry friction in the outer joint."""
+    size = FRICTION * float(np.tanh((state[3] - state[2]) / 0.02))
+    return size, -size
+
+
 def plain_and_weighted(
     rng: np.random.Generator,
     weight: Weight = WEIGHT,

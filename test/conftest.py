@@ -16,9 +16,10 @@ from cdp_ident.report.contents import report
 from cdp_ident.report.curves import curves
 from cdp_ident.report.curves_file import curves_npz
 from cdp_ident.report.folder import CURVES, REPORT, json_text, write_files
-from cdp_ident.report.outcome import Job
+from cdp_ident.report.outcome import Job, LoadedJob
 from cdp_ident.report.pictures import draw_again
 from cdp_ident.report.report_file import read_report
+from scenarios.weighted import WEIGHT, dry_friction, plain_and_weighted
 
 os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
 # Processes that share the tests out must not hear each other's nodes.
@@ -56,8 +57,8 @@ def pytest_sessionstart(session):
 
 
 def pytest_collection_modifyitems(items):
-    """Let the tests of the one identification come first and together, so that one process makes it for all of them."""
-    items.sort(key=lambda item: "outcome" not in item.fixturenames)
+    """Let tests of an identification that is there already come first and together: one process makes it for all."""
+    items.sort(key=lambda item: ("outcome" not in item.fixturenames, "weighted_outcome" not in item.fixturenames))
 
 
 BAGS = Path(__file__).parents[1] / "bags"
@@ -67,6 +68,15 @@ BAGS = Path(__file__).parents[1] / "bags"
 def outcome():
     bags = (BAGS / "swing_wide", BAGS / "swing_folded")
     return run(load(Job(bags, (BAGS / "swing_check",), Settings.of({}))), lambda progress: None)
+
+
+@pytest.fixture(scope="session")
+def weighted_outcome():
+    """One of two trials with dry friction, the second of which has a weight."""
+    trials = plain_and_weighted(np.random.default_rng(5), torque=dry_friction)
+    settings = Settings.of({f"trials.two.added.{WEIGHT.rod}": [WEIGHT.mass, WEIGHT.place]})
+    job = Job((Path("one"), Path("two")), (), settings)
+    return run(LoadedJob(job, tuple(trials), (), {}), lambda progress: None)
 
 
 @pytest.fixture(scope="session")

@@ -10,7 +10,9 @@ from cdp_ident.design.knowledge import Knowledge
 from cdp_ident.design.starts import Grid
 from cdp_ident.errors import IdentificationError, OptionError, ReportError
 from cdp_ident.model.effects.catalogue import CATALOGUE
-from cdp_ident.model.parameters import GROUPS
+from cdp_ident.model.parameters import GROUPS, INERTIA, INVERSE_INERTIA, SYMBOLS
+from cdp_ident.model.weight_settings import refuse_misplaced, weight_of
+from cdp_ident.model.weights import RODS, Rod, Weight
 from cdp_ident.report.curves_file import read_curves
 from cdp_ident.report.folder import CURVES, REPORT
 from cdp_ident.report.formatting import number
@@ -28,19 +30,22 @@ from cdp_ident.report.wording import one_advice
 from cdp_ident.user_input import refuse_unknown
 
 DESCRIPTION = """\
-Say from where to let both rods go next, so that a trial of the same length tells most of what is asked, and what it
-would bring. Angles are from hanging, positive towards +x. DIR is a folder that identify wrote its report into."""
+Say from where to let both rods go next, and with which weight on them, so that a trial of the same length tells most
+of what is asked, and what it would bring. Angles are from hanging, positive towards +x. DIR is a folder that identify
+wrote its report into."""
 
 EXAMPLE = """\
 examples:
   ros2 run cdp_ident suggest identification/one
   ros2 run cdp_ident suggest identification/one --for c2_over_A22
   ros2 run cdp_ident suggest identification/one --between coulomb_friction.outer load_friction.outer
+  ros2 run cdp_ident suggest identification/one --for A22 --weight outer=0.05,0.30
 
-Without --for and --between: what could be another effect, all groups, and each effect's strength.
+Without --for and --between: effects that could be others, all base parameters, each effect's strength, and A22.
 docs/how_to/next_trial.md tells how the start is chosen."""
 
 _FINEST, _COARSEST = 5.0, 90.0
+_MASSES = ("m1", "m2", "m0")
 
 
 @entry_point
@@ -53,10 +58,13 @@ def main(arguments: list[str]) -> int:
     if knowledge is None:
         raise ReportError(f"{options.folder / REPORT} says nothing of a next trial: the fit failed")
     questions = _questions(report, knowledge, options.wanted, options.between)
+    if options.weight_std and not options.weights:
+        raise OptionError("--weight-std is given, but --weight is not: give both")
+    weights = [*_used(report), *((_weight(given, options.weight_std, report),) for given in options.weights)]
     curves = read_curves(options.folder / CURVES, len(report["trials"]), len(report["effects"]))
     console = Console()
     windows = fitted_motion(report, curves, knowledge)
-    for question, advice in zip(questions, answers(knowledge, windows, questions, grid), strict=True):
+    for question, advice in zip(questions, answers(knowledge, windows, questions, grid, weights), strict=True):
         if advice is None:
             raise IdentificationError(
                 f"no trial tells {question.about} from {question.against}: the second can be the first, or does not fit"
@@ -75,6 +83,37 @@ def _table(advice: Section) -> Table:
     return table
 
 
+def _used(report: Section) -> list[tuple[Weight, ...]]:
+    """Return what the rods carried in the trials."""
+    return [tuple(Weight(**weight) for weight in trial["weights"]) for trial in report["trials"]]
+
+
+def _weight(given: str, given_std: str | None, report: Section) -> Weight:
+    """Return the weight that --weight describes."""
+    where, where_std = f"--weight {given}", f"--weight-std {given_std}"
+    name, _, added = given.partition("=")
+    refuse_unknown([name], RODS, "rod of --weight")
+    rod = next(each for each in RODS if each == name)
+    weight = weight_of(rod, _numbers(added), _numbers(given_std) if given_std else None, where, where_std)
+    if weight is None:
+        raise OptionError(f"{where}: a mass of 0 is no weight; starts without one are tried in any case")
+    physical = report["after"]["physical"]
+    lengths: dict[Rod, float] = {
+        "inner": number(physical["L"]["value"]),
+        "outer": report["after"]["outer_rod_length_m"],
+    }
+    refuse_misplaced(weight, lengths[rod], sum(number(physical[mass]["value"]) for mass in _MASSES), where)
+    return weight
+
+
+def _numbers(text: str) -> list[float] | str:
+    """Return numbers that are parted by commas; the text itself where they are none."""
+    try:
+        return [float(part) for part in text.split(",")]
+    except ValueError:
+        return text
+
+
 def _grid(spacing: float, most_inner: float, most_outer: float) -> Grid:
     if not _FINEST <= spacing <= _COARSEST:
         raise OptionError(f"--spacing is {spacing:g}°; it must be from {_FINEST:g} to {_COARSEST:g}")
@@ -91,7 +130,12 @@ def _questions(report: Section, knowledge: Knowledge, wanted: list[str], between
     if not wanted and not between:
         labels = zip(model.labels, report["effects"], strict=True)
         return usual_questions(model, {label: effect["also_possible"] for label, effect in labels})
-    names = {ALL: ALL} | {name: name for name in knowledge.asked}
+    if unseen := sorted(set(wanted) & set(SYMBOLS) - {"c1", "c2"}):
+        raise OptionError(
+            f"--for {unseen[0]}: no swing determines {unseen[0]} by itself; ask for a group or, with a weight, for A22"
+        )
+    names = {ALL: ALL, INERTIA.symbol: INERTIA.symbol}
+    names |= {name: name for name in knowledge.asked if name != INVERSE_INERTIA.symbol}
     names |= {group.symbol.removesuffix("_over_A22"): group.symbol for group in GROUPS}
     names |= {label: strength_of(model, label) for label in model.labels if strength_of(model, label)}
     refuse_unknown(wanted, names, "--for")
@@ -124,13 +168,28 @@ def _parser() -> ArgumentParser:
     parser.add_argument("folder", type=Path, metavar="DIR", help="folder of a report")
     parser.add_argument(
         "--for", dest="wanted", action="append", default=[], metavar="NAME",
-        help="what to make surer: all groups (all), a group, or an effect or its parameter; may be given again",
+        help="what to determine better: all base parameters (all), one of them, A22, or an effect or its parameter; "
+        "may be given again",
     )  # fmt: skip
     parser.add_argument(
         "--between",
         nargs=2,
         metavar=("A", "B"),
         help="two effects to tell apart, as coulomb_friction.outer; one is in the model",
+    )
+    parser.add_argument(
+        "--weight",
+        dest="weights",
+        action="append",
+        default=[],
+        metavar="ROD=MASS,PLACE[,INERTIA]",
+        help="one that could be clamped to a rod, as the recorder's added.ROD has it [kg, m from the rod's own joint, "
+        "kg m^2]: starts are tried with it too, and with those of the trials; may be given again for another",
+    )
+    parser.add_argument(
+        "--weight-std",
+        metavar="MASS,PLACE",
+        help="how well mass and place of these weights are known, as added_std.ROD [kg, m] (1 %% of the mass, 1 mm)",
     )
     parser.add_argument("--spacing", type=float, default=15.0, metavar="DEG", help="of the starts that are tried (15)")
     parser.add_argument("--most-inner", type=float, default=180.0, metavar="DEG", help="furthest from hanging (180)")

@@ -1,6 +1,6 @@
 """A trial that could be recorded next, and what it would show: simulated with the fitted model."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -18,6 +18,7 @@ from cdp_ident.fit.windows import Window
 from cdp_ident.model.parameters import GROUPS
 from cdp_ident.model.time_grid import TimeGrid
 from cdp_ident.model.trajectory import trajectory
+from cdp_ident.model.weights import Weight
 from cdp_ident.trial.trial import Trial
 
 Array = npt.NDArray[np.float64]
@@ -35,11 +36,13 @@ class CandidateTrial:
     """Of the inner rod, from upright [rad]."""
     theta2: float
     """Of the outer rod, from upright [rad]."""
+    weights: tuple[Weight, ...] = ()
+    """Clamped to the rods; what they may be wrong by is among the unknowns of the knowledge that judges the trial."""
 
     @property
     def mirrored(self) -> "CandidateTrial":
         """The same on the other side of hanging."""
-        return CandidateTrial(_TURN - self.theta1, _TURN - self.theta2)
+        return replace(self, theta1=_TURN - self.theta1, theta2=_TURN - self.theta2)
 
 
 def fit_to(candidate: CandidateTrial, knowledge: Knowledge) -> Fit:
@@ -62,7 +65,7 @@ def fit_to(candidate: CandidateTrial, knowledge: Knowledge) -> Fit:
     length_at = _lengths(candidate, knowledge)
     windows, sensitivities = [], []
     for first, last in pairwise(window_bounds(trial, length_at)[0]):
-        window = _window(trial, first, last, states[first], knowledge)
+        window = replace(_window(trial, first, last, states[first], knowledge), weights=candidate.weights)
         windows.append(window)
         sensitivities.append(window.whitened(model.predict(values, window.start, window)[1]))
     if not all(np.all(np.isfinite(sensitivity)) for sensitivity in sensitivities):
@@ -85,9 +88,14 @@ def _times(spacing: float, duration: float) -> Array:
     return np.asarray(spacing * np.arange(max(int(duration / spacing), 2)), dtype=np.float64)
 
 
+def _values(candidate: CandidateTrial, knowledge: Knowledge) -> Array:
+    """Return the values (unknowns,) as a trial shows them, with the weights that it has."""
+    return knowledge.model.with_weights(knowledge.values, candidate.weights).values
+
+
 def _states(candidate: CandidateTrial, knowledge: Knowledge, time: Array) -> Array:
     """Return the states (n, states) of a trial at times (n,) [s]."""
-    model, values = knowledge.model, knowledge.values
+    model, values = knowledge.model, _values(candidate, knowledge)
     grid = TimeGrid.over(time, knowledge.sampling.step)
     start = model.initial_state(np.array([candidate.theta1, candidate.theta2, 0.0, 0.0]))
     still = np.zeros(2 * grid.steps + 1)
@@ -114,7 +122,7 @@ def _lengths(candidate: CandidateTrial, knowledge: Knowledge) -> Lengths:
         noise=np.zeros((2, 2)),
         per_knot=1.0,
     )
-    groups = knowledge.values[: len(GROUPS)]
+    groups = _values(candidate, knowledge)[: len(GROUPS)]
     speed = float(np.sqrt(np.mean(motion.rates**2)))
     own = half_width_of(sampling.interval, knowledge.noise, speed, pace_of(motion), unit)
     half_width, longest = min(own, sampling.half_width), WINDOW * unit

@@ -1,6 +1,6 @@
 """What is known of a rig before its next trial."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,6 +10,8 @@ from cdp_ident.diagnosis.uncertainty import scaled_inverse
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.refinement import Fit
 from cdp_ident.fit.scales import Scales
+from cdp_ident.model.parameters import INVERSE_INERTIA
+from cdp_ident.model.weights import Weight
 
 Array = npt.NDArray[np.float64]
 
@@ -43,7 +45,7 @@ class Knowledge:
     model: MotionModel
     """The model; where each trial's encoders have zeros of their own, the next trial's are among its unknowns."""
     values: Array
-    """(unknowns,) the fitted values; those of zeros that are not known yet are 0."""
+    """(unknowns,) the fitted values; those of zeros and errors of weights that are not known yet are 0."""
     covariance: Array
     """(unknowns, unknowns) of them; infinite for what nothing is known of."""
     noise: float
@@ -53,12 +55,13 @@ class Knowledge:
     sampling: Sampling
 
     @classmethod
-    def of(cls, fit: Fit, covariance: Array, scales: Scales, window: float = 0.0) -> "Knowledge":
+    def of(cls, fit: Fit, covariance: Array, inertia: float, scales: Scales, window: float = 0.0) -> "Knowledge":
         """Take it from the fit of a model.
 
         Args:
             fit: to the trials that there are.
             covariance: (unknowns, unknowns) of its values.
+            inertia: A22 [kg m^2], as good as it is known where no trial shows it.
             scales: of the rig.
             window: length of all windows [s]; 0 for as long as the motion can be followed.
         """
@@ -74,13 +77,30 @@ class Knowledge:
             step=scales.step,
         )
         noise = float(np.sqrt(fit.variance * fit.autocorrelation.integrated_time))
-        # The next trial has no weight: it says nothing of A22, nor of what other trials' weights are wrong by.
-        model, remain = fit.model.with_inertia_known(fit.values)
-        model = replace(model, zeros=(), weight_errors=())
-        remain &= fit.model.of_rig
+        mechanism = replace(fit.model.mechanism, inertia=inertia)
+        model, remain = replace(fit.model, mechanism=mechanism, zeros=()), ~fit.model.of_zeros
         values, known = fit.values[remain], covariance[np.ix_(remain, remain)]
-        whitening = fit.windows[0].whitening
-        return cls(model, values, known, noise, whitening, sampling).with_zeros_of_its_own(bool(fit.model.zeros))
+        found = cls(model, values, known, noise, fit.windows[0].whitening, sampling)
+        return found.with_weights(()).with_zeros_of_its_own(bool(fit.model.zeros))
+
+    def with_weights(self, weights: Iterable[Weight]) -> "Knowledge":
+        """Return it with A22, and what weights of a next trial may be wrong by, among the unknowns.
+
+        Of A22 nothing is known where no trial shows it; a weight's error is known to be within its standard deviation.
+        """
+        model, known = self.model, self.model.weight_errors
+        more = tuple(dict.fromkeys(e for weight in weights for e in weight.errors if e not in known))
+        first = len(model.base_names) - len(known)  # 1 / A22 is before the errors of weights, which end the base
+        inverse = () if model.inertia_free else (1.0 / model.mechanism.inertia,)
+        places = [first] * len(inverse) + [first + len(known)] * len(more)
+        values = np.insert(self.values, places, [*inverse, *(0.0 for _ in more)])
+        own = np.insert(np.ones(len(self.values), dtype=bool), places, False)
+        spread = np.diag(
+            np.insert(np.zeros(len(self.values)), places, [*(np.inf for _ in inverse), *(1.0 for _ in more)])
+        )
+        spread[np.ix_(own, own)] = self.covariance
+        model = replace(model, inertia_free=True, weight_errors=(*known, *more), penalty_of_errors=self.noise**2)
+        return replace(self, model=model, values=values, covariance=spread)
 
     def with_zeros_of_its_own(self, has: bool) -> "Knowledge":
         """Return it with zeros of the next trial's encoders among the unknowns, if it has such."""
@@ -88,12 +108,18 @@ class Knowledge:
             return self
         model, values = self.model.with_zeros(self.values, [NEW])
         spread = np.diag(np.full(len(values), np.inf))
-        spread[np.ix_(model.of_rig, model.of_rig)] = self.covariance
+        spread[np.ix_(~model.of_zeros, ~model.of_zeros)] = self.covariance
         return replace(self, model=model, values=values, covariance=spread)
 
     @property
+    def shows_inertia(self) -> bool:
+        """Whether the trials that there are show A22."""
+        (place,) = self.places([INVERSE_INERTIA.symbol])
+        return bool(np.isfinite(self.covariance[place, place]))
+
+    @property
     def asked(self) -> tuple[str, ...]:
-        """Names of the unknowns that a user may ask for: neither zeros of a trial nor coefficients of curves."""
+        """Names of the unknowns that a user may ask for: the rig's, but for coefficients of curves."""
         may = self.model.of_rig & ~self.model.of_curves
         return tuple(name for name, may_be in zip(self.model.names, may, strict=True) if may_be)
 

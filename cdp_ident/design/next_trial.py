@@ -1,6 +1,6 @@
 """What a next trial would tell, start by start, under every criterion."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,12 +10,14 @@ from cdp_ident.design.candidate_trial import CandidateTrial, fit_to, information
 from cdp_ident.design.criteria import Criterion
 from cdp_ident.design.discrimination import Rival
 from cdp_ident.design.knowledge import Knowledge
+from cdp_ident.design.loads import UNLOADED, Loads
 from cdp_ident.design.starts import Grid, Survey, survey
 from cdp_ident.errors import IdentificationError
 
 Array = npt.NDArray[np.float64]
-
 _TO_ONE_SIDE = CandidateTrial(np.pi + 0.3, np.pi + 0.5)
+_WORTH_CLAMPING = 0.05
+"""A weight that brings a smaller share more than the best start without one is not worth the work."""
 _ALIKE = 1e-6
 """Informations of mirrored motions differ by rounding alone; these are too calm for it to grow."""
 
@@ -32,7 +34,9 @@ class Sharper:
     size_now: float
     """How uncertain they are together, as `Criterion.size` has it."""
     survey: Survey
-    """Its losses are that size after a trial."""
+    """With the load that is best; its losses are that size after a trial."""
+    unloaded: Survey | None
+    """The same without a weight, if that was asked for."""
 
     @property
     def ratio(self) -> float:
@@ -46,7 +50,9 @@ class Apart:
 
     rival: Rival
     survey: Survey
-    """Its losses are deviations between the two, negative."""
+    """With the load that is best; its losses are deviations between the two, negative."""
+    unloaded: Survey | None
+    """The same without a weight, if that was asked for."""
 
     @property
     def deviations(self) -> float:
@@ -83,15 +89,18 @@ class NextTrial:
             self._informations[trial] = self._computed(trial)
         return self._informations[trial]
 
-    def sharpest(self, names: Sequence[str]) -> Sharper:
-        """Return the trial that makes the values of these unknowns surest: one of them, or all together."""
+    def sharpest(self, names: Sequence[str], loads: Loads = UNLOADED) -> Sharper:
+        """Return the trial that makes the values of these unknowns surest: one of them, or all together.
+
+        What the weights of the loads may be wrong by is among the knowledge's unknowns (`Knowledge.with_weights`).
+        """
         criterion = Criterion(tuple(names))
 
         def loss(trial: CandidateTrial) -> float:
             information = self._information(trial)
             return np.inf if information is None else criterion.size(self.knowledge, self._known + information)
 
-        found = survey(loss, self._grid)
+        found, unloaded = self._survey(loss, loads)
         gained = self._information(found.trial)
         after = self._known if gained is None else self._known + gained
         return Sharper(
@@ -100,8 +109,18 @@ class NextTrial:
             criterion.standard_deviations(self.knowledge, after),
             criterion.size(self.knowledge, self._known),
             found,
+            unloaded,
         )
 
-    def furthest_apart(self, rival: Rival) -> Apart:
+    def furthest_apart(self, rival: Rival, loads: Loads = UNLOADED) -> Apart:
         """Return the trial that tells an effect of the model and its rival apart best."""
-        return Apart(rival, survey(lambda trial: -rival.deviations(trial), self._grid))
+        return Apart(rival, *self._survey(lambda trial: -rival.deviations(trial), loads))
+
+    def _survey(self, loss: Callable[[CandidateTrial], float], loads: Loads) -> tuple[Survey, Survey | None]:
+        """Return the survey with the load that is best, or without where that is hardly worse, and the one without."""
+        surveys = [survey(loss, self._grid, load) for load in loads]
+        unloaded = next((each for each in surveys if not each.weights), None)
+        best = min(surveys, key=lambda each: each.expected)
+        if unloaded and unloaded.expected <= best.expected + _WORTH_CLAMPING * abs(best.expected):
+            best = unloaded
+        return best, unloaded

@@ -9,11 +9,14 @@ import numpy.typing as npt
 from cdp_ident.design.candidate_trial import CandidateTrial
 from cdp_ident.errors import IdentificationError
 from cdp_ident.model.parallel import parallel_for
+from cdp_ident.model.weights import Weight
 
 Array = npt.NDArray[np.float64]
 
 HAND = 5.0
 """By which a hand may miss an angle that it leads a rod to [degrees]."""
+_FEW = 3
+"""Angles of which none is left out."""
 _FINALISTS = 5
 """So many of the best starts are judged by what comes of them where the hand misses."""
 
@@ -32,9 +35,14 @@ class Grid:
         """Lay a grid [degrees]; no rod is led further from hanging than is said."""
         return cls(_angles(spacing, most_inner), _angles(spacing, most_outer))
 
-    def trial(self, inner: int, outer: int) -> CandidateTrial:
+    @property
+    def thinned(self) -> "Grid":
+        """The grid with every second angle, hanging among them; with all, where they are few."""
+        return Grid(_every_second(self.inner), _every_second(self.outer))
+
+    def trial(self, inner: int, outer: int, weights: tuple[Weight, ...] = ()) -> CandidateTrial:
         """Return the trial that begins at a place of the grid."""
-        return _from_hanging(float(self.inner[inner]), float(self.outer[outer]))
+        return _from_hanging(float(self.inner[inner]), float(self.outer[outer]), weights)
 
 
 def _angles(spacing: float, most: float) -> Array:
@@ -43,8 +51,13 @@ def _angles(spacing: float, most: float) -> Array:
     return np.radians(spacing * np.arange(-count + (count * spacing >= 180.0), count + 1))
 
 
-def _from_hanging(inner: float, outer: float) -> CandidateTrial:
-    return CandidateTrial(np.pi + inner, np.pi + outer)
+def _every_second(angles: Array) -> Array:
+    hanging = int(np.argmin(np.abs(angles)))
+    return angles[hanging % 2 :: 2] if len(angles) > _FEW else angles
+
+
+def _from_hanging(inner: float, outer: float, weights: tuple[Weight, ...]) -> CandidateTrial:
+    return CandidateTrial(np.pi + inner, np.pi + outer, weights)
 
 
 @dataclass(frozen=True)
@@ -62,15 +75,17 @@ class Survey:
     """Its loss, as the median over what the hand may miss it by."""
     worst: float
     """The largest of these."""
+    weights: tuple[Weight, ...] = ()
+    """On the rods, at each start."""
 
     @property
     def trial(self) -> CandidateTrial:
         """The trial that begins there."""
-        return _from_hanging(self.inner, self.outer)
+        return _from_hanging(self.inner, self.outer, self.weights)
 
 
-def survey(loss: Callable[[CandidateTrial], float], grid: Grid) -> Survey:
-    """Return which start has the smallest loss, also where the hand misses it by HAND.
+def survey(loss: Callable[[CandidateTrial], float], grid: Grid, weights: tuple[Weight, ...] = ()) -> Survey:
+    """Return which start has the smallest loss, also where the hand misses it by HAND; the rods have weights.
 
     A double pendulum is let go from nearby starts to quite different motions: what is best at a point and nowhere
     around it is no advice.
@@ -83,7 +98,7 @@ def survey(loss: Callable[[CandidateTrial], float], grid: Grid) -> Survey:
     def work(first: int, last: int) -> None:
         for place in range(first, last):
             inner, outer = divmod(place, len(grid.outer))
-            losses[inner, outer] = loss(grid.trial(inner, outer))
+            losses[inner, outer] = loss(grid.trial(inner, outer, weights))
 
     parallel_for(work, losses.size)
     if not np.any(np.isfinite(losses)):
@@ -95,11 +110,11 @@ def survey(loss: Callable[[CandidateTrial], float], grid: Grid) -> Survey:
             for angles, k in zip((grid.inner, grid.outer), divmod(int(place), losses.shape[1]), strict=True)
         )
         near = [
-            loss(_from_hanging(inner + a, outer + b))
+            loss(_from_hanging(inner + a, outer + b, weights))
             for a in np.radians([-HAND, HAND])
             for b in np.radians([-HAND, HAND])
         ]
         around = [float(losses.flat[place]), *near]
         finalists.append((float(np.median(around)), max(around), inner, outer))
     expected, worst, inner, outer = min(finalists)
-    return Survey(grid, losses, inner, outer, expected, worst)
+    return Survey(grid, losses, inner, outer, expected, worst, weights)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from cdp_ident.diagnosis.uncertainty import covariance
 from cdp_ident.fit.refinement import Fit, refine
@@ -68,5 +68,5 @@ def repeatability(fit: Fit, names: Sequence[str]) -> Repeatability | None:
         names=model.names,
         values=np.array(values),
         std=std,
-        p_value=float(chi2.sf(scatter, freedom)) if freedom > 0 else 1.0,
+        p_value=float(chdtrc(freedom, scatter)) if freedom > 0 else 1.0,
     )

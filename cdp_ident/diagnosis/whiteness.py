@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy.stats import norm
+from scipy.special import ndtri
 
 from cdp_ident.fit.autocorrelation import autocovariance
 from cdp_ident.fit.refinement import Fit
@@ -104,4 +104,4 @@ def _between(first: Sequence[Array], second: Sequence[Array], lags: int, zero_co
 
 def _deviations(count: int) -> float:
     """Return the bound, in standard deviations, that so many numbers all keep to with probability 1 - LEVEL."""
-    return float(norm.isf(LEVEL / (2 * max(count, 1))))
+    return float(-ndtri(LEVEL / (2 * max(count, 1))))

@@ -36,17 +36,33 @@ def weights_of(given: Mapping[str, Any], where: str) -> dict[Rod, Weight | None]
     for rod in RODS:
         name, name_of_std = f"{ADDED}.{rod}", f"{ADDED_STD}.{rod}"
         if name in given:
-            place = f"{where}.{name}"
-            numbers = _numbers(given[name], place, "[mass in kg, place in m] or with the inertia in kg m^2", 3)
-            mass, at, inertia = (*numbers, 0.0)[:3]
-            std = given.get(name_of_std, (STANDARD_RELATIVE_STD * mass, STANDARD_PLACE_STD))
-            mass_std, place_std = _numbers(std, f"{where}.{name_of_std}", "[of the mass in kg, of the place in m]")
-            if mass > 0.0 and at == 0.0 and rod == "inner" and inertia == 0.0:
-                raise OptionError(f"{place} is {quoted(given[name])}: a weight in the joint that does not move adds 0")
-            found[rod] = Weight(rod, mass, at, inertia, mass_std, place_std) if mass > 0.0 else None
+            places = f"{where}.{name}", f"{where}.{name_of_std}"
+            found[rod] = weight_of(rod, given[name], given.get(name_of_std), *places)
         elif name_of_std in given:
             raise OptionError(f"{where}.{name_of_std} is given, but {where}.{name} is not: give both")
     return found
+
+
+def weight_of(rod: Rod, added: Any, std: Any, where: str, where_std: str) -> Weight | None:
+    """Return the weight that lists of numbers describe; None for one of no mass.
+
+    Args:
+        rod: that has it.
+        added: mass [kg], place [m] and, if it matters, inertia [kg m^2].
+        std: standard deviations of mass and place; None for the usual ones.
+        where: where `added` stands, for messages.
+        where_std: where `std` does.
+
+    Raises:
+        OptionError: a value is not possible.
+    """
+    numbers = _numbers(added, where, "[mass in kg, place in m] or with the inertia in kg m^2", 3)
+    mass, place, inertia = (*numbers, 0.0)[:3]
+    std = (STANDARD_RELATIVE_STD * mass, STANDARD_PLACE_STD) if std is None else std
+    mass_std, place_std = _numbers(std, where_std, "[of the mass in kg, of the place in m]")
+    if mass > 0.0 and place == 0.0 and rod == "inner" and inertia == 0.0:
+        raise OptionError(f"{where} is {quoted(added)}: a weight in the joint that does not move adds 0")
+    return Weight(rod, mass, place, inertia, mass_std, place_std) if mass > 0.0 else None
 
 
 def settings_of(weights: Iterable[Weight]) -> dict[str, list[float]]:
@@ -58,17 +74,18 @@ def settings_of(weights: Iterable[Weight]) -> dict[str, list[float]]:
     return settings
 
 
-def refuse_misplaced(weights: Iterable[Weight], lengths: Mapping[Rod, float], pendulum: float, where: str) -> None:
-    """Raise `OptionError` where a weight is far beyond its rod's length [m], or far heavier than the pendulum [kg]."""
-    for weight in weights:
-        name, length = f"{where}.{ADDED}.{weight.rod}", lengths[weight.rod]
-        if weight.place > _MOST_RODS * length:
-            raise OptionError(f"{name}: {weight.place:g} m is far beyond the rod of {length:g} m; is it in metres?")
-        if weight.mass > _MOST_TIMES_THE_PENDULUM * pendulum:
-            raise OptionError(
-                f"{name}: {weight.mass:g} kg is far heavier than the pendulum of {pendulum:g} kg; is it in kilograms, "
-                "and are the nominal masses right?"
-            )
+def refuse_misplaced(weight: Weight, length: float, pendulum: float, where: str) -> None:
+    """Raise `OptionError` where a weight is far beyond its rod's length [m], or far heavier than the pendulum [kg].
+
+    `where` says where it stands.
+    """
+    if weight.place > _MOST_RODS * length:
+        raise OptionError(f"{where}: {weight.place:g} m is far beyond the rod of {length:g} m; is it in metres?")
+    if weight.mass > _MOST_TIMES_THE_PENDULUM * pendulum:
+        raise OptionError(
+            f"{where}: {weight.mass:g} kg is far heavier than the pendulum of {pendulum:g} kg; is it in kilograms, "
+            "and are the nominal masses right?"
+        )
 
 
 def _numbers(given: Any, where: str, expected: str, most: int = 2) -> list[float]:

@@ -8,7 +8,7 @@ from pathlib import Path
 from cdp_ident.configuration.settings import Settings
 from cdp_ident.errors import OptionError
 from cdp_ident.model.parameters import SYMBOLS
-from cdp_ident.model.weight_settings import refuse_misplaced
+from cdp_ident.model.weight_settings import ADDED, refuse_misplaced
 from cdp_ident.model.weights import RODS, Rod, Weight
 from cdp_ident.pipeline.identify import identify
 from cdp_ident.report.outcome import Job, LoadedJob, Outcome
@@ -59,7 +59,8 @@ def load_with_weights(bag: Path, settings: Settings) -> Trial:
     chosen = tuple(weight for rod in RODS if (weight := weights.get(rod)))
     lengths: dict[Rod, float] = {"inner": prior.length, "outer": settings.identify.model.mechanism.outer_length}
     pendulum = float(sum(prior.centre[SYMBOLS.index(mass)] for mass in ("m1", "m2", "m0")))
-    refuse_misplaced(chosen, lengths, pendulum, f"trials.{trial.name}")
+    for weight in chosen:
+        refuse_misplaced(weight, lengths[weight.rod], pendulum, f"trials.{trial.name}.{ADDED}.{weight.rod}")
     return replace(trial, weights=chosen)
 
 

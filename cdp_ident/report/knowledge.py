@@ -10,7 +10,7 @@ from cdp_ident.design.knowledge import Knowledge, Sampling
 from cdp_ident.errors import ReportError
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.windows import FEWEST_SAMPLES, Window, cut_at
-from cdp_ident.model.parameters import GROUPS, INERTIA
+from cdp_ident.model.parameters import GROUPS, INERTIA, INVERSE_INERTIA
 from cdp_ident.model.weights import Weight
 from cdp_ident.report.curves import NO_WINDOW, Curves
 from cdp_ident.report.formatting import number
@@ -41,13 +41,23 @@ def knowledge_of(report: Section) -> Knowledge | None:
     model, values = fitted.motion, fitted.values
     physical = report["after"]["physical"]
     constants = [symbol for symbol in ("L", "g") if symbol in names]
+    errors = report["after"]["weight_errors"]
     trials = {trial["name"]: index for index, trial in enumerate(report["trials"])}
     effects = tuple(
         active if active.trial is None else replace(active, trial=trials.get(fitted.trials[active.trial], len(trials)))
         for active in model.effects
     )
-    model = replace(model, effects=effects, length_free="L" in names, gravity_free="g" in names)
-    values = np.insert(values, len(GROUPS), [number(physical[symbol]["value"]) for symbol in constants])
+    model = replace(
+        model,
+        effects=effects,
+        length_free="L" in names,
+        gravity_free="g" in names,
+        inertia_free=INVERSE_INERTIA.symbol in names,
+        weight_errors=tuple((error["of"], error["rod"], error["given"]) for error in errors),
+    )
+    base = [number(physical[symbol]["value"]) for symbol in constants]
+    base += [1.0 / model.mechanism.inertia] * model.inertia_free + [error["value"] for error in errors]
+    values = np.insert(values, len(GROUPS), base)
     std = _standard_deviations(report, model)
     known = Knowledge(
         model,
@@ -64,7 +74,7 @@ def knowledge_of(report: Section) -> Knowledge | None:
             step=assumed["step_s"],
         ),
     )
-    return known.with_zeros_of_its_own(any(name.startswith("zero.") for name in names))
+    return known.with_weights(()).with_zeros_of_its_own(any(name.startswith("zero.") for name in names))
 
 
 def _refuse_endless(assumed: Section) -> None:
@@ -78,9 +88,12 @@ def _refuse_endless(assumed: Section) -> None:
 def _standard_deviations(report: Section, model: MotionModel) -> Array:
     """Return the standard deviations (unknowns,) of a model's values."""
     after = report["after"]
-    quantities = {**after["groups"], "L": after["physical"]["L"], "g": after["physical"]["g"]}
-    std = [number(quantities[name]["std"]) for name in model.base_names]
+    std = [number(after["groups"][group.symbol]["std"]) for group in GROUPS]
+    std += [number(after["physical"][symbol]["std"]) for symbol in ("L", "g") if symbol in model.base_names]
     inertia = number(after["physical"][INERTIA.symbol]["value"])
+    if model.inertia_free:
+        std.append(number(after["physical"][INERTIA.symbol]["std"]) / inertia**2)
+    std += [number(error["std"]) for error in after["weight_errors"]]
     for effect, active in zip(report["effects"], model.effects, strict=True):
         if effect["curve"]:
             std += [number(deviation) / inertia for deviation in effect["curve"]["coefficients_std"]]
@@ -105,10 +118,7 @@ def _covariance(model: MotionModel, std: Array, correlation: Section) -> Array:
 
 
 def fitted_motion(report: Section, curves: Curves, knowledge: Knowledge) -> list[Window]:
-    """Return the fitted windows of a report's trials, their angles being those of its final model.
-
-    What weights are wrong by is left out of it.
-    """
+    """Return the fitted windows of a report's trials, their angles being those of its final model."""
     sampling = knowledge.sampling
     windows = []
     for index, curve in enumerate(curves.trials):

@@ -49,9 +49,18 @@ def fit_section(
             group.symbol: _quantity(value, deviation, group.unit, is_determined(value, deviation))
             for group, value, deviation in zip(GROUPS, values, std, strict=False)
         },
+        "weight_errors": _weight_errors(model, values, std),
         "correlation": _correlation(model, covariance),
         "error": error,
     }
+
+
+def _weight_errors(model: MotionModel, values: Array, std: Array) -> list[Section]:
+    estimates = zip(model.weight_errors, values[model.of_weights], std[model.of_weights], strict=True)
+    return [
+        {"of": of, "rod": rod, "given": given, "value": float(value), "std": float(deviation)}
+        for (of, rod, given), value, deviation in estimates
+    ]
 
 
 def _correlation(model: MotionModel, covariance: Array) -> Section:

@@ -8,12 +8,14 @@ import numpy.typing as npt
 
 from cdp_ident.design.discrimination import Rival, can_be_the_same, rivals
 from cdp_ident.design.knowledge import Knowledge
+from cdp_ident.design.loads import loads_of, telling_weight
 from cdp_ident.design.next_trial import Apart, NextTrial, Sharper
-from cdp_ident.design.starts import Grid, Survey
+from cdp_ident.design.starts import Grid
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.windows import Window
-from cdp_ident.model.parameters import GROUPS
+from cdp_ident.model.parameters import GROUPS, INERTIA, INVERSE_INERTIA
+from cdp_ident.model.weights import Weight
 from cdp_ident.report.outcome import Outcome
 from cdp_ident.report.schema import Section
 
@@ -23,6 +25,8 @@ ALL = "all"
 """The name that stands for all base parameters."""
 REPORT_SPACING = 45.0
 """Of the starts that a report surveys [degrees]."""
+_SHOWN = 1.0
+"""A value that is not determined yet, and not to so many times itself then, a trial does not show but for rounding."""
 _GROUPS = tuple(group.symbol for group in GROUPS)
 
 
@@ -31,9 +35,22 @@ class Question:
     """What a next trial is to determine."""
 
     about: str
-    """All base parameters, an unknown by its name, or an effect of the model by its label."""
+    """All base parameters, A22, another unknown by its name, or an effect of the model by its label."""
     against: str = ""
     """Name and joint of the effect that it is to be distinguished from, as in `also_possible`."""
+
+
+@dataclass(frozen=True)
+class _Scale:
+    """What losses are multiplied by to be read, and beyond what they mean that a trial tells nothing."""
+
+    unit: float
+    beyond: float = np.inf
+
+    def of(self, losses: Array | float) -> Array:
+        """Return losses to be read; infinite for those of trials that tell nothing."""
+        read = self.unit * np.asarray(losses)
+        return np.where(read > self.beyond, np.inf, read)
 
 
 def next_trial_section(outcome: Outcome, failed: Callable[[str], None]) -> Section | None:
@@ -46,11 +63,13 @@ def next_trial_section(outcome: Outcome, failed: Callable[[str], None]) -> Secti
         return None
     fit = trace.after.fit
     try:
-        knowledge = Knowledge.of(fit, trace.covariance, found.data.scales, found.options.window)
+        inertia = trace.completed.inertia.value
+        knowledge = Knowledge.of(fit, trace.covariance, inertia, found.data.scales, found.options.window)
         windows = [replace(w, theta=w.theta - error) for w, error in zip(fit.windows, fit.errors, strict=True)]
         possible = {label: effect.also_possible for label, effect in zip(fit.model.labels, trace.effects, strict=True)}
         questions = usual_questions(knowledge.model, possible)
-        advice = answers(knowledge, windows, questions, Grid.of(REPORT_SPACING))
+        used = [trial.weights for trial in (*outcome.loaded.fit, *outcome.loaded.holdout)]
+        advice = answers(knowledge, windows, questions, Grid.of(REPORT_SPACING), used)
         return {"assumed": _assumed(knowledge), "advice": [section for section in advice if section]}
     except (IdentificationError, np.linalg.LinAlgError) as error:
         failed(f"which trial to record next: {error}")
@@ -58,7 +77,7 @@ def next_trial_section(outcome: Outcome, failed: Callable[[str], None]) -> Secti
 
 
 def usual_questions(model: MotionModel, possible: Mapping[str, Sequence[str]]) -> list[Question]:
-    """Return the default questions: effects that could be others, all base parameters, and each effect's strength.
+    """Return the default questions: effects that could be others, all base parameters, each effect's strength, A22.
 
     Args:
         model: the fitted one.
@@ -66,7 +85,7 @@ def usual_questions(model: MotionModel, possible: Mapping[str, Sequence[str]]) -
     """
     doubts = [Question(label, other) for label, others in possible.items() for other in others]
     strengths = [Question(name) for label in model.labels for name in [strength_of(model, label)] if name]
-    return [*doubts, Question(ALL), *strengths]
+    return [*doubts, Question(ALL), *strengths, Question(INERTIA.symbol)]
 
 
 def strength_of(model: MotionModel, label: str) -> str:
@@ -78,27 +97,41 @@ def strength_of(model: MotionModel, label: str) -> str:
 
 
 def answers(
-    knowledge: Knowledge, windows: Sequence[Window], questions: Sequence[Question], grid: Grid
+    knowledge: Knowledge,
+    windows: Sequence[Window],
+    questions: Sequence[Question],
+    grid: Grid,
+    weights: Sequence[tuple[Weight, ...]] = (),
 ) -> Iterator[Section | None]:
     """Yield the best start for each question; None where two effects cannot be compared.
+
+    Each start is tried without a weight, and with each of the weights. Where there is none, and no trial shows A22,
+    that is asked for with a weight that would show it, and every second angle: a proposal needs no more.
 
     Args:
         knowledge: what is known.
         windows: of the trials that there are, their angles being those of the fitted model.
         questions: what is asked.
         grid: starts to choose from.
+        weights: what the rods may carry; what is given twice is tried once.
 
     Raises:
         IdentificationError: none of them has a motion that can be computed.
     """
+    loads = loads_of(weights)
+    showing = loads if knowledge.shows_inertia else loads[1:] or ((telling_weight(knowledge),),)
+    knowledge = knowledge.with_weights(weight for load in (*loads, *showing) for weight in load)
     trials = NextTrial(knowledge, grid)
+    of_inertia = trials if showing[0] in loads else NextTrial(knowledge, grid.thinned)
     for question in questions:
         if question.against:
             rival = _nearest_rival(knowledge, windows, question)
-            yield None if rival is None else _apart(question, trials.furthest_apart(rival))
+            yield None if rival is None else _apart(question, trials.furthest_apart(rival, loads))
+        elif question.about == INERTIA.symbol:
+            yield _sharper(question, knowledge, of_inertia.sharpest((INVERSE_INERTIA.symbol,), showing))
         else:
             names = _GROUPS if question.about == ALL else (question.about,)
-            yield _sharper(question, trials.sharpest(names))
+            yield _sharper(question, knowledge, trials.sharpest(names, loads))
 
 
 def _nearest_rival(knowledge: Knowledge, windows: Sequence[Window], question: Question) -> Rival | None:
@@ -109,19 +142,28 @@ def _nearest_rival(knowledge: Knowledge, windows: Sequence[Window], question: Qu
     return None if nearest is None or can_be_the_same(nearest) else nearest
 
 
-def _sharper(question: Question, found: Sharper) -> Section:
+def _sharper(question: Question, knowledge: Knowledge, found: Sharper) -> Section:
+    names = found.criterion.names
+    values = knowledge.values[knowledge.places(names)]
+    if np.isfinite(found.size_now):
+        shares = _Scale(1.0 / found.size_now)
+    else:
+        shares = _Scale(1.0 / abs(float(values[0])) if len(names) == 1 and values[0] else 0.0, _SHOWN)
+    inertia = question.about == INERTIA.symbol
+    # Of A22 the unknown is the inverse: a small change of it is A22 squared times as large in A22.
+    scale = 1.0 / float(values[0]) ** 2 if inertia else 1.0
     return {
-        **_surveyed(question, found.survey, 1.0 / found.size_now if np.isfinite(found.size_now) else 0.0),
-        "names": list(found.criterion.names),
-        "std_now": found.now.tolist(),
-        "std_then": found.then.tolist(),
+        **_surveyed(question, found, shares),
+        "names": [INERTIA.symbol] if inertia else list(names),
+        "std_now": (scale * found.now).tolist(),
+        "std_then": (scale * found.then).tolist(),
         "deviations_now": None,
     }
 
 
 def _apart(question: Question, found: Apart) -> Section:
     return {
-        **_surveyed(question, found.survey, -1.0),
+        **_surveyed(question, found, _Scale(-1.0)),
         "names": [],
         "std_now": [],
         "std_then": [],
@@ -129,18 +171,21 @@ def _apart(question: Question, found: Apart) -> Section:
     }
 
 
-def _surveyed(question: Question, found: Survey, unit: float) -> Section:
+def _surveyed(question: Question, found: Sharper | Apart, scale: _Scale) -> Section:
+    best, unloaded = found.survey, found.unloaded
     return {
         "for": question.about,
         "against": question.against or None,
-        "inner_rad": found.inner,
-        "outer_rad": found.outer,
-        "expected": unit * found.expected,
-        "worst": unit * found.worst,
+        "weights": [vars(weight) for weight in best.weights],
+        "inner_rad": best.inner,
+        "outer_rad": best.outer,
+        "expected": float(scale.of(best.expected)),
+        "worst": float(scale.of(best.worst)),
+        "expected_unloaded": float(scale.of(unloaded.expected)) if unloaded and best.weights else None,
         "map": {
-            "inner_rad": found.grid.inner.tolist(),
-            "outer_rad": found.grid.outer.tolist(),
-            "values": (unit * found.losses).tolist(),
+            "inner_rad": best.grid.inner.tolist(),
+            "outer_rad": best.grid.outer.tolist(),
+            "values": scale.of(best.losses).tolist(),
         },
     }
 

@@ -66,6 +66,8 @@ def _with_page(files: dict[str, str | bytes], name: str, page: Callable[[], str]
 
 
 def _for_paper(shown: Sequence[Figure]) -> dict[str, str | bytes]:
+    if not shown:
+        return {}
     from cdp_ident.report.figures.for_paper import png_and_svg  # noqa: PLC0415
 
     files: dict[str, str | bytes] = {}

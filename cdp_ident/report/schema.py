@@ -68,6 +68,14 @@ _ERRORS = an_object(
     validation=_ERROR,
     holdout=_ERROR,
 )
+_WEIGHT = an_object(
+    rod=one_of(RODS),
+    mass=finite("[kg]"),
+    place=finite("distance of its centre from the rod's own joint [m]"),
+    inertia=finite("about its own centre [kg m^2]"),
+    mass_std=finite("standard deviation of the mass [kg]"),
+    place_std=finite("of the place [m]"),
+)
 _CHANGES = a_map(number(), "by which power of a common factor each of them changes")
 
 
@@ -78,6 +86,17 @@ def _fit(about: str) -> Schema:
         physical_possible=flag("whether any mechanism has these base parameters"),
         outer_rod_length_m=finite("what the outer rod's length was taken to be, for air drag [m]"),
         groups=an_object("all that a free swing depends on", **dict.fromkeys(_GROUPS, _QUANTITY)),
+        weight_errors=a_list(
+            an_object(
+                "by how much a weight differs from its given value, in given standard deviations",
+                of=one_of(("mass", "place")),
+                rod=or_null(one_of(RODS, "on which it is there; null for a mass, wherever it is")),
+                given=finite("the mass [kg] or place [m]"),
+                value=finite(),
+                std=number(),
+            ),
+            "estimated errors of the weights clamped to the rods",
+        ),
         correlation=an_object(
             "how the errors of the estimates go together",
             names=a_list(text(), "of the estimates"),
@@ -167,15 +186,18 @@ _WHITENESS = an_object(
 _ANGLES = a_list(finite(), "from hanging, positive towards +x [rad]", MOST_STARTS)
 _ADVICE = an_object(
     "the start that tells most of something",
-    **{"for": text("what it is about: `all` base parameters, an unknown, or an effect by its label")},
+    **{"for": text("what it is about: `all` base parameters, `A22`, another unknown, or an effect by its label")},
     against=or_null(text("name and joint of the effect that it tells that one from")),
+    weights=a_list(_WEIGHT, "what to clamp to the rods"),
     inner_rad=finite("where to hold the inner rod, from hanging, positive towards +x [rad]"),
     outer_rad=finite("where to hold the outer rod, from hanging, positive towards +x [rad]"),
     expected=number(
-        "share of their width to which intervals fall (geometric mean); of two effects, standard deviations between "
-        "them; the median over what a hand may miss the start by"
+        "share of their width to which intervals fall (geometric mean), or, where one value is not determined yet, its "
+        "relative standard deviation then; of two effects, standard deviations between them; the median over what a "
+        "hand may miss the start by"
     ),
     worst=number("the worst of the same"),
+    expected_unloaded=number("the same of the start that is best without a weight; null where that is the advice"),
     names=a_list(text(), "the unknowns that it tells of"),
     std_now=a_list(number(), "their standard deviations"),
     std_then=a_list(number(), "the same after a trial that begins exactly there"),
@@ -212,17 +234,7 @@ REPORT: Schema = {
                     )
                 ),
                 outliers_s=a_list(finite(), "when samples were left out as outliers, in the bag [s]", _MOST_OUTLIERS),
-                weights=a_list(
-                    an_object(
-                        rod=one_of(RODS),
-                        mass=finite("[kg]"),
-                        place=finite("distance of its centre from the rod's own joint [m]"),
-                        inertia=finite("about its own centre [kg m^2]"),
-                        mass_std=finite("standard deviation of the mass [kg]"),
-                        place_std=finite("of the place [m]"),
-                    ),
-                    "known weights that were clamped to the rods",
-                ),
+                weights=a_list(_WEIGHT, "known weights that were clamped to the rods"),
                 warnings=a_list(text(), "what was cut or noticed"),
             ),
             "each bag",

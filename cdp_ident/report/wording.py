@@ -7,6 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.design.starts import HAND
+from cdp_ident.diagnosis.identifiability import CONFIDENCE
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.effect import SensorEffect
 from cdp_ident.model.parameters import CONSTANTS, GROUPS, INERTIA, SYMBOLS, Group, groups_of, inertia_about_cart
@@ -14,6 +15,8 @@ from cdp_ident.report.formatting import CERTAINTY, number, per_cent, with_std
 from cdp_ident.report.schema import Section
 
 _OF_ENCODERS = frozenset(effect.name for effect in CATALOGUE if isinstance(effect, SensorEffect))
+_HARDLY_LESS = 0.95
+"""What leaves intervals as wide as that share of what they are is not worth a trial."""
 STAGES = {"nominal": "nominal values", "search": "after the search", "refined": "refined"}
 
 
@@ -207,21 +210,45 @@ def advice_words(report: Section) -> list[str]:
 
 
 def one_advice(advice: Section) -> str:
-    """Say from where to let go for one purpose, and what that would bring."""
+    """Say from where to let go for one purpose, with which weight, and what that would bring."""
+    several = len(advice["names"]) > 1
+    if not advice["against"] and is_determined_now(advice) and number(advice["expected"]) > _HARDLY_LESS:
+        least = _percent(1.0 - _HARDLY_LESS)
+        return f"{advice_title(advice)}: no trial makes {'them' if several else 'it'} surer by as much as {least}"
     start = f"let go with the inner rod {_held(advice['inner_rad'])} and the outer rod {_held(advice['outer_rad'])}"
+    if advice["weights"]:
+        start = f"clamp {weights_words(advice)}, and {start}"
+    besides = ", and with it every torque in N m" if advice["for"] == INERTIA.symbol else ""
+    return f"{advice_title(advice)}{besides}: {start}: {_gained(advice, several)}"
+
+
+def _gained(advice: Section, several: bool) -> str:
+    expected, worst, unloaded = (number(advice[key]) for key in ("expected", "worst", "expected_unloaded"))
+    otherwise = "; without a weight {}" if np.isfinite(unloaded) else ""
+    missed = f"at worst, where the hand misses by {HAND:.0f}°"
     if advice["against"]:
-        gained = (
-            f"the two are then {number(advice['expected']):.2g} standard deviations apart, now "
-            f"{number(advice['deviations_now']):.2g}"
-        )
-    else:
-        several = len(advice["names"]) > 1
-        share = f"{100 * number(advice['expected']):.2g} % of what {'they are' if several else 'it is'}"
-        share += f" ({100 * number(advice['worst']):.2g} % at worst, where the hand misses by {HAND:.0f}°)"
-        gained = f"{'their intervals fall' if several else 'its interval falls'} to {share}"
-        if any(std is None for std in advice["std_now"]):
-            gained = f"{'they are' if several else 'it is'} determined then"
-    return f"{advice_title(advice)}: {start}: {gained}"
+        now = f"the two are then {expected:.2g} standard deviations apart, now {number(advice['deviations_now']):.2g}"
+        return now + otherwise.format(f"{unloaded:.2g}")
+    if is_determined_now(advice):
+        share = f"{_percent(expected)} of what {'they are' if several else 'it is'} ({_percent(worst)} {missed})"
+        falls = "their intervals fall" if several else "its interval falls"
+        return f"{falls} to {share}" + otherwise.format(f"to {_percent(unloaded)}")
+    if several:
+        return "they are determined then"
+    if not np.isfinite(expected):
+        return "these trials do not show it, and no such trial does"
+    width, widest = (_percent(CONFIDENCE * relative_std) for relative_std in (expected, worst))
+    return f"these trials do not show it; it is determined then, to ± {width} ({widest} {missed})"
+
+
+def _percent(share: float) -> str:
+    """Write a share to its two leading digits."""
+    return f"{float(f'{100 * share:.2g}'):g} %"
+
+
+def is_determined_now(advice: Section) -> bool:
+    """Return whether the trials that there are show all values that a next one is to tell of."""
+    return all(np.isfinite(number(std)) for std in advice["std_now"])
 
 
 def _held(from_hanging: float) -> str:

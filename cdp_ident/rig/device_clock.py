@@ -4,7 +4,6 @@ from collections import deque
 from itertools import pairwise
 
 import numpy as np
-from scipy.stats import theilslopes
 
 from cdp_ident.bag.diagnostics import ClockRate
 
@@ -132,6 +131,9 @@ class DeviceClock:
         ]
         if len(least) < _FEWEST_FOR_RATE:
             return None
+        # Loading it takes half as long as a driver takes to start, and no rate is known in the first seconds.
+        from scipy.stats import theilslopes  # noqa: PLC0415
+
         device, delay = np.array(least).T
         slope, _, low, high = theilslopes(delay, device, _ONE_SIGMA)
         return ClockRate(float(-slope / (1.0 + slope)), float(high - low) / 2.0)

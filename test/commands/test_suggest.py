@@ -22,7 +22,17 @@ def test_without_a_question_the_usual_ones_are_answered(report_folder, capsys):
     said = capsys.readouterr().out
     assert "all base parameters: let go with the inner rod" in said
     assert "coulomb friction, outer, torque: let go" in said
+    assert "A22, and with it every torque in N m: clamp " in said
     assert "standard deviation now" in said
+
+
+def test_a_weight_is_tried_beside_none(report_folder, capsys):
+    told = ["--weight", "outer=0.05,0.30", "--weight-std", "1e-5,1e-4"]
+    assert main([str(report_folder), *FEW, "--for", "A22", "--for", "all", *told]) == 0
+    of_inertia, of_groups = capsys.readouterr().out.split("\n\n")[:2]
+    assert "clamp 0.050000 ± 0.000010 kg at 0.30000 ± 0.00010 m on the outer rod" in of_inertia
+    assert "these trials do not show it; it is determined then, to ± 0.0" in of_inertia
+    assert of_groups.startswith("all base parameters: ")
 
 
 def test_a_group_is_known_by_its_short_name_and_an_effect_by_its_own(report_folder, capsys):
@@ -41,6 +51,15 @@ def test_two_effects_are_told_apart(report_folder, capsys):
     ("options", "expected"),
     [
         (["--for", "c3"], "unknown --for: 'c3'"),
+        (["--for", "m2"], "no swing determines m2 by itself; ask for a group or, with a weight, for A22"),
+        (["--weight", "0.05,0.30"], "unknown rod of --weight: '0.05,0.30'"),
+        (["--weight", "outer=0.05"], "--weight outer=0.05 is [0.05]; expected [mass in kg, place in m]"),
+        (["--weight", "outer=heavy,0.3"], "expected [mass in kg, place in m]"),
+        (["--weight", "outer=0.05,30"], "30 m is far beyond the rod of 0.4 m"),
+        (["--weight", "inner=50,0.3"], "50 kg is far heavier than the pendulum"),
+        (["--weight", "outer=0,0.3"], "a mass of 0 is no weight"),
+        (["--weight", "outer=0.05,0.3", "--weight-std", "0,-1"], "--weight-std 0,-1 is -1.0; expected a number"),
+        (["--weight-std", "1e-4,1e-3"], "--weight-std is given, but --weight is not"),
         (["--spacing", "1"], "it must be from 5 to 90"),
         (["--spacing", "nan"], "it must be from 5 to 90"),
         (["--most-outer", "400"], "it must be from 0 to 180"),

@@ -15,6 +15,7 @@ from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.refinement import refine
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from scenarios.next_swing import MODEL, NOISE, TRUTH, Swings, swing
+from scenarios.weighted import WEIGHT
 
 KNOWN = Swings.of([swing(3.6, 3.9, np.random.default_rng(0))]).knowledge
 DRAG = next(effect for effect in CATALOGUE if effect.key == "quadratic_friction.outer")
@@ -60,6 +61,16 @@ def test_the_deviations_are_those_of_a_rival_that_is_fitted_to_both_trials(rival
     both = refine(rival.fit.model, rival.fit.values, [*rival.fit.windows, *moved(start)])
     assert foretold == pytest.approx(np.sqrt(both.squared_error) / NOISE, rel=0.3)
     assert foretold > rival.deviations_now
+
+
+def test_so_they_are_of_a_trial_with_a_weight_whose_rival_may_have_another_inertia():
+    known = KNOWLEDGE.with_weights([WEIGHT])
+    (found,) = rivals(known, EXACT, "quadratic_friction.outer", "coulomb_friction", "outer")
+    trial = CandidateTrial(np.pi + 0.6, np.pi + 0.5, (WEIGHT,))
+    both = refine(found.fit.model, found.fit.values, [*found.fit.windows, *fit_to(trial, known).windows])
+    cost = both.squared_error + both.values @ both.model.penalty @ both.values
+    assert found.fit.model.names[5:8] == known.model.names[5:8]
+    assert found.deviations(trial) == pytest.approx(np.sqrt(cost) / NOISE, rel=0.3)
 
 
 def test_the_trial_that_is_advised_tells_them_apart_better_than_most(rival):

@@ -1,12 +1,16 @@
 """The next trial, and what it is worth when it is recorded."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from cdp_ident.design.criteria import Criterion
 from cdp_ident.design.next_trial import NextTrial
 from cdp_ident.design.starts import Grid
+from cdp_ident.model.weights import Weight
 from scenarios.next_swing import ALL_GROUPS, Swings, swing
+from scenarios.weighted import INERTIA, WEIGHT
 
 FIRST = Swings.of([swing(np.pi + 0.5, np.pi + 0.7, np.random.default_rng(5))])
 TRIALS = NextTrial(FIRST.knowledge, Grid.of(30.0))
@@ -28,6 +32,49 @@ def test_a_trial_as_advised_brings_what_was_foretold_and_more_than_most_random_s
     assert found.ratio < 0.5
     random = [size(FIRST.with_one_more(swing(*rng.uniform(0, 2 * np.pi, 2), rng)), names) for _ in range(5)]
     assert brought < np.median(random)
+
+
+@pytest.mark.parametrize(
+    "weight",
+    [
+        replace(WEIGHT, mass_std=1e-9, place_std=1e-9),
+        replace(WEIGHT, mass_std=5e-4, place_std=1e-3),
+        Weight("inner", 0.1, 0.3, 1e-5, mass_std=1e-4, place_std=1e-4),
+    ],
+    ids=["as sure as the noise allows", "as sure as the weight", "on the inner rod"],
+)
+def test_a_trial_with_a_weight_brings_the_interval_of_the_inertia_that_was_foretold(weight):
+    rng = np.random.default_rng(8)
+    knowledge = FIRST.knowledge.with_weights([weight])
+    found = NextTrial(knowledge, Grid.of(60.0)).sharpest(("one_over_A22",), ((weight,),))
+    assert np.all(np.isinf(found.now))
+    trial = found.survey.trial
+    assert trial.weights == (weight,)
+    both = FIRST.with_one_more(swing(trial.theta1, trial.theta2, rng, weight=weight))
+    (std,) = both.standard_deviations(("one_over_A22",))
+    assert std == pytest.approx(found.survey.expected, rel=0.3)
+    assert abs(both.fit.values[5] - 1.0 / INERTIA) < 3.0 * std < 0.1 / INERTIA
+
+
+def test_each_start_is_tried_with_each_load_and_the_best_is_taken():
+    heavy = replace(WEIGHT, mass=0.2, mass_std=1e-9, place_std=1e-9)
+    loads = ((), (WEIGHT,), (heavy,))
+    knowledge = FIRST.knowledge.with_weights([WEIGHT, heavy])
+    trials = NextTrial(knowledge, Grid.of(90.0))
+    inertia = trials.sharpest(("one_over_A22",), loads[1:])
+    assert inertia.survey.weights == (heavy,)
+    assert inertia.unloaded is None
+    groups = trials.sharpest(ALL_GROUPS, loads)
+    bare, *weighted = (trials.sharpest(ALL_GROUPS, (load,)).survey.expected for load in loads)
+    assert groups.unloaded.expected == bare
+    assert groups.survey.expected == (bare if bare <= 1.05 * min(weighted) else min(weighted))
+
+
+def test_a_weight_that_brings_hardly_more_is_not_advised():
+    light = Weight("inner", 1e-4, 0.1)
+    found = NextTrial(FIRST.knowledge, Grid.of(90.0)).sharpest(ALL_GROUPS, ((light,), ()))
+    assert found.survey.weights == ()
+    assert found.survey is found.unloaded
 
 
 def test_the_standard_deviations_then_are_those_of_the_values_asked_for():

@@ -12,6 +12,14 @@ def test_half_a_turn_to_one_side_is_half_a_turn_to_the_other():
     assert np.degrees(grid.inner) == pytest.approx([-90, 0, 90, 180])
 
 
+def test_every_second_angle_is_left_of_a_thinned_grid_and_hanging_among_them():
+    grid = Grid.of(45.0, most_outer=90.0).thinned
+    assert np.degrees(grid.inner) == pytest.approx([-90, 0, 90, 180])
+    assert np.degrees(grid.outer) == pytest.approx([-90, 0, 90])
+    few = Grid.of(30.0, most_inner=30.0)
+    assert np.array_equal(few.thinned.inner, few.inner)
+
+
 def test_no_rod_is_led_further_than_is_said():
     grid = Grid.of(30.0, most_inner=60.0, most_outer=170.0)
     assert np.degrees(grid.inner) == pytest.approx([-60, -30, 0, 30, 60])

@@ -10,6 +10,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -22,6 +23,8 @@ DOCUMENT = (
     .replace("wait: 12.5", "wait: 6.5")  # quicker
     .replace("longest:=12.0", "longest:=6.0")
 )
+_INERTIA = 0.1296 * 0.2007**2 + 0.0007 + (0.1154 + 0.2192) * 0.4**2
+"""A22 of the rig that the tutorial describes [kg m^2]."""
 PATIENCE = 300.0
 """Longest wait for anything [s]: the machine may be busy, and may have to compile first."""
 ROS2 = """\
@@ -87,24 +90,41 @@ def shell(folder: Path) -> Iterator[Callable[[str], "subprocess.Popen[str]"]]:
 def test_it_leads_from_wiring_to_a_controller_that_stands(
     folder: Path, shell: Callable[[str], "subprocess.Popen[str]"]
 ) -> None:
-    nodes, zero, *then = re.findall(r"```sh\n(.*?)```", DOCUMENT, re.DOTALL)
-    driver, recorder, rig = nodes.splitlines()
-    running = shell(f"{driver}\n{recorder}")
-    # A reader sees that both are there; the rig's script begins when it is switched on.
-    _wait_until(lambda: "bag" in _topics(), running)
-    rig_running = shell(rig)
-    _wait_until(lambda: shell(zero).wait(PATIENCE) == 0, running)  # it is refused until samples come
-    _wait_until(lambda: len(list(folder.glob("trials/*/metadata.yaml"))) == 3, running)
-    for process in (rig_running, running):
-        os.killpg(process.pid, signal.SIGTERM)
-        process.communicate(timeout=PATIENCE)
-    output = ""
-    for commands in then:
+    nodes, zero, identify, suggest, heavier, *then = re.findall(r"```sh\n(.*?)```", DOCUMENT, re.DOTALL)
+
+    def record(commands: str, trials: int, zero: str = "") -> None:
+        *before, driver, recorder, rig = commands.splitlines()
+        do("\n".join(before))
+        running = shell(f"{driver}\n{recorder}")
+        # A reader sees that both are there; the rig's script begins when it is switched on.
+        _wait_until(lambda: "bag" in _topics(), running)
+        rig_running = shell(rig)
+        if zero:
+            _wait_until(lambda: shell(zero).wait(PATIENCE) == 0, running)  # it is refused until samples come
+        _wait_until(lambda: len(list(folder.glob("trials/*/metadata.yaml"))) >= trials, running)
+        for process in (rig_running, running):
+            os.killpg(process.pid, signal.SIGTERM)
+            process.communicate(timeout=PATIENCE)
+
+    def do(commands: str) -> str:
         done = shell(commands)
         output, _ = done.communicate(timeout=3 * PATIENCE)
         assert done.returncode == 0, f"{commands}{output}"
-    values = read_parameter_file(folder / "found/fitted.yaml", "identify").taken()
-    assert values["effects.coulomb_friction.outer.torque"] == pytest.approx(0.002, rel=0.5)
+        return output
+
+    def fitted() -> dict[str, Any]:
+        return read_parameter_file(folder / "found/fitted.yaml", "identify").taken()
+
+    record(nodes, 3, zero)
+    do(identify)
+    assert fitted()["effects.coulomb_friction.outer.torque"] == pytest.approx(0.002, rel=0.5)
+    assert not fitted()["determined.A22"]
+    assert "it is determined then, to ± 0." in do(suggest)
+    record(heavier, 4)
+    output = [do(commands) for commands in then][-1]
+    assert fitted()["effects.coulomb_friction.outer.torque"] == pytest.approx(0.002, rel=0.03)
+    assert fitted()["determined.A22"]
+    assert fitted()["A22"] == pytest.approx(_INERTIA, rel=0.01)
     assert "balanced for" in output
 
 

@@ -266,7 +266,7 @@ def test_a_base_that_swings_carries_the_weights_too():
     plain, absolute = (model.with_effect(ActiveEffect(effect)) for model in (MODEL, ABSOLUTE))
     heavier = np.append(groups, [compliance * inertia, share * frequency, share * damping_ratio])
     expected, _ = plain.predict(heavier, window.start, window)
-    of_rig = np.append(ABSOLUTE.beginning(TRUTH, A22), [compliance * A22, frequency, damping_ratio])
+    of_rig = np.append(ABSOLUTE.initial_values(TRUTH, A22), [compliance * A22, frequency, damping_ratio])
     found, _ = absolute.predict(of_rig, window.start, replace(window, weights=WEIGHTS))
     assert np.abs(found - expected).max() < 1e-7
 

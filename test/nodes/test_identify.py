@@ -32,6 +32,8 @@ WIDE, FOLDED = str(BAGS / "swing_wide"), str(BAGS / "swing_folded")
 MEASURED = ROOT.parent / "shared/data/multiarm_free_swing/free_swing_8s_56s_1kHz.csv.gz"
 SWING = 6.0
 """How long each trial is [s]."""
+QUICK = ("--config", str(BAGS / "quick.yaml"))
+"""A short search: what is tested here is not how well it searches."""
 ENDLESS = "{identify: {ros__parameters: {method: iga, search.generations: 1000000}}}"
 
 
@@ -39,6 +41,7 @@ ENDLESS = "{identify: {ros__parameters: {method: iga, search.generations: 100000
 def clean_bags():
     """Short, and nothing is hidden in them: what is tested here is not how effects are found, which takes its time."""
     write_clean_bags(BAGS, swing=SWING)
+    (BAGS / "quick.yaml").write_text("identify: {ros__parameters: {search.generations: 3}}")
     yield
     shutil.rmtree(BAGS)
 
@@ -63,7 +66,7 @@ def identify(*arguments):
 
 def test_once_it_identifies_prints_and_writes_a_folder_named_after_the_first_bag(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    assert main(["--bag", WIDE, "--bag", FOLDED, "--once"]) == 0
+    assert main(["--bag", WIDE, "--bag", FOLDED, "--once", *QUICK]) == 0
     out = tmp_path / "identification/swing_wide"
     report = report_in(out)
     assert [trial["bag"] for trial in report["trials"]] == [WIDE, FOLDED]
@@ -76,7 +79,7 @@ def test_once_it_identifies_prints_and_writes_a_folder_named_after_the_first_bag
 
 
 def test_the_same_seed_gives_the_same_report_in_a_process_without_ros_too(tmp_path):
-    arguments = ["--bag", WIDE, "--once", "--seed", "7", "--out"]
+    arguments = ["--bag", WIDE, "--once", *QUICK, "--seed", "7", "--out"]
     assert main([*arguments, str(tmp_path / "one")]) == 0
     code = "import sys; sys.modules['rclpy'] = None; from cdp_ident.nodes.identify import main; sys.exit(main())"
     command = [sys.executable, "-c", code, *arguments, str(tmp_path / "two")]
@@ -153,7 +156,7 @@ def test_bad_input_is_one_line_and_exit_code_2(options, words, capsys, tmp_path,
 
 def test_a_fit_that_failed_is_one_line_a_report_and_exit_code_3(capsys, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "long.yaml").write_text("identify: {ros__parameters: {L: 1.5}}")
+    (tmp_path / "long.yaml").write_text("identify: {ros__parameters: {L: 1.5, search.generations: 3}}")
     assert main(["--bag", WIDE, "--config", "long.yaml", "--once"]) == 3
     error = capsys.readouterr().err.splitlines()[-1]
     assert error.startswith("identify: error: the fit failed")
@@ -243,7 +246,7 @@ def test_a_reader_that_goes_away_takes_neither_report_nor_parameters(out, listen
     """As `identify … | head -1`: what is printed has nobody to read it, and that is all."""
     reading, writing = os.pipe()
     os.close(reading)
-    command = [sys.executable, "-m", "cdp_ident", "identify", "--bag", WIDE, "--out", str(out)]
+    command = [sys.executable, "-m", "cdp_ident", "identify", "--bag", WIDE, "--out", str(out), *QUICK]
     with subprocess.Popen(command, cwd=ROOT, stdout=writing, stderr=subprocess.DEVNULL) as process:
         os.close(writing)
         listener.wait_for(lambda: (out / "report.html").exists() or process.poll() is not None)
@@ -288,7 +291,7 @@ def client(listener):
 
 
 def test_it_serves_what_it_reports_with_descriptions_and_refuses_to_be_written(start, client, listener, out):
-    process = start("identify", "--bag", WIDE, "--out", str(out))
+    process = start("identify", "--bag", WIDE, "--out", str(out), *QUICK)
     client.wait_until_it_serves()
     names = [*NOMINAL, INERTIA.symbol, *(f"groups.{group.symbol}" for group in GROUPS)]
     fit = report_in(out)["before"]
@@ -312,7 +315,7 @@ def test_it_serves_what_it_reports_with_descriptions_and_refuses_to_be_written(s
 
 def test_it_identifies_again_with_what_configuration_and_bags_say_then(start, client, listener, tmp_path, out):
     config = tmp_path / "some.yaml"
-    config.write_text("identify: {ros__parameters: {window: 2.0, known.m1: 0.13}}")
+    config.write_text("identify: {ros__parameters: {window: 2.0, known.m1: 0.13, search.generations: 3}}")
     process = start("identify", "--bag", WIDE, "--out", str(out), "--config", str(config))
     client.wait_until_it_serves()
     assert client.values("window", "known.m1") == [2.0, 0.13]
@@ -347,7 +350,7 @@ def test_what_fails_again_leaves_all_as_before_and_what_succeeds_is_told_as_one_
     start, client, listener, tmp_path, out
 ):
     config = tmp_path / "some.yaml"
-    config.write_text("identify: {ros__parameters: {seed: 5}}")
+    config.write_text("identify: {ros__parameters: {seed: 5, search.generations: 3}}")
     process = start("identify", "--bag", WIDE, "--out", str(out), "--config", str(config))
     client.wait_until_it_serves()
     before, report = client.values("m1"), report_in(out)
@@ -358,12 +361,12 @@ def test_what_fails_again_leaves_all_as_before_and_what_succeeds_is_told_as_one_
     listener.wait_for(lambda: any(state.startswith("failed: unknown key") for state in client.states))
     assert client.values("m1") == before
     assert report_in(out) == report
-    config.write_text("identify: {ros__parameters: {seed: 6, L: 0.39}}")
+    config.write_text("identify: {ros__parameters: {seed: 6, L: 0.4001, search.generations: 3}}")
     assert listener.call("/identify/identify_again")[0]
     # A simulator that follows /identify has nothing else to go by.
     listener.wait_for(
         lambda: any(
-            parameter.name == "L" and parameter.value.double_value == 0.39
+            parameter.name == "L" and parameter.value.double_value == 0.4001
             for event in events
             if event.node == "/identify"
             for parameter in event.changed_parameters
@@ -380,7 +383,9 @@ def test_what_fails_again_leaves_all_as_before_and_what_succeeds_is_told_as_one_
 
 def test_a_watched_folder_is_looked_at_without_a_clock_too(start, client, listener, tmp_path, out):
     trials = tmp_path / "trials"
-    process = start("identify", "--watch", str(trials), "--out", str(out), "--ros-args", "-p", "use_sim_time:=true")
+    process = start(
+        "identify", "--watch", str(trials), "--out", str(out), *QUICK, "--ros-args", "-p", "use_sim_time:=true"
+    )
     listener.wait_for(lambda: client.states == [f"waiting for a first trial in {trials}"])
     shutil.copytree(WIDE, tmp_path / "first")
     trials.mkdir()
@@ -401,7 +406,7 @@ def test_a_path_that_is_not_utf_8_is_watched_and_told_with_escapes(tmp_path, sta
 
 def test_trials_that_come_into_a_watched_folder_are_checked_then_fitted_too(start, client, listener, tmp_path, out):
     trials = tmp_path / "trials"
-    process = start("identify", "--watch", str(trials), "--out", str(out))
+    process = start("identify", "--watch", str(trials), "--out", str(out), *QUICK)
     listener.wait_for(lambda: client.states == [f"waiting for a first trial in {trials}"])
 
     def record(bag, name):

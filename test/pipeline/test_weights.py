@@ -3,7 +3,6 @@
 import json
 import shutil
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,25 +16,18 @@ from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.model.parameters import SYMBOLS, groups_of
 from cdp_ident.model.weights import Weight
 from cdp_ident.pipeline.identify import identify
-from cdp_ident.pipeline.job import load, run
+from cdp_ident.pipeline.job import load
 from cdp_ident.report.contents import report
 from cdp_ident.report.folder import json_text
-from cdp_ident.report.outcome import Job, LoadedJob
+from cdp_ident.report.outcome import Job
 from cdp_ident.report.schema import problem
 from cdp_ident.report.wording import weights_words
 from reference.pendulum import TABLE_5
 from scenarios.clean_bags import write_clean_bags
-from scenarios.weighted import INERTIA, WEIGHT, plain_and_weighted
+from scenarios.weighted import FRICTION, INERTIA, WEIGHT, plain_and_weighted
 
 PHYSICAL = np.array([TABLE_5[symbol] for symbol in SYMBOLS])
 TRUTH = np.append(groups_of(PHYSICAL, TABLE_5["L"]), 1.0 / INERTIA)
-FRICTION = 2e-3
-"""Dry friction of the outer joint [N m]."""
-
-
-def dry_friction(_time, state):
-    size = FRICTION * np.tanh((state[3] - state[2]) / 0.02)
-    return size, -size
 
 
 @pytest.fixture(scope="module")
@@ -44,12 +36,9 @@ def weighted():
 
 
 @pytest.fixture(scope="module")
-def content():
+def content(weighted_outcome):
     """The report of an identification of trials with dry friction and a weight."""
-    trials = plain_and_weighted(np.random.default_rng(5), torque=dry_friction)
-    settings = Settings.of({f"trials.two.added.{WEIGHT.rod}": [WEIGHT.mass, WEIGHT.place]})
-    job = Job((Path("one"), Path("two")), (), settings)
-    return report(run(LoadedJob(job, tuple(trials), (), {}), lambda progress: None))
+    return report(weighted_outcome)
 
 
 def test_two_swings_of_ten_seconds_with_and_without_50_g_give_the_inertia_within_1_percent(weighted):

@@ -7,20 +7,46 @@ import pytest
 
 from cdp_ident.design.knowledge import NEW, Knowledge
 from cdp_ident.errors import CdpIdentError, ReportError
+from cdp_ident.report.contents import report
 from cdp_ident.report.folder import json_text
 from cdp_ident.report.knowledge import fitted_motion, knowledge_of
+from scenarios.weighted import WEIGHT
+
+
+def known_after(outcome):
+    """Return what an identification knew."""
+    trace = outcome.trace
+    inertia = trace.completed.inertia.value
+    return Knowledge.of(trace.after.fit, trace.covariance, inertia, outcome.identification.data.scales)
 
 
 def test_a_report_read_from_its_file_knows_what_the_identification_knew(outcome, read_content):
-    trace = outcome.trace
-    direct = Knowledge.of(trace.after.fit, trace.covariance, outcome.identification.data.scales)
-    again = knowledge_of(read_content)
-    assert again.model.names == direct.model.names
-    assert again.values == pytest.approx(direct.values, rel=1e-9)
-    scale = np.sqrt(np.diag(direct.covariance))
-    assert again.covariance / np.outer(scale, scale) == pytest.approx(direct.covariance / np.outer(scale, scale))
+    direct, again = known_after(outcome), knowledge_of(read_content)
+    assert_the_same(again, direct)
     assert again.whitening == pytest.approx(direct.whitening)
     assert (again.noise, again.sampling) == (pytest.approx(direct.noise), direct.sampling)
+
+
+def assert_the_same(again, direct):
+    assert again.model.names == direct.model.names
+    assert again.values == pytest.approx(direct.values, rel=1e-9)
+    assert again.information == pytest.approx(direct.information, rel=1e-4)
+    infinite = np.isinf(np.diag(direct.covariance))
+    assert np.array_equal(np.isinf(np.diag(again.covariance)), infinite)
+
+
+def test_what_weights_have_shown_is_read_too(weighted_outcome):
+    content = json.loads(json_text(report(weighted_outcome)))
+    assert_the_same(knowledge_of(content), known_after(weighted_outcome))
+    mass, place = content["after"]["weight_errors"]
+    assert (mass["of"], mass["rod"], mass["given"]) == ("mass", None, WEIGHT.mass)
+    assert (place["of"], place["rod"], place["given"]) == ("place", "outer", WEIGHT.place)
+    assert abs(place["value"]) < 4
+    assert 0 < place["std"] <= 1.01
+    advice = content["next_trial"]["advice"][-1]
+    assert (advice["for"], advice["names"]) == ("A22", ["A22"])
+    assert advice["std_now"] == pytest.approx([content["after"]["physical"]["A22"]["std"]])
+    assert advice["std_then"][0] < advice["std_now"][0]
 
 
 def test_the_motion_of_the_fitted_model_is_read_from_the_curves(outcome, read_content, shown_curves):

@@ -6,15 +6,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from cdp_ident.design.starts import Grid
 from cdp_ident.report.knowledge import knowledge_of
-from cdp_ident.report.next_trial import Question, next_trial_section, strength_of, usual_questions
+from cdp_ident.report.next_trial import Question, answers, next_trial_section, strength_of, usual_questions
 from cdp_ident.report.wording import advice_words
+from scenarios.weighted import WEIGHT
 
 
 def test_the_report_answers_for_all_groups_and_for_the_strength_of_each_effect(content):
     advice = content["next_trial"]["advice"]
-    assert [(a["for"], a["against"]) for a in advice] == [("all", None), ("coulomb_friction.outer.torque", None)]
-    for one in advice:
+    *shown, inertia = advice
+    asked = [(a["for"], a["against"], a["weights"]) for a in shown]
+    assert asked == [("all", None, []), ("coulomb_friction.outer.torque", None, [])]
+    assert inertia["for"] == "A22"
+    for one in shown:
+        assert one["expected_unloaded"] is None
         assert 0 < one["expected"] <= one["worst"] < 1
         values = np.array(one["map"]["values"], dtype=float)
         assert values.shape == (8, 8)
@@ -24,8 +30,51 @@ def test_the_report_answers_for_all_groups_and_for_the_strength_of_each_effect(c
     assert advice[0]["std_now"] == pytest.approx([quantity["std"] for quantity in groups.values()], rel=1e-6)
 
 
+def test_where_no_trial_had_a_weight_the_report_says_which_one_would_determine_the_inertia_and_how_well(content):
+    inertia = content["next_trial"]["advice"][-1]
+    (weight,) = inertia["weights"]
+    value = content["after"]["physical"]["A22"]["value"]
+    assert weight["mass"] * content["after"]["physical"]["L"]["value"] ** 2 == pytest.approx(0.1 * value, rel=0.05)
+    assert (inertia["names"], inertia["std_now"]) == (["A22"], [np.inf])
+    assert inertia["std_then"] == pytest.approx([inertia["expected"] * value], rel=0.1)
+    # A weight that is known to 1 % shows nothing better than to 1 %; the trial's noise adds little.
+    assert inertia["expected"] == pytest.approx(0.01, rel=0.2)
+    words = advice_words(content)[-1]
+    assert words.startswith(f"A22, and with it every torque in N m: clamp {weight['mass']:.5f} ± ")
+    assert "these trials do not show it; it is determined then, to ± 2" in words
+
+
+def test_with_a_weight_that_the_trials_had_starts_are_tried_with_and_without_it(read_content):
+    knowledge = knowledge_of(read_content)
+    both = answers(knowledge, [], [Question("all"), Question("A22")], Grid.of(90.0), [(), (WEIGHT,), (WEIGHT,)])
+    of_groups, of_inertia = both
+    assert (of_groups["expected_unloaded"] is not None) == bool(of_groups["weights"])
+    assert of_inertia["weights"] == [vars(WEIGHT)]
+    assert of_inertia["expected"] < 1e-3
+    assert of_inertia["expected_unloaded"] is None
+
+
+def test_what_a_weight_brings_is_said_beside_what_comes_without(read_content):
+    first = read_content["next_trial"]["advice"][0]
+    first |= {"weights": [vars(WEIGHT)], "inner_rad": 0.0, "outer_rad": 1.0, "expected": 0.4, "worst": 0.5}
+    first["expected_unloaded"] = 0.6
+    assert advice_words(read_content)[0] == (
+        "all base parameters: clamp 0.050000 ± 0.000010 kg at 0.30000 ± 0.00010 m on the outer rod, and let go with "
+        "the inner rod hanging and the outer rod at +57°: their intervals fall to 40 % of what they are (50 % at "
+        "worst, where the hand misses by 5°); without a weight to 60 %"
+    )
+
+
+def test_where_no_trial_brings_anything_no_start_is_advised(read_content):
+    first, second = read_content["next_trial"]["advice"][:2]
+    first["expected"], second["expected"], second["worst"] = 0.97, 0.5, 0.9999
+    words = advice_words(read_content)
+    assert words[0] == "all base parameters: no trial makes them surer by as much as 5 %"
+    assert "to 50 % of what it is (100 % at worst" in words[1]
+
+
 def test_the_advice_is_in_words(content):
-    of_all, of_friction = advice_words(content)
+    of_all, of_friction, _ = advice_words(content)
     assert of_all.startswith("all base parameters: let go with the inner rod ")
     assert "their intervals fall to " in of_all
     assert of_friction.startswith("coulomb friction, outer, torque: ")

@@ -6,10 +6,11 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.design.starts import HAND
+from cdp_ident.diagnosis.identifiability import CONFIDENCE
 from cdp_ident.report.figures.description import Axis, Dots, Figure, Heat, Panel
 from cdp_ident.report.formatting import number
 from cdp_ident.report.schema import Section
-from cdp_ident.report.wording import advice_title, advice_words
+from cdp_ident.report.wording import advice_title, advice_words, is_determined_now
 
 Array = npt.NDArray[np.float64]
 
@@ -24,8 +25,9 @@ def next_trial(report: Section) -> Iterator[Figure]:
         "next_trial",
         "What a next trial would bring",
         "By the angles from hanging from which both rods are let go, at rest. Blue: to what share of their width "
-        "intervals fall, the deeper the further; of two effects, vermilion: by how many standard deviations they would "
-        f"differ. The dot is the start to take: it is good as well where the hand misses it by {HAND:.0f}°.",
+        "intervals fall, the deeper the further, or of a value that no trial shows yet its interval then; of two "
+        "effects, vermilion: by how many standard deviations they would differ. The dot is the start to take: it is "
+        f"good as well where the hand misses it by {HAND:.0f}°.",
         " ".join(f"{words}." for words in advice_words(report)),
         [_panel(advice) for advice in found["advice"]],
     )
@@ -35,8 +37,12 @@ def _panel(advice: Section) -> Panel:
     of = advice["map"]
     values = np.array([[number(value) for value in row] for row in of["values"]])
     inner, outer = np.degrees(of["inner_rad"]), np.degrees(of["outer_rad"])[::-1]
+    title = f"{advice_title(advice)}{', with a weight' if advice['weights'] else ''}"
+    if not is_determined_now(advice):
+        values, title = 100.0 * CONFIDENCE * values, f"{title} [± %]"
     most = max(float(np.max(np.abs(values[np.isfinite(values)]), initial=0.0)), 1e-300)
-    limits = (-most, most) if advice["against"] else (0.0, 2.0)
+    half = 1.0 if is_determined_now(advice) else most
+    limits = (-most, most) if advice["against"] else (0.0, 2.0 * half)
     chosen = Dots(
         "the start to take",
         "ink",
@@ -52,7 +58,7 @@ def _panel(advice: Section) -> Panel:
             Heat([f"{angle:.0f}" for angle in inner], values.T[::-1], limits),
             chosen,
         ],
-        advice_title(advice),
+        title,
         260,
     )
 

@@ -33,6 +33,20 @@ def test_two_effects_have_a_scale_of_their_own(read_content):
     assert figure.panels[0].marks[0].limits == (-7.0, 7.0)
 
 
+def test_what_no_trial_shows_yet_is_drawn_by_its_interval_then_and_starts_that_show_nothing_are_left_blank(
+    read_content,
+):
+    (figure,) = next_trial(read_content)
+    advice, panel = read_content["next_trial"]["advice"][-1], figure.panels[-1]
+    assert panel.title == "A22, with a weight [± %]"
+    heat = panel.marks[0]
+    shown = heat.matrix[np.isfinite(heat.matrix)]
+    assert 1.96 <= shown.min() <= shown.max() == heat.limits[1] / 2
+    assert shown.max() < 100
+    hanging = advice["map"]["values"][advice["map"]["inner_rad"].index(0.0)][advice["map"]["outer_rad"].index(0.0)]
+    assert hanging is None
+
+
 def test_a_fit_that_failed_has_no_map(read_content):
     read_content["next_trial"] = None
     assert list(next_trial(read_content)) == []
