@@ -2,7 +2,7 @@
 
 import sys
 
-from cdp_ident.command_line import EXIT_BAD_INPUT
+from cdp_ident.errors import CdpIdentError
 from cdp_ident.executables import EXECUTABLES
 from cdp_ident.start import start
 
@@ -12,11 +12,11 @@ def main() -> int:
     usage = f"usage: python3 -m cdp_ident NODE …   where NODE is one of: {', '.join(sorted(EXECUTABLES))}"
     if len(sys.argv) < 2 or sys.argv[1] in ("-h", "--help"):
         print(f"{usage}\n\n`python3 -m cdp_ident NODE --help` tells what each one does.")
-        return 0 if len(sys.argv) > 1 else EXIT_BAD_INPUT
+        return 0 if len(sys.argv) > 1 else CdpIdentError.exit_code
     name = sys.argv.pop(1)
     if name not in EXECUTABLES:
         print(f"cdp_ident: error: there is no node {name!r}; {usage}", file=sys.stderr)
-        return EXIT_BAD_INPUT
+        return CdpIdentError.exit_code
     sys.argv[0] = name
     return start(name)
 

@@ -25,6 +25,11 @@ def shown(text: object, longest: int = LONGEST) -> str:
     return line
 
 
+def utf_8(text: object) -> str:
+    r"""Return a text as ROS can carry it, all of it: bytes that are not UTF-8 are written as escapes (`\udcff`)."""
+    return str(text).encode(errors="backslashreplace").decode()
+
+
 def _visible(character: str) -> str:
     if unicodedata.category(character) not in _UNSHOWN:
         return character

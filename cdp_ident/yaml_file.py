@@ -28,9 +28,11 @@ class _Loader(yaml.SafeLoader):
             raise yaml.MarkedYAMLError(problem="anchors and aliases are not taken", problem_mark=event.start_mark)
         if getattr(event, "tag", None) is not None:
             raise yaml.MarkedYAMLError(problem="tags are not taken", problem_mark=event.start_mark)
-        if isinstance(event, yaml.ScalarEvent) and len(event.value) > _LONGEST_SCALAR:
-            problem = f"a value of more than {_LONGEST_SCALAR} characters is not taken"
-            raise yaml.MarkedYAMLError(problem=problem, problem_mark=event.start_mark)
+        if isinstance(event, yaml.ScalarEvent):
+            if len(event.value) > _LONGEST_SCALAR:
+                problem = f"a value of more than {_LONGEST_SCALAR} characters is not taken"
+                raise yaml.MarkedYAMLError(problem=problem, problem_mark=event.start_mark)
+            event.value.encode()  # "\ud800" is no text that can be written anywhere
         self._nodes += 1
         self._depth += 1
         if self._nodes > _MOST_NODES or self._depth > _DEEPEST:

@@ -30,6 +30,7 @@ HOSTILE = {
     "a huge file": "#" * (LARGEST + 1),
     "no text": "\x00\x1b",
     "two documents": "--- a\n--- b",
+    "half a character": '"\\ud800"',
 }
 NUMBERS = {"400 digits": "1" * 400, "5000 hexadecimal digits": "0x" + "f" * 4000, "infinity": ".inf", "none": "~"}
 LOADERS = {

@@ -45,14 +45,6 @@ def is_incomplete(folder: Path) -> bool:
         raise BagError(f"{folder} cannot be read: {error.strerror or error}") from error
 
 
-def incomplete_bags(parent: Path) -> list[Path]:
-    """Return the bags directly in a folder whose recorder did not finish them, in the order of their names."""
-    try:
-        return sorted(folder for folder in parent.iterdir() if folder.is_dir() and is_incomplete(folder))
-    except OSError as error:
-        raise BagError(f"{parent} cannot be read: {error.strerror or error}") from error
-
-
 def complete_bag(folder: Path) -> Salvaged | None:
     """Make an ordinary bag of one whose recorder was killed, with every message that is readable.
 

@@ -24,6 +24,7 @@ from cdp_ident.model.parameters import (
     CONSTANTS,
     GROUPS,
     INERTIA,
+    LARGEST,
     NOMINAL,
     PARAMETERS,
     SYMBOLS,
@@ -164,6 +165,7 @@ def read_fitted_model(path: Path, node: str) -> FittedModel:
     return fitted_model(read_parameter_file(path, node).taken(), str(path))
 
 
+@np.errstate(all="ignore")
 def fitted_model(given: Mapping[str, Any], where: str) -> FittedModel:
     """Make the model that parameters describe.
 
@@ -183,7 +185,7 @@ def fitted_model(given: Mapping[str, Any], where: str) -> FittedModel:
     )
     if missing := [symbol for symbol in NOMINAL if symbol not in given]:
         raise OptionError(f"{where} lacks {', '.join(missing)}; all of {', '.join(NOMINAL)} are needed")
-    physical = {symbol: number(given[symbol], f"{where}: {symbol}", 0.0) for symbol in NOMINAL}
+    physical = {symbol: number(given[symbol], f"{where}: {symbol}", 0.0, LARGEST) for symbol in NOMINAL}
     groups = _groups(given, physical, where)
     inertia = float(inertia_about_cart(np.array([physical[symbol] for symbol in SYMBOLS]), physical["L"]))
     inertia = number(given.get(INERTIA.symbol, inertia), f"{where}: {INERTIA.symbol}", 0.0)
@@ -205,7 +207,10 @@ def fitted_model(given: Mapping[str, Any], where: str) -> FittedModel:
         active = ActiveEffect(effect, trials.index(trial) if effect.at_an_instant else None)
         fitted = [value for p, value in zip(effect.parameters, own, strict=True) if not p.fixed]
         motion, values = motion.with_effect(active), np.concatenate([values, fitted])
-    return FittedModel(physical, motion, values, tuple(trials))
+    model = FittedModel(physical, motion, values, tuple(trials))
+    if not np.all(np.abs(model.coefficients) <= LARGEST):
+        raise OptionError(f"{where}: these values describe no pendulum: one is far too small against another")
+    return model
 
 
 def _groups(given: Mapping[str, Any], physical: Mapping[str, float], where: str) -> Array:
@@ -218,7 +223,7 @@ def _groups(given: Mapping[str, Any], physical: Mapping[str, float], where: str)
         return groups_of(np.array([physical[symbol] for symbol in SYMBOLS]), physical["L"])
     if missing := [name for name in _GROUP_NAMES if name not in given]:
         raise OptionError(f"{where} lacks {', '.join(missing)}; give all base parameters (groups.*), or none")
-    groups = np.array([number(given[name], f"{where}: {name}", 0.0) for name in _GROUP_NAMES])
+    groups = np.array([number(given[name], f"{where}: {name}", 0.0, LARGEST) for name in _GROUP_NAMES])
     if groups[1] <= groups[0] ** 2 or physical["L"] == 0.0:
         raise OptionError(
             f"{where}: these base parameters describe no mechanism: A33/A22 must exceed the square of A23/A22, and L "

@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.errors import OptionError
-from cdp_ident.model.parameters import CONSTANTS, NOMINAL, PARAMETERS, SYMBOLS
+from cdp_ident.model.parameters import CONSTANTS, LARGEST, NOMINAL, PARAMETERS, SYMBOLS
 from cdp_ident.user_input import refuse_unknown
 
 Array = npt.NDArray[np.float64]
@@ -43,8 +43,8 @@ class Prior:
             refuse_unknown(values, NOMINAL if name == "nominal" else SYMBOLS, f"parameter in {name}")
             for symbol, value in values.items():
                 lowest_allowed = symbol in ("m0", "c1", "c2") or name == "lower"
-                if not np.isfinite(value) or value < 0 or (value == 0 and not lowest_allowed):
-                    raise OptionError(f"{name}.{symbol} is {value}; it must be a positive number")
+                if not 0 <= value <= LARGEST or (value == 0 and not lowest_allowed):
+                    raise OptionError(f"{name}.{symbol} is {value}; it must be a positive number, at most {LARGEST:g}")
         if unmatched := sorted(set(self.known_std) - set(self.known)):
             raise OptionError(f"known_std.{unmatched[0]} is given, but known.{unmatched[0]} is not: give both")
         for symbol, low, high in zip(SYMBOLS, self.box[0], self.box[1], strict=True):

@@ -60,6 +60,8 @@ INERTIA = Parameter(
 
 SYMBOLS = tuple(parameter.symbol for parameter in PARAMETERS)
 NOMINAL = {parameter.symbol: parameter.nominal for parameter in (*PARAMETERS, *CONSTANTS)}
+LARGEST = 1e12
+"""More than any parameter of a pendulum is in SI units; products of three of them are still numbers."""
 
 
 @dataclass(frozen=True)

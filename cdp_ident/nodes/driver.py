@@ -86,7 +86,8 @@ class Driver:
         node.create_service(Trigger, "~/zero_hanging", self._zero_hanging)
         self._message, self._reference = JointState(name=names[self._first_joint :]), TimeReference()
         self._clock = node.get_clock()
-        self._level: Level | None = None
+        self._told: tuple[Level, str | None] | None = None
+        """The level, and the port, that were last assessed."""
         self._before = self._stream.totals()
         self._assessed = time.monotonic()
         logger = node.get_logger()
@@ -131,9 +132,11 @@ class Driver:
         )
         self._before, self._assessed = now, instant
         self._reference.source = health.hardware_id
-        if health.level != self._level and (self._level is not None or health.level == Level.WARN):
+        told = health.level, port.name
+        # That there is no port, its reader tells.
+        if told != self._told and port.name and (self._told is not None or health.level in (Level.WARN, Level.ERROR)):
             log(self._node.get_logger(), health.level, health.message)
-        self._level = health.level
+        self._told = told
         return Status(health.level, health.message, health.values, health.hardware_id)
 
     def _zero_hanging(self, _request: Any, response: Any) -> Any:

@@ -11,6 +11,7 @@ import rclpy.time
 from rosgraph_msgs.msg import Clock
 
 from cdp_ident.command_line import ArgumentParser, entry_point
+from cdp_ident.outside_text import shown
 from cdp_ident.rig.binary_codec import BinaryCodec
 from cdp_ident.rig.emulator.configuration import EmulatedRig, load_rig
 from cdp_ident.rig.emulator.emulation import Emulation, Events
@@ -43,7 +44,7 @@ class Emulator:
             self._clock = node.create_publisher(Clock, "/clock", 10)
             self._start = time.time()
             emulation.on_tick = self._publish_time
-        node.get_logger().info(f"the rig is at {emulation.link}")
+        node.get_logger().info(f"the rig is at {shown(emulation.link)}")
         self._thread = threading.Thread(target=self._run, name="emulation", daemon=True)
         self._thread.start()
 
@@ -100,7 +101,7 @@ def _parser() -> ArgumentParser:
     parser.add_argument("--rig", type=Path, help="YAML file with physics, encoders and script")
     parser.add_argument("--codec", choices=("binary", "text"), default="binary", help="how frames are written")
     parser.add_argument("--speed", type=_positive, default=1.0, help="the rig's time against the wall's (1)")
-    parser.add_argument("--seed", type=int, default=0, help="of noise and faults (0)")
+    parser.add_argument("--seed", type=_unsigned, default=0, help="of noise and faults (0)")
     faults = parser.add_argument_group("faults (none by default)")
     faults.add_argument("--flips", type=_probability, default=0.0, help="probability of a flipped bit in a byte")
     faults.add_argument("--losses", type=_probability, default=0.0, help="probability that a byte is lost")
@@ -112,8 +113,10 @@ def _parser() -> ArgumentParser:
     faults.add_argument("--unplug-at", type=_not_negative, nargs="+", default=[], help="the cable is unplugged [s]")
     faults.add_argument("--unplugged-for", type=_not_negative, default=2.0, help="until it is plugged in again [s]")
     faults.add_argument("--replug-as", type=Path, help="name of the port after that")
-    faults.add_argument("--first-count", type=int, default=0, help="counters begin here (2147483000: soon roll over)")
-    faults.add_argument("--first-time", type=int, default=0, help="device's clock begins here [us] (4290000000)")
+    faults.add_argument(
+        "--first-count", type=_counter, default=0, help="counters begin here (2147483000: soon roll over)"
+    )
+    faults.add_argument("--first-time", type=_unsigned, default=0, help="device's clock begins here [us] (4290000000)")
     return parser
 
 
@@ -128,6 +131,20 @@ def _not_negative(text: str) -> float:
     value = float(text)
     if not 0.0 <= value < 1e9:
         raise argparse.ArgumentTypeError(f"{text} is not 0 or more")
+    return value
+
+
+def _counter(text: str) -> int:
+    value = int(text)
+    if not -(2**31) <= value < 2**31:
+        raise argparse.ArgumentTypeError(f"{text} is no signed number of 32 bits")
+    return value
+
+
+def _unsigned(text: str) -> int:
+    value = int(text)
+    if not 0 <= value < 2**32:
+        raise argparse.ArgumentTypeError(f"{text} is no unsigned number of 32 bits")
     return value
 
 

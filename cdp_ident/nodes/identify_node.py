@@ -12,7 +12,7 @@ from cdp_ident.configuration.fitted_model import fitted_parameters
 from cdp_ident.configuration.keys import Scalar, description_of, is_key
 from cdp_ident.configuration.settings import Settings
 from cdp_ident.errors import CdpIdentError
-from cdp_ident.outside_text import shown
+from cdp_ident.outside_text import shown, utf_8
 from cdp_ident.pipeline.identifier import NODE_NAME, Identifier
 from cdp_ident.pipeline.interruption import Interruption
 from cdp_ident.report.outcome import LoadedJob
@@ -93,7 +93,7 @@ class IdentifyNode:
 
     def _say(self, state: str, level: Level = Level.OK) -> None:
         self._state, self._level = state, level
-        self._states.publish(String(data=state))
+        self._states.publish(String(data=utf_8(state)))
 
     def _report(self) -> Status:
         return Status(self._level, self._state, {"serves a result": str(self._serves).lower()})

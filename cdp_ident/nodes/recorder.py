@@ -10,7 +10,7 @@ from std_srvs.srv import Trigger
 from cdp_ident.bag import diagnostics, joint_state, time_reference
 from cdp_ident.command_line import ArgumentParser, entry_point
 from cdp_ident.errors import RigError
-from cdp_ident.outside_text import shown
+from cdp_ident.outside_text import shown, utf_8
 from cdp_ident.rig.health import Level
 from cdp_ident.rig.recording.facts import JointNames
 from cdp_ident.rig.recording.options import RecorderOptions
@@ -70,7 +70,7 @@ class RecorderNode:
                 say=lambda sentence: logger.info(shown(sentence)),
                 warn=lambda sentence: logger.warning(shown(sentence)),
                 on_state=lambda state: self._state.publish(String(data=state)),
-                on_bag=lambda folder: self._bag.publish(String(data=str(folder))),
+                on_bag=lambda folder: self._bag.publish(String(data=utf_8(folder))),
                 drivers=lambda: {
                     f"{info.node_namespace.rstrip('/')}/{info.node_name}"
                     for info in node.get_publishers_info_by_topic(joint_states)
@@ -126,10 +126,10 @@ class RecorderNode:
     def _answer(self, response: Any, action: Any) -> Any:
         try:
             result = action()
-            response.success, response.message = True, str(result or self._recorder.state)
+            response.success, response.message = True, utf_8(result or self._recorder.state)
         except RigError as error:
-            response.success, response.message = False, str(error)
-            self._node.get_logger().warning(str(error))
+            response.success, response.message = False, shown(error)
+            self._node.get_logger().warning(response.message)
         return response
 
 

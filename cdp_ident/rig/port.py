@@ -103,7 +103,7 @@ class PortReader:
             except (OSError, ValueError, termios.error) as error:  # SerialException is an OSError; ValueError: the baud
                 self._problem = f"{shown(name)} cannot be opened: {shown(error)}"
             else:
-                self._port = name
+                self._port = shown(name)
                 return connection
         return None
 

@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
+from cdp_ident.outside_text import utf_8
 from cdp_ident.rig.health import Level
 from cdp_ident.ros.steady_timer import call_every
 
@@ -43,9 +44,9 @@ class Diagnostics:
         status = DiagnosticStatus(
             level=bytes([reported.level]),
             name=self._node.get_fully_qualified_name(),
-            message=reported.message,
-            hardware_id=reported.hardware_id,
-            values=[KeyValue(key=key, value=value) for key, value in reported.values.items()],
+            message=utf_8(reported.message),
+            hardware_id=utf_8(reported.hardware_id),
+            values=[KeyValue(key=key, value=utf_8(value)) for key, value in reported.values.items()],
         )
         message = DiagnosticArray(status=[status])
         message.header.stamp = self._node.get_clock().now().to_msg()

@@ -2,6 +2,7 @@
 
 import argparse
 import contextlib
+import os
 import signal
 from collections.abc import Callable, Iterator, Sequence
 from types import FrameType
@@ -12,13 +13,15 @@ import rclpy.exceptions
 import rclpy.executors
 import rclpy.logging
 import rclpy.signals
-import rclpy.utilities
 
 from cdp_ident.command_line import ArgumentParser
 from cdp_ident.errors import OptionError
+from cdp_ident.regular_file import open_regular
+from cdp_ident.ros.arguments import parameter_files, split_arguments
 from cdp_ident.ros.parameters import Parameters
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
+_PLACES_OF_LOGS = {"HOME", "ROS_HOME", "ROS_LOG_DIR"}
 _POLL_SECONDS = 0.1
 """How often a spinning node looks whether it was asked to stop [s]."""
 
@@ -38,9 +41,7 @@ def parse_arguments(parser: ArgumentParser, arguments: Sequence[str]) -> argpars
     parser.epilog = (parser.epilog or "") + (
         "\n\nROS's own arguments follow --ros-args: -p NAME:=VALUE, --params-file FILE, -r OLD:=NEW, --log-level LEVEL."
     )
-    with _refusal():
-        own = rclpy.utilities.remove_ros_args(list(arguments))
-    return parser.parse_args(own)
+    return parser.parse_args(split_arguments(arguments)[0])
 
 
 def run_node(name: str, make_body: Callable[[Any, Parameters], Body], arguments: Sequence[str]) -> int:
@@ -60,13 +61,18 @@ def run_node(name: str, make_body: Callable[[Any, Parameters], Body], arguments:
     for number in _SIGNALS:
         signal.signal(number, stop)
     rclpy.logging.set_logger_level("rcl", rclpy.logging.LoggingSeverity.FATAL)  # it repeats what is raised
+    of_ros = split_arguments(arguments)[1]
     with _refusal():
-        rclpy.init(args=list(arguments), signal_handler_options=rclpy.signals.SignalHandlerOptions.NO)
+        for file in parameter_files(of_ros):
+            open_regular(file).close()  # ROS would wait at a pipe for ever
+        if not _PLACES_OF_LOGS & os.environ.keys():
+            raise OSError("there is no HOME to keep its logs below: set it, or ROS_LOG_DIR")
+        rclpy.init(args=["--ros-args", *of_ros], signal_handler_options=rclpy.signals.SignalHandlerOptions.NO)
     try:
         with _refusal():
             node = rclpy.create_node(name)
         try:
-            parameters = Parameters(node, arguments)
+            parameters = Parameters(node, of_ros)
             body = make_body(node, parameters)
             try:
                 parameters.start()
@@ -89,8 +95,8 @@ def run_node(name: str, make_body: Callable[[Any, Parameters], Body], arguments:
 
 @contextlib.contextmanager
 def _refusal() -> Iterator[None]:
-    """Turn what ROS raises about arguments and names into an `OptionError`."""
+    """Turn what ROS raises about arguments, names and surroundings into an `OptionError`."""
     try:
         yield
-    except (RuntimeError, rclpy.exceptions.NameValidationException) as error:
-        raise OptionError(f"ROS cannot use the arguments after --ros-args: {error}") from error
+    except (RuntimeError, OSError, UnicodeEncodeError, rclpy.exceptions.NameValidationException) as error:
+        raise OptionError(f"ROS cannot start with these arguments and surroundings: {error}") from error

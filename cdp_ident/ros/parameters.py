@@ -1,7 +1,7 @@
 """A node's parameters: typed, described, checked, and changed in one piece."""
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
@@ -61,13 +61,16 @@ class Shown(NamedTuple):
 class Parameters:
     """The declared parameters of a node: typed, described, and changeable from outside only where that makes sense."""
 
-    def __init__(self, node: Any, arguments: Sequence[str]) -> None:
-        """Raises `OptionError` where a parameter file of the node's `arguments` cannot be read or has no key for it."""
+    def __init__(self, node: Any, of_ros: Sequence[str]) -> None:
+        """`of_ros` are ROS's own arguments of the node.
+
+        Raises `OptionError` where a parameter file among them cannot be read or has no key for the node.
+        """
         self._node = node
         self._of_ros = frozenset(node._parameters)
         # Clocks that change while a node runs would mix two times.
         node.set_descriptor("use_sim_time", Shown(False, "whether time comes from /clock").descriptor())
-        self._for_any = _given_to_any(node.get_fully_qualified_name(), arguments)
+        self._for_any = _given_to_any(node.get_fully_qualified_name(), of_ros)
 
     def declare(
         self,
@@ -177,11 +180,11 @@ def _keep_clock(parameters: Iterable[Parameter]) -> SetParametersResult:
     return SetParametersResult(successful=True)
 
 
-def _given_to_any(node: str, arguments: Sequence[str]) -> set[str]:
+def _given_to_any(node: str, of_ros: Sequence[str]) -> set[str]:
     """Return the names of parameters that files give to any node and nothing gives to this one."""
     own: set[str] = set()
     for_any: set[str] = set()
-    for option, value in pairwise(_ros_arguments(arguments)):
+    for option, value in pairwise(of_ros):
         if option == "--params-file":
             file = read_parameter_file(Path(value), node)
             own |= file.own.keys()
@@ -189,15 +192,6 @@ def _given_to_any(node: str, arguments: Sequence[str]) -> set[str]:
         elif option in ("-p", "--param"):
             own.add(value.partition(":=")[0].rpartition(":")[2])
     return for_any - own
-
-
-def _ros_arguments(arguments: Sequence[str]) -> Iterator[str]:
-    """Yield what stands between `--ros-args` and `--`, however often."""
-    of_ros = False
-    for argument in arguments:
-        of_ros = argument == "--ros-args" or (of_ros and argument != "--")
-        if of_ros:
-            yield argument
 
 
 def _limits(kind: type, minimum: float | None, maximum: float | None) -> tuple[float, float]:

@@ -113,6 +113,8 @@ def test_a_whole_number_may_stand_for_a_real_one_and_a_number_in_text_too():
         ({"trial.shortest": -1.0}, "trial.shortest is -1.0: expected a positive number"),
         ({"L": 0.0}, "L is 0.0; it must be a positive number"),
         ({"g": math.inf}, "g is inf; it must be a positive number"),
+        ({"L": 1e308}, "L is 1e+308; it must be a positive number, at most 1e+12"),
+        ({"nominal.m1": 1e200}, "nominal.m1 is 1e+200; it must be a positive number, at most 1e+12"),
         ({"nominal.m1": -1.0}, "nominal.m1 is -1.0"),
         ({"lower.m1": 1.0}, "lower.m1 is 1, above upper.m1"),
         ({"known_std.m1": 0.1}, "known.m1 is not"),

@@ -124,6 +124,11 @@ def test_a_silent_rig_is_stale(listener: Any, start_driver: Start, start_emulato
     assert listener.count("clock fits begun anew") == 0
 
 
+def test_a_wrong_codec_is_told_in_the_log_too(start_driver: Start, start_emulator: Start) -> None:
+    start_emulator("--codec", "text").wait_until_it_says("the rig is at")
+    start_driver().wait_until_it_says("are codec and baud right?")
+
+
 @pytest.mark.campaign
 def test_a_kilohertz_comes_through_without_loss(listener: Any, start_driver: Start, start_emulator: Start) -> None:
     start_driver()

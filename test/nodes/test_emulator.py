@@ -15,6 +15,8 @@ Start = Callable[..., Any]
         (["--rig", "nowhere.yaml"], "nowhere.yaml cannot be read"),
         (["--flips", "2"], "not between 0 and 1"),
         (["--speed", "0"], "not above 0"),
+        (["--seed", "-1"], "-1 is no unsigned number of 32 bits"),
+        (["--first-count", "2147483648"], "2147483648 is no signed number of 32 bits"),
         ([], "is there and is no link"),
     ],
 )

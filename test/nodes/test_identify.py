@@ -394,6 +394,16 @@ def test_a_watched_folder_is_looked_at_without_a_clock_too(start, client, listen
     assert process.end() == 0
 
 
+def test_a_path_that_is_not_utf_8_is_watched_and_told_with_escapes(tmp_path, start, listener):
+    states = []
+    listener.node.create_subscription(String, "/identify/state", lambda word: states.append(word.data), latched())
+    node = start("identify", "--watch", os.fsdecode(os.fsencode(tmp_path) + b"/\xff"))
+    listener.wait_for(lambda: states)
+    assert states[0].endswith("/\\udcff")
+    listener.wait_for(lambda: any(status.name == "/identify" for status in listener.statuses))
+    assert node.end() == 0
+
+
 def test_trials_that_come_into_a_watched_folder_are_checked_then_fitted_too(start, client, listener, tmp_path, out):
     trials = tmp_path / "trials"
     process = start("identify", "--watch", str(trials), "--out", str(out), *QUICK)

@@ -1,5 +1,6 @@
 """The shared ends of every node, tried on a real process."""
 
+import os
 import signal
 import subprocess
 import sys
@@ -58,9 +59,14 @@ ROOT = Path(__file__).parents[2]
 PATIENCE = 300.0
 
 
-def start(*arguments: str) -> subprocess.Popen[str]:
+def start(*arguments: str, env: dict[str, str] | None = None) -> subprocess.Popen[str]:
     return subprocess.Popen(
-        [sys.executable, "-c", SCRIPT, *arguments], text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE, cwd=ROOT
+        [sys.executable, "-c", SCRIPT, *arguments],
+        text=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        cwd=ROOT,
+        env=env,
     )
 
 
@@ -118,6 +124,23 @@ def test_what_ros_is_told_wrongly_ends_as_one_line_and_exit_code_2(arguments: li
     assert errors.count("\n") == 1, errors
     for word in words:
         assert word in errors
+
+
+def test_a_pipe_in_place_of_a_parameter_file_is_refused_at_once(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe.yaml")
+    with start("--ros-args", "--params-file", str(tmp_path / "pipe.yaml")) as process:
+        _, errors = process.communicate(timeout=PATIENCE)
+    assert process.returncode == 2, errors
+    assert "it is not a regular file" in errors
+
+
+def test_without_a_home_it_ends_as_one_line() -> None:
+    homeless = {name: value for name, value in os.environ.items() if name not in ("HOME", "ROS_HOME", "ROS_LOG_DIR")}
+    with start(env=homeless) as process:
+        _, errors = process.communicate(timeout=PATIENCE)
+    assert process.returncode == 2
+    assert errors.count("\n") == 1, errors
+    assert "ROS_LOG_DIR" in errors
 
 
 def test_help_tells_about_ros_arguments() -> None:

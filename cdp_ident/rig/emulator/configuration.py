@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from cdp_ident.errors import OptionError
 from cdp_ident.model.effects.constants import outer_rod_length
-from cdp_ident.model.parameters import NOMINAL, physical_coefficients
+from cdp_ident.model.parameters import LARGEST, NOMINAL, physical_coefficients
 from cdp_ident.model.weight_settings import ADDED, weights_of
 from cdp_ident.model.weights import RODS, Weight
 from cdp_ident.rig.emulator.device import Encoders
@@ -63,7 +63,7 @@ def load_rig(path: Path) -> EmulatedRig:
     content = _mapping(content, str(path), _KEYS)
     rig = EmulatedRig()
     parameters = {
-        symbol: number(value, f"{path}: parameters: {symbol}", minimum=1e-6 if symbol == "L" else 0.0)
+        symbol: number(value, f"{path}: parameters: {symbol}", 1e-6 if symbol == "L" else 0.0, LARGEST)
         for symbol, value in _mapping(content.get("parameters", {}), f"{path}: parameters", tuple(NOMINAL)).items()
     }
     script = parse_script(content["script"], f"{path}: script") if "script" in content else rig.script

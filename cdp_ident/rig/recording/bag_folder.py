@@ -6,12 +6,13 @@ from collections.abc import Iterator
 from datetime import datetime
 from pathlib import Path
 
-from cdp_ident.bag.salvage import Salvaged, complete_bag, incomplete_bags
+from cdp_ident.bag.salvage import Salvaged, complete_bag, is_incomplete
 from cdp_ident.bag.writer import BagWriter
 from cdp_ident.errors import BagError, RigError
 from cdp_ident.outside_text import shown
 
-_LONGEST_NAME = 100
+_LONGEST_NAME = 200
+"""Bytes; file systems take 255, and the time and endings follow."""
 _LEAST_FREE = 50_000_000
 """Least free space on the disk [bytes]: ten minutes at 1 kHz need more."""
 
@@ -54,17 +55,22 @@ class BagFolder:
         while True:
             try:
                 return BagWriter(folder)
-            except BagError:
-                if not folder.exists():
+            except BagError as error:
+                if not isinstance(error.__cause__, FileExistsError):
                     raise
             number += 1
             folder = self._folder / f"{name}_{number}"
 
     def complete_unfinished(self) -> Iterator[Salvaged | BagError]:
         """Complete the bags that a recorder left unfinished; yield each, or why it is left as it is."""
-        for folder in incomplete_bags(self._folder):
+        try:
+            folders = sorted(path for path in self._folder.iterdir() if path.is_dir())
+        except OSError as error:
+            yield BagError(f"{self._folder} cannot be read: {error.strerror or error}")
+            return
+        for folder in folders:
             try:
-                if salvaged := complete_bag(folder):
+                if is_incomplete(folder) and (salvaged := complete_bag(folder)):
                     yield salvaged
             except BagError as error:
                 yield error
@@ -72,4 +78,4 @@ class BagFolder:
 
 def _is_name(name: str) -> bool:
     """Return whether a text can begin the names of folders and does not lead to another folder."""
-    return name.isprintable() and 0 < len(name) <= _LONGEST_NAME and name[0] != "." and Path(name).name == name
+    return name.isprintable() and 0 < len(name.encode()) <= _LONGEST_NAME and name[0] != "." and Path(name).name == name

@@ -92,6 +92,7 @@ def test_the_example_file_is_a_rig() -> None:
         ("parameters: {M1: 1.0}", "did you mean 'm1'?"),
         ("parameters: {m1: heavy}", "parameters: m1 is 'heavy'"),
         ("parameters: {L: 0}", "parameters: L is 0"),
+        ("parameters: {L: 1.0e+308}", "parameters: L is 1e+308"),
         ("parameters: {m2: 0, J2: 0}", "describe no mechanism"),
         ("parameters: 3", "expected keys"),
         ("rate: 0", "1 to 5000"),

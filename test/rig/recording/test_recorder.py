@@ -1,6 +1,7 @@
 """Trials to bags, read back by a reader of others."""
 
 import json
+import os
 import resource
 import shutil
 import subprocess
@@ -356,10 +357,35 @@ def test_a_clock_that_is_set_back_leaves_nothing_old_in_the_next_bag(tmp_path: P
     assert (max(stamps) - min(stamps)) * 1e-9 < 20
 
 
-@pytest.mark.parametrize("name", ["../x", "/x", "a/b", "..", "", "a\nb", "x" * 200])
+@pytest.mark.parametrize("name", ["../x", "/x", "a/b", "..", "", "a\nb", "漢" * 70])
 def test_a_name_that_leads_out_of_the_folder_is_refused(tmp_path: Path, name: str) -> None:
     with pytest.raises(RigError, match="is no name for bags"):
         Bench(tmp_path, name=name)
+
+
+def test_a_bag_of_the_longest_name_is_recorded(tmp_path: Path) -> None:
+    bench = Bench(tmp_path, name="x" * 200)
+    bench.recorder.arm()
+    bench.run(17.5)
+    assert len(bench.bags) == 1
+
+
+def test_bags_that_cannot_be_read_do_not_keep_it_from_starting(tmp_path: Path) -> None:
+    (tmp_path / "odd").mkdir()
+    (tmp_path / "odd/metadata.yaml").write_text("")
+    os.mkfifo(tmp_path / "odd/odd_0.mcap")
+    (warning,) = Bench(tmp_path).warned
+    assert warning == f"left as it is: {tmp_path}/odd cannot be read: it is not a regular file"
+
+
+def test_a_folder_that_nobody_may_enter_any_more_is_said(tmp_path: Path) -> None:
+    bench = Bench(tmp_path / "bags")
+    bench.recorder.arm()
+    shutil.rmtree(tmp_path / "bags")
+    (tmp_path / "bags").write_text("")
+    bench.run(17.5)
+    assert bench.recorder.state == IDLE
+    assert "Not a directory" in bench.recorder.problem
 
 
 def test_recorders_that_begin_in_the_same_second_have_bags_of_their_own(tmp_path: Path) -> None:
