@@ -22,6 +22,8 @@ _CERTAIN = 60.0
 """Fall of the squared validation error, in variances, that is enough even if its share is smaller."""
 STRUCTURED, _STRUCTURED_SHARE = 5.0, 0.05
 """The same where residuals would remain that are correlated over more than so many samples."""
+_SLIP_LEAVES = 0.5
+"""Largest share of the squared error that lost counts may leave where residuals would remain that are correlated."""
 INSTANT_GAIN = 60.0
 """Least fall of the fit's squared error by an effect of an instant, which other windows cannot predict."""
 IMPULSE_ALONE = 10.0
@@ -44,14 +46,18 @@ def is_accepted(before: Attempt, after: Attempt, new: Sequence[int] | None = Non
         return False
     gained = change(before, after)
     added = [after.model.effects[index].effect for index in new]
+    structured = after.fit.autocorrelation.integrated_time > STRUCTURED
     once = [effect for effect in added if effect.at_an_instant]
     if once:
-        # An impulse affects one window, which must be an outlier; lost counts affect all windows from then on.
-        apart = all(isinstance(effect, SensorEffect) for effect in once) or explains_an_outlier(before.fit, after.fit)
+        # An impulse affects one window, which must be an outlier. Lost counts affect all windows from then on; where
+        # more than noise would remain, they may imitate a part of something else unless they explain most of it.
+        if all(isinstance(effect, SensorEffect) for effect in once):
+            apart = not structured or after.fit.squared_error < _SLIP_LEAVES * before.fit.squared_error
+        else:
+            apart = explains_an_outlier(before.fit, after.fit)
         return gained.fit > INSTANT_GAIN and gained.validation > -_VALIDATION_GAIN and apart
     # Where more than noise would remain, a small gain may be due to another effect, and one harmonic may be a part of
     # another function of position.
-    structured = after.fit.autocorrelation.integrated_time > STRUCTURED
     if structured and any(isinstance(effect, TorqueEffect) and effect.harmonic for effect in added):
         return False
     return improves_enough(before, after)

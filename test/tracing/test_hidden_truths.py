@@ -4,8 +4,11 @@ import numpy as np
 import pytest
 
 from cdp_ident.fit.options import IdentifyOptions
+from cdp_ident.fit.prior import Prior
 from cdp_ident.pipeline.identify import identify
 from cdp_ident.tracing.trace import Trace, trace
+from cdp_ident.trial.trial import Trial
+from reference.truths import truth
 from scenarios.hidden_truths import FIT_TRIALS, Answer, hidden_truth
 
 FIT_TO_THE_NOISE = 1.2
@@ -109,3 +112,12 @@ def test_what_has_no_name_is_said_to_remain_where_named_effects_alone_are_asked_
     assert named(found) == set()
     assert found.after.holdout.rmse() > FIT_TO_THE_NOISE * answer.floor
     assert found.unexplained.significant
+
+
+@pytest.mark.campaign
+def test_lost_counts_are_not_named_for_a_part_of_a_magnet_s_torque() -> None:
+    made = truth("magnet.outer", 300)
+    trials = [Trial(measured.name, measured.time, measured.theta) for measured in made.trials]
+    options = IdentifyOptions(prior=Prior(nominal=made.setting.nominal))
+    found = trace(identify(trials[:FIT_TRIALS], trials[FIT_TRIALS:], options))
+    assert [effect.active.effect.name for effect in found.effects] == ["unknown_torque"]
