@@ -6,10 +6,10 @@ size against the motion. Sticking, it is the torque that keeps the joint's speed
 the equations of motion M omega' = N + J^T friction with J omega' = 0 (Leine and Nijmeijer, Dynamics and Bifurcations of
 Non-smooth Mechanical Systems, 2004, chapter 5); J is (1, 0) for the inner joint and (-1, 1) for the outer one.
 
-The base's equation closes that with the whole acceleration U of the base and the rods' pull, its force over A22::
+The base's equation closes that; U = u + x'' is its whole acceleration, and the rods' pull is over A22::
 
     pull = a1 (cos theta1 omega1' - sin theta1 omega1^2) + m2 l2 (cos theta2 omega2' - sin theta2 omega2^2)
-    (1 + mobility carried) U + mobility pull + 2 damping_ratio frequency x' + frequency^2 x = 0
+    x'' + mobility (carried U + pull) + 2 damping_ratio frequency x' + frequency^2 x = 0
     mobility = compliance frequency^2
 
 The mobility is one over what moves along, cart and rods, without the weights that a trial's rods carry. It may be zero:
@@ -196,11 +196,8 @@ def rates_of(
             outwards = a1 * sin1 * omega1 * omega1 + m2_l2 * sin2 * omega2 * omega2
             given = push1 * give1 + push2 * give2
             reduced = 1.0 + mobility * (carried - given)
-            acceleration = (
-                mobility * (outwards - push1 * free1 - push2 * free2 - given * u)
-                - damping * state[5]
-                - squared * state[4]
-            ) / reduced
+            pulled = mobility * (outwards - push1 * free1 - push2 * free2 - carried * u)
+            acceleration = u + (pulled - damping * state[5] - squared * state[4]) / reduced
             n1 -= push1 * (acceleration - u)
             n2 -= push2 * (acceleration - u)
         if inner_sticks and outer_sticks:

@@ -1,12 +1,15 @@
 """What an effect must improve to be added to a model and to stay in it, and what share of the error it explains."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
+from cdp_ident.diagnosis.cross_validation import cross_validated
 from cdp_ident.diagnosis.outlier_windows import explains_an_outlier
-from cdp_ident.fit.refinement import Fit
-from cdp_ident.model.effects.effect import SensorEffect, TorqueEffect
+from cdp_ident.errors import IdentificationError
+from cdp_ident.fit.refinement import Fit, refine
+from cdp_ident.model.effects.effect import Effect, SensorEffect, TorqueEffect
 from cdp_ident.tracing.evidence import Attempt, change
 
 FIT_GAIN = 25.0
@@ -60,7 +63,32 @@ def is_accepted(before: Attempt, after: Attempt, new: Sequence[int] | None = Non
     # another function of position.
     if structured and any(isinstance(effect, TorqueEffect) and effect.harmonic for effect in added):
         return False
-    return improves_enough(before, after)
+    oscillating = [k for k in new if _brings_states(after.model.effects[k].effect)]
+    return improves_enough(before, after) and all(_is_excited(after, index) for index in oscillating)
+
+
+def _brings_states(effect: Effect) -> bool:
+    return isinstance(effect, TorqueEffect) and effect.brings_states
+
+
+def _is_excited(after: Attempt, index: int) -> bool:
+    """Return whether the motion excites what has states of its own.
+
+    Free oscillations, begun anew in each window, imitate a part of whatever remains there. So the model must be better
+    than one in which the same states oscillate freely and the effect has no strength.
+    """
+    active = after.model.effects[index]
+    none = tuple(p if p.shape else replace(p, lower=0.0, upper=0.0, typical=0.0) for p in active.effect.parameters)
+    effects = list(after.model.effects)
+    effects[index] = replace(active, effect=replace(active.effect, parameters=none))
+    shapes = np.ones(len(after.fit.values), dtype=bool)
+    shapes[after.model.places(index)] = [p.shape for p in active.fitted]
+    free = replace(after.model, effects=tuple(effects))
+    try:
+        fit = refine(free, after.fit.values[shapes], after.fit.windows)
+        return improves_enough(Attempt(fit, cross_validated(fit, after.folds), after.folds), after)
+    except (IdentificationError, np.linalg.LinAlgError):
+        return True  # without its strength the motion cannot even be followed
 
 
 def improves_enough(before: Attempt, after: Attempt) -> bool:

@@ -128,14 +128,13 @@ def test_derivatives_go_across_where_joints_stop_stick_and_break_loose(given, st
 def test_an_effect_of_no_strength_changes_nothing_but_shows_what_a_little_of_it_would(key):
     effect = TORQUES[key]
     values = [v if p.shape or p.fixed else 0.0 for p, v in zip(effect.parameters, typical(effect), strict=True)]
-    states, derivatives = trajectory_with_derivatives(
-        COEFFICIENTS, START, GRID, CART, laid_out([effect], [values]), BEGIN
-    )
+    absent = laid_out([effect], [values])
+    states, derivatives = trajectory_with_derivatives(COEFFICIENTS, START, GRID, CART, absent, BEGIN)
     # The integrator's steps need not be the same, its error is below a microradian and ten of them a second.
     np.testing.assert_allclose(states[:, :4], trajectory(COEFFICIENTS, START, GRID, CART), rtol=0, atol=1e-5)
     little = 1e-4 * abs(effect.parameters[0].typical)
     a_little = trajectory(COEFFICIENTS, START, GRID, CART, laid_out([effect], [[little, *values[1:]]]), BEGIN)
-    assert_close(derivatives[:, :, 4 + 7], (a_little - states) / little, 1e-3)
+    assert_close(derivatives[:, :, absent.states + 7], (a_little - states) / little, 1e-3)
 
 
 def test_several_effects_act_together():

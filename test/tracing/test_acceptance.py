@@ -1,20 +1,31 @@
 """What an effect must bring to be named."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+import sympy
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.mechanism import Mechanism
 from cdp_ident.fit.motion_model import MotionModel
-from cdp_ident.fit.refinement import Fit
+from cdp_ident.fit.prior import Prior
+from cdp_ident.fit.refinement import Fit, refine
 from cdp_ident.fit.windows import cut_into_windows
-from cdp_ident.tracing.acceptance import share_explained
+from cdp_ident.model.effects.catalogue import CATALOGUE
+from cdp_ident.model.parameters import SYMBOLS, groups_of
+from cdp_ident.tracing.acceptance import improves_enough, is_accepted, share_explained
 from cdp_ident.tracing.certainty import NAMED
 from cdp_ident.tracing.evidence import Attempt
+from cdp_ident.tracing.progress import attempt_of
 from cdp_ident.trial.trial import Trial
+from reference.pendulum import TABLE_5, TIME
+from scenarios.twin import twin
 
 NOISE = 1e-3
+OSCILLATING = next(effect for effect in CATALOGUE if effect.key == "pivot_compliance.base.oscillating")
 MODEL = MotionModel(Mechanism(0.4, 9.81, 0.4, 0.05))
 (WINDOW,) = cut_into_windows([Trial("still", np.linspace(0.0, 1.0, 20), np.zeros((20, 2)))])
 
@@ -59,3 +70,15 @@ def test_what_one_window_alone_predicts_better_is_not_explained():
     astray, better = (Attempt(fitted, leaving(*of), folds=()) for of in ((30.0, 1.2, 1.2), (30.0, 3.0, 3.0)))
     assert share_explained(after, astray, NOISE) == pytest.approx(0.0)
     assert share_explained(after, better, NOISE) == pytest.approx((3.0**2 - 1.2**2) / (1.2**2 - 1.0))
+
+
+def test_a_cart_that_something_else_shakes_is_not_taken_for_one_that_the_rods_move():
+    shaken = twin(np.random.default_rng(3), cart=5e-3 * sympy.sin(11 * TIME), tolerance=1e-8, noise=5e-4)
+    windows = cut_into_windows([replace(shaken, cart=None)], 1.25)
+    folds = tuple(tuple(range(len(windows))[k::4]) for k in range(4))
+    model = MotionModel(Mechanism.of(Prior()))
+    plain = attempt_of(refine(model, groups_of([TABLE_5[s] for s in SYMBOLS], TABLE_5["L"]), windows), folds)
+    values = np.concatenate([plain.fit.values, [1e-6, 11.0, 0.001]])
+    oscillating = attempt_of(refine(model.with_effect(ActiveEffect(OSCILLATING)), values, windows), folds)
+    assert improves_enough(plain, oscillating)
+    assert not is_accepted(plain, oscillating)

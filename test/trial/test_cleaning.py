@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from cdp_ident.trial.cleaning import clean, cut_at_gaps
@@ -79,9 +79,12 @@ def test_angles_wrapped_anywhere_become_continuous(turns, speed):
 
 
 @given(st.integers(0, 199), st.integers(0, 1), st.floats(-30, 30), st.floats(-12, 12))
+@example(at=5, joint=0, size=6.4375, speed=12.0)
 def test_a_spike_of_any_size_is_left_out_and_adds_no_turn(at, joint, size, speed):
     time = np.arange(200) * 5 * MS
-    angles = np.column_stack([speed * np.arange(200) * 0.005, np.sin(np.arange(200) * 0.02)])
+    # Exactly even steps would be taken for the counts of a coarse encoder.
+    turning = speed * np.arange(200) * 0.005 + 0.1 * np.sin(np.arange(200) * 0.03)
+    angles = np.column_stack([turning, np.sin(np.arange(200) * 0.02)])
     spiked = angles.copy()
     spiked[at, joint] += size
     (piece,), notes = cut_at_gaps(clean(Samples(ORIGIN + time, spiked, None)), 0.1, ORIGIN)
