@@ -28,13 +28,18 @@ def fourth_differences(time: Array, values: Array) -> Array:
     return np.asarray(differences).reshape(count, *values.shape[1:])
 
 
+_OTHERS = 0.02
+"""Least share of the changes that are not of one step: none, or of several."""
+
+
 def encoder_step(angles: Array) -> float:
     """Return the step of the encoder that measured angles (n,) [rad], or 0 where none shows.
 
-    All changes between samples are whole multiples of the step if there is one.
+    All changes between samples are whole multiples of the step if there is one. Where all of them are about the same, as
+    of a rod that turns evenly, none shows.
     """
-    changes = np.abs(np.diff(angles))
-    changes = changes[changes > 1e-9]
+    every = np.abs(np.diff(angles))
+    changes = every[every > 1e-9]
     if len(changes) == 0:
         return 0.0
     smallest = float(changes.min())
@@ -42,4 +47,5 @@ def encoder_step(angles: Array) -> float:
     step = float(near.mean())
     multiples = changes[changes < 50 * step] / step
     whole = np.abs(multiples - np.round(multiples)) < 0.1
-    return step if len(near) >= 3 and np.mean(whole) > 0.95 else 0.0
+    others = np.mean(np.round(every / step) != 1.0)
+    return step if len(near) >= 3 and np.mean(whole) > 0.95 and others > _OTHERS else 0.0

@@ -82,9 +82,7 @@ def test_angles_wrapped_anywhere_become_continuous(turns, speed):
 @example(at=5, joint=0, size=6.4375, speed=12.0)
 def test_a_spike_of_any_size_is_left_out_and_adds_no_turn(at, joint, size, speed):
     time = np.arange(200) * 5 * MS
-    # Exactly even steps would be taken for the counts of a coarse encoder.
-    turning = speed * np.arange(200) * 0.005 + 0.1 * np.sin(np.arange(200) * 0.03)
-    angles = np.column_stack([turning, np.sin(np.arange(200) * 0.02)])
+    angles = np.column_stack([speed * np.arange(200) * 0.005, np.sin(np.arange(200) * 0.02)])
     spiked = angles.copy()
     spiked[at, joint] += size
     (piece,), notes = cut_at_gaps(clean(Samples(ORIGIN + time, spiked, None)), 0.1, ORIGIN)
