@@ -35,8 +35,8 @@ _OTHERS = 0.02
 def encoder_step(angles: Array) -> float:
     """Return the step of the encoder that measured angles (n,) [rad], or 0 where none shows.
 
-    All changes between samples are whole multiples of the step if there is one. Where all of them are about the same, as
-    of a rod that turns evenly, none shows.
+    All changes between samples are whole multiples of the step if there is one. Where all of them are about the same,
+    as of a rod that turns evenly, none shows.
     """
     every = np.abs(np.diff(angles))
     changes = every[every > 1e-9]
