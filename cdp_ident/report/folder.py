@@ -3,14 +3,13 @@
 import json
 import math
 import os
-import shutil
-import tempfile
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 from cdp_ident.errors import OptionError
+from cdp_ident.free_space import free_space
 
 REPORT, FITTED, CURVES = "report.json", "fitted.yaml", "curves.npz"
 PAGE, TEXT, FIGURES = "report.html", "report.md", "figures"
@@ -36,9 +35,7 @@ def check_folder(folder: Path, force: bool, files: Sequence[str] = FILES) -> Non
     if not existing.is_dir():
         raise OptionError(f"{existing} is not a folder: give another --out")
     try:
-        with tempfile.TemporaryFile(dir=existing):
-            pass
-        free = shutil.disk_usage(existing).free
+        free = free_space(existing)
     except OSError as error:
         raise OptionError(f"{existing} cannot be written to ({error.strerror}): give another --out") from error
     if free < _LEAST_FREE:

@@ -1,14 +1,11 @@
 """What an effect must improve to be added to a model and to stay in it, and what share of the error it explains."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
-from cdp_ident.diagnosis.cross_validation import cross_validated
 from cdp_ident.diagnosis.outlier_windows import explains_an_outlier
-from cdp_ident.errors import IdentificationError
-from cdp_ident.fit.refinement import Fit, refine
+from cdp_ident.fit.refinement import Fit
 from cdp_ident.model.effects.effect import Effect, SensorEffect, TorqueEffect
 from cdp_ident.tracing.evidence import Attempt, change
 
@@ -18,7 +15,7 @@ times."""
 _VALIDATION_GAIN = 8.0
 """Least fall of the squared validation error, in variances."""
 _STRENGTH = 4.0
-"""Least strength of an effect in its own standard deviations."""
+"""Least strength of an effect without states of its own, in its own standard deviations."""
 _VALIDATION_SHARE = 0.01
 """Least fall of the validation error, as a share of it."""
 _CERTAIN = 60.0
@@ -45,7 +42,7 @@ def is_accepted(before: Attempt, after: Attempt, new: Sequence[int] | None = Non
     new = range(len(before.model.effects), len(after.model.effects)) if new is None else new
     if any(after.at_limit(index) for index in new):
         return False
-    if any(after.strength(index) < _STRENGTH for index in new):
+    if any(after.strength(index) < _least_strength(after.model.effects[index].effect) for index in new):
         return False
     gained = change(before, after)
     added = [after.model.effects[index].effect for index in new]
@@ -63,32 +60,16 @@ def is_accepted(before: Attempt, after: Attempt, new: Sequence[int] | None = Non
     # another function of position.
     if structured and any(isinstance(effect, TorqueEffect) and effect.harmonic for effect in added):
         return False
-    oscillating = [k for k in new if _brings_states(after.model.effects[k].effect)]
-    return improves_enough(before, after) and all(_is_excited(after, index) for index in oscillating)
+    return improves_enough(before, after)
 
 
-def _brings_states(effect: Effect) -> bool:
-    return isinstance(effect, TorqueEffect) and effect.brings_states
+def _least_strength(effect: Effect) -> float:
+    """Return the least strength of an effect, in its own standard deviations.
 
-
-def _is_excited(after: Attempt, index: int) -> bool:
-    """Return whether the motion excites what has states of its own.
-
-    Free oscillations, begun anew in each window, imitate a part of whatever remains there. So the model must be better
-    than one in which the same states oscillate freely and the effect has no strength.
+    What has states of its own also gains by their initial values: oscillations that begin anew in each window imitate a
+    part of whatever remains there. So its strength alone must gain what an effect must.
     """
-    active = after.model.effects[index]
-    none = tuple(p if p.shape else replace(p, lower=0.0, upper=0.0, typical=0.0) for p in active.effect.parameters)
-    effects = list(after.model.effects)
-    effects[index] = replace(active, effect=replace(active.effect, parameters=none))
-    shapes = np.ones(len(after.fit.values), dtype=bool)
-    shapes[after.model.places(index)] = [p.shape for p in active.fitted]
-    free = replace(after.model, effects=tuple(effects))
-    try:
-        fit = refine(free, after.fit.values[shapes], after.fit.windows)
-        return improves_enough(Attempt(fit, cross_validated(fit, after.folds), after.folds), after)
-    except (IdentificationError, np.linalg.LinAlgError):
-        return True  # without its strength the motion cannot even be followed
+    return FIT_GAIN**0.5 if isinstance(effect, TorqueEffect) and effect.brings_states else _STRENGTH
 
 
 def improves_enough(before: Attempt, after: Attempt) -> bool:

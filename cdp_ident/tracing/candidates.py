@@ -74,8 +74,11 @@ class ScoreTest:
         self._alone = [[_Projection(fit, [c], factor) for factor in _FREQUENCIES] for c in oscillating]
 
     def reduced(self, index: int) -> tuple[Array, Array]:
-        """Return the matrix (k, k) and right-hand side (k,) for the strengths of a candidate [rad^2]."""
-        return self._together.reduced(index)
+        """Return the matrix (k, k) and right-hand side (k,) for the strengths of a candidate [rad^2].
+
+        Not of one with states of its own.
+        """
+        return self._together.reduced(self._together.candidates.index(self.candidates[index]))
 
     def ranked(self) -> list[Candidate]:
         """Return the candidates that would gain something, the best first."""

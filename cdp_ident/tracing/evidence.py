@@ -80,7 +80,8 @@ class Change:
     """The change of the errors from one model to another, relative to what chance would cause."""
 
     fit: float
-    """Fall of the squared error of the fit, over the residuals' variance and integrated autocorrelation time."""
+    """Fall of the squared error of the fit, over the residuals' variance and integrated autocorrelation time, less what
+    additional initial states explain by chance."""
     validation: float
     """The same of the predictions, by the residuals of the fit."""
     bic: float

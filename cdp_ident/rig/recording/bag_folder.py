@@ -1,7 +1,5 @@
 """The folder that a recorder's bags go to."""
 
-import shutil
-import tempfile
 from collections.abc import Iterator
 from datetime import datetime
 from pathlib import Path
@@ -9,6 +7,7 @@ from pathlib import Path
 from cdp_ident.bag.salvage import Salvaged, complete_bag, is_incomplete
 from cdp_ident.bag.writer import BagWriter
 from cdp_ident.errors import BagError, RigError
+from cdp_ident.free_space import free_space
 from cdp_ident.outside_text import shown
 
 _LONGEST_NAME = 200
@@ -28,17 +27,15 @@ class BagFolder:
         if not _is_name(name):
             raise RigError(f"{shown(name)!r} is no name for bags: expected a name without folders")
         self.path = path.absolute()
-        self._folder, self._name = path, name
+        self._name = name
         self.check()
 
     def check(self) -> None:
         """Make the folder where it is missing. Raises `RigError` where nothing can be written to it."""
-        folder = self._folder
+        folder = self.path
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            with tempfile.TemporaryFile(dir=folder):
-                pass
-            free = shutil.disk_usage(folder).free
+            free = free_space(folder)
         except OSError as error:
             raise RigError(f"nothing can be recorded in {folder}: {error.strerror or error}") from error
         if free < _LEAST_FREE:
@@ -51,7 +48,7 @@ class BagFolder:
         """
         when = datetime.fromtimestamp(now_ns * 1e-9).astimezone().strftime("%Y%m%d_%H%M%S")
         name = f"{self._name}_{when}"
-        folder, number = self._folder / name, 1
+        folder, number = self.path / name, 1
         while True:
             try:
                 return BagWriter(folder)
@@ -59,14 +56,14 @@ class BagFolder:
                 if not isinstance(error.__cause__, FileExistsError):
                     raise
             number += 1
-            folder = self._folder / f"{name}_{number}"
+            folder = self.path / f"{name}_{number}"
 
     def complete_unfinished(self) -> Iterator[Salvaged | BagError]:
         """Complete the bags that a recorder left unfinished; yield each, or why it is left as it is."""
         try:
-            folders = sorted(path for path in self._folder.iterdir() if path.is_dir())
+            folders = sorted(path for path in self.path.iterdir() if path.is_dir())
         except OSError as error:
-            yield BagError(f"{self._folder} cannot be read: {error.strerror or error}")
+            yield BagError(f"{self.path} cannot be read: {error.strerror or error}")
             return
         for folder in folders:
             try:
