@@ -3,6 +3,7 @@
 import json
 import math
 import os
+import shutil
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -87,7 +88,7 @@ def test_a_dangling_link_is_refused_before_any_work(tmp_path):
 
 
 def test_a_disk_with_too_little_space_is_refused_before_any_work(tmp_path, monkeypatch):
-    monkeypatch.setattr(module.shutil, "disk_usage", lambda _: SimpleNamespace(free=1_000_000))
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: SimpleNamespace(free=1_000_000))
     with pytest.raises(OptionError, match="only 1 MB are free"):
         check_folder(tmp_path, force=False)
 
