@@ -11,9 +11,9 @@ from cdp_ident.report.pictures import draw_comparison
 from cdp_ident.report.terminal import print_tables
 
 DESCRIPTION = """\
-Put the results of several identifications side by side, as before and after a bearing was changed: errors, groups,
-effects and physical values, and how far they differ from the first in standard deviations. With --out, also as
-compare.html and compare.md."""
+Put the results of several identifications side by side, as before and after a bearing was changed: errors, base
+parameters, effects and physical values, and how far they differ from the first in standard deviations. With --out,
+also as compare.html and compare.md."""
 
 _WIDTH = 140
 """Where there is no terminal."""

@@ -132,7 +132,8 @@ def _questions(report: Section, knowledge: Knowledge, wanted: list[str], between
         return usual_questions(model, {label: effect["also_possible"] for label, effect in labels})
     if unseen := sorted(set(wanted) & set(SYMBOLS) - {"c1", "c2"}):
         raise OptionError(
-            f"--for {unseen[0]}: no swing determines {unseen[0]} by itself; ask for a group or, with a weight, for A22"
+            f"--for {unseen[0]}: no swing determines {unseen[0]} by itself; ask for a base parameter or, with a "
+            "weight, for A22"
         )
     names = {ALL: ALL, INERTIA.symbol: INERTIA.symbol}
     names |= {name: name for name in knowledge.asked if name != INVERSE_INERTIA.symbol}

@@ -71,7 +71,7 @@ def compare(runs: Sequence[Run]) -> list[Comparison]:
         Comparison("Errors", ("", *names), tuple(_errors(runs))),
         Comparison(
             "Base parameters, all that a free swing depends on",
-            ("group", *names, *others),
+            ("base parameter", *names, *others),
             tuple(_row(name, quantities) for name, quantities in groups),
             f"{differences}; from {CHANGED:.0f} on it is marked as changed.",
         ),

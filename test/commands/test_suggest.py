@@ -51,7 +51,7 @@ def test_two_effects_are_told_apart(report_folder, capsys):
     ("options", "expected"),
     [
         (["--for", "c3"], "unknown --for: 'c3'"),
-        (["--for", "m2"], "no swing determines m2 by itself; ask for a group or, with a weight, for A22"),
+        (["--for", "m2"], "no swing determines m2 by itself; ask for a base parameter or, with a weight, for A22"),
         (["--weight", "0.05,0.30"], "unknown rod of --weight: '0.05,0.30'"),
         (["--weight", "outer=0.05"], "--weight outer=0.05 is [0.05]; expected [mass in kg, place in m]"),
         (["--weight", "outer=heavy,0.3"], "expected [mass in kg, place in m]"),

@@ -53,6 +53,8 @@ class Dots:
     size: float = 4.0
     """Diameter in points."""
     opacity: float = 0.35
+    hollow: bool = False
+    """Whether they are rings, through which what lies below can be read."""
 
 
 @dataclass(frozen=True)
@@ -172,4 +174,6 @@ HELD_OUT = "held out"
 def _kind(mark: Line | Dots | Bars | Intervals | Level) -> str:
     if isinstance(mark, Line):
         return "dashed" if mark.dashed else "line"
+    if isinstance(mark, Dots) and mark.hollow:
+        return "ring"
     return mark.shape if isinstance(mark, Intervals) else type(mark).__name__.lower()

@@ -132,7 +132,12 @@ def _trace(mark: Mark, panel: Panel, arrays: Arrays) -> Json:
     if isinstance(mark, Dots):
         return trace | {
             "mode": "markers",
-            "marker": {"color": _colour(mark.colour), "size": mark.size, "opacity": mark.opacity},
+            "marker": {
+                "color": _colour(mark.colour),
+                "size": mark.size,
+                "opacity": mark.opacity,
+                "symbol": "circle-open" if mark.hollow else "circle",
+            },
             "hovertemplate": "%{x:.4g}, %{y:.4g}",
         }
     if isinstance(mark, Bars):

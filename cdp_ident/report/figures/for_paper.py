@@ -128,7 +128,8 @@ def _mark(mark: Mark, ax: Axes) -> None:
         )  # fmt: skip
     elif isinstance(mark, Dots):
         ax.plot(
-            mark.x, mark.y, linestyle="none", marker="o", markersize=0.6 * mark.size, markeredgewidth=0,
+            mark.x, mark.y, linestyle="none", marker="o", markersize=0.6 * mark.size,
+            markeredgewidth=1.2 if mark.hollow else 0, fillstyle="none" if mark.hollow else "full",
             color=LIGHT[mark.colour], alpha=mark.opacity, rasterized=True,
         )  # fmt: skip
     elif isinstance(mark, Bars):
@@ -164,9 +165,12 @@ def _handle(label: str, colour: Colour, kind: str) -> Line2D | Patch:
     label = _literal(label)
     if kind in ("bars", "span"):
         return Patch(color=LIGHT[colour], label=label)
-    marker = _SHAPES.get(kind, "o" if kind == "dots" else "")
-    style = {"dots": "none", "level": ":", "dashed": "--"}.get(kind, "-")
-    return Line2D([], [], color=LIGHT[colour], marker=marker, markersize=4.5, linestyle=style, label=label)
+    marker = _SHAPES.get(kind, "o" if kind in ("dots", "ring") else "")
+    style = {"dots": "none", "ring": "none", "level": ":", "dashed": "--"}.get(kind, "-")
+    return Line2D(
+        [], [], color=LIGHT[colour], marker=marker, markersize=4.5, linestyle=style, label=label,
+        fillstyle="none" if kind == "ring" else "full",
+    )  # fmt: skip
 
 
 def _literal(text: str) -> str:

@@ -26,7 +26,7 @@ def next_trial(report: Section) -> Iterator[Figure]:
         "What a next trial would bring",
         "By the angles from hanging from which both rods are let go, at rest. Blue: to what share of their width "
         "intervals fall, the deeper the further, or of a value that no trial shows yet its interval then; of two "
-        "effects, vermilion: by how many standard deviations they would differ. The dot is the start to take: it is "
+        "effects, vermilion: by how many standard deviations they would differ. The ring is the start to take: it is "
         f"good as well where the hand misses it by {HAND:.0f}°.",
         " ".join(f"{words}." for words in advice_words(report)),
         [_panel(advice) for advice in found["advice"]],
@@ -48,8 +48,9 @@ def _panel(advice: Section) -> Panel:
         "ink",
         _place(inner, advice["inner_rad"]),
         _place(outer, advice["outer_rad"]),
-        size=10.0,
+        size=34.0,
         opacity=1.0,
+        hollow=True,
     )
     return Panel(
         Axis("inner rod, from hanging [°]", ticks=_ticks(inner)),
