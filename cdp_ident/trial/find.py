@@ -14,7 +14,7 @@ from cdp_ident.trial.joints import Samples, model_angles
 from cdp_ident.trial.lumped import gravity_direction
 from cdp_ident.trial.options import TrialOptions
 from cdp_ident.trial.outliers import outlier_words
-from cdp_ident.trial.scales import Scales
+from cdp_ident.trial.scales import PER_UNIT, Scales
 from cdp_ident.trial.trial import Trial, joined
 from cdp_ident.trial.wording import KEYS, Wording
 from cdp_ident.trial.zero_input import Part, choose_parts, find_parts, moving_windows
@@ -23,6 +23,8 @@ Mask = npt.NDArray[np.bool_]
 
 _FEWEST_SAMPLES = 4
 """Samples in one unit of the motion's time scale below which its velocities cannot be estimated."""
+_HANGING = 0.1
+"""Share of the largest angle from hanging up to which rods hang still that stay below it for half a unit of time."""
 
 
 @dataclass(frozen=True)
@@ -45,17 +47,30 @@ def find_trial(samples: Samples, options: TrialOptions, wording: Wording = KEYS)
         wording: how the user writes options.
 
     Raises:
-        TrialError: the data contradict the conventions, or there is no motion long enough.
+        TrialError: the data contradict the conventions, there is no motion long enough, or a hand led the rods up and
+            they swing too shortly to tell it from free motion.
     """
     pieces, motions, moving, notes = _motions(samples, options, wording)
     balance, warnings = check_conventions(motions, moving, options, wording)
     parts, impulses = find_parts(motions, balance, options)
     taken, cuts = choose_parts(parts, options.shortest or motions[0].scales.shortest)
+    if balance is None and _begins_hanging(motions[taken[0].motion], options):
+        raise TrialError(
+            "the rods hang still at first, so something moved them, and then swing for too short a time to tell a hand "
+            f"from free motion: record a longer swing, or take the part without the hand by {wording.name('start')} "
+            f"and {wording.name('stop')}"
+        )
     stretches = [_stretch(pieces[part.motion], part, options) for part in taken]
     trial = joined(stretches)
     left_out = [outlier_words(trial.outliers, len(trial.time))] if trial.outliers else []
     trial = replace(trial, notes=(*notes, *left_out, *warnings, *cuts, *impulses))
     return Found(trial, tuple(warnings), balance)
+
+
+def _begins_hanging(motion: Motion, options: TrialOptions) -> bool:
+    """Return whether the rods hang still when a motion of the recorded joints begins."""
+    away = np.abs(np.angle(-np.exp(1j * model_angles(motion.angles, options))))
+    return bool(np.max(away[: PER_UNIT // 2]) < _HANGING * np.max(away))
 
 
 def _stretch(piece: Piece, part: Part, options: TrialOptions) -> Trial:

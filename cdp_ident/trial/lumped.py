@@ -12,8 +12,9 @@ Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
 _TRIMMED_ROUNDS = 12
-_STRETCH = 100
-"""Windows of a stretch from which the fit may begin: five units of the motion's time scale."""
+_STRETCH = 50
+"""Windows of a stretch from which the fit may begin: two and a half units of the motion's time scale. A hand may lead
+strongly damped rods up for as long as they swing: a stretch is to be short enough to be free of it."""
 _MOST_STRETCHES = 24
 _AGREEMENT = 0.05
 """Unexplained torque, as a share of gravity's, with which a window agrees with a fit."""

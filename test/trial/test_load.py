@@ -96,6 +96,29 @@ def test_however_long_the_hand_holds_it_is_not_part_of_the_trial(recording, make
     assert trial.start + trial.duration == pytest.approx(made.now, abs=0.02)
 
 
+@pytest.mark.parametrize("lead", [1.0, 3.0])
+def test_a_swing_too_short_to_be_told_from_the_hand_s_lead_in_is_refused(recording, make_bag, lead):
+    made = recording().hold(0.5).carry(2.0, 2.5, lead).hold(0.3)
+    release = made.now
+    bag = bag_of(make_bag, made.swing(0.8).hold(0.5))
+    with pytest.raises(TrialError, match=r"the rods hang still at first.* by start and stop"):
+        load_trial(bag)
+    taken = load_trial(bag, TrialOptions(start=release, stop=release + 0.8))
+    assert taken.duration == pytest.approx(0.8, abs=0.05)
+
+
+@pytest.mark.parametrize("factor", [15, 22, 30])
+def test_rods_whose_joints_damp_them_before_the_hand_is_forgotten_are_free_from_the_release(
+    recording, make_bag, factor
+):
+    made = recording({**NOMINAL, "c1": factor * NOMINAL["c1"], "c2": factor * NOMINAL["c2"]})
+    made.carry(2.0, 2.5, 1.0).hold(0.5)
+    release = made.now
+    trial = load_trial(bag_of(make_bag, made.swing(10)))
+    assert release <= trial.start < release + 0.35
+    assert not any("angles mean" in note for note in trial.notes)
+
+
 def test_a_hand_that_catches_moving_rods_ends_the_trial(recording, make_bag):
     made = recording().carry(2.6, 2.9, 1.2).hold(2.0).swing(10)
     catch = made.now
