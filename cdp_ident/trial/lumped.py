@@ -12,9 +12,11 @@ Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
 _TRIMMED_ROUNDS = 12
-_STRETCH = 50
-"""Windows of a stretch from which the fit may begin: two and a half units of the motion's time scale. A hand may lead
-strongly damped rods up for as long as they swing: a stretch is to be short enough to be free of it."""
+_STRETCH, _SHORTEST_STRETCH = 100, 50
+"""Windows of a stretch from which the fit may begin: five units of the motion's time scale, or down to half of that
+where there are fewer than four such stretches. A hand may lead strongly damped rods up for as long as they swing: one
+of the stretches is to be free of it."""
+_FEWEST_STRETCHES = 4
 _MOST_STRETCHES = 24
 _AGREEMENT = 0.05
 """Unexplained torque, as a share of gravity's, with which a window agrees with a fit."""
@@ -109,7 +111,8 @@ def fit_lumped(balance: Windows, trusted: Mask) -> Lumped:
     where that explains much that nothing else does.
     """
     balance = balance[trusted]
-    count = max(1, min(_MOST_STRETCHES, len(balance) // _STRETCH))
+    at_least = max(1, min(_FEWEST_STRETCHES, len(balance) // _SHORTEST_STRETCH))
+    count = max(at_least, min(_MOST_STRETCHES, len(balance) // _STRETCH))
     stretches = [_Sums.of(balance[part]) for part in np.array_split(np.arange(len(balance)), count)]
     fits = [_least_squares(stretch, np.eye(len(COLUMNS))[:, _VISCOUS]) for stretch in stretches]
     values = max(fits, key=lambda fit: np.count_nonzero(torques(balance, fit) < _AGREEMENT))
