@@ -10,12 +10,19 @@ from cdp_ident.fit.refinement import Fit
 
 _MOST_LOST = 0.25
 """Share of the windows in which the simulation may fail to follow the motion: an event affects only a few."""
+_NOISE = 2.0
+"""An error below so many times the noise is none of the simulation's, however small the motion is."""
 
 
-def refuse_a_failed_fit(fits: Sequence[Fit]) -> None:
-    """Raise `FitFailedError` where the model follows the motion in too few windows, fitted or predicted."""
+def refuse_a_failed_fit(fits: Sequence[Fit], noise: float) -> None:
+    """Raise `FitFailedError` where the model follows the motion in too few windows, fitted or predicted.
+
+    Args:
+        fits: how the model follows the motion it was fitted to, and how it predicts it.
+        noise: root mean square of what the encoders add to both angles [rad].
+    """
     scatter = np.sqrt(np.mean([np.var(window.theta, axis=0).mean() for fit in fits for window in fit.windows]))
-    limit = LOST * min(float(scatter), 1.0)
+    limit = max(LOST * min(float(scatter), 1.0), _NOISE * noise)
     for fit, which in zip(fits, ("fitted", "predicted"), strict=True):
         errors = [float(np.sqrt(np.mean(error**2))) for error in fit.errors]
         lost = [error for error in errors if error > limit]

@@ -65,7 +65,7 @@ def stepwise_selection(
             add_balanced(progress, balances)
         fit_zeros_by_trial(progress)
         progress.reweigh()
-        refuse_a_failed_fit((progress.current.fit, progress.current.validation))
+        refuse_a_failed_fit((progress.current.fit, progress.current.validation), noise)
         _select(progress)
         if not named_only:
             add_unknown_torques(progress)

@@ -12,8 +12,10 @@ from cdp_ident.fit.refinement import refine
 from cdp_ident.fit.windows import cut_into_windows
 from cdp_ident.model.parameters import SYMBOLS, groups_of
 from reference.pendulum import TABLE_5
-from scenarios.twin import standard_twin
+from scenarios.twin import standard_twin, twin
 
+NOISE = 2e-3
+"""Of the twin [rad]."""
 MODEL = MotionModel(Mechanism.of(Prior()))
 TRUTH = groups_of([TABLE_5[symbol] for symbol in SYMBOLS], TABLE_5["L"])
 WINDOWS = cut_into_windows([standard_twin(np.random.default_rng(0))])
@@ -28,7 +30,7 @@ def fits():
 
 def test_a_fit_that_follows_the_motion_is_none(fits):
     right, _ = fits
-    refuse_a_failed_fit((right, right))
+    refuse_a_failed_fit((right, right), NOISE)
 
 
 @pytest.mark.parametrize(("place", "which"), [(0, "fitted"), (1, "predicted")])
@@ -37,7 +39,16 @@ def test_one_that_does_not_is_refused_with_what_to_try(fits, place, which):
     pair = [right, right]
     pair[place] = wrong
     with pytest.raises(FitFailedError, match=rf"of {len(WINDOWS)} windows {which} .*trial\.zero.* shorter window"):
-        refuse_a_failed_fit(pair)
+        refuse_a_failed_fit(pair, NOISE)
+
+
+def test_a_swing_in_which_noise_is_most_of_what_moves_is_followed():
+    start, noise = (np.pi + 0.01, np.pi - 0.01, 0.0, 0.0), 9e-3
+    windows = cut_into_windows([twin(np.random.default_rng(0), start=start, noise=noise)])
+    fit = refine(MODEL, TRUTH, windows, hold_values=True)
+    refuse_a_failed_fit((fit, fit), noise)
+    with pytest.raises(FitFailedError):
+        refuse_a_failed_fit((fit, fit), 0.1 * noise)
 
 
 def test_a_fit_that_failed_has_an_exit_code_of_its_own():
