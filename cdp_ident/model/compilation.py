@@ -88,6 +88,12 @@ def compiled(function: Compilable) -> Compilable:
     return loop
 
 
+def is_to_be_kept(loop: Compilable) -> bool:
+    """Return whether a compiled loop's code can be kept on disk, and is not there yet."""
+    kept = getattr(loop, "_cache", None)
+    return isinstance(kept, _Kept) and not any(Path(kept.cache_path).glob(f"{kept._impl.filename_base}.*.nbc"))
+
+
 class _InFolder:
     """Where numba keeps code: in our folder, whose name stands for the sources wherever they lie.
 
