@@ -9,7 +9,7 @@ import numpy.typing as npt
 from cdp_ident.diagnosis.identification import Identification
 from cdp_ident.diagnosis.length import LengthByBalance, length_by_balance, says_another_length
 from cdp_ident.errors import IdentificationError
-from cdp_ident.fit.balance_unknowns import DRY, DryJoint
+from cdp_ident.fit.balance_unknowns import DRY, NOT_DRY
 from cdp_ident.fit.data import noise_over, prepare
 from cdp_ident.fit.estimation import estimate
 from cdp_ident.fit.force_balance import CLEARLY_BETTER, ForceBalance, balance_of_forces
@@ -19,6 +19,7 @@ from cdp_ident.fit.roles import assign_roles
 from cdp_ident.fit.scales import Scales, scales_of
 from cdp_ident.fit.thinning import thinned
 from cdp_ident.fit.window_lengths import Lengths, predictable_lengths
+from cdp_ident.model.effects.effect import TorqueEffect
 from cdp_ident.search.genetic_search import Progress
 from cdp_ident.trial.trial import Trial
 
@@ -108,34 +109,36 @@ def _lengths(
 
 
 def _balances(trials: Sequence[Trial], options: IdentifyOptions) -> tuple[ForceBalance, ...]:
-    """Return the balances of forces, the best choice of dry friction and coupling first.
+    """Return the balances of forces, the one with the best choice of effects first.
 
-    Where it prefers any, the one with dry friction in both joints follows, as friction in one may hide that in the
-    other. Where the motion is too little for a balance, there is none.
+    Where that has any, the one with dry friction in both joints follows, as friction in one may hide that in the other.
+    Where the motion is too little for a balance, there is none.
     """
     plain = _balance(trials, options)
     if plain is None:
         return ()
-    geared = _balance(trials, options, constant_coupling=True)
-    coupled = geared is not None and geared.least_criterion < plain.least_criterion - CLEARLY_BETTER
-    preferred = geared if geared is not None and coupled else plain
-    if not preferred.effects or len(preferred.dry) == len(DRY):
+    preferred, besides = plain, tuple[TorqueEffect, ...]()
+    for effect in NOT_DRY:
+        other = _balance(trials, options, (effect,))
+        if other is not None and other.criterion < min(preferred.criterion, plain.criterion - CLEARLY_BETTER):
+            preferred, besides = other, (effect,)
+    with_all_dry = (*besides, *DRY)
+    if not preferred.effects or preferred.effects == with_all_dry:
         return (preferred,)
-    both = _balance(trials, options, constant_coupling=coupled, dry=tuple(DRY))
+    both = _balance(trials, options, with_all_dry, ())
     return (preferred,) if both is None else (preferred, both)
 
 
 def _length(trials: Sequence[Trial], options: IdentifyOptions, balance: ForceBalance) -> LengthByBalance | None:
-    coupled = balance.unknowns.constant_coupling
-    free = _balance(trials, options, constant_coupling=coupled, dry=balance.dry, length_free=True)
+    free = _balance(trials, options, balance.effects, (), length_free=True)
     return None if free is None else length_by_balance(balance, free)
 
 
 def _balance(
     trials: Sequence[Trial],
     options: IdentifyOptions,
-    constant_coupling: bool = False,
-    dry: tuple[DryJoint, ...] | None = None,
+    effects: Sequence[TorqueEffect] = (),
+    optional: Sequence[TorqueEffect] = DRY,
     length_free: bool = False,
 ) -> ForceBalance | None:
     """Return the balance of forces, or None where it cannot be computed: the search begins without it then."""
@@ -145,8 +148,8 @@ def _balance(
             trials,
             prior.length,
             prior.gravity,
-            dry=dry,
-            constant_coupling=constant_coupling,
+            effects=effects,
+            optional=optional,
             length_free=length_free,
             outer_length=outer_length,
         )
