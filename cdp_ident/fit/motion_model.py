@@ -22,7 +22,7 @@ from cdp_ident.model.parameters import (
     coefficients_of,
 )
 from cdp_ident.model.time_grid import TimeGrid
-from cdp_ident.model.torques import Torques
+from cdp_ident.model.torques import RODS_STATES, Torques
 from cdp_ident.model.trajectory import trajectory, trajectory_with_derivatives
 from cdp_ident.model.weights import ErrorOf, Weight
 
@@ -113,14 +113,13 @@ class MotionModel:
     @cached_property
     def states(self) -> int:
         """Size of a state: theta1, theta2, omega1, omega2, and those that effects add; see `Torques.states`."""
-        moves = any(isinstance(a.effect, TorqueEffect) and a.effect.brings_states for a in self.effects)
-        return Torques.count_of_states(moves)
+        return RODS_STATES + sum(a.effect.states for a in self.effects if isinstance(a.effect, TorqueEffect))
 
     def initial_state(self, start: Array) -> Array:
-        """Return an initial state of this model's size, given one of another model; states that it lacks are zero."""
-        whole = np.zeros(self.states)
-        whole[: len(start)] = start[: self.states]
-        return whole
+        """Return an initial state of this model's size, given one of another model: what effects bring is zero."""
+        if len(start) == self.states:
+            return start
+        return np.concatenate([start[:RODS_STATES], np.zeros(self.states - RODS_STATES)])
 
     def initial_values(self, groups: Array, inertia: float | None = None) -> Array:
         """Return values of the unknowns without effects, for given base parameters (5,) and A22 [kg m^2].

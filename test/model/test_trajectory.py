@@ -156,9 +156,10 @@ def test_taking_derivatives_leaves_the_parameters_as_they_were():
 
 
 @pytest.mark.parametrize("key", TORQUES)
-def test_a_state_has_two_numbers_more_just_where_the_base_moves_by_itself(key):
+def test_a_state_has_as_many_numbers_more_as_an_effect_says(key):
     present = laid_out([TORQUES[key]], [typical(TORQUES[key])])
-    expected = 6 if TORQUES[key].form is Form.BASE else 4
+    assert (TORQUES[key].states == 2) == (TORQUES[key].form is Form.BASE)
+    expected = 4 + TORQUES[key].states
     assert present.states == expected
     assert trajectory(COEFFICIENTS, START, GRID, CART, present).shape == (len(GRID.place), expected)
 
@@ -169,6 +170,26 @@ def test_a_base_whose_state_is_left_out_begins_at_rest():
     np.testing.assert_array_equal(
         trajectory(COEFFICIENTS, START, GRID, CART, present),
         trajectory(COEFFICIENTS, np.array([*START, 0.0, 0.0]), GRID, CART, present),
+    )
+
+
+def test_an_effect_s_own_states_are_where_the_layout_puts_them():
+    effect = TORQUES["pivot_compliance.base.oscillating"]
+    dry = TORQUES["coulomb_friction.outer"]
+    first = laid_out([effect, dry], [typical(effect), typical(dry)])
+    # Two bases at a time cannot move: the later one does, behind the other's states, which stay as they are.
+    second = laid_out([effect, dry, effect], [typical(effect), typical(dry), typical(effect)])
+    assert (first.states, second.states) == (6, 8)
+    alone, by_alone = trajectory_with_derivatives(COEFFICIENTS, np.array([*START, 1e-3, 0.01]), GRID, CART, first)
+    behind, by_behind = trajectory_with_derivatives(
+        COEFFICIENTS, np.array([*START, 0.0, 0.0, 1e-3, 0.01]), GRID, CART, second
+    )
+    own = [0, 1, 2, 3, 6, 7]
+    np.testing.assert_allclose(behind[:, own], alone, rtol=0, atol=1e-10)
+    assert np.all(behind[:, 4:6] == 0.0)
+    of_start_and_coefficients = [*own, *range(8, 15)]
+    np.testing.assert_allclose(
+        by_behind[:, own][..., of_start_and_coefficients], by_alone[..., :13], rtol=1e-6, atol=1e-8
     )
 
 

@@ -65,8 +65,8 @@ class Form(IntEnum):
     """A constant that adds to the inertia between the rods, A23 cos(theta1 - theta2); it has no law, its one parameter
     is that constant."""
     BASE = 3
-    """The cart's joint itself moves on a spring, with two states more; it has no law, its parameters are compliance,
-    natural frequency and damping ratio (see `dynamics`)."""
+    """The cart's joint itself moves on a spring; it has no law. Its two states are position [m] and speed [m/s], its
+    parameters compliance, natural frequency and damping ratio (see `dynamics`)."""
 
 
 @dataclass(frozen=True)
@@ -103,6 +103,8 @@ class TorqueEffect:
     harmonic: bool = False
     """Whether it is one of many harmonics of a turn, which can imitate a part of any function of position. A joint may
     have several of them."""
+    states: int = 0
+    """How many numbers it adds to those of the rods' state."""
     in_balance: bool = False
     """Whether the balance of forces looks for it, before anything is simulated: where it is strong, the paper's model
     fits so badly that its residual does not show it. Dry friction in both joints is looked for together, anything else
@@ -126,7 +128,7 @@ class TorqueEffect:
     @property
     def brings_states(self) -> bool:
         """Whether it adds states to those of the rods."""
-        return self.form is Form.BASE
+        return self.states > 0
 
     @property
     def has_score(self) -> bool:
