@@ -53,7 +53,8 @@ class MotionModel:
     weight_errors: tuple[ErrorOf, ...] = ()
     """Errors of the weights' masses and places: unknowns, in units of their standard deviations."""
     penalty_of_errors: float = 0.0
-    """What an error by one standard deviation adds to the cost: the variance of the angles' noise [rad^2]."""
+    """What an error by one standard deviation adds to the cost, of a weight or of a state that an effect brings: the
+    variance of the angles' noise [rad^2]."""
     effects: tuple[ActiveEffect, ...] = ()
     zeros: tuple[int, ...] = ()
     """Trials whose encoders have a zero of their own; none where the zeros are right, or the same for all trials."""
@@ -114,6 +115,13 @@ class MotionModel:
     def states(self) -> int:
         """Size of a state: theta1, theta2, omega1, omega2, and those that effects add; see `Torques.states`."""
         return RODS_STATES + sum(a.effect.states for a in self.effects if isinstance(a.effect, TorqueEffect))
+
+    @cached_property
+    def start_penalty(self) -> Array:
+        """(states,) what the square of each number of a window's initial state adds to the cost [rad^2]."""
+        own = [1.0 / a.effect.start_std**2 for a in self.effects if isinstance(a.effect, TorqueEffect)
+               for _ in range(a.effect.states)]  # fmt: skip
+        return self.penalty_of_errors * np.array([0.0] * RODS_STATES + own)
 
     def initial_state(self, start: Array) -> Array:
         """Return an initial state of this model's size, given one of another model: what effects bring is zero."""

@@ -20,12 +20,12 @@ then the base swings by itself, and what a little compliance would change is in 
 import math
 
 from cdp_ident.model.compilation import inlined, part
-from cdp_ident.model.effects.catalogue import joint_law, rods_law
+from cdp_ident.model.effects.catalogue import joint_law, memory_law, rods_law
 from cdp_ident.model.effects.constants import CARRIED
 from cdp_ident.model.effects.effect import Form
 from cdp_ident.model.equations import acceleration_derivatives, accelerations, sine_and_cosine
 
-_RODS, _COUPLING, _BASE = int(Form.RODS), int(Form.COUPLING), int(Form.BASE)
+_RODS, _COUPLING, _BASE, MEMORY = (int(form) for form in (Form.RODS, Form.COUPLING, Form.BASE, Form.MEMORY))
 STICKS = 0
 """The mode of a joint that stands still."""
 SIZES, HOLDS = 2, 5
@@ -44,9 +44,13 @@ def joint_speed(state, joint):
 
 @part
 def _add_torques(
-    state, time, modes, table, values, lanes_of, constants, slopes, torque_by_state, torque_by_lane, sums
+    state, time, modes, table, values, lanes_of, constants, slopes, torque_by_state, torque_by_lane, sums, by_state,
+    direct, rates, row,
 ):  # fmt: skip
-    """Sum up the effects, their torques' derivatives by state and, where there are lanes, by lane."""
+    """Sum up the effects, their torques' derivatives by state and, where there are lanes, by lane.
+
+    What has a memory fills in its own state's rate and that rate's derivatives.
+    """
     first = len(state) + _COEFFICIENTS
     with_lanes = torque_by_lane.shape[1] > 0
     sums[:] = 0.0
@@ -58,6 +62,31 @@ def _add_torques(
             sums[4] += values[e, 0]
             continue
         if form == _BASE:
+            continue
+        if form == MEMORY:
+            own = table[e, 5]
+            torque, rates[row, own] = memory_law(kind, joint_speed(state, joint), state[own], values, e, slopes)
+            onto1, onto2 = (1.0, 0.0) if joint == 0 else (-1.0, 1.0)
+            sums[0] += onto1 * torque
+            sums[1] += onto2 * torque
+            # A joint's speed is of its rods' speeds what its torque is on them.
+            torque_by_state[0, 2] += onto1 * onto1 * slopes[0, 0]
+            torque_by_state[0, 3] += onto1 * onto2 * slopes[0, 0]
+            torque_by_state[1, 2] += onto2 * onto1 * slopes[0, 0]
+            torque_by_state[1, 3] += onto2 * onto2 * slopes[0, 0]
+            torque_by_state[0, own] += onto1 * slopes[0, 1]
+            torque_by_state[1, own] += onto2 * slopes[0, 1]
+            if with_lanes:
+                for k in range(len(state)):
+                    by_state[own - 2, k] = 0.0
+                by_state[own - 2, 2], by_state[own - 2, 3] = onto1 * slopes[1, 0], onto2 * slopes[1, 0]
+                by_state[own - 2, own] = slopes[1, 1]
+                for p in range(lanes_of.shape[1]):
+                    lane = lanes_of[e, p]
+                    if lane >= 0:
+                        torque_by_lane[0, first + lane] += onto1 * slopes[0, 2 + p]
+                        torque_by_lane[1, first + lane] += onto2 * slopes[0, 2 + p]
+                        direct[own - 2, first + lane] = slopes[1, 2 + p]
             continue
         # Friction enters against the motion; while the joint sticks, by another way.
         factor = 1.0
@@ -171,8 +200,9 @@ def rates_of(
     torque1, torque2, coupled = 0.0, 0.0, 0.0
     if len(table) > 0:
         _add_torques(
-            state, time, modes, table, values, lanes_of, constants, slopes, torque_by_state, torque_by_lane, sums
-        )
+            state, time, modes, table, values, lanes_of, constants, slopes, torque_by_state, torque_by_lane, sums,
+            by_state, direct, rates, row,
+        )  # fmt: skip
         torque1, torque2, coupled = sums[0], sums[1], sums[4]
     inner_sticks, outer_sticks = modes[0] == STICKS, modes[1] == STICKS
     acceleration, reduced = u, 1.0

@@ -72,22 +72,24 @@ def directions(torques: Torques) -> int:
 def accelerations_at(
     coefficients: Array, states: Array, u: Array, torques: Torques = NO_TORQUES, times: Array | None = None
 ) -> Array:
-    """Return the angular accelerations (n, 2) [rad/s^2] in given states (n, 4), the base being where it is.
+    """Return the angular accelerations (n, 2) [rad/s^2] in given states.
 
     Args:
         coefficients: (7,) `COEFFICIENTS` of the pendulum.
-        states: (n, 4) theta1, theta2 [rad], omega1, omega2 [rad/s].
+        states: (n, states) theta1, theta2 [rad], omega1, omega2 [rad/s] and those that effects bring; where these are
+            left out, so are their effects.
         u: (n,) the cart's acceleration [m/s^2].
         torques: of effects.
         times: (n,) times in the trial [s], for effects that happen at an instant.
     """
-    rates = np.empty((len(states), RODS_STATES))
+    rates = np.empty(states.shape)
     times = np.zeros(len(states)) if times is None else times
-    torques = torques.of_rods(np.ones(len(torques.table), dtype=bool))
+    if states.shape[1] == RODS_STATES:
+        torques = torques.of_rods(np.ones(len(torques.table), dtype=bool))
     _accelerations_at(
         coefficients, states, u, times, torques.table, torques.values, torques.lanes, torques.constants, rates
     )
-    return rates[:, 2:]
+    return rates[:, 2:RODS_STATES]
 
 
 def _run(
@@ -239,17 +241,20 @@ def _trajectory(
 
 @compiled
 def _accelerations_at(coefficients, states, u, times, table, values, lanes_of, constants, rates):
+    n, base = states.shape[1], -1
     dry = np.zeros(2, dtype=np.bool_)
     for e in range(len(table)):
+        if table[e, 1] == _BASE:
+            base = e
         if table[e, 3]:
             dry[table[e, 2]] = True
     slopes, sums = np.zeros((2, BEFORE_PARAMETERS + values.shape[1])), np.zeros(COUNT_OF_SUMS)
     modes = np.ones(2, dtype=np.int64)
     torque_by_state, no_torques, by_state, no_direct = (
-        np.zeros((2, 4)), np.zeros((2, 0)), np.zeros((2, 4)), np.zeros((2, 0)),
+        np.zeros((2, n)), np.zeros((2, 0)), np.zeros((n - 2, n)), np.zeros((n - 2, 0)),
     )  # fmt: skip
     for j in range(len(states)):
         settle(
-            states[j], times[j], u[j], modes, dry, -1, coefficients, table, values, lanes_of, constants, -1, slopes,
+            states[j], times[j], u[j], modes, dry, -1, coefficients, table, values, lanes_of, constants, base, slopes,
             torque_by_state, no_torques, sums, by_state, no_direct, rates, j,
         )  # fmt: skip
