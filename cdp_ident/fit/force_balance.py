@@ -116,28 +116,44 @@ def balance_of_forces(
     length_free: bool = False,
     outer_length: float | None = None,
 ) -> ForceBalance:
-    """Fit the balance of forces to trials.
+    """Fit the balance of forces to trials, with L [m] and g [m/s^2]: see `balance_of_pieces`."""
+    mechanism = Mechanism(length, gravity, outer_length or length)
+    pieces = pieces_of(trials, mechanism.time_unit)
+    return balance_of_pieces(pieces, mechanism, effects=effects, optional=optional, length_free=length_free)
+
+
+def pieces_of(trials: Sequence[Trial], time_unit: float) -> list[Piece]:
+    """Return the smooth motion of the trials' stretches between gaps that are longer than a rig's time unit [s]."""
+    stretches = [stretch for trial in trials for stretch in trial.stretches]
+    return [
+        Piece.of(trial, time_unit) for trial in stretches if len(trial.time) >= FEWEST and trial.duration > time_unit
+    ]
+
+
+def balance_of_pieces(
+    pieces: Sequence[Piece],
+    mechanism: Mechanism,
+    *,
+    effects: Sequence[TorqueEffect] = (),
+    optional: Sequence[TorqueEffect] = DRY,
+    length_free: bool = False,
+) -> ForceBalance:
+    """Fit the balance of forces to smooth motion.
 
     Args:
-        trials: what was measured.
-        length: L [m].
-        gravity: g [m/s^2].
+        pieces: the motion.
+        mechanism: what is known of the pendulum.
         effects: torques of the catalogue to be found too.
         optional: more of them, of which the Bayesian information criterion chooses.
         length_free: whether L is sought too; the given one still sets the scale of time.
-        outer_length: of the outer rod [m], which air drag may need; L where it is not known.
 
     Where weights differ from trial to trial, A22 is found as well.
 
     Raises:
         IdentificationError: there is too little motion.
     """
-    mechanism = Mechanism(length, gravity, outer_length or length)
-    unit = mechanism.time_unit
-    stretches = [stretch for trial in trials for stretch in trial.stretches]
-    pieces = [Piece.of(trial, unit) for trial in stretches if len(trial.time) >= FEWEST and trial.duration > unit]
     _refuse_a_joint_that_rests(pieces)
-    inertia_free = len({trial.weights for trial in trials}) > 1
+    inertia_free = len({piece.weights for piece in pieces}) > 1
     whole = Unknowns((*effects, *optional), length_free, inertia_free)
     # Torques on the rods may depend on the base parameters, which the others show.
     plain = replace(whole, effects=tuple(effect for effect in whole.effects if effect.form is not Form.RODS))
