@@ -70,6 +70,10 @@ _DISTINCTION = {
         "A step at zero speed with a peak on each side. Without enough slow motion it cannot be distinguished from "
         "Coulomb friction, which is then taken as the simpler one."
     ),
+    "presliding_friction": (
+        "A step at zero speed that comes late: after each turn the torque needs an angle of some `give` to change its "
+        "sign. Where that angle is small against what the noise shows, Coulomb friction is found."
+    ),
     "load_friction": (
         "A step at zero speed whose height follows the bearing's load: higher where the rods swing through "
         "fast. Coulomb friction has the same step at any load."

@@ -98,11 +98,12 @@ def score(truth: Truth, found: Found, seconds: float) -> Score:
     right: list[Hidden] = []
     false: list[str] = []
     for named in found.named:
-        meant = next((h for h in truth.hidden if h.right & _possible(named) and h not in right), None)
-        if meant is None:
-            false.append(named.key)
+        meant = [h for h in truth.hidden if h.right & _possible(named) and h not in right]
+        if meant:
+            # Of several that it could be, the clearest: a joint may have two harmonics.
+            right.append(max(meant, key=lambda h: h.visible))
         else:
-            right.append(meant)
+            false.append(named.key)
     unnamed = [h for h in truth.hidden if h not in right]
     faint = [h for h in unnamed if h.known and _is_faint(h, truth, before)]
     return Score(

@@ -21,6 +21,7 @@ SEVERAL = (
     "coulomb_friction.outer+air_drag.outer+encoder_offset.outer",
     "coulomb_friction.inner+coulomb_friction.outer+encoder_offset.outer",
     "coulomb_friction.inner+air_drag.inner+encoder_eccentricity.inner",
+    "cogging_torque.outer+cogging_torque.outer",
 )
 """Two or three of them."""
 STICKING = (

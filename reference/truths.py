@@ -41,7 +41,7 @@ _BEYOND = {
     "rod_flex": "",
     "backlash": "",
 }
-"""What the package has no name for, and what would be a right name of it all the same, if any."""
+"""What the package has no name for, or one that may be missed, and what would be a right name all the same, if any."""
 
 
 @dataclass(frozen=True)

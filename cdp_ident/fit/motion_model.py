@@ -22,7 +22,7 @@ from cdp_ident.model.parameters import (
     coefficients_of,
 )
 from cdp_ident.model.time_grid import TimeGrid
-from cdp_ident.model.torques import Torques
+from cdp_ident.model.torques import RODS_STATES, Torques
 from cdp_ident.model.trajectory import trajectory, trajectory_with_derivatives
 from cdp_ident.model.weights import ErrorOf, Weight
 
@@ -53,7 +53,8 @@ class MotionModel:
     weight_errors: tuple[ErrorOf, ...] = ()
     """Errors of the weights' masses and places: unknowns, in units of their standard deviations."""
     penalty_of_errors: float = 0.0
-    """What an error by one standard deviation adds to the cost: the variance of the angles' noise [rad^2]."""
+    """What an error by one standard deviation adds to the cost, of a weight or of a state that an effect brings: the
+    variance of the angles' noise [rad^2]."""
     effects: tuple[ActiveEffect, ...] = ()
     zeros: tuple[int, ...] = ()
     """Trials whose encoders have a zero of their own; none where the zeros are right, or the same for all trials."""
@@ -113,14 +114,20 @@ class MotionModel:
     @cached_property
     def states(self) -> int:
         """Size of a state: theta1, theta2, omega1, omega2, and those that effects add; see `Torques.states`."""
-        moves = any(isinstance(a.effect, TorqueEffect) and a.effect.brings_states for a in self.effects)
-        return Torques.count_of_states(moves)
+        return RODS_STATES + sum(a.effect.states for a in self.effects if isinstance(a.effect, TorqueEffect))
+
+    @cached_property
+    def start_penalty(self) -> Array:
+        """(states,) what the square of each number of a window's initial state adds to the cost [rad^2]."""
+        own = [1.0 / a.effect.start_std**2 for a in self.effects if isinstance(a.effect, TorqueEffect)
+               for _ in range(a.effect.states)]  # fmt: skip
+        return self.penalty_of_errors * np.array([0.0] * RODS_STATES + own)
 
     def initial_state(self, start: Array) -> Array:
-        """Return an initial state of this model's size, given one of another model; states that it lacks are zero."""
-        whole = np.zeros(self.states)
-        whole[: len(start)] = start[: self.states]
-        return whole
+        """Return an initial state of this model's size, given one of another model: what effects bring is zero."""
+        if len(start) == self.states:
+            return start
+        return np.concatenate([start[:RODS_STATES], np.zeros(self.states - RODS_STATES)])
 
     def initial_values(self, groups: Array, inertia: float | None = None) -> Array:
         """Return values of the unknowns without effects, for given base parameters (5,) and A22 [kg m^2].

@@ -100,6 +100,7 @@ class NormalEquations:
         normal = np.empty((len(self._windows), size, size))
         right = np.empty((len(self._windows), size))
         costs = np.empty(len(self._windows))
+        penalty, of_start = self._model.start_penalty, np.arange(self._model.states)
 
         def work(first: int, last: int) -> None:
             for index in range(first, last):
@@ -117,6 +118,9 @@ class NormalEquations:
                     if weight is None
                     else np.sum(np.where(size_of > limit, limit * (2 * size_of - limit), size_of**2))
                 )
+                normal[index, of_start, of_start] += penalty
+                right[index, of_start] -= penalty * starts[index]
+                costs[index] += penalty @ starts[index] ** 2
                 residuals[index], sensitivities[index] = residual, sensitivity
                 weights[index] = np.ones_like(residual) if weight is None else weight
 

@@ -1,10 +1,11 @@
 r"""The rate of change of a pendulum's state with any effects, and its derivatives (compiled).
 
-The state is theta1, theta2, omega1, omega2 and, where the base moves on a spring, its position x and speed. A joint
-with dry friction *slips* one way (mode 1) or the other (mode -1), or *sticks* (mode 0). Slipping, the friction is its
-size against the motion. Sticking, it is the torque that keeps the joint's speed constant (at zero), which follows from
-the equations of motion M omega' = N + J^T friction with J omega' = 0 (Leine and Nijmeijer, Dynamics and Bifurcations of
-Non-smooth Mechanical Systems, 2004, chapter 5); J is (1, 0) for the inner joint and (-1, 1) for the outer one.
+The state is theta1, theta2, omega1, omega2 and what effects bring: where the base moves on a spring, its position x and
+speed. A joint with dry friction *slips* one way (mode 1) or the other (mode -1), or *sticks* (mode 0). Slipping, the
+friction is its size against the motion. Sticking, it is the torque that keeps the joint's speed constant (at zero),
+which follows from the equations of motion M omega' = N + J^T friction with J omega' = 0 (Leine and Nijmeijer, Dynamics
+and Bifurcations of Non-smooth Mechanical Systems, 2004, chapter 5); J is (1, 0) for the inner joint and (-1, 1) for the
+outer one.
 
 The base's equation closes that; U = u + x'' is its whole acceleration, and the rods' pull is over A22::
 
@@ -19,12 +20,12 @@ then the base swings by itself, and what a little compliance would change is in 
 import math
 
 from cdp_ident.model.compilation import inlined, part
-from cdp_ident.model.effects.catalogue import joint_law, rods_law
+from cdp_ident.model.effects.catalogue import joint_law, memory_law, rods_law
 from cdp_ident.model.effects.constants import CARRIED
 from cdp_ident.model.effects.effect import Form
 from cdp_ident.model.equations import acceleration_derivatives, accelerations, sine_and_cosine
 
-_RODS, _COUPLING, _BASE = int(Form.RODS), int(Form.COUPLING), int(Form.BASE)
+_RODS, _COUPLING, _BASE, MEMORY = (int(form) for form in (Form.RODS, Form.COUPLING, Form.BASE, Form.MEMORY))
 STICKS = 0
 """The mode of a joint that stands still."""
 SIZES, HOLDS = 2, 5
@@ -43,9 +44,13 @@ def joint_speed(state, joint):
 
 @part
 def _add_torques(
-    state, time, modes, table, values, lanes_of, constants, slopes, torque_by_state, torque_by_lane, sums
+    state, time, modes, table, values, lanes_of, constants, slopes, torque_by_state, torque_by_lane, sums, by_state,
+    direct, rates, row,
 ):  # fmt: skip
-    """Sum up the effects, their torques' derivatives by state and, where there are lanes, by lane."""
+    """Sum up the effects, their torques' derivatives by state and, where there are lanes, by lane.
+
+    What has a memory fills in its own state's rate and that rate's derivatives.
+    """
     first = len(state) + _COEFFICIENTS
     with_lanes = torque_by_lane.shape[1] > 0
     sums[:] = 0.0
@@ -57,6 +62,31 @@ def _add_torques(
             sums[4] += values[e, 0]
             continue
         if form == _BASE:
+            continue
+        if form == MEMORY:
+            own = table[e, 5]
+            torque, rates[row, own] = memory_law(kind, joint_speed(state, joint), state[own], values, e, slopes)
+            onto1, onto2 = (1.0, 0.0) if joint == 0 else (-1.0, 1.0)
+            sums[0] += onto1 * torque
+            sums[1] += onto2 * torque
+            # A joint's speed is of its rods' speeds what its torque is on them.
+            torque_by_state[0, 2] += onto1 * onto1 * slopes[0, 0]
+            torque_by_state[0, 3] += onto1 * onto2 * slopes[0, 0]
+            torque_by_state[1, 2] += onto2 * onto1 * slopes[0, 0]
+            torque_by_state[1, 3] += onto2 * onto2 * slopes[0, 0]
+            torque_by_state[0, own] += onto1 * slopes[0, 1]
+            torque_by_state[1, own] += onto2 * slopes[0, 1]
+            if with_lanes:
+                for k in range(len(state)):
+                    by_state[own - 2, k] = 0.0
+                by_state[own - 2, 2], by_state[own - 2, 3] = onto1 * slopes[1, 0], onto2 * slopes[1, 0]
+                by_state[own - 2, own] = slopes[1, 1]
+                for p in range(lanes_of.shape[1]):
+                    lane = lanes_of[e, p]
+                    if lane >= 0:
+                        torque_by_lane[0, first + lane] += onto1 * slopes[0, 2 + p]
+                        torque_by_lane[1, first + lane] += onto2 * slopes[0, 2 + p]
+                        direct[own - 2, first + lane] = slopes[1, 2 + p]
             continue
         # Friction enters against the motion; while the joint sticks, by another way.
         factor = 1.0
@@ -154,8 +184,9 @@ def rates_of(
         torque_by_lane: (2, lanes) takes those by the lanes.
         sums: (7,) takes the effects' generalised torques (2), the size of the joints' dry friction (2), the coupling,
             and the torques that hold the sticking joints (2), all over A22.
-        by_state: (3, n) takes the derivatives of the accelerations (theta1, theta2, base) by the state.
-        direct: (3, lanes) takes those by the lanes: the state's n (zero), the seven coefficients, then parameters.
+        by_state: (n - 2, n) takes the derivatives by the state of the rates of all but the angles: of the rods' speeds,
+            then of the states that effects bring.
+        direct: (n - 2, lanes) takes those by the lanes: the state's n (zero), the seven coefficients, then parameters.
             Without lanes no derivatives are computed.
         rates: (..., n) takes the rate of change in its row `row`.
         row: that row.
@@ -169,8 +200,9 @@ def rates_of(
     torque1, torque2, coupled = 0.0, 0.0, 0.0
     if len(table) > 0:
         _add_torques(
-            state, time, modes, table, values, lanes_of, constants, slopes, torque_by_state, torque_by_lane, sums
-        )
+            state, time, modes, table, values, lanes_of, constants, slopes, torque_by_state, torque_by_lane, sums,
+            by_state, direct, rates, row,
+        )  # fmt: skip
         torque1, torque2, coupled = sums[0], sums[1], sums[4]
     inner_sticks, outer_sticks = modes[0] == STICKS, modes[1] == STICKS
     acceleration, reduced = u, 1.0
@@ -197,7 +229,8 @@ def rates_of(
             given = push1 * give1 + push2 * give2
             reduced = 1.0 + mobility * (carried - given)
             pulled = mobility * (outwards - push1 * free1 - push2 * free2 - carried * u)
-            acceleration = u + (pulled - damping * state[5] - squared * state[4]) / reduced
+            position = table[base, 5]
+            acceleration = u + (pulled - damping * state[position + 1] - squared * state[position]) / reduced
             n1 -= push1 * (acceleration - u)
             n2 -= push2 * (acceleration - u)
         if inner_sticks and outer_sticks:
@@ -226,7 +259,9 @@ def rates_of(
                 if table[e, 1] == _COUPLING and lanes_of[e, 0] >= 0:
                     torque_by_lane[0, n + _COEFFICIENTS + lanes_of[e, 0]] -= alpha2
                     torque_by_lane[1, n + _COEFFICIENTS + lanes_of[e, 0]] -= alpha1
-            for k in range(4):
+            for k in range(4, n):
+                by_state[0, k], by_state[1, k] = 0.0, 0.0
+            for k in range(n):
                 d1, d2 = torque_by_state[0, k], torque_by_state[1, k]
                 by_state[0, k] += i11 * d1 + i12 * d2
                 by_state[1, k] += i12 * d1 + i22 * d2
@@ -239,7 +274,7 @@ def rates_of(
                 direct[0, k] = i11 * d1 + i12 * d2
                 direct[1, k] = i12 * d1 + i22 * d2
         if inner_sticks or outer_sticks:
-            for k in range(4):
+            for k in range(n):
                 by_state[0, k], by_state[1, k] = _held(
                     by_state[0, k], by_state[1, k], i11, i12, i22, inner_sticks, outer_sticks
                 )
@@ -253,33 +288,33 @@ def rates_of(
             sin2, cos2 = sine_and_cosine(theta2)
             along1, along2 = cos1 * alpha1 - sin1 * omega1 * omega1, cos2 * alpha2 - sin2 * omega2 * omega2
             pull = a1 * along1 + m2_l2 * along2 + carried * acceleration
-            by_state[2, 0] = mobility * a1 * (-sin1 * alpha1 - cos1 * omega1 * omega1)
-            by_state[2, 1] = mobility * m2_l2 * (-sin2 * alpha2 - cos2 * omega2 * omega2)
-            by_state[2, 2], by_state[2, 3] = (
-                -2.0 * mobility * a1 * sin1 * omega1,
-                -2.0 * mobility * m2_l2 * sin2 * omega2,
-            )
-            by_state[2, 4], by_state[2, 5] = squared, damping
-            by_state[0, 4:] = 0.0
-            by_state[1, 4:] = 0.0
-            direct[2, n:] = 0.0
-            direct[2, n + 2], direct[2, n + 5] = mobility * along1, mobility * along2
+            x, v = position - 2, position - 1
+            by_state[x, :] = 0.0
+            by_state[x, position + 1] = 1.0
+            by_state[v, :] = 0.0
+            by_state[v, 0] = mobility * a1 * (-sin1 * alpha1 - cos1 * omega1 * omega1)
+            by_state[v, 1] = mobility * m2_l2 * (-sin2 * alpha2 - cos2 * omega2 * omega2)
+            by_state[v, 2] = -2.0 * mobility * a1 * sin1 * omega1
+            by_state[v, 3] = -2.0 * mobility * m2_l2 * sin2 * omega2
+            by_state[v, position], by_state[v, position + 1] = squared, damping
+            direct[v, n:] = 0.0
+            direct[v, n + 2], direct[v, n + 5] = mobility * along1, mobility * along2
             by_parameter = (
                 squared * pull,
-                2.0 * frequency * (compliance * pull + state[4]) + 2.0 * damping_ratio * state[5],
-                2.0 * frequency * state[5],
+                2.0 * frequency * (compliance * pull + state[position]) + 2.0 * damping_ratio * state[position + 1],
+                2.0 * frequency * state[position + 1],
             )
             for p in range(3):
                 if lanes_of[base, p] >= 0:
-                    direct[2, n + _COEFFICIENTS + lanes_of[base, p]] = by_parameter[p]
+                    direct[v, n + _COEFFICIENTS + lanes_of[base, p]] = by_parameter[p]
             for k in range(n):
-                change = -(by_state[2, k] + mobility * (push1 * by_state[0, k] + push2 * by_state[1, k])) / reduced
-                by_state[2, k] = change
+                change = -(by_state[v, k] + mobility * (push1 * by_state[0, k] + push2 * by_state[1, k])) / reduced
+                by_state[v, k] = change
                 by_state[0, k] -= give1 * change
                 by_state[1, k] -= give2 * change
             for k in range(n, direct.shape[1]):
-                change = -(direct[2, k] + mobility * (push1 * direct[0, k] + push2 * direct[1, k])) / reduced
-                direct[2, k] = change
+                change = -(direct[v, k] + mobility * (push1 * direct[0, k] + push2 * direct[1, k])) / reduced
+                direct[v, k] = change
                 direct[0, k] -= give1 * change
                 direct[1, k] -= give2 * change
     # What sticks is held exactly, not but for rounding.
@@ -289,4 +324,4 @@ def rates_of(
         alpha2 = alpha1
     rates[row, 2], rates[row, 3] = alpha1, alpha2
     if base >= 0:
-        rates[row, 4], rates[row, 5] = state[5], acceleration - u
+        rates[row, position], rates[row, position + 1] = state[position + 1], acceleration - u

@@ -1,13 +1,17 @@
-"""Where a step is divided: where a joint stops or breaks loose, and where a torque turns over at a small speed."""
+"""Where a step is divided: where a joint stops or breaks loose, and where a torque changes fast with speed or angle."""
+
+import math
 
 from cdp_ident.model.compilation import part
-from cdp_ident.model.dynamics import STICKS, joint_speed
+from cdp_ident.model.dynamics import MEMORY, STICKS, joint_speed
 from cdp_ident.model.runge_kutta import step_with_tangents
 from cdp_ident.model.sticking import dip, violation
 
 _TURNED_OVER, _RESOLVED = 4.0, 0.15
 """A torque that changes within a small speed v is constant beyond so many times v; below, a step changes the joint's
 speed by at most this share of v."""
+_TURN = 1.0
+"""A step turns a joint by at most so many times the angle within which a torque changes."""
 SMALLEST = 1.0 / 256.0
 """Smallest share of a step into which it is divided."""
 _MOST_ITERATIONS = 50
@@ -21,14 +25,23 @@ _CLOSE = 1e-15
 
 @part
 def share_by_speed(state, rates, table, values, step):
-    """Return the largest share of a step that resolves every torque that changes within a small speed."""
+    """Return the largest share of a step that resolves every torque that changes within a small speed or angle."""
     share = 1.0
     for e in range(len(table)):
         if table[e, 4] >= 0:
             joint, scale = table[e, 2], values[e, table[e, 4]]
-            change = abs(rates[0, 2] if joint == 0 else rates[0, 3] - rates[0, 2]) * step
-            beyond = abs(joint_speed(state, joint)) - _TURNED_OVER * scale
-            share = min(share, max(beyond, _RESOLVED * scale) / max(change, 1e-300))
+            change = (rates[0, 2] if joint == 0 else rates[0, 3] - rates[0, 2]) * step
+            speed, size = joint_speed(state, joint), max(abs(change), 1e-300)
+            if table[e, 1] == MEMORY:
+                share = min(
+                    share, _TURN * scale / max(abs(speed) * step, 1e-300), math.sqrt(_TURN * scale / (size * step))
+                )
+                # The torque turns where the speed is zero: a step ends there.
+                until = -speed / change if speed * change < 0.0 else 0.0
+                share = min(share, until) if until > SMALLEST else share
+            else:
+                beyond = abs(speed) - _TURNED_OVER * scale
+                share = min(share, max(beyond, _RESOLVED * scale) / size)
     return max(share, SMALLEST)
 
 

@@ -150,7 +150,7 @@ def _linear(torques: Torques) -> Torques:
         if isinstance(effect, TorqueEffect) and not effect.linear
     }
     return torques.of_rods(
-        np.array([(kind, form, bool(dry)) not in nonlinear for kind, form, _, dry, _ in torques.table.tolist()], bool)
+        np.array([(kind, form, bool(dry)) not in nonlinear for kind, form, _, dry, *_ in torques.table.tolist()], bool)
     )
 
 

@@ -37,17 +37,20 @@ def propagate(tangent, offset, slopes, before, stage, by_state, direct):
         slopes[stage, 1, i] = w2
         slopes[stage, 2, i] = s00 * t1 + s01 * t2 + s02 * w1 + s03 * w2 + direct[0, i]
         slopes[stage, 3, i] = s10 * t1 + s11 * t2 + s12 * w1 + s13 * w2 + direct[1, i]
-    if tangent.shape[0] > 4:
+    # The states that effects bring: what they do to the rods, and their own rates.
+    for k in range(4, tangent.shape[0]):
         for i in range(tangent.shape[1]):
-            x = tangent[4, i] + offset * slopes[before, 4, i]
-            v = tangent[5, i] + offset * slopes[before, 5, i]
-            slopes[stage, 2, i] += by_state[0, 4] * x + by_state[0, 5] * v
-            slopes[stage, 3, i] += by_state[1, 4] * x + by_state[1, 5] * v
-            total = by_state[2, 4] * x + by_state[2, 5] * v + direct[2, i]
-            for k in range(4):
-                total += by_state[2, k] * (tangent[k, i] + offset * slopes[before, k, i])
-            slopes[stage, 4, i] = v
-            slopes[stage, 5, i] = total
+            t = tangent[k, i] + offset * slopes[before, k, i]
+            slopes[stage, 2, i] += by_state[0, k] * t
+            slopes[stage, 3, i] += by_state[1, k] * t
+            slopes[stage, k, i] = direct[k - 2, i]
+    for r in range(4, tangent.shape[0]):
+        for k in range(tangent.shape[0]):
+            factor = by_state[r - 2, k]
+            if factor == 0.0:
+                continue
+            for i in range(tangent.shape[1]):
+                slopes[stage, r, i] += factor * (tangent[k, i] + offset * slopes[before, k, i])
 
 
 @part

@@ -9,31 +9,31 @@ import numpy.typing as npt
 
 from cdp_ident.model.effects.catalogue import kind_of
 from cdp_ident.model.effects.constants import COUNT
-from cdp_ident.model.effects.effect import JOINTS, Form, TorqueEffect
+from cdp_ident.model.effects.effect import JOINTS, TorqueEffect
 
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
 
 _PLACES = (*JOINTS, "base")
-_OF_RODS = 4
-"""Size of the rods' state."""
-_OF_BASE = 2
-"""Size of the base's state: position and speed."""
+RODS_STATES = 4
+"""Size of the rods' state: theta1, theta2 [rad], omega1, omega2 [rad/s]."""
 
 
 @dataclass(frozen=True)
 class Torques:
     """Effects with their parameters, laid out for compiled code."""
 
-    table: Indices = field(default_factory=lambda: np.empty((0, 5), dtype=np.int64))
-    """(effects, 5) of each effect the number of its law, its form, its joint (0 inner, 1 outer), whether it is dry, and
-    which parameter is the speed within which it changes, -1 for none."""
+    table: Indices = field(default_factory=lambda: np.empty((0, 6), dtype=np.int64))
+    """(effects, 6) of each effect the number of its law, its form, its joint (0 inner, 1 outer), whether it is dry,
+    which parameter is the speed within which it changes, and where its own states begin, the last two -1 for none."""
     values: Array = field(default_factory=lambda: np.empty((0, 1)))
     """(effects, p) their parameters."""
     constants: Array = field(default_factory=lambda: np.zeros(COUNT))
     """What laws know of the mechanism: see `effect_constants`."""
     lanes: Indices = field(default_factory=lambda: np.empty((0, 1), dtype=np.int64))
     """(effects, p) which of the further directions each parameter is, -1 where it is none."""
+    states: int = RODS_STATES
+    """Numbers in a state: those of the rods, and of each effect its own."""
 
     @classmethod
     def of(
@@ -53,33 +53,26 @@ class Torques:
         values, lanes = np.zeros((len(effects), width)), np.full((len(effects), width), -1, dtype=np.int64)
         for row, (_, parameters) in zip(values, effects, strict=True):
             row[: len(parameters)] = parameters
-        for lane, (effect, parameter) in enumerate(directions):
-            lanes[effect, parameter] = lane
-        table = [
-            (kind_of(effect), effect.form, _PLACES.index(effect.joint), effect.dry, _turning_parameter(effect))
-            for effect, _ in effects
-        ]
-        return cls(np.array(table, dtype=np.int64).reshape(-1, 5), values, constants, lanes)
+        for lane, (place, parameter) in enumerate(directions):
+            lanes[place, parameter] = lane
+        table, states = [], RODS_STATES
+        for effect, _ in effects:
+            own = states if effect.states else -1
+            joint, turning = _PLACES.index(effect.joint), _turning_parameter(effect)
+            table.append((kind_of(effect), effect.form, joint, effect.dry, turning, own))
+            states += effect.states
+        return cls(np.array(table, dtype=np.int64).reshape(-1, 6), values, constants, lanes, states)
 
     @cached_property
     def directions(self) -> int:
         """How many further directions there are."""
         return sum(lane >= 0 for row in self.lanes.tolist() for lane in row)
 
-    @cached_property
-    def states(self) -> int:
-        """Numbers in a state: theta1, theta2, omega1, omega2 and, where the base moves, its position and speed."""
-        return self.count_of_states(int(Form.BASE) in self.table[:, 1].tolist())
-
-    @staticmethod
-    def count_of_states(base_moves: bool) -> int:
-        """Return how many numbers a state has."""
-        return _OF_RODS + _OF_BASE * base_moves
-
     def of_rods(self, kept: npt.NDArray[np.bool_]) -> "Torques":
         """Return some of the effects, without directions; never those that bring states of their own."""
-        kept = kept & (self.table[:, 1] != Form.BASE)
-        return replace(self, table=self.table[kept], values=self.values[kept], lanes=np.full_like(self.lanes[kept], -1))
+        kept = kept & (self.table[:, 5] < 0)
+        lanes = np.full_like(self.lanes[kept], -1)
+        return replace(self, table=self.table[kept], values=self.values[kept], lanes=lanes, states=RODS_STATES)
 
 
 def _turning_parameter(effect: TorqueEffect) -> int:

@@ -16,11 +16,10 @@ from cdp_ident.model.events import AT_ONCE, SMALLEST, instant_of, share_by_speed
 from cdp_ident.model.runge_kutta import copy, input_at, is_rough, propagate, step_with_tangents
 from cdp_ident.model.sticking import carry_across, dip, hold, settle, stop, violation
 from cdp_ident.model.time_grid import TimeGrid
-from cdp_ident.model.torques import NO_TORQUES, Torques
+from cdp_ident.model.torques import NO_TORQUES, RODS_STATES, Torques
 
 Array = npt.NDArray[np.float64]
 
-_OF_RODS = 4
 _COEFFICIENTS = 7
 _VECTOR = 8
 """Lanes are made a multiple of the widest vector register's."""
@@ -34,12 +33,11 @@ def trajectory(
 ) -> Array:
     """Return the states (n, states) at the grid's measurement times.
 
-    They are theta1, theta2 [rad], omega1, omega2 [rad/s] and, where an effect lets the base move, its position [m] and
-    speed [m/s].
+    They are theta1, theta2 [rad], omega1, omega2 [rad/s] and the states that effects bring.
 
     Args:
         coefficients: (7,) `COEFFICIENTS` of the pendulum.
-        start: (states,) state at the grid's time 0; a base whose position and speed are left out begins at rest.
+        start: (states,) state at the grid's time 0; what is left out at its end is zero.
         grid: the integrator's steps and the measurement times.
         u: (2 steps + 1,) the cart's acceleration at the half steps [m/s^2].
         torques: of effects.
@@ -74,22 +72,24 @@ def directions(torques: Torques) -> int:
 def accelerations_at(
     coefficients: Array, states: Array, u: Array, torques: Torques = NO_TORQUES, times: Array | None = None
 ) -> Array:
-    """Return the angular accelerations (n, 2) [rad/s^2] in given states (n, 4), the base being where it is.
+    """Return the angular accelerations (n, 2) [rad/s^2] in given states.
 
     Args:
         coefficients: (7,) `COEFFICIENTS` of the pendulum.
-        states: (n, 4) theta1, theta2 [rad], omega1, omega2 [rad/s].
+        states: (n, states) theta1, theta2 [rad], omega1, omega2 [rad/s] and those that effects bring; where these are
+            left out, so are their effects.
         u: (n,) the cart's acceleration [m/s^2].
         torques: of effects.
         times: (n,) times in the trial [s], for effects that happen at an instant.
     """
-    rates = np.empty((len(states), _OF_RODS))
+    rates = np.empty(states.shape)
     times = np.zeros(len(states)) if times is None else times
-    torques = torques.of_rods(np.ones(len(torques.table), dtype=bool))
+    if states.shape[1] == RODS_STATES:
+        torques = torques.of_rods(np.ones(len(torques.table), dtype=bool))
     _accelerations_at(
         coefficients, states, u, times, torques.table, torques.values, torques.lanes, torques.constants, rates
     )
-    return rates[:, 2:]
+    return rates[:, 2:RODS_STATES]
 
 
 def _run(
@@ -132,9 +132,9 @@ def _trajectory(
     state, end, at, trial_end = start.copy(), np.empty(n), np.empty(n), np.empty(n)
     rates, before, inputs, violations = np.zeros((5, n)), np.empty(n), np.empty(3), np.zeros(2)
     slopes, sums = np.zeros((2, BEFORE_PARAMETERS + values.shape[1])), np.zeros(COUNT_OF_SUMS)
-    torque_by_state, by_state = np.zeros((2, n)), np.zeros((3, n))
+    torque_by_state, by_state = np.zeros((2, n)), np.zeros((n - 2, n))
     torque_by_lane, direct, no_torques, no_direct = (
-        np.zeros((2, lanes)), np.zeros((3, lanes)), np.zeros((2, 0)), np.zeros((3, 0)),
+        np.zeros((2, lanes)), np.zeros((n - 2, lanes)), np.zeros((2, 0)), np.zeros((n - 2, 0)),
     )  # fmt: skip
     # The tangents at a step's beginning and end, and their slopes at the four stages and the end.
     tangent, ended, tangent_slopes = np.zeros((n, lanes)), np.empty((n, lanes)), np.zeros((5, n, lanes))
@@ -241,17 +241,20 @@ def _trajectory(
 
 @compiled
 def _accelerations_at(coefficients, states, u, times, table, values, lanes_of, constants, rates):
+    n, base = states.shape[1], -1
     dry = np.zeros(2, dtype=np.bool_)
     for e in range(len(table)):
+        if table[e, 1] == _BASE:
+            base = e
         if table[e, 3]:
             dry[table[e, 2]] = True
     slopes, sums = np.zeros((2, BEFORE_PARAMETERS + values.shape[1])), np.zeros(COUNT_OF_SUMS)
     modes = np.ones(2, dtype=np.int64)
     torque_by_state, no_torques, by_state, no_direct = (
-        np.zeros((2, 4)), np.zeros((2, 0)), np.zeros((3, 4)), np.zeros((3, 0)),
+        np.zeros((2, n)), np.zeros((2, 0)), np.zeros((n - 2, n)), np.zeros((n - 2, 0)),
     )  # fmt: skip
     for j in range(len(states)):
         settle(
-            states[j], times[j], u[j], modes, dry, -1, coefficients, table, values, lanes_of, constants, -1, slopes,
+            states[j], times[j], u[j], modes, dry, -1, coefficients, table, values, lanes_of, constants, base, slopes,
             torque_by_state, no_torques, sums, by_state, no_direct, rates, j,
         )  # fmt: skip

@@ -7,11 +7,11 @@ from collections.abc import Sequence
 
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.force_balance import ForceBalance
-from cdp_ident.model.effects.effect import SensorEffect
+from cdp_ident.model.effects.effect import Form, SensorEffect
 from cdp_ident.tracing.acceptance import FIT_GAIN, INSTANT_GAIN, fits_of, is_accepted
 from cdp_ident.tracing.candidates import Candidate, ScoreTest, addable
 from cdp_ident.tracing.evidence import Attempt, change
-from cdp_ident.tracing.exchange import let_base_oscillate
+from cdp_ident.tracing.exchange import try_states
 from cdp_ident.tracing.instants import instants
 from cdp_ident.tracing.progress import Progress
 from cdp_ident.tracing.pruning import drop_superfluous
@@ -65,12 +65,13 @@ def add_effects(progress: Progress) -> None:
     Raises:
         InterruptedSelectionError: the selection is asked to stop.
     """
+    try_states(progress, Form.MEMORY)
     while len(progress.current.model.effects) < _MOST_EFFECTS and (better := _best_addition(progress)) is not None:
         better = drop_superfluous(progress, better)
         if better.validation.squared_error >= progress.current.validation.squared_error:
             break  # an addition made another effect superfluous, without further improvement
         progress.current = better
-        let_base_oscillate(progress)
+        try_states(progress, Form.BASE)
 
 
 def _best_addition(progress: Progress) -> Attempt | None:

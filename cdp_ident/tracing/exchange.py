@@ -7,8 +7,8 @@ import numpy as np
 
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.model.effects.catalogue import CATALOGUE
-from cdp_ident.model.effects.effect import Effect, TorqueEffect
-from cdp_ident.tracing.acceptance import improves_enough, is_accepted
+from cdp_ident.model.effects.effect import Effect, Form, TorqueEffect
+from cdp_ident.tracing.acceptance import STRUCTURED, improves_enough, is_accepted
 from cdp_ident.tracing.candidates import ScoreTest, addable
 from cdp_ident.tracing.evidence import Attempt, change
 from cdp_ident.tracing.progress import Progress, without_effects
@@ -18,6 +18,8 @@ _RIVALS = 3
 """Number of rivals that each effect is compared with."""
 _SHAPES = (0.3, 1.0, 4.0)
 """A richer form is fitted from initial values of its shape parameters at so many times the typical ones."""
+_ONE_SHAPE = (1.0,)
+"""The same for what has a memory, which takes long to compute and converges from far away."""
 _SOME = 0.3
 """Initial value of an additional strength, as a share of the simpler form's strength."""
 _INDISTINGUISHABLE = 9.0
@@ -53,17 +55,18 @@ def exchange_effects(progress: Progress) -> bool:
     return progress.current is not before
 
 
-def let_base_oscillate(progress: Progress) -> None:
-    """Exchange a cart that gives way for one that oscillates by itself where that is better.
+def try_states(progress: Progress, form: Form) -> None:
+    """Exchange effects for their richer forms with states of their own, of one form, where those are better.
 
-    What the quasi-static form leaves is small and follows the motion: other effects would take it over before all of
-    them stand against their rivals.
+    What a simpler form leaves (a cart that gives way but does not oscillate, friction that is not elastic before it
+    slips) is small and follows the motion: other effects would take it over before all of them stand against their
+    rivals.
 
     Raises:
         InterruptedSelectionError: the selection is asked to stop.
     """
     for old in progress.current.model.labels:
-        forms = [form for form in _richer_forms(_effect(progress, old)) if form.brings_states]
+        forms = [effect for effect in _richer_forms(progress, old) if effect.brings_states and effect.form is form]
         if forms:
             removed = without_effects(progress.current, [progress.current.place_of(old)])
             _exchange(progress, removed, _richer(progress, old, forms), old)
@@ -101,7 +104,7 @@ def _rivals(progress: Progress, removed: Attempt, *keys: str) -> list[Attempt]:
     test = ScoreTest(removed.fit, addable(removed.model))
     candidates = promising(removed, test, _RIVALS + len(keys), keys)
     others = progress.tried(removed, ((c,) for c in candidates if c.active.effect.key not in keys))
-    richer = _richer(progress, keys[0], _richer_forms(_effect(progress, keys[0]))) if len(keys) == 1 else []
+    richer = _richer(progress, keys[0], _richer_forms(progress, keys[0])) if len(keys) == 1 else []
     return [*(rival for _, rival in others), *richer]
 
 
@@ -117,7 +120,7 @@ def _richer(progress: Progress, key: str, forms: Sequence[TorqueEffect]) -> list
     found = []
     for form in forms:
         new = ActiveEffect(form)
-        for factor in _SHAPES:
+        for factor in _SHAPES if form.form is not Form.MEMORY else _ONE_SHAPE:
             begin = [
                 known.get(p.name, factor * p.typical if p.shape else _SOME * max(known.values())) for p in new.fitted
             ]
@@ -125,12 +128,12 @@ def _richer(progress: Progress, key: str, forms: Sequence[TorqueEffect]) -> list
     return found
 
 
-def _richer_forms(effect: Effect) -> list[TorqueEffect]:
-    return [form for form in CATALOGUE if isinstance(form, TorqueEffect) and _is_richer_form(form, effect)]
-
-
-def _effect(progress: Progress, label: str) -> Effect:
-    return progress.current.model.effects[progress.current.place_of(label)].effect
+def _richer_forms(progress: Progress, label: str) -> list[TorqueEffect]:
+    """Return the effects that contain one; what has a memory takes long, and is tried where more than noise remains."""
+    effect = progress.current.model.effects[progress.current.place_of(label)].effect
+    structured = progress.current.fit.autocorrelation.integrated_time > STRUCTURED
+    richer = [form for form in CATALOGUE if isinstance(form, TorqueEffect) and _is_richer_form(form, effect)]
+    return [form for form in richer if structured or form.form is not Form.MEMORY]
 
 
 def _limits(active: ActiveEffect) -> tuple[list[float], list[float]]:

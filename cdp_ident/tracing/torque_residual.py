@@ -8,7 +8,8 @@ import numpy.typing as npt
 from cdp_ident.fit.refinement import Fit
 from cdp_ident.fit.windows import Window
 from cdp_ident.model.effects.effect import TorqueEffect
-from cdp_ident.model.trajectory import accelerations_at
+from cdp_ident.model.torques import RODS_STATES
+from cdp_ident.model.trajectory import accelerations_at, trajectory
 from cdp_ident.trial.kinematics import HALF_WIDTH, local_motion
 
 Array = npt.NDArray[np.float64]
@@ -47,7 +48,12 @@ def torque_residual(fit: Fit) -> TorqueResidual:
         states = np.concatenate([angles, velocities], axis=1)[middle]
         times = window.begin + window.time[middle]
         u = window.cart_acceleration[middle]
-        torques = fit.model.torques(weighted.values, window.trial)
+        torques = fit.model.torques(weighted.values, window.trial, weighted.carried)
+        if torques.states > RODS_STATES:
+            # What effects bring into the state is not measured: it is that of the model's motion.
+            start = fit.model.initial_state(window.start)
+            motion = trajectory(coefficients, start, window.grid, window.u, torques, window.begin)
+            states = np.concatenate([states, motion[middle, RODS_STATES:]], axis=1)
         lacking = accelerations[middle] - accelerations_at(
             coefficients, np.ascontiguousarray(states), u, torques, times
         )

@@ -67,6 +67,12 @@ def test_one_name_does_not_do_for_two_effects():
     assert judged("coulomb_friction.outer", [DRY], twice).false == ("coulomb_friction.outer",)
 
 
+def test_one_of_two_effects_of_one_name_that_is_missed_is_the_one_that_matters_less():
+    wave, ripple = hidden("cogging_torque", "outer"), hidden("cogging_torque", "outer", visible=0.3)
+    one = judged("cogging_torque.outer+cogging_torque.outer", [ripple, wave], [named("cogging_torque", "outer")])
+    assert one.verdict == "weak"
+
+
 def test_of_several_effects_those_that_hardly_matter_may_be_missed():
     both = judged("a.outer+b.outer", [replace(DRY, visible=0.3), hidden("air_drag", "outer")], [])
     assert both.weak == ("coulomb_friction.outer",)

@@ -93,6 +93,14 @@ def test_a_start_is_filled_up_to_what_the_model_s_effects_need():
     assert np.array_equal(MODEL.initial_state(np.array([*start, 0.1, 0.2])), start)
 
 
+def test_only_states_whose_size_is_known_beforehand_add_to_the_cost():
+    known = MotionModel(MODEL.mechanism, penalty_of_errors=2e-6)
+    both = known.with_effect(ActiveEffect(EFFECTS["pivot_compliance.base.oscillating"]))
+    both = both.with_effect(ActiveEffect(EFFECTS["presliding_friction.inner"]))
+    assert both.states == 7
+    assert np.array_equal(both.start_penalty, [0.0] * 6 + [2e-6])
+
+
 def test_without_derivatives_the_readings_are_the_same():
     model, values = with_effects("joint_spring.outer", "time_offset.outer", "encoder_scale.inner")
     window = first_window()

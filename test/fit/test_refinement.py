@@ -234,3 +234,19 @@ def test_a_curve_that_is_stiff_beyond_measure_is_none():
     fit = refine(model, np.append(NOMINAL, np.zeros(128)), windows)
     assert fit.values[:5] == pytest.approx(refine(MODEL, NOMINAL, windows).values, rel=1e-4)
     assert effective_unknowns(fit) == pytest.approx(5.0, abs=1e-3)
+
+
+def test_a_state_that_an_effect_brings_stays_near_where_it_can_be_though_the_motion_hardly_shows_it():
+    friction = next(effect for effect in CATALOGUE if effect.key == "presliding_friction.outer")
+    windows = cut_into_windows([TWIN], 1.25)[:3]
+    free = MODEL.with_effect(ActiveEffect(friction))
+    known = replace(free, penalty_of_errors=NOISE**2)
+    largest = [
+        max(
+            abs(window.start[4])
+            for window in fit_initial_states(model, np.append(TRUTH, [0.05, 3e-3]), windows).windows
+        )
+        for model in (known, free)
+    ]
+    assert largest[0] < 4.0
+    assert largest[1] > 4.0 * largest[0]

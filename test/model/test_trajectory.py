@@ -6,14 +6,17 @@ import pytest
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.constants import effect_constants
 from cdp_ident.model.effects.effect import Form, TorqueEffect
-from cdp_ident.model.parameters import physical_coefficients
+from cdp_ident.model.parameters import SYMBOLS, inertia_about_cart, physical_coefficients
 from cdp_ident.model.time_grid import TimeGrid
 from cdp_ident.model.torques import NO_TORQUES, Torques
 from cdp_ident.model.trajectory import accelerations_at, directions, trajectory, trajectory_with_derivatives
+from reference import torques
 from reference.pendulum import TABLE_3, TABLE_5
+from reference.sticking import motion
 
 TORQUES = {effect.key: effect for effect in CATALOGUE if isinstance(effect, TorqueEffect)}
 COEFFICIENTS = physical_coefficients(TABLE_5)
+A22 = float(inertia_about_cart(np.array([TABLE_5[symbol] for symbol in SYMBOLS]), TABLE_5["L"]))
 START = np.array(TABLE_3)
 SLOW = np.array([2.2, 2.6, 0.0, 0.0])
 """A start at rest, from which joints with dry friction stop and go on."""
@@ -41,6 +44,7 @@ INEXACT = {
     # Steps are as short as the speed asks for, so that the error of the motion (1e-7 rad) depends on that, too.
     "stribeck_friction.inner": 5e-3,
     "stribeck_friction.outer": 1e-4,
+    **{key: 1e-2 for key, effect in TORQUES.items() if effect.form is Form.MEMORY},
     # One coefficient changes the motion a little only: differences show what the division of steps does to it.
     **{key: 5e-4 for key, effect in TORQUES.items() if effect.curve},
 }
@@ -156,9 +160,10 @@ def test_taking_derivatives_leaves_the_parameters_as_they_were():
 
 
 @pytest.mark.parametrize("key", TORQUES)
-def test_a_state_has_two_numbers_more_just_where_the_base_moves_by_itself(key):
+def test_a_state_has_as_many_numbers_more_as_an_effect_says(key):
     present = laid_out([TORQUES[key]], [typical(TORQUES[key])])
-    expected = 6 if TORQUES[key].form is Form.BASE else 4
+    assert (TORQUES[key].states == 2) == (TORQUES[key].form is Form.BASE)
+    expected = 4 + TORQUES[key].states
     assert present.states == expected
     assert trajectory(COEFFICIENTS, START, GRID, CART, present).shape == (len(GRID.place), expected)
 
@@ -170,6 +175,42 @@ def test_a_base_whose_state_is_left_out_begins_at_rest():
         trajectory(COEFFICIENTS, START, GRID, CART, present),
         trajectory(COEFFICIENTS, np.array([*START, 0.0, 0.0]), GRID, CART, present),
     )
+
+
+def test_an_effect_s_own_states_are_where_the_layout_puts_them():
+    effect = TORQUES["pivot_compliance.base.oscillating"]
+    dry = TORQUES["coulomb_friction.outer"]
+    first = laid_out([effect, dry], [typical(effect), typical(dry)])
+    # Two bases at a time cannot move: the later one does, behind the other's states, which stay as they are.
+    second = laid_out([effect, dry, effect], [typical(effect), typical(dry), typical(effect)])
+    assert (first.states, second.states) == (6, 8)
+    alone, by_alone = trajectory_with_derivatives(COEFFICIENTS, np.array([*START, 1e-3, 0.01]), GRID, CART, first)
+    behind, by_behind = trajectory_with_derivatives(
+        COEFFICIENTS, np.array([*START, 0.0, 0.0, 1e-3, 0.01]), GRID, CART, second
+    )
+    own = [0, 1, 2, 3, 6, 7]
+    np.testing.assert_allclose(behind[:, own], alone, rtol=0, atol=1e-10)
+    assert np.all(behind[:, 4:6] == 0.0)
+    of_start_and_coefficients = [*own, *range(8, 15)]
+    np.testing.assert_allclose(
+        by_behind[:, own][..., of_start_and_coefficients], by_alone[..., :13], rtol=1e-6, atol=1e-8
+    )
+
+
+@pytest.mark.parametrize("joint", ["inner", "outer"])
+@pytest.mark.parametrize("give", [1e-3, 0.01, 0.05])
+def test_friction_that_gives_way_before_it_slips_is_the_reference_s(joint, give):
+    over = 0.1
+    effect = TORQUES[f"presliding_friction.{joint}"]
+    times = np.arange(300) * 0.005
+    found = trajectory(
+        COEFFICIENTS, SLOW, TimeGrid.over(times), np.zeros(2 * 299 + 1), laid_out([effect], [[over, give]])
+    )
+    given = torques.dahl(joint, over * A22, over * A22 / give)
+    expected = motion(TABLE_5, SLOW, times, torques=[given])
+    assert np.abs(found[:, :4] - trajectory(COEFFICIENTS, SLOW, TimeGrid.over(times), np.zeros(599))).max() > 1e-2
+    np.testing.assert_allclose(found[:, :2], expected[:, :2], rtol=0, atol=1e-5)
+    assert np.all(np.abs(found[:, 4]) <= 1.0 + 1e-9)
 
 
 @pytest.mark.parametrize("key", ["joint_spring.inner", "coulomb_friction.outer", "geared_rotor.outer"])

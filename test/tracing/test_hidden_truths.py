@@ -115,6 +115,17 @@ def test_what_has_no_name_is_said_to_remain_where_named_effects_alone_are_asked_
 
 
 @pytest.mark.campaign
+@pytest.mark.parametrize("kind", ["presliding_friction.outer", "presliding_friction.inner"])
+def test_friction_that_gives_way_before_it_slips_is_named_in_the_place_of_dry_friction(kind: str) -> None:
+    made = truth(kind, 2)
+    trials = [Trial(measured.name, measured.time, measured.theta) for measured in made.trials]
+    options = IdentifyOptions(prior=Prior(nominal=made.setting.nominal))
+    found = trace(identify(trials[:FIT_TRIALS], trials[FIT_TRIALS:], options))
+    assert [effect.active.effect.key for effect in found.effects] == [kind]
+    assert found.after.holdout.rmse() < FIT_TO_THE_NOISE * made.floor
+
+
+@pytest.mark.campaign
 def test_lost_counts_are_not_named_for_a_part_of_a_magnet_s_torque() -> None:
     made = truth("magnet.outer", 300)
     trials = [Trial(measured.name, measured.time, measured.theta) for measured in made.trials]

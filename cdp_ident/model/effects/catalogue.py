@@ -19,7 +19,7 @@ _LAWS = {
             if isinstance(effect, TorqueEffect) and effect.form is form and effect.law is not None
         )
     )
-    for form in (Form.JOINT, Form.RODS)
+    for form in (Form.JOINT, Form.RODS, Form.MEMORY)
 }
 """Each compiled law once, though several effects may share it."""
 
@@ -69,6 +69,26 @@ def _rods_dispatcher(laws: Sequence[Compilable], first: int) -> Compilable:
     return part(_named(choose, f"rods_laws_{first}_to_{first + len(laws) - 1}"))
 
 
+def _memory_dispatcher(laws: Sequence[Compilable], first: int) -> Compilable:
+    """Return a compiled function that calls one of the laws with a memory by its number."""
+    if len(laws) == 1:
+        law = laws[0]
+
+        def call(kind, speed, own, values, row, slopes):
+            return law(speed, own, values, row, slopes)
+
+        return part(_named(call, f"memory_law_{first}"))
+    middle = len(laws) // 2
+    lower, upper = _memory_dispatcher(laws[:middle], first), _memory_dispatcher(laws[middle:], first + middle)
+
+    def choose(kind, speed, own, values, row, slopes):
+        if kind < first + middle:
+            return lower(kind, speed, own, values, row, slopes)
+        return upper(kind, speed, own, values, row, slopes)
+
+    return part(_named(choose, f"memory_laws_{first}_to_{first + len(laws) - 1}"))
+
+
 def _named(function: Compilable, name: str) -> Compilable:
     """Give a function a name of its own.
 
@@ -83,3 +103,5 @@ joint_law = _joint_dispatcher(_LAWS[Form.JOINT], 0)
 """Compiled: the number of a law (`kind_of`), then what every law of form JOINT takes."""
 rods_law = _rods_dispatcher(_LAWS[Form.RODS], 0)
 """Compiled: the number of a law (`kind_of`), then what every law of form RODS takes."""
+memory_law = _memory_dispatcher(_LAWS[Form.MEMORY], 0)
+"""Compiled: the number of a law (`kind_of`), then what every law of form MEMORY takes."""

@@ -1,5 +1,6 @@
 """The description of an effect, from which it is searched, fitted, reported, simulated and served."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import IntEnum
@@ -65,8 +66,12 @@ class Form(IntEnum):
     """A constant that adds to the inertia between the rods, A23 cos(theta1 - theta2); it has no law, its one parameter
     is that constant."""
     BASE = 3
-    """The cart's joint itself moves on a spring, with two states more; it has no law, its parameters are compliance,
-    natural frequency and damping ratio (see `dynamics`)."""
+    """The cart's joint itself moves on a spring; it has no law. Its two states are position [m] and speed [m/s], its
+    parameters compliance, natural frequency and damping ratio (see `dynamics`)."""
+    MEMORY = 4
+    """A torque between the two bodies of its joint that depends on a state of its own, which has a rate. `law(speed,
+    own, values, row, slopes)` returns torque and rate; `slopes[0]` takes the torque's derivatives by the joint's speed,
+    by its own state, and by each parameter, `slopes[1]` the rate's."""
 
 
 @dataclass(frozen=True)
@@ -103,6 +108,10 @@ class TorqueEffect:
     harmonic: bool = False
     """Whether it is one of many harmonics of a turn, which can imitate a part of any function of position. A joint may
     have several of them."""
+    states: int = 0
+    """How many numbers it adds to those of the rods' state."""
+    start_std: float = math.inf
+    """Standard deviation of each of them where a window begins, beforehand."""
     in_balance: bool = False
     """Whether the balance of forces looks for it, before anything is simulated: where it is strong, the paper's model
     fits so badly that its residual does not show it. Dry friction in both joints is looked for together, anything else
@@ -112,7 +121,8 @@ class TorqueEffect:
     linear: bool = True
     """Whether it is linear in small motions: dry friction, drag (of second order) and impulses are not."""
     turns_over: str = ""
-    """Name of a parameter that is a joint speed within which the torque changes; the integrator's steps resolve it."""
+    """Name of a parameter that is a joint speed, or of form MEMORY a joint angle, within which the torque changes; the
+    integrator's steps resolve it."""
     contains: str = ""
     """Name of a simpler effect of the same joint that this one is where some of its parameters are zero, if any."""
     curve: Curve | None = None
@@ -126,15 +136,15 @@ class TorqueEffect:
     @property
     def brings_states(self) -> bool:
         """Whether it adds states to those of the rods."""
-        return self.form is Form.BASE
+        return self.states > 0
 
     @property
     def has_score(self) -> bool:
         """Whether a score test is defined for it: not for an effect of an instant, or one that cannot be zero.
 
-        Curves have a score test of their own.
+        Curves have a score test of their own. What has a memory is tried in the place of the effect that it contains.
         """
-        return not (self.at_an_instant or self.curve) and any(
+        return not (self.at_an_instant or self.curve or self.form is Form.MEMORY) and any(
             p.lower <= 0.0 <= p.upper for p in self.parameters if not p.shape
         )
 

@@ -264,7 +264,7 @@ FORCES: tuple[TorqueEffect, ...] = (
             replace(_COMPLIANCE, upper=10.0),
             EffectParameter("natural_frequency", "rad/s", 0.3, 1000.0, 15.0, shape=True),
             EffectParameter("damping_ratio", "1", 0.0, 5.0, 0.05, shape=True),
-        ), None, Form.BASE, contains="pivot_compliance",
+        ), None, Form.BASE, states=2, contains="pivot_compliance",
     ),
     *(effect for periods in COGGING_PERIODS for effect in _cogging_of(periods)),
     TorqueEffect(

@@ -1,7 +1,8 @@
 """Friction in the joints beyond the paper's viscous kind. It acts against the joint's relative motion.
 
 Dry friction is set-valued: while the joint slips its size is what its law says, and while a torque of that size at
-rest suffices the joint stands still (`sticking`).
+rest suffices the joint stands still (`sticking`). Presliding friction is elastic instead until it slips: it has a state
+of its own, and nothing sticks.
 """
 
 import math
@@ -32,6 +33,16 @@ def _quadratic(angle, speed, values, row, slopes):
     squared = -speed * abs(speed)
     slopes[0, 0], slopes[0, 1], slopes[0, 2] = 0.0, -2.0 * values[row, 0] * abs(speed), squared
     return values[row, 0] * squared
+
+
+@part
+def _dahl(speed, own, values, row, slopes):
+    torque, give = values[row, 0], values[row, 1]
+    rate = (speed - abs(speed) * own) / give
+    slopes[0, 0], slopes[0, 1], slopes[0, 2], slopes[0, 3] = 0.0, -torque, -own, 0.0
+    slopes[1, 0], slopes[1, 1] = ((1.0 - own) if speed > 0.0 else (1.0 + own)) / give, -abs(speed) / give
+    slopes[1, 2], slopes[1, 3] = 0.0, -rate / give
+    return -torque * own, rate
 
 
 @part
@@ -153,6 +164,25 @@ FRICTION: tuple[TorqueEffect, ...] = (
         _stribeck,
         contains="coulomb_friction",
         turns_over="stribeck_speed",
+    ),
+    *(
+        TorqueEffect(
+            "presliding_friction",
+            joint,
+            "",
+            "dry friction that gives way before it slips",
+            "-torque s; s' = (speed - |speed| s) / give, from -1 to 1",
+            "Dahl, A solid friction model, Aerospace Corporation TOR-0158, 1968",
+            (_torque("torque", 0.05), EffectParameter("give", "rad", 1e-3, 0.3, 0.02, shape=True)),
+            _dahl,
+            Form.MEMORY,
+            states=1,
+            start_std=1.0,
+            linear=False,
+            turns_over="give",
+            contains="coulomb_friction",
+        )
+        for joint in JOINTS
     ),
     *_both(
         "quadratic_friction",

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cdp_ident.model.effects.catalogue import CATALOGUE, joint_law, kind_of, rods_law
+from cdp_ident.model.effects.catalogue import CATALOGUE, joint_law, kind_of, memory_law, rods_law
 from cdp_ident.model.effects.constants import effect_constants
 from cdp_ident.model.effects.effect import Form, TorqueEffect
 from cdp_ident.model.parameters import SYMBOLS, inertia_about_cart, physical_coefficients
@@ -31,7 +31,8 @@ STATES = np.random.default_rng(1).normal(scale=[3.0, 3.0, 6.0, 6.0], size=(40, 4
 JOINTS = ("inner", "outer")
 
 
-LAWS = [effect for effect in TORQUES if effect.law is not None]
+LAWS = [effect for effect in TORQUES if effect.form in (Form.JOINT, Form.RODS)]
+WITH_MEMORY = [effect for effect in TORQUES if effect.form is Form.MEMORY]
 MOST = max(len(effect.parameters) for effect in TORQUES)
 BY_STATE, BY_COEFFICIENTS, BY_PARAMETERS = slice(0, 4), slice(4, 11), 11
 """Where in slopes the derivatives by what are."""
@@ -74,8 +75,9 @@ def test_no_two_effects_have_the_same_key():
 def test_the_names_are_those_that_reports_promise():
     assert {(effect.name, effect.joint) for effect in CATALOGUE} == {
         *((name, joint) for name in (
-            "coulomb_friction", "stribeck_friction", "quadratic_friction", "load_friction", "air_drag", "joint_spring",
-            "cogging_torque", "impulse", "encoder_offset", "encoder_scale", "encoder_eccentricity", "encoder_slip",
+            "coulomb_friction", "stribeck_friction", "presliding_friction", "quadratic_friction", "load_friction",
+            "air_drag", "joint_spring", "cogging_torque", "impulse", "encoder_offset", "encoder_scale",
+            "encoder_eccentricity", "encoder_slip",
         ) for joint in JOINTS),
         *(("unknown_torque", joint) for joint in JOINTS),
         ("gravity_tilt", "base"),
@@ -146,6 +148,35 @@ def test_a_law_s_slopes_are_those_of_differences(effect):
             expected = (torque(step) - torque(-step)) / (2.0 * step)
             tolerance = 1e-5 * (np.abs(expected).max() + np.abs(slopes).max())
             assert np.abs(slopes[:, direction] - expected).max() < tolerance, f"direction {direction}"
+
+
+@pytest.mark.parametrize("effect", WITH_MEMORY, ids=lambda effect: effect.key)
+@pytest.mark.parametrize("speed", [-3.0, -0.1, 0.2, 5.0])
+def test_the_slopes_of_a_law_with_a_memory_are_those_of_differences(effect, speed):
+    point, scratch = np.array([speed, 0.4, *typical(effect)]), np.zeros((2, BY_PARAMETERS + MOST))
+
+    def law(point):
+        values = np.array([[*point[2:], *[0.0] * MOST]])[:, :MOST]
+        return np.array(memory_law(kind_of(effect), point[0], point[1], values, 0, scratch))
+
+    law(point)
+    slopes = scratch[:, : len(point)].copy()
+    for k, unit in enumerate(np.eye(len(point))):
+        step = 1e-6 * max(abs(point[k]), 1e-3) * unit
+        differences = (law(point + step) - law(point - step)) / (2.0 * step[k])
+        assert slopes[:, k] == pytest.approx(differences, rel=1e-5, abs=1e-6)
+
+
+@pytest.mark.parametrize("effect", WITH_MEMORY, ids=lambda effect: effect.key)
+def test_what_has_a_memory_does_nothing_at_no_strength_and_holds_back_a_joint_that_goes_on(effect):
+    values, scratch = np.array([[*typical(effect), *[0.0] * MOST]])[:, :MOST], np.zeros((2, BY_PARAMETERS + MOST))
+    without = np.where(np.arange(MOST) == 0, 0.0, values)
+    for speed in (-2.0, 2.0):
+        own = 0.0
+        for _ in range(20000):
+            own += 1e-4 * memory_law(kind_of(effect), speed, own, values, 0, scratch)[1]
+        assert memory_law(kind_of(effect), speed, own, values, 0, scratch)[0] * speed < 0.0
+        assert memory_law(kind_of(effect), speed, own, without, 0, scratch)[0] == 0.0
 
 
 @given(
