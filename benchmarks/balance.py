@@ -1,6 +1,6 @@
 """The balance of forces: how near it comes to the truth on rigs of 0.05 to 2 m, sticking ones among them.
 
-`python -m benchmarks.balance` takes all of the sweep; within `python -m benchmarks` it is cut short.
+`python -m benchmarks.balance` takes some minutes.
 """
 
 import itertools
@@ -124,10 +124,6 @@ def cases(rates: Sequence[float] = RATES, durations: Sequence[float] = DURATIONS
         for rig, length, rate, duration, noise in itertools.product(RIGS, LENGTHS, rates, durations, NOISES)
         if duration < 600.0 or (rate == RATES[0] and noise == NOISES[1])
     ]
-
-
-def short() -> None:
-    Console().print(sweep(cases(RATES[:1], DURATIONS[1:2])))
 
 
 def main() -> None:

@@ -2,7 +2,7 @@
 
 For each case it prints the scales in the rig's unit of time, for how long the motion could in truth be followed from
 initial states of local cubics, and what thinning changes: the error of A23, A33 and a1 over A22 with all samples and
-with fewer. `python -m benchmarks.scales` takes all of the sweep; within `python -m benchmarks` it is cut short.
+with fewer.
 """
 
 import itertools
@@ -83,10 +83,6 @@ def cases(rates: Sequence[float] = RATES, durations: Sequence[float] = DURATIONS
         for start, length, rate, duration, noise in itertools.product(STARTS, LENGTHS, rates, durations, NOISES)
         if duration < 600.0 or (rate == RATES[0] and noise == NOISES[1] and start == "wide")
     ]
-
-
-def short() -> None:
-    Console().print(sweep(cases(RATES[1:2], DURATIONS[1:2])))
 
 
 def main() -> None:

@@ -63,10 +63,5 @@ def main(arguments: Sequence[str] = ()) -> None:
     console.print(f"{2 * options.bags} bags; load of this computer meanwhile: {os.getloadavg()[1]:.1f}")
 
 
-def short() -> None:
-    """Take few bags, once."""
-    main(["--bags", "3", "--repeats", "1"])
-
-
 if __name__ == "__main__":
     main(sys.argv[1:])

@@ -117,11 +117,6 @@ def main(arguments: Sequence[str] = ()) -> None:
     console.print(conclusion(scores))
 
 
-def short() -> None:
-    """Take few truths."""
-    main(["--count", "12"])
-
-
 def _failed(job: Job, why: str) -> Score:
     kind, seed, engine, _ = job
     return Score(kind, seed, engine, error=why)
