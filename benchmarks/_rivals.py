@@ -1,7 +1,7 @@
 """Other optimizers on the problem of `scenarios.start_given`, each until it has arrived.
 
-Those that simulate the whole trial for each of their guesses, but for scipy's least squares and MuJoCo, do it with this
-package's compiled population, which flatters them.
+pycma and differential evolution simulate with this package's compiled population, which flatters them; least squares
+integrates its compiled equations by scipy, and MuJoCo's system identification simulates with its own engine.
 """
 
 import contextlib

@@ -1,5 +1,6 @@
 """Tables of results, once for the terminal and once for the page."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -43,16 +44,9 @@ class Table:
 
 
 def number(value: float, digits: int = 2) -> str:
-    """Return a number with so many significant digits, written out, its thousands apart."""
+    """Return a number with so many significant digits, its thousands apart; a very small one with its power."""
     rounded = float(f"{value:.{digits - 1}e}")
     if 0.0 < abs(rounded) < 1e-3:
         return f"{rounded:.{digits - 1}e}"
-    whole = len(str(int(abs(rounded))))
-    return f"{rounded:,.{max(0, digits - whole) if abs(rounded) >= 1 else _decimals(rounded, digits)}f}".replace(
-        ",", " "
-    )
-
-
-def _decimals(below_one: float, digits: int) -> int:
-    """Return how many decimals show so many digits of a number below one."""
-    return digits if below_one == 0.0 else digits - 1 - int(f"{below_one:e}".partition("e")[2])
+    order = math.floor(math.log10(abs(rounded))) if rounded else 0
+    return f"{rounded:,.{max(0, digits - 1 - order)}f}".replace(",", " ")

@@ -110,7 +110,7 @@ def tables(quick: bool = False) -> list[Table]:
         for count, bag in enumerate(bags):
             write_clean_bag(bag, (2.2 - 0.05 * count, 2.0 + 0.07 * count), TABLE_5, SWING)
         jobs = [(way, bag) for bag in bags for way in WAYS]
-        return [_table(list(each(identified, jobs, core_count(), LIMIT, _failed)))]
+        return [table_of(list(each(identified, jobs, core_count(), LIMIT, _failed)))]
 
 
 def identified(job: tuple[str, Path]) -> Result:
@@ -135,7 +135,8 @@ def _failed(job: tuple[str, Path], why: str) -> Result:
     return Result(job[0], failure=why)
 
 
-def _table(results: Sequence[Result]) -> Table:
+def table_of(results: Sequence[Result]) -> Table:
+    """Return medians by way, and what they are to this package's."""
     shortest, rows = 0.0, []
     for way in WAYS:
         of_it = [result for result in results if result.way == way]

@@ -97,7 +97,9 @@ def found(case: Case) -> ForceBalance | None:
 
 def sweep(cases: Sequence[Case]) -> Table:
     """Return a table with a row for each case: errors of A23, A33 and a1 over A22 in per cent, friction in units."""
-    table = Table("rig", "L [m]", "Hz", "s", "mrad", "units", "A23, A33, a1 [%]", "c1, c2, dry1, dry2", "true", "left")
+    table = Table(
+        "rig", r"L \[m]", "Hz", "s", "mrad", "units", "A23, A33, a1 [%]", "c1, c2, dry1, dry2", "true", "left"
+    )
     for case in cases:
         result, truth, unit = found(case), case.truth, case.unit
         known = (case.rig, f"{case.length:g}", f"{case.rate:g}", f"{case.duration:g}", f"{1e3 * case.noise:g}")

@@ -50,7 +50,7 @@ def followed(case: Case, trial: Trial, scales: Scales) -> float:
 def sweep(cases: Sequence[Case]) -> Table:
     """Return a table with a row for each case; times are in the rig's units."""
     table = Table(
-        "start", "L [m]", "Hz", "s", "mrad", "pace", "step", "window", "followed", "piece", "half width", "rest",
+        "start", r"L \[m]", "Hz", "s", "mrad", "pace", "step", "window", "followed", "piece", "half width", "rest",
         "together", "error of all [%]", "of fewer [%]",
     )  # fmt: skip
     for case in cases:

@@ -95,7 +95,7 @@ def tables(quick: bool = False) -> list[Table]:
     seeds = 3 if quick else SEEDS
     names = [name for name in METHODS if name not in NOT_HERE]
     jobs = [(name, seed) for seed in range(seeds) for name in names if seed < METHODS[name][1]]
-    return [_table(list(each(solve, jobs, core_count(), LIMIT, _failed)))]
+    return [table_of(list(each(solve, jobs, core_count(), LIMIT, _failed)))]
 
 
 def solve(job: tuple[str, int]) -> Result:
@@ -122,7 +122,8 @@ def _failed(job: tuple[str, int], why: str) -> Result:
     return Result(*job, failure=why)
 
 
-def _table(results: Sequence[Result]) -> Table:
+def table_of(results: Sequence[Result]) -> Table:
+    """Return medians by method, and what they are to this package's."""
     of = {name: [result for result in results if result.method == name] for name in METHODS}
     shortest = statistics.median(result.seconds for result in of[OURS])
     rows = []

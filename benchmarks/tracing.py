@@ -56,7 +56,7 @@ def examine(job: Job) -> Score:
 
 def weakest(seeds: Sequence[int], engine: str) -> Table:
     """Return for some effects the weakest strength that is still named, halving it until it is not."""
-    table = Table("hidden", "seed", "weakest strength named", "over the noise", "noise [mrad]", "not named")
+    table = Table("hidden", "seed", "weakest strength named", "over the noise", r"noise \[mrad]", "not named")
     for kind in WEAKEST_KINDS:
         for seed in seeds:
             last: Score | None = None

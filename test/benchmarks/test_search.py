@@ -6,7 +6,7 @@ from scenarios.start_given import Arrival
 
 
 def rows_of(results):
-    return {row[0]: row[1:] for row in search._table(results).rows}
+    return {row[0]: row[1:] for row in search.table_of(results).rows}
 
 
 def test_medians_and_what_they_are_to_ours():

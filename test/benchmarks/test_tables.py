@@ -38,7 +38,7 @@ def test_a_row_that_does_not_fit_is_refused():
 @pytest.mark.parametrize(
     ("value", "digits", "written"),
     [
-        (0.0, 2, "0.00"),
+        (0.0, 2, "0.0"),
         (1.0, 2, "1.0"),
         (0.994, 2, "0.99"),
         (0.996, 2, "1.0"),
