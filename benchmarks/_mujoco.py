@@ -1,7 +1,6 @@
 """What a user of MuJoCo would take: the rig as its bodies and joints, its rollout, and its system identification."""
 
 import contextlib
-import importlib.util
 import io
 from collections.abc import Callable, Mapping, Sequence
 
@@ -11,6 +10,11 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.model.parameters import SYMBOLS
+
+try:
+    from mujoco import sysid
+except ImportError:
+    sysid = None
 
 Array = npt.NDArray[np.float64]
 
@@ -22,7 +26,7 @@ _POINT = 1e-12
 
 def can_identify() -> bool:
     """Return whether the installed MuJoCo has its system identification: from version 3.5 on, with `mujoco[sysid]`."""
-    return all(importlib.util.find_spec(name) for name in ("mujoco.sysid", "tabulate", "colorama"))
+    return sysid is not None
 
 
 def description(values: Mapping[str, float]) -> str:
@@ -95,7 +99,6 @@ def identify(
         upper: (9,) limits of the chromosome.
         watch: called with all chromosomes (n, 9) that are simulated; what it raises ends the fit.
     """
-    from mujoco import sysid  # noqa: PLC0415 - not in every version
 
     def bodies_mass(name: str) -> Callable[..., None]:
         return lambda spec, parameter: setattr(spec.body(name), "mass", parameter.value[0])
