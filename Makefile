@@ -34,7 +34,7 @@ format: $(VENV)/.ready  ## what `check` asks for, as far as a tool can do it
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
 
-bench: build  ## how fast, beside what a user would use instead
+bench: build  ## how fast, beside what a user would use instead: docs/benchmarks.md, anew
 	@$(ROS) $(BIN)/python -m benchmarks
 
 docs: $(VENV)/.docs  ## the documents as a site, in build/site; a warning is an error

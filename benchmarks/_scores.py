@@ -152,7 +152,7 @@ def _keys(hidden: Sequence[Hidden]) -> tuple[str, ...]:
 def summary(scores: Sequence[Score]) -> Table:
     """Return a table with a row for each group and engine."""
     table = Table("hidden", "engine", "truths", "right", "missed", "weak", "beyond", "false", "after, median", "worst",
-                  "crashed", "time [s]", "longest")  # fmt: skip
+                  "crashed", r"time \[s]", "longest")  # fmt: skip
     engines = list(dict.fromkeys(s.engine for s in scores))
     for group in GROUPS:
         for engine in engines:

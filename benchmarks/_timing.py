@@ -1,19 +1,21 @@
 """How long something takes."""
 
-import math
+import statistics
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 
-def seconds(work: Callable[[], object], at_least: float = 0.3) -> float:
-    """Return the shortest of several runs [s], which go on for `at_least` seconds; a first run is not counted.
+def taking_turns(works: Mapping[str, Callable[[], object]], rounds: int = 9) -> dict[str, float]:
+    """Return the CPU time that each takes in the median of so many rounds [s].
 
-    The shortest is the one that other work on the machine disturbed least.
+    They take turns, so that what else the machine does meets all of them. A first call is not counted.
     """
-    work()
-    shortest, since = math.inf, time.perf_counter()
-    while time.perf_counter() - since < at_least:
-        begin = time.perf_counter()
+    taken: dict[str, list[float]] = {name: [] for name in works}
+    for work in works.values():
         work()
-        shortest = min(shortest, time.perf_counter() - begin)
-    return shortest
+    for _ in range(rounds):
+        for name, work in works.items():
+            begin = time.process_time()
+            work()
+            taken[name].append(time.process_time() - begin)
+    return {name: statistics.median(times) for name, times in taken.items()}

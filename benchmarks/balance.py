@@ -1,6 +1,6 @@
 """The balance of forces: how near it comes to the truth on rigs of 0.05 to 2 m, sticking ones among them.
 
-`python -m benchmarks.balance` takes all of the sweep; within `python -m benchmarks` it is cut short.
+`python -m benchmarks.balance` takes some minutes.
 """
 
 import itertools
@@ -97,7 +97,9 @@ def found(case: Case) -> ForceBalance | None:
 
 def sweep(cases: Sequence[Case]) -> Table:
     """Return a table with a row for each case: errors of A23, A33 and a1 over A22 in per cent, friction in units."""
-    table = Table("rig", "L [m]", "Hz", "s", "mrad", "units", "A23, A33, a1 [%]", "c1, c2, dry1, dry2", "true", "left")
+    table = Table(
+        "rig", r"L \[m]", "Hz", "s", "mrad", "units", "A23, A33, a1 [%]", "c1, c2, dry1, dry2", "true", "left"
+    )
     for case in cases:
         result, truth, unit = found(case), case.truth, case.unit
         known = (case.rig, f"{case.length:g}", f"{case.rate:g}", f"{case.duration:g}", f"{1e3 * case.noise:g}")
@@ -124,10 +126,6 @@ def cases(rates: Sequence[float] = RATES, durations: Sequence[float] = DURATIONS
         for rig, length, rate, duration, noise in itertools.product(RIGS, LENGTHS, rates, durations, NOISES)
         if duration < 600.0 or (rate == RATES[0] and noise == NOISES[1])
     ]
-
-
-def short() -> None:
-    Console().print(sweep(cases(RATES[:1], DURATIONS[1:2])))
 
 
 def main() -> None:

@@ -2,7 +2,7 @@
 
 `python -m benchmarks.clock [--count N] [--jobs N] [--folder DIR]` records three swings of an emulated rig each time, in
 real time, the rig's clock off as crystals are, and identifies the paper's model from them, by the device's own time and
-by the stamps; within `python -m benchmarks` there are fewer. Bags that a folder has already are not recorded anew.
+by the stamps. Bags that a folder has already are not recorded anew.
 """
 
 import argparse
@@ -178,11 +178,6 @@ def _line(one: Judged) -> str:
         f"{times} {np.array2string(deviations, precision=1, suppress_small=True)} p = {one.p_value[times]:.2g}"
         for times, deviations in one.deviations.items()
     )
-
-
-def short() -> None:
-    """Run it with a few recordings."""
-    main(["--count", "4"])
 
 
 if __name__ == "__main__":

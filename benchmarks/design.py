@@ -85,10 +85,5 @@ def main(arguments: Sequence[str] = ()) -> None:
         console.print(conclusion, highlight=False)
 
 
-def short() -> None:
-    """Take few rigs."""
-    main(["--seeds", "1", "--spacing", "45"])
-
-
 if __name__ == "__main__":
     main(sys.argv[1:])

@@ -203,10 +203,5 @@ def _examined(kinds: Sequence[str], jobs: int) -> dict[str, Result]:
     return results
 
 
-def short() -> None:
-    """Look at two."""
-    main(["--kinds", "coulomb_friction.outer,encoder_offset.outer"])
-
-
 if __name__ == "__main__":
     main(sys.argv[1:])

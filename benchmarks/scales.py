@@ -2,7 +2,7 @@
 
 For each case it prints the scales in the rig's unit of time, for how long the motion could in truth be followed from
 initial states of local cubics, and what thinning changes: the error of A23, A33 and a1 over A22 with all samples and
-with fewer. `python -m benchmarks.scales` takes all of the sweep; within `python -m benchmarks` it is cut short.
+with fewer.
 """
 
 import itertools
@@ -50,7 +50,7 @@ def followed(case: Case, trial: Trial, scales: Scales) -> float:
 def sweep(cases: Sequence[Case]) -> Table:
     """Return a table with a row for each case; times are in the rig's units."""
     table = Table(
-        "start", "L [m]", "Hz", "s", "mrad", "pace", "step", "window", "followed", "piece", "half width", "rest",
+        "start", r"L \[m]", "Hz", "s", "mrad", "pace", "step", "window", "followed", "piece", "half width", "rest",
         "together", "error of all [%]", "of fewer [%]",
     )  # fmt: skip
     for case in cases:
@@ -83,10 +83,6 @@ def cases(rates: Sequence[float] = RATES, durations: Sequence[float] = DURATIONS
         for start, length, rate, duration, noise in itertools.product(STARTS, LENGTHS, rates, durations, NOISES)
         if duration < 600.0 or (rate == RATES[0] and noise == NOISES[1] and start == "wide")
     ]
-
-
-def short() -> None:
-    Console().print(sweep(cases(RATES[1:2], DURATIONS[1:2])))
 
 
 def main() -> None:

@@ -1,7 +1,6 @@
 """1 kHz from the serial port to the bag: rate, jitter, loss, CPU and memory of each node.
 
-Among the other benchmarks it takes a minute, by its name (`python -m benchmarks soak`) ten, and
-`python -m benchmarks.soak SECONDS` as long as asked.
+`python -m benchmarks soak` takes ten minutes, `python -m benchmarks.soak SECONDS` as long as asked.
 """
 
 import os
@@ -125,11 +124,6 @@ def main(seconds: float = 600.0) -> None:
         f"jitter of stamps: standard deviation {np.std(even) / RATE * 1e6:.2f} us, "
         f"at most {np.max(np.abs(even - 1)) / RATE * 1e6:.2f} us"
     )
-
-
-def short() -> None:
-    """Run it for a minute."""
-    main(60.0)
 
 
 if __name__ == "__main__":

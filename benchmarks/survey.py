@@ -50,7 +50,7 @@ def main(arguments: Sequence[str] = ()) -> None:
         for _ in range(options.repeats):
             for count, times in taken.items():
                 times.append(timed(trials, Path(folder) / "out", count))
-    table = Table("workers", "time [s]", "CPU [s]", "cores that they had", "efficiency", "by CPU time")
+    table = Table("workers", r"time \[s]", r"CPU \[s]", "cores that they had", "efficiency", "by CPU time")
     median = {
         count: [statistics.median(column) for column in zip(*times, strict=True)] for count, times in taken.items()
     }
@@ -61,11 +61,6 @@ def main(arguments: Sequence[str] = ()) -> None:
     console = Console()
     console.print(table)
     console.print(f"{2 * options.bags} bags; load of this computer meanwhile: {os.getloadavg()[1]:.1f}")
-
-
-def short() -> None:
-    """Take few bags, once."""
-    main(["--bags", "3", "--repeats", "1"])
 
 
 if __name__ == "__main__":

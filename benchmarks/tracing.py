@@ -56,7 +56,7 @@ def examine(job: Job) -> Score:
 
 def weakest(seeds: Sequence[int], engine: str) -> Table:
     """Return for some effects the weakest strength that is still named, halving it until it is not."""
-    table = Table("hidden", "seed", "weakest strength named", "over the noise", "noise [mrad]", "not named")
+    table = Table("hidden", "seed", "weakest strength named", "over the noise", r"noise \[mrad]", "not named")
     for kind in WEAKEST_KINDS:
         for seed in seeds:
             last: Score | None = None
@@ -115,11 +115,6 @@ def main(arguments: Sequence[str] = ()) -> None:
             file.flush()
     console.print(summary(scores))
     console.print(conclusion(scores))
-
-
-def short() -> None:
-    """Take few truths."""
-    main(["--count", "12"])
 
 
 def _failed(job: Job, why: str) -> Score:

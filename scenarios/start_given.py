@@ -4,11 +4,13 @@ What search and refinement make of it is compared with other optimizers, on the 
 each of them is as close to the measured angles as the true parameters are, give or take 5 %.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from cdp_ident.fit.estimation import SHORT_IGA, search_objective
+from cdp_ident.fit.force_balance import balance_of_forces
 from cdp_ident.fit.mechanism import Mechanism
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.prior import Prior
@@ -18,7 +20,7 @@ from cdp_ident.model.parameters import groups_of, physical_coefficients
 from cdp_ident.model.population import Population, Segment
 from cdp_ident.search.genetic_search import genetic_search
 from cdp_ident.trial.trial import Trial
-from reference.pendulum import TABLE_3, TABLE_5
+from reference.pendulum import TABLE_3, TABLE_5, Array
 from scenarios.twin import standard_twin
 
 CLOSE = 1.05
@@ -65,7 +67,17 @@ def search_and_refine(problem: StartGiven, rng: np.random.Generator) -> Arrival:
     """Search the box in windows, refine there, then follow the whole trial from its start until close enough."""
     windows = cut_into_windows([problem.trial])
     found = genetic_search(search_objective(windows, 0.0, PRIOR), *PRIOR.box, SHORT_IGA, rng)
-    in_windows = refine(MODEL, MODEL.initial_values(groups_of(found.best, PRIOR.length)), windows)
+    return _refined(problem, windows, groups_of(found.best, PRIOR.length), found.evaluations)
+
+
+def balance_and_refine(problem: StartGiven) -> Arrival:
+    """Refine from a balance of forces, which simulates nothing, as `search_and_refine` does from the search's best."""
+    balance = balance_of_forces([problem.trial], PRIOR.length, PRIOR.gravity)
+    return _refined(problem, cut_into_windows([problem.trial]), balance.groups, 0)
+
+
+def _refined(problem: StartGiven, windows: Sequence[Window], groups: Array, evaluations: int) -> Arrival:
+    in_windows = refine(MODEL, MODEL.initial_values(groups), windows)
     close = np.sqrt(CLOSE * problem.truth_error / problem.whole.theta.size)
     fit = refine(MODEL, in_windows.values, [problem.whole], stop=lambda rmse: rmse < close)
-    return Arrival(fit.squared_error / problem.truth_error, found.evaluations, in_windows.simulations + fit.simulations)
+    return Arrival(fit.squared_error / problem.truth_error, evaluations, in_windows.simulations + fit.simulations)

@@ -1,9 +1,13 @@
 """Truths are looked at in processes."""
 
+import functools
 import math
+import os
 import time
 
-from benchmarks._workers import each
+import pytest
+
+from benchmarks._workers import alone, each
 
 
 def failed(job, why):
@@ -16,3 +20,12 @@ def test_each_truth_is_looked_at_once():
 
 def test_one_that_takes_too_long_is_given_up():
     assert list(each(time.sleep, [600.0], 8, 2.0, failed)) == ["600.0: there was no result after 2 s"]
+
+
+def test_a_piece_alone_has_a_process_of_its_own():
+    assert alone(os.getpid) != os.getpid()
+
+
+def test_what_a_piece_alone_raises_is_raised():
+    with pytest.raises(RuntimeError, match="math domain error"):
+        alone(functools.partial(math.sqrt, -1.0))

@@ -15,7 +15,7 @@ from cdp_ident.fit.windows import cut_into_windows
 from cdp_ident.model.parameters import SYMBOLS, groups_of, physical_coefficients
 from cdp_ident.model.simulation import simulate
 from reference.pendulum import TABLE_5
-from scenarios.start_given import CLOSE, StartGiven, search_and_refine
+from scenarios.start_given import CLOSE, StartGiven, balance_and_refine, search_and_refine
 from scenarios.twin import standard_twin
 from scenarios.weighted import plain_and_weighted
 
@@ -32,8 +32,13 @@ NOISE = 2.1e-3
 def test_with_the_start_given_search_and_refinement_arrive_at_the_noise_from_every_seed(seeds):
     arrivals = [search_and_refine(StartGiven.of(seed), np.random.default_rng(seed)) for seed in range(seeds)]
     assert max(arrival.relative_error for arrival in arrivals) < CLOSE
-    # pycma needs 2400 simulations for it (benchmarks/refinement.py).
+    # pycma needs thousands of simulations for it (docs/benchmarks.md).
     assert max(arrival.simulations + 2 * arrival.passes for arrival in arrivals) < 800
+
+
+def test_so_do_balance_of_forces_and_refinement():
+    arrivals = [balance_and_refine(StartGiven.of(seed)) for seed in range(8)]
+    assert max(arrival.relative_error for arrival in arrivals) < CLOSE
 
 
 @pytest.mark.parametrize("seeds", [3, pytest.param(20, marks=pytest.mark.campaign)])

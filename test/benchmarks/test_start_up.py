@@ -1,0 +1,29 @@
+"""How long a command lets one wait."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+from benchmarks.start_up import END, FIRST, RESULT, watched
+
+BUSY = "sum(i * i for i in range(300_000))"
+COMMAND = f"print('searching'); {BUSY}; print('Trials'); {BUSY}; print('more')"
+
+
+def test_moments_follow_one_another():
+    moments = watched([sys.executable, "-c", COMMAND], os.environ)
+    assert list(moments) == [FIRST, RESULT, END]
+    passed, used = ([getattr(moment, part) for moment in moments.values()] for part in ("passed", "used"))
+    assert sorted(passed) == passed
+    assert 0.0 < used[0] <= used[1] <= used[2]
+
+
+def test_what_says_nothing_only_ends():
+    assert list(watched([sys.executable, "-c", "pass"], os.environ)) == [END]
+
+
+def test_a_command_that_fails_is_no_result():
+    with pytest.raises(subprocess.CalledProcessError):
+        watched([sys.executable, "-c", "raise SystemExit(3)"], os.environ)

@@ -1,0 +1,17 @@
+"""Works take turns."""
+
+from benchmarks._timing import taking_turns
+
+
+def test_works_take_turns_and_all_are_timed():
+    called = []
+    works = {name: lambda name=name: called.append(name) for name in "ab"}
+    taken = taking_turns(works, rounds=3)
+    assert "".join(called) == "ab" * 4
+    assert list(taken) == ["a", "b"]
+    assert all(time >= 0.0 for time in taken.values())
+
+
+def test_what_works_longer_takes_more_time():
+    taken = taking_turns({"short": lambda: sum(range(100)), "long": lambda: sum(range(100_000))}, rounds=5)
+    assert taken["long"] > 10.0 * taken["short"]
