@@ -19,6 +19,7 @@ from cdp_ident.fit.refinement import Fit
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.effect import TorqueEffect
 from cdp_ident.model.parallel import parallel_for
+from cdp_ident.tracing import thresholds
 
 Array = npt.NDArray[np.float64]
 
@@ -166,7 +167,7 @@ class _Projection:
                 columns = np.concatenate([self._columns[first], self._columns[second]])
                 matrix, right = self._gram[np.ix_(columns, columns)], self._right[columns]
                 joint = float(right @ np.linalg.pinv(matrix, rcond=1e-8, hermitian=True) @ right)
-                if joint > 1.2 * (alone[first] + alone[second]):
+                if joint > thresholds.PAIR_GAINS * (alone[first] + alone[second]):
                     found.append((joint, first, second))
         found.sort(reverse=True)
         pairs = []
@@ -175,7 +176,7 @@ class _Projection:
             split = len(self._columns[first])
             one = Candidate(self.candidates[first], alone[first], strengths[:split])
             two = Candidate(self.candidates[second], alone[second], strengths[split:])
-            if gain > 1.2 * (alone[first] + alone[second]):
+            if gain > thresholds.PAIR_GAINS * (alone[first] + alone[second]):
                 pairs.append((one, two, gain))
         return sorted(pairs, key=lambda pair: -pair[2])[:most]
 

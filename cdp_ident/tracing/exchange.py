@@ -8,6 +8,7 @@ import numpy as np
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.effect import Effect, TorqueEffect
+from cdp_ident.tracing import thresholds
 from cdp_ident.tracing.acceptance import improves_enough, is_accepted
 from cdp_ident.tracing.candidates import ScoreTest, addable
 from cdp_ident.tracing.evidence import Attempt, change
@@ -20,8 +21,6 @@ _SHAPES = (0.3, 1.0, 4.0)
 """A richer form is fitted from initial values of its shape parameters at so many times the typical ones."""
 _SOME = 0.3
 """Initial value of an additional strength, as a share of the simpler form's strength."""
-_INDISTINGUISHABLE = 9.0
-"""Models whose squared errors differ by less, in variances, are both possible."""
 
 
 def exchange_effects(progress: Progress) -> bool:
@@ -87,7 +86,7 @@ def alternatives(
         if _is_richer_form(effect, active.effect):
             continue
         worse = change(rival, current)
-        close = worse.validation < _INDISTINGUISHABLE
+        close = worse.validation < thresholds.INDISTINGUISHABLE
         if close and (effect.name, effect.joint) not in named and is_accepted(removed, rival):
             found.append(f"{effect.name} {effect.joint}")
     return tuple(dict.fromkeys(found))
@@ -153,7 +152,7 @@ def _is_better(rival: Attempt, current: Attempt) -> bool:
     fewer = len(rival.model.effects) < len(current.model.effects)
     if len(rival.fit.values) > len(current.fit.values) and not fewer:
         return gained.bic < 0 and improves_enough(current, rival)  # a richer form must gain enough for its parameters
-    return gained.bic < 0 and gained.validation > _INDISTINGUISHABLE
+    return gained.bic < 0 and gained.validation > thresholds.INDISTINGUISHABLE
 
 
 def _is_richer_form(effect: Effect, other: Effect) -> bool:

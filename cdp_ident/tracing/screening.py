@@ -7,13 +7,9 @@ are below the noise.
 from collections.abc import Sequence
 
 from cdp_ident.fit.refinement import Fit
+from cdp_ident.tracing import thresholds
 from cdp_ident.tracing.candidates import Candidate, ScoreTest
 from cdp_ident.tracing.evidence import Attempt
-
-WORTH_A_LOOK = 16.0
-"""Gain in the score test, in variances, below which a candidate is not refitted."""
-_NEAR_A_RIVAL = 0.5
-"""A rival of an effect gains at least this share of its gain in the score test."""
 
 
 def promising(attempt: Attempt, test: ScoreTest, most: int, rival_of: Sequence[str] = ()) -> list[Candidate]:
@@ -28,8 +24,8 @@ def promising(attempt: Attempt, test: ScoreTest, most: int, rival_of: Sequence[s
     nearby = ScoreTest(attempt.closely, test.candidates)
     found: dict[str, Candidate] = {}
     for ranking, fit in ((test.ranked(), attempt.fit), (nearby.ranked(), attempt.closely)):
-        least = _NEAR_A_RIVAL * max((c.gain for c in ranking if c.active.effect.key in rival_of), default=0.0)
-        worth = [c for c in ranking if c.gain > max(WORTH_A_LOOK * expected_variance(fit, c.gain), least)]
+        least = thresholds.NEAR_A_RIVAL * max((c.gain for c in ranking if c.active.effect.key in rival_of), default=0.0)
+        worth = [c for c in ranking if c.gain > max(thresholds.WORTH_A_LOOK * expected_variance(fit, c.gain), least)]
         for candidate in worth[:most]:
             found.setdefault(candidate.active.effect.key, candidate)
     return list(found.values())
@@ -39,5 +35,5 @@ def expected_variance(fit: Fit, gain: float) -> float:
     """Return the variance that one independent residual would have after a gain [rad^2]."""
     left = max(fit.squared_error - gain, 0.05 * fit.squared_error)
     # The residual is correlated otherwise once the effect is there, but for small gains.
-    small = gain < 0.3 * fit.squared_error
+    small = gain < thresholds.CORRELATED_BELOW * fit.squared_error
     return left / fit.samples * (fit.autocorrelation.integrated_time if small else 1.0)
