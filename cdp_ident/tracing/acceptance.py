@@ -5,8 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from cdp_ident.diagnosis.outlier_windows import explains_an_outlier
+from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.refinement import Fit
-from cdp_ident.model.effects.effect import Effect, SensorEffect, TorqueEffect
+from cdp_ident.model.effects.effect import SensorEffect, TorqueEffect
 from cdp_ident.tracing import thresholds
 from cdp_ident.tracing.evidence import Attempt, change
 
@@ -19,9 +20,9 @@ def is_accepted(before: Attempt, after: Attempt, new: Sequence[int] | None = Non
     new = range(len(before.model.effects), len(after.model.effects)) if new is None else new
     if any(after.at_limit(index) for index in new):
         return False
-    if any(after.strength(index) < _least_strength(after.model.effects[index].effect) for index in new):
-        return False
     gained = change(before, after)
+    if any(after.strength(index) < _least_strength(after.model.effects[index], gained.freedom) for index in new):
+        return False
     added = [after.model.effects[index].effect for index in new]
     structured = after.fit.autocorrelation.integrated_time > thresholds.STRUCTURED
     once = [effect for effect in added if effect.at_an_instant]
@@ -32,7 +33,8 @@ def is_accepted(before: Attempt, after: Attempt, new: Sequence[int] | None = Non
             apart = not structured or after.fit.squared_error < thresholds.SLIP_LEAVES * before.fit.squared_error
         else:
             apart = explains_an_outlier(before.fit, after.fit, thresholds.OUTLIER, thresholds.LIKE_THE_OTHERS)
-        return gained.fit > thresholds.INSTANT_GAIN and gained.validation > -thresholds.VALIDATION_GAIN and apart
+        least = thresholds.least_gain_at_an_instant(after.fit.samples // 2)
+        return gained.fit > least and gained.validation > -thresholds.VALIDATION_GAIN and apart
     # Where more than noise would remain, a small gain may be due to another effect, and one harmonic may be a part of
     # another function of position.
     if structured and any(isinstance(effect, TorqueEffect) and effect.harmonic for effect in added):
@@ -40,15 +42,21 @@ def is_accepted(before: Attempt, after: Attempt, new: Sequence[int] | None = Non
     return improves_enough(before, after)
 
 
-def _least_strength(effect: Effect) -> float:
-    """Return the least strength of an effect, in its own standard deviations.
+def _least_strength(active: ActiveEffect, freedom: float) -> float:
+    """Return the least strength of an effect, in its own standard deviations (Wald's test).
 
     What has states of its own also gains by their initial values: oscillations that begin anew in each window imitate a
-    part of whatever remains there. So its strength alone must gain what an effect must.
+    part of whatever remains there. So its strength alone must gain what all its parameters must.
+
+    Args:
+        active: the effect.
+        freedom: effective number of unknowns that were added: of a curve, all but its strengths are held by a penalty.
     """
-    return (
-        thresholds.FIT_GAIN**0.5 if isinstance(effect, TorqueEffect) and effect.brings_states else thresholds.STRENGTH
-    )
+    effect = active.effect
+    if not effect.curve:
+        whole = isinstance(effect, TorqueEffect) and effect.brings_states
+        freedom = sum(whole or not parameter.shape for parameter in active.fitted)
+    return float(np.sqrt(thresholds.least_gain(freedom)))
 
 
 def improves_enough(before: Attempt, after: Attempt) -> bool:
@@ -62,13 +70,15 @@ def improves_enough(before: Attempt, after: Attempt) -> bool:
     enough = of_validation > thresholds.VALIDATION_SHARE and max(of_fit, of_validation) > least
     # In short windows a certain effect may cause only a small share of the error.
     enough = enough or (not structured and gained.validation > thresholds.CERTAIN)
-    return gained.fit > thresholds.FIT_GAIN and gained.validation > thresholds.VALIDATION_GAIN and enough
+    return (
+        gained.fit > thresholds.least_gain(gained.freedom) and gained.validation > thresholds.VALIDATION_GAIN and enough
+    )
 
 
 def still_helps(with_it: Attempt, without_it: Attempt) -> bool:
     """Return whether an effect still improves the model beside those that were added after it."""
     lost = change(without_it, with_it)
-    return lost.fit >= thresholds.STILL_HELPS * thresholds.FIT_GAIN and lost.validation >= 0
+    return lost.fit >= thresholds.STILL_HELPS * thresholds.least_gain(lost.freedom) and lost.validation >= 0
 
 
 def share_explained(with_it: Attempt, without_it: Attempt, noise: float) -> float:

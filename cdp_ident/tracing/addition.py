@@ -18,7 +18,7 @@ from cdp_ident.tracing.exchange import let_base_oscillate
 from cdp_ident.tracing.instants import instants
 from cdp_ident.tracing.progress import Progress
 from cdp_ident.tracing.pruning import drop_superfluous
-from cdp_ident.tracing.screening import expected_variance, promising
+from cdp_ident.tracing.screening import expected_variance, gains_enough, promising
 from cdp_ident.tracing.selection import Tried
 
 _MOST_EFFECTS = 8
@@ -81,12 +81,8 @@ def _best_addition(progress: Progress) -> Attempt | None:
     refitted = progress.tried(current, ((c,) for c in (*ranked, *_once(progress))))
     best = _best(current, refitted)
     if best is None:
-        pairs = [
-            p
-            for p in test.pairs(_REFITS // 2)
-            if p[2] > 2 * thresholds.WORTH_A_LOOK * expected_variance(current.fit, p[2])
-        ]
-        together = progress.tried(current, ((one, two) for one, two, _ in pairs))
+        pairs = (pair for pair in test.pairs(_REFITS // 2) if gains_enough(current.fit, pair))
+        together = progress.tried(current, (pair.members for pair in pairs))
         together += _with_seconds(progress, refitted)
         refitted += together
         best = _best(current, together)
@@ -103,9 +99,8 @@ def _once(progress: Progress) -> list[Candidate]:
     current = progress.current
     found: dict[tuple[str, int | None, float], Candidate] = {}
     for fit in (current.fit, current.closely):
-        for candidate in [
-            c for c in instants(fit) if c.gain > thresholds.INSTANT_GAIN * expected_variance(fit, c.gain)
-        ][:2]:
+        least = thresholds.least_gain_at_an_instant(fit.samples // 2)
+        for candidate in [c for c in instants(fit) if c.gain > least * expected_variance(fit, c.gain)][:2]:
             size, time = candidate.values
             effect = candidate.active.effect
             if isinstance(effect, SensorEffect) and progress.is_rounding(effect.joint, size):
@@ -126,7 +121,7 @@ def _with_seconds(progress: Progress, refitted: Sequence[_Refitted]) -> list[_Re
         (attempt.fit.rmse(), first, attempt)
         for (first,), attempt in refitted
         if not (first.active.effect.at_an_instant or attempt.at_limit(len(current.model.effects)))
-        and change(current, attempt).fit > thresholds.FIT_GAIN
+        and (gained := change(current, attempt)).fit > thresholds.least_gain(gained.freedom)
     ]
     strong.sort(key=lambda found: found[0])
     return [
@@ -150,7 +145,7 @@ def _best(current: Attempt, refitted: Sequence[_Refitted]) -> Attempt | None:
         return sum(fit.squared_error / level for fit, level in zip(fits_of(attempt), levels, strict=True))
 
     most = max(error(current) - error(a) for a in accepted)
-    near = [a for a in accepted if error(current) - error(a) > thresholds.NEAR_THE_BEST * most]
+    near = [a for a in accepted if error(current) - error(a) >= thresholds.NEAR_THE_BEST * most]
     return min(near, key=lambda a: (len(a.fit.values), error(a)))
 
 

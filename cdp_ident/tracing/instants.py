@@ -142,7 +142,7 @@ def _best(fit: Fit, window: Window, size: Array, fitting: Array) -> _Instant:
     place = int(np.argmax(gains)) + _MARGIN
     elsewhere = gains[np.abs(np.arange(len(gains)) + _MARGIN - place) > thresholds.AWAY]
     variance = max(squared_error - gains.max(), 0.05 * squared_error) / fit.samples
-    if len(elsewhere) and elsewhere.max() > gains.max() - thresholds.FIT_GAIN * variance:
+    if len(elsewhere) and elsewhere.max() > gains.max() - thresholds.least_gain(1.0) * variance:
         gains = np.zeros_like(gains)  # no particular instant explains the residual
     return _Instant(
         float(gains[place - _MARGIN]),

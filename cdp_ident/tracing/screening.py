@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 from cdp_ident.fit.refinement import Fit
 from cdp_ident.tracing import thresholds
-from cdp_ident.tracing.candidates import Candidate, ScoreTest
+from cdp_ident.tracing.candidates import Candidate, Pair, ScoreTest
 from cdp_ident.tracing.evidence import Attempt
 
 
@@ -25,15 +25,35 @@ def promising(attempt: Attempt, test: ScoreTest, most: int, rival_of: Sequence[s
     found: dict[str, Candidate] = {}
     for ranking, fit in ((test.ranked(), attempt.fit), (nearby.ranked(), attempt.closely)):
         least = thresholds.NEAR_A_RIVAL * max((c.gain for c in ranking if c.active.effect.key in rival_of), default=0.0)
-        worth = [c for c in ranking if c.gain > max(thresholds.WORTH_A_LOOK * expected_variance(fit, c.gain), least)]
+        worth = [c for c in ranking if c.gain > least and is_worth_a_look(fit, c)]
         for candidate in worth[:most]:
             found.setdefault(candidate.active.effect.key, candidate)
     return list(found.values())
 
 
-def expected_variance(fit: Fit, gain: float) -> float:
-    """Return the variance that one independent residual would have after a gain [rad^2]."""
+def is_worth_a_look(fit: Fit, candidate: Candidate) -> bool:
+    """Return whether a candidate gains so much in the score test that it is refitted."""
+    least = thresholds.least_score(candidate.freedom)
+    return candidate.gain > least * expected_variance(fit, candidate.gain, candidate.variance_ratio)
+
+
+def gains_enough(fit: Fit, pair: Pair) -> bool:
+    """Return whether two candidates together gain in the score test what they must gain in a fit."""
+    least = thresholds.least_gain(pair.freedom)
+    return pair.gain > least * expected_variance(fit, pair.gain, pair.variance_ratio)
+
+
+def expected_variance(fit: Fit, gain: float, ratio: float | None = None) -> float:
+    """Return the variance of the residuals' projection on what is added, after a gain [rad^2].
+
+    Args:
+        fit: the fit before.
+        gain: the fall of its squared error [rad^2].
+        ratio: that variance over the one of white residuals; where it is not at hand, that of a mean, the integrated
+            autocorrelation time.
+    """
     left = max(fit.squared_error - gain, 0.05 * fit.squared_error)
+    ratio = fit.autocorrelation.integrated_time if ratio is None else ratio
     # The residual is correlated otherwise once the effect is there, but for small gains.
     small = gain < thresholds.CORRELATED_BELOW * fit.squared_error
-    return left / fit.samples * (fit.autocorrelation.integrated_time if small else 1.0)
+    return left / fit.samples * (ratio if small else 1.0)

@@ -5,30 +5,46 @@ process. Beneath each stands what it decides, its unit, and its origin. Toleranc
 iterations and refits decide nothing but time; they stay where they are used.
 
 A gain in variances is a fall of the squared error over the variance of the residuals' projection (`evidence.change`):
-chi-squared distributed where the effect is absent. "Tuned" means on hidden truths (`benchmarks/tracing.py`), with other
-seeds than those whose results are stated.
+chi-squared distributed where the effect is absent. What chance alone gains is derived from one level, by Bonferroni's
+inequality over all that is tried at a step. The other constants are tuned on hidden truths (`benchmarks/tracing.py`),
+with other seeds than those whose results are stated, or are conventions.
 """
 
-FIT_GAIN = 25.0
-"""Least fall of the fit's squared error by an effect.
+from scipy.special import chdtri
 
-Unit: variances. Origin: over all candidates, chance exceeds it once in a thousand times.
-"""
-INSTANT_GAIN = 60.0
-"""Least fall of the fit's squared error by an effect of an instant, which other windows cannot predict.
+from cdp_ident.model.effects.catalogue import CATALOGUE
 
-Unit: variances. Origin: tuned.
-"""
-STRENGTH = 4.0
-"""Least strength of an effect without states of its own.
+FAMILY_LEVEL = 0.01
+"""Probability that chance gains enough anywhere among all that is tried: half of it for effects and pairs of effects,
+half for instants.
 
-Unit: its standard deviations. Origin: Wald's test.
+Unit: probability. Origin: convention.
 """
-WORTH_A_LOOK = 16.0
-"""Least gain in the score test of a candidate that is refitted.
 
-Unit: variances. Origin: tuned.
-"""
+FORMS = sum(effect.has_score for effect in CATALOGUE)
+"""Effects that a score test is defined for, each form of one counted."""
+PAIRS = FORMS * (FORMS - 1) // 2
+AT_AN_INSTANT = sum(effect.at_an_instant for effect in CATALOGUE)
+
+
+def least_gain(freedom: float) -> float:
+    """Return what an effect of so many parameters, or a pair, must gain [variances]."""
+    return float(chdtri(freedom, 0.5 * FAMILY_LEVEL / (FORMS + PAIRS)))
+
+
+def least_score(freedom: float) -> float:
+    """Return what an effect of so many parameters must gain in the score test to be refitted [variances]."""
+    return float(chdtri(freedom, FAMILY_LEVEL / FORMS))
+
+
+def least_gain_at_an_instant(samples: int) -> float:
+    """Return what an effect of an instant must gain, that may be at any of so many samples [variances].
+
+    Its parameters are a size and the instant.
+    """
+    return float(chdtri(2.0, 0.5 * FAMILY_LEVEL / (AT_AN_INSTANT * samples)))
+
+
 VALIDATION_GAIN = 8.0
 """Least fall of the squared validation error by an effect; one of an instant may raise it by as much.
 

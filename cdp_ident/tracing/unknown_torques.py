@@ -87,14 +87,14 @@ def _promising(attempt: Attempt, curves: Sequence[TorqueEffect]) -> list[Candida
             # One by one: all together would take a gigabyte for a long recording.
             matrix, right = ScoreTest(fit, [ActiveEffect(effect)]).reduced(0)
             smooth = smooth_curve(effect.curve, matrix, right, expected_variance(fit, 0.0))
-            gain = smooth.gain / expected_variance(fit, smooth.gain) - 2.0 * smooth.freedom
+            gain = smooth.gain / expected_variance(fit, smooth.gain)
             candidate = Candidate(
                 ActiveEffect(effect, stiffness=smooth.stiffness), max(smooth.gain, 0.0), smooth.coefficients
             )
-            ranked.append((gain, candidate))
-        ranked.sort(key=lambda pair: -pair[0])
-        for gain, candidate in ranked[:_REFITS]:
-            if gain > max(thresholds.WORTH_A_LOOK, thresholds.CURVE_NEAR_THE_BEST * ranked[0][0]):
+            ranked.append((gain - thresholds.least_score(smooth.freedom), gain, candidate))
+        ranked.sort(key=lambda found: -found[0])
+        for beyond_chance, gain, candidate in ranked[:_REFITS]:
+            if beyond_chance > 0.0 and gain > thresholds.CURVE_NEAR_THE_BEST * ranked[0][1]:
                 found.setdefault(candidate.active.effect.key, candidate)
     return list(found.values())
 
@@ -160,12 +160,7 @@ def _is_accepted(before: Attempt, after: Attempt) -> bool:
     """Return whether a curve improves the model enough, given its number of free parameters."""
     curve = len(after.model.effects) - 1
     enough = after.validation.rmse() < (1.0 - thresholds.LARGE_SHARE) * before.validation.rmse()
-    by_chance = 2.0 * (after.unknowns - before.unknowns)
-    return (
-        (enough or _is_dry(after.model.effects[curve].effect))
-        and is_accepted(before, after, [curve])
-        and change(before, after).fit > by_chance
-    )
+    return (enough or _is_dry(after.model.effects[curve].effect)) and is_accepted(before, after, [curve])
 
 
 def _predicts_other_trials(progress: Progress, attempt: Attempt) -> bool:
