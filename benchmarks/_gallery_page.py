@@ -209,7 +209,7 @@ def _description(forms: Sequence[Effect]) -> str:
 
 
 def _variant(effect: Effect) -> str:
-    return "2 to 16 per turn" if effect.name == "cogging_torque" else effect.variant
+    return "2 to 16 per turn" if effect.harmonic else effect.variant
 
 
 def _name(entry: Entry) -> str:

@@ -105,7 +105,7 @@ def sweep(cases: Sequence[Case]) -> Table:
         if result is None:
             table.add_row(*known, f"{case.duration / unit:.0f}", "too little motion")
             continue
-        dry = [result.value(DRY[joint]) if joint in result.dry else 0.0 for joint in DRY]
+        dry = [float(result.strengths(effect).sum()) for effect in DRY]
         table.add_row(
             *known,
             f"{case.duration / unit:.0f}",

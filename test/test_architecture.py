@@ -1,10 +1,13 @@
-"""The subpackages import each other only as docs/explanation/architecture.md has it."""
+"""The subpackages import each other only as docs/explanation/architecture.md has it; one of them knows effects."""
 
+import ast
 import os
 import re
 from pathlib import Path
 
 import pytest
+
+from cdp_ident.model.effects.catalogue import CATALOGUE
 
 ROOT = Path(__file__).parents[1]
 DOCUMENT = (ROOT / "docs" / "explanation" / "architecture.md").read_text(encoding="utf-8")
@@ -41,3 +44,17 @@ def test_the_types_that_are_handed_on_are_where_the_document_says() -> None:
             name,
             path,
         )
+
+
+def test_no_effect_is_known_by_its_name_outside_its_entry() -> None:
+    package = ROOT / "cdp_ident"
+    names = {name for effect in CATALOGUE for name in (effect.name, effect.key)}
+    entries = package / "model" / "effects"
+    for path in package.rglob("*.py"):
+        if entries in path.parents:
+            continue
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Constant) and isinstance(node.value, str):
+                parts = node.value.split(".")
+                known = names & {".".join(parts[:count]) for count in range(1, len(parts) + 1)}
+                assert not known, f"{path}:{node.lineno} knows {known}"

@@ -54,7 +54,7 @@ def length_by_balance(given: ForceBalance, free: ForceBalance) -> LengthByBalanc
     slope = np.array([1.0 / coupling, -1.0 / moment])
     std = free.length * float(np.sqrt(slope @ spread @ slope))
     off = abs(free.length - given.length)
-    better = free.least_criterion < given.least_criterion - CLEARLY_BETTER
+    better = free.criterion < given.criterion - CLEARLY_BETTER
     if off < max(_OFF * given.length, _CLEARLY * std) or not better:
         return None
     return LengthByBalance(given.length, free.length, std)

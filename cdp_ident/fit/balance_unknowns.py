@@ -3,7 +3,6 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -11,8 +10,9 @@ import numpy.typing as npt
 from cdp_ident.fit import weak_form
 from cdp_ident.fit.smoothing import SmoothMotion, smooth
 from cdp_ident.fit.weak_form import Kinematics, Rows, Term, Windows
+from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.constants import effect_constants
-from cdp_ident.model.effects.effect import EffectParameter, TorqueEffect
+from cdp_ident.model.effects.effect import EffectParameter, Form, TorqueEffect
 from cdp_ident.model.parameters import GROUPS, INVERSE_INERTIA, coefficients_of
 from cdp_ident.model.torques import Torques
 from cdp_ident.model.trajectory import accelerations_at
@@ -20,13 +20,14 @@ from cdp_ident.model.weights import Weight, added_by
 from cdp_ident.trial.trial import Trial
 
 Array = npt.NDArray[np.float64]
-DryJoint = Literal["inner", "outer"]
 
 MOMENT = "m2_l2_over_A22"
 """Name of the unknown by which L is sought: it is A23 over this."""
-COUPLING = "constant_coupling_over_A22"
-DRY: dict[DryJoint, str] = {"inner": "coulomb_friction.inner.torque", "outer": "coulomb_friction.outer.torque"}
-"""Names of the torques of dry friction, by joint."""
+_LOOKED_FOR = tuple(effect for effect in CATALOGUE if isinstance(effect, TorqueEffect) and effect.in_balance)
+DRY = tuple(effect for effect in _LOOKED_FOR if effect.dry)
+"""The dry friction that is looked for, which may be in several joints together."""
+NOT_DRY = tuple(effect for effect in _LOOKED_FOR if not effect.dry)
+"""What else is looked for."""
 
 _GRID = 1.0 / 40.0
 """Spacing of the grid, in time units: a fast swing of a double pendulum has some ten points a radian of phase."""
@@ -47,10 +48,7 @@ class Unknowns:
     """What is sought beside the five base parameters."""
 
     effects: tuple[TorqueEffect, ...] = ()
-    """Torques of the catalogue; dry friction is not among them."""
-    dry: tuple[DryJoint, ...] = ()
-    """Joints with dry friction."""
-    constant_coupling: bool = False
+    """Torques of the catalogue."""
     length_free: bool = False
     inertia_free: bool = False
     """Whether 1 / A22 is sought, which weights show."""
@@ -72,8 +70,6 @@ class Unknowns:
             *(group.symbol for group in GROUPS),
             *((MOMENT,) if self.length_free else ()),
             *((INVERSE_INERTIA.symbol,) if self.inertia_free else ()),
-            *((COUPLING,) if self.constant_coupling else ()),
-            *(DRY[joint] for joint in self.dry),
             *(f"{effect.key}.{parameter.name}" for effect, _, parameter in self.of_effects),
         )
 
@@ -84,8 +80,6 @@ class Unknowns:
         plain = len(self.names) - len(parameters)
         lower = [0.0] * plain + [parameter.lower for parameter in parameters]
         upper = [np.inf] * plain + [parameter.upper for parameter in parameters]
-        if self.constant_coupling:
-            lower[self.names.index(COUPLING)] = -np.inf
         return np.array(lower), np.array(upper)
 
 
@@ -191,11 +185,6 @@ class Mechanism:
                 weak_form.moment_of_inner_rod(k, self.gravity),
             )
             yield weak_form.weighted_sum(terms, added_by(piece.weights, self.length)[: len(terms)])
-        if unknowns.constant_coupling:
-            yield weak_form.constant_coupling(k)
-        for joint in unknowns.dry:
-            direction = weak_form.slip_direction(k, 0 if joint == "inner" else 1)
-            yield weak_form.joint_torques(*((direction, 0.0) if joint == "inner" else (0.0, direction)))
         for effect, place, parameter in unknowns.of_effects:
             yield self._torque(k, effect, place, parameter, groups)
 
@@ -203,6 +192,8 @@ class Mechanism:
         self, k: Kinematics, effect: TorqueEffect, place: int, parameter: EffectParameter, groups: Array
     ) -> Term:
         """Return an effect's torque over one of its parameters."""
+        if effect.form is Form.COUPLING:
+            return weak_form.constant_coupling(k)
         values = [other.typical if other.shape or other.fixed else 0.0 for other in effect.parameters]
         values[place] = _NUDGE * (parameter.typical or 1.0)
         coefficients = coefficients_of(groups, self.length, self.gravity)
@@ -212,4 +203,9 @@ class Mechanism:
             _UNIT_INERTIA, states, np.zeros(len(states)), Torques.of([(effect, values)], constants)
         )
         on_theta1, on_theta2 = (torques / values[place]).T.reshape(2, *k.theta1.shape)
+        if effect.dry:
+            # Its size is the law's; its direction allows for the speed's noise.
+            if effect.joint == "inner":
+                return weak_form.joint_torques(np.abs(on_theta1) * weak_form.slip_direction(k, 0), 0.0)
+            return weak_form.joint_torques(0.0, np.abs(on_theta2) * weak_form.slip_direction(k, 1))
         return weak_form.rod_torques(on_theta1, on_theta2)

@@ -6,19 +6,18 @@ multiples of the rig's sqrt(L / g).
 """
 
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.errors import IdentificationError
-from cdp_ident.fit.balance_unknowns import COUPLING, DRY, DryJoint, Mechanism, Piece, Unknowns
+from cdp_ident.fit.balance_unknowns import DRY, Mechanism, Piece, Unknowns
 from cdp_ident.fit.robust_regression import Regression, regress
 from cdp_ident.fit.smoothing import FEWEST
 from cdp_ident.fit.weak_form import STEPS_BETWEEN, Rows
-from cdp_ident.model.effects.catalogue import CATALOGUE
-from cdp_ident.model.effects.effect import TorqueEffect
+from cdp_ident.model.effects.effect import JOINTS, Form, TorqueEffect
 from cdp_ident.model.parameters import GROUPS, INVERSE_INERTIA
 from cdp_ident.model.weights import added_by
 from cdp_ident.trial.trial import Trial
@@ -37,8 +36,6 @@ _MARGIN = 1.02
 """Least ratio of A33 A22 to A23^2: the rods' masses are not points."""
 _ROUNDS = 5
 _A23, _A33 = 0, 1
-_OF_CATALOGUE = {COUPLING: "geared_rotor.outer.coupling"}
-"""The catalogue's name of an unknown that is called otherwise here."""
 
 
 @dataclass(frozen=True)
@@ -50,8 +47,8 @@ class ForceBalance:
     """(n,) values of `names`, over A22."""
     covariance: Array
     """(n, n) of the values; zero for one at a limit, infinite for one of which the trials say nothing."""
-    criterion: Mapping[tuple[DryJoint, ...], float]
-    """Bayesian information criterion of each choice of joints with dry friction that was compared."""
+    criterion: float
+    """Bayesian information criterion, the least of the choices of effects that were compared."""
     unexplained: Array
     """(2,) what is left of the inner and of the outer joint's balance, as a share of gravity's torque in it (robust
     standard deviation over root mean square)."""
@@ -70,29 +67,18 @@ class ForceBalance:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Base parameters, on request m2 l2, 1 / A22, a constant coupling; then torques of dry friction and effects."""
+        """Base parameters, on request m2 l2 and 1 / A22, then parameters of effects."""
         return self.unknowns.names
 
     @property
-    def dry(self) -> tuple[DryJoint, ...]:
-        """Joints that have dry friction."""
-        return self.unknowns.dry
+    def effects(self) -> tuple[TorqueEffect, ...]:
+        """The effects that were found."""
+        return self.unknowns.effects
 
-    @property
-    def effects(self) -> Mapping[str, TorqueEffect]:
-        """The effects of the catalogue that dry friction and a constant coupling are, by the name of their value."""
-        by_parameter = {
-            f"{effect.key}.{effect.parameters[0].name}": effect
-            for effect in CATALOGUE
-            if isinstance(effect, TorqueEffect)
-        }
-        names = [*([COUPLING] if self.unknowns.constant_coupling else []), *(DRY[joint] for joint in self.dry)]
-        return {name: by_parameter[_OF_CATALOGUE.get(name, name)] for name in names}
-
-    @property
-    def least_criterion(self) -> float:
-        """Information criterion of the choice of dry friction that was taken."""
-        return min(self.criterion.values())
+    def strengths(self, effect: TorqueEffect) -> Array:
+        """Return the values (k,) of what an effect's torque is linear in; empty where it was not found."""
+        first = len(self.names) - len(self.unknowns.of_effects)
+        return self.values[first:][[found == effect for found, _, _ in self.unknowns.of_effects]]
 
     @property
     def groups(self) -> Array:
@@ -126,54 +112,67 @@ def balance_of_forces(
     gravity: float,
     *,
     effects: Sequence[TorqueEffect] = (),
-    dry: Sequence[DryJoint] | None = None,
-    constant_coupling: bool = False,
+    optional: Sequence[TorqueEffect] = DRY,
     length_free: bool = False,
     outer_length: float | None = None,
 ) -> ForceBalance:
-    """Fit the balance of forces to trials.
+    """Fit the balance of forces to trials, with L [m] and g [m/s^2]: see `balance_of_pieces`."""
+    mechanism = Mechanism(length, gravity, outer_length or length)
+    pieces = pieces_of(trials, mechanism.time_unit)
+    return balance_of_pieces(pieces, mechanism, effects=effects, optional=optional, length_free=length_free)
+
+
+def pieces_of(trials: Sequence[Trial], time_unit: float) -> list[Piece]:
+    """Return the smooth motion of the trials' stretches between gaps that are longer than a rig's time unit [s]."""
+    stretches = [stretch for trial in trials for stretch in trial.stretches]
+    return [
+        Piece.of(trial, time_unit) for trial in stretches if len(trial.time) >= FEWEST and trial.duration > time_unit
+    ]
+
+
+def balance_of_pieces(
+    pieces: Sequence[Piece],
+    mechanism: Mechanism,
+    *,
+    effects: Sequence[TorqueEffect] = (),
+    optional: Sequence[TorqueEffect] = DRY,
+    length_free: bool = False,
+) -> ForceBalance:
+    """Fit the balance of forces to smooth motion.
 
     Args:
-        trials: what was measured.
-        length: L [m].
-        gravity: g [m/s^2].
-        effects: torques of the catalogue to be found too, but not dry friction.
-        dry: joints with dry friction; None lets the Bayesian information criterion choose.
-        constant_coupling: whether a constant is sought beside A23 cos(theta1 - theta2), as of a geared rotor.
+        pieces: the motion.
+        mechanism: what is known of the pendulum.
+        effects: torques of the catalogue to be found too.
+        optional: more of them, of which the Bayesian information criterion chooses.
         length_free: whether L is sought too; the given one still sets the scale of time.
-        outer_length: of the outer rod [m], which air drag may need; L where it is not known.
 
     Where weights differ from trial to trial, A22 is found as well.
 
     Raises:
         IdentificationError: there is too little motion.
     """
-    mechanism = Mechanism(length, gravity, outer_length or length)
-    unit = mechanism.time_unit
-    stretches = [stretch for trial in trials for stretch in trial.stretches]
-    pieces = [Piece.of(trial, unit) for trial in stretches if len(trial.time) >= FEWEST and trial.duration > unit]
     _refuse_a_joint_that_rests(pieces)
-    inertia_free = len({trial.weights for trial in trials}) > 1
-    plain = Unknowns((), tuple(DRY) if dry is None else tuple(dry), constant_coupling, length_free, inertia_free)
+    inertia_free = len({piece.weights for piece in pieces}) > 1
+    whole = Unknowns((*effects, *optional), length_free, inertia_free)
+    # Torques on the rods may depend on the base parameters, which the others show.
+    plain = replace(whole, effects=tuple(effect for effect in whole.effects if effect.form is not Form.RODS))
     half_width, fit = _in_windows_of_their_width(mechanism, pieces, plain)
-    whole = replace(plain, effects=tuple(effects))
     inverse_inertia = fit.values[plain.names.index(INVERSE_INERTIA.symbol)] if inertia_free else 0.0
     rows = mechanism.rows(pieces, whole, half_width, fit.values[: len(GROUPS)], inverse_inertia)
-    choices: list[tuple[DryJoint, ...]] = [tuple(dry)] if dry is not None else _subsets(tuple(DRY))
-    candidates = {choice: replace(whole, dry=choice) for choice in choices}
-    chosen_rows = {choice: _only(rows, whole, candidate) for choice, candidate in candidates.items()}
-    regressions = {choice: _fit(chosen_rows[choice], candidates[choice]) for choice in choices}
-    criterion = {choice: _criterion(regressions[choice], rows) for choice in choices}
-    chosen = min(choices, key=criterion.__getitem__)
-    unknowns, fit = candidates[chosen], regressions[chosen]
+    choices = [replace(whole, effects=(*effects, *subset)) for subset in _subsets(optional)]
+    regressions = [_fit(_only(rows, whole, unknowns), unknowns) for unknowns in choices]
+    criteria = [_criterion(regression, rows) for regression in regressions]
+    chosen = int(np.argmin(criteria))
+    unknowns, fit = choices[chosen], regressions[chosen]
     gravity_torque = np.maximum(mechanism.gravity_torque(unknowns, fit.values, pieces), 1e-300)
     return ForceBalance(
         unknowns=unknowns,
         values=fit.values,
         covariance=fit.covariance,
-        criterion=criterion,
+        criterion=criteria[chosen],
         unexplained=np.sqrt(np.diag(fit.scatter)) / gravity_torque,
-        noise_share=chosen_rows[chosen].noise(fit.values) / gravity_torque,
+        noise_share=_only(rows, whole, unknowns).noise(fit.values) / gravity_torque,
         used=rows.holds.mean(axis=0),
         windows=len(rows.holds),
         half_width=half_width,
@@ -205,7 +204,7 @@ def _in_windows_of_their_width(
 
 
 def _refuse_a_joint_that_rests(pieces: Sequence[Piece]) -> None:
-    for joint, name in enumerate(DRY):
+    for joint, name in enumerate(JOINTS):
         if pieces and not any(np.any(piece.motion.known & ~piece.resting[joint]) for piece in pieces):
             raise IdentificationError(
                 f"the {name} joint does not move: its friction and the rods' inertias cannot be told apart; record "
@@ -213,8 +212,8 @@ def _refuse_a_joint_that_rests(pieces: Sequence[Piece]) -> None:
             )
 
 
-def _subsets(joints: tuple[DryJoint, ...]) -> list[tuple[DryJoint, ...]]:
-    return [subset for count in range(len(joints) + 1) for subset in itertools.combinations(joints, count)]
+def _subsets(effects: Sequence[TorqueEffect]) -> list[tuple[TorqueEffect, ...]]:
+    return [subset for count in range(len(effects) + 1) for subset in itertools.combinations(effects, count)]
 
 
 def _only(rows: Rows, whole: Unknowns, part: Unknowns) -> Rows:

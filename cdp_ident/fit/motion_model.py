@@ -13,7 +13,7 @@ from cdp_ident.fit.mechanism import Mechanism
 from cdp_ident.fit.weighted import Layout, Weighted
 from cdp_ident.fit.windows import Window
 from cdp_ident.model.effects.constants import effect_constants
-from cdp_ident.model.effects.effect import TorqueEffect
+from cdp_ident.model.effects.effect import JOINTS, TorqueEffect
 from cdp_ident.model.effects.readings import encoder_readings
 from cdp_ident.model.parameters import (
     COEFFICIENTS,
@@ -28,7 +28,6 @@ from cdp_ident.model.weights import ErrorOf, Weight
 
 Array = npt.NDArray[np.float64]
 
-JOINTS = ("inner", "outer")
 _A23, _OUTER_MOMENT, _GRAVITY = (COEFFICIENTS.index(name) for name in ("A23_over_A22", "m2_l2_over_A22", "g"))
 _LARGEST_ERROR = 20.0
 """No weight is further off than so many standard deviations."""

@@ -1,14 +1,15 @@
 """How the model's inner loops are compiled, and where the compiled code is kept.
 
-Compiling takes seconds, so numba keeps the result on disk. It looks only at the file of the function it was asked for
-when it decides whether a kept result is still good, while our loops are made of functions from several files. Therefore
-the folder for the results is named by a checksum of all files of this subpackage, which holds everything that is
-compiled: a change to any of them starts an empty folder, and folders unused for a month are removed. Where nothing can
-be kept (a full disk, a home that is read-only or none at all) or a kept result is damaged, the code is compiled each
-time.
+Compiling takes seconds, so the result is kept on disk. By itself numba looks at the place and the time of the file of
+the function it was asked for when it decides whether a kept result is still good, while our loops are made of functions
+from several files. Therefore the folder for the results is named by a checksum of all files of this subpackage, which
+holds everything that is compiled: a change to any of them starts an empty folder, copies of the package share one, and
+folders unused for a month are removed. Where nothing can be kept (a full disk, a home that is read-only or none at all)
+or a kept result is damaged, the code is compiled each time.
 """
 
-import functools
+import contextlib
+import fcntl
 import hashlib
 import os
 import re
@@ -17,10 +18,11 @@ import tempfile
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numba
 import numba.core.config
+from numba.core.caching import CompileResultCacheImpl, FunctionCache
 from numba.extending import register_jitable
 
 Compilable = Callable[..., Any]
@@ -80,31 +82,83 @@ def part(function: Compilable) -> Compilable:
 
 def compiled(function: Compilable) -> Compilable:
     """Compile an inner loop; it runs without Python's global lock and is kept on disk."""
-    options = {"nogil": True, **_FLOATING_POINT}
-    if _CACHE_FOLDER is None:
-        return numba.njit(function, **options)
-    configured = numba.core.config.CACHE_DIR
-    numba.core.config.CACHE_DIR = _CACHE_FOLDER
-    try:
-        loop = numba.njit(function, cache=True, **options)
-    except (OSError, RuntimeError):  # numba's word for a folder that cannot be written to
-        return numba.njit(function, **options)
-    finally:
-        numba.core.config.CACHE_DIR = configured
-    cache = loop._cache  # numba has no public way to go on without one
-    cache.load_overload = _or_none(cache.load_overload)
-    cache.save_overload = _or_none(cache.save_overload)
+    loop = numba.njit(function, nogil=True, **_FLOATING_POINT)
+    if _CACHE_FOLDER is not None:
+        loop._cache = _Kept(function)  # as numba's own cache=True does
     return loop
 
 
-def _or_none(function: Compilable) -> Compilable:
-    """Return a function that gives None where the given one fails: a kept result may be damaged, or the disk full."""
+def is_to_be_kept(loop: Compilable) -> bool:
+    """Return whether a compiled loop's code can be kept on disk, and is not there yet."""
+    kept = getattr(loop, "_cache", None)
+    return isinstance(kept, _Kept) and not any(Path(kept.cache_path).glob(f"{kept._impl.filename_base}.*.nbc"))
 
-    @functools.wraps(function)
-    def tolerant(*arguments: Any, **named: Any) -> Any:
+
+class _InFolder:
+    """Where numba keeps code: in our folder, whose name stands for the sources wherever they lie.
+
+    Numba's own locators tell places and times of files apart, so that a checkout, its installed copy and one more would
+    each compile the same again.
+    """
+
+    def __init__(self, function: Compilable, file: str):
+        self._py_file = file  # that numba names in warnings
+        self._line = function.__code__.co_firstlineno
+
+    @classmethod
+    def from_function(cls, function: Compilable, file: str) -> "_InFolder":
+        return cls(function, file)
+
+    def get_cache_path(self) -> str:
+        return str(_CACHE_FOLDER)
+
+    def ensure_cache_path(self) -> None:
+        Path(self.get_cache_path()).mkdir(parents=True, exist_ok=True)
+
+    def get_source_stamp(self) -> str:
+        return ""
+
+    def get_disambiguator(self) -> str:
+        return str(self._line)
+
+
+class _Contents(CompileResultCacheImpl):  # type: ignore[misc]  # numba has no types
+    _locator_classes = (_InFolder,)
+
+
+class _Kept(FunctionCache):  # type: ignore[misc]
+    """Compiled code on disk; compiled again where what is kept is damaged, and not kept where the disk is full.
+
+    Of several processes that lack the same code one compiles it; the others wait and load what it kept.
+    """
+
+    _impl_class = _Contents
+    _lock: BinaryIO | None = None
+
+    def load_overload(self, *arguments: Any) -> Any:
+        kept = self._loaded(*arguments)
+        if kept is None:
+            with contextlib.suppress(OSError):  # no file or no lock can be had: each compiles for itself
+                self._impl.locator.ensure_cache_path()
+                self._lock = (Path(self.cache_path) / f"{self._impl.filename_base}.lock").open("wb")
+                fcntl.flock(self._lock, fcntl.LOCK_EX)
+            kept = self._loaded(*arguments)
+            if kept is not None:
+                self._unlock()
+        return kept
+
+    def save_overload(self, *arguments: Any) -> None:
+        with contextlib.suppress(Exception):
+            super().save_overload(*arguments)
+        self._unlock()
+
+    def _loaded(self, *arguments: Any) -> Any:
         try:
-            return function(*arguments, **named)
+            return super().load_overload(*arguments)
         except Exception:  # noqa: BLE001 - unpickling and loading a damaged file raises anything
             return None
 
-    return tolerant
+    def _unlock(self) -> None:
+        if self._lock is not None:
+            self._lock.close()
+            self._lock = None

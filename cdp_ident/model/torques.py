@@ -9,12 +9,12 @@ import numpy.typing as npt
 
 from cdp_ident.model.effects.catalogue import kind_of
 from cdp_ident.model.effects.constants import COUNT
-from cdp_ident.model.effects.effect import Form, TorqueEffect
+from cdp_ident.model.effects.effect import JOINTS, Form, TorqueEffect
 
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
 
-_JOINTS = ("inner", "outer", "base")
+_PLACES = (*JOINTS, "base")
 _OF_RODS = 4
 """Size of the rods' state."""
 _OF_BASE = 2
@@ -56,7 +56,7 @@ class Torques:
         for lane, (effect, parameter) in enumerate(directions):
             lanes[effect, parameter] = lane
         table = [
-            (kind_of(effect), effect.form, _JOINTS.index(effect.joint), effect.dry, _turning_parameter(effect))
+            (kind_of(effect), effect.form, _PLACES.index(effect.joint), effect.dry, _turning_parameter(effect))
             for effect, _ in effects
         ]
         return cls(np.array(table, dtype=np.int64).reshape(-1, 5), values, constants, lanes)

@@ -9,16 +9,17 @@ import numpy.typing as npt
 from cdp_ident.diagnosis.identification import Identification
 from cdp_ident.diagnosis.length import LengthByBalance, length_by_balance, says_another_length
 from cdp_ident.errors import IdentificationError
-from cdp_ident.fit.balance_unknowns import DRY, DryJoint
+from cdp_ident.fit.balance_unknowns import DRY, NOT_DRY, Mechanism, Piece
 from cdp_ident.fit.data import noise_over, prepare
 from cdp_ident.fit.estimation import estimate
-from cdp_ident.fit.force_balance import CLEARLY_BETTER, ForceBalance, balance_of_forces
+from cdp_ident.fit.force_balance import CLEARLY_BETTER, ForceBalance, balance_of_pieces, pieces_of
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.reweighting import reweighted
 from cdp_ident.fit.roles import assign_roles
 from cdp_ident.fit.scales import Scales, scales_of
 from cdp_ident.fit.thinning import thinned
 from cdp_ident.fit.window_lengths import Lengths, predictable_lengths
+from cdp_ident.model.effects.effect import TorqueEffect
 from cdp_ident.search.genetic_search import Progress
 from cdp_ident.trial.trial import Trial
 
@@ -49,11 +50,13 @@ def identify(
     parted = assign_roles(fit, holdout, float(np.sqrt(prior.length / prior.gravity)))
     shown = [part.shown for part in parted if part.is_fitted]
     noise = noise_over(shown)
-    balances = _balances(shown, options)
+    mechanism = Mechanism(prior.length, prior.gravity, options.model.mechanism.outer_length or prior.length)
+    pieces = _pieces(shown, mechanism)
+    balances = _balances(pieces, mechanism)
     balanced = balances[0] if balances else None
     length, failure = None, ""
     if balances and not options.length_free:
-        length = _length(shown, options, balances[0])
+        length = _length(pieces, mechanism, balances[0])
         failure = says_another_length(balances[0], length)
     scales = scales_of(shown, prior.length, prior.gravity, noise, balanced.groups_of if balanced else None)
     parted = [replace(part, trial=thinned(part.trial, scales.together)) for part in parted]
@@ -107,48 +110,49 @@ def _lengths(
     return predictable_lengths(trial, scales, groups, options.prior.length, options.prior.gravity, noise)
 
 
-def _balances(trials: Sequence[Trial], options: IdentifyOptions) -> tuple[ForceBalance, ...]:
-    """Return the balances of forces, the best choice of dry friction and coupling first.
+def _pieces(trials: Sequence[Trial], mechanism: Mechanism) -> list[Piece]:
+    """Return the trials' smooth motion; none where it cannot be computed."""
+    try:
+        return pieces_of(trials, mechanism.time_unit)
+    except (IdentificationError, np.linalg.LinAlgError):
+        return []
 
-    Where it prefers any, the one with dry friction in both joints follows, as friction in one may hide that in the
-    other. Where the motion is too little for a balance, there is none.
+
+def _balances(pieces: Sequence[Piece], mechanism: Mechanism) -> tuple[ForceBalance, ...]:
+    """Return the balances of forces, the one with the best choice of effects first.
+
+    Where that has any, the one with dry friction in both joints follows, as friction in one may hide that in the other.
+    Where the motion is too little for a balance, there is none.
     """
-    plain = _balance(trials, options)
+    plain = _balance(pieces, mechanism)
     if plain is None:
         return ()
-    geared = _balance(trials, options, constant_coupling=True)
-    coupled = geared is not None and geared.least_criterion < plain.least_criterion - CLEARLY_BETTER
-    preferred = geared if geared is not None and coupled else plain
-    if not preferred.effects or len(preferred.dry) == len(DRY):
+    preferred, besides = plain, tuple[TorqueEffect, ...]()
+    for effect in NOT_DRY:
+        other = _balance(pieces, mechanism, (effect,))
+        if other is not None and other.criterion < min(preferred.criterion, plain.criterion - CLEARLY_BETTER):
+            preferred, besides = other, (effect,)
+    with_all_dry = (*besides, *DRY)
+    if not preferred.effects or preferred.effects == with_all_dry:
         return (preferred,)
-    both = _balance(trials, options, constant_coupling=coupled, dry=tuple(DRY))
+    both = _balance(pieces, mechanism, with_all_dry, ())
     return (preferred,) if both is None else (preferred, both)
 
 
-def _length(trials: Sequence[Trial], options: IdentifyOptions, balance: ForceBalance) -> LengthByBalance | None:
-    coupled = balance.unknowns.constant_coupling
-    free = _balance(trials, options, constant_coupling=coupled, dry=balance.dry, length_free=True)
+def _length(pieces: Sequence[Piece], mechanism: Mechanism, balance: ForceBalance) -> LengthByBalance | None:
+    free = _balance(pieces, mechanism, balance.effects, (), length_free=True)
     return None if free is None else length_by_balance(balance, free)
 
 
 def _balance(
-    trials: Sequence[Trial],
-    options: IdentifyOptions,
-    constant_coupling: bool = False,
-    dry: tuple[DryJoint, ...] | None = None,
+    pieces: Sequence[Piece],
+    mechanism: Mechanism,
+    effects: Sequence[TorqueEffect] = (),
+    optional: Sequence[TorqueEffect] = DRY,
     length_free: bool = False,
 ) -> ForceBalance | None:
     """Return the balance of forces, or None where it cannot be computed: the search begins without it then."""
-    prior, outer_length = options.prior, options.model.mechanism.outer_length
     try:
-        return balance_of_forces(
-            trials,
-            prior.length,
-            prior.gravity,
-            dry=dry,
-            constant_coupling=constant_coupling,
-            length_free=length_free,
-            outer_length=outer_length,
-        )
+        return balance_of_pieces(pieces, mechanism, effects=effects, optional=optional, length_free=length_free)
     except (IdentificationError, np.linalg.LinAlgError):
         return None

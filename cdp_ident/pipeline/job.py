@@ -7,6 +7,7 @@ from pathlib import Path
 
 from cdp_ident.configuration.settings import Settings
 from cdp_ident.errors import OptionError
+from cdp_ident.model.compile_ahead import compile_ahead
 from cdp_ident.model.parameters import SYMBOLS
 from cdp_ident.model.weight_settings import ADDED, refuse_misplaced
 from cdp_ident.model.weights import RODS, Rod, Weight
@@ -31,6 +32,7 @@ def load(job: Job, more_to_come: bool = False) -> LoadedJob:
         BagError: a bag cannot be read.
         TrialError: a bag holds no trial.
     """
+    compile_ahead()
     if not job.bags:
         raise OptionError("there is nothing to identify from: give at least one --bag, or a folder to --watch")
     checksums = refuse_copies((*job.bags, *job.holdout))

@@ -5,8 +5,6 @@ At each step all candidates get a score test and the promising ones a full refit
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.force_balance import ForceBalance
 from cdp_ident.model.effects.effect import SensorEffect
@@ -40,8 +38,7 @@ def add_balanced(progress: Progress, balances: Sequence[ForceBalance]) -> None:
     refitted: list[_Refitted] = []
     for balance in balances:
         candidates = tuple(
-            Candidate(ActiveEffect(effect), 0.0, np.array([balance.value(name)]))
-            for name, effect in balance.effects.items()
+            Candidate(ActiveEffect(effect), 0.0, balance.strengths(effect)) for effect in balance.effects
         )
         # All of them, and without the first, which is the most unusual.
         for chosen in (candidates, candidates[1:]):

@@ -20,7 +20,7 @@ from cdp_ident.fit.initial_states import InitialState
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.refinement import Fit
 from cdp_ident.model.effects.catalogue import CATALOGUE
-from cdp_ident.model.effects.effect import TorqueEffect
+from cdp_ident.model.effects.effect import TorqueEffect, exclude_each_other
 from cdp_ident.model.parallel import parallel_for
 from cdp_ident.tracing import thresholds
 
@@ -76,9 +76,13 @@ def shapes_of(active: ActiveEffect, first: float = 1.0) -> list[float]:
 
 
 def addable(model: MotionModel) -> list[ActiveEffect]:
-    """Return the effects that a score test can show: one form of each in a joint, and not those of an instant."""
-    present = {(active.effect.name, active.effect.joint) for active in model.effects}
-    return [ActiveEffect(e) for e in CATALOGUE if (e.name, e.joint) not in present and e.has_score]
+    """Return the effects that a score test can show and that may be beside those of a model."""
+    present = [active.effect for active in model.effects]
+    return [
+        ActiveEffect(effect)
+        for effect in CATALOGUE
+        if effect.has_score and not any(exclude_each_other(effect, other) for other in present)
+    ]
 
 
 @dataclass(frozen=True)

@@ -10,12 +10,12 @@ from cdp_ident.diagnosis.inertia import Inertia
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.refinement import Fit
 from cdp_ident.model.effects.curves import basis
-from cdp_ident.model.effects.effect import Curve, EffectParameter, TorqueEffect
+from cdp_ident.model.effects.effect import JOINTS, Curve, EffectParameter, TorqueEffect
 from cdp_ident.tracing.evidence import change
 from cdp_ident.tracing.final_model import FinalModel
 from cdp_ident.tracing.likeness import likeness
 from cdp_ident.tracing.selection import Certainty, Selection
-from cdp_ident.tracing.torque_residual import JOINTS, torque_residual
+from cdp_ident.tracing.torque_residual import torque_residual
 
 Array = npt.NDArray[np.float64]
 

@@ -9,9 +9,10 @@ import numpy.typing as npt
 from cdp_ident.diagnosis.cross_validation import Folds, cross_validated
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.active_effect import ActiveEffect
-from cdp_ident.fit.motion_model import JOINTS, MotionModel
+from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.refinement import Fit, refine, refine_from_afar
 from cdp_ident.fit.reweighting import reweighted
+from cdp_ident.model.effects.effect import JOINTS
 from cdp_ident.tracing import thresholds
 from cdp_ident.tracing.candidates import Candidate
 from cdp_ident.tracing.evidence import Attempt

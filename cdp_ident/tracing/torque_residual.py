@@ -7,13 +7,11 @@ import numpy.typing as npt
 
 from cdp_ident.fit.refinement import Fit
 from cdp_ident.fit.windows import Window
-from cdp_ident.model.effects.effect import Joint, TorqueEffect
+from cdp_ident.model.effects.effect import TorqueEffect
 from cdp_ident.model.trajectory import accelerations_at
 from cdp_ident.trial.kinematics import HALF_WIDTH, local_motion
 
 Array = npt.NDArray[np.float64]
-
-JOINTS: tuple[Joint, ...] = ("inner", "outer")
 
 
 @dataclass(frozen=True)

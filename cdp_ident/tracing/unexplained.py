@@ -7,10 +7,10 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.diagnosis.outlier_windows import outlier_windows
-from cdp_ident.model.effects.effect import Joint
+from cdp_ident.model.effects.effect import JOINTS, Joint
 from cdp_ident.tracing import thresholds
 from cdp_ident.tracing.final_model import FinalModel
-from cdp_ident.tracing.torque_residual import JOINTS, TorqueResidual, corrected, torque_residual
+from cdp_ident.tracing.torque_residual import TorqueResidual, corrected, torque_residual
 
 Array = npt.NDArray[np.float64]
 

@@ -8,8 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.fit.active_effect import ActiveEffect
-from cdp_ident.fit.motion_model import JOINTS
 from cdp_ident.model.effects.catalogue import CATALOGUE
+from cdp_ident.model.effects.effect import JOINTS, SensorEffect
 from cdp_ident.tracing import thresholds
 from cdp_ident.tracing.acceptance import improves_enough
 from cdp_ident.tracing.candidates import Candidate
@@ -18,9 +18,8 @@ from cdp_ident.tracing.progress import Progress
 
 Array = npt.NDArray[np.float64]
 
-_OFFSET = "encoder_offset"
-_FOR_ALL = tuple(effect for effect in CATALOGUE if effect.name in (_OFFSET, "gravity_tilt"))
-"""Effects that cannot be distinguished from an offset of the zeros."""
+_FOR_ALL = tuple(effect for effect in CATALOGUE if effect.acts_as_zero)
+_OFFSETS = tuple(effect for effect in _FOR_ALL if isinstance(effect, SensorEffect))
 
 
 def fit_zeros_by_trial(progress: Progress) -> None:
@@ -34,7 +33,7 @@ def fit_zeros_by_trial(progress: Progress) -> None:
     if len(trials) < 2 or current.model.zeros:
         return
     present = {active.effect.key for active in current.model.effects}
-    offsets = [effect for effect in CATALOGUE if effect.name == _OFFSET and effect.key not in present]
+    offsets = [effect for effect in _OFFSETS if effect.key not in present]
     same = progress.tried(current, [tuple(Candidate(ActiveEffect(effect), 0.0, np.zeros(1)) for effect in offsets)])
     own = _with_zeros_by_trial(progress, current)
     if not same or own is None:

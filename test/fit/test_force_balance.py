@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from cdp_ident.errors import IdentificationError
-from cdp_ident.fit.balance_unknowns import COUPLING, DRY
+from cdp_ident.fit.balance_unknowns import DRY
 from cdp_ident.fit.force_balance import balance_of_forces
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.parameters import physical_coefficients
@@ -22,6 +22,7 @@ G = 9.81
 PLAIN = Rig(A23=0.5, A33=0.4, a1=1.4, c1=0.02, c2=0.01)
 STICKING = replace(PLAIN, dry1=0.02, dry2=0.03)
 EFFECTS = {effect.key: effect for effect in CATALOGUE}
+GEARED, INNER = EFFECTS["geared_rotor.outer"], EFFECTS["coulomb_friction.inner"]
 
 
 @pytest.mark.parametrize("length", [0.05, 0.4, 2.0])
@@ -35,7 +36,7 @@ def test_the_groups_of_a_rig_of_any_size_come_from_nothing(
     found = balance_of_forces([measured(length=length, rate=rate, noise=noise)], length, G)
     truth, _ = true_groups(PLAIN, length)
     assert found.groups[:3] == pytest.approx(truth[:3], rel=percent / 100)
-    assert found.dry == () or noise > 1e-3
+    assert found.effects == () or noise > 1e-3
     assert np.all(found.unexplained < 2 * found.noise_share + 1e-3)
 
 
@@ -43,9 +44,9 @@ def test_the_groups_of_a_rig_of_any_size_come_from_nothing(
 def test_dry_friction_of_joints_that_stick_is_found_with_them(measured, true_groups, noise):
     found = balance_of_forces([measured(STICKING, noise=noise)], 0.4, G)
     truth, dry = true_groups(STICKING, 0.4)
-    assert found.dry == ("inner", "outer")
+    assert found.effects == DRY
     assert found.groups[:3] == pytest.approx(truth[:3], rel=0.02)
-    assert [found.value(DRY[joint]) for joint in DRY] == pytest.approx(dry, rel=0.15)
+    assert [found.strengths(effect)[0] for effect in DRY] == pytest.approx(dry, rel=0.15)
     assert found.used[1] < 0.9, "the outer joint sticks for a part of the motion"
 
 
@@ -59,11 +60,11 @@ def test_a_joint_that_soon_comes_to_rest_leaves_a_pendulum(measured, true_groups
     """Where it rests, inertias and weights that are all zero would explain the other joint's motion exactly."""
     soon_at_rest = replace(PLAIN, dry1=1.2)
     trials = [measured(soon_at_rest, start=np.array([2.0, start, 0.0, 0.0]), noise=3e-4) for start in (2.6, 0.5)]
-    found = balance_of_forces(trials, 0.4, G, constant_coupling=True)
+    found = balance_of_forces(trials, 0.4, G, effects=[GEARED])
     truth, dry = true_groups(soon_at_rest, 0.4)
-    assert found.dry == ("inner",)
+    assert found.effects == (GEARED, INNER)
     assert found.groups[:3] == pytest.approx(truth[:3], rel=0.05)
-    assert found.value(DRY["inner"]) == pytest.approx(dry[0], rel=0.15)
+    assert found.strengths(INNER)[0] == pytest.approx(dry[0], rel=0.15)
 
 
 def test_many_short_trials_are_one_balance(measured, true_groups):
@@ -75,10 +76,10 @@ def test_many_short_trials_are_one_balance(measured, true_groups):
 def test_what_is_left_tells_of_something_that_is_missing(measured):
     springy = replace(PLAIN, coupling=-0.06)
     without = balance_of_forces([measured(springy)], 0.4, G)
-    found = balance_of_forces([measured(springy)], 0.4, G, constant_coupling=True)
+    found = balance_of_forces([measured(springy)], 0.4, G, effects=[GEARED])
     assert without.unexplained[1] > 5 * without.noise_share[1]
     assert np.all(found.unexplained < 1.5 * found.noise_share)
-    assert found.value(COUPLING) == pytest.approx(-0.06, abs=3e-3)
+    assert found.strengths(GEARED)[0] == pytest.approx(-0.06, abs=3e-3)
     assert found.groups[:2] == pytest.approx([0.5, 0.4], rel=0.02)
 
 
@@ -90,13 +91,13 @@ def test_what_is_left_tells_of_something_that_is_missing(measured):
     ],
 )
 def test_other_effects_are_found_on_request(measured, rig, key, name, value):
-    found = balance_of_forces([measured(rig, rate=400.0, noise=3e-4)], 0.4, G, effects=[EFFECTS[key]], dry=())
+    found = balance_of_forces([measured(rig, rate=400.0, noise=3e-4)], 0.4, G, effects=[EFFECTS[key]], optional=())
     assert found.value(name) == pytest.approx(value, rel=0.1)
 
 
 def test_a_length_that_is_not_known_well_is_found(measured):
     trial = measured(length=0.4, noise=1e-4)
-    found = balance_of_forces([trial], 0.42, G, length_free=True, dry=())
+    found = balance_of_forces([trial], 0.42, G, length_free=True, optional=())
     assert found.length == pytest.approx(0.4, rel=2e-3)
     assert found.value("m2_l2_over_A22") == pytest.approx(0.5 / 0.4, rel=5e-3)
 
@@ -155,13 +156,13 @@ def test_the_dry_friction_and_the_coupling_of_geared_drives_are_found():
         time, inner, outer = np.loadtxt(DROPS / f"drop{number}.csv.gz", delimiter=",", skiprows=1, usecols=(0, 1, 2)).T
         theta = np.column_stack([inner, inner + outer]) + np.pi
         trials.append(Trial(f"drop{number}", time[time > 5.0], theta[time > 5.0]))
-    found = balance_of_forces(trials, 0.3, G, constant_coupling=True)
+    found = balance_of_forces(trials, 0.3, G, effects=[GEARED])
     inertia = 0.608 * 0.275**2 + 0.00875 + 0.63 * 0.3**2  # from the rig's drawings
-    assert found.dry == ("inner", "outer")
-    assert found.value(DRY["inner"]) * inertia == pytest.approx(0.07, abs=0.025)
-    assert found.value(DRY["outer"]) * inertia == pytest.approx(0.09, abs=0.015)
+    assert found.effects == (GEARED, *DRY)
+    assert found.strengths(DRY[0])[0] * inertia == pytest.approx(0.07, abs=0.025)
+    assert found.strengths(DRY[1])[0] * inertia == pytest.approx(0.09, abs=0.015)
     assert found.groups[:2] == pytest.approx([0.28, 0.24], abs=0.02)
-    assert found.value(COUPLING) == pytest.approx(-0.045, abs=0.015)
+    assert found.strengths(GEARED)[0] == pytest.approx(-0.045, abs=0.015)
 
 
 @pytest.mark.skipif(not SWING.exists(), reason=f"the measured free swing is not at {SWING}")

@@ -5,6 +5,7 @@ import collections
 import os
 import platform
 import re
+import runpy
 import shutil
 import subprocess
 import sys
@@ -87,10 +88,31 @@ def test_folders_of_other_versions_that_were_not_used_for_long_go(monkeypatch, t
     assert {path.name for path in tmp_path.iterdir()} == {own, "fedcba9876543210", "something else"}
 
 
-def test_compiling_leaves_numbas_own_setting_alone(monkeypatch, tmp_path):
-    monkeypatch.setattr(numba.core.config, "CACHE_DIR", str(tmp_path))
-    compilation.compiled(lambda angle: sine_and_cosine(angle)[0])
-    assert str(tmp_path) == numba.core.config.CACHE_DIR
+def test_copies_of_the_package_share_compiled_code(monkeypatch, tmp_path):
+    monkeypatch.setattr(compilation, "_CACHE_FOLDER", str(tmp_path / "kept"))
+    hits = []
+    for place, age in (("checkout", 100), ("installed", 0)):
+        (tmp_path / place).mkdir()
+        file = tmp_path / place / "copied.py"
+        file.write_text("def doubled(angle):\n    return 2.0 * angle\n")
+        os.utime(file, (time.time() - age,) * 2)
+        loop = compilation.compiled(runpy.run_path(str(file))["doubled"])
+        assert loop(0.5) == 1.0
+        hits.append(sum(loop.stats.cache_hits.values()))
+    assert hits == [0, 1]
+
+
+def test_of_processes_that_lack_the_same_code_one_compiles_it(tmp_path):
+    """Several nodes are started at once, and tests on several cores."""
+    asked = "from cdp_ident.model import error_growth as e; import numpy as np; e.steps_until(np.zeros((3, 4)), "
+    asked += "np.ones(7), 0.1, np.zeros(1, dtype=int), np.ones(4), np.ones(2), 2); print(len(e._steps_until.stats."
+    asked += "cache_misses))"
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
+    processes = [
+        subprocess.Popen([sys.executable, "-c", asked], env=environment, stdout=subprocess.PIPE, text=True)
+        for _ in range(3)
+    ]
+    assert sorted(process.communicate(timeout=300)[0].strip() for process in processes) == ["0", "0", "1"]
 
 
 MOTION_WITH_EACH_TORQUE = """

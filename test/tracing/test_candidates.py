@@ -5,10 +5,12 @@ import math
 import numpy as np
 import pytest
 
+from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.motion_model import Mechanism, MotionModel
 from cdp_ident.fit.prior import Prior
 from cdp_ident.fit.refinement import refine
 from cdp_ident.fit.windows import cut_into_windows
+from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.parameters import SYMBOLS, groups_of
 from cdp_ident.tracing.candidates import ScoreTest, addable
 from cdp_ident.trial.trial import Trial
@@ -36,3 +38,12 @@ def test_a_heavy_cart_on_a_soft_stand_is_seen_by_what_a_little_of_it_would_chang
     compliance, found, _ = first.values
     assert compliance > 0.0
     assert abs(math.log2(found / frequency)) < 0.6
+
+
+def test_a_joint_may_have_several_harmonics_but_of_other_effects_one_form() -> None:
+    present = ("cogging_torque.outer.5 per turn", "air_drag.outer.rotation", "coulomb_friction.inner")
+    model = MotionModel(Mechanism.of(Prior()))
+    every = {active.effect.key for active in addable(model)}
+    for effect in CATALOGUE:
+        model = model.with_effect(ActiveEffect(effect)) if effect.key in present else model
+    assert every - {active.effect.key for active in addable(model)} == {*present, "air_drag.outer.strips"}

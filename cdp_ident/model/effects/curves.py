@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.model.compilation import Compilable, inlined, part
-from cdp_ident.model.effects.effect import Curve, EffectParameter, Joint, TorqueEffect
+from cdp_ident.model.effects.effect import JOINTS, Curve, EffectParameter, TorqueEffect
 
 Array = npt.NDArray[np.float64]
 
@@ -85,7 +85,6 @@ def basis(curve: Curve, at: Array) -> Array:
 def _in_both(
     variant: str, description: str, formula: str, curve: Curve, law: Compilable, lowest: float, dry: bool
 ) -> tuple[TorqueEffect, ...]:
-    joints: tuple[Joint, ...] = ("inner", "outer")
     parameters = tuple(
         EffectParameter(f"c{k}", "N m", lowest, 500.0, 0.5 + 0.2 * math.sin(0.4 * k), inertia_power=1)
         for k in range(curve.count)
@@ -105,7 +104,7 @@ def _in_both(
             linear=not dry,
             curve=curve,
         )
-        for joint in joints
+        for joint in JOINTS
     )
 
 

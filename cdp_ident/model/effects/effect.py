@@ -10,6 +10,8 @@ import numpy.typing as npt
 
 Array = npt.NDArray[np.float64]
 Joint = Literal["inner", "outer", "base"]
+JOINTS: tuple[Joint, Joint] = ("inner", "outer")
+"""The joints between bodies, in the order of the angles."""
 
 
 @dataclass(frozen=True)
@@ -97,9 +99,16 @@ class TorqueEffect:
     """Whether `law` gives the size of a set-valued friction of the joint instead: it acts against the joint's motion,
     and holds the joint still while a torque of that size suffices. Of form RODS, the first value returned is it."""
     at_an_instant: bool = False
-    """Whether it happens once, in one trial, at its parameter `time`."""
+    """Whether it happens once, in one trial, at its parameter `time`: an impulse on the rod of its joint."""
     harmonic: bool = False
-    """Whether it is one of many harmonics of a turn, which can imitate a part of any function of position."""
+    """Whether it is one of many harmonics of a turn, which can imitate a part of any function of position. A joint may
+    have several of them."""
+    in_balance: bool = False
+    """Whether the balance of forces looks for it, before anything is simulated: where it is strong, the paper's model
+    fits so badly that its residual does not show it. Dry friction in both joints is looked for together, anything else
+    alone."""
+    acts_as_zero: bool = False
+    """Whether it cannot be distinguished from an encoder's zero that is off by the same in all trials."""
     linear: bool = True
     """Whether it is linear in small motions: dry friction, drag (of second order) and impulses are not."""
     turns_over: str = ""
@@ -147,12 +156,19 @@ class SensorEffect:
     delays: bool = False
     """Whether its one parameter is by how much the encoder is late [s], instead of anything added."""
     at_an_instant: bool = False
-    """Whether it happens once, in one trial, at its parameter `time`."""
+    """Whether it happens once, in one trial: it is added from its parameter `time` on."""
+    acts_as_zero: bool = False
+    """Whether it is an encoder's zero that is off by the same in all trials."""
 
     @property
     def key(self) -> str:
         """Name that no other effect of the catalogue has."""
         return ".".join(filter(None, (self.name, self.joint, self.variant)))
+
+    @property
+    def harmonic(self) -> bool:
+        """Return false: it is not a torque."""
+        return False
 
     @property
     def curve(self) -> None:
@@ -166,3 +182,10 @@ class SensorEffect:
 
 
 Effect = TorqueEffect | SensorEffect
+
+
+def exclude_each_other(one: Effect, other: Effect) -> bool:
+    """Return whether a model has at most one of two effects: forms of the same one in a joint, but for harmonics."""
+    if one.harmonic and other.harmonic:
+        return one.key == other.key
+    return (one.name, one.joint) == (other.name, other.joint)

@@ -47,10 +47,19 @@ _RESTS: tuple[tuple[Joint, float], ...] = (("inner", math.pi), ("outer", 0.0))
 
 
 def _each(
-    name: str, description: str, formula: str, source: str, parameters: tuple[EffectParameter, ...], reading
+    name: str,
+    description: str,
+    formula: str,
+    source: str,
+    parameters: tuple[EffectParameter, ...],
+    reading,
+    acts_as_zero: bool = False,
 ) -> tuple[SensorEffect, ...]:
     return tuple(
-        SensorEffect(name, joint, "", description, formula, source, parameters, reading(rest)) for joint, rest in _RESTS
+        SensorEffect(
+            name, joint, "", description, formula, source, parameters, reading(rest), acts_as_zero=acts_as_zero
+        )
+        for joint, rest in _RESTS
     )
 
 
@@ -62,6 +71,7 @@ ENCODERS: tuple[SensorEffect, ...] = (
         "zero set while the rod did not hang still, or a loose coupling",
         (EffectParameter("offset", "rad", -0.3, 0.3, 0.01),),
         lambda rest: _offset,
+        acts_as_zero=True,
     ),
     *_each(
         "encoder_scale",

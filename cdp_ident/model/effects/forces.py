@@ -7,7 +7,7 @@ import numpy as np
 
 from cdp_ident.model.compilation import inlined, part
 from cdp_ident.model.effects.constants import LENGTH, OUTER_LENGTH
-from cdp_ident.model.effects.effect import EffectParameter, Form, Joint, TorqueEffect
+from cdp_ident.model.effects.effect import JOINTS, EffectParameter, Form, TorqueEffect
 from cdp_ident.model.equations import accelerations
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
@@ -186,9 +186,6 @@ def _impulse_outer(state, time, values, row, constants, slopes):
     return 0.0, values[row, 0] * bell
 
 
-_JOINTS: tuple[Joint, ...] = ("inner", "outer")
-
-
 def _cogging_of(periods: int) -> tuple[TorqueEffect, ...]:
     return tuple(
         TorqueEffect(
@@ -206,7 +203,7 @@ def _cogging_of(periods: int) -> tuple[TorqueEffect, ...]:
             _cogging,
             harmonic=True,
         )
-        for joint in _JOINTS
+        for joint in JOINTS
     )
 
 
@@ -245,12 +242,12 @@ FORCES: tuple[TorqueEffect, ...] = (
             "joint_spring", joint, "", "a spring across the joint", "torque - stiffness angle, angle from hanging",
             "Hooke; a cable across the joint or a seal that does not slip", _SPRING, _spring,
         )
-        for joint in _JOINTS
+        for joint in JOINTS
     ),
     TorqueEffect(
         "gravity_tilt", "base", "", "a base that is not level", "gravity acts along theta = tilt",
         "statics; the same motion as with an inner encoder that is off by the tilt",
-        (EffectParameter("tilt", "rad", -0.3, 0.3, 0.01),), _tilt, Form.RODS,
+        (EffectParameter("tilt", "rad", -0.3, 0.3, 0.01),), _tilt, Form.RODS, acts_as_zero=True,
     ),
     TorqueEffect(
         "pivot_compliance", "base", "", "a cart that gives way", "x = -compliance times the rods' horizontal pull",
@@ -276,6 +273,7 @@ FORCES: tuple[TorqueEffect, ...] = (
         "fast as the joint, coupling = J n (1 - n), and the rest of its inertia is in that of the rods",
         "kinetic energy of a rotor at the speed omega1 + n (omega2 - omega1): Siciliano et al., Robotics, 2009, 7.2",
         (EffectParameter("coupling", "kg m^2", -0.9, 0.9, -0.02, inertia_power=1),), None, Form.COUPLING,
+        in_balance=True,
     ),
     TorqueEffect(
         "impulse", "inner", "", "an impulse on the rod", _IMPULSE_FORMULA, "", _IMPULSE, _impulse_inner, Form.RODS,

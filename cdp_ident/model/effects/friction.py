@@ -7,7 +7,7 @@ rest suffices the joint stands still (`sticking`).
 import math
 
 from cdp_ident.model.compilation import Compilable, part
-from cdp_ident.model.effects.effect import EffectParameter, Form, Joint, TorqueEffect
+from cdp_ident.model.effects.effect import JOINTS, EffectParameter, Form, Joint, TorqueEffect
 from cdp_ident.model.equations import acceleration_derivatives
 
 
@@ -101,8 +101,8 @@ def _both(
     dry: bool = True,
     contains: str = "",
     turns_over: str = "",
+    in_balance: bool = False,
 ) -> tuple[TorqueEffect, ...]:
-    joints: tuple[Joint, ...] = ("inner", "outer")
     return tuple(
         TorqueEffect(
             name,
@@ -117,8 +117,9 @@ def _both(
             linear=False,
             turns_over=turns_over,
             contains=contains,
+            in_balance=in_balance,
         )
-        for joint in joints
+        for joint in JOINTS
     )
 
 
@@ -137,6 +138,7 @@ FRICTION: tuple[TorqueEffect, ...] = (
         f"Coulomb, 1785; {_SET_VALUED}",
         (_torque("torque", 0.05),),
         _coulomb,
+        in_balance=True,
     ),
     *_both(
         "stribeck_friction",

@@ -5,13 +5,11 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.model.effects.effect import SensorEffect
+from cdp_ident.model.effects.effect import JOINTS, SensorEffect
 
 Array = npt.NDArray[np.float64]
 Motion = Callable[[float], tuple[Array, Array]]
 """From a delay [s] to the states (n, 4) so much earlier and their derivatives (n, 4, d); without any, d is 0."""
-
-_ENCODERS = ("inner", "outer")
 
 
 def encoder_readings(
@@ -31,20 +29,19 @@ def encoder_readings(
     states, derivatives = motion(0.0)
     if not sensors:
         return states[:, :2], derivatives[:, :2]
-    # The inner encoder turns by theta1, the outer one by theta2 - theta1.
-    angles = [states[:, 0], states[:, 1] - states[:, 0]]
-    slopes = [derivatives[:, 0], derivatives[:, 1] - derivatives[:, 0]]
+    angles, slopes = [of_joint(states, k) for k in range(2)], [of_joint(derivatives, k) for k in range(2)]
     for effect, values, place in sensors:
         if effect.delays:
+            k = JOINTS.index(effect.joint)
             late_states, late = motion(values[0]) if values[0] else (states, derivatives)
-            angles[1], slopes[1] = late_states[:, 1] - late_states[:, 0], late[:, 1] - late[:, 0]
+            angles[k], slopes[k] = of_joint(late_states, k), of_joint(late, k)
             if late.shape[2]:
-                slopes[1][:, first + place.start] = late_states[:, 2] - late_states[:, 3]
+                slopes[k][:, first + place.start] = -of_joint(late_states[:, 2:], k)
     readings, by_directions = list(angles), [slope.copy() for slope in slopes]
     for effect, values, place in sensors:
         if effect.delays:
             continue
-        k = _ENCODERS.index(effect.joint)
+        k = JOINTS.index(effect.joint)
         added, by = effect.reading(angles[k], time, np.asarray(values))
         readings[k] = readings[k] + added
         if derivatives.shape[2]:
@@ -54,3 +51,8 @@ def encoder_readings(
         np.stack([readings[0], readings[0] + readings[1]], axis=1),
         np.stack([by_directions[0], by_directions[0] + by_directions[1]], axis=1),
     )
+
+
+def of_joint(values: Array, joint: int) -> Array:
+    """Return what a joint has, which turns by theta1 or theta2 - theta1, of values (n, 2 or more, …) of both rods."""
+    return values[:, 0].copy() if joint == 0 else values[:, 1] - values[:, 0]

@@ -7,13 +7,13 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.diagnosis.identifiability import CONFIDENCE
+from cdp_ident.model.effects.effect import JOINTS
 from cdp_ident.report.curves import Curves, TorqueCurves
 from cdp_ident.report.figures.description import Axis, Dots, Figure, Line, Panel
 from cdp_ident.report.figures.models import models
 from cdp_ident.report.figures.palette import Colour
 from cdp_ident.report.schema import Section
 from cdp_ident.report.wording import effect_title
-from cdp_ident.tracing.torque_residual import JOINTS
 
 Array = npt.NDArray[np.float64]
 Abscissa = Literal["speed", "angle"]

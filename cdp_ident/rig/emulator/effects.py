@@ -11,8 +11,9 @@ from scipy.interpolate import CubicHermiteSpline
 
 from cdp_ident.errors import OptionError
 from cdp_ident.model.effects.constants import effect_constants
-from cdp_ident.model.effects.effect import Effect, SensorEffect, TorqueEffect
+from cdp_ident.model.effects.effect import JOINTS, Effect, SensorEffect, TorqueEffect
 from cdp_ident.model.effects.naming import effect_of
+from cdp_ident.model.effects.readings import of_joint
 from cdp_ident.model.parameters import SYMBOLS, inertia_about_cart, physical_coefficients
 from cdp_ident.model.torques import NO_TORQUES, Torques
 from cdp_ident.user_input import quoted
@@ -38,7 +39,8 @@ def parse_effects(content: Any, physical: Mapping[str, float], outer_length: flo
     """Return the effects of a rig's file: `{coulomb_friction: {inner: {torque: 0.002}}, …}`, in physical units.
 
     Names are those of `CATALOGUE`; of several forms of an effect the first is meant, unless `variant` (or, for
-    `cogging_torque`, `periods`) says otherwise. `physical` are the rig's parameters, with any weights on its rods, and
+    `cogging_torque`, `periods`) says otherwise. What a joint has more than once, such as harmonics, is a list.
+    `physical` are the rig's parameters, with any weights on its rods, and
     `outer_length` is what air drag acts along [m]. Times count from the emulator's start. Raises `OptionError` for what
     is unknown or out of its range.
     """
@@ -46,9 +48,10 @@ def parse_effects(content: Any, physical: Mapping[str, float], outer_length: flo
         return NO_EFFECTS
     A22 = float(inertia_about_cart(np.array([physical[symbol] for symbol in SYMBOLS]), physical["L"]))
     chosen = [
-        _possible_now(*effect_of(name, joint, given, A22, where), f"{where}: {name}: {joint}")
+        _possible_now(*effect_of(name, joint, one, A22, where), f"{where}: {name}: {joint}")
         for name, joints in _mapping(content, where).items()
         for joint, given in _mapping(joints, f"{where}: {name}").items()
+        for one in (given if isinstance(given, list) else [given])
     ]
     constants = effect_constants(physical_coefficients(physical), physical["L"], outer_length)
     torques = [(effect, values) for effect, values in chosen if isinstance(effect, TorqueEffect)]
@@ -83,24 +86,25 @@ class Readings:
     def of(self, states: Array) -> Array:
         """Return the inner and outer encoder's angles (n, 2) [rad] of the next states (n, 4)."""
         time = np.asarray((self._now + 1 + np.arange(len(states))) * self._period, dtype=np.float64)
-        angles = [states[:, 0], states[:, 1] - states[:, 0]]
+        angles = [of_joint(states, joint) for joint in range(2)]
         for effect, values in self._sensors:
             if effect.delays:
-                angles[1] = self._late(states, time, float(values[0]))
+                joint = JOINTS.index(effect.joint)
+                angles[joint] = self._late(states, time, float(values[0]), joint)
         for effect, values in self._sensors:
             if not effect.delays:
-                joint = ("inner", "outer").index(effect.joint)
+                joint = JOINTS.index(effect.joint)
                 angles[joint] = angles[joint] + effect.reading(angles[joint], time, values)[0]
         self._past.extend(states)
         self._now += len(states)
         return np.stack(angles, axis=1)
 
-    def _late(self, states: Array, time: Array, delay: float) -> Array:
-        """Return the outer joint's angle as it was before each sample."""
+    def _late(self, states: Array, time: Array, delay: float, joint: int) -> Array:
+        """Return a joint's angle as it was before each sample."""
         past = np.array([*self._past, *states]) if self._past else states
         begin = len(past) - len(states)
         stamps = time[0] + (np.arange(len(past)) - begin) * self._period
         if len(past) < 2:
-            return np.asarray(states[:, 1] - states[:, 0])
-        outer = CubicHermiteSpline(stamps, past[:, 1] - past[:, 0], past[:, 3] - past[:, 2])
-        return np.asarray(outer(np.maximum(time - delay, stamps[0])), dtype=np.float64)
+            return of_joint(states, joint)
+        angle = CubicHermiteSpline(stamps, of_joint(past, joint), of_joint(past[:, 2:], joint))
+        return np.asarray(angle(np.maximum(time - delay, stamps[0])), dtype=np.float64)

@@ -1,6 +1,7 @@
 """Hidden effects in the emulated rig's motion and in what its encoders show."""
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -87,3 +88,19 @@ def test_a_late_encoder_shows_the_past(piece: int) -> None:
     between = 0.5 * (outer[197:-3] + outer[198:-2])
     assert shown[200:, 1] == pytest.approx(between, abs=2e-3)
     assert np.abs(shown[200:, 1] - outer[200:]).max() > 0.05
+
+
+def test_the_inner_encoder_may_be_the_late_one() -> None:
+    motion = states({})
+    ((effect, values),) = parse_effects({"time_offset": {"outer": {"delay": 0.01}}}, NOMINAL, 0.4, "rig.yaml").sensors
+    shown = Readings(((replace(effect, joint="inner"), values),), PERIOD).of(motion)
+    assert shown[2:, 0] == pytest.approx(motion[:-2, 0], abs=1e-9)
+    assert shown[:, 1] == pytest.approx(motion[:, 1] - motion[:, 0])
+
+
+def test_a_joint_may_have_several_harmonics() -> None:
+    harmonics = [{"sine": 0.002, "cosine": 0.0, "periods": periods} for periods in (3, 7)]
+    motions = [states({"cogging_torque": {"outer": given}}) for given in (harmonics, *harmonics)]
+    assert all(np.abs(motions[0] - other).max() > 1e-3 for other in motions[1:])
+    torques = parse_effects({"cogging_torque": {"outer": harmonics}}, NOMINAL, 0.4, "rig.yaml").torques
+    assert sorted(torques.values[:, 2]) == [3.0, 7.0]
