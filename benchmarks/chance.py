@@ -149,7 +149,7 @@ def _smallest(fit: Fit) -> dict[str, float]:
     pairs = [
         _level(p.gain / expected_variance(fit, p.gain, p.variance_ratio), p.freedom) for p in test.pairs(_BEST_PAIRS)
     ]
-    instants_tried = thresholds.AT_AN_INSTANT * fit.samples // 2
+    instants_tried = sum(effect.at_an_instant for effect in CATALOGUE) * fit.samples // 2
     moments = [
         2.0 * instants_tried * float(chi2.sf(c.gain / expected_variance(fit, c.gain), 2.0)) for c in instants(fit)
     ]
@@ -191,7 +191,7 @@ def main(arguments: Sequence[str] = ()) -> None:
     parser.add_argument("--count", type=int, default=200, help="runs with each kind of noise")
     parser.add_argument("--jobs", type=int, default=0, help="processes, of one core each; 0 for all cores")
     parser.add_argument("--limit", type=float, default=900.0, help="a run that takes longer is given up [s]")
-    parser.add_argument("--out", type=Path, default=Path("identification/chance.jsonl"), help="file of JSON lines")
+    parser.add_argument("--out", type=Path, default=Path("identification/chance.jsonl"), help="what it has is kept")
     options = parser.parse_args(arguments)
     jobs = [f"{kind}/{seed}" for seed in range(options.count) for kind in NOISES]
     results = []

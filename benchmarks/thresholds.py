@@ -1,7 +1,6 @@
 """Thresholds of tracing: what the names of hidden effects become when each of them is halved or doubled.
 
-Truths near a decision are traced (weak effects, such as are taken for one another, nothing, and a bearing that
-rubs), with each constant of `cdp_ident/tracing/thresholds.py` at half, as it is, and doubled. Results are kept in
+Truths near a decision are traced (weak effects, such as are taken for one another, and nothing), with each constant of `cdp_ident/tracing/thresholds.py` at half, as it is, and doubled. Results are kept in
 `--out`, and a run that was interrupted goes on from there. `--write` makes the table of docs/explanation/thresholds.md.
 """
 
@@ -33,11 +32,10 @@ TRUTHS = (
     "coulomb_friction.outer/1/0.3",
     "air_drag.outer/3/0.6",
     "quadratic_friction.outer/5/1.5",
-    "gravity_tilt.base+coulomb_friction.inner/13/1.5",
     "cogging_torque.inner/15/0.6",
     "impulse.inner/7/1",
     "encoder_slip.outer/8/1",
-    "partial_rub.outer/10/3",
+    "load_friction.outer/21/1",
 )
 """Kind, seed, and how visible its effects are over the noise."""
 RATE, DURATION = 200, 8.0
@@ -146,7 +144,7 @@ def main(arguments: Sequence[str] = ()) -> None:
     parser.add_argument("--truths", default=",".join(TRUTHS), help="kind/seed/visible, with commas")
     parser.add_argument("--jobs", type=int, default=0, help="processes, of one core each; 0 for all cores")
     parser.add_argument("--limit", type=float, default=7200.0, help="a truth that takes longer is given up [s]")
-    parser.add_argument("--out", type=Path, default=Path("identification/thresholds.jsonl"), help="file of JSON lines")
+    parser.add_argument("--out", type=Path, default=Path("identification/thresholds.jsonl"), help="what it has is kept")
     parser.add_argument("--write", action="store_true", help="put the table into its page")
     options = parser.parse_args(arguments)
     results = []

@@ -33,8 +33,7 @@ def is_accepted(before: Attempt, after: Attempt, new: Sequence[int] | None = Non
             apart = not structured or after.fit.squared_error < thresholds.SLIP_LEAVES * before.fit.squared_error
         else:
             apart = explains_an_outlier(before.fit, after.fit, thresholds.OUTLIER, thresholds.LIKE_THE_OTHERS)
-        least = thresholds.least_gain_at_an_instant(after.fit.samples // 2)
-        return gained.fit > least and gained.validation > -thresholds.VALIDATION_GAIN and apart
+        return gained.fit > thresholds.INSTANT_GAIN and gained.validation > -thresholds.VALIDATION_GAIN and apart
     # Where more than noise would remain, a small gain may be due to another effect, and one harmonic may be a part of
     # another function of position.
     if structured and any(isinstance(effect, TorqueEffect) and effect.harmonic for effect in added):

@@ -96,8 +96,8 @@ def _once(progress: Progress) -> list[Candidate]:
     current = progress.current
     found: dict[tuple[str, int | None, float], Candidate] = {}
     for fit in (current.fit, current.closely):
-        least = thresholds.least_gain_at_an_instant(fit.samples // 2)
-        for candidate in [c for c in instants(fit) if c.gain > least * expected_variance(fit, c.gain)][:2]:
+        large = [c for c in instants(fit) if c.gain > thresholds.INSTANT_GAIN * expected_variance(fit, c.gain)]
+        for candidate in large[:2]:
             size, time = candidate.values
             effect = candidate.active.effect
             if isinstance(effect, SensorEffect) and progress.is_rounding(effect.joint, size):
