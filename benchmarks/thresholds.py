@@ -1,7 +1,8 @@
 """Thresholds of tracing: what the names of hidden effects become when each of them is halved or doubled.
 
-Truths near a decision are traced (weak effects, such as are taken for one another, and nothing), with each constant of `cdp_ident/tracing/thresholds.py` at half, as it is, and doubled. Results are kept in
-`--out`, and a run that was interrupted goes on from there. `--write` makes the table of docs/explanation/thresholds.md.
+Truths near a decision are traced (weak effects, such as are taken for one another, and nothing), with each constant of
+`cdp_ident/tracing/thresholds.py` at half, as it is, and doubled. Results are kept in `--out`, and a run that was
+interrupted goes on from there. `--write` makes the table of docs/explanation/thresholds.md.
 """
 
 import argparse
