@@ -7,7 +7,10 @@ from cdp_ident.diagnosis.identification import Identification
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.prior import Prior
 from cdp_ident.pipeline.identify import identify
-from cdp_ident.tracing.trace import Trace, trace
+from cdp_ident.tracing.final_model import FinalModel
+from cdp_ident.tracing.selection import Selection
+from cdp_ident.tracing.trace import Trace, select_effects, trace
+from cdp_ident.tracing.unexplained import Unexplained, unexplained
 from cdp_ident.trial.trial import Trial
 from reference.truths import FIT_TRIALS, Measured, Truth
 
@@ -59,20 +62,32 @@ def found(truth: Truth) -> Found:
 
 def answer_of(traced: Trace) -> Found:
     """Return what a trace says, in the words of an answer sheet."""
+    return _answer(traced.selection, traced.before, traced.after, traced.unexplained)
+
+
+def chosen(found: Identification) -> Found:
+    """Return what the package names when it traces an identification, without the rest of its report."""
+    selection, _ = select_effects(found)
+    before, after = (FinalModel.of(attempt.fit, found.data) for attempt in (selection.before, selection.after))
+    left = unexplained(after, found.data.noise, found.data.names, found.inertia.value)
+    return _answer(selection, before, after, left)
+
+
+def _answer(selection: Selection, before: FinalModel, after: FinalModel, left: Unexplained) -> Found:
+    effects = [active.effect for active in selection.after.model.effects]
     named = []
-    for effect in traced.effects:
-        if effect.certainty == "acts_like":
+    for own, certainty, also_possible in zip(effects, selection.certainty, selection.also_possible, strict=True):
+        if certainty == "acts_like":
             continue  # these are no names
-        own = effect.active.effect
-        others = (other.split()[:2] for other in effect.also_possible)
+        others = (other.split()[:2] for other in also_possible)
         named.append(Named(own.key, (own.name, str(own.joint)), tuple((name, joint) for name, joint in others)))
     return Found(
         tuple(named),
-        traced.before.holdout.rmse(),
-        traced.after.holdout.rmse(),
-        traced.unexplained.significant,
-        traced.unexplained.description,
-        tuple(effect.active.effect.key for effect in traced.effects if effect.curve),
+        before.holdout.rmse(),
+        after.holdout.rmse(),
+        left.significant,
+        left.description,
+        tuple(effect.key for effect in effects if effect.curve),
     )
 
 

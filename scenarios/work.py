@@ -17,6 +17,13 @@ def root_or_death(job: tuple[float, Path]) -> float:
     return math.sqrt(number)
 
 
+def length_of_a_name(job: str) -> dict[str, str | int]:
+    """Return how long a job's name is, as what is kept of it; that of "bad" fails."""
+    if job == "bad":
+        raise ValueError(job)
+    return {"job": job, "length": len(job)}
+
+
 def cores_and_threads(_: object) -> tuple[int, str | None]:
     """Return how many cores work is divided among, and how many threads linear algebra may use."""
     return core_count(), os.environ.get("OPENBLAS_NUM_THREADS")

@@ -13,9 +13,6 @@ Array = npt.NDArray[np.float64]
 
 _FEWEST_WINDOWS = 3
 """With fewer, none can be called an outlier."""
-_OUTSTANDING, _USUAL = 6.0, 1.7
-"""A window in which something happened has a mean squared error so many standard deviations above the others', and at
-most so many times theirs once that is explained."""
 
 
 @dataclass(frozen=True)
@@ -55,8 +52,15 @@ def outlier_windows(fits: Sequence[Fit], least: float, noise: Array | None = Non
     return [OutlierWindow(windows[index], float(errors[index]), usual) for index in found]
 
 
-def explains_an_outlier(before: Fit, after: Fit) -> bool:
-    """Return whether `after` explains an outlier window, so that its error is like the others'."""
+def explains_an_outlier(before: Fit, after: Fit, outstanding: float, like_others: float) -> bool:
+    """Return whether `after` explains an outlier window, so that its error is like the others'.
+
+    Args:
+        before: the fit in which the window is an outlier.
+        after: another fit to the same windows.
+        outstanding: by how many standard deviations of the others' an outlier's mean squared error is above theirs.
+        like_others: how many times theirs it is at most, once it is explained.
+    """
     powers = np.array([[np.mean(b**2), np.mean(a**2)] for b, a in zip(before.residuals, after.residuals, strict=True)])
     window = int(np.argmax(powers[:, 0] - powers[:, 1]))
     others = np.delete(powers[:, 1], window) if len(powers) > 1 else powers[:, 1]
@@ -65,4 +69,4 @@ def explains_an_outlier(before: Fit, after: Fit) -> bool:
     # as much as is observed.
     by_chance = np.sqrt(2.0 * after.autocorrelation.integrated_time / before.residuals[window].size)
     spread = max(by_chance, np.std(others) / usual)
-    return bool(powers[window, 0] > (1.0 + _OUTSTANDING * spread) * usual and powers[window, 1] < _USUAL * usual)
+    return bool(powers[window, 0] > (1.0 + outstanding * spread) * usual and powers[window, 1] < like_others * usual)

@@ -1,8 +1,11 @@
 """The uncertainty of a fit's values."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import numpy.typing as npt
 
+from cdp_ident.fit.autocorrelation import long_run_products
 from cdp_ident.fit.initial_states import InitialState
 from cdp_ident.fit.refinement import Fit
 
@@ -86,13 +89,7 @@ def covariance(fit: Fit) -> Array:
         weighted = sensitivity * weight[..., None]
         information = information + np.tensordot(weighted, sensitivity, axes=((0, 1), (0, 1)))
         scores.append(np.einsum("nrp,nr->np", weighted, residual))
-    lags = fit.autocorrelation.length
-    middle = np.zeros_like(information)
-    for score in scores:
-        middle += score.T @ score
-        for lag in range(1, min(lags, len(score) - 1) + 1):
-            product = score[lag:].T @ score[:-lag]
-            middle += (1.0 - lag / (lags + 1.0)) * (product + product.T)
+    middle = sum((long_run_products(score, fit.autocorrelation.length) for score in scores), np.zeros_like(information))
     if np.any(fit.model.penalty):
         of_weights = fit.model.of_weights
         of_curves = np.where(np.outer(of_weights, of_weights), 0.0, fit.model.penalty)
@@ -108,6 +105,28 @@ def covariance(fit: Fit) -> Array:
     undetermined = np.any(np.abs(left_out) > 1e-3, axis=1)
     result[undetermined, undetermined] = np.inf
     return np.asarray(result)
+
+
+def variance_ratio(fit: Fit, spread: Array, places: Sequence[int]) -> float:
+    """Return how many times larger the variance of some fitted values is than it would be with white residuals.
+
+    It is the mean over their directions, and at least that of a mean, the integrated autocorrelation time: from few
+    samples it is estimated too small. By so much more than chi-squared does the fall of the squared error vary that
+    values bring which are zero in truth (Rao and Scott, Ann. Stat. 12, 1984).
+
+    Args:
+        fit: a fit.
+        spread: (unknowns, unknowns) covariance of its values.
+        places: which of them; values that the windows do not determine are left out.
+    """
+    known = [place for place in places if np.isfinite(spread[place, place])]
+    of_mean = fit.autocorrelation.integrated_time
+    if not known:
+        return of_mean
+    white, _ = scaled_inverse(curvature(fit) + fit.model.penalty, _UNOBSERVABLE)
+    precision, left_out = scaled_inverse(white[np.ix_(known, known)], _UNOBSERVABLE)
+    total = float(np.sum(precision * spread[np.ix_(known, known)]))
+    return max(total / (fit.variance * (len(known) - left_out.shape[1])), of_mean)
 
 
 def _changes_by_units_of_time(fit: Fit, reduced: list[Array]) -> list[Array]:

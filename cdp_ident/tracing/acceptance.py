@@ -5,33 +5,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from cdp_ident.diagnosis.outlier_windows import explains_an_outlier
+from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.refinement import Fit
-from cdp_ident.model.effects.effect import Effect, SensorEffect, TorqueEffect
+from cdp_ident.model.effects.effect import SensorEffect, TorqueEffect
+from cdp_ident.tracing import thresholds
 from cdp_ident.tracing.evidence import Attempt, change
-
-FIT_GAIN = 25.0
-"""Least fall of the fit's squared error, in variances: over all candidates, chance exceeds it once in a thousand
-times."""
-_VALIDATION_GAIN = 8.0
-"""Least fall of the squared validation error, in variances."""
-_STRENGTH = 4.0
-"""Least strength of an effect without states of its own, in its own standard deviations."""
-_VALIDATION_SHARE = 0.01
-"""Least fall of the validation error, as a share of it."""
-_CERTAIN = 60.0
-"""Fall of the squared validation error, in variances, that is enough even if its share is smaller."""
-STRUCTURED, _STRUCTURED_SHARE = 5.0, 0.05
-"""The same where residuals would remain that are correlated over more than so many samples."""
-_SLIP_LEAVES = 0.5
-"""Largest share of the squared error that lost counts may leave where residuals would remain that are correlated."""
-INSTANT_GAIN = 60.0
-"""Least fall of the fit's squared error by an effect of an instant, which other windows cannot predict."""
-IMPULSE_ALONE = 10.0
-"""An impulse must explain so many times as much as any other one would in addition."""
-ABOVE_NOISE = 1.2
-"""An error of so many times the noise means that something remains."""
-_NOISE_KNOWN_WITHIN = 0.02
-"""Relative uncertainty of the noise: at least this share of it counts as unexplained."""
 
 
 def is_accepted(before: Attempt, after: Attempt, new: Sequence[int] | None = None) -> bool:
@@ -42,20 +20,20 @@ def is_accepted(before: Attempt, after: Attempt, new: Sequence[int] | None = Non
     new = range(len(before.model.effects), len(after.model.effects)) if new is None else new
     if any(after.at_limit(index) for index in new):
         return False
-    if any(after.strength(index) < _least_strength(after.model.effects[index].effect) for index in new):
-        return False
     gained = change(before, after)
+    if any(after.strength(index) < _least_strength(after.model.effects[index], gained.freedom) for index in new):
+        return False
     added = [after.model.effects[index].effect for index in new]
-    structured = after.fit.autocorrelation.integrated_time > STRUCTURED
+    structured = after.fit.autocorrelation.integrated_time > thresholds.STRUCTURED
     once = [effect for effect in added if effect.at_an_instant]
     if once:
         # An impulse affects one window, which must be an outlier. Lost counts affect all windows from then on; where
         # more than noise would remain, they may imitate a part of something else unless they explain most of it.
         if all(isinstance(effect, SensorEffect) for effect in once):
-            apart = not structured or after.fit.squared_error < _SLIP_LEAVES * before.fit.squared_error
+            apart = not structured or after.fit.squared_error < thresholds.SLIP_LEAVES * before.fit.squared_error
         else:
-            apart = explains_an_outlier(before.fit, after.fit)
-        return gained.fit > INSTANT_GAIN and gained.validation > -_VALIDATION_GAIN and apart
+            apart = explains_an_outlier(before.fit, after.fit, thresholds.OUTLIER, thresholds.LIKE_THE_OTHERS)
+        return gained.fit > thresholds.INSTANT_GAIN and gained.validation > -thresholds.VALIDATION_GAIN and apart
     # Where more than noise would remain, a small gain may be due to another effect, and one harmonic may be a part of
     # another function of position.
     if structured and any(isinstance(effect, TorqueEffect) and effect.harmonic for effect in added):
@@ -63,13 +41,21 @@ def is_accepted(before: Attempt, after: Attempt, new: Sequence[int] | None = Non
     return improves_enough(before, after)
 
 
-def _least_strength(effect: Effect) -> float:
-    """Return the least strength of an effect, in its own standard deviations.
+def _least_strength(active: ActiveEffect, freedom: float) -> float:
+    """Return the least strength of an effect, in its own standard deviations (Wald's test).
 
     What has states of its own also gains by their initial values: oscillations that begin anew in each window imitate a
-    part of whatever remains there. So its strength alone must gain what an effect must.
+    part of whatever remains there. So its strength alone must gain what all its parameters must.
+
+    Args:
+        active: the effect.
+        freedom: effective number of unknowns that were added: of a curve, all but its strengths are held by a penalty.
     """
-    return FIT_GAIN**0.5 if isinstance(effect, TorqueEffect) and effect.brings_states else _STRENGTH
+    effect = active.effect
+    if not effect.curve:
+        whole = isinstance(effect, TorqueEffect) and effect.brings_states
+        freedom = sum(whole or not parameter.shape for parameter in active.fitted)
+    return float(np.sqrt(thresholds.least_gain(freedom)))
 
 
 def improves_enough(before: Attempt, after: Attempt) -> bool:
@@ -78,18 +64,20 @@ def improves_enough(before: Attempt, after: Attempt) -> bool:
     of_fit, of_validation = (
         1.0 - new.rmse() / old.rmse() for old, new in zip(fits_of(before), fits_of(after), strict=True)
     )
-    structured = after.fit.autocorrelation.integrated_time > STRUCTURED
-    least = _STRUCTURED_SHARE if structured else _VALIDATION_SHARE
-    enough = of_validation > _VALIDATION_SHARE and max(of_fit, of_validation) > least
+    structured = after.fit.autocorrelation.integrated_time > thresholds.STRUCTURED
+    least = thresholds.STRUCTURED_SHARE if structured else thresholds.VALIDATION_SHARE
+    enough = of_validation > thresholds.VALIDATION_SHARE and max(of_fit, of_validation) > least
     # In short windows a certain effect may cause only a small share of the error.
-    enough = enough or (not structured and gained.validation > _CERTAIN)
-    return gained.fit > FIT_GAIN and gained.validation > _VALIDATION_GAIN and enough
+    enough = enough or (not structured and gained.validation > thresholds.CERTAIN)
+    return (
+        gained.fit > thresholds.least_gain(gained.freedom) and gained.validation > thresholds.VALIDATION_GAIN and enough
+    )
 
 
 def still_helps(with_it: Attempt, without_it: Attempt) -> bool:
     """Return whether an effect still improves the model beside those that were added after it."""
     lost = change(without_it, with_it)
-    return lost.fit >= FIT_GAIN / 2 and lost.validation >= 0
+    return lost.fit >= thresholds.STILL_HELPS * thresholds.least_gain(lost.freedom) and lost.validation >= 0
 
 
 def share_explained(with_it: Attempt, without_it: Attempt, noise: float) -> float:
@@ -107,7 +95,7 @@ def share_explained(with_it: Attempt, without_it: Attempt, noise: float) -> floa
         without_it.fit.rmse() ** 2 - with_it.fit.rmse() ** 2,
         _fall_without_the_largest(without_it.validation, with_it.validation),
     )
-    least = (1.0 + _NOISE_KNOWN_WITHIN) * noise
+    least = (1.0 + thresholds.NOISE_KNOWN_WITHIN) * noise
     return max(
         fall / (max(now.rmse(), least) ** 2 - noise**2) for fall, now in zip(falls, fits_of(with_it), strict=True)
     )

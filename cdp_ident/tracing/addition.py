@@ -8,14 +8,15 @@ from collections.abc import Sequence
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.force_balance import ForceBalance
 from cdp_ident.model.effects.effect import Form, SensorEffect
-from cdp_ident.tracing.acceptance import FIT_GAIN, INSTANT_GAIN, fits_of, is_accepted
+from cdp_ident.tracing import thresholds
+from cdp_ident.tracing.acceptance import fits_of, is_accepted
 from cdp_ident.tracing.candidates import Candidate, ScoreTest, addable
 from cdp_ident.tracing.evidence import Attempt, change
 from cdp_ident.tracing.exchange import try_states
 from cdp_ident.tracing.instants import instants
 from cdp_ident.tracing.progress import Progress
 from cdp_ident.tracing.pruning import drop_superfluous
-from cdp_ident.tracing.screening import WORTH_A_LOOK, expected_variance, promising
+from cdp_ident.tracing.screening import expected_variance, gains_enough, promising
 from cdp_ident.tracing.selection import Tried
 
 _MOST_EFFECTS = 8
@@ -23,10 +24,6 @@ _REFITS = 6
 """Candidates that get a full refit at a step."""
 _STRONGEST, _SECONDS = 2, 3
 """Where no candidate helps alone, so many of them are combined with so many others each."""
-_WELL_ABOVE_NOISE = 1.2
-"""Pairs are tried only above this error, over the noise."""
-_NEAR_THE_BEST = 0.75
-"""A candidate that gains this share of what the best one does is preferred if it has fewer parameters."""
 
 _Refitted = tuple[tuple[Candidate, ...], Attempt]
 """The candidates that were added, and the refitted model."""
@@ -82,8 +79,8 @@ def _best_addition(progress: Progress) -> Attempt | None:
     refitted = progress.tried(current, ((c,) for c in (*ranked, *_once(progress))))
     best = _best(current, refitted)
     if best is None:
-        pairs = [p for p in test.pairs(_REFITS // 2) if p[2] > 2 * WORTH_A_LOOK * expected_variance(current.fit, p[2])]
-        together = progress.tried(current, ((one, two) for one, two, _ in pairs))
+        pairs = (pair for pair in test.pairs(_REFITS // 2) if gains_enough(current.fit, pair))
+        together = progress.tried(current, (pair.members for pair in pairs))
         together += _with_seconds(progress, refitted)
         refitted += together
         best = _best(current, together)
@@ -100,7 +97,8 @@ def _once(progress: Progress) -> list[Candidate]:
     current = progress.current
     found: dict[tuple[str, int | None, float], Candidate] = {}
     for fit in (current.fit, current.closely):
-        for candidate in [c for c in instants(fit) if c.gain > INSTANT_GAIN * expected_variance(fit, c.gain)][:2]:
+        large = [c for c in instants(fit) if c.gain > thresholds.INSTANT_GAIN * expected_variance(fit, c.gain)]
+        for candidate in large[:2]:
             size, time = candidate.values
             effect = candidate.active.effect
             if isinstance(effect, SensorEffect) and progress.is_rounding(effect.joint, size):
@@ -115,13 +113,13 @@ def _with_seconds(progress: Progress, refitted: Sequence[_Refitted]) -> list[_Re
     Where two effects are missing, one alone is biased by the other and predicts badly.
     """
     current = progress.current
-    if current.fit.rmse() < _WELL_ABOVE_NOISE * progress.noise:
+    if current.fit.rmse() < thresholds.ABOVE_NOISE * progress.noise:
         return []
     strong = [
         (attempt.fit.rmse(), first, attempt)
         for (first,), attempt in refitted
         if not (first.active.effect.at_an_instant or attempt.at_limit(len(current.model.effects)))
-        and change(current, attempt).fit > FIT_GAIN
+        and (gained := change(current, attempt)).fit > thresholds.least_gain(gained.freedom)
     ]
     strong.sort(key=lambda found: found[0])
     return [
@@ -145,7 +143,7 @@ def _best(current: Attempt, refitted: Sequence[_Refitted]) -> Attempt | None:
         return sum(fit.squared_error / level for fit, level in zip(fits_of(attempt), levels, strict=True))
 
     most = max(error(current) - error(a) for a in accepted)
-    near = [a for a in accepted if error(current) - error(a) > _NEAR_THE_BEST * most]
+    near = [a for a in accepted if error(current) - error(a) >= thresholds.NEAR_THE_BEST * most]
     return min(near, key=lambda a: (len(a.fit.values), error(a)))
 
 

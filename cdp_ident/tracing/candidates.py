@@ -7,11 +7,14 @@ projected on its sensitivities, after the part that the model's own unknowns can
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from itertools import combinations
 
 import numpy as np
 import numpy.typing as npt
 
+from cdp_ident.diagnosis.uncertainty import scaled_inverse
 from cdp_ident.fit.active_effect import ActiveEffect
+from cdp_ident.fit.autocorrelation import long_run_products
 from cdp_ident.fit.bounded import minimum_within_limits
 from cdp_ident.fit.initial_states import InitialState
 from cdp_ident.fit.motion_model import MotionModel
@@ -19,11 +22,15 @@ from cdp_ident.fit.refinement import Fit
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.effect import TorqueEffect, exclude_each_other
 from cdp_ident.model.parallel import parallel_for
+from cdp_ident.tracing import thresholds
 
 Array = npt.NDArray[np.float64]
 
 _INDEPENDENT = 1e-6
 """A candidate counts as new if the model's own sensitivities leave at least this share of its own."""
+
+_ALIKE = 1e-8
+"""Directions of candidates with less than this share of the largest curvature are left out."""
 
 _LARGEST = 1e100
 """Sensitivities beyond this have overflowed."""
@@ -44,6 +51,16 @@ class Candidate:
     """(k,) the corresponding values of its parameters, shape parameters excepted."""
     shape: float = field(default=1.0, kw_only=True)
     """Value of its first shape parameter, over the typical one, at which that was found."""
+    variance_ratio: float = field(default=1.0, kw_only=True)
+    """Variance of the residuals' projection on it, over that of white residuals of the same size.
+
+    At least the integrated autocorrelation time, which is that of a mean.
+    """
+
+    @property
+    def freedom(self) -> int:
+        """How many parameters it adds."""
+        return len(self.active.fitted)
 
     @property
     def values(self) -> Array:
@@ -66,6 +83,22 @@ def addable(model: MotionModel) -> list[ActiveEffect]:
         for effect in CATALOGUE
         if effect.has_score and not any(exclude_each_other(effect, other) for other in present)
     ]
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Two effects that could be added together, and what the score test says of them."""
+
+    members: tuple[Candidate, Candidate]
+    gain: float
+    """By how much both together would lower the squared error of the fit [rad^2]."""
+    variance_ratio: float
+    """As that of a candidate."""
+
+    @property
+    def freedom(self) -> int:
+        """How many parameters both add."""
+        return sum(member.freedom for member in self.members)
 
 
 class ScoreTest:
@@ -91,8 +124,8 @@ class ScoreTest:
             found += sorted((c for part in by_factor for c in part.ranked()), key=lambda c: -c.gain)[:1]
         return sorted(found, key=lambda c: -c.gain)
 
-    def pairs(self, most: int) -> list[tuple[Candidate, Candidate, float]]:
-        """Return pairs of candidates and what both together would gain [rad^2], the best first.
+    def pairs(self, most: int) -> list[Pair]:
+        """Return pairs of candidates, the best first.
 
         Only pairs that gain clearly more than the sum of their members alone are returned. Effects with states of their
         own are in none.
@@ -122,6 +155,7 @@ class _Projection:
         windows = len(fit.windows)
         squares, targets = np.empty((windows, size, size)), np.empty((windows, size))
         sizes, lefts = np.empty((windows, size)), np.empty(windows)
+        products, lags = np.empty((windows, size, size)), fit.autocorrelation.length
 
         def work(first: int, last: int) -> None:
             for index in range(first, last):
@@ -135,6 +169,8 @@ class _Projection:
                 state = InitialState.of(rows[:, :states], window.start_known)
                 free, left = state.eliminated_from(free), state.eliminated_from(left)
                 squares[index], targets[index], lefts[index] = free.T @ free, free.T @ left, left @ left
+                scores = (free * left[:, None]).reshape(-1, 2, size).sum(axis=1)
+                products[index] = long_run_products(scores, lags)
 
         parallel_for(work, windows)
         whole, target, size_before = squares.sum(axis=0), targets.sum(axis=0), sizes.sum(axis=0)
@@ -143,10 +179,16 @@ class _Projection:
         kept = np.linalg.pinv(whole[:own, :own], rcond=1e-12, hermitian=True)
         remaining = lefts.sum() + fit.values @ fit.model.penalty @ fit.values - target[:own] @ kept @ target[:own]
         added_states = (states - fit.model.states) * windows
-        chance = added_states * fit.variance * fit.autocorrelation.integrated_time
-        self._gain_of_states = max(float(fit.squared_error - remaining - chance), 0.0) if added_states else 0.0
-        self._gram = whole - whole[:, :own] @ kept @ whole[:own, :]
-        self._right = target - whole[:, :own] @ kept @ target[:own]
+        self._added_states = added_states
+        self._gain_of_states = float(fit.squared_error - remaining) if added_states else 0.0
+        self._of_mean = fit.autocorrelation.integrated_time
+        imitated = whole[:, :own] @ kept
+        self._gram = whole - imitated @ whole[:own, :]
+        self._right = target - imitated @ target[:own]
+        remove = np.eye(size)
+        remove[:, :own] -= imitated
+        self._products = remove @ products.sum(axis=0) @ remove.T
+        self._variance = fit.variance
         self._independent = np.diag(self._gram) > _INDEPENDENT * np.maximum(size_before, np.finfo(float).tiny)
 
     def reduced(self, index: int) -> tuple[Array, Array]:
@@ -159,19 +201,22 @@ class _Projection:
         found = [self._candidate(index) for index in range(len(self.candidates))]
         return sorted((c for c in found if c is not None and c.gain > 0), key=lambda c: -c.gain)
 
-    def pairs(self, most: int) -> list[tuple[Candidate, Candidate, float]]:
+    def pairs(self, most: int) -> list[Pair]:
         """Return what `ScoreTest.pairs` does."""
         single = {index: self._candidate(index) for index in range(len(self.candidates))}
         alone = {index: c.gain if c else 0.0 for index, c in single.items()}
         usable = [index for index in single if np.all(self._independent[self._columns[index]])]
         found = []
-        for place, first in enumerate(usable):
-            for second in usable[place + 1 :]:
-                columns = np.concatenate([self._columns[first], self._columns[second]])
-                matrix, right = self._gram[np.ix_(columns, columns)], self._right[columns]
-                joint = float(right @ np.linalg.pinv(matrix, rcond=1e-8, hermitian=True) @ right)
-                if joint > 1.2 * (alone[first] + alone[second]):
-                    found.append((joint, first, second))
+        by_size: dict[int, list[tuple[int, int]]] = {}
+        for first, second in combinations(usable, 2):
+            by_size.setdefault(len(self._columns[first]) + len(self._columns[second]), []).append((first, second))
+        for members in by_size.values():
+            columns = np.array([np.concatenate([self._columns[one], self._columns[two]]) for one, two in members])
+            inverse = np.linalg.pinv(self._gram[columns[:, :, None], columns[:, None, :]], _ALIKE, hermitian=True)
+            joint = np.einsum("pk,pkl,pl->p", self._right[columns], inverse, self._right[columns])
+            for gain, (first, second) in zip(joint.tolist(), members, strict=True):
+                if gain > thresholds.PAIR_GAINS * (alone[first] + alone[second]):
+                    found.append((gain, first, second))
         found.sort(reverse=True)
         pairs = []
         for _, first, second in found[: 4 * most]:
@@ -179,17 +224,25 @@ class _Projection:
             split = len(self._columns[first])
             one = Candidate(self.candidates[first], alone[first], strengths[:split])
             two = Candidate(self.candidates[second], alone[second], strengths[split:])
-            if gain > 1.2 * (alone[first] + alone[second]):
-                pairs.append((one, two, gain))
-        return sorted(pairs, key=lambda pair: -pair[2])[:most]
+            if gain > thresholds.PAIR_GAINS * (alone[first] + alone[second]):
+                pairs.append(Pair((one, two), gain, self._variance_ratio([first, second])))
+        return sorted(pairs, key=lambda pair: -pair.gain)[:most]
 
     def _candidate(self, index: int) -> Candidate | None:
         if not np.all(self._independent[self._columns[index]]):
             return None
         gain, strengths = self._solve([index])
+        ratio = self._variance_ratio([index])
         if gain > 0.0:
-            gain += self._gain_of_states
-        return Candidate(self.candidates[index], gain, strengths, shape=self._shape)
+            gain += max(self._gain_of_states - self._added_states * self._variance * ratio, 0.0)
+        return Candidate(self.candidates[index], gain, strengths, shape=self._shape, variance_ratio=ratio)
+
+    def _variance_ratio(self, indices: Sequence[int]) -> float:
+        columns = np.concatenate([self._columns[index] for index in indices])
+        own = np.ix_(columns, columns)
+        inverse, left_out = scaled_inverse(self._gram[own], _ALIKE)
+        directions = max(len(columns) - left_out.shape[1], 1)
+        return max(float(np.sum(inverse * self._products[own])) / (self._variance * directions), self._of_mean)
 
     def _solve(self, indices: Sequence[int]) -> tuple[float, Array]:
         """Return the gain of candidates together [rad^2], with strengths within their limits, and these strengths."""

@@ -7,14 +7,11 @@ could be in its place.
 
 from collections.abc import Sequence
 
+from cdp_ident.tracing import thresholds
 from cdp_ident.tracing.acceptance import share_explained
 from cdp_ident.tracing.evidence import Attempt
 from cdp_ident.tracing.progress import Progress, without_effects
 from cdp_ident.tracing.selection import Certainty
-
-NAMED, _NAMED_WITH_OTHERS = 1.5, 0.5
-"""Least ratio of explained to unexplained error for a name; the lower one if the ratio of the weak effects together is
-high enough."""
 
 
 def certainties(
@@ -31,7 +28,7 @@ def certainties(
     explained = [share_explained(current, removed, progress.noise) for removed in without]
     effects = [active.effect for active in current.model.effects]
     lasting = [k for k, effect in enumerate(effects) if not (effect.at_an_instant or effect.curve)]
-    weak = [k for k in lasting if explained[k] < NAMED]
+    weak = [k for k in lasting if explained[k] < thresholds.NAMED]
     together = 0.0
     if len(weak) > 1:
         together = share_explained(current, without_effects(current, weak), progress.noise)
@@ -40,8 +37,8 @@ def certainties(
         if effect.curve:
             found.append("acts_like")  # it has no name
             continue
-        with_others = together > NAMED and share > _NAMED_WITH_OTHERS
-        if effect.at_an_instant or share >= NAMED or with_others:
+        with_others = together > thresholds.NAMED and share > thresholds.NAMED_WITH_OTHERS
+        if effect.at_an_instant or share >= thresholds.NAMED or with_others:
             # An effect of an instant was tested by its window when it was added.
             found.append("probable" if also_possible[k] else "named")
         else:

@@ -1,5 +1,6 @@
 """How much a change of the squared error means, where residuals are correlated in time."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -7,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.diagnosis.cross_validation import Folds
-from cdp_ident.diagnosis.uncertainty import covariance, effective_unknowns
+from cdp_ident.diagnosis.uncertainty import covariance, effective_unknowns, scaled_inverse, variance_ratio
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.refinement import Fit, refine
 from cdp_ident.fit.windows import split
@@ -16,6 +17,8 @@ Array = npt.NDArray[np.float64]
 
 _PIECES = 4
 """Into how many parts windows are split where their motion may be chaotic."""
+_ALIKE = 1e-12
+"""Directions of strengths with less than this share of the largest variance are left out."""
 _AT_LIMIT = 1e-3
 """A value at most this share of a limit away from it counts as at the limit."""
 
@@ -60,8 +63,12 @@ class Attempt:
         values = self.fit.values[strong]
         if not np.all(np.isfinite(spread)):
             return 0.0
-        wald = float(values @ np.linalg.pinv(spread, hermitian=True) @ values)
+        wald = float(values @ scaled_inverse(spread, _ALIKE)[0] @ values)
         return float(np.sqrt(max(wald, 0.0)))
+
+    def variance_ratio(self, places: Sequence[int]) -> float:
+        """Return how many times larger the variance of some values is than it would be with white residuals."""
+        return variance_ratio(self.fit, self._covariance, places)
 
     def at_limit(self, index: int) -> bool:
         """Return whether an effect's fit ran into the limit of a parameter other than zero strength."""
@@ -80,22 +87,30 @@ class Change:
     """The change of the errors from one model to another, relative to what chance would cause."""
 
     fit: float
-    """Fall of the squared error of the fit, over the residuals' variance and integrated autocorrelation time, less what
-    additional initial states explain by chance."""
+    """Fall of the squared error of the fit, over the variance of the residuals' projection on what is new, less what
+    additional initial states explain by chance: chi-squared distributed where nothing is new in truth."""
     validation: float
     """The same of the predictions, by the residuals of the fit."""
     bic: float
     """Difference of Bayes's information criterion; below zero the new model is the better one."""
+    freedom: float
+    """Unknowns that the new model has more, 1 at least."""
 
 
 def change(before: Attempt, after: Attempt) -> Change:
     """Compare two models, by the residuals that the better one leaves.
 
+    Their variance is that of their projection on the unknowns that the better model alone has: it depends on how
+    residuals and motion are correlated in time. Residuals that oscillate as the motion does count for less than white
+    ones.
+
     Numbers that one of them has more in the initial state of each window are fitted there in cross-validation too, and
     take away one variance each by chance. In Bayes's information criterion they count with their own window's samples.
     """
-    better = min(before.fit, after.fit, key=lambda fit: fit.squared_error)
-    spread = better.autocorrelation.integrated_time
+    chosen, other = sorted((before, after), key=lambda attempt: attempt.fit.squared_error)
+    better, names = chosen.fit, chosen.model.names
+    alone = [place for place, name in enumerate(names) if name not in other.model.names]
+    spread = chosen.variance_ratio(alone or range(len(names)))
     more = after.unknowns - before.unknowns
     windows = len(better.windows)
     more_states = windows * (after.model.states - before.model.states)
@@ -110,4 +125,5 @@ def change(before: Attempt, after: Attempt) -> Change:
         bic=independent * float(np.log(after.fit.squared_error / before.fit.squared_error))
         + more * float(np.log(independent))
         + more_states * float(np.log(max(independent / windows, 1.0))),
+        freedom=max(more, 1.0),
     )

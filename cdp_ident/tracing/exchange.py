@@ -8,7 +8,8 @@ import numpy as np
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.effect import Effect, Form, TorqueEffect
-from cdp_ident.tracing.acceptance import STRUCTURED, improves_enough, is_accepted
+from cdp_ident.tracing import thresholds
+from cdp_ident.tracing.acceptance import improves_enough, is_accepted
 from cdp_ident.tracing.candidates import ScoreTest, addable
 from cdp_ident.tracing.evidence import Attempt, change
 from cdp_ident.tracing.progress import Progress, without_effects
@@ -22,8 +23,6 @@ _ONE_SHAPE = (1.0,)
 """The same for what has a memory, which takes long to compute and converges from far away."""
 _SOME = 0.3
 """Initial value of an additional strength, as a share of the simpler form's strength."""
-_INDISTINGUISHABLE = 9.0
-"""Models whose squared errors differ by less, in variances, are both possible."""
 
 
 def exchange_effects(progress: Progress) -> bool:
@@ -90,7 +89,7 @@ def alternatives(
         if _is_richer_form(effect, active.effect):
             continue
         worse = change(rival, current)
-        close = worse.validation < _INDISTINGUISHABLE
+        close = worse.validation < thresholds.INDISTINGUISHABLE
         if close and (effect.name, effect.joint) not in named and is_accepted(removed, rival):
             found.append(f"{effect.name} {effect.joint}")
     return tuple(dict.fromkeys(found))
@@ -131,7 +130,7 @@ def _richer(progress: Progress, key: str, forms: Sequence[TorqueEffect]) -> list
 def _richer_forms(progress: Progress, label: str) -> list[TorqueEffect]:
     """Return the effects that contain one; what has a memory takes long, and is tried where more than noise remains."""
     effect = progress.current.model.effects[progress.current.place_of(label)].effect
-    structured = progress.current.fit.autocorrelation.integrated_time > STRUCTURED
+    structured = progress.current.fit.autocorrelation.integrated_time > thresholds.STRUCTURED
     richer = [form for form in CATALOGUE if isinstance(form, TorqueEffect) and _is_richer_form(form, effect)]
     return [form for form in richer if structured or form.form is not Form.MEMORY]
 
@@ -156,7 +155,7 @@ def _is_better(rival: Attempt, current: Attempt) -> bool:
     fewer = len(rival.model.effects) < len(current.model.effects)
     if len(rival.fit.values) > len(current.fit.values) and not fewer:
         return gained.bic < 0 and improves_enough(current, rival)  # a richer form must gain enough for its parameters
-    return gained.bic < 0 and gained.validation > _INDISTINGUISHABLE
+    return gained.bic < 0 and gained.validation > thresholds.INDISTINGUISHABLE
 
 
 def _is_richer_form(effect: Effect, other: Effect) -> bool:

@@ -12,14 +12,13 @@ from cdp_ident.fit.windows import Window
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.effect import Effect, TorqueEffect
 from cdp_ident.model.trajectory import trajectory_with_derivatives
+from cdp_ident.tracing import thresholds
 from cdp_ident.tracing.candidates import Candidate
 
 Array = npt.NDArray[np.float64]
 
 _MARGIN = 10
 """Samples at either end of a window that are left out: there the initial state could imitate the effect."""
-_AWAY, _SHARP = 50, 25.0
-"""No instant is returned where one so many samples away explains the residual as well within so many variances."""
 _SINGULAR = 1e-13
 """Singular value, as a share of the largest, below which a change of the state counts as unobservable."""
 _READINGS = {"inner": np.array([1.0, 1.0]), "outer": np.array([0.0, 1.0])}
@@ -141,9 +140,9 @@ def _best(fit: Fit, window: Window, size: Array, fitting: Array) -> _Instant:
     inner = slice(_MARGIN, -_MARGIN)
     gains = np.where(size[inner] > 1e-9 * size[inner].max(), fitting[inner] ** 2 / np.maximum(size[inner], 1e-300), 0.0)
     place = int(np.argmax(gains)) + _MARGIN
-    elsewhere = gains[np.abs(np.arange(len(gains)) + _MARGIN - place) > _AWAY]
+    elsewhere = gains[np.abs(np.arange(len(gains)) + _MARGIN - place) > thresholds.AWAY]
     variance = max(squared_error - gains.max(), 0.05 * squared_error) / fit.samples
-    if len(elsewhere) and elsewhere.max() > gains.max() - _SHARP * variance:
+    if len(elsewhere) and elsewhere.max() > gains.max() - thresholds.least_gain(1.0) * variance:
         gains = np.zeros_like(gains)  # no particular instant explains the residual
     return _Instant(
         float(gains[place - _MARGIN]),

@@ -13,6 +13,7 @@ from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.refinement import Fit, refine, refine_from_afar
 from cdp_ident.fit.reweighting import reweighted
 from cdp_ident.model.effects.effect import JOINTS
+from cdp_ident.tracing import thresholds
 from cdp_ident.tracing.candidates import Candidate
 from cdp_ident.tracing.evidence import Attempt
 from cdp_ident.tracing.selection import Step, Tried
@@ -24,8 +25,6 @@ _ROUGHLY = 1e-4
 _KEPT = 0.5
 """A refit over whole windows is good if it gains this share of what the score test predicts."""
 NO_STEPS: Array = np.zeros(2)
-_LEAST_STEPS = 0.75
-"""An encoder's offset counts as more than rounding (half a step) from so many steps on."""
 
 
 class InterruptedSelectionError(Exception):
@@ -68,7 +67,7 @@ class Progress:
 
     def is_rounding(self, joint: str, angle: float) -> bool:
         """Return whether an angle [rad] may be the rounding of an encoder whose joint is at rest."""
-        return abs(angle) < _LEAST_STEPS * self.encoder_steps[JOINTS.index(joint)]
+        return abs(angle) < thresholds.LEAST_STEPS * self.encoder_steps[JOINTS.index(joint)]
 
     def with_effects(self, attempt: Attempt, candidates: Sequence[Candidate]) -> Attempt:
         """Return a model with more effects, refitted.

@@ -1,19 +1,17 @@
 """Backward steps: effects that no longer improve the model are dropped."""
 
 from cdp_ident.model.effects.effect import TorqueEffect
-from cdp_ident.tracing.acceptance import IMPULSE_ALONE, still_helps
+from cdp_ident.tracing import thresholds
+from cdp_ident.tracing.acceptance import still_helps
 from cdp_ident.tracing.evidence import Attempt
 from cdp_ident.tracing.instants import instants
 from cdp_ident.tracing.progress import Progress, without_effects
-
-_SAFE = 10.0
-"""Effects of greater strength are not tested again."""
 
 
 def drop_superfluous(progress: Progress, attempt: Attempt) -> Attempt:
     """Return a model without the effects that no longer help beside its last one."""
     for index in reversed(range(len(attempt.model.effects) - 1)):
-        if attempt.strength(index) > _SAFE:
+        if attempt.strength(index) > thresholds.SAFE:
             continue
         removed = without_effects(attempt, [index])
         if not still_helps(attempt, removed):
@@ -32,7 +30,7 @@ def drop_repeated_impulses(progress: Progress) -> None:
             continue
         removed = without_effects(current, [index])
         gain = removed.fit.squared_error - current.fit.squared_error
-        if any(gain < IMPULSE_ALONE * another.gain for another in instants(current.fit)):
+        if any(gain < thresholds.IMPULSE_ALONE * another.gain for another in instants(current.fit)):
             progress.current = removed
             _note(progress, effect.key, removed, "impulses at other instants would explain something, too")
 

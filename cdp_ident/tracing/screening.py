@@ -7,13 +7,9 @@ are below the noise.
 from collections.abc import Sequence
 
 from cdp_ident.fit.refinement import Fit
-from cdp_ident.tracing.candidates import Candidate, ScoreTest
+from cdp_ident.tracing import thresholds
+from cdp_ident.tracing.candidates import Candidate, Pair, ScoreTest
 from cdp_ident.tracing.evidence import Attempt
-
-WORTH_A_LOOK = 16.0
-"""Gain in the score test, in variances, below which a candidate is not refitted."""
-_NEAR_A_RIVAL = 0.5
-"""A rival of an effect gains at least this share of its gain in the score test."""
 
 
 def promising(attempt: Attempt, test: ScoreTest, most: int, rival_of: Sequence[str] = ()) -> list[Candidate]:
@@ -28,16 +24,36 @@ def promising(attempt: Attempt, test: ScoreTest, most: int, rival_of: Sequence[s
     nearby = ScoreTest(attempt.closely, test.candidates)
     found: dict[str, Candidate] = {}
     for ranking, fit in ((test.ranked(), attempt.fit), (nearby.ranked(), attempt.closely)):
-        least = _NEAR_A_RIVAL * max((c.gain for c in ranking if c.active.effect.key in rival_of), default=0.0)
-        worth = [c for c in ranking if c.gain > max(WORTH_A_LOOK * expected_variance(fit, c.gain), least)]
+        least = thresholds.NEAR_A_RIVAL * max((c.gain for c in ranking if c.active.effect.key in rival_of), default=0.0)
+        worth = [c for c in ranking if c.gain > least and is_worth_a_look(fit, c)]
         for candidate in worth[:most]:
             found.setdefault(candidate.active.effect.key, candidate)
     return list(found.values())
 
 
-def expected_variance(fit: Fit, gain: float) -> float:
-    """Return the variance that one independent residual would have after a gain [rad^2]."""
+def is_worth_a_look(fit: Fit, candidate: Candidate) -> bool:
+    """Return whether a candidate gains so much in the score test that it is refitted."""
+    least = thresholds.least_score(candidate.freedom)
+    return candidate.gain > least * expected_variance(fit, candidate.gain, candidate.variance_ratio)
+
+
+def gains_enough(fit: Fit, pair: Pair) -> bool:
+    """Return whether two candidates together gain in the score test what they must gain in a fit."""
+    least = thresholds.least_gain(pair.freedom)
+    return pair.gain > least * expected_variance(fit, pair.gain, pair.variance_ratio)
+
+
+def expected_variance(fit: Fit, gain: float, ratio: float | None = None) -> float:
+    """Return the variance of the residuals' projection on what is added, after a gain [rad^2].
+
+    Args:
+        fit: the fit before.
+        gain: the fall of its squared error [rad^2].
+        ratio: that variance over the one of white residuals; where it is not at hand, that of a mean, the integrated
+            autocorrelation time.
+    """
     left = max(fit.squared_error - gain, 0.05 * fit.squared_error)
+    ratio = fit.autocorrelation.integrated_time if ratio is None else ratio
     # The residual is correlated otherwise once the effect is there, but for small gains.
-    small = gain < 0.3 * fit.squared_error
-    return left / fit.samples * (fit.autocorrelation.integrated_time if small else 1.0)
+    small = gain < thresholds.CORRELATED_BELOW * fit.squared_error
+    return left / fit.samples * (ratio if small else 1.0)

@@ -79,7 +79,7 @@ def trace(
     Where the model does not follow the motion, no effects are tried, and `failure` says so.
     """
     data = found.data
-    selection, failure = _selected(found, say, stop, trying, expected)
+    selection, failure = select_effects(found, say, stop, trying, expected)
     # Held-out motion is used from here on, when everything is decided.
     before = FinalModel.of(selection.before.fit, data)
     after = before if selection.after is selection.before else before.like_this(selection.after.fit)
@@ -97,14 +97,14 @@ def trace(
     )
 
 
-def _selected(
+def select_effects(
     found: Identification,
-    say: Callable[[str], None],
-    stop: Callable[[], bool],
-    trying: Callable[[str], None],
-    expected: Sequence[ExpectedEffect],
+    say: Callable[[str], None] = lambda line: None,
+    stop: Callable[[], bool] = lambda: False,
+    trying: Callable[[str], None] = lambda line: None,
+    expected: Sequence[ExpectedEffect] = (),
 ) -> tuple[Selection, str]:
-    """Return the selection of effects, and why there is none, where the fit failed."""
+    """Return the selection of effects, and why there is none, where the fit failed; arguments are those of `trace`."""
     data, failure = found.data, found.failure
     if not failure:
         try:

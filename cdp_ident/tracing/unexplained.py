@@ -8,14 +8,12 @@ import numpy.typing as npt
 
 from cdp_ident.diagnosis.outlier_windows import outlier_windows
 from cdp_ident.model.effects.effect import JOINTS, Joint
-from cdp_ident.tracing.acceptance import ABOVE_NOISE
+from cdp_ident.tracing import thresholds
 from cdp_ident.tracing.final_model import FinalModel
 from cdp_ident.tracing.torque_residual import TorqueResidual, corrected, torque_residual
 
 Array = npt.NDArray[np.float64]
 
-_WINDOW_ABOVE_OTHERS = 3.0
-"""A window whose error is so many times the others' is mentioned."""
 _BINS = 16
 _FEWEST_IN_BIN = 20
 
@@ -47,14 +45,14 @@ def unexplained(final: FinalModel, noise: Array, trials: Sequence[str], inertia:
     ratios = errors / noise
     overall = final.holdout.rmse() / float(np.sqrt(np.mean(noise**2)))
     window = _outlier_window(final, noise, trials)
-    if np.max(ratios) < ABOVE_NOISE and window is None:
+    if np.max(ratios) < thresholds.ABOVE_NOISE and window is None:
         return Unexplained(False, JOINTS[int(np.argmax(ratios))], overall, "nothing but the encoders' noise")
     residual = torque_residual(corrected(final.fit))
     dependence = max(_dependences(residual), key=lambda found: found.share)
     worst = int(np.argmax(ratios))
     remains = f"{1e3 * errors[worst]:.3g} mrad remain in theta{worst + 1}, {ratios[worst]:.1f} times its noise"
     correlated = final.fit.autocorrelation.integrated_time
-    slow = f"; it changes slowly, over {correlated:.0f} samples" if correlated > 3 else ""
+    slow = f"; it changes slowly, over {correlated:.0f} samples" if correlated > thresholds.STRUCTURED else ""
     description = "; ".join(filter(None, (remains, dependence.words(inertia) + slow, window)))
     return Unexplained(True, JOINTS[dependence.joint], overall, description)
 
@@ -105,7 +103,7 @@ def _dependence(joint: int, regressor: str, unit: str, values: Array, torque: Ar
 
 def _outlier_window(final: FinalModel, noise: Array, trials: Sequence[str]) -> str | None:
     """Return in words the window that fits far worse than the others, if one does and is above the noise."""
-    outliers = outlier_windows((final.fit, final.holdout), _WINDOW_ABOVE_OTHERS, noise)
+    outliers = outlier_windows((final.fit, final.holdout), thresholds.WINDOW_ABOVE_OTHERS, noise)
     if not outliers:
         return None
     window, times = outliers[0].window, outliers[0].ratio

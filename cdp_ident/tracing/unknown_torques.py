@@ -19,11 +19,12 @@ from cdp_ident.fit.stiffness import Stiffness
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.curves import CURVES
 from cdp_ident.model.effects.effect import Effect, Form, TorqueEffect
-from cdp_ident.tracing.acceptance import ABOVE_NOISE, fits_of, is_accepted
+from cdp_ident.tracing import thresholds
+from cdp_ident.tracing.acceptance import fits_of, is_accepted
 from cdp_ident.tracing.candidates import Candidate, ScoreTest
 from cdp_ident.tracing.evidence import Attempt, change
 from cdp_ident.tracing.progress import Progress, without_effects
-from cdp_ident.tracing.screening import WORTH_A_LOOK, expected_variance
+from cdp_ident.tracing.screening import expected_variance
 from cdp_ident.tracing.smoothness import smooth_curve
 
 Array = npt.NDArray[np.float64]
@@ -31,15 +32,6 @@ Array = npt.NDArray[np.float64]
 _MOST_CURVES = 3
 _REFITS = 2
 """Number of curves that are fitted, the best by each of two score tests."""
-_NEAR_THE_BEST = 0.3
-"""A curve that gains a smaller share in the score test than the best one is not fitted."""
-_AS_GOOD = 1.02
-"""A model is as good as another if its validation error is at most so many times the other's."""
-_LEAST_SHARE = 0.1
-"""Least relative fall of the validation error by a torque without a name; a smaller one may be one of many small
-effects. For dry friction over the angle the usual limit holds, since it may replace a wrong name."""
-_BETTER = 0.98
-"""The stiffness is estimated again as long as the validation error falls to this share."""
 
 
 def add_unknown_torques(progress: Progress) -> None:
@@ -70,7 +62,7 @@ def _possible(attempt: Attempt, noise: float) -> list[TorqueEffect]:
     """Return the curves to try; where only noise remains, only those that could replace constant dry friction."""
     effects = [active.effect for active in attempt.model.effects]
     curves = [curve for curve in CURVES if curve not in effects]
-    if max(fit.rmse() for fit in fits_of(attempt)) > ABOVE_NOISE * noise:
+    if max(fit.rmse() for fit in fits_of(attempt)) > thresholds.ABOVE_NOISE * noise:
         return curves
     even = {effect.joint for effect in effects if _is_even_friction(effect)}
     return [curve for curve in curves if curve.dry and curve.joint in even]
@@ -95,14 +87,14 @@ def _promising(attempt: Attempt, curves: Sequence[TorqueEffect]) -> list[Candida
             # One by one: all together would take a gigabyte for a long recording.
             matrix, right = ScoreTest(fit, [ActiveEffect(effect)]).reduced(0)
             smooth = smooth_curve(effect.curve, matrix, right, expected_variance(fit, 0.0))
-            gain = smooth.gain / expected_variance(fit, smooth.gain) - 2.0 * smooth.freedom
+            gain = smooth.gain / expected_variance(fit, smooth.gain)
             candidate = Candidate(
                 ActiveEffect(effect, stiffness=smooth.stiffness), max(smooth.gain, 0.0), smooth.coefficients
             )
-            ranked.append((gain, candidate))
-        ranked.sort(key=lambda pair: -pair[0])
-        for gain, candidate in ranked[:_REFITS]:
-            if gain > max(WORTH_A_LOOK, _NEAR_THE_BEST * ranked[0][0]):
+            ranked.append((gain - thresholds.least_score(smooth.freedom), gain, candidate))
+        ranked.sort(key=lambda found: -found[0])
+        for beyond_chance, gain, candidate in ranked[:_REFITS]:
+            if beyond_chance > 0.0 and gain > thresholds.CURVE_NEAR_THE_BEST * ranked[0][1]:
                 found.setdefault(candidate.active.effect.key, candidate)
     return list(found.values())
 
@@ -116,7 +108,7 @@ def _fitted(progress: Progress, candidate: Candidate) -> list[Attempt]:
     best: Attempt | None = None
     attempts = _begun(progress, candidate)
     while attempts and attempts[-1].fit.squared_error < progress.current.fit.squared_error:
-        if best is not None and attempts[-1].validation.rmse() > _BETTER * best.validation.rmse():
+        if best is not None and attempts[-1].validation.rmse() > best.validation.rmse() / thresholds.AS_GOOD:
             break
         best = attempts[-1]
         last = len(best.model.effects) - 1
@@ -134,7 +126,7 @@ def _even_instead(progress: Progress, attempt: Attempt) -> Attempt:
     mean = np.array([np.mean(attempt.fit.values[attempt.model.places(last)])])
     even = next(e for e in CATALOGUE if _is_even_friction(e) and e.joint == curve.joint and len(e.parameters) == 1)
     named = progress.replaced(attempt, last, ActiveEffect(even), mean)
-    as_good = [model for model in named if model.validation.rmse() < _AS_GOOD * attempt.validation.rmse()]
+    as_good = [model for model in named if model.validation.rmse() < thresholds.AS_GOOD * attempt.validation.rmse()]
     return as_good[0] if as_good else attempt
 
 
@@ -167,13 +159,8 @@ def _begun(progress: Progress, candidate: Candidate) -> list[Attempt]:
 def _is_accepted(before: Attempt, after: Attempt) -> bool:
     """Return whether a curve improves the model enough, given its number of free parameters."""
     curve = len(after.model.effects) - 1
-    enough = after.validation.rmse() < (1.0 - _LEAST_SHARE) * before.validation.rmse()
-    by_chance = 2.0 * (after.unknowns - before.unknowns)
-    return (
-        (enough or _is_dry(after.model.effects[curve].effect))
-        and is_accepted(before, after, [curve])
-        and change(before, after).fit > by_chance
-    )
+    enough = after.validation.rmse() < (1.0 - thresholds.LARGE_SHARE) * before.validation.rmse()
+    return (enough or _is_dry(after.model.effects[curve].effect)) and is_accepted(before, after, [curve])
 
 
 def _predicts_other_trials(progress: Progress, attempt: Attempt) -> bool:
@@ -207,7 +194,7 @@ def _without_imitations(progress: Progress, attempt: Attempt) -> Attempt:
         if effect.curve:
             continue
         removed = without_effects(attempt, [index])
-        as_good = removed.validation.rmse() < _AS_GOOD * attempt.validation.rmse()
+        as_good = removed.validation.rmse() < thresholds.AS_GOOD * attempt.validation.rmse()
         if as_good and not is_accepted(removed, attempt, [index]):
             attempt, key = removed, effect.key
             progress.note(f"dropped {key}", attempt, f"dropped {key}: what it explained is explained otherwise")

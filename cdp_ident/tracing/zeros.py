@@ -10,15 +10,14 @@ import numpy.typing as npt
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.effect import JOINTS, SensorEffect
-from cdp_ident.tracing.acceptance import STRUCTURED, improves_enough
+from cdp_ident.tracing import thresholds
+from cdp_ident.tracing.acceptance import improves_enough
 from cdp_ident.tracing.candidates import Candidate
 from cdp_ident.tracing.evidence import Attempt, change
 from cdp_ident.tracing.progress import Progress
 
 Array = npt.NDArray[np.float64]
 
-_CLEARLY_BETTER = 0.9
-"""Where correlated residuals would remain, the validation error must fall to that share."""
 _FOR_ALL = tuple(effect for effect in CATALOGUE if effect.acts_as_zero)
 _OFFSETS = tuple(effect for effect in _FOR_ALL if isinstance(effect, SensorEffect))
 
@@ -44,8 +43,8 @@ def fit_zeros_by_trial(progress: Progress) -> None:
     if all(progress.is_rounding(joint, difference) for joint, difference in differ):
         return
     # Where large effects are missing, zeros explain a small part of any of them.
-    slow = own.fit.autocorrelation.integrated_time > STRUCTURED
-    if slow and own.validation.rmse() > _CLEARLY_BETTER * in_all.validation.rmse():
+    slow = own.fit.autocorrelation.integrated_time > thresholds.STRUCTURED
+    if slow and own.validation.rmse() > (1.0 - thresholds.LARGE_SHARE) * in_all.validation.rmse():
         return
     if improves_enough(in_all, own) and change(in_all, own).bic < 0:
         progress.current = own

@@ -48,6 +48,6 @@ def test_of_two_windows_none_is_an_outlier() -> None:
 
 
 def test_what_is_explained_is_an_outlier_only_where_the_window_stood_out_and_no_longer_does() -> None:
-    assert explains_an_outlier(with_errors(1.0, 5.0, 1.0, 1.0), FIT)
-    assert not explains_an_outlier(with_errors(1.0, 5.0, 1.0, 1.0), with_errors(1.0, 3.0, 1.0, 1.0))
-    assert not explains_an_outlier(with_errors(1.01, 1.01, 1.01, 1.01), FIT)
+    assert explains_an_outlier(with_errors(1.0, 5.0, 1.0, 1.0), FIT, 6.0, 1.7)
+    assert not explains_an_outlier(with_errors(1.0, 5.0, 1.0, 1.0), with_errors(1.0, 3.0, 1.0, 1.0), 6.0, 1.7)
+    assert not explains_an_outlier(with_errors(1.01, 1.01, 1.01, 1.01), FIT, 6.0, 1.7)

@@ -16,8 +16,8 @@ from cdp_ident.model.effects.constants import effect_constants
 from cdp_ident.model.parameters import SYMBOLS, groups_of, physical_coefficients
 from cdp_ident.model.simulation import simulate
 from cdp_ident.model.torques import Torques
+from cdp_ident.tracing import thresholds
 from cdp_ident.tracing.acceptance import improves_enough, is_accepted, share_explained
-from cdp_ident.tracing.certainty import NAMED
 from cdp_ident.tracing.evidence import Attempt
 from cdp_ident.tracing.progress import attempt_of
 from cdp_ident.trial.trial import Trial
@@ -46,18 +46,18 @@ def test_what_an_effect_explains_is_compared_with_what_remains_above_the_noise()
 
 
 def test_it_may_explain_more_on_validation_windows():
-    assert share_explained(attempt(2.0, 1.1), attempt(2.0, 2.0), NOISE) > NAMED
+    assert share_explained(attempt(2.0, 1.1), attempt(2.0, 2.0), NOISE) > thresholds.NAMED
 
 
 @given(st.floats(0.9, 1.0), st.floats(0.9, 1.0))
 def test_a_hundredth_of_the_noise_is_not_worth_a_name_even_where_nothing_remains(of_fit, of_validation):
     before = attempt(of_fit * 1.01, of_validation * 1.01)
-    assert share_explained(attempt(of_fit, of_validation), before, NOISE) < NAMED
+    assert share_explained(attempt(of_fit, of_validation), before, NOISE) < thresholds.NAMED
 
 
 @given(st.floats(0.9, 1.02))
 def test_half_the_noise_is_worth_a_name_where_nothing_remains(error):
-    assert share_explained(attempt(error, error), attempt(error + 0.5, error + 0.5), NOISE) > NAMED
+    assert share_explained(attempt(error, error), attempt(error + 0.5, error + 0.5), NOISE) > thresholds.NAMED
 
 
 def test_what_one_window_alone_predicts_better_is_not_explained():

@@ -1,0 +1,212 @@
+"""Chance: how often it passes for an effect where nothing is missing, by a parametric bootstrap of the fitted model.
+
+The paper's model is fitted to two trials; its motion with new noise is identified and traced again and again. Whatever
+effect is then accepted is false, and the share of such runs is the family-wise error over all that was tried: every
+effect, pairs of them and instants, at every step. `python -m benchmarks.chance --count 200` does so with each kind of
+noise; results are kept in `--out`, and a run that was interrupted goes on from there.
+"""
+
+import argparse
+import functools
+import sys
+import zlib
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+from rich.console import Console
+from rich.table import Table
+from scipy.signal import lfilter
+from scipy.stats import binomtest, chi2
+
+from benchmarks._kept import Kept, kept
+from benchmarks._memory import remembering
+from benchmarks._product import identified
+from cdp_ident.diagnosis.identification import Identification
+from cdp_ident.fit.options import IdentifyOptions
+from cdp_ident.fit.prior import Prior
+from cdp_ident.fit.refinement import Fit
+from cdp_ident.model.effects.catalogue import CATALOGUE
+from cdp_ident.model.effects.effect import TorqueEffect
+from cdp_ident.model.simulation import simulate
+from cdp_ident.pipeline.identify import identify
+from cdp_ident.tracing import thresholds
+from cdp_ident.tracing.candidates import ScoreTest, addable
+from cdp_ident.tracing.instants import instants
+from cdp_ident.tracing.screening import expected_variance
+from cdp_ident.tracing.selection import Selection
+from cdp_ident.tracing.trace import select_effects
+from cdp_ident.trial.trial import Trial
+from reference.encoders import Counter
+from reference.pendulum import TABLE_2, TABLE_5
+from reference.settings import Setting
+from reference.truths import FIT_TRIALS, truth
+
+Array = npt.NDArray[np.float64]
+
+RIG = Setting(
+    size=1.0,
+    values=TABLE_5,
+    nominal=TABLE_2,
+    rate=100,
+    counter=Counter(8000, 0.3e-3, 0.0),
+    starts=tuple(np.array([*angles, 0.0, 0.0]) for angles in ((2.2, 2.0), (2.4, 4.5), (4.0, 4.4))),
+    times=(np.arange(800) / 100.0,) * 3,
+)
+"""The paper's rig, let go as in the example bags, for 8 s."""
+NOISE = 0.5e-3
+"""Standard deviation of each encoder's noise [rad]."""
+STEP = 2.0 * np.pi / 4000.0
+"""Of an encoder that is coarser than its noise [rad]."""
+_WITH_STATES = {e.key for e in CATALOGUE if isinstance(e, TorqueEffect) and e.brings_states}
+_BEST_PAIRS = 20
+"""Pairs whose gains are looked at, the best ones."""
+
+
+def _white(rng: np.random.Generator, count: int) -> Array:
+    return NOISE * rng.standard_normal((count, 2))
+
+
+def _remembering(rng: np.random.Generator, count: int, samples: float = 10.0) -> Array:
+    """Return noise whose correlation falls to 1 / e within so many samples."""
+    kept = float(np.exp(-1.0 / samples))
+    return _filtered(rng, count, [1.0, -kept], np.sqrt(1.0 - kept**2))
+
+
+def _oscillating(rng: np.random.Generator, count: int, period: float = 40.0) -> Array:
+    """Return noise that oscillates with a period, in samples, and forgets its phase within one."""
+    kept = float(np.exp(-1.0 / period))
+    poles = [1.0, -2.0 * kept * np.cos(2.0 * np.pi / period), kept**2]
+    impulse = lfilter([1.0], poles, np.eye(1, 40 * int(period))[0])
+    return _filtered(rng, count, poles, 1.0 / float(np.sqrt(np.sum(impulse**2))))
+
+
+def _filtered(rng: np.random.Generator, count: int, poles: Sequence[float], scale: float) -> Array:
+    begin = 400
+    drawn = rng.standard_normal((count + begin, 2))
+    return np.asarray(NOISE * scale * lfilter([1.0], poles, drawn, axis=0)[begin:])
+
+
+def _counted(rng: np.random.Generator, count: int) -> Array:
+    return 0.2 * STEP * rng.standard_normal((count, 2))
+
+
+NOISES: Mapping[str, Callable[[np.random.Generator, int], Array]] = {
+    "white": _white,
+    "remembers 10 samples": _remembering,
+    "oscillates in 40 samples": _oscillating,
+    "encoder coarser than it": _counted,
+}
+
+
+@functools.cache
+def _fitted() -> tuple[Identification, tuple[Array, ...]]:
+    """Return the paper's model fitted to trials in which nothing is hidden, and its motion from each trial's start."""
+    made = truth("none", 1, setting=RIG)
+    found = identified(made)
+    model, values = found.fit.model, found.fit.values
+    motions = []
+    for index in range(len(made.trials)):
+        first = next(window for window in (*found.fit.windows, *found.data.holdout) if window.trial == index)
+        states = simulate(model.coefficients(values), first.start, RIG.times[index])
+        motions.append(states[:, :2])
+    return found, tuple(motions)
+
+
+def examine(job: str) -> Kept:
+    """Trace one set of trials of the fitted model with new noise, `KIND/SEED`."""
+    kind, _, seed = job.partition("/")
+    rng = np.random.default_rng([int(seed), zlib.crc32(kind.encode())])
+    trials = [
+        Trial(f"{index}", RIG.times[index], _read(motion, NOISES[kind](rng, len(motion)), kind))
+        for index, motion in enumerate(_fitted()[1])
+    ]
+    options = IdentifyOptions(prior=Prior(nominal=RIG.nominal))
+    found = identify(trials[:FIT_TRIALS], trials[FIT_TRIALS:], options)
+    with remembering():
+        selection, _ = select_effects(found)
+        levels = _smallest(selection.before.fit)
+    accepted = list(selection.after.model.labels)
+    return {"job": job, "accepted": accepted, "levels": {**levels, "refits": _smallest_of_refits(selection)}}
+
+
+def _read(motion: Array, noise: Array, kind: str) -> Array:
+    """Return both absolute angles (n, 2) as encoders in the joints read them, each with its own noise."""
+    joints = np.diff(motion, axis=1, prepend=0.0) + noise
+    if kind == "encoder coarser than it":
+        joints = STEP * np.round(joints / STEP)
+    return np.cumsum(joints, axis=1)
+
+
+def _smallest(fit: Fit) -> dict[str, float]:
+    """Return the family's level at which the best effect, pair and instant would pass in a score test.
+
+    An effect with states of its own is left out: its strength decides, not its gain.
+    """
+    test = ScoreTest(fit, [active for active in addable(fit.model) if active.effect.key not in _WITH_STATES])
+    effects = [_level(c.gain / expected_variance(fit, c.gain, c.variance_ratio), c.freedom) for c in test.ranked()]
+    pairs = [
+        _level(p.gain / expected_variance(fit, p.gain, p.variance_ratio), p.freedom) for p in test.pairs(_BEST_PAIRS)
+    ]
+    instants_tried = sum(effect.at_an_instant for effect in CATALOGUE) * fit.samples // 2
+    moments = [
+        2.0 * instants_tried * float(chi2.sf(c.gain / expected_variance(fit, c.gain), 2.0)) for c in instants(fit)
+    ]
+    return {name: min(of, default=1.0) for name, of in (("effects", effects), ("pairs", pairs), ("instants", moments))}
+
+
+def _smallest_of_refits(selection: Selection) -> float:
+    """Return the family's level at which the best refit would gain enough."""
+    changes = [
+        tried.change for step in selection.steps for tried in step.tried if not _WITH_STATES.intersection(tried.effects)
+    ]
+    return min((_level(c.fit, c.freedom) for c in changes), default=1.0)
+
+
+def _level(gain: float, freedom: float) -> float:
+    """Return the family's level at which a gain [variances] is what chance gains."""
+    return 2.0 * (thresholds.FORMS + thresholds.PAIRS) * float(chi2.sf(gain, freedom))
+
+
+def summary(results: Sequence[Kept]) -> Table:
+    """Return a row for each kind of noise: runs with a false effect, and with gains that are rare by chance."""
+    parts = ("effects", "pairs", "instants", "refits")
+    table = Table("noise", "runs", "with a false effect", "95 % interval", *(f"{part} below 10 %" for part in parts),
+                  "lowest level")  # fmt: skip
+    for kind in (*NOISES, "all"):
+        those = [r for r in results if kind in ("all", r["job"].partition("/")[0])]
+        if those:
+            false = sum(bool(r["accepted"]) for r in those)
+            low, high = binomtest(false, len(those)).proportion_ci()
+            below = [sum(r["levels"][part] < 0.1 for r in those) for part in parts]
+            lowest = min(min(r["levels"].values()) for r in those)
+            interval = f"{100 * low:.1f} to {100 * high:.1f} %"
+            table.add_row(kind, str(len(those)), str(false), interval, *map(str, below), f"{lowest:.2g}")
+    return table
+
+
+def main(arguments: Sequence[str] = ()) -> None:
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.chance")
+    parser.add_argument("--count", type=int, default=200, help="runs with each kind of noise")
+    parser.add_argument("--jobs", type=int, default=0, help="processes, of one core each; 0 for all cores")
+    parser.add_argument("--limit", type=float, default=900.0, help="a run that takes longer is given up [s]")
+    parser.add_argument("--out", type=Path, default=Path("identification/chance.jsonl"), help="what it has is kept")
+    options = parser.parse_args(arguments)
+    jobs = [f"{kind}/{seed}" for seed in range(options.count) for kind in NOISES]
+    results = []
+    for result in kept(examine, jobs, options.out, options.limit, options.jobs):
+        results.append(result)
+        if result["accepted"]:
+            print(f"{result['job']}: {', '.join(result['accepted'])}", flush=True)
+    console = Console(width=None if sys.stdout.isatty() else 140)
+    console.print(summary(results))
+
+
+def short() -> None:
+    """Take few runs."""
+    main(["--count", "3"])
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,0 +1,176 @@
+"""Thresholds of tracing: what the names of hidden effects become when each of them is halved or doubled.
+
+Truths near a decision are traced (weak effects, such as are taken for one another, and nothing), with each constant of
+`cdp_ident/tracing/thresholds.py` at half, as it is, and doubled. Results are kept in `--out`, and a run that was
+interrupted goes on from there. `--write` makes the table of docs/explanation/thresholds.md.
+"""
+
+import argparse
+import ast
+import inspect
+import re
+import sys
+import zlib
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks._kept import Kept, kept
+from benchmarks._memory import remembering
+from benchmarks._product import chosen, identified
+from benchmarks._scores import score
+from cdp_ident.diagnosis.identification import Identification
+from cdp_ident.tracing import thresholds
+from reference.settings import draw_setting
+from reference.truths import Truth, truth
+
+TRUTHS = (
+    "none/1",
+    "coulomb_friction.outer/1/0.3",
+    "air_drag.outer/3/0.6",
+    "quadratic_friction.outer/5/1.5",
+    "cogging_torque.inner/15/0.6",
+    "impulse.inner/7/1",
+    "encoder_slip.outer/8/1",
+    "load_friction.outer/21/1",
+)
+"""Kind, seed, and how visible its effects are over the noise."""
+RATE, DURATION = 200, 8.0
+"""Of the trials [Hz], [s]: two are fitted, a third is held out."""
+FACTORS = (0.5, 1.0, 2.0)
+ROOT = Path(__file__).parents[1]
+PAGE = ROOT / "docs" / "explanation" / "thresholds.md"
+_BEGIN = "<!-- made by python -m benchmarks.thresholds --write -->\n"
+_DESCRIPTION = re.compile(r"(?P<decides>.*?)\n\nUnit: (?P<unit>.*?)\. Origin: (?P<origin>.*)\.\s*", re.DOTALL)
+PARTS = ("right", "missed", "false", "left")
+
+
+@dataclass(frozen=True)
+class Threshold:
+    """A constant that decides, with what stands beneath it."""
+
+    name: str
+    value: float
+    decides: str
+    unit: str
+    origin: str
+
+    def times(self, factor: float) -> float:
+        """Return it halved or doubled: of a ratio, its excess over 1; a share is 1 at most."""
+        if self.unit == "ratio":
+            return 1.0 + factor * (self.value - 1.0)
+        return min(factor * self.value, 1.0) if self.unit.startswith("share") else factor * self.value
+
+
+def described() -> tuple[Threshold, ...]:
+    """Return the thresholds in their order."""
+    body = ast.parse(inspect.getsource(thresholds)).body
+    found = []
+    for constant, beneath in pairwise(body):
+        if isinstance(constant, ast.Assign) and isinstance(beneath, ast.Expr):
+            text = inspect.cleandoc(ast.literal_eval(beneath.value))
+            if words := _DESCRIPTION.fullmatch(text):
+                (name,) = (target.id for target in constant.targets if isinstance(target, ast.Name))
+                parts = {key: " ".join(part.split()) for key, part in words.groupdict().items()}
+                found.append(Threshold(name, getattr(thresholds, name), **parts))
+    return tuple(found)
+
+
+def examine(job: str) -> Kept:
+    """Trace one truth with each threshold halved and doubled."""
+    made = _truth(job)
+    found = identified(made)
+    results: dict[str, dict[str, int]] = {}
+    with remembering():
+        as_is = _counts(made, found)
+        for threshold in described():
+            for factor in FACTORS:
+                with _changed(threshold, factor):
+                    results[f"{threshold.name} {factor:g}"] = as_is if factor == 1.0 else _counts(made, found)
+    return {"job": job, "results": results}
+
+
+def _truth(job: str) -> Truth:
+    kind, seed, *visible = job.split("/")
+    setting = draw_setting(np.random.default_rng([int(seed), zlib.crc32(kind.encode())]))
+    moments = np.arange(round(DURATION * RATE)) / RATE
+    setting = replace(setting, rate=RATE, times=(moments,) * len(setting.times))
+    return truth(kind, int(seed), visible=float(visible[0]) if visible else None, setting=setting)
+
+
+@contextmanager
+def _changed(threshold: Threshold, factor: float) -> Iterator[None]:
+    setattr(thresholds, threshold.name, threshold.times(factor))
+    try:
+        yield
+    finally:
+        setattr(thresholds, threshold.name, threshold.value)
+
+
+def _counts(made: Truth, found: Identification) -> dict[str, int]:
+    scored = score(made, chosen(found), 0.0)
+    return {
+        "right": len(scored.right) + len(scored.unknown),
+        "missed": len(scored.missed),
+        "false": len(scored.false),
+        "left": int(scored.remains),
+    }
+
+
+def table(results: Sequence[Kept]) -> str:
+    """Return the table of a page: each threshold, and what all truths together give."""
+    lines = [
+        f"| threshold | unit | value | decides | origin | {' | '.join(f'x {factor:g}' for factor in FACTORS)} |",
+        "|---|---|---|---|---|---|---|---|",
+    ]
+    for threshold in described():
+        cells = []
+        for factor in FACTORS:
+            those = [result["results"][f"{threshold.name} {factor:g}"] for result in results]
+            cells.append(", ".join(str(sum(of[part] for of in those)) for part in PARTS))
+        shown = [cell if cell == cells[1] else f"**{cell}**" for cell in cells]
+        lines.append(
+            f"| `{threshold.name}` | {threshold.unit} | {threshold.value:g} | {threshold.decides} | "
+            f"{threshold.origin} | {' | '.join(shown)} |"
+        )
+    return "\n".join(lines) + "\n"
+
+
+def main(arguments: Sequence[str] = ()) -> None:
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.thresholds")
+    parser.add_argument("--truths", default=",".join(TRUTHS), help="kind/seed/visible, with commas")
+    parser.add_argument("--jobs", type=int, default=0, help="processes, of one core each; 0 for all cores")
+    parser.add_argument("--limit", type=float, default=7200.0, help="a truth that takes longer is given up [s]")
+    parser.add_argument("--out", type=Path, default=Path("identification/thresholds.jsonl"), help="what it has is kept")
+    parser.add_argument("--write", action="store_true", help="put the table into its page")
+    options = parser.parse_args(arguments)
+    results = []
+    for result in kept(examine, options.truths.split(","), options.out, options.limit, options.jobs):
+        results.append(result)
+        print(f"{result['job']}: {_moved(result)}", flush=True)
+    found = table(results)
+    if options.write:
+        before = PAGE.read_text(encoding="utf-8").partition(_BEGIN)[0]
+        PAGE.write_text(before + _BEGIN + "\n" + found, encoding="utf-8")
+    else:
+        print(found)
+
+
+def _moved(result: Kept) -> str:
+    """Return in words which changes of a threshold change what is found."""
+    results = result["results"]
+    names = [name for name, counts in results.items() if counts != results[f"{name.split()[0]} 1"]]
+    return ", ".join(names) or "the same with all"
+
+
+def short() -> None:
+    """Take one truth."""
+    main(["--truths", TRUTHS[0], "--out", "/dev/null"])
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

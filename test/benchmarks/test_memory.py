@@ -1,0 +1,28 @@
+"""While tracing is remembered, nothing is computed twice."""
+
+import numpy as np
+
+from benchmarks._memory import remembering
+from cdp_ident.fit.mechanism import Mechanism
+from cdp_ident.fit.motion_model import MotionModel
+from cdp_ident.fit.prior import Prior
+from cdp_ident.fit.refinement import refine
+from cdp_ident.fit.windows import cut_into_windows
+from cdp_ident.model.parameters import SYMBOLS, groups_of
+from cdp_ident.tracing import progress
+from reference.pendulum import TABLE_5
+from scenarios.twin import standard_twin
+
+VALUES = groups_of([TABLE_5[symbol] for symbol in SYMBOLS], TABLE_5["L"])
+MODEL = MotionModel(Mechanism.of(Prior()))
+WINDOWS = tuple(cut_into_windows([standard_twin(np.random.default_rng(0))]))
+FOLDS = ((0, 2), (1, 3))
+
+
+def test_the_same_refit_and_the_same_predictions_are_computed_once():
+    with remembering():
+        fit = progress.refine(MODEL, VALUES, WINDOWS)
+        assert progress.refine(MODEL, VALUES.copy(), list(WINDOWS)) is fit
+        assert progress.refine(MODEL, 1.01 * VALUES, WINDOWS) is not fit
+        assert progress.attempt_of(fit, FOLDS) is progress.attempt_of(fit, FOLDS)
+    assert progress.refine is refine
