@@ -10,8 +10,8 @@ from cdp_ident.model.sticking import dip, violation
 _TURNED_OVER, _RESOLVED = 4.0, 0.15
 """A torque that changes within a small speed v is constant beyond so many times v; below, a step changes the joint's
 speed by at most this share of v."""
-_TURN = 1.0
-"""A step turns a joint by at most so many times the angle within which a torque changes."""
+_TURN = 0.5
+"""A step turns a joint by at most about so many times the angle within which a torque changes."""
 SMALLEST = 1.0 / 256.0
 """Smallest share of a step into which it is divided."""
 _MOST_ITERATIONS = 50
@@ -30,18 +30,14 @@ def share_by_speed(state, rates, table, values, step):
     for e in range(len(table)):
         if table[e, 4] >= 0:
             joint, scale = table[e, 2], values[e, table[e, 4]]
-            change = (rates[0, 2] if joint == 0 else rates[0, 3] - rates[0, 2]) * step
-            speed, size = joint_speed(state, joint), max(abs(change), 1e-300)
+            change = abs(rates[0, 2] if joint == 0 else rates[0, 3] - rates[0, 2]) * step
+            speed = abs(joint_speed(state, joint))
             if table[e, 1] == MEMORY:
-                share = min(
-                    share, _TURN * scale / max(abs(speed) * step, 1e-300), math.sqrt(_TURN * scale / (size * step))
-                )
-                # The torque turns where the speed is zero: a step ends there.
-                until = -speed / change if speed * change < 0.0 else 0.0
-                share = min(share, until) if until > SMALLEST else share
+                longest = max(speed * step, math.sqrt(_TURN * scale * change * step), 1e-300)
+                share = min(share, _TURN * scale / longest)
             else:
-                beyond = abs(speed) - _TURNED_OVER * scale
-                share = min(share, max(beyond, _RESOLVED * scale) / size)
+                beyond = speed - _TURNED_OVER * scale
+                share = min(share, max(beyond, _RESOLVED * scale) / max(change, 1e-300))
     return max(share, SMALLEST)
 
 

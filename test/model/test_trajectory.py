@@ -44,7 +44,6 @@ INEXACT = {
     # Steps are as short as the speed asks for, so that the error of the motion (1e-7 rad) depends on that, too.
     "stribeck_friction.inner": 5e-3,
     "stribeck_friction.outer": 1e-4,
-    **{key: 1e-2 for key, effect in TORQUES.items() if effect.form is Form.MEMORY},
     # One coefficient changes the motion a little only: differences show what the division of steps does to it.
     **{key: 5e-4 for key, effect in TORQUES.items() if effect.curve},
 }
