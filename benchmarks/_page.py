@@ -144,4 +144,4 @@ These are run by name; their results stand in the pages that they belong to.
 
 def _sentence(heading: str) -> str:
     """Return a heading as it stands after a colon."""
-    return heading[0].lower() + heading[1:] if heading[1].islower() else heading
+    return heading if heading[1].isupper() else heading[0].lower() + heading[1:]

@@ -50,3 +50,8 @@ def number(value: float, digits: int = 2) -> str:
         return f"{rounded:.{digits - 1}e}"
     order = math.floor(math.log10(abs(rounded))) if rounded else 0
     return f"{rounded:,.{max(0, digits - 1 - order)}f}".replace(",", " ")
+
+
+def whole(value: float) -> str:
+    """Return a number without decimals, its thousands apart."""
+    return f"{value:,.0f}".replace(",", " ")

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks._tables import Table, number
+from benchmarks._tables import Table, number, whole
 from benchmarks._workers import LIMIT, alone, each
 from cdp_ident.fit.mechanism import Mechanism
 from cdp_ident.fit.motion_model import MotionModel
@@ -139,7 +139,7 @@ def _over(title: str, cases: Mapping[str, Case], costs: Sequence[Cost]) -> Table
         rows.append(
             (
                 name,
-                number(samples, 3),
+                whole(samples),
                 _median(costs, clean, "identify"),
                 _median(costs, clean, "trace"),
                 _median(costs, hiding, "trace"),

@@ -21,7 +21,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from benchmarks import _mujoco, _rivals
-from benchmarks._tables import Table, number
+from benchmarks._tables import Table, number, whole
 from benchmarks._workers import LIMIT, each
 from benchmarks.simulation import by_scipy
 from cdp_ident.model.parallel import core_count
@@ -143,8 +143,8 @@ def table_of(results: Sequence[Result]) -> Table:
                 f"{arrived} of {len(all_of_it)}",
                 number(statistics.median(errors)),
                 f"{number(low)} to {number(high)}",
-                number(statistics.median(result.arrival.simulations for result in done), 3),
-                number(passes) if passes else "",
+                whole(statistics.median(result.arrival.simulations for result in done)),
+                whole(passes) if passes else "",
                 number(seconds),
                 number(seconds / shortest),
             )
