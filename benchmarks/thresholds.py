@@ -1,6 +1,6 @@
 """Thresholds of tracing: what the names of hidden effects become when each of them is halved or doubled.
 
-Truths near a decision are traced (weak effects, such as are taken for one another, and nothing), with each constant of
+Truths with weak effects, and with none, are traced with each constant of
 `cdp_ident/tracing/thresholds.py` at half, as it is, and doubled. Results are kept in `--out`, and a run that was
 interrupted goes on from there. `--write` makes the table of docs/explanation/thresholds.md.
 """
@@ -31,12 +31,14 @@ from reference.truths import Truth, truth
 TRUTHS = (
     "none/1",
     "coulomb_friction.outer/1/0.3",
+    "coulomb_friction.outer/1/0.03",
     "air_drag.outer/3/0.6",
     "quadratic_friction.outer/5/1.5",
     "cogging_torque.inner/15/0.6",
+    "encoder_offset.outer/9/0.12",
     "impulse.inner/7/1",
+    "impulse.outer/18/0.25",
     "encoder_slip.outer/8/1",
-    "load_friction.outer/21/1",
 )
 """Kind, seed, and how visible its effects are over the noise."""
 RATE, DURATION = 200, 8.0
