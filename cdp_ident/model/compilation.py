@@ -20,6 +20,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, BinaryIO
 
+# To colour its messages, numba would replace the process's standard streams where colorama is installed.
+os.environ.setdefault("NUMBA_DISABLE_ERROR_MESSAGE_HIGHLIGHTING", "1")
 import numba
 import numba.core.config
 from numba.core.caching import CompileResultCacheImpl, FunctionCache

@@ -62,7 +62,6 @@ def add_effects(progress: Progress) -> None:
     Raises:
         InterruptedSelectionError: the selection is asked to stop.
     """
-    try_states(progress, Form.MEMORY)
     while len(progress.current.model.effects) < _MOST_EFFECTS and (better := _best_addition(progress)) is not None:
         better = drop_superfluous(progress, better)
         if better.validation.squared_error >= progress.current.validation.squared_error:

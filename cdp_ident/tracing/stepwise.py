@@ -10,10 +10,11 @@ from cdp_ident.diagnosis.failure import refuse_a_failed_fit
 from cdp_ident.errors import FitFailedError, IdentificationError
 from cdp_ident.fit.force_balance import ForceBalance
 from cdp_ident.fit.refinement import Fit
+from cdp_ident.model.effects.effect import Form
 from cdp_ident.tracing.addition import add_balanced, add_effects
 from cdp_ident.tracing.certainty import certainties
 from cdp_ident.tracing.evidence import Attempt
-from cdp_ident.tracing.exchange import alternatives, exchange_effects
+from cdp_ident.tracing.exchange import alternatives, exchange_effects, try_states
 from cdp_ident.tracing.expected import ExpectedEffect, begin_with
 from cdp_ident.tracing.progress import NO_STEPS, InterruptedSelectionError, Progress, attempt_of, without_effects
 from cdp_ident.tracing.pruning import drop_repeated_impulses, drop_superfluous
@@ -104,6 +105,7 @@ def _without(progress: Progress, index: int) -> Attempt:
 
 
 def _select(progress: Progress) -> None:
+    try_states(progress, Form.MEMORY)
     for _ in range(_MOST_ROUNDS):
         add_effects(progress)
         progress.reweigh()
