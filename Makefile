@@ -34,7 +34,7 @@ format: $(VENV)/.ready  ## what `check` asks for, as far as a tool can do it
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
 
-bench: build  ## how fast, beside what a user would use instead: docs/benchmarks.md, anew
+bench: build $(VENV)/.bench  ## how fast, beside what a user would use instead: docs/benchmarks.md, anew
 	@$(ROS) $(BIN)/python -m benchmarks
 
 docs: $(VENV)/.docs  ## the documents as a site, in build/site; a warning is an error
@@ -63,6 +63,10 @@ $(VENV)/.ready: $(wildcard requirements*.txt)
 
 $(VENV)/.docs: $(VENV)/.ready requirements-docs.txt
 	$(BIN)/pip install --disable-pip-version-check --quiet -r requirements-docs.txt
+	@touch $@
+
+$(VENV)/.bench: $(VENV)/.ready requirements-bench.txt
+	$(BIN)/pip install --disable-pip-version-check --quiet -r requirements-bench.txt
 	@touch $@
 
 clean:
