@@ -60,3 +60,9 @@ def test_the_motion_of_scipy_and_mujoco(measured):
     moved = _mujoco.rollout(_mujoco.models_of([TABLE_5]), START, len(CLOCK) - 1)[0]
     np.testing.assert_allclose(moved, measured, atol=1e-6)
     np.testing.assert_allclose(by_scipy(COEFFICIENTS, START, CLOCK, tolerance=1e-9)[:, :2], measured, atol=1e-6)
+
+
+@needs_compiler
+def test_compiled_c_leaves_the_process_its_subnormal_numbers(measured, coefficients):
+    _compiled_c.population(coefficients, START, STEP, measured)
+    assert float(np.nextafter(0.0, 1.0)) * 1.0 > 0.0
