@@ -29,64 +29,30 @@ def kind_of(effect: TorqueEffect) -> int:
     return _LAWS[effect.form].index(effect.law) if effect.law is not None else 0
 
 
-def _joint_dispatcher(laws: Sequence[Compilable], first: int) -> Compilable:
-    """Return a compiled function that calls one of the laws of joints by its number: a tree of comparisons."""
+def _dispatcher(laws: Sequence[Compilable], name: str, first: int = 0) -> Compilable:
+    """Return a compiled function that calls one of the laws by its number: a tree of comparisons.
+
+    Args:
+        laws: of one form, which take the same arguments.
+        name: what the form's laws are laws of.
+        first: number of the first law.
+    """
     if len(laws) == 1:
         law = laws[0]
 
-        def call(kind, angle, speed, values, row, slopes):
-            return law(angle, speed, values, row, slopes)
+        def call(kind, *arguments):
+            return law(*arguments)
 
-        return part(_named(call, f"joint_law_{first}"))
+        return part(_named(call, f"{name}_law_{first}"))
     middle = len(laws) // 2
-    lower, upper = _joint_dispatcher(laws[:middle], first), _joint_dispatcher(laws[middle:], first + middle)
+    lower, upper = _dispatcher(laws[:middle], name, first), _dispatcher(laws[middle:], name, first + middle)
 
-    def choose(kind, angle, speed, values, row, slopes):
+    def choose(kind, *arguments):
         if kind < first + middle:
-            return lower(kind, angle, speed, values, row, slopes)
-        return upper(kind, angle, speed, values, row, slopes)
+            return lower(kind, *arguments)
+        return upper(kind, *arguments)
 
-    return part(_named(choose, f"joint_laws_{first}_to_{first + len(laws) - 1}"))
-
-
-def _rods_dispatcher(laws: Sequence[Compilable], first: int) -> Compilable:
-    """Return a compiled function that calls one of the laws of rods by its number."""
-    if len(laws) == 1:
-        law = laws[0]
-
-        def call(kind, state, time, values, row, constants, slopes):
-            return law(state, time, values, row, constants, slopes)
-
-        return part(_named(call, f"rods_law_{first}"))
-    middle = len(laws) // 2
-    lower, upper = _rods_dispatcher(laws[:middle], first), _rods_dispatcher(laws[middle:], first + middle)
-
-    def choose(kind, state, time, values, row, constants, slopes):
-        if kind < first + middle:
-            return lower(kind, state, time, values, row, constants, slopes)
-        return upper(kind, state, time, values, row, constants, slopes)
-
-    return part(_named(choose, f"rods_laws_{first}_to_{first + len(laws) - 1}"))
-
-
-def _memory_dispatcher(laws: Sequence[Compilable], first: int) -> Compilable:
-    """Return a compiled function that calls one of the laws with a memory by its number."""
-    if len(laws) == 1:
-        law = laws[0]
-
-        def call(kind, speed, own, values, row, slopes):
-            return law(speed, own, values, row, slopes)
-
-        return part(_named(call, f"memory_law_{first}"))
-    middle = len(laws) // 2
-    lower, upper = _memory_dispatcher(laws[:middle], first), _memory_dispatcher(laws[middle:], first + middle)
-
-    def choose(kind, speed, own, values, row, slopes):
-        if kind < first + middle:
-            return lower(kind, speed, own, values, row, slopes)
-        return upper(kind, speed, own, values, row, slopes)
-
-    return part(_named(choose, f"memory_laws_{first}_to_{first + len(laws) - 1}"))
+    return part(_named(choose, f"{name}_laws_{first}_to_{first + len(laws) - 1}"))
 
 
 def _named(function: Compilable, name: str) -> Compilable:
@@ -99,9 +65,9 @@ def _named(function: Compilable, name: str) -> Compilable:
     return function
 
 
-joint_law = _joint_dispatcher(_LAWS[Form.JOINT], 0)
+joint_law = _dispatcher(_LAWS[Form.JOINT], "joint")
 """Compiled: the number of a law (`kind_of`), then what every law of form JOINT takes."""
-rods_law = _rods_dispatcher(_LAWS[Form.RODS], 0)
+rods_law = _dispatcher(_LAWS[Form.RODS], "rods")
 """Compiled: the number of a law (`kind_of`), then what every law of form RODS takes."""
-memory_law = _memory_dispatcher(_LAWS[Form.MEMORY], 0)
+memory_law = _dispatcher(_LAWS[Form.MEMORY], "memory")
 """Compiled: the number of a law (`kind_of`), then what every law of form MEMORY takes."""
