@@ -21,7 +21,7 @@ from scipy.signal import lfilter
 from scipy.stats import binomtest, chi2
 
 from benchmarks._kept import Kept, kept
-from benchmarks._memory import remembering
+from benchmarks._memoisation import memoised
 from benchmarks._product import identified
 from cdp_ident.diagnosis.identification import Identification
 from cdp_ident.fit.options import IdentifyOptions
@@ -68,7 +68,7 @@ def _white(rng: np.random.Generator, count: int) -> Array:
     return NOISE * rng.standard_normal((count, 2))
 
 
-def _remembering(rng: np.random.Generator, count: int, samples: float = 10.0) -> Array:
+def _correlated(rng: np.random.Generator, count: int, samples: float = 10.0) -> Array:
     """Return noise whose correlation falls to 1 / e within so many samples."""
     kept = float(np.exp(-1.0 / samples))
     return _filtered(rng, count, [1.0, -kept], np.sqrt(1.0 - kept**2))
@@ -94,7 +94,7 @@ def _counted(rng: np.random.Generator, count: int) -> Array:
 
 NOISES: Mapping[str, Callable[[np.random.Generator, int], Array]] = {
     "white": _white,
-    "remembers 10 samples": _remembering,
+    "correlated over 10 samples": _correlated,
     "oscillates in 40 samples": _oscillating,
     "encoder coarser than it": _counted,
 }
@@ -124,7 +124,7 @@ def examine(job: str) -> Kept:
     ]
     options = IdentifyOptions(prior=Prior(nominal=RIG.nominal))
     found = identify(trials[:FIT_TRIALS], trials[FIT_TRIALS:], options)
-    with remembering():
+    with memoised():
         selection, _ = select_effects(found)
         levels = _smallest(selection.before.fit)
     accepted = list(selection.after.model.labels)

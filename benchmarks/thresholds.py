@@ -20,7 +20,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks._kept import Kept, kept
-from benchmarks._memory import remembering
+from benchmarks._memoisation import memoised
 from benchmarks._product import chosen, identified
 from benchmarks._scores import score
 from cdp_ident.diagnosis.identification import Identification
@@ -87,7 +87,7 @@ def examine(job: str) -> Kept:
     made = _truth(job)
     found = identified(made)
     results: dict[str, dict[str, int]] = {}
-    with remembering():
+    with memoised():
         as_is = _counts(made, found)
         for threshold in described():
             for factor in FACTORS:

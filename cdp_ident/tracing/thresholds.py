@@ -23,7 +23,7 @@ Unit: probability. Origin: convention.
 INSTANT_GAIN = 60.0
 """Least fall of the fit's squared error by an effect of an instant.
 
-Unit: variances. Origin: tuned; by chi-squared over all instants it would be 30, but noise that remembers gains 55.
+Unit: variances. Origin: tuned; by chi-squared over all instants it would be 30, but correlated noise gains 55.
 """
 
 FORMS = sum(effect.has_score for effect in CATALOGUE)

@@ -10,7 +10,7 @@ from benchmarks.chance import NOISE, NOISES, examine, summary
     ("kind", "lag", "correlation"),
     [
         ("white", 1, 0.0),
-        ("remembers 10 samples", 10, np.exp(-1.0)),
+        ("correlated over 10 samples", 10, np.exp(-1.0)),
         ("oscillates in 40 samples", 20, -np.exp(-0.5)),
         ("oscillates in 40 samples", 40, np.exp(-1.0)),
     ],

@@ -1,6 +1,6 @@
 """A memory of what tracing computes, so that a variant of it costs only what it decides otherwise.
 
-Refits and score tests follow from their arguments alone. While `remembering` lasts, each is computed once.
+Refits and score tests follow from their arguments alone. While `memoised` lasts, each is computed once.
 """
 
 import functools
@@ -31,7 +31,7 @@ _COMPUTED = {
 
 
 @contextmanager
-def remembering() -> Iterator[None]:
+def memoised() -> Iterator[None]:
     """Compute nothing twice in this process until the end of the context."""
     memories: dict[Any, Any] = {}
     before = []
@@ -40,7 +40,7 @@ def remembering() -> Iterator[None]:
         for function in functions:
             original = getattr(module, function)
             before.append((module, function, original))
-            setattr(module, function, memories.setdefault(original, _remembered(original)))
+            setattr(module, function, memories.setdefault(original, _memoised(original)))
     try:
         yield
     finally:
@@ -48,11 +48,11 @@ def remembering() -> Iterator[None]:
             setattr(module, function, original)
 
 
-def _remembered(function: Callable[..., Any]) -> Callable[..., Any]:
+def _memoised(function: Callable[..., Any]) -> Callable[..., Any]:
     results: dict[Any, tuple[Any, BaseException | None, Any]] = {}
 
     @functools.wraps(function, updated=())
-    def remembered(*arguments: Any, **named: Any) -> Any:
+    def once(*arguments: Any, **named: Any) -> Any:
         key = _key((arguments, sorted(named.items())))
         if key not in results:
             try:
@@ -65,7 +65,7 @@ def _remembered(function: Callable[..., Any]) -> Callable[..., Any]:
             raise failed
         return result
 
-    return remembered
+    return once
 
 
 def _key(value: Any) -> Any:

@@ -1,8 +1,8 @@
-"""While tracing is remembered, nothing is computed twice."""
+"""While tracing is memoised, nothing is computed twice."""
 
 import numpy as np
 
-from benchmarks._memory import remembering
+from benchmarks._memoisation import memoised
 from cdp_ident.fit.mechanism import Mechanism
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.prior import Prior
@@ -20,7 +20,7 @@ FOLDS = ((0, 2), (1, 3))
 
 
 def test_the_same_refit_and_the_same_predictions_are_computed_once():
-    with remembering():
+    with memoised():
         fit = progress.refine(MODEL, VALUES, WINDOWS)
         assert progress.refine(MODEL, VALUES.copy(), list(WINDOWS)) is fit
         assert progress.refine(MODEL, 1.01 * VALUES, WINDOWS) is not fit
