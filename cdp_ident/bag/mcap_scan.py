@@ -46,7 +46,8 @@ class McapScan:
 
     Chunks are checked against their CRC. A damaged chunk is left out and the pass goes on behind it; where the file
     ends early, or is no longer a sequence of records, the pass ends. The summary behind the data, which nothing
-    protects, is believed only where the data do not say the same themselves.
+    protects, is believed only where the data do not say the same themselves. Writers put either all messages into
+    chunks or none: one beside chunks comes from damage to their heads, and has no CRC.
     """
 
     def __init__(self, path: Path, budget: Budget | None = None) -> None:
@@ -62,10 +63,13 @@ class McapScan:
         """Chunks that are there but contradict their CRC or their format."""
         self.orphaned_messages = 0
         """Messages whose topic is not known, because its declaration stood in a damaged chunk."""
+        self.loose_messages = 0
+        """Messages that stand beside chunks."""
         self._budget = budget
         self._schemas: dict[int, Schema] = {}
         self._ended = False
         """Whether the pass is behind the data."""
+        self._has_chunks = False
         self._repeated: dict[int, Topic] = {}
         """Topics by the summary."""
 
@@ -89,6 +93,8 @@ class McapScan:
                 for opcode, record in self._records(stream, _HOLDING_MESSAGES):
                     if opcode == Opcode.CHUNK:
                         yield from self._chunk(record)
+                    elif opcode == Opcode.MESSAGE and self._has_chunks:
+                        self.loose_messages += 1
                     elif opcode == Opcode.MESSAGE:
                         if message := self._message(record):
                             yield message
@@ -109,6 +115,7 @@ class McapScan:
                 break
             end += _RECORD_HEAD.size + length
             self._ended = self._ended or opcode in (Opcode.DATA_END, Opcode.FOOTER)
+            self._has_chunks = self._has_chunks or opcode == Opcode.CHUNK
             self._budget.spend(records=1)
             if opcode in wanted and length <= LARGEST_CHUNK + _CHUNK_HEAD:
                 yield opcode, stream.read(length)
@@ -178,6 +185,8 @@ class McapScan:
             parts.append(f"{self.damaged_chunks} chunk(s) that are damaged, or claim too much, are left out")
         if self.orphaned_messages:
             parts.append(f"{self.orphaned_messages} messages without a known topic are left out")
+        if self.loose_messages:
+            parts.append(f"{self.loose_messages} messages beside the chunks, without a checksum, are left out")
         return ", ".join(parts)
 
 

@@ -92,7 +92,7 @@ def _write_anew(original: Path, folder: Path) -> tuple[Salvaged, bool]:
             messages += 1
         salvaged = Salvaged(original.parent, messages, (last - first) * 1e-9, scan.damage())
         writer.close({"salvaged": str(salvaged)})
-    return salvaged, scan.damaged_chunks + scan.orphaned_messages > 0
+    return salvaged, scan.damaged_chunks + scan.orphaned_messages + scan.loose_messages > 0
 
 
 def _is_finished(file: Path) -> bool:

@@ -344,3 +344,18 @@ def test_names_of_topics_are_shown_without_what_commands_a_terminal(tmp_path):
         read_joint_states(tmp_path / "swing", "/joint_states")
     assert "\x1b" not in str(refused.value)
     assert len(str(refused.value)) < 1000
+
+
+def test_a_message_beside_the_chunks_which_no_checksum_protects_is_left_out_and_told(tmp_path):
+    """It lay in a chunk whose head is damaged, and may be damaged itself."""
+    (file,) = fill(tmp_path / "bag").glob("*.mcap")
+    content, place = file.read_bytes(), 8
+    while content[place] != Opcode.CHUNK:
+        place += 9 + struct.unpack_from("<Q", content, place + 1)[0]
+    wrong = struct.pack("<HIQQ", 1, 0, START, START) + serialize_joint_state(NAMES, [7.0, 7.0], START)
+    loose = struct.pack("<BQ", Opcode.MESSAGE, len(wrong)) + wrong
+    for at in (place, place + 9 + struct.unpack_from("<Q", content, place + 1)[0]):
+        file.write_bytes(content[:at] + loose + content[at:])
+        recording = read_joint_states(file, "joint_states")
+        assert np.array_equal(recording.positions, POSITIONS)
+        assert "1 messages beside the chunks, without a checksum, are left out" in recording.notes[0]
