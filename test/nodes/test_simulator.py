@@ -224,6 +224,7 @@ def test_it_pauses_resumes_begins_anew_loops_and_changes_its_rate(
 
     begun = len(viewer.simulated)
     assert listener.call("/simulator/reset") == (True, "playing")
+    listener.wait_for(lambda: beginnings(viewer.simulated[begun:]))  # behind what was on its way before the reset
     viewer.new_frames()
     assert beginnings(viewer.simulated[begun:]) == 1
 
