@@ -89,9 +89,19 @@ def _of_shape(model: MotionModel) -> npt.NDArray[np.bool_]:
 
 def _followed(fit: Fit, values: Array, chosen: Sequence[int]) -> Fit:
     """Fit initial states of some windows under given values, or under the fit's where no motion can be computed."""
-    windows = [fit.windows[index] for index in chosen]
+    windows = [_moved(fit, index, values - fit.values) for index in chosen]
     before = float(np.sqrt(np.mean(np.concatenate([fit.errors[index].ravel() for index in chosen]) ** 2)))
     try:
         return fit_initial_states_near(fit.model, values, windows, _LOST * before)
     except IdentificationError:
         return fit_initial_states_near(fit.model, fit.values, windows, _LOST * before)
+
+
+def _moved(fit: Fit, index: int, change: Array) -> Window:
+    """Return a window of a fit with the initial state that suits changed values (unknowns,), to first order."""
+    window, states = fit.windows[index], fit.model.states
+    rows = (fit.sensitivities[index] * np.sqrt(fit.weights[index])[..., None]).reshape(-1, states + len(change))
+    start = fit.model.initial_state(window.start)
+    if window.start_known:
+        return window
+    return replace(window, start=start - np.linalg.lstsq(rows[:, :states], rows[:, states:] @ change, rcond=None)[0])

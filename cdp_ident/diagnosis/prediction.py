@@ -146,9 +146,7 @@ def predicted(final: Fit, data: Data, plan: Plan) -> Prediction | None:
     for start, window in zip(plan.starts, fitted.windows, strict=True):
         trial = data.trials[start.trial]
         whole = cut_at(trial, start.trial, [start.first, start.end], scales.step, scales.half_width)[0]
-        theta, _ = fitted.model.predict(
-            fitted.values, window.start, replace(whole, start=window.start), derivatives=False
-        )
+        theta, _ = fitted.model.predict(fitted.values, window.start, replace(whole, start=window.start), "none")
         ahead = slice(start.at - start.first - 1, None)
         error = np.max(np.abs(whole.theta - theta)[ahead], axis=1)
         error[~np.isfinite(error)] = np.inf

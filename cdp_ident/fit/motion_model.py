@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -265,12 +266,21 @@ class MotionModel:
         constants = effect_constants(self.coefficients(values), length, self.mechanism.outer_length, carried)
         return Torques.of(chosen, constants, directions)
 
-    def predict(self, values: Array, start: Array, window: Window, derivatives: bool = True) -> tuple[Array, Array]:
+    def predict(
+        self, values: Array, start: Array, window: Window, derivatives: Literal["all", "start", "none"] = "all"
+    ) -> tuple[Array, Array]:
         """Return the angles that the encoders show in a window, and their derivatives.
 
+        Args:
+            values: (unknowns,) values of the unknowns.
+            start: state at the window's beginning.
+            window: gives the trial and the times.
+            derivatives: which are wanted: "start" for those by the initial state and the encoders' zeros, for which
+                less is computed.
+
         Returns:
-            Angles (n, 2) [rad] and their derivatives (n, 2, states + unknowns) by the initial state and the unknowns;
-            (n, 2, 0) where none are asked for.
+            Angles (n, 2) [rad] and their derivatives (n, 2, states + unknowns) by the initial state and the unknowns,
+            zero where they are not wanted; (n, 2, 0) where none are.
         """
         weighted = self.with_weights(values, window.weights) if window.weights else None
         if weighted:
@@ -284,10 +294,12 @@ class MotionModel:
             if delay:
                 grid = TimeGrid.over(window.time - delay, grid.step, earliest=-LATEST)
                 u = np.pad(u, (0, max(2 * grid.steps + 1 - len(u), 0)), mode="edge")
-            if not derivatives:
+            if derivatives == "none":
                 states = trajectory(coefficients, start, grid, u, torques, window.begin)
                 return states, np.empty((*states.shape, 0))
-            states, by_directions = trajectory_with_derivatives(coefficients, start, grid, u, torques, window.begin)
+            states, by_directions = trajectory_with_derivatives(
+                coefficients, start, grid, u, torques, window.begin, by_start_only=derivatives == "start"
+            )
             return states, self._by_unknowns(values, by_directions, window.trial)
 
         sensors = [
@@ -300,10 +312,10 @@ class MotionModel:
         if place.start < place.stop:
             # Both absolute angles contain the inner encoder's.
             theta = theta + np.cumsum(values[place])
-            if derivatives:
+            if derivatives != "none":
                 by_unknowns[:, :, self.states + place.start] = 1.0
                 by_unknowns[:, 1, self.states + place.start + 1] = 1.0
-        if derivatives and weighted:
+        if derivatives == "all" and weighted:
             by_unknowns[:, :, self.states :] = by_unknowns[:, :, self.states :] @ weighted.by_rig
         return theta, by_unknowns
 
@@ -313,6 +325,8 @@ class MotionModel:
         derivatives = derivatives[:, :2]
         result = np.zeros((*derivatives.shape[:2], states + len(self.names)))
         result[..., :states] = derivatives[..., :states]
+        if derivatives.shape[2] == states:
+            return result
         direction = states + len(COEFFICIENTS)
         result[..., states : states + base] = derivatives[..., states:direction] @ self._chain(values)
         for index, active in enumerate(self.effects):

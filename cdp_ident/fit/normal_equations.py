@@ -9,6 +9,7 @@ short.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -68,6 +69,7 @@ class NormalEquations:
         """
         self._model, self._free, self._held = model, free, held
         self._columns = np.concatenate([np.arange(model.states), model.states + free])
+        self._derivatives: Literal["all", "start"] = "start" if np.all(model.of_zeros[free]) else "all"
         self._penalty = model.penalty[np.ix_(free, free)]
         self._windows = tuple(windows)
         self._known_start = np.array([window.start_known for window in windows])
@@ -105,7 +107,7 @@ class NormalEquations:
         def work(first: int, last: int) -> None:
             for index in range(first, last):
                 window = self._windows[index]
-                theta, sensitivity = self._model.predict(all_values, starts[index], window)
+                theta, sensitivity = self._model.predict(all_values, starts[index], window, self._derivatives)
                 sensitivity = window.whitened(sensitivity[..., self._columns])
                 residual = window.whitened(window.theta - theta)
                 size_of = np.abs(residual)
@@ -138,7 +140,7 @@ class NormalEquations:
         def work(first: int, last: int) -> None:
             for index in range(first, last):
                 window = self._windows[index]
-                theta, _ = self._model.predict(all_values, starts[index], window, derivatives=False)
+                theta, _ = self._model.predict(all_values, starts[index], window, "none")
                 residuals[index] = window.whitened(window.theta - theta)
 
         parallel_for(work, len(self._windows))
@@ -153,6 +155,21 @@ class NormalEquations:
         falls = point.right[:, states:].sum(axis=0) - penalised
         expected = float(change @ falls + np.sum(start_changes * right))
         return Step(point.values + change, _moved(point.starts, start_changes), expected)
+
+    def moved(self, point: Point, step: Step) -> Point:
+        """Return the point that a small step leads to, in which the residuals are linear: no simulation is needed."""
+        change = step.values - point.values
+        moves = np.array([[*(b - a), *change] for a, b in zip(point.starts, step.starts, strict=True)])
+        residuals = [r - s @ move for r, s, move in zip(point.residuals, point.sensitivities, moves, strict=True)]
+        right = point.right - np.einsum("wkl,wl->wk", point.normal, moves)
+        return replace(
+            point,
+            values=step.values,
+            starts=step.starts,
+            cost=point.cost - step.expected,
+            residuals=residuals,
+            right=right,
+        )
 
     def accelerated(self, point: Point, step: Step, damping: float) -> Step | None:
         """Return a step with its geodesic acceleration, or None where that is too large for the step to be trusted."""

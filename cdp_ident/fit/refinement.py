@@ -14,7 +14,7 @@ import numpy.typing as npt
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.autocorrelation import Autocorrelation
 from cdp_ident.fit.motion_model import MotionModel
-from cdp_ident.fit.normal_equations import NormalEquations
+from cdp_ident.fit.normal_equations import NormalEquations, Point
 from cdp_ident.fit.windows import Window, split
 
 Array = npt.NDArray[np.float64]
@@ -26,7 +26,7 @@ _GROWTH = (4, 2)
 """Windows are first fitted in so many parts, one after the other, and then whole."""
 _ROUGHLY = 1e-3
 """Tolerance of the fits of parts."""
-_LARGEST_DAMPING = 1e8
+_FIRST_DAMPING, _LARGEST_DAMPING = 1e-3, 1e8
 _DAMPING_FACTOR = 4.0
 _OUTLIER = 6.0
 """Residuals beyond so many robust standard deviations lose weight (Huber, Robust Statistics, 1981)."""
@@ -118,12 +118,15 @@ def refine(
     point = problem.evaluate(begin, [window.start for window in windows], np.inf)
     if point is None:
         raise IdentificationError("the model's motion cannot be computed from the parameters to begin with")
-    damping, iterations, converged, limit, curved = 1e-3, 0, False, np.inf, False
+    damping, iterations, converged, limit, curved = _FIRST_DAMPING, 0, False, np.inf, False
     while iterations < (_MOST_FOR_STARTS if hold_values else _MOST_ITERATIONS) and damping < _LARGEST_DAMPING:
         iterations += 1
         step = problem.step(point, damping)
-        path = problem.accelerated(point, step, damping) if curved else step
-        candidate = problem.evaluate(path.values, path.starts, limit) if path else None
+        if step.expected < tolerance * point.cost and damping <= _FIRST_DAMPING:
+            candidate: Point | None = problem.moved(point, step)
+        else:
+            path = problem.accelerated(point, step, damping) if curved else step
+            candidate = problem.evaluate(path.values, path.starts, limit) if path else None
         if candidate is None or candidate.cost > point.cost:
             # At the minimum, rounding keeps the cost from decreasing: the fit has converged, too.
             if step.expected < tolerance * point.cost:

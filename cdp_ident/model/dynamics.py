@@ -52,10 +52,16 @@ def _add_torques(
     What has a memory fills in its own state's rate and that rate's derivatives.
     """
     first = len(state) + _COEFFICIENTS
-    with_lanes = torque_by_lane.shape[1] > 0
-    sums[:] = 0.0
-    torque_by_state[:] = 0.0
-    torque_by_lane[:] = 0.0
+    with_parameters = torque_by_lane.shape[1] >= first
+    # Loops, not slices: numba would compile its formatting of error messages along with these. The lanes of parameters
+    # need no zeros, for what each has is assigned, and what has none is zero from the beginning on.
+    for k in range(COUNT_OF_SUMS):
+        sums[k] = 0.0
+    for k in range(len(state)):
+        torque_by_state[0, k], torque_by_state[1, k] = 0.0, 0.0
+    if with_parameters:
+        for k in range(len(state), first):
+            torque_by_lane[0, k], torque_by_lane[1, k] = 0.0, 0.0
     for e in range(len(table)):
         kind, form, joint, dry = table[e, 0], table[e, 1], table[e, 2], table[e, 3]
         if form == _COUPLING:
@@ -76,16 +82,16 @@ def _add_torques(
             torque_by_state[1, 3] += onto2 * onto2 * slopes[0, 0]
             torque_by_state[0, own] += onto1 * slopes[0, 1]
             torque_by_state[1, own] += onto2 * slopes[0, 1]
-            if with_lanes:
-                for k in range(len(state)):
-                    by_state[own - 2, k] = 0.0
-                by_state[own - 2, 2], by_state[own - 2, 3] = onto1 * slopes[1, 0], onto2 * slopes[1, 0]
-                by_state[own - 2, own] = slopes[1, 1]
+            for k in range(len(state)):
+                by_state[own - 2, k] = 0.0
+            by_state[own - 2, 2], by_state[own - 2, 3] = onto1 * slopes[1, 0], onto2 * slopes[1, 0]
+            by_state[own - 2, own] = slopes[1, 1]
+            if with_parameters:
                 for p in range(lanes_of.shape[1]):
                     lane = lanes_of[e, p]
                     if lane >= 0:
-                        torque_by_lane[0, first + lane] += onto1 * slopes[0, 2 + p]
-                        torque_by_lane[1, first + lane] += onto2 * slopes[0, 2 + p]
+                        torque_by_lane[0, first + lane] = onto1 * slopes[0, 2 + p]
+                        torque_by_lane[1, first + lane] = onto2 * slopes[0, 2 + p]
                         direct[own - 2, first + lane] = slopes[1, 2 + p]
             continue
         # Friction enters against the motion; while the joint sticks, by another way.
@@ -93,7 +99,8 @@ def _add_torques(
         if dry:
             factor = -float(modes[joint])
         if form == _RODS:
-            slopes[:] = 0.0
+            for k in range(slopes.shape[1]):
+                slopes[0, k], slopes[1, k] = 0.0, 0.0
             torque1, torque2 = rods_law(kind, state, time, values, e, constants, slopes)
             if dry:
                 sums[SIZES + joint] += torque1
@@ -108,15 +115,15 @@ def _add_torques(
             for k in range(4):
                 torque_by_state[0, k] += slopes[0, k]
                 torque_by_state[1, k] += slopes[1, k]
-            if with_lanes:
+            if with_parameters:
                 for k in range(_COEFFICIENTS):
                     torque_by_lane[0, first - _COEFFICIENTS + k] += slopes[0, 4 + k]
                     torque_by_lane[1, first - _COEFFICIENTS + k] += slopes[1, 4 + k]
                 for p in range(lanes_of.shape[1]):
                     lane = lanes_of[e, p]
                     if lane >= 0:
-                        torque_by_lane[0, first + lane] += slopes[0, BEFORE_PARAMETERS + p]
-                        torque_by_lane[1, first + lane] += slopes[1, BEFORE_PARAMETERS + p]
+                        torque_by_lane[0, first + lane] = slopes[0, BEFORE_PARAMETERS + p]
+                        torque_by_lane[1, first + lane] = slopes[1, BEFORE_PARAMETERS + p]
             continue
         if joint == 0:
             torque = joint_law(kind, state[0] - math.pi, state[2], values, e, slopes)
@@ -135,16 +142,13 @@ def _add_torques(
                 torque_by_state[1, 2 * k + 1] += slope
         if dry:
             sums[SIZES + joint] += torque
-        if with_lanes:
+        if with_parameters:
             for p in range(lanes_of.shape[1]):
                 lane = lanes_of[e, p]
                 if lane >= 0:
                     slope = factor * slopes[0, 2 + p]
-                    if joint == 0:
-                        torque_by_lane[0, first + lane] += slope
-                    else:
-                        torque_by_lane[0, first + lane] -= slope
-                        torque_by_lane[1, first + lane] += slope
+                    torque_by_lane[0, first + lane] = slope if joint == 0 else -slope
+                    torque_by_lane[1, first + lane] = 0.0 if joint == 0 else slope
 
 
 @inlined
@@ -187,7 +191,7 @@ def rates_of(
         by_state: (n - 2, n) takes the derivatives by the state of the rates of all but the angles: of the rods' speeds,
             then of the states that effects bring.
         direct: (n - 2, lanes) takes those by the lanes: the state's n (zero), the seven coefficients, then parameters.
-            Without lanes no derivatives are computed.
+            Without lanes no derivatives are computed, with too few for coefficients those by the state alone.
         rates: (..., n) takes the rate of change in its row `row`.
         row: that row.
     """
@@ -250,29 +254,33 @@ def rates_of(
             theta1, theta2, omega1, omega2, acceleration, A23, A33, a1, c1, c2, m2_l2, g, torque1, torque2, coupled
         )
     else:
+        with_parameters = direct.shape[1] >= n + _COEFFICIENTS
         alpha1, alpha2, i11, i12, i22 = acceleration_derivatives(
             theta1, theta2, omega1, omega2, acceleration, A23, A33, a1, c1, c2, m2_l2, g, torque1, torque2,
-            by_state, direct, n, coupled,
+            by_state, direct, n, with_parameters, coupled,
         )  # fmt: skip
         if len(table) > 0:
-            for e in range(len(table)):
-                if table[e, 1] == _COUPLING and lanes_of[e, 0] >= 0:
-                    torque_by_lane[0, n + _COEFFICIENTS + lanes_of[e, 0]] -= alpha2
-                    torque_by_lane[1, n + _COEFFICIENTS + lanes_of[e, 0]] -= alpha1
-            for k in range(4, n):
-                by_state[0, k], by_state[1, k] = 0.0, 0.0
-            for k in range(n):
+            for k in range(4):
                 d1, d2 = torque_by_state[0, k], torque_by_state[1, k]
                 by_state[0, k] += i11 * d1 + i12 * d2
                 by_state[1, k] += i12 * d1 + i22 * d2
-            for k in range(n, n + _COEFFICIENTS):
-                d1, d2 = torque_by_lane[0, k], torque_by_lane[1, k]
-                direct[0, k] += i11 * d1 + i12 * d2
-                direct[1, k] += i12 * d1 + i22 * d2
-            for k in range(n + _COEFFICIENTS, direct.shape[1]):
-                d1, d2 = torque_by_lane[0, k], torque_by_lane[1, k]
-                direct[0, k] = i11 * d1 + i12 * d2
-                direct[1, k] = i12 * d1 + i22 * d2
+            for k in range(4, n):
+                d1, d2 = torque_by_state[0, k], torque_by_state[1, k]
+                by_state[0, k] = i11 * d1 + i12 * d2
+                by_state[1, k] = i12 * d1 + i22 * d2
+            if with_parameters:
+                for e in range(len(table)):
+                    if table[e, 1] == _COUPLING and lanes_of[e, 0] >= 0:
+                        torque_by_lane[0, n + _COEFFICIENTS + lanes_of[e, 0]] = -alpha2
+                        torque_by_lane[1, n + _COEFFICIENTS + lanes_of[e, 0]] = -alpha1
+                for k in range(n, n + _COEFFICIENTS):
+                    d1, d2 = torque_by_lane[0, k], torque_by_lane[1, k]
+                    direct[0, k] += i11 * d1 + i12 * d2
+                    direct[1, k] += i12 * d1 + i22 * d2
+                for k in range(n + _COEFFICIENTS, direct.shape[1]):
+                    d1, d2 = torque_by_lane[0, k], torque_by_lane[1, k]
+                    direct[0, k] = i11 * d1 + i12 * d2
+                    direct[1, k] = i12 * d1 + i22 * d2
         if inner_sticks or outer_sticks:
             for k in range(n):
                 by_state[0, k], by_state[1, k] = _held(
@@ -289,24 +297,26 @@ def rates_of(
             along1, along2 = cos1 * alpha1 - sin1 * omega1 * omega1, cos2 * alpha2 - sin2 * omega2 * omega2
             pull = a1 * along1 + m2_l2 * along2 + carried * acceleration
             x, v = position - 2, position - 1
-            by_state[x, :] = 0.0
+            for k in range(n):
+                by_state[x, k], by_state[v, k] = 0.0, 0.0
             by_state[x, position + 1] = 1.0
-            by_state[v, :] = 0.0
             by_state[v, 0] = mobility * a1 * (-sin1 * alpha1 - cos1 * omega1 * omega1)
             by_state[v, 1] = mobility * m2_l2 * (-sin2 * alpha2 - cos2 * omega2 * omega2)
             by_state[v, 2] = -2.0 * mobility * a1 * sin1 * omega1
             by_state[v, 3] = -2.0 * mobility * m2_l2 * sin2 * omega2
             by_state[v, position], by_state[v, position + 1] = squared, damping
-            direct[v, n:] = 0.0
-            direct[v, n + 2], direct[v, n + 5] = mobility * along1, mobility * along2
-            by_parameter = (
-                squared * pull,
-                2.0 * frequency * (compliance * pull + state[position]) + 2.0 * damping_ratio * state[position + 1],
-                2.0 * frequency * state[position + 1],
-            )
-            for p in range(3):
-                if lanes_of[base, p] >= 0:
-                    direct[v, n + _COEFFICIENTS + lanes_of[base, p]] = by_parameter[p]
+            for k in range(n, direct.shape[1]):
+                direct[v, k] = 0.0
+            if with_parameters:
+                direct[v, n + 2], direct[v, n + 5] = mobility * along1, mobility * along2
+                by_parameter = (
+                    squared * pull,
+                    2.0 * frequency * (compliance * pull + state[position]) + 2.0 * damping_ratio * state[position + 1],
+                    2.0 * frequency * state[position + 1],
+                )
+                for p in range(3):
+                    if lanes_of[base, p] >= 0:
+                        direct[v, n + _COEFFICIENTS + lanes_of[base, p]] = by_parameter[p]
             for k in range(n):
                 change = -(by_state[v, k] + mobility * (push1 * by_state[0, k] + push2 * by_state[1, k])) / reduced
                 by_state[v, k] = change

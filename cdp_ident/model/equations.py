@@ -87,15 +87,15 @@ def accelerations(
 @inlined
 def acceleration_derivatives(
     theta1, theta2, omega1, omega2, u, A23, A33, a1, c1, c2, m2_l2, g, extra1, extra2, by_state, by_coefficient, first,
-    coupled=0.0,
+    with_coefficients, coupled=0.0,
 ):  # fmt: skip
     """Return omega1', omega2' and their derivatives by the two generalised torques, and fill in the others.
 
     `by_state` (2, 4) takes those with respect to theta1, theta2, omega1, omega2, and `by_coefficient` (2, …), from its
-    column `first` on, those with respect to the seven coefficients, both at constant extra torques. The equations are
-    M omega' = N, where M has 1 and A33 on its diagonal and m = A23 c + coupled beside it; a derivative solves
-    M d(omega') = dN - dM omega'. Those by the torques are the elements of M's inverse: omega1' by the first torque,
-    either one by the other's, omega2' by the second.
+    column `first` on, those with respect to the seven coefficients if asked for, both at constant extra torques. The
+    equations are M omega' = N, where M has 1 and A33 on its diagonal and m = A23 c + coupled beside it; a derivative
+    solves M d(omega') = dN - dM omega'. Those by the torques are the elements of M's inverse: omega1' by the first
+    torque, either one by the other's, omega2' by the second.
     """
     sin1, cos1 = sine_and_cosine(theta1)
     sin2, cos2 = sine_and_cosine(theta2)
@@ -124,6 +124,8 @@ def acceleration_derivatives(
     d1, d2 = c2 - 2.0 * A23 * s * omega2, -c2
     by_state[0, 3], by_state[1, 3] = i11 * d1 + i12 * d2, i12 * d1 + i22 * d2
 
+    if not with_coefficients:
+        return alpha1, alpha2, i11, i12, i22
     # By A23: dm = c; by A33: dM has one element, 1.
     d1, d2 = -s * omega2 * omega2 - c * alpha2, s * omega1 * omega1 - c * alpha1
     by_coefficient[0, first], by_coefficient[1, first] = i11 * d1 + i12 * d2, i12 * d1 + i22 * d2

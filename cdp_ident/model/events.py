@@ -44,7 +44,7 @@ def share_by_speed(state, rates, table, values, step):
 @part
 def instant_of(
     joint, given, state, done, share, step, time, inputs, modes, coefficients, table, values, lanes_of, constants,
-    base, slopes, torque_by_state, torque_by_lane, sums, by_state, direct, at, rates, end, tangent, tangent_slopes,
+    base, slopes, torque_by_state, torque_by_lane, sums, by_state, direct, at, rates, end, tangents,
 ):  # fmt: skip
     """Return after which share of the grid's step, up to `share`, a joint's mode ends; 2 where it does not.
 
@@ -74,8 +74,7 @@ def instant_of(
                 return 2.0
         step_with_tangents(
             state, done, reach, step, time, inputs, modes, coefficients, table, values, lanes_of, constants, base,
-            slopes, torque_by_state, torque_by_lane, sums, by_state, direct, at, rates, end, tangent, tangent_slopes,
-            tangent,
+            slopes, torque_by_state, torque_by_lane, sums, by_state, direct, at, rates, end, tangents,
         )  # fmt: skip
         value = violation(end, joint, modes, sums)
         if dips:

@@ -188,5 +188,5 @@ def _paper_derivatives(coefficients: Array, state: Array, by_state: Array) -> No
     )  # fmt: skip
     acceleration_derivatives(
         state[0], state[1], state[2], state[3], 0.0, A23, A33, a1, c1, c2, m2_l2, g, 0.0, 0.0,
-        by_state, np.empty((2, 7)), 0,
+        by_state, np.empty((2, 0)), 0, False,
     )  # fmt: skip

@@ -10,6 +10,7 @@ import numpy as np
 
 from cdp_ident.model.compilation import inlined, part
 from cdp_ident.model.dynamics import HOLDS, SIZES, STICKS, joint_speed, rates_of
+from cdp_ident.model.tangents import OLD, blocks_of, row_of, width_of
 
 
 @part
@@ -107,11 +108,12 @@ def dip(joint, modes, rates):
 
 
 @part
-def carry_across(tangent, joint, before, after):
+def carry_across(tangents, lanes, joint, before, after):
     """Carry derivatives across the instant at which a joint's speed is zero.
 
     Args:
-        tangent: (n, lanes) derivatives of the state.
+        tangents: derivatives of the state, in so many lanes.
+        lanes: so many.
         joint: 0 inner, 1 outer.
         before: (n,) rates of change before.
         after: (…, n) rates of change after, in row 0.
@@ -119,21 +121,26 @@ def carry_across(tangent, joint, before, after):
     towards = before[2] if joint == 0 else before[3] - before[2]
     if towards == 0.0:
         return
-    for i in range(tangent.shape[1]):
-        late = -(tangent[2, i] if joint == 0 else tangent[3, i] - tangent[2, i]) / towards
-        for r in range(2, tangent.shape[0]):
-            tangent[r, i] += (before[r] - after[0, r]) * late
+    n = len(before)
+    for block in range(blocks_of(lanes)):
+        omega1, omega2 = row_of(n, block, 2, OLD), row_of(n, block, 3, OLD)
+        for i in range(width_of(block, lanes)):
+            late = -(tangents[omega1 + i] if joint == 0 else tangents[omega2 + i] - tangents[omega1 + i]) / towards
+            for r in range(2, n):
+                tangents[row_of(n, block, r, OLD) + i] += (before[r] - after[0, r]) * late
 
 
 @part
-def hold(tangent, joint, state, coefficients):
+def hold(tangents, lanes, joint, state, coefficients):
     """Project derivatives on motions that a sticking joint allows, by an impulse in it that keeps its speed at zero."""
     A23, A33 = coefficients[0], coefficients[1]
     m = A23 * np.cos(state[0] - state[1])
-    for i in range(tangent.shape[1]):
-        if joint == 0:
-            tangent[3, i] += m / A33 * tangent[2, i]
-            tangent[2, i] = 0.0
-        else:
-            common = ((1.0 + m) * tangent[2, i] + (A33 + m) * tangent[3, i]) / (1.0 + A33 + 2.0 * m)
-            tangent[2, i], tangent[3, i] = common, common
+    for block in range(blocks_of(lanes)):
+        omega1, omega2 = row_of(len(state), block, 2, OLD), row_of(len(state), block, 3, OLD)
+        for i in range(width_of(block, lanes)):
+            speed1, speed2 = tangents[omega1 + i], tangents[omega2 + i]
+            if joint == 0:
+                tangents[omega1 + i], tangents[omega2 + i] = 0.0, speed2 + m / A33 * speed1
+            else:
+                common = ((1.0 + m) * speed1 + (A33 + m) * speed2) / (1.0 + A33 + 2.0 * m)
+                tangents[omega1 + i], tangents[omega2 + i] = common, common

@@ -68,11 +68,17 @@ class Torques:
         """How many further directions there are."""
         return sum(lane >= 0 for row in self.lanes.tolist() for lane in row)
 
+    def without_directions(self) -> "Torques":
+        """Return the same torques, of which no derivatives by parameters are wanted."""
+        return replace(self, lanes=np.full_like(self.lanes, -1))
+
     def of_rods(self, kept: npt.NDArray[np.bool_]) -> "Torques":
         """Return some of the effects, without directions; never those that bring states of their own."""
         kept = kept & (self.table[:, 5] < 0)
-        lanes = np.full_like(self.lanes[kept], -1)
-        return replace(self, table=self.table[kept], values=self.values[kept], lanes=lanes, states=RODS_STATES)
+        rods = replace(
+            self, table=self.table[kept], values=self.values[kept], lanes=self.lanes[kept], states=RODS_STATES
+        )
+        return rods.without_directions()
 
 
 def _turning_parameter(effect: TorqueEffect) -> int:

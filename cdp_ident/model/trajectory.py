@@ -13,16 +13,26 @@ from cdp_ident.model.compilation import compiled
 from cdp_ident.model.dynamics import BEFORE_PARAMETERS, COUNT_OF_SUMS, STICKS
 from cdp_ident.model.effects.effect import Form
 from cdp_ident.model.events import AT_ONCE, SMALLEST, instant_of, share_by_speed
-from cdp_ident.model.runge_kutta import copy, input_at, is_rough, propagate, step_with_tangents
+from cdp_ident.model.runge_kutta import copy, input_at, is_rough, step_with_tangents
 from cdp_ident.model.sticking import carry_across, dip, hold, settle, stop, violation
+from cdp_ident.model.tangents import (
+    LANES,
+    OLD,
+    VECTOR,
+    accept,
+    blocks_of,
+    reading,
+    restart,
+    row_of,
+    tangents_of,
+    width_of,
+)
 from cdp_ident.model.time_grid import TimeGrid
 from cdp_ident.model.torques import NO_TORQUES, RODS_STATES, Torques
 
 Array = npt.NDArray[np.float64]
 
 _COEFFICIENTS = 7
-_VECTOR = 8
-"""Lanes are made a multiple of the widest vector register's."""
 _BASE = int(Form.BASE)
 _MOST_EVENTS = 32
 """Most events in one step; further ones are ignored."""
@@ -49,19 +59,27 @@ def trajectory(
 
 
 def trajectory_with_derivatives(
-    coefficients: Array, start: Array, grid: TimeGrid, u: Array, torques: Torques = NO_TORQUES, begin: float = 0.0
+    coefficients: Array,
+    start: Array,
+    grid: TimeGrid,
+    u: Array,
+    torques: Torques = NO_TORQUES,
+    begin: float = 0.0,
+    by_start_only: bool = False,
 ) -> tuple[Array, Array]:
     """Return states (n, states) as `trajectory` does, and their derivatives (n, states, directions).
 
-    The directions are the numbers of the initial state, the seven coefficients, and the parameters of effects that
-    `torques.lanes` names: see `directions`.
+    The directions are the numbers of the initial state and, unless those alone are asked for, the seven coefficients
+    and the parameters of effects that `torques.lanes` names: see `directions`.
     """
     size = torques.states
-    count = directions(torques)
-    lanes = -(-count // _VECTOR) * _VECTOR
-    states, derivatives = np.empty((len(grid.place), size)), np.empty((len(grid.place), size, count))
+    if by_start_only:
+        torques = torques.without_directions()
+    count = size if by_start_only else directions(torques)
+    lanes = -(-count // VECTOR) * VECTOR
+    states, derivatives = np.empty((len(grid.place), size)), np.empty((len(grid.place), size, lanes))
     _run(coefficients, start, grid, u, torques, begin, lanes, states, derivatives)
-    return states, derivatives
+    return states, derivatives[..., :count]
 
 
 def directions(torques: Torques) -> int:
@@ -136,11 +154,7 @@ def _trajectory(
     torque_by_lane, direct, no_torques, no_direct = (
         np.zeros((2, lanes)), np.zeros((n - 2, lanes)), np.zeros((2, 0)), np.zeros((n - 2, 0)),
     )  # fmt: skip
-    # The tangents at a step's beginning and end, and their slopes at the four stages and the end.
-    tangent, ended, tangent_slopes = np.zeros((n, lanes)), np.empty((n, lanes)), np.zeros((5, n, lanes))
-    no_tangent, no_slopes = np.empty((n, 0)), np.empty((5, n, 0))
-    for k in range(min(n, lanes)):
-        tangent[k, k] = 1.0
+    tangents, no_tangents = tangents_of(n, lanes), np.empty(0)
     longest, loose, fresh, crossed = 1.0, -1, True, -1
     for k in range(len(first_sample) - 1):
         time = begin + k * step
@@ -156,11 +170,11 @@ def _trajectory(
                 )  # fmt: skip
                 if lanes > 0:
                     if crossed >= 0:
-                        carry_across(tangent, crossed, before, rates)
+                        carry_across(tangents, lanes, crossed, before, rates)
                     for joint in range(2):
                         if modes[joint] == STICKS:
-                            hold(tangent, joint, state, coefficients)
-                    propagate(tangent, 0.0, tangent_slopes, 4, 0, by_state, direct)
+                            hold(tangents, lanes, joint, state, coefficients)
+                    restart(tangents, by_state, direct)
                 fresh, loose, crossed = False, -1, -1
             if not located:
                 share, stopped = min(longest, 1.0 - done), -1
@@ -168,8 +182,7 @@ def _trajectory(
                     share = min(share, share_by_speed(state, rates, table, values, step))
             step_with_tangents(
                 state, done, share, step, time, inputs, modes, coefficients, table, values, lanes_of, constants, base,
-                slopes, torque_by_state, torque_by_lane, sums, by_state, direct, at, rates, end, tangent,
-                tangent_slopes, ended,
+                slopes, torque_by_state, torque_by_lane, sums, by_state, direct, at, rates, end, tangents,
             )  # fmt: skip
             if not located:
                 if share > SMALLEST and is_rough(rates, share * step):
@@ -192,7 +205,7 @@ def _trajectory(
                                 instant = instant_of(
                                     joint, violations[joint], state, done, whole, step, time, inputs, modes,
                                     coefficients, table, values, lanes_of, constants, base, slopes, torque_by_state,
-                                    no_torques, sums, by_state, no_direct, at, rates, trial_end, no_tangent, no_slopes,
+                                    no_torques, sums, by_state, no_direct, at, rates, trial_end, no_tangents,
                                 )  # fmt: skip
                                 if instant <= share:
                                     share, stopped = instant, joint
@@ -209,17 +222,13 @@ def _trajectory(
                 w2, w3 = h * s * (1.0 - s) * (1.0 - s), h * s * s * (s - 1.0)
                 for r in range(n):
                     states[j, r] = w0 * state[r] + w1 * end[r] + w2 * rates[0, r] + w3 * rates[4, r]
-                    for i in range(derivatives.shape[2]):
-                        derivatives[j, r, i] = (
-                            w0 * tangent[r, i]
-                            + w1 * ended[r, i]
-                            + w2 * tangent_slopes[0, r, i]
-                            + w3 * tangent_slopes[4, r, i]
-                        )
+                    for block in range(blocks_of(lanes)):
+                        first, lane = row_of(n, block, r, OLD), np.uint64(block * LANES)
+                        for i in range(width_of(block, lanes)):
+                            derivatives[j, r, lane + i] = reading(tangents, first, i, w0, w1, w2, w3)
                 j += 1
             copy(end, state)
-            for r in range(n):
-                copy(ended[r], tangent[r])
+            accept(tangents, n, lanes)
             if stopped >= 0:
                 copy(rates[4], before)
                 fresh = True
@@ -233,8 +242,6 @@ def _trajectory(
                     crossed = stopped
             else:
                 copy(rates[4], rates[0])
-                for r in range(n):
-                    copy(tangent_slopes[4, r], tangent_slopes[0, r])
             done = reached
             longest = min(1.0, 2.0 * longest)
 

@@ -64,12 +64,11 @@ def _motion(fit: Fit, window: Window) -> tuple[Array, Array, Array]:
         almost parallel.
     """
     values = fit.model.with_weights(fit.values, window.weights).values
-    states, derivatives = trajectory_with_derivatives(
+    states, by_start = trajectory_with_derivatives(
         fit.model.coefficients(values), fit.model.initial_state(window.start), window.grid, window.u,
-        fit.model.torques(values, window.trial), window.begin,
+        fit.model.torques(values, window.trial), window.begin, by_start_only=True,
     )  # fmt: skip
     count = fit.model.states
-    by_start = derivatives[..., :count]
     state = InitialState.of(window.whitened(by_start[:, :2]).reshape(-1, count))
     return states, by_start @ state.transform, state.basis.reshape(-1, 2, count)
 

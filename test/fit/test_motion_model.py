@@ -105,7 +105,7 @@ def test_without_derivatives_the_readings_are_the_same():
     model, values = with_effects("joint_spring.outer", "time_offset.outer", "encoder_scale.inner")
     window = first_window()
     with_them, _ = model.predict(values, window.start, window)
-    alone, none = model.predict(values, window.start, window, derivatives=False)
+    alone, none = model.predict(values, window.start, window, "none")
     np.testing.assert_allclose(alone, with_them, rtol=0, atol=1e-12)
     assert none.shape == (len(window.time), 2, 0)
 

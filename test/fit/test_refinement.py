@@ -148,8 +148,9 @@ def test_the_fit_s_residuals_are_those_of_its_values_and_starts():
     fit = refine(MODEL, NOMINAL, cut_into_windows([TWIN]))
     for window, residual, sensitivity in zip(fit.windows, fit.residuals, fit.sensitivities, strict=True):
         theta, derivatives = MODEL.predict(fit.values, window.start, window)
-        assert np.array_equal(residual, window.theta - theta)
-        assert np.array_equal(sensitivity, derivatives)
+        # The last step is so small that the motion is linear in it, and no simulation of its own.
+        assert residual == pytest.approx(window.theta - theta, abs=1e-3 * fit.rmse())
+        assert sensitivity == pytest.approx(derivatives, abs=1e-5 * np.abs(derivatives).max())
     every = np.concatenate(fit.residuals)
     assert fit.squared_error == pytest.approx(np.sum(every**2))
     assert [fit.rmse(), fit.rmse(0), fit.rmse(1)] == pytest.approx(
@@ -174,9 +175,9 @@ def test_every_simulation_of_every_stage_is_counted(monkeypatch):
     counted = []
     predict = MotionModel.predict
 
-    def counting(self, values, start, window):
+    def counting(self, values, start, window, derivatives):
         counted.append(len(window.theta))
-        return predict(self, values, start, window)
+        return predict(self, values, start, window, derivatives)
 
     monkeypatch.setattr(MotionModel, "predict", counting)
     fit = refine_from_afar(MODEL, NOMINAL, cut_into_windows([TWIN]))

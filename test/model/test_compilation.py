@@ -17,9 +17,13 @@ import numpy as np
 import pytest
 
 from cdp_ident.model import compilation, population
+from cdp_ident.model import tangents as tangents_of_states
 from cdp_ident.model.equations import sine_and_cosine
 
 MODEL = Path(compilation.__file__).parent
+
+
+reads_assembly = pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="reads assembly of x86_64")
 
 
 @pytest.fixture(scope="module")
@@ -31,11 +35,33 @@ def loop_over_lanes():
     return numba.njit((table, reals, reals, real, indices, table, table, reals), **options)(kernel.py_func)
 
 
-@pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="reads assembly of x86_64")
+def _counted(assembly: str) -> collections.Counter[tuple[str, str]]:
+    """Return how often each operation is there, on one number (sd) or on several (pd)."""
+    return collections.Counter(
+        re.findall(r"^\s+v?(div|mul|add|sub|fn?m(?:add|sub)\d*)(pd|sd)\b", assembly, re.MULTILINE)
+    )
+
+
+@reads_assembly
+def test_the_loop_over_directions_moves_several_of_them_with_one_instruction():
+    real, reals, table = numba.float64, numba.float64[::1], numba.float64[:, ::1]
+    options = {name: value for name, value in population._squared_errors.targetoptions.items() if name != "nopython"}
+
+    @numba.njit((reals, real, real, table, table), **options)
+    def advanced(tangents, offset, weight, by_state, direct):
+        tangents_of_states.advance(tangents, offset, weight, by_state, direct)
+
+    (assembly,) = advanced.inspect_asm().values()
+    count = _counted(assembly)
+    # Eight products for two rods' slopes in each of four directions; a scalar copy remains for arrays that overlap.
+    packed = sum(count[key] for key in count if key[1] == "pd" and key[0].startswith(("fm", "mul")))
+    assert packed >= 8, f"not vectorised: {count}"
+
+
+@reads_assembly
 def test_the_loop_over_lanes_moves_several_members_with_one_instruction(loop_over_lanes):
     (assembly,) = loop_over_lanes.inspect_asm().values()
-    arithmetic = re.findall(r"^\s+v?(div|mul|add|sub|fn?m(?:add|sub)\d*)(pd|sd)\b", assembly, re.MULTILINE)
-    count = collections.Counter(arithmetic)
+    count = _counted(assembly)
     packed, scalar = (sum(count[key] for key in count if key[1] == width) for width in ("pd", "sd"))
     # Each of the four stages of a step divides once; a scalar copy of the loop remains for arrays that overlap.
     assert count["div", "pd"] >= 4, f"not vectorised: {packed} packed and {scalar} scalar operations"

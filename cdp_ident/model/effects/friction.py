@@ -58,7 +58,7 @@ def _load(state, values, row, constants, slopes, inner_moment, outer_moment, car
     omega1, omega2 = state[2], state[3]
     # The accelerations' derivatives first take the places of the load's.
     alpha1, alpha2, _, _, _ = acceleration_derivatives(
-        state[0], state[1], omega1, omega2, 0.0, A23, A33, a1, c1, c2, m2_l2, g, 0.0, 0.0, slopes, slopes, 4
+        state[0], state[1], omega1, omega2, 0.0, A23, A33, a1, c1, c2, m2_l2, g, 0.0, 0.0, slopes, slopes, 4, True
     )
     sin1, cos1, sin2, cos2 = math.sin(state[0]), math.cos(state[0]), math.sin(state[1]), math.cos(state[1])
     along1, along2 = cos1 * alpha1 - sin1 * omega1 * omega1, cos2 * alpha2 - sin2 * omega2 * omega2
