@@ -68,7 +68,8 @@ class NormalEquations:
             held: (unknowns,) values of the unknowns that are not fitted.
         """
         self._model, self._free, self._held = model, free, held
-        self._columns = np.concatenate([np.arange(model.states), model.states + free])
+        columns = np.concatenate([np.arange(model.states), model.states + free])
+        self._columns = columns if len(free) < len(model.names) else slice(None)
         self._derivatives: Literal["all", "start"] = "start" if np.all(model.of_zeros[free]) else "all"
         self._penalty = model.penalty[np.ix_(free, free)]
         self._windows = tuple(windows)

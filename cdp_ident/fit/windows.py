@@ -73,8 +73,8 @@ class Window:
         return slice(self.first, self.first + len(self.theta))
 
     def whitened(self, rows: Array) -> Array:
-        """Return rows (n, 2, …) of theta1 and theta2 with errors that are independent and of equal size."""
-        return np.asarray(np.einsum("rs,ns...->nr...", self.whitening, rows))
+        """Return rows (n, 2) or (n, 2, k) of theta1 and theta2 with errors that are independent and of equal size."""
+        return self.whitening @ rows if rows.ndim == 3 else rows @ self.whitening.T
 
     def angles_of(self, whitened: Array) -> Array:
         """Return the theta1 and theta2 (n, 2) of whitened ones."""

@@ -29,30 +29,36 @@ def encoder_readings(
     states, derivatives = motion(0.0)
     if not sensors:
         return states[:, :2], derivatives[:, :2]
+    readings, by_directions = states[:, :2].copy(), derivatives[:, :2].copy()
     angles, slopes = [of_joint(states, k) for k in range(2)], [of_joint(derivatives, k) for k in range(2)]
+
+    def add(k: int, angle: Array, slope: Array) -> None:
+        """Add to what the encoder of a joint shows; both absolute angles contain the inner one's."""
+        readings[:, k:] += angle[:, None]
+        by_directions[:, k:] += slope[:, None]
+
     for effect, values, place in sensors:
         if effect.delays:
             k = JOINTS.index(effect.joint)
             late_states, late = motion(values[0]) if values[0] else (states, derivatives)
-            angles[k], slopes[k] = of_joint(late_states, k), of_joint(late, k)
+            angle, slope = of_joint(late_states, k), of_joint(late, k)
             if late.shape[2]:
-                slopes[k][:, first + place.start] = -of_joint(late_states[:, 2:], k)
-    readings, by_directions = list(angles), [slope.copy() for slope in slopes]
+                slope = slope.copy()
+                slope[:, first + place.start] = -of_joint(late_states[:, 2:], k)
+            add(k, angle - angles[k], slope - slopes[k])
+            angles[k], slopes[k] = angle, slope
     for effect, values, place in sensors:
         if effect.delays:
             continue
         k = JOINTS.index(effect.joint)
         added, by = effect.reading(angles[k], time, np.asarray(values))
-        readings[k] = readings[k] + added
+        slope = by[:, :1] * slopes[k]
         if derivatives.shape[2]:
-            by_directions[k] += by[:, :1] * slopes[k]
-            by_directions[k][:, first + place.start : first + place.stop] += by[:, 1:]
-    return (
-        np.stack([readings[0], readings[0] + readings[1]], axis=1),
-        np.stack([by_directions[0], by_directions[0] + by_directions[1]], axis=1),
-    )
+            slope[:, first + place.start : first + place.stop] += by[:, 1:]
+        add(k, added, slope)
+    return readings, by_directions
 
 
 def of_joint(values: Array, joint: int) -> Array:
     """Return what a joint has, which turns by theta1 or theta2 - theta1, of values (n, 2 or more, …) of both rods."""
-    return values[:, 0].copy() if joint == 0 else values[:, 1] - values[:, 0]
+    return values[:, 0] if joint == 0 else values[:, 1] - values[:, 0]
