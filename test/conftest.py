@@ -106,22 +106,31 @@ def _weighted_outcome():
 
 
 @pytest.fixture(scope="session")
+def weighted_content(weighted_outcome, made_once):
+    return made_once("weighted_content", lambda: report(weighted_outcome))
+
+
+@pytest.fixture(scope="session")
 def content(outcome, made_once):
     return made_once("content", lambda: report(outcome))
 
 
 @pytest.fixture(scope="session")
-def shown_curves(outcome):
-    return curves(outcome)
+def shown_curves(outcome, made_once):
+    return made_once("curves", lambda: curves(outcome))
 
 
 @pytest.fixture(scope="session")
-def report_folder(content, shown_curves, tmp_path_factory):
+def report_folder(content, shown_curves, made_once, tmp_path_factory):
     """A folder with that report, drawn; not to be written into."""
-    folder = tmp_path_factory.mktemp("report")
-    write_files(folder, {REPORT: json_text(content), CURVES: curves_npz(shown_curves)})
-    draw_again(folder, for_paper=True)
-    return folder
+
+    def drawn():
+        folder = tmp_path_factory.mktemp("report")
+        write_files(folder, {REPORT: json_text(content), CURVES: curves_npz(shown_curves)})
+        draw_again(folder, for_paper=True)
+        return folder
+
+    return made_once("report_folder", drawn)
 
 
 @pytest.fixture
