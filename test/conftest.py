@@ -93,6 +93,13 @@ def outcome(made_once):
 
 
 @pytest.fixture(scope="session")
+def outcome_alone(made_once):
+    """One of a single bag, part of which is held out."""
+    job = Job((BAGS / "swing_wide",), (), Settings.of({}))
+    return made_once("outcome_alone", lambda: run(load(job), lambda progress: None))
+
+
+@pytest.fixture(scope="session")
 def weighted_outcome(made_once):
     """One of two trials with dry friction, the second of which has a weight."""
     return made_once("weighted_outcome", _weighted_outcome)

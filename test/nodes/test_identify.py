@@ -35,7 +35,7 @@ SWING = 6.0
 PATIENCE = 300.0
 """Longest wait for an end [s]: the machine may be busy, and may have to compile first."""
 QUICK = ("--config", str(BAGS / "quick.yaml"))
-"""A short search: what is tested here is not how well it searches."""
+"""A short search and no curves: what is tested here is neither how well it searches nor what it finds."""
 ENDLESS = "{identify: {ros__parameters: {method: iga, search.generations: 1000000}}}"
 
 
@@ -43,7 +43,7 @@ ENDLESS = "{identify: {ros__parameters: {method: iga, search.generations: 100000
 def clean_bags():
     """Short, and nothing is hidden in them: what is tested here is not how effects are found, which takes its time."""
     write_clean_bags(BAGS, swing=SWING)
-    (BAGS / "quick.yaml").write_text("identify: {ros__parameters: {search.generations: 3}}")
+    (BAGS / "quick.yaml").write_text("identify: {ros__parameters: {search.generations: 3, named_effects_only: true}}")
     yield
     shutil.rmtree(BAGS)
 
