@@ -61,8 +61,14 @@ def pytest_sessionstart(session):
 
 
 def pytest_collection_modifyitems(items):
-    """Let tests of an identification that is there already come first and together: others wait for it less."""
-    items.sort(key=lambda item: ("outcome" not in item.fixturenames, "weighted_outcome" not in item.fixturenames))
+    """Let what waits longest begin first, then what shares an identification, together: others wait for it less."""
+    items.sort(
+        key=lambda item: (
+            item.get_closest_marker("waits") is None,
+            "outcome" not in item.fixturenames,
+            "weighted_outcome" not in item.fixturenames,
+        )
+    )
 
 
 BAGS = Path(__file__).parents[1] / "bags"

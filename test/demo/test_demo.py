@@ -45,6 +45,7 @@ def wait_for_nodes(out, demo):
     return processes_of(out)
 
 
+@pytest.mark.waits
 def test_it_records_identifies_asks_the_node_and_names_what_is_hidden(tmp_path):
     rig = tmp_path / "rig.yaml"
     *two_swings, _third = re.split(r"(?=  - hold)", RIG.read_text())  # quicker
