@@ -61,8 +61,14 @@ def pytest_sessionstart(session):
 
 
 def pytest_collection_modifyitems(items):
-    """Let tests of an identification that is there already come first and together: others wait for it less."""
-    items.sort(key=lambda item: ("outcome" not in item.fixturenames, "weighted_outcome" not in item.fixturenames))
+    """Let what waits longest begin first, then what shares an identification, together: others wait for it less."""
+    items.sort(
+        key=lambda item: (
+            item.get_closest_marker("waits") is None,
+            "outcome" not in item.fixturenames,
+            "weighted_outcome" not in item.fixturenames,
+        )
+    )
 
 
 BAGS = Path(__file__).parents[1] / "bags"
@@ -93,6 +99,13 @@ def outcome(made_once):
 
 
 @pytest.fixture(scope="session")
+def outcome_alone(made_once):
+    """One of a single bag, part of which is held out."""
+    job = Job((BAGS / "swing_wide",), (), Settings.of({}))
+    return made_once("outcome_alone", lambda: run(load(job), lambda progress: None))
+
+
+@pytest.fixture(scope="session")
 def weighted_outcome(made_once):
     """One of two trials with dry friction, the second of which has a weight."""
     return made_once("weighted_outcome", _weighted_outcome)
@@ -106,22 +119,31 @@ def _weighted_outcome():
 
 
 @pytest.fixture(scope="session")
+def weighted_content(weighted_outcome, made_once):
+    return made_once("weighted_content", lambda: report(weighted_outcome))
+
+
+@pytest.fixture(scope="session")
 def content(outcome, made_once):
     return made_once("content", lambda: report(outcome))
 
 
 @pytest.fixture(scope="session")
-def shown_curves(outcome):
-    return curves(outcome)
+def shown_curves(outcome, made_once):
+    return made_once("curves", lambda: curves(outcome))
 
 
 @pytest.fixture(scope="session")
-def report_folder(content, shown_curves, tmp_path_factory):
+def report_folder(content, shown_curves, made_once, tmp_path_factory):
     """A folder with that report, drawn; not to be written into."""
-    folder = tmp_path_factory.mktemp("report")
-    write_files(folder, {REPORT: json_text(content), CURVES: curves_npz(shown_curves)})
-    draw_again(folder, for_paper=True)
-    return folder
+
+    def drawn():
+        folder = tmp_path_factory.mktemp("report")
+        write_files(folder, {REPORT: json_text(content), CURVES: curves_npz(shown_curves)})
+        draw_again(folder, for_paper=True)
+        return folder
+
+    return made_once("report_folder", drawn)
 
 
 @pytest.fixture

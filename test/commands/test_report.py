@@ -25,11 +25,17 @@ def refusal(folder, capsys):
     return err
 
 
-def test_page_text_and_figures_are_made_of_numbers_and_curves(folder, report_folder, capsys):
+def test_drawn_again_of_numbers_and_curves_it_is_the_same_to_the_byte_and_old_figures_go(folder, report_folder, capsys):
+    (folder / FIGURES).mkdir()
+    (folder / FIGURES / "effect_9_cogging_torque_inner.svg").write_text("of an earlier run")
+    (folder / FIGURES / "notes.txt").write_text("mine")
     assert main([str(folder), "--figures"]) == 0
-    assert {path.name for path in folder.iterdir()} == {REPORT, CURVES, PAGE, TEXT, FIGURES}
-    assert (folder / PAGE).read_bytes() == (report_folder / PAGE).read_bytes()
     assert str(folder / PAGE) in capsys.readouterr().out
+    assert {path.name for path in folder.iterdir()} == {REPORT, CURVES, PAGE, TEXT, FIGURES}
+    for path in (p for p in report_folder.rglob("*") if p.is_file()):
+        assert (folder / path.relative_to(report_folder)).read_bytes() == path.read_bytes(), path.name
+    assert not (folder / FIGURES / "effect_9_cogging_torque_inner.svg").exists()
+    assert (folder / FIGURES / "notes.txt").exists()
 
 
 def test_a_folder_that_is_not_there_is_one_line(tmp_path, capsys):

@@ -45,9 +45,11 @@ def wait_for_nodes(out, demo):
     return processes_of(out)
 
 
+@pytest.mark.waits
 def test_it_records_identifies_asks_the_node_and_names_what_is_hidden(tmp_path):
     rig = tmp_path / "rig.yaml"
-    rig.write_text(RIG.read_text().replace("wait: 12.5", "wait: 6.5"))  # quicker
+    *two_swings, _third = re.split(r"(?=  - hold)", RIG.read_text())  # quicker
+    rig.write_text("".join(two_swings).replace("wait: 12.5", "wait: 6.5"))
     demo = start(tmp_path / "out", "--rig", str(rig))
     said, errors = demo.communicate(timeout=900)
     assert demo.returncode == 0, errors
@@ -58,7 +60,7 @@ def test_it_records_identifies_asks_the_node_and_names_what_is_hidden(tmp_path):
     assert float(found) == pytest.approx(float(hidden), rel=0.02)
     assert {path.name for path in (tmp_path / "out/report").iterdir()} == {*FILES} - {FIGURES}
     assert str(tmp_path / "out/report/report.html") in said.split()
-    assert len(list((tmp_path / "out/trials").iterdir())) == 3
+    assert len(list((tmp_path / "out/trials").iterdir())) == 2
     assert not processes_of(tmp_path / "out")
 
 

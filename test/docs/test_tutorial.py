@@ -87,6 +87,7 @@ def shell(folder: Path) -> Iterator[Callable[[str], "subprocess.Popen[str]"]]:
             process.communicate(timeout=PATIENCE)
 
 
+@pytest.mark.waits
 def test_it_leads_from_wiring_to_a_controller_that_stands(
     folder: Path, shell: Callable[[str], "subprocess.Popen[str]"]
 ) -> None:

@@ -22,6 +22,7 @@ from cdp_ident.fit.windows import DEFAULT_WINDOW
 from cdp_ident.model.parameters import NOMINAL
 from cdp_ident.model.simulation import simulate
 from cdp_ident.model.time_grid import DEFAULT_STEP
+from cdp_ident.nodes.simulator import main
 from cdp_ident.replay.stream import MotionStream
 from cdp_ident.ros.qos import latched
 from cdp_ident.trial.load import load_trial
@@ -130,7 +131,8 @@ def test_a_replay_beside_a_running_identify_is_the_library_s_own_simulation(
     start("simulator", "--bag", str(bag), "--ros-args", "-p", "source:=/identify", "-p", "rate:=4.0")
     viewer.wait_for_state("waiting for the parameters of /identify")
     assert viewer.simulated == []  # nothing is shown before there are parameters
-    start("identify", "--bag", str(bag), "--out", str(out))
+    (tmp_path / "quick.yaml").write_text("identify: {ros__parameters: {search.generations: 3}}")
+    start("identify", "--bag", str(bag), "--out", str(out), "--config", str(tmp_path / "quick.yaml"))
     viewer.wait_for_state("playing")
     trial, model = load_trial(bag), read_fitted_model(out / "fitted.yaml", "simulator")
     viewer.new_frames(400)
@@ -316,18 +318,21 @@ def test_a_shadow_runs_beside_the_rig_from_the_release_until_it_is_caught(
 # What is wrong is told
 
 
-def test_bad_input_is_one_line_and_exit_code_2(start: Start, fitted: Path) -> None:
-    wrong = {
-        "there is no bag nowhere": ["--bag", "nowhere"],
-        "did you mean 'm1'?": ["--ros-args", "-p", "mm1:=1.0"],
-        "cannot be computed": ["--bag", str(BAG), "--once", "--ros-args", "-p", "c2:=1000.0"],
-        "torque is -1.0": ["--ros-args", "-p", "effects.coulomb_friction.outer.torque:=-1.0"],
-        "source and --fitted are both given": ["--fitted", str(fitted), "--ros-args", "-p", "source:=/identify"],
-        "did you mean 'trial.zero'?": ["--bag", str(BAG), "--ros-args", "-p", "trial.zeros:=hanging"],
-    }
-    processes = {words: start("simulator", *arguments) for words, arguments in wrong.items()}
-    for words, process in processes.items():
-        assert process.exit_code() == 2, process.said
-        (line,) = [line for line in process.said.splitlines() if not line.startswith("[INFO]")]
-        assert line.startswith("simulator: error: ")
-        assert words in line
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--bag", "nowhere"], "there is no bag nowhere"),
+        (["--ros-args", "-p", "mm1:=1.0"], "did you mean 'm1'?"),
+        (["--bag", str(BAG), "--once", "--ros-args", "-p", "c2:=1000.0"], "cannot be computed"),
+        (["--ros-args", "-p", "effects.coulomb_friction.outer.torque:=-1.0"], "torque is -1.0"),
+        (["--fitted", "fitted.yaml", "--ros-args", "-p", "source:=/x"], "source and --fitted are both given"),
+        (["--bag", str(BAG), "--ros-args", "-p", "trial.zeros:=hanging"], "did you mean 'trial.zero'?"),
+    ],
+)
+def test_bad_input_is_one_line_and_exit_code_2(
+    arguments: list[str], words: str, capfd: pytest.CaptureFixture[str]
+) -> None:
+    assert main(arguments) == 2
+    (line,) = [line for line in capfd.readouterr().err.splitlines() if not line.startswith("[INFO]")]
+    assert line.startswith("simulator: error: ")
+    assert words in line

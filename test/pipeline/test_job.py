@@ -87,10 +87,17 @@ def with_spikes(bag, folder, rng):
     return folder / bag.name
 
 
-def test_spikes_in_one_of_a_hundred_samples_change_no_name_and_no_group(outcome, tmp_path):
+@pytest.mark.parametrize(
+    "of", ["outcome_alone", pytest.param("outcome", marks=pytest.mark.campaign)], ids=["one bag", "three bags"]
+)
+def test_spikes_in_one_of_a_hundred_samples_change_no_name_and_no_group(of, request, tmp_path):
+    outcome = request.getfixturevalue(of)
     rng = np.random.default_rng(3)
-    bags = [with_spikes(bag, tmp_path, rng) for bag in (*outcome.loaded.job.bags, *outcome.loaded.job.holdout)]
-    spiked = run(load(job(bags[:2], bags[2:])), lambda progress: None)
+    bags, holdout = (
+        [with_spikes(bag, tmp_path, rng) for bag in bags]
+        for bags in (outcome.loaded.job.bags, outcome.loaded.job.holdout)
+    )
+    spiked = run(load(job(bags, holdout)), lambda progress: None)
     for trial, clean in zip(
         (*spiked.loaded.fit, *spiked.loaded.holdout), (*outcome.loaded.fit, *outcome.loaded.holdout), strict=True
     ):
@@ -110,8 +117,9 @@ def test_spikes_in_one_of_a_hundred_samples_change_no_name_and_no_group(outcome,
     shift = (spiked.trace.completed.fit.values - outcome.trace.completed.fit.values) / std
     # That a hundredth of the samples is lost moves each by a tenth of its deviation, root mean square.
     assert np.sqrt(np.mean(shift**2)) < 0.2
-    warned = [warning["message"] for warning in report(spiked)["warnings"] if warning["name"] == "outliers"]
-    assert len(warned) == 3
-    assert [trial["outliers_s"] for trial in report(spiked)["trials"]] == [
+    content = report(spiked)
+    warned = [warning["message"] for warning in content["warnings"] if warning["name"] == "outliers"]
+    assert len(warned) == len(bags) + len(holdout)
+    assert [trial["outliers_s"] for trial in content["trials"]] == [
         list(trial.outliers) for trial in (*spiked.loaded.fit, *spiked.loaded.holdout)
     ]

@@ -17,7 +17,6 @@ from cdp_ident.model.parameters import SYMBOLS, groups_of
 from cdp_ident.model.weights import Weight
 from cdp_ident.pipeline.identify import identify
 from cdp_ident.pipeline.job import load
-from cdp_ident.report.contents import report
 from cdp_ident.report.folder import json_text
 from cdp_ident.report.outcome import Job
 from cdp_ident.report.schema import problem
@@ -33,12 +32,6 @@ TRUTH = np.append(groups_of(PHYSICAL, TABLE_5["L"]), 1.0 / INERTIA)
 @pytest.fixture(scope="module")
 def weighted():
     return identify(plain_and_weighted(np.random.default_rng(3)), [], IdentifyOptions())
-
-
-@pytest.fixture(scope="module")
-def content(weighted_outcome):
-    """The report of an identification of trials with dry friction and a weight."""
-    return report(weighted_outcome)
 
 
 def test_two_swings_of_ten_seconds_with_and_without_50_g_give_the_inertia_within_1_percent(weighted):
@@ -113,29 +106,29 @@ def test_intervals_hold_the_truth_as_often_as_they_say(weight):
     assert np.mean(held) >= 0.9, held
 
 
-def test_an_effect_beside_it_has_its_strength_in_N_m(content):  # noqa: N802 - a unit
-    (effect,) = content["effects"]
+def test_an_effect_beside_it_has_its_strength_in_N_m(weighted_content):  # noqa: N802 - a unit
+    (effect,) = weighted_content["effects"]
     assert (effect["name"], effect["joint"]) == ("coulomb_friction", "outer")
     torque = effect["parameters"]["torque"]
     assert torque["value"] == pytest.approx(FRICTION, rel=0.03)
     assert abs(torque["value"] - FRICTION) < 3.0 * torque["std"] < 0.1 * FRICTION
 
 
-def test_the_report_says_what_the_weight_determines(content):
-    assert problem(json.loads(json_text(content))) == ""
-    inertia = content["after"]["physical"]["A22"]
+def test_the_report_says_what_the_weight_determines(weighted_content):
+    assert problem(json.loads(json_text(weighted_content))) == ""
+    inertia = weighted_content["after"]["physical"]["A22"]
     assert inertia["determined"]
     assert inertia["value"] == pytest.approx(INERTIA, rel=0.01)
-    assert content["after"]["physical"]["c1"]["determined"]
-    (sentence,) = [words for words in content["identifiability"]["words"] if words.startswith("A22 =")]
+    assert weighted_content["after"]["physical"]["c1"]["determined"]
+    (sentence,) = [words for words in weighted_content["identifiability"]["words"] if words.startswith("A22 =")]
     assert "kg m^2, determined by the weight in two" in sentence
-    first, second = content["trials"]
+    first, second = weighted_content["trials"]
     assert first["weights"] == []
     assert weights_words(second) == "0.050000 ± 0.000010 kg at 0.30000 ± 0.00010 m on the outer rod"
 
 
-def test_the_fitted_model_carries_it(content):
-    values = yaml.safe_load(fitted_yaml(content))["/**"]["ros__parameters"]
+def test_the_fitted_model_carries_it(weighted_content):
+    values = yaml.safe_load(fitted_yaml(weighted_content))["/**"]["ros__parameters"]
     assert values["determined.A22"]
     assert values["std.A22"] < 0.01 * values["A22"]
     model = fitted_model(values, "fitted.yaml")

@@ -7,7 +7,6 @@ import pytest
 
 from cdp_ident.design.knowledge import NEW, Knowledge
 from cdp_ident.errors import CdpIdentError, ReportError
-from cdp_ident.report.contents import report
 from cdp_ident.report.folder import json_text
 from cdp_ident.report.knowledge import fitted_motion, knowledge_of
 from scenarios.weighted import WEIGHT
@@ -35,8 +34,8 @@ def assert_the_same(again, direct):
     assert np.array_equal(np.isinf(np.diag(again.covariance)), infinite)
 
 
-def test_what_weights_have_shown_is_read_too(weighted_outcome):
-    content = json.loads(json_text(report(weighted_outcome)))
+def test_what_weights_have_shown_is_read_too(weighted_outcome, weighted_content):
+    content = json.loads(json_text(weighted_content))
     assert_the_same(knowledge_of(content), known_after(weighted_outcome))
     mass, place = content["after"]["weight_errors"]
     assert (mass["of"], mass["rod"], mass["given"]) == ("mass", None, WEIGHT.mass)

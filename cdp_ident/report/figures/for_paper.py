@@ -82,7 +82,7 @@ def _drawn(figure: Figure) -> Canvas:
         handles = [_handle(*entry) for entry in legend]
         canvas.legend(handles=handles, loc="lower center", ncols=columns, frameon=False)
     FigureCanvasAgg(canvas)
-    canvas.draw_without_rendering()
+    layout.execute(canvas)
     canvas.set_layout_engine("none")
     for ax in axes:
         # The last digits of a layout are chance's, and in the names of an SVG's parts.

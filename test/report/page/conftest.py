@@ -54,6 +54,22 @@ class Visit:
             assert time.monotonic() < deadline, condition
             self.page.wait_for_timeout(20)
 
+    def begin_anew(self):
+        """Put everything that a reader can change, but for the ranges of charts, back to what it is at first."""
+        self.page.emulate_media(media="screen", color_scheme="light")
+        self.page.evaluate("""() => {
+          const all = (selector) => [...document.querySelectorAll(selector)];
+          const play = document.getElementById('play');
+          if (play.textContent === 'Pause') play.click();
+          all('#player option').forEach((option) => { option.selected = option.defaultSelected; });
+          all('#player input[type=radio]').forEach((input) => { input.checked = input.defaultChecked; });
+          document.getElementById('trial').dispatchEvent(new Event('change', { bubbles: true }));
+          all('.legend button[aria-pressed=false]').forEach((button) => button.click());
+          document.activeElement.blur();
+          scrollTo(0, 0);
+        }""")
+        self.complaints.clear()
+
     def close(self):
         self.context.close()
 
@@ -69,3 +85,18 @@ def visit(browser, report_folder):
     yield open_page
     for visited in visits:
         visited.close()
+
+
+@pytest.fixture(scope="session")
+def opened(browser, report_folder):
+    """The report, opened once: a page takes a browser seconds."""
+    visited = Visit(browser, report_folder / PAGE, DESKTOP)
+    yield visited
+    visited.close()
+
+
+@pytest.fixture
+def desktop(opened):
+    """The report as it is when it has been opened; who zooms a chart leaves it as it was."""
+    opened.begin_anew()
+    return opened

@@ -70,8 +70,8 @@ def test_everything_is_drawn_without_complaint_and_without_network(visit, viewpo
     assert cut == []
 
 
-def test_verdict_and_numbers_are_those_of_the_report(visit, read_content):
-    text = visit().page.inner_text("body")
+def test_verdict_and_numbers_are_those_of_the_report(desktop, read_content):
+    text = desktop.page.inner_text("body")
     assert read_content["verdict"] in text
     for model in ("before", "after"):
         assert f"{1e3 * read_content[model]['error']['holdout']['rmse_rad']:.3g}" in text
@@ -80,8 +80,8 @@ def test_verdict_and_numbers_are_those_of_the_report(visit, read_content):
     assert all(digest in text for files in read_content["run"]["bag_sha256"].values() for digest in files.values())
 
 
-def test_the_pendulum_at_a_scrubbed_time_is_that_of_the_data(visit, shown_curves):
-    page, curve = visit().page, shown_curves.trials[2]
+def test_the_pendulum_at_a_scrubbed_time_is_that_of_the_data(desktop, shown_curves):
+    page, curve = desktop.page, shown_curves.trials[2]
     for index in (0, 777, len(curve.time) - 1):
         scrub_to(page, index)
         assert float(page.get_attribute("#stage", "data-time")) == pytest.approx(curve.time[index], abs=1e-5)
@@ -97,27 +97,26 @@ def test_the_pendulum_at_a_scrubbed_time_is_that_of_the_data(visit, shown_curves
     assert tip(page, "measured") == pytest.approx(tips(shown_curves.trials[1].measured[100:101])[0], abs=1e-5)
 
 
-def test_what_is_drawn_is_where_the_data_says(visit):
-    page = visit().page
+def test_what_is_drawn_is_where_the_data_says(desktop):
+    page = desktop.page
     scrub_to(page, 500)
     x, z = tip(page, "measured")
     end = re.findall(r"L(\S+),(\S+)", page.get_attribute("#measured path", "d"))[-1]
     assert [float(number) for number in end] == pytest.approx([100 * x, -100 * z], abs=0.01)
 
 
-def test_a_difference_too_small_to_see_is_magnified(visit, shown_curves):
-    page, curve = visit().page, shown_curves.trials[2]
+def test_a_difference_too_small_to_see_is_magnified(desktop, shown_curves):
+    page, curve = desktop.page, shown_curves.trials[2]
     scrub_to(page, 1000)
     page.select_option("#factor", "100")
     magnified = curve.measured[1000] + 100 * (curve.run_before[1000] - curve.measured[1000])
     assert tip(page, "simulated") == pytest.approx(tips(magnified[None])[0], abs=1e-3)
 
 
-def test_playing_moves_it_and_pausing_holds_it(visit):
-    visited = visit()
-    page = visited.page
+def test_playing_moves_it_and_pausing_holds_it(desktop):
+    page = desktop.page
     page.click("#play")
-    visited.until("Number(document.getElementById('stage').dataset.time) > 0.3")
+    desktop.until("Number(document.getElementById('stage').dataset.time) > 0.3")
     page.click("#play")
     assert page.inner_text("#play") == "Play"
     held = page.get_attribute("#stage", "data-time")
@@ -126,9 +125,8 @@ def test_playing_moves_it_and_pausing_holds_it(visit):
     assert page.input_value("#scrub") != "0"
 
 
-def test_the_keyboard_works_the_player(visit):
-    visited = visit()
-    page = visited.page
+def test_the_keyboard_works_the_player(desktop):
+    page = desktop.page
     page.focus("#scrub")
     page.keyboard.press("ArrowRight")
     page.keyboard.press("ArrowRight")
@@ -136,7 +134,7 @@ def test_the_keyboard_works_the_player(visit):
     assert float(page.get_attribute("#stage", "data-time")) > 0
     assert "seconds" in page.get_attribute("#scrub", "aria-valuetext")
     page.keyboard.press(" ")
-    visited.until("Number(document.getElementById('stage').dataset.time) > 0.2")
+    desktop.until("Number(document.getElementById('stage').dataset.time) > 0.2")
     page.keyboard.press(" ")
     assert page.inner_text("#play") == "Play"
     page.keyboard.press("Tab")
@@ -146,9 +144,8 @@ def test_the_keyboard_works_the_player(visit):
     assert page.inner_text("#play") == "Pause"
 
 
-def test_a_drag_zooms_all_panels_and_a_double_click_shows_all_again(visit):
-    visited = visit()
-    page = visited.page
+def test_a_drag_zooms_all_panels_and_a_double_click_shows_all_again(desktop):
+    page = desktop.page
     plot = page.locator("[data-figure^=angles_1]")
     plot.scroll_into_view_if_needed()
     plot.locator(".nsewdrag").first.wait_for(state="attached")
@@ -163,14 +160,14 @@ def test_a_drag_zooms_all_panels_and_a_double_click_shows_all_again(visit):
     width = whole[1] - whole[0]
     assert zoomed == pytest.approx([whole[0] + 0.25 * width, whole[0] + 0.5 * width], abs=0.02 * width)
     plot.locator(".nsewdrag").first.dblclick()
-    visited.until(
+    desktop.until(
         "end => Math.abs(document.querySelector('[data-figure^=angles_1]')._fullLayout.xaxis.range[1] - end) < 0.1",
         whole[1],
     )
 
 
-def test_the_keyboard_zooms_a_chart(visit):
-    page = visit().page
+def test_the_keyboard_zooms_a_chart(desktop):
+    page = desktop.page
     plot = page.locator("[data-figure=parameters]")
     plot.scroll_into_view_if_needed()
     plot.locator(".main-svg").first.wait_for(state="attached")
@@ -185,8 +182,8 @@ def test_the_keyboard_zooms_a_chart(visit):
     assert ranges(plot) == [pytest.approx(r, rel=0.2) for r in before]
 
 
-def test_a_name_above_a_chart_hides_its_curves(visit):
-    page = visit().page
+def test_a_name_above_a_chart_hides_its_curves(desktop):
+    page = desktop.page
     figure = page.locator("#figure-errors")
     figure.locator(".bars path").first.wait_for(state="attached")
     bars = figure.locator(".bars .point").count()
@@ -196,20 +193,19 @@ def test_a_name_above_a_chart_hides_its_curves(visit):
     assert figure.locator(".bars .point").count() == bars - 3
 
 
-def test_charts_follow_the_theme(visit):
-    visited = visit(color_scheme="light")
-    plot = visited.page.locator("[data-figure=errors]")
+def test_charts_follow_the_theme(desktop):
+    plot = desktop.page.locator("[data-figure=errors]")
     plot.locator(".ytick text").first.wait_for(state="attached")
 
     def ink():
         return plot.locator(".ytick text").first.evaluate("text => getComputedStyle(text).fill")
 
     light = ink()
-    visited.page.emulate_media(color_scheme="dark")
-    visited.until(
+    desktop.page.emulate_media(color_scheme="dark")
+    desktop.until(
         "old => getComputedStyle(document.querySelector('[data-figure=errors] .ytick text')).fill !== old", light
     )
-    assert visited.complaints == []
+    assert desktop.complaints == []
 
 
 def test_everything_is_drawn_for_printing(visit):
@@ -226,8 +222,8 @@ def test_everything_is_drawn_for_printing(visit):
     assert visited.complaints == []
 
 
-def test_everything_that_can_be_used_has_a_name_and_every_chart_a_text_in_its_place(visit):
-    page = visit().page
+def test_everything_that_can_be_used_has_a_name_and_every_chart_a_text_in_its_place(desktop):
+    page = desktop.page
     unnamed = page.evaluate("""() => [
       ...document.querySelectorAll('button, select, input, a, [role=img], [role=region]')
     ].filter(
@@ -298,14 +294,13 @@ def test_a_comparison_is_a_page_of_the_same_kind(visit, read_content, tmp_path):
         assert visited.page.get_by_role("region", name="Base parameters, all that a free swing depends on").count() == 1
 
 
-def test_even_a_script_that_got_in_would_not_run(visit):
-    visited = visit()
-    visited.page.evaluate(
+def test_even_a_script_that_got_in_would_not_run(desktop):
+    desktop.page.evaluate(
         """() => {
           const script = document.createElement('script');
           script.textContent = 'window.ran = true';
           document.body.append(script);
         }"""
     )
-    assert visited.page.evaluate("window.ran") is None
-    assert any("Content Security Policy" in complaint for complaint in visited.complaints)
+    assert desktop.page.evaluate("window.ran") is None
+    assert any("Content Security Policy" in complaint for complaint in desktop.complaints)

@@ -61,9 +61,8 @@ class Bench:
         )
 
     def run(self, seconds: float, silent: bool = False) -> None:
-        for _ in range(round(seconds * 200)):
+        for cart, theta1, theta2 in self.motion.advance(round(seconds * 200))[:, :3]:
             self.now_ns += PERIOD_NS
-            cart, theta1, theta2 = self.motion.advance(1)[0, :3]
             if not silent:
                 self.sent.append((self.now_ns, theta1))
                 raw = serialize_joint_state(NAMES, [cart, theta1, theta2 - theta1], self.now_ns)
