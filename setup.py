@@ -1,9 +1,17 @@
-"""Build script of the ROS 2 package, called by colcon."""
+"""Build script of the ROS 2 package, called by colcon.
+
+Building compiles the inner loops for this machine and user, beside all else, so that the first run need not: half a
+minute of CPU time. Where that fails (numba is not installed when it is built), the first run compiles.
+"""
 
 import runpy
+import subprocess
+import sys
 from pathlib import Path
 
-from setuptools import find_packages, setup
+from setuptools import Command, find_packages, setup
+from setuptools.command.build_py import build_py
+from setuptools.command.develop import develop
 
 NAME = "cdp_ident"
 ROOT = Path(__file__).parent
@@ -20,8 +28,21 @@ def shared(folder: str) -> tuple[str, list[str]]:
     return f"share/{NAME}/{folder}", sorted(str(path) for path in Path(folder).glob("*") if path.is_file())
 
 
+def compiling(command: type[Command]) -> type[Command]:
+    """Return a build command during which the inner loops are compiled."""
+
+    def run(self: Command) -> None:
+        nowhere = subprocess.DEVNULL
+        loops = [sys.executable, "-m", f"{NAME}.model.compile_ahead"]
+        with subprocess.Popen(loops, cwd=ROOT, stdin=nowhere, stdout=nowhere, stderr=nowhere):
+            command.run(self)
+
+    return type(command.__name__, (command,), {"run": run})
+
+
 setup(
     name=NAME,
+    cmdclass={"build_py": compiling(build_py), "develop": compiling(develop)},
     version="0.1.0",
     packages=find_packages(include=[NAME, f"{NAME}.*"]),
     package_data={NAME: ["py.typed", "demo/rig.yaml", "report/page/templates/*"]},

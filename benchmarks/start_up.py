@@ -1,9 +1,10 @@
 """How long one waits.
 
 From the command to the first line of progress, to the result, and to the end: `identify --once --bag
-bags/swing_folded`, in which dry friction is hidden, with an empty folder for compiled code, as after an installation,
-and with that folder filled. The time that passes is that of a machine as busy as this one was; the CPU time is that of
-all threads, and of children that have ended. Beside it stands what a script of one's own takes to load libraries.
+bags/swing_folded`, in which dry friction is hidden, with an empty folder for compiled code, as where no build has
+filled it, and with that folder filled. The time that passes is that of a machine as busy as this one was; the CPU time
+is that of all threads, and of children that have ended. Beside it stands what a script of one's own takes to load
+libraries.
 """
 
 import os

@@ -1,6 +1,7 @@
-"""Compile the longest loop in a process of its own, beside the steps that come before its first use.
+"""Compile the loops before they are used: when the package is built, or else beside the first steps of a first run.
 
-It matters at the first run alone: from then on the compiled code is kept. The process is this module, run.
+Compiled code is kept, so that this matters once for each user and version. Run, this module compiles all loops that are
+not kept yet.
 """
 
 import subprocess
@@ -11,8 +12,11 @@ import numpy as np
 
 from cdp_ident.model import trajectory
 from cdp_ident.model.compilation import is_to_be_kept
+from cdp_ident.model.error_growth import steps_until
+from cdp_ident.model.linear import linearize
 from cdp_ident.model.parallel import core_count
 from cdp_ident.model.parameters import NOMINAL, physical_coefficients
+from cdp_ident.model.population import Population, Segment
 from cdp_ident.model.time_grid import TimeGrid
 
 
@@ -30,9 +34,14 @@ def _compile_apart() -> None:
 
 
 def _compile() -> None:
-    coefficients, at_rest, grid = physical_coefficients(NOMINAL), np.zeros(4), TimeGrid.over(np.array([0.0, 0.01]))
+    """Use every loop once, the longest first: a first run that goes on meanwhile needs the others before it."""
+    coefficients, at_rest, times = physical_coefficients(NOMINAL), np.zeros(4), np.array([0.0, 0.01])
+    grid = TimeGrid.over(times)
     trajectory.trajectory(coefficients, at_rest, grid, np.zeros(2 * grid.steps + 1))
-    trajectory.accelerations_at(coefficients, at_rest[None], np.zeros(1))  # of the same parts
+    trajectory.accelerations_at(coefficients, at_rest[None], np.zeros(1))
+    Population([Segment(at_rest, times, np.zeros((2, 2)))]).squared_errors(coefficients[None])
+    steps_until(np.zeros((2, 4)), coefficients, 0.01, np.zeros(1, dtype=np.int64), np.ones(4), np.ones(2), 1)
+    linearize(coefficients, (np.pi, np.pi))
 
 
 if __name__ == "__main__":

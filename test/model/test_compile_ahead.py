@@ -4,26 +4,30 @@ import os
 import subprocess
 import sys
 import threading
+from pathlib import Path
 
 import pytest
 
 from cdp_ident.model.compilation import compiled, is_to_be_kept
 from cdp_ident.model.compile_ahead import compile_ahead
 
-USED = """
-import numpy as np
-from cdp_ident.model import trajectory as t
-from cdp_ident.model.effects.catalogue import CATALOGUE
-from cdp_ident.model.effects.constants import effect_constants
-from cdp_ident.model.parameters import NOMINAL, physical_coefficients
-from cdp_ident.model.time_grid import TimeGrid
-from cdp_ident.model.torques import Torques
-(effect,) = (e for e in CATALOGUE if e.key == "coulomb_friction.outer")
-c, grid = physical_coefficients(NOMINAL), TimeGrid.over(np.arange(5) / 200.0)
-torques = Torques.of([(effect, [0.01])], effect_constants(c, 0.4, 0.4), [(0, 0)])
-t.trajectory_with_derivatives(c, np.array([1.0, 2.0, 0.0, 0.0]), grid, np.zeros(2 * grid.steps + 1), torques)
-t.accelerations_at(c, np.zeros((3, 4)), np.zeros(3), torques)
-print(*(sum(loop.stats.cache_misses.values()) for loop in (t._trajectory, t._accelerations_at)))
+BAG = Path(__file__).parents[2] / "bags/swing_wide"
+
+USED = f"""
+from pathlib import Path
+from cdp_ident.fit.options import IdentifyOptions
+from cdp_ident.model import error_growth, linear, population, trajectory
+from cdp_ident.pipeline.identify import identify
+from cdp_ident.tracing.trace import trace
+from cdp_ident.trial.load import load_trial
+found = identify([load_trial(Path({str(BAG)!r}))], [], IdentifyOptions())
+trace(found)
+loops = (
+    trajectory._trajectory, trajectory._accelerations_at, population._squared_errors, error_growth._steps_until,
+    linear._paper_derivatives,
+)
+linear.linearize(found.fit.model.coefficients(found.fit.values), (0.0, 0.0))
+print(*(sum(loop.stats.cache_misses.values()) for loop in loops))
 """
 
 
@@ -45,8 +49,8 @@ def test_what_is_kept_is_not_compiled_again(monkeypatch):
 
 
 @pytest.mark.campaign
-def test_what_is_compiled_ahead_is_what_a_fit_uses(tmp_path):
+def test_what_is_compiled_ahead_is_what_an_identification_uses(tmp_path):
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
     subprocess.run([sys.executable, "-m", "cdp_ident.model.compile_ahead"], env=environment, check=True)
     used = subprocess.run([sys.executable, "-c", USED], env=environment, check=True, capture_output=True, text=True)
-    assert used.stdout == "0 0\n"
+    assert used.stdout == "0 0 0 0 0\n"
