@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from cdp_ident.diagnosis.uncertainty import normal_equations, scaled_inverse
 from cdp_ident.errors import IdentificationError
+from cdp_ident.fit.initial_states import InitialState
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.refinement import Fit, fit_initial_states_near, refine
 from cdp_ident.fit.windows import Window
@@ -101,7 +102,5 @@ def _moved(fit: Fit, index: int, change: Array) -> Window:
     """Return a window of a fit with the initial state that suits changed values (unknowns,), to first order."""
     window, states = fit.windows[index], fit.model.states
     rows = (fit.sensitivities[index] * np.sqrt(fit.weights[index])[..., None]).reshape(-1, states + len(change))
-    start = fit.model.initial_state(window.start)
-    if window.start_known:
-        return window
-    return replace(window, start=start - np.linalg.lstsq(rows[:, :states], rows[:, states:] @ change, rcond=None)[0])
+    state = InitialState.of(rows[:, :states], window.start_known)
+    return replace(window, start=fit.model.initial_state(window.start) - state.change_for(rows[:, states:] @ change))
