@@ -101,10 +101,16 @@ def test_only_states_whose_size_is_known_beforehand_add_to_the_cost():
     assert np.array_equal(both.start_penalty, [0.0] * 6 + [2e-6])
 
 
-def test_without_derivatives_the_readings_are_the_same():
+def test_with_fewer_derivatives_or_none_the_readings_are_the_same():
     model, values = with_effects("joint_spring.outer", "time_offset.outer", "encoder_scale.inner")
+    model, values = model.with_zeros(values, [0])
     window = first_window()
-    with_them, _ = model.predict(values, window.start, window)
+    with_them, every = model.predict(values, window.start, window)
+    same, by_start = model.predict(values, window.start, window, "start")
+    place = model.zero_places(0)
+    wanted = [*range(4), *range(4 + place.start, 4 + place.stop)]
+    np.testing.assert_allclose(same, with_them, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(by_start[..., wanted], every[..., wanted], rtol=1e-9, atol=1e-9)
     alone, none = model.predict(values, window.start, window, "none")
     np.testing.assert_allclose(alone, with_them, rtol=0, atol=1e-12)
     assert none.shape == (len(window.time), 2, 0)

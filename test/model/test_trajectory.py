@@ -92,6 +92,8 @@ def assert_derivatives_are_those_of_differences(effects, values, start, toleranc
     present = laid_out(effects, values)
     start = whole(start, present)
     states, derivatives = trajectory_with_derivatives(COEFFICIENTS, start, GRID, CART, present, BEGIN)
+    _, by_start = trajectory_with_derivatives(COEFFICIENTS, start, GRID, CART, present, BEGIN, by_start_only=True)
+    np.testing.assert_allclose(by_start, derivatives[..., : present.states], rtol=1e-9, atol=1e-9)
     motion, point = motion_and_point(effects, values, start)
     assert derivatives.shape == (len(GRID.place), present.states, len(point))
     assert derivatives.shape[2] == directions(present)
