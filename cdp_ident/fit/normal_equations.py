@@ -159,8 +159,7 @@ class NormalEquations:
 
     def moved(self, point: Point, step: Step) -> Point:
         """Return the point that a small step leads to, in which the residuals are linear: no simulation is needed."""
-        change = step.values - point.values
-        moves = np.array([[*(b - a), *change] for a, b in zip(point.starts, step.starts, strict=True)])
+        moves = _moves(point, step)
         residuals = [r - s @ move for r, s, move in zip(point.residuals, point.sensitivities, moves, strict=True)]
         right = point.right - np.einsum("wkl,wl->wk", point.normal, moves)
         return replace(
@@ -175,7 +174,7 @@ class NormalEquations:
     def accelerated(self, point: Point, step: Step, damping: float) -> Step | None:
         """Return a step with its geodesic acceleration, or None where that is too large for the step to be trusted."""
         change = step.values - point.values
-        velocity = np.array([[*(b - a), *change] for a, b in zip(point.starts, step.starts, strict=True)])
+        velocity = _moves(point, step)
         near = _PROBE * velocity
         probe = self.residuals_at(point.values + _PROBE * change, _moved(point.starts, near[:, : self._model.states]))
         if probe is None:
@@ -234,6 +233,12 @@ class NormalEquations:
     def any_beyond(self, point: Point, limit: float) -> bool:
         """Return whether a residual is beyond a limit [rad]."""
         return any(bool(np.any(np.abs(residual) > limit)) for residual in point.residuals)
+
+
+def _moves(point: Point, step: Step) -> Array:
+    """Return by how much a step changes each window's initial state and the unknowns (windows, states + unknowns)."""
+    change = step.values - point.values
+    return np.array([[*(b - a), *change] for a, b in zip(point.starts, step.starts, strict=True)])
 
 
 def _moved(starts: Sequence[Array], changes: Array) -> list[Array]:

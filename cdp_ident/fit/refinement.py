@@ -122,7 +122,7 @@ def refine(
     while iterations < (_MOST_FOR_STARTS if hold_values else _MOST_ITERATIONS) and damping < _LARGEST_DAMPING:
         iterations += 1
         step = problem.step(point, damping)
-        if step.expected < tolerance * point.cost and damping <= _FIRST_DAMPING:
+        if step.expected < tolerance * point.cost and damping <= _FIRST_DAMPING:  # not small because it is damped
             candidate: Point | None = problem.moved(point, step)
         else:
             path = problem.accelerated(point, step, damping) if curved else step

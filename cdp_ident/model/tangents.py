@@ -17,7 +17,8 @@ LANES = 72
 OLD, _HERE, SLOPE, NEW, FIRST, _AT = (np.uint64(LANES * row) for row in range(6))
 """Rows of a number of the state: its derivatives at the step's beginning, where a stage sets out from, their slopes at
 the last stage, their values at the step's end, their slopes at its beginning, and their values at a stage."""
-_ROWS = np.uint64(6 * LANES)
+_ROWS = _AT + np.uint64(LANES)
+"""How far numbers of the state are from each other: their rows, the last of which is `_AT`."""
 
 
 @inlined
@@ -41,7 +42,7 @@ def width_of(block, lanes):
 @part
 def tangents_of(states, lanes):
     """Return the derivatives at the beginning, by the state itself and by what has no part in it yet."""
-    tangents = np.zeros(blocks_of(lanes) * 6 * states * LANES)
+    tangents = np.zeros(row_of(states, blocks_of(lanes), 0, OLD))
     for k in range(min(states, lanes)):
         tangents[row_of(states, 0, k, OLD) + np.uint64(k)] = 1.0
     return tangents
