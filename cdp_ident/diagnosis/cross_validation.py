@@ -18,6 +18,7 @@ from cdp_ident.fit.initial_states import InitialState
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.refinement import Fit, fit_initial_states_near, refine
 from cdp_ident.fit.windows import Window
+from cdp_ident.model.parallel import parallel_map
 
 Array = npt.NDArray[np.float64]
 Folds = tuple[tuple[int, ...], ...]
@@ -42,20 +43,21 @@ def cross_validated(fit: Fit, folds: Folds) -> Fit:
     total_gradient, total_curvature = gradients.sum(axis=0), curvatures.sum(axis=0)
     penalty = fit.model.penalty
     strong = np.flatnonzero(~_of_shape(fit.model))
-    predicted: dict[int, tuple[Window, Array]] = {}
-    for fold in folds:
+
+    def predicted(fold: tuple[int, ...]) -> Fit:
         chosen = list(fold)
         gradient = total_gradient - gradients[chosen].sum(axis=0) - penalty @ fit.values
         curvature = total_curvature - curvatures[chosen].sum(axis=0) + penalty
         values = fit.values.copy()
         values[strong] += scaled_inverse(curvature[np.ix_(strong, strong)], _UNOBSERVABLE)[0] @ gradient[strong]
-        values = np.clip(values, *fit.model.limits)
-        found = _followed(fit, values, chosen)
-        predicted |= {
-            index: (window, residual)
-            for index, window, residual in zip(chosen, found.windows, found.residuals, strict=True)
-        }
-    windows, residuals = zip(*(predicted[index] for index in range(len(fit.windows))), strict=True)
+        return _followed(fit, np.clip(values, *fit.model.limits), chosen)
+
+    found = {
+        index: of_window
+        for fold, of_fold in zip(folds, parallel_map(predicted, folds), strict=True)
+        for index, *of_window in zip(fold, of_fold.windows, of_fold.residuals, strict=True)
+    }
+    windows, residuals = zip(*(found[index] for index in range(len(fit.windows))), strict=True)
     return replace(fit, windows=windows, residuals=residuals)
 
 

@@ -2,11 +2,17 @@
 
 import functools
 import os
-from collections.abc import Callable
+import threading
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
+from typing import TypeVar
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
 
 _uses_one_core = False
+_thread = threading.local()
 
 
 @functools.cache
@@ -15,8 +21,9 @@ def _pool() -> ThreadPoolExecutor:
 
 
 def core_count() -> int:
-    """Return how many cores this process may use."""
-    return 1 if _uses_one_core else len(os.sched_getaffinity(0))
+    """Return how many cores the calling thread may use."""
+    alone = _uses_one_core or getattr(_thread, "has_one_core", False)
+    return 1 if alone else len(os.sched_getaffinity(0))
 
 
 def use_one_core() -> None:
@@ -39,3 +46,28 @@ def parallel_for(work: Callable[[int, int], None], count: int) -> None:
     work(bounds[0], bounds[1])
     for future in futures:
         future.result()
+
+
+def parallel_map(function: Callable[[Item], Result], items: Sequence[Item]) -> Iterator[Result]:
+    """Yield what a function returns for each item, in their order; as many are worked on at a time as there are cores.
+
+    Each call has one core to itself. What a call raises is raised in its turn; calls that have not begun are given up.
+    """
+    if min(core_count(), len(items)) <= 1:
+        yield from map(function, items)
+        return
+    futures = [_pool().submit(_on_one_core, function, item) for item in items]
+    try:
+        for future in futures:
+            yield future.result()
+    finally:
+        for future in futures:
+            future.cancel()
+
+
+def _on_one_core(function: Callable[[Item], Result], item: Item) -> Result:
+    _thread.has_one_core = True
+    try:
+        return function(item)
+    finally:
+        _thread.has_one_core = False

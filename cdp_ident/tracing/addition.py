@@ -121,13 +121,13 @@ def _with_seconds(progress: Progress, refitted: Sequence[_Refitted]) -> list[_Re
         and (gained := change(current, attempt)).fit > thresholds.least_gain(gained.freedom)
     ]
     strong.sort(key=lambda found: found[0])
-    return [
-        ((first, *seconds), joined)
-        for _, first, attempt in strong[:_STRONGEST]
-        for seconds, joined in progress.tried(
-            attempt, ((c,) for c in promising(attempt, ScoreTest(attempt.fit, addable(attempt.model)), _SECONDS))
-        )
+    firsts = {id(attempt): first for _, first, attempt in strong[:_STRONGEST]}
+    seconds = [
+        (attempt, (second,))
+        for _, _, attempt in strong[:_STRONGEST]
+        for second in promising(attempt, ScoreTest(attempt.fit, addable(attempt.model)), _SECONDS)
     ]
+    return [((firsts[id(before)], *second), joined) for before, second, joined in progress.tried_on(seconds)]
 
 
 def _best(current: Attempt, refitted: Sequence[_Refitted]) -> Attempt | None:

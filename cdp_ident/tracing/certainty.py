@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from cdp_ident.tracing import thresholds
 from cdp_ident.tracing.acceptance import share_explained
 from cdp_ident.tracing.evidence import Attempt
-from cdp_ident.tracing.progress import Progress, without_effects
+from cdp_ident.tracing.progress import Progress
 from cdp_ident.tracing.selection import Certainty
 
 
@@ -31,7 +31,7 @@ def certainties(
     weak = [k for k in lasting if explained[k] < thresholds.NAMED]
     together = 0.0
     if len(weak) > 1:
-        together = share_explained(current, without_effects(current, weak), progress.noise)
+        together = share_explained(current, progress.without(current, weak), progress.noise)
     found: list[Certainty] = []
     for k, (effect, share) in enumerate(zip(effects, explained, strict=True)):
         if effect.curve:

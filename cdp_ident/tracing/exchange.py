@@ -1,5 +1,6 @@
 """Exchange steps: every effect is compared with its rivals, in the model with all other effects."""
 
+import threading
 from collections.abc import Sequence
 from itertools import combinations
 
@@ -8,11 +9,12 @@ import numpy as np
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.effect import Effect, Form, TorqueEffect
+from cdp_ident.model.parallel import parallel_map
 from cdp_ident.tracing import thresholds
 from cdp_ident.tracing.acceptance import improves_enough, is_accepted
 from cdp_ident.tracing.candidates import ScoreTest, addable
 from cdp_ident.tracing.evidence import Attempt, change
-from cdp_ident.tracing.progress import Progress, without_effects
+from cdp_ident.tracing.progress import Progress
 from cdp_ident.tracing.screening import promising
 
 _RIVALS = 3
@@ -32,26 +34,50 @@ def exchange_effects(progress: Progress) -> bool:
         InterruptedSelectionError: the selection is asked to stop.
     """
     before = progress.current
-    for old in before.model.labels:
-        current = progress.current
-        if old not in current.model.labels:
-            continue  # another of its kind was exchanged
-        removed = without_effects(current, [current.place_of(old)])
-        rivals = _rivals(progress, removed, old)
-        progress.rivals[old] = tuple(rivals)
-        _exchange(progress, removed, rivals, old)
-    model = progress.current.model
+    left: Sequence[tuple[str, ...]] = [(label,) for label in before.model.labels]
+    while left:
+        left = _exchange_first(progress, left)
     torques = [
         (label, active.effect.joint)
-        for label, active in zip(model.labels, model.effects, strict=True)
+        for label, active in zip(progress.current.model.labels, progress.current.model.effects, strict=True)
         if isinstance(active.effect, TorqueEffect)
     ]
-    for (one, joint), (two, other_joint) in combinations(torques, 2):
-        current = progress.current
-        if joint == other_joint and {one, two} <= set(current.model.labels):
-            removed = without_effects(current, [current.place_of(one), current.place_of(two)])
-            _exchange(progress, removed, _rivals(progress, removed, one, two), f"{one} and {two}")
+    left = [(one, two) for (one, joint), (two, other_joint) in combinations(torques, 2) if joint == other_joint]
+    while left:
+        left = _exchange_first(progress, left)
     return progress.current is not before
+
+
+def _exchange_first(progress: Progress, together: Sequence[tuple[str, ...]]) -> Sequence[tuple[str, ...]]:
+    """Exchange the first effects that have a better rival, and return which ones are left to be compared.
+
+    All are compared at the same time, in the present model; those after an exchange, in the model that it leads to.
+
+    Args:
+        progress: of the selection.
+        together: labels of effects; those of each tuple are exchanged together.
+    """
+    current, exchanged = progress.current, threading.Event()
+    # Others may have been exchanged together with one of their kind.
+    together = [labels for labels in together if set(labels) <= set(current.model.labels)]
+    without = progress.without_each(current, [[current.place_of(label) for label in labels] for labels in together])
+
+    def compared(place: int) -> tuple[list[Attempt], list[str]]:
+        aside = progress.aside(exchanged.is_set)
+        return _rivals(aside, without[place], *together[place]), aside.failures
+
+    for place, (rivals, failures) in enumerate(parallel_map(compared, range(len(together)))):
+        for line in failures:
+            progress.fail(line)
+        labels = together[place]
+        if len(labels) == 1:
+            progress.rivals[labels[0]] = tuple(rivals)
+        best = _better(current, without[place], rivals)
+        if best is not None:
+            exchanged.set()
+            _take(progress, best, " and ".join(labels))
+            return together[place + 1 :]
+    return []
 
 
 def try_states(progress: Progress, form: Form) -> None:
@@ -67,8 +93,10 @@ def try_states(progress: Progress, form: Form) -> None:
     for old in progress.current.model.labels:
         forms = [effect for effect in _richer_forms(progress, old) if effect.brings_states and effect.form is form]
         if forms:
-            removed = without_effects(progress.current, [progress.current.place_of(old)])
-            _exchange(progress, removed, _richer(progress, old, forms), old)
+            removed = progress.without(progress.current, [progress.current.place_of(old)])
+            best = _better(progress.current, removed, _richer(progress, old, forms))
+            if best is not None:
+                _take(progress, best, old)
 
 
 def alternatives(
@@ -116,15 +144,15 @@ def _richer(progress: Progress, key: str, forms: Sequence[TorqueEffect]) -> list
     index = current.place_of(key)
     active, values = current.model.effects[index], current.fit.values[current.model.places(index)]
     known = {p.name: float(value) for p, value in zip(active.fitted, values, strict=True)}
-    found = []
+    others = []
     for form in forms:
         new = ActiveEffect(form)
         for factor in _SHAPES if form.form is not Form.MEMORY else _ONE_SHAPE:
             begin = [
                 known.get(p.name, factor * p.typical if p.shape else _SOME * max(known.values())) for p in new.fitted
             ]
-            found += progress.replaced(current, index, new, np.clip(begin, *_limits(new)))
-    return found
+            others.append((new, np.clip(begin, *_limits(new))))
+    return progress.replaced(current, index, others)
 
 
 def _richer_forms(progress: Progress, label: str) -> list[TorqueEffect]:
@@ -139,15 +167,17 @@ def _limits(active: ActiveEffect) -> tuple[list[float], list[float]]:
     return [p.lower for p in active.fitted], [p.upper for p in active.fitted]
 
 
-def _exchange(progress: Progress, removed: Attempt, rivals: Sequence[Attempt], old: str) -> None:
-    """Take the best of the rivals that are better than what they replace, if there is one."""
-    current = progress.current
+def _better(current: Attempt, removed: Attempt, rivals: Sequence[Attempt]) -> Attempt | None:
+    """Return the best of the rivals that are better than what they replace, if there is one."""
     better = [rival for rival in rivals if _is_better(rival, current) and is_accepted(removed, rival)]
-    if better:
-        best = progress.finished(min(better, key=lambda rival: change(removed, rival).bic))
-        new = best.model.effects[-1].effect.key
-        progress.current = best
-        progress.note(f"exchanged {old} for {new}", best, f"{new} explains the motion better than {old}")
+    return min(better, key=lambda rival: change(removed, rival).bic, default=None)
+
+
+def _take(progress: Progress, rival: Attempt, old: str) -> None:
+    best = progress.finished(rival)
+    new = best.model.effects[-1].effect.key
+    progress.current = best
+    progress.note(f"exchanged {old} for {new}", best, f"{new} explains the motion better than {old}")
 
 
 def _is_better(rival: Attempt, current: Attempt) -> bool:

@@ -14,7 +14,7 @@ from cdp_ident.model.effects.effect import Effect
 from cdp_ident.tracing.acceptance import is_accepted
 from cdp_ident.tracing.candidates import Candidate
 from cdp_ident.tracing.evidence import Attempt
-from cdp_ident.tracing.progress import Progress, without_effects
+from cdp_ident.tracing.progress import Progress
 
 Array = npt.NDArray[np.float64]
 
@@ -47,7 +47,7 @@ def begin_with(progress: Progress, expected: Sequence[ExpectedEffect]) -> None:
     candidates = tuple(_Known(ActiveEffect(known.effect), 0.0, known.values) for known in expected)
     for _, together in progress.tried(progress.current, [candidates] if candidates else []):
         attempt = together
-        while (fewer := _without_a_superfluous_one(attempt)) is not None:
+        while (fewer := _without_a_superfluous_one(progress, attempt)) is not None:
             attempt = fewer
         if attempt.model.effects:
             progress.current = progress.finished(attempt)
@@ -56,10 +56,10 @@ def begin_with(progress: Progress, expected: Sequence[ExpectedEffect]) -> None:
             progress.note(f"added {keys}", progress.current, f"confirmed {keys}: {errors} in cross-validation")
 
 
-def _without_a_superfluous_one(attempt: Attempt) -> Attempt | None:
+def _without_a_superfluous_one(progress: Progress, attempt: Attempt) -> Attempt | None:
     """Return a model without the weakest of the effects that are not accepted; None where all are."""
     for index in sorted(range(len(attempt.model.effects)), key=attempt.strength):
-        removed = without_effects(attempt, [index])
+        removed = progress.without(attempt, [index])
         if not is_accepted(removed, attempt, [index]):
             return removed
     return None

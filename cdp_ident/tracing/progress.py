@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable, Iterable, Sequence
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -13,12 +14,14 @@ from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.refinement import Fit, refine, refine_from_afar
 from cdp_ident.fit.reweighting import reweighted
 from cdp_ident.model.effects.effect import JOINTS
+from cdp_ident.model.parallel import parallel_map
 from cdp_ident.tracing import thresholds
 from cdp_ident.tracing.candidates import Candidate
 from cdp_ident.tracing.evidence import Attempt
 from cdp_ident.tracing.selection import Step, Tried
 
 Array = npt.NDArray[np.float64]
+Begun = TypeVar("Begun")
 
 _ROUGHLY = 1e-4
 """Tolerance of refits that only compare candidates; the accepted model is refined further."""
@@ -64,25 +67,13 @@ class Progress:
         """What could not be computed, in words."""
         self._say, self._stop, self._trying = say, stop, trying
         self._refits, self._seconds = 0, 0.0
+        self._whole: Attempt | None = None
+        self._without: dict[tuple[int, ...], Attempt] = {}
+        """Refits of one model without some of its effects, by their indices."""
 
     def is_rounding(self, joint: str, angle: float) -> bool:
         """Return whether an angle [rad] may be the rounding of an encoder whose joint is at rest."""
         return abs(angle) < thresholds.LEAST_STEPS * self.encoder_steps[JOINTS.index(joint)]
-
-    def with_effects(self, attempt: Attempt, candidates: Sequence[Candidate]) -> Attempt:
-        """Return a model with more effects, refitted.
-
-        Raises:
-            InterruptedSelectionError: the selection is asked to stop.
-        """
-        model, values = attempt.model, attempt.fit.values
-        for candidate in candidates:
-            model = model.with_effect(candidate.active)
-            values = np.concatenate([values, candidate.values])
-        if self._stop():
-            raise InterruptedSelectionError
-        expected = attempt.fit.squared_error - sum(candidate.gain for candidate in candidates)
-        return attempt_of(_refit(model, values, attempt.fit, expected), attempt.folds)
 
     def tried(
         self, attempt: Attempt, additions: Iterable[tuple[Candidate, ...]]
@@ -92,34 +83,40 @@ class Progress:
         Raises:
             InterruptedSelectionError: the selection is asked to stop.
         """
-        found = []
-        additions = list(additions)
-        for place, candidates in enumerate(additions):
-            self._say_what_is_tried(candidates, place, len(additions))
-            began = time.monotonic()
-            try:
-                found.append((candidates, self.with_effects(attempt, candidates)))
-            except (IdentificationError, np.linalg.LinAlgError) as error:
-                keys = " and ".join(candidate.active.effect.key for candidate in candidates)
-                self.fail(f"{keys} could not be fitted: {error}")
-            self._refits, self._seconds = self._refits + 1, self._seconds + time.monotonic() - began
-        return found
+        return [(added, after) for _, added, after in self.tried_on([(attempt, added) for added in additions])]
 
-    def _say_what_is_tried(self, candidates: Sequence[Candidate], place: int, count: int) -> None:
-        keys = " and ".join(candidate.active.effect.key for candidate in candidates)
-        left = f", about {self._seconds / self._refits * (count - place):.0f} s left" if self._refits else ""
-        self._trying(f"trying {keys}, {place + 1} of {count}{left}")
+    def tried_on(
+        self, additions: Sequence[tuple[Attempt, tuple[Candidate, ...]]]
+    ) -> list[tuple[Attempt, tuple[Candidate, ...], Attempt]]:
+        """Return models, what is added to each, and the refit with it; those that fail are reported and left out.
 
-    def replaced(self, attempt: Attempt, index: int, active: ActiveEffect, values: Array) -> list[Attempt]:
-        """Return a model with another effect, of given values, in the place of one; none where it cannot be fitted.
+        Raises:
+            InterruptedSelectionError: the selection is asked to stop.
+        """
+
+        def refit(addition: tuple[Attempt, tuple[Candidate, ...]]) -> Attempt:
+            attempt, candidates = addition
+            model, values = _with_candidates(attempt.model, attempt.fit.values, candidates)
+            expected = attempt.fit.squared_error - sum(candidate.gain for candidate in candidates)
+            return attempt_of(_refit(model, values, attempt.fit, expected), attempt.folds)
+
+        names = [" and ".join(candidate.active.effect.key for candidate in added) for _, added in additions]
+        found = self._refitted(refit, additions, names)
+        return [(*addition, after) for addition, after in zip(additions, found, strict=True) if after]
+
+    def replaced(self, attempt: Attempt, index: int, others: Sequence[tuple[ActiveEffect, Array]]) -> list[Attempt]:
+        """Return models with each of other effects, of given values, in the place of one; those that fail are left out.
 
         Raises:
             InterruptedSelectionError: the selection is asked to stop.
         """
         model, remain = attempt.model.without_effect(index)
-        begin = np.concatenate([attempt.fit.values[remain], values])
-        other = self.refitted(model.with_effect(active), begin, attempt, active.effect.key)
-        return [] if other is None else [other]
+        begun = [
+            (model.with_effect(active), np.concatenate([attempt.fit.values[remain], values]))
+            for active, values in others
+        ]
+        found = self._refitted(_roughly(attempt), begun, [active.effect.key for active, _ in others])
+        return [after for after in found if after]
 
     def refitted(self, model: MotionModel, values: Array, attempt: Attempt, what: str) -> Attempt | None:
         """Return another model, refitted over an attempt's windows from given values; None where it cannot be fitted.
@@ -127,14 +124,70 @@ class Progress:
         Raises:
             InterruptedSelectionError: the selection is asked to stop.
         """
-        if self._stop():
-            raise InterruptedSelectionError
-        try:
-            fit = refine(model, values, attempt.fit.windows, tolerance=_ROUGHLY)
-        except (IdentificationError, np.linalg.LinAlgError) as error:
-            self.fail(f"{what} could not be fitted: {error}")
-            return None
-        return attempt_of(fit, attempt.folds)
+        return self._refitted(_roughly(attempt), [(model, values)], [what])[0]
+
+    def without(self, attempt: Attempt, indices: Sequence[int]) -> Attempt:
+        """Return a model without some of its effects, refitted; see `without_each`."""
+        return self.without_each(attempt, [indices])[0]
+
+    def without_each(self, attempt: Attempt, leaving_out: Sequence[Sequence[int]]) -> list[Attempt]:
+        """Return a model without some of its effects, refitted, for each choice of those that are left out.
+
+        What was computed for the model that was asked for last is not computed again.
+
+        Raises:
+            IdentificationError, LinAlgError: one of them cannot be fitted.
+        """
+        if self._whole is not attempt:
+            self._whole, self._without = attempt, {}
+        new = [chosen for chosen in dict.fromkeys(map(tuple, leaving_out)) if chosen not in self._without]
+        for chosen, after in zip(
+            new, parallel_map(lambda indices: without_effects(attempt, indices), new), strict=True
+        ):
+            self._without[chosen] = after
+        return [self._without[tuple(chosen)] for chosen in leaving_out]
+
+    def aside(self, stop: Callable[[], bool]) -> "Progress":
+        """Return the progress of the same model, for another thread: what fails there it does not report, but has.
+
+        It is also stopped by `stop`.
+        """
+        return Progress(
+            self.current,
+            self.noise,
+            stop=lambda: self._stop() or stop(),
+            encoder_steps=self.encoder_steps,
+            trying=self._trying,
+        )
+
+    def _refitted(
+        self, refit: Callable[[Begun], Attempt], begun: Sequence[Begun], names: Sequence[str]
+    ) -> list[Attempt | None]:
+        """Return refits, as many at a time as there are cores; None for those that fail, which are reported."""
+
+        def outcome(begin: Begun) -> Attempt | Exception:
+            if self._stop():
+                raise InterruptedSelectionError
+            try:
+                return refit(begin)
+            except (IdentificationError, np.linalg.LinAlgError) as error:
+                return error
+
+        found: list[Attempt | None] = []
+        outcomes = parallel_map(outcome, begun)
+        for place, name in enumerate(names):
+            self._say_what_is_tried(name, len(names) - place, len(names))
+            began = time.monotonic()
+            after = next(outcomes)
+            self._refits, self._seconds = self._refits + 1, self._seconds + time.monotonic() - began
+            if isinstance(after, Exception):
+                self.fail(f"{name} could not be fitted: {after}")
+            found.append(None if isinstance(after, Exception) else after)
+        return found
+
+    def _say_what_is_tried(self, name: str, left: int, count: int) -> None:
+        seconds = f", about {self._seconds / self._refits * left:.0f} s left" if self._refits else ""
+        self._trying(f"trying {name}, {count - left + 1} of {count}{seconds}")
 
     def from_balance(self, attempt: Attempt, begin: Array, candidates: Sequence[Candidate]) -> Attempt | None:
         """Return a model with more effects, refitted from the values of a balance of forces (unknowns,).
@@ -146,10 +199,7 @@ class Progress:
         """
         if self._stop():
             raise InterruptedSelectionError
-        model, values = attempt.model, begin
-        for candidate in candidates:
-            model = model.with_effect(candidate.active)
-            values = np.concatenate([values, candidate.values])
+        model, values = _with_candidates(attempt.model, begin, candidates)
         try:
             return attempt_of(refine_from_afar(model, values, attempt.fit.windows), attempt.folds)
         except (IdentificationError, np.linalg.LinAlgError) as error:
@@ -192,6 +242,22 @@ def without_effects(attempt: Attempt, indices: Sequence[int]) -> Attempt:
         model, remain = model.without_effect(index)
         values = values[remain]
     return attempt_of(refine(model, values, attempt.fit.windows), attempt.folds)
+
+
+def _with_candidates(model: MotionModel, values: Array, candidates: Iterable[Candidate]) -> tuple[MotionModel, Array]:
+    for candidate in candidates:
+        model = model.with_effect(candidate.active)
+        values = np.concatenate([values, candidate.values])
+    return model, values
+
+
+def _roughly(attempt: Attempt) -> Callable[[tuple[MotionModel, Array]], Attempt]:
+    """Return what refits a model over an attempt's windows from given values, well enough to compare it."""
+
+    def refit(begun: tuple[MotionModel, Array]) -> Attempt:
+        return attempt_of(refine(*begun, attempt.fit.windows, tolerance=_ROUGHLY), attempt.folds)
+
+    return refit
 
 
 def _refit(model: MotionModel, values: Array, before: Fit, expected: float) -> Fit:

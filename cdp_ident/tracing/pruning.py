@@ -5,15 +5,17 @@ from cdp_ident.tracing import thresholds
 from cdp_ident.tracing.acceptance import still_helps
 from cdp_ident.tracing.evidence import Attempt
 from cdp_ident.tracing.instants import instants
-from cdp_ident.tracing.progress import Progress, without_effects
+from cdp_ident.tracing.progress import Progress
 
 
 def drop_superfluous(progress: Progress, attempt: Attempt) -> Attempt:
     """Return a model without the effects that no longer help beside its last one."""
-    for index in reversed(range(len(attempt.model.effects) - 1)):
+    others = list(reversed(range(len(attempt.model.effects) - 1)))
+    progress.without_each(attempt, [[index] for index in others if attempt.strength(index) <= thresholds.SAFE])
+    for index in others:
         if attempt.strength(index) > thresholds.SAFE:
             continue
-        removed = without_effects(attempt, [index])
+        removed = progress.without(attempt, [index])
         if not still_helps(attempt, removed):
             key = attempt.model.effects[index].effect.key
             attempt = removed
@@ -28,7 +30,7 @@ def drop_repeated_impulses(progress: Progress) -> None:
         effect = current.model.effects[index].effect
         if not (isinstance(effect, TorqueEffect) and effect.at_an_instant):
             continue
-        removed = without_effects(current, [index])
+        removed = progress.without(current, [index])
         gain = removed.fit.squared_error - current.fit.squared_error
         if any(gain < thresholds.IMPULSE_ALONE * another.gain for another in instants(current.fit)):
             progress.current = removed

@@ -16,7 +16,7 @@ from cdp_ident.tracing.certainty import certainties
 from cdp_ident.tracing.evidence import Attempt
 from cdp_ident.tracing.exchange import alternatives, exchange_effects, try_states
 from cdp_ident.tracing.expected import ExpectedEffect, begin_with
-from cdp_ident.tracing.progress import NO_STEPS, InterruptedSelectionError, Progress, attempt_of, without_effects
+from cdp_ident.tracing.progress import NO_STEPS, InterruptedSelectionError, Progress, attempt_of
 from cdp_ident.tracing.pruning import drop_repeated_impulses, drop_superfluous
 from cdp_ident.tracing.selection import Selection
 from cdp_ident.tracing.unknown_torques import add_unknown_torques
@@ -97,7 +97,7 @@ def stepwise_selection(
 def _without(progress: Progress, index: int) -> Attempt:
     """Return the model without one of its effects; the paper's model, where that cannot be fitted."""
     try:
-        return without_effects(progress.current, [index])
+        return progress.without(progress.current, [index])
     except (IdentificationError, np.linalg.LinAlgError) as error:
         key = progress.current.model.effects[index].effect.key
         progress.fail(f"the model without {key} could not be fitted, it is compared with the paper's: {error}")

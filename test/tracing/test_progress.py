@@ -1,4 +1,4 @@
-"""Candidates are refitted one by one; what cannot be fitted costs itself alone."""
+"""Candidates are refitted side by side; what cannot be fitted costs itself alone."""
 
 import numpy as np
 import pytest
@@ -87,3 +87,31 @@ def test_what_is_tried_is_told_with_how_long_it_may_take(plain):
     Progress(plain, 5e-4, trying=said.append).tried(plain, [(SPRING,), (DRAG,)])
     assert said[0] == "trying joint_spring.outer, 1 of 2"
     assert said[1].startswith("trying air_drag.inner, 2 of 2, about ")
+
+
+def test_a_model_without_an_effect_is_fitted_once(plain):
+    progress = Progress(plain, 5e-4)
+    ((_, with_both),) = progress.tried(plain, [(SPRING, DRAG)])
+    without_spring, without_drag = progress.without_each(with_both, [[0], [1]])
+    assert [active.effect.key for active in without_spring.model.effects] == ["air_drag.inner"]
+    assert [active.effect.key for active in without_drag.model.effects] == ["joint_spring.outer"]
+    assert progress.without(with_both, [0]) is without_spring
+
+
+def test_what_fails_aside_is_not_reported_at_once(plain, monkeypatch):
+    def fails(model, values, before, expected):
+        raise IdentificationError("it diverged")
+
+    monkeypatch.setattr(progress_module, "_refit", fails)
+    told = []
+    progress = Progress(plain, 5e-4, told.append)
+    aside = progress.aside(lambda: False)
+    assert aside.tried(plain, [(SPRING,)]) == []
+    assert (aside.failures, told) == (["joint_spring.outer could not be fitted: it diverged"], [])
+
+
+def test_what_goes_on_aside_is_stopped_with_the_rest_or_by_itself(plain):
+    for of_all, own in ((True, False), (False, True)):
+        aside = Progress(plain, 5e-4, stop=lambda of_all=of_all: of_all).aside(lambda own=own: own)
+        with pytest.raises(InterruptedSelectionError):
+            aside.tried(plain, [(SPRING,)])
