@@ -12,6 +12,8 @@ import pytest
 
 from cdp_ident.nodes.driver import main
 
+pytestmark = pytest.mark.waits
+
 OK, WARN, ERROR, STALE = range(4)
 SWING = "{rate: 200, script: [hold: {theta1: 2.0, theta2: 2.0, within: 0.5}, wait: 0.5, let_go, wait: 1000]}"
 Start = Callable[..., Any]

@@ -26,6 +26,8 @@ from cdp_ident.ros.qos import latched
 from reference.pendulum import TABLE_5
 from scenarios.clean_bags import write_clean_bags
 
+pytestmark = pytest.mark.waits
+
 ROOT = Path(__file__).parents[2]
 BAGS = Path(tempfile.gettempdir()) / f"cdp_ident_clean_bags_{os.getpid()}"
 WIDE, FOLDED = str(BAGS / "swing_wide"), str(BAGS / "swing_folded")

@@ -13,6 +13,8 @@ from cdp_ident.report.folder import PAGE
 from cdp_ident.report.page.comparison_page import comparison_figures, comparison_html
 from cdp_ident.report.page.report_page import report_html
 
+pytestmark = pytest.mark.waits
+
 PHONE = {"width": 375, "height": 800}
 SECTIONS = ("result", "motion", "paper", "effects", "parameters", "warnings", "repeat")
 LENGTH, OUTER_LENGTH = 0.4, 0.4
