@@ -10,8 +10,11 @@ SHARED := $(wildcard config/* launch/* urdf/*)
 ROS := export OPENBLAS_NUM_THREADS=1 PYTHONDONTWRITEBYTECODE= HOME="$${HOME:-/tmp}" ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST ROS_DOMAIN_ID=$$(( $$$$ % 100 + 1 )) \
        VIRTUAL_ENV="$(VENV)" PATH="$(BIN):$$PATH" AMENT_PREFIX_PATH="$(VENV)"; . install/setup.bash;
 
-# One process more than there are cores: tests of nodes often wait.
-ALL_CORES := --numprocesses=$$(( $$(nproc) + 1 )) --dist=worksteal
+# Two processes more than there are cores: tests of nodes often wait.
+ALL_CORES := --numprocesses=$$(( $$(nproc) + 2 ))
+# A file's tests share what they stand on; but the campaigns of one file may take longer than everything else.
+BY_FILE := $(ALL_CORES) --dist=loadfile --no-loadscope-reorder
+ONE_BY_ONE := $(ALL_CORES) --dist=worksteal
 
 .PHONY: demo test test-all ubuntu check format bench docs fuzz build clean
 
@@ -19,10 +22,10 @@ demo: build  ## the data's whole way, from an emulated rig to served parameters,
 	@$(ROS) $(BIN)/python -m cdp_ident demo
 
 test: build  ## every behaviour, nodes included, shared out over the cores
-	@$(ROS) $(BIN)/python -m pytest $(ALL_CORES)
+	@$(ROS) $(BIN)/python -m pytest $(BY_FILE)
 
 test-all: build  ## the same with many more truths, seeds, kills and examples: before a release, and each night
-	@$(ROS) $(BIN)/python -m pytest $(ALL_CORES) -m "" --hypothesis-profile=campaign
+	@$(ROS) $(BIN)/python -m pytest $(ONE_BY_ONE) -m "" --hypothesis-profile=campaign
 
 check: $(VENV)/.ready  ## format, lint, types and which subpackage imports which
 	$(BIN)/ruff format --check .
@@ -43,7 +46,7 @@ docs: $(VENV)/.docs  ## the documents as a site, in build/site; a warning is an 
 
 ubuntu: build  ## on Ubuntu 24.04's own versions: build with REQUIREMENTS=requirements-ubuntu-24.04.txt
 	@$(ROS) $(BIN)/python -m cdp_ident identify --bag bags/swing_wide bags/swing_folded --once --figures --force --out build/found
-	@$(ROS) $(BIN)/python -m pytest $(ALL_CORES) test/nodes test/report/figures/test_for_paper.py \
+	@$(ROS) $(BIN)/python -m pytest $(ONE_BY_ONE) test/nodes test/report/figures/test_for_paper.py \
 	    --deselect test/report/figures/test_for_paper.py::test_the_same_figure_gives_the_same_bytes  # not so with matplotlib 3.6
 
 fuzz: $(VENV)/.ready  ## damaged and hostile input for a minute; the seed is printed

@@ -15,14 +15,14 @@ from scenarios.twin import standard_twin
 
 VALUES = groups_of([TABLE_5[symbol] for symbol in SYMBOLS], TABLE_5["L"])
 MODEL = MotionModel(Mechanism.of(Prior()))
-WINDOWS = tuple(cut_into_windows([standard_twin(np.random.default_rng(0))]))
 FOLDS = ((0, 2), (1, 3))
 
 
 def test_the_same_refit_and_the_same_predictions_are_computed_once():
+    windows = tuple(cut_into_windows([standard_twin(np.random.default_rng(0))]))
     with memoised():
-        fit = progress.refine(MODEL, VALUES, WINDOWS)
-        assert progress.refine(MODEL, VALUES.copy(), list(WINDOWS)) is fit
-        assert progress.refine(MODEL, 1.01 * VALUES, WINDOWS) is not fit
+        fit = progress.refine(MODEL, VALUES, windows)
+        assert progress.refine(MODEL, VALUES.copy(), list(windows)) is fit
+        assert progress.refine(MODEL, 1.01 * VALUES, windows) is not fit
         assert progress.attempt_of(fit, FOLDS) is progress.attempt_of(fit, FOLDS)
     assert progress.refine is refine

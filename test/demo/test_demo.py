@@ -14,6 +14,8 @@ from cdp_ident.demo.demo import main
 from cdp_ident.demo.recording import RIG
 from cdp_ident.report.folder import FIGURES, FILES
 
+pytestmark = pytest.mark.waits
+
 ROOT = Path(__file__).parents[2]
 PATIENCE = 300.0
 
@@ -45,7 +47,6 @@ def wait_for_nodes(out, demo):
     return processes_of(out)
 
 
-@pytest.mark.waits
 def test_it_records_identifies_asks_the_node_and_names_what_is_hidden(tmp_path):
     rig = tmp_path / "rig.yaml"
     *two_swings, _third = re.split(r"(?=  - hold)", RIG.read_text())  # quicker

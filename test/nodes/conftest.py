@@ -5,7 +5,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -124,8 +124,12 @@ class Listener:
 
     def get_parameter(self, node: str, name: str) -> Any:
         """Return the present value of a node's parameter."""
-        (value,) = self._call(GetParameters, f"{node}/get_parameters", GetParameters.Request(names=[name])).values
-        return parameter_value_to_python(value)
+        return self.get_parameters(node, [name])[name]
+
+    def get_parameters(self, node: str, names: Sequence[str]) -> dict[str, Any]:
+        """Return the present values of several of a node's parameters, asked for at once."""
+        values = self._call(GetParameters, f"{node}/get_parameters", GetParameters.Request(names=names)).values
+        return {name: parameter_value_to_python(value) for name, value in zip(names, values, strict=True)}
 
     def parameter_names(self, node: str) -> list[str]:
         """Return the names of a node's parameters."""
@@ -190,10 +194,12 @@ def start(tmp_path: Path) -> Iterator[Callable[..., Process]]:
         return processes[-1]
 
     yield start_one
+    for process in processes:
+        process.popen.send_signal(signal.SIGINT)
     codes = []
-    for process in reversed(processes):
+    for process in processes:
         try:
-            codes.append(process.end())
+            codes.append(process.exit_code())
         except subprocess.TimeoutExpired:
             process.popen.kill()
             process.popen.wait()

@@ -34,9 +34,10 @@ def test_the_simulator_s_file_changes_nothing_and_lists_everything_that_is_its_o
     start("simulator", "--ros-args", "-r", "__node:=plain")
     start("simulator", "--ros-args", "--params-file", str(CONFIG / "simulator.yaml"))
     for node in ("/plain", "/simulator"):
+        values = listener.get_parameters(node, list(listed))
         for name in listed:
             expected = listed[name] if isinstance(listed[name], str | bool) else pytest.approx(listed[name], rel=1e-5)
-            assert listener.get_parameter(node, name) == expected, name
+            assert values[name] == expected, name
     elsewhere = ("trial.", "qos_overrides.", "use_sim_time", "start_type_description_service")
     declared = {name for name in listener.parameter_names("/plain") if not name.startswith(elsewhere)}
     assert declared <= set(listed)

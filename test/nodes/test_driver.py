@@ -10,6 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from cdp_ident.nodes.driver import main
+
+pytestmark = pytest.mark.waits
+
 OK, WARN, ERROR, STALE = range(4)
 SWING = "{rate: 200, script: [hold: {theta1: 2.0, theta2: 2.0, within: 0.5}, wait: 0.5, let_go, wait: 1000]}"
 Start = Callable[..., Any]
@@ -157,16 +161,19 @@ def test_faster_than_real_time_stamps_are_the_rigs_time(
         ("prot:=/dev/ttyUSB0", "did you mean 'port'?"),
     ],
 )
-def test_a_wrong_parameter_is_one_line_and_exit_code_2(start_driver: Start, parameter: str, words: str) -> None:
-    driver = start_driver(parameter)
-    assert driver.exit_code() == 2
-    assert driver.said.count("\n") == 1
-    assert words in driver.said
+def test_a_wrong_parameter_is_one_line_and_exit_code_2(
+    capfd: pytest.CaptureFixture[str], tmp_path: Path, parameter: str, words: str
+) -> None:
+    assert words in refused(capfd, f"zero_file:={tmp_path / 'zero.yaml'}", parameter)
 
 
-def test_a_damaged_zero_file_is_one_line_and_exit_code_2(start_driver: Start, tmp_path: Path) -> None:
+def test_a_damaged_zero_file_is_one_line_and_exit_code_2(capfd: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     (tmp_path / "zero.yaml").write_text("nonsense")
-    driver = start_driver()
-    assert driver.exit_code() == 2
-    assert "zero.yaml" in driver.said
-    assert driver.said.count("\n") == 1
+    assert "zero.yaml" in refused(capfd, f"port:={tmp_path / 'tty'}", f"zero_file:={tmp_path / 'zero.yaml'}")
+
+
+def refused(capfd: pytest.CaptureFixture[str], *parameters: str) -> str:
+    """Return the one line with which a driver ends that is given these parameters."""
+    assert main(["--ros-args", *(word for parameter in parameters for word in ("-p", parameter))]) == 2
+    (line,) = capfd.readouterr().err.splitlines()
+    return line

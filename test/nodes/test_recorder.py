@@ -26,6 +26,8 @@ from cdp_ident.ros.qos import latched
 from cdp_ident.trial.load import load_trial
 from cdp_ident.trial.options import TrialOptions
 
+pytestmark = pytest.mark.waits
+
 Start = Callable[..., Any]
 TRIAL = """
 parameters: {c1: 0.1, c2: 0.05}

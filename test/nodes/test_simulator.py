@@ -29,6 +29,8 @@ from cdp_ident.trial.load import load_trial
 from cdp_ident.trial.trial import Trial
 from scenarios.clean_bags import write_clean_bags
 
+pytestmark = pytest.mark.waits
+
 Start = Callable[..., Any]
 Array = NDArray[np.float64]
 

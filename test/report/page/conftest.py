@@ -32,6 +32,7 @@ class Visit:
 
     def __init__(self, browser, path, viewport, **options):
         self.context = browser.new_context(viewport=viewport, **options)
+        self.context.set_default_timeout(1e3 * PATIENCE)
         self.page = self.context.new_page()
         self.complaints, self.requests = [], []
         self.page.on("console", lambda message: self.complaints.append(message.text))
@@ -47,12 +48,16 @@ class Visit:
             plot.scroll_into_view_if_needed()
             plot.locator(".main-svg").first.wait_for(state="attached")
 
-    def until(self, condition, argument=None):
-        """Wait until a script returns something true; the page's own policy forbids what playwright would wait with."""
+    def until(self, condition, argument=None, trying=lambda: None, pause=20):
+        """Wait until a script returns something true, and try something every so many milliseconds until then.
+
+        The page's own policy forbids what playwright would wait with.
+        """
         deadline = time.monotonic() + PATIENCE
         while not self.page.evaluate(condition, argument):
             assert time.monotonic() < deadline, condition
-            self.page.wait_for_timeout(20)
+            trying()
+            self.page.wait_for_timeout(pause)
 
     def begin_anew(self):
         """Put everything that a reader can change, but for the ranges of charts, back to what it is at first."""
