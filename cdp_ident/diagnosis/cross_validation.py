@@ -72,7 +72,7 @@ def error_from_other_trials(fit: Fit) -> float:
     Raises:
         IdentificationError: the motion cannot be computed.
     """
-    squared, samples = 0.0, 0
+    squared, samples = 0.0, 0.0
     for trial in sorted({window.trial for window in fit.windows}):
         own = [index for index, window in enumerate(fit.windows) if window.trial == trial]
         others = refine(fit.model, fit.values, [window for window in fit.windows if window.trial != trial])

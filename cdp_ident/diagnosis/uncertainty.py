@@ -96,10 +96,9 @@ def covariance(fit: Fit) -> Array:
         middle += of_curves * (fit.variance * fit.autocorrelation.integrated_time)
         # Errors of weights are of unit variance, whatever the angles' noise is.
         middle += np.diag(np.diag(fit.model.penalty) ** 2 * of_weights)
-    samples = sum(residual.size for residual in fit.residuals)
     estimated = effective_unknowns(fit) + fit.model.states * sum(not window.start_known for window in fit.windows)
     inverse, left_out = scaled_inverse(information, _UNOBSERVABLE)
-    result = inverse @ middle @ inverse * (samples / max(samples - estimated, 1))
+    result = inverse @ middle @ inverse * (fit.samples / max(fit.samples - estimated, 1.0))
     for change in _changes_by_units_of_time(fit, reduced):
         result += np.outer(inverse @ change, inverse @ change)
     undetermined = np.any(np.abs(left_out) > 1e-3, axis=1)

@@ -59,9 +59,11 @@ class Fit:
         return Autocorrelation.of(self.residuals)
 
     @property
-    def samples(self) -> int:
-        """Angles measured in the windows."""
-        return sum(residual.size for residual in self.residuals)
+    def samples(self) -> float:
+        """Angles measured in the windows, those of rods at rest counted by their weights."""
+        return float(
+            sum(residual.shape[1] * w.independent for residual, w in zip(self.residuals, self.windows, strict=True))
+        )
 
     @property
     def squared_error(self) -> float:
@@ -79,10 +81,14 @@ class Fit:
         return tuple(w.angles_of(residual) for w, residual in zip(self.windows, self.residuals, strict=True))
 
     def rmse(self, angle: int | None = None) -> float:
-        """Root mean square error of one angle (0: theta1, 1: theta2) or of both together [rad]."""
+        """Root mean square error of one angle (0: theta1, 1: theta2) or of both together [rad].
+
+        Samples of rods at rest count by their weights.
+        """
         columns = slice(None) if angle is None else slice(angle, angle + 1)
-        errors = np.concatenate([error[:, columns].ravel() for error in self.errors])
-        return float(np.sqrt(np.mean(errors**2)))
+        squared = [w.weighted(error[:, columns] ** 2).sum() for w, error in zip(self.windows, self.errors, strict=True)]
+        counted = sum(w.independent for w in self.windows) * self.errors[0][:1, columns].size
+        return float(np.sqrt(sum(squared) / counted))
 
 
 def refine(

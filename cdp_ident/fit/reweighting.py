@@ -6,7 +6,6 @@ covariance, and the next fit weights both angles by it (Zellner, J. Am. Stat. As
 lacks an effect, its errors are not noise, and both angles have the same weight.
 """
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -22,6 +21,8 @@ _NOISE = 1.5
 """Errors above so many times the noise contain more than noise."""
 _AS_BEFORE = 0.1
 """Weights are not changed by less than this share."""
+_MOSTLY = 0.5
+"""Least share of independent samples in a window that shows an encoder's noise."""
 
 
 def reweighted(fit: Fit, noise: float) -> Fit:
@@ -36,22 +37,28 @@ def reweighted(fit: Fit, noise: float) -> Fit:
     """
     if fit.rmse() > _NOISE * noise:
         return fit
-    white = whitening(usual_covariance(fit.errors))
+    white = whitening(usual_covariance(fit))
     if all(np.allclose(window.whitening, white, atol=_AS_BEFORE) for window in fit.windows):
         return fit
     return refine(fit.model, fit.values, [replace(window, whitening=white) for window in fit.windows])
 
 
-def usual_covariance(errors: Sequence[Array]) -> Array:
-    """Return the covariance (2, 2) of the errors (n, 2) in the half of the windows where they are smallest [rad^2].
+def usual_covariance(fit: Fit) -> Array:
+    """Return the covariance (2, 2) of the errors in the half of the windows where they are smallest [rad^2].
 
-    So an event in a single window does not affect it.
+    So an event in a single window does not affect it. Where rods are at rest, their encoders show no noise: windows in
+    which they mostly are, are left out, unless all are such.
     """
-    products = np.array([error.T @ error / len(error) for error in errors])
+    shares = [window.independent / len(window.theta) for window in fit.windows]
+    least = min(_MOSTLY, max(shares))
+    products, lengths = [], []
+    for window, error, share in zip(fit.windows, fit.errors, shares, strict=True):
+        if share >= least:
+            products.append(error.T @ window.weighted(error) / window.independent)
+            lengths.append(window.independent)
     sizes = np.trace(products, axis1=1, axis2=2)
     usual = sizes <= np.median(sizes)
-    lengths = np.array([len(error) for error in errors])[usual]
-    return np.asarray(np.average(products[usual], axis=0, weights=lengths))
+    return np.asarray(np.average(np.array(products)[usual], axis=0, weights=np.array(lengths)[usual]))
 
 
 def whitening(covariance: Array) -> Array:

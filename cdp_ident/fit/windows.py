@@ -24,6 +24,8 @@ DEFAULT_WINDOW = 2.5
 FEWEST_SAMPLES = 12
 """Least samples in a window: it determines its initial state (four numbers) from two angles a sample, and needs some
 more."""
+_REPEATED = 1e-9
+"""Angles that differ by less are one reading [rad]."""
 
 
 @dataclass(frozen=True)
@@ -56,6 +58,8 @@ class Window:
     """The known weights that were clamped to the rods in its trial."""
     whitening: Array = field(default_factory=lambda: np.eye(2))
     """(2, 2) matrix that makes errors of theta1 and theta2 independent and of equal size; see `fit/reweighting.py`."""
+    weight: Array | None = None
+    """(n,) weight of each sample, 1 where it is not given; see `weights_at_rest`."""
 
     @property
     def duration(self) -> float:
@@ -72,13 +76,47 @@ class Window:
         """Where its samples are in the trial."""
         return slice(self.first, self.first + len(self.theta))
 
+    @property
+    def independent(self) -> float:
+        """How many samples it has, those of rods at rest counted by their weights."""
+        return float(len(self.theta) if self.weight is None else np.sum(self.weight))
+
+    def weighted(self, rows: Array) -> Array:
+        """Return rows (n, …) times the weights of their samples."""
+        return rows if self.weight is None else (rows.T * self.weight).T
+
     def whitened(self, rows: Array) -> Array:
         """Return rows (n, 2) or (n, 2, k) of theta1 and theta2 with errors that are independent and of equal size."""
-        return self.whitening @ rows if rows.ndim == 3 else rows @ self.whitening.T
+        if rows.ndim == 3:
+            white = self.whitening @ rows
+            return white if self.weight is None else white * np.sqrt(self.weight)[:, None, None]
+        white = rows @ self.whitening.T
+        return white if self.weight is None else white * np.sqrt(self.weight)[:, None]
 
     def angles_of(self, whitened: Array) -> Array:
         """Return the theta1 and theta2 (n, 2) of whitened ones."""
-        return np.asarray(np.linalg.solve(self.whitening, whitened.T).T)
+        angles = np.asarray(np.linalg.solve(self.whitening, whitened.T).T)
+        return angles if self.weight is None else angles / np.sqrt(self.weight)[:, None]
+
+
+def weights_at_rest(time: Array, theta: Array, longest: float) -> Array | None:
+    """Return the weights (n,) of samples, where rods stand still for longer than some time; None where they do not.
+
+    While both encoders repeat their readings, they repeat one error of rounding as well: all these samples together
+    count as one.
+
+    Args:
+        time: (n,) of the samples [s].
+        theta: (n, 2) measured angles [rad].
+        longest: for which readings may be repeated without the rods being at rest [s].
+    """
+    moves = np.any(np.abs(np.diff(theta, axis=0)) > _REPEATED, axis=1)
+    bounds = [0, *(np.flatnonzero(moves) + 1), len(theta)]
+    weight = np.ones(len(theta))
+    for first, last in pairwise(bounds):
+        if time[last - 1] - time[first] > longest:
+            weight[first:last] = 1.0 / (last - first)
+    return weight if np.any(weight < 1.0) else None
 
 
 def cut_into_windows(
@@ -147,6 +185,7 @@ def cut_at(trial: Trial, index: int, bounds: Sequence[int], step: float, half_wi
                 half_width=half_width,
                 time_std=time_std,
                 weights=trial.weights,
+                weight=weights_at_rest(time, theta, half_width),
             )
         )
     return windows
@@ -180,6 +219,7 @@ def split(window: Window, parts: int) -> list[Window]:
                 time_std=window.time_std,
                 weights=window.weights,
                 whitening=window.whitening,
+                weight=None if window.weight is None else window.weight[first:last],
             )
         )
     return pieces

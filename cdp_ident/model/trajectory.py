@@ -6,6 +6,8 @@ directions side by side in the lanes of vector registers. A step is divided wher
 breaks loose (`sticking`), and where its error would be too large (`is_rough`).
 """
 
+import math
+
 import numpy as np
 import numpy.typing as npt
 
@@ -36,6 +38,8 @@ _COEFFICIENTS = 7
 _BASE = int(Form.BASE)
 _MOST_EVENTS = 32
 """Most events in one step; further ones are ignored."""
+_FASTEST = math.pi
+"""No step resolves a rod that turns by more than this within it [rad]: such a motion is given up."""
 
 
 def trajectory(
@@ -43,7 +47,8 @@ def trajectory(
 ) -> Array:
     """Return the states (n, states) at the grid's measurement times.
 
-    They are theta1, theta2 [rad], omega1, omega2 [rad/s] and the states that effects bring.
+    They are theta1, theta2 [rad], omega1, omega2 [rad/s] and the states that effects bring; not a number from where a
+    rod turns by more than half a turn within a step, as it does from a senseless initial state.
 
     Args:
         coefficients: (7,) `COEFFICIENTS` of the pendulum.
@@ -126,10 +131,12 @@ def _run(
     u = u if u.flags.writeable else u.copy()
     whole = np.zeros(torques.states)
     whole[: len(start)] = start
-    _trajectory(
+    computed = _trajectory(
         coefficients, whole, begin, u, grid.step, grid.first_sample, grid.place,
         torques.table, torques.values, torques.lanes, torques.constants, lanes, states, derivatives,
     )  # fmt: skip
+    states[computed:] = np.nan
+    derivatives[computed:] = np.nan
 
 
 @compiled
@@ -157,6 +164,8 @@ def _trajectory(
     tangents, no_tangents = tangents_of(n, lanes), np.empty(0)
     longest, loose, fresh, crossed = 1.0, -1, True, -1
     for k in range(len(first_sample) - 1):
+        if max(abs(state[2]), abs(state[3])) * step > _FASTEST:
+            return first_sample[k]
         time = begin + k * step
         inputs[0], inputs[1], inputs[2] = u[2 * k], u[2 * k + 1], u[2 * k + 2]
         done, j, events, share, stopped, located = 0.0, first_sample[k], 0, longest, -1, False
@@ -244,6 +253,7 @@ def _trajectory(
                 copy(rates[4], rates[0])
             done = reached
             longest = min(1.0, 2.0 * longest)
+    return len(place)
 
 
 @compiled

@@ -7,7 +7,7 @@ import numpy as np
 from cdp_ident.diagnosis.outlier_windows import explains_an_outlier
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.refinement import Fit
-from cdp_ident.model.effects.effect import SensorEffect, TorqueEffect
+from cdp_ident.model.effects.effect import Effect, SensorEffect, TorqueEffect
 from cdp_ident.tracing import thresholds
 from cdp_ident.tracing.evidence import Attempt, change
 
@@ -74,10 +74,11 @@ def improves_enough(before: Attempt, after: Attempt) -> bool:
     )
 
 
-def still_helps(with_it: Attempt, without_it: Attempt) -> bool:
+def still_helps(with_it: Attempt, without_it: Attempt, effect: Effect) -> bool:
     """Return whether an effect still improves the model beside those that were added after it."""
     lost = change(without_it, with_it)
-    return lost.fit >= thresholds.STILL_HELPS * thresholds.least_gain(lost.freedom) and lost.validation >= 0
+    least = thresholds.INSTANT_GAIN if effect.at_an_instant else thresholds.least_gain(lost.freedom)
+    return lost.fit >= thresholds.STILL_HELPS * least and lost.validation >= 0
 
 
 def share_explained(with_it: Attempt, without_it: Attempt, noise: float) -> float:
@@ -103,10 +104,14 @@ def share_explained(with_it: Attempt, without_it: Attempt, noise: float) -> floa
 
 def _fall_without_the_largest(before: Fit, after: Fit) -> float:
     """Return the fall of the mean squared error over all windows but the one where it falls most [rad^2]."""
-    falls = [float(np.sum(old**2) - np.sum(new**2)) for old, new in zip(before.errors, after.errors, strict=True)]
+    falls = [
+        float(np.sum(window.weighted(old**2 - new**2)))
+        for window, old, new in zip(after.windows, before.errors, after.errors, strict=True)
+    ]
     largest = int(np.argmax(falls))
-    samples = after.samples - after.errors[largest].size
-    return (sum(falls) - falls[largest]) / samples if samples else falls[largest] / after.samples
+    angles = [error.shape[1] * window.independent for window, error in zip(after.windows, after.errors, strict=True)]
+    samples = sum(angles) - angles[largest]
+    return (sum(falls) - falls[largest]) / samples if samples else falls[largest] / sum(angles)
 
 
 def fits_of(attempt: Attempt) -> tuple[Fit, Fit]:

@@ -15,7 +15,7 @@ from cdp_ident.tracing.evidence import Attempt, change
 from cdp_ident.tracing.exchange import try_states
 from cdp_ident.tracing.instants import instants
 from cdp_ident.tracing.progress import Progress
-from cdp_ident.tracing.pruning import drop_superfluous
+from cdp_ident.tracing.pruning import drop_superfluous, without_superfluous_ones
 from cdp_ident.tracing.screening import expected_variance, gains_enough, promising
 from cdp_ident.tracing.selection import Tried
 
@@ -50,6 +50,10 @@ def add_balanced(progress: Progress, balances: Sequence[ForceBalance]) -> None:
                 if attempt is not None:
                     refitted.append((chosen, attempt))
     accepted = [attempt for _, attempt in refitted if is_accepted(current, attempt)]
+    if not accepted:
+        # One of them may stand in the others' way: a balance of forces of a joint that soon sticks is uncertain.
+        fewer = (without_superfluous_ones(progress, attempt) for _, attempt in refitted)
+        accepted = [attempt for attempt in fewer if attempt.model.effects and is_accepted(current, attempt)]
     if accepted:
         best = min(accepted, key=lambda attempt: change(current, attempt).bic)
         _note(progress, best, refitted)

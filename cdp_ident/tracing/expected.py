@@ -11,10 +11,9 @@ import numpy.typing as npt
 
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.model.effects.effect import Effect
-from cdp_ident.tracing.acceptance import is_accepted
 from cdp_ident.tracing.candidates import Candidate
-from cdp_ident.tracing.evidence import Attempt
 from cdp_ident.tracing.progress import Progress
+from cdp_ident.tracing.pruning import without_superfluous_ones
 
 Array = npt.NDArray[np.float64]
 
@@ -46,20 +45,9 @@ def begin_with(progress: Progress, expected: Sequence[ExpectedEffect]) -> None:
     """
     candidates = tuple(_Known(ActiveEffect(known.effect), 0.0, known.values) for known in expected)
     for _, together in progress.tried(progress.current, [candidates] if candidates else []):
-        attempt = together
-        while (fewer := _without_a_superfluous_one(progress, attempt)) is not None:
-            attempt = fewer
+        attempt = without_superfluous_ones(progress, together)
         if attempt.model.effects:
             progress.current = progress.finished(attempt)
             keys = " and ".join(active.effect.key for active in attempt.model.effects)
             errors = f"{1e3 * progress.before.validation.rmse():.3g} -> {1e3 * attempt.validation.rmse():.3g} mrad"
             progress.note(f"added {keys}", progress.current, f"confirmed {keys}: {errors} in cross-validation")
-
-
-def _without_a_superfluous_one(progress: Progress, attempt: Attempt) -> Attempt | None:
-    """Return a model without the weakest of the effects that are not accepted; None where all are."""
-    for index in sorted(range(len(attempt.model.effects)), key=attempt.strength):
-        removed = progress.without(attempt, [index])
-        if not is_accepted(removed, attempt, [index]):
-            return removed
-    return None

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from cdp_ident.fit.astray import with_starts_found_again
 from cdp_ident.fit.data import Data
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.refinement import Fit, fit_initial_states, fit_initial_states_near
@@ -28,9 +29,11 @@ class FinalModel:
     @classmethod
     def of(cls, fit: Fit, data: Data) -> "FinalModel":
         """Evaluate a fitted model."""
-        return cls(fit, fit_initial_states(fit.model, fit.values, data.holdout))
+        holdout = fit_initial_states(fit.model, fit.values, data.holdout)
+        return cls(fit, with_starts_found_again(holdout, hold_values=True))
 
     def like_this(self, fit: Fit) -> "FinalModel":
         """Evaluate another fitted model over the same windows; initial states are fitted from those of this one."""
         good_enough = min(_AS_GOOD * self.holdout.rmse(), _LIKE_THE_FIT * fit.rmse())
-        return FinalModel(fit, fit_initial_states_near(fit.model, fit.values, self.holdout.windows, good_enough))
+        holdout = fit_initial_states_near(fit.model, fit.values, self.holdout.windows, good_enough)
+        return FinalModel(fit, with_starts_found_again(holdout, hold_values=True))

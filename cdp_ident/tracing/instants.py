@@ -124,10 +124,11 @@ def _scan_slips(fit: Fit, effect: Effect) -> list[_Instant]:
         for index in reversed(members):
             window, residual = fit.windows[index], fit.residuals[index]
             _, _, basis = _motion(fit, window)
-            reading = window.whitening @ _READINGS[effect.joint]
-            imitation = _from_each_on(np.einsum("nrk,r->nk", basis, reading))
-            size = np.arange(len(residual), 0, -1) * (reading @ reading) - np.einsum("nk,nk->n", imitation, imitation)
-            fitting = _from_each_on(residual @ reading) - imitation @ np.einsum("nrk,nr->k", basis, residual)
+            reading = window.whitened(np.tile(_READINGS[effect.joint], (len(residual), 1)))
+            imitation = _from_each_on(np.einsum("nrk,nr->nk", basis, reading))
+            size = _from_each_on(np.sum(reading**2, axis=1)) - np.einsum("nk,nk->n", imitation, imitation)
+            fitting = _from_each_on(np.sum(residual * reading, axis=1))
+            fitting -= imitation @ np.einsum("nrk,nr->k", basis, residual)
             if len(residual) > 2 * _MARGIN:
                 found.append(_best(fit, window, size + later_size, fitting + later_fitting))
             later_size, later_fitting = later_size + size[0], later_fitting + fitting[0]

@@ -10,6 +10,7 @@ import numpy.typing as npt
 from cdp_ident.diagnosis.cross_validation import Folds, cross_validated
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.active_effect import ActiveEffect
+from cdp_ident.fit.astray import with_starts_found_again
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.refinement import Fit, refine, refine_from_afar
 from cdp_ident.fit.reweighting import reweighted
@@ -208,7 +209,8 @@ class Progress:
 
     def finished(self, attempt: Attempt) -> Attempt:
         """Return an accepted model, refined to convergence."""
-        return attempt_of(refine(attempt.model, attempt.fit.values, attempt.fit.windows), attempt.folds)
+        fit = refine(attempt.model, attempt.fit.values, attempt.fit.windows)
+        return attempt_of(with_starts_found_again(fit), attempt.folds)
 
     def reweigh(self) -> None:
         """Weight both angles by the present model's errors."""

@@ -1,8 +1,8 @@
 """Backward steps: effects that no longer improve the model are dropped."""
 
-from cdp_ident.model.effects.effect import TorqueEffect
+from cdp_ident.model.effects.effect import SensorEffect, TorqueEffect
 from cdp_ident.tracing import thresholds
-from cdp_ident.tracing.acceptance import still_helps
+from cdp_ident.tracing.acceptance import is_accepted, still_helps
 from cdp_ident.tracing.evidence import Attempt
 from cdp_ident.tracing.instants import instants
 from cdp_ident.tracing.progress import Progress
@@ -16,10 +16,27 @@ def drop_superfluous(progress: Progress, attempt: Attempt) -> Attempt:
         if attempt.strength(index) > thresholds.SAFE:
             continue
         removed = progress.without(attempt, [index])
-        if not still_helps(attempt, removed):
-            key = attempt.model.effects[index].effect.key
+        effect = attempt.model.effects[index].effect
+        rounding = _is_rounding(progress, attempt, index)
+        if rounding or not still_helps(attempt, removed, effect):
             attempt = removed
-            _note(progress, key, attempt, "it no longer helps")
+            _note(progress, effect.key, attempt, "it is rounding" if rounding else "it no longer helps")
+    return attempt
+
+
+def _is_rounding(progress: Progress, attempt: Attempt, index: int) -> bool:
+    """Return whether counts that an encoder lost are less than one, beside the other effects."""
+    effect, place = attempt.model.effects[index].effect, attempt.model.places(index)
+    lost = isinstance(effect, SensorEffect) and effect.at_an_instant
+    return lost and progress.is_rounding(effect.joint, float(attempt.fit.values[place][0]))
+
+
+def without_superfluous_ones(progress: Progress, attempt: Attempt) -> Attempt:
+    """Return a model with only those of its effects that are accepted beside the others; the weakest go first."""
+    for index in sorted(range(len(attempt.model.effects)), key=attempt.strength):
+        removed = progress.without(attempt, [index])
+        if not is_accepted(removed, attempt, [index]):
+            return without_superfluous_ones(progress, removed)
     return attempt
 
 

@@ -56,9 +56,23 @@ def test_weights_that_are_right_stay_as_they_are(relative):
 
 
 def test_what_happened_in_one_window_has_no_part_in_the_weights(relative):
-    errors = list(relative.errors)
-    errors[1] = errors[1] + [0.5, -0.5]
-    assert usual_covariance(errors)[0, 1] == pytest.approx(INNER**2, rel=0.2)
+    residuals = list(relative.residuals)
+    residuals[1] = residuals[1] + [0.5, -0.5]
+    assert usual_covariance(replace(relative, residuals=tuple(residuals)))[0, 1] == pytest.approx(INNER**2, rel=0.2)
+
+
+def test_rods_at_rest_show_no_noise_and_have_no_part_in_the_weights(relative):
+    rest = 1e-3 * np.ones_like(relative.residuals[0])
+    still = replace(relative.windows[0], weight=np.full(len(rest), 1.0 / len(rest)))
+    at_rest = replace(
+        relative,
+        windows=(*relative.windows, *4 * [still]),
+        residuals=(*relative.residuals, *4 * [rest]),
+    )
+    assert usual_covariance(at_rest) == pytest.approx(usual_covariance(relative))
+    assert usual_covariance(replace(relative, windows=(still,), residuals=(rest,))) == pytest.approx(
+        still.angles_of(rest)[:1].T @ still.angles_of(rest)[:1]
+    )
 
 
 @given(st.floats(0.2, 5.0), st.floats(-0.7, 0.7))

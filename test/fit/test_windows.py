@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cdp_ident.fit.windows import cart_acceleration, cut_into_windows, split
+from cdp_ident.fit.windows import cart_acceleration, cut_into_windows, split, weights_at_rest
 from cdp_ident.model.simulation import simulate
 from cdp_ident.trial.trial import Trial
 from reference.pendulum import TABLE_3
@@ -119,3 +119,31 @@ def test_the_grid_simulates_up_to_the_window_s_last_sample():
     states = simulate(np.array([0.3, 0.3, 2.0, 0.0, 0.0, 0.8, 9.81]), np.array([3.0, 3.0, 0.0, 0.0]), window.time)
     assert len(states) == len(window.theta)
     assert window.grid.half_step_times()[-1] >= window.time[-1] - 1e-9
+
+
+def test_repeated_readings_of_rods_at_rest_count_as_one_sample_together():
+    time = np.arange(100) / 100.0
+    theta = np.column_stack([np.sin(time), np.cos(time)])
+    assert weights_at_rest(time, theta, 0.1) is None
+    theta[40:70] = theta[40]
+    theta[80:85] = theta[80]  # too short for a rest
+    weight = weights_at_rest(time, theta, 0.1)
+    assert weight[40:70] == pytest.approx(np.full(30, 1.0 / 30.0))
+    assert np.all(np.delete(weight, np.s_[40:70]) == 1.0)
+    theta[40:70, 1] += 1e-3 * np.arange(30)
+    assert weights_at_rest(time, theta, 0.1) is None  # one rod moves
+
+
+def test_samples_of_rods_at_rest_have_small_weights_in_pieces_of_a_window_too():
+    theta = TWIN.theta.copy()
+    theta[200:400] = theta[200]
+    (window,) = cut_into_windows([replace(TWIN, theta=theta)], np.inf)
+    assert window.independent == pytest.approx(len(theta) - 199)
+    pieces = split(window, 2)
+    assert sum(piece.independent for piece in pieces) == pytest.approx(window.independent)
+    for piece in (window, *pieces):
+        white = piece.whitened(piece.theta)
+        assert piece.angles_of(white) == pytest.approx(piece.theta)
+        assert piece.whitened(piece.theta[..., None])[..., 0] == pytest.approx(white)
+        assert piece.weighted(piece.theta) == pytest.approx(white**2 / piece.theta)
+    assert window.whitened(theta)[250] == pytest.approx(theta[250] / np.sqrt(200))

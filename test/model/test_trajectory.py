@@ -223,3 +223,13 @@ def test_accelerations_are_the_slopes_of_the_motion(key):
     found = accelerations_at(COEFFICIENTS, states, np.zeros(2), present)
     expected = (states[1, 2:] - states[0, 2:]) / 1e-5
     np.testing.assert_allclose(found.mean(axis=0), expected, rtol=1e-6)
+
+
+def test_a_rod_that_no_step_resolves_is_given_up_from_there_on():
+    fast = np.array([1.0, 2.0, -3e5, 1e5])
+    for torque in (NO_TORQUES, laid_out([TORQUES["coulomb_friction.outer"]], [[0.2]])):
+        states, derivatives = trajectory_with_derivatives(COEFFICIENTS, fast, GRID, CART, torque)
+        assert np.all(np.isnan(states))
+        assert np.all(np.isnan(derivatives))
+    quick = np.array([1.0, 2.0, 20.0, 30.0])
+    assert np.all(np.isfinite(trajectory(COEFFICIENTS, quick, GRID, CART)))

@@ -1,0 +1,70 @@
+"""Initial states that went astray are found again."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cdp_ident.fit.active_effect import ActiveEffect
+from cdp_ident.fit.astray import with_starts_found_again
+from cdp_ident.fit.mechanism import Mechanism
+from cdp_ident.fit.motion_model import MotionModel
+from cdp_ident.fit.refinement import refine
+from cdp_ident.fit.windows import cut_into_windows
+from cdp_ident.model.effects.catalogue import CATALOGUE
+from cdp_ident.model.parameters import SYMBOLS, groups_of, inertia_about_cart
+from cdp_ident.trial.trial import Trial
+from reference.dry_friction import DryFriction
+from reference.pendulum import TABLE_5
+from reference.sticking import motion
+
+PHYSICAL = np.array([TABLE_5[symbol] for symbol in SYMBOLS])
+GROUPS = groups_of(PHYSICAL, TABLE_5["L"])
+INERTIA = float(inertia_about_cart(PHYSICAL, TABLE_5["L"]))
+TIME = np.arange(1600) / 200.0
+TORQUE = 0.1
+ELSEWHERE = np.array([0.0, -0.3, 0.0, 0.0])
+"""Change of an initial state: the outer rod is let go from an angle from which it falls."""
+COUNTS = 2 * np.pi / 8000
+
+
+@pytest.fixture(scope="module")
+def begun():
+    """Return a model with dry friction in both joints, its values, and the windows of a swing that ends at rest."""
+    friction = DryFriction(TORQUE)
+    angles = motion(TABLE_5, (3.9, 4.4, 0.0, 0.0), TIME, friction, friction)[:, :2]
+    trial = Trial("swing", TIME, np.round(angles / COUNTS) * COUNTS)
+    model, values = MotionModel(Mechanism(TABLE_5["L"], TABLE_5["g"], TABLE_5["L"], INERTIA)), GROUPS
+    for joint in ("inner", "outer"):
+        effect = next(e for e in CATALOGUE if e.key == f"coulomb_friction.{joint}")
+        model, values = model.with_effect(ActiveEffect(effect)), np.append(values, TORQUE / INERTIA)
+    return model, values, cut_into_windows([trial], 1.0)
+
+
+def astray(windows):
+    """Return the windows, the last of which begins where its outer rod is not."""
+    *others, last = windows
+    return [*others, replace(last, start=last.start + ELSEWHERE)]
+
+
+@pytest.mark.parametrize("hold_values", [False, True])
+def test_a_rod_at_rest_is_found_where_it_is(begun, hold_values):
+    model, values, windows = begun
+    assert windows[-1].weight is not None  # it is at rest there
+    right = refine(model, values, windows, hold_values=hold_values)
+    lost = refine(model, values, astray(windows), hold_values=hold_values)
+    assert lost.rmse() > 3.0 * right.rmse()
+    assert with_starts_found_again(lost, hold_values).rmse() < 1.1 * right.rmse()
+
+
+def test_where_none_went_astray_the_fit_is_as_it_was(begun):
+    model, values, windows = begun
+    fit = refine(model, values, windows)
+    assert with_starts_found_again(fit) is fit
+
+
+def test_a_state_that_is_known_is_left_as_it_is(begun):
+    model, values, windows = begun
+    known = [*windows[:-1], replace(astray(windows)[-1], start_known=True)]
+    fit = refine(model, values, known)
+    assert with_starts_found_again(fit) is fit
