@@ -35,16 +35,17 @@ class TorqueResidual:
 
 
 def torque_residual(fit: Fit) -> TorqueResidual:
-    """Return the torques that a fitted model lacks over its windows (inverse dynamics)."""
+    """Return the torques that a fitted model lacks over its windows (inverse dynamics), while the rods move."""
     parts = []
-    for window in fit.windows:
+    # Cubics at the ends are one-sided and inaccurate; at rest, friction has any size up to its limit.
+    inside = [(w.time > HALF_WIDTH) & (w.time < w.time[-1] - HALF_WIDTH) for w in fit.windows]
+    moving = [chosen & (w.weighted(np.ones(len(chosen))) == 1.0) for w, chosen in zip(fit.windows, inside, strict=True)]
+    for window, middle in zip(fit.windows, moving if any(map(np.any, moving)) else inside, strict=True):
         weighted = fit.model.with_weights(fit.values, window.weights)
         coefficients = fit.model.coefficients(weighted.values)
         A23, A33 = coefficients[:2]
         angles, velocities = local_motion(window.time, window.theta, window.time)
         _, accelerations = local_motion(window.time, velocities, window.time)
-        # Cubics at the ends are one-sided and inaccurate.
-        middle = (window.time > HALF_WIDTH) & (window.time < window.time[-1] - HALF_WIDTH)
         states = np.concatenate([angles, velocities], axis=1)[middle]
         times = window.begin + window.time[middle]
         u = window.cart_acceleration[middle]
