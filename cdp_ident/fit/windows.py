@@ -58,7 +58,7 @@ class Window:
     """The known weights that were clamped to the rods in its trial."""
     whitening: Array = field(default_factory=lambda: np.eye(2))
     """(2, 2) matrix that makes errors of theta1 and theta2 independent and of equal size; see `fit/reweighting.py`."""
-    weight: Array | None = None
+    sample_weights: Array | None = None
     """(n,) weight of each sample, 1 where it is not given; see `weights_at_rest`."""
 
     @property
@@ -79,24 +79,24 @@ class Window:
     @property
     def independent(self) -> float:
         """How many samples it has, those of rods at rest counted by their weights."""
-        return float(len(self.theta) if self.weight is None else np.sum(self.weight))
+        return float(len(self.theta) if self.sample_weights is None else np.sum(self.sample_weights))
 
     def weighted(self, rows: Array) -> Array:
         """Return rows (n, …) times the weights of their samples."""
-        return rows if self.weight is None else (rows.T * self.weight).T
+        return rows if self.sample_weights is None else (rows.T * self.sample_weights).T
 
     def whitened(self, rows: Array) -> Array:
         """Return rows (n, 2) or (n, 2, k) of theta1 and theta2 with errors that are independent and of equal size."""
         if rows.ndim == 3:
             white = self.whitening @ rows
-            return white if self.weight is None else white * np.sqrt(self.weight)[:, None, None]
+            return white if self.sample_weights is None else white * np.sqrt(self.sample_weights)[:, None, None]
         white = rows @ self.whitening.T
-        return white if self.weight is None else white * np.sqrt(self.weight)[:, None]
+        return white if self.sample_weights is None else white * np.sqrt(self.sample_weights)[:, None]
 
     def angles_of(self, whitened: Array) -> Array:
         """Return the theta1 and theta2 (n, 2) of whitened ones."""
         angles = np.asarray(np.linalg.solve(self.whitening, whitened.T).T)
-        return angles if self.weight is None else angles / np.sqrt(self.weight)[:, None]
+        return angles if self.sample_weights is None else angles / np.sqrt(self.sample_weights)[:, None]
 
 
 def weights_at_rest(time: Array, theta: Array, longest: float) -> Array | None:
@@ -185,7 +185,7 @@ def cut_at(trial: Trial, index: int, bounds: Sequence[int], step: float, half_wi
                 half_width=half_width,
                 time_std=time_std,
                 weights=trial.weights,
-                weight=weights_at_rest(time, theta, half_width),
+                sample_weights=weights_at_rest(time, theta, half_width),
             )
         )
     return windows
@@ -219,7 +219,7 @@ def split(window: Window, parts: int) -> list[Window]:
                 time_std=window.time_std,
                 weights=window.weights,
                 whitening=window.whitening,
-                weight=None if window.weight is None else window.weight[first:last],
+                sample_weights=None if window.sample_weights is None else window.sample_weights[first:last],
             )
         )
     return pieces

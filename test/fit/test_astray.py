@@ -50,7 +50,7 @@ def astray(windows):
 @pytest.mark.parametrize("hold_values", [False, True])
 def test_a_rod_at_rest_is_found_where_it_is(begun, hold_values):
     model, values, windows = begun
-    assert windows[-1].weight is not None  # it is at rest there
+    assert windows[-1].sample_weights is not None  # it is at rest there
     right = refine(model, values, windows, hold_values=hold_values)
     lost = refine(model, values, astray(windows), hold_values=hold_values)
     assert lost.rmse() > 3.0 * right.rmse()
