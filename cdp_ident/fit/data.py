@@ -87,10 +87,21 @@ def prepare(parted: Sequence[PartedTrial], lengths: Sequence[Lengths], scales: S
 
 
 def _folds(windows: Sequence[Window]) -> tuple[tuple[int, ...], ...]:
-    places, trials = range(len(windows)), sorted({window.trial for window in windows})
+    """Return the folds of windows: trials, or where these are too few, every fourth window of each.
+
+    Of two trials, the second begins with another fold: what shows in the first seconds alone, before friction ends a
+    trial, shows in the other one still.
+    """
+    trials = sorted({window.trial for window in windows})
     if len(trials) >= _FEWEST_TRIALS:
-        return tuple(tuple(place for place in places if windows[place].trial == trial) for trial in trials)
-    return tuple(tuple(places[first::_FOLDS]) for first in range(min(_FOLDS, len(windows))))
+        fold_of = [trials.index(window.trial) for window in windows]
+    else:
+        of_trial = [sum(other.trial == window.trial for other in windows[:k]) for k, window in enumerate(windows)]
+        begins = [trials.index(window.trial) * (_FOLDS // 2) for window in windows]
+        fold_of = [(begin + place) % _FOLDS for begin, place in zip(begins, of_trial, strict=True)]
+    return tuple(
+        tuple(place for place, fold in enumerate(fold_of) if fold == chosen) for chosen in sorted(set(fold_of))
+    )
 
 
 def _duration(trial: Trial) -> float:

@@ -57,9 +57,14 @@ def test_the_window_the_step_and_the_half_width_are_the_rig_s():
     assert {window.half_width for window in (*data.fit, *data.holdout)} == {SCALES.half_width}
 
 
-def test_every_fourth_window_is_of_the_same_fold():
+def test_every_fourth_window_of_a_trial_is_of_the_same_fold():
+    data = prepare([*whole(TRIAL), HELD_OUT], lasting(1.25, 2), SCALES)
+    assert data.folds == tuple(tuple(range(first, 8, 4)) for first in range(4))
+
+
+def test_the_first_windows_of_two_trials_are_in_different_folds():
     data = prepare([*whole(TRIAL, TRIAL), HELD_OUT], lasting(1.25, 3), SCALES)
-    assert data.folds == tuple(tuple(range(first, 16, 4)) for first in range(4))
+    assert data.folds == ((0, 4, 10, 14), (1, 5, 11, 15), (2, 6, 8, 12), (3, 7, 9, 13))
 
 
 def test_each_of_three_trials_is_a_fold():
