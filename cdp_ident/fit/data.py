@@ -92,13 +92,13 @@ def _folds(windows: Sequence[Window]) -> tuple[tuple[int, ...], ...]:
     Of two trials, the second begins with another fold: what shows in the first seconds alone, before friction ends a
     trial, shows in the other one still.
     """
-    trials = sorted({window.trial for window in windows})
+    trial_of = [window.trial for window in windows]
+    trials = sorted(set(trial_of))
     if len(trials) >= _FEWEST_TRIALS:
-        fold_of = [trials.index(window.trial) for window in windows]
+        fold_of = [trials.index(trial) for trial in trial_of]
     else:
-        of_trial = [sum(other.trial == window.trial for other in windows[:k]) for k, window in enumerate(windows)]
-        begins = [trials.index(window.trial) * (_FOLDS // 2) for window in windows]
-        fold_of = [(begin + place) % _FOLDS for begin, place in zip(begins, of_trial, strict=True)]
+        begins = {trial: order * (_FOLDS // 2) - trial_of.index(trial) for order, trial in enumerate(trials)}
+        fold_of = [(begins[trial] + place) % _FOLDS for place, trial in enumerate(trial_of)]
     return tuple(
         tuple(place for place, fold in enumerate(fold_of) if fold == chosen) for chosen in sorted(set(fold_of))
     )

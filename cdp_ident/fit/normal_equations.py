@@ -105,31 +105,32 @@ class NormalEquations:
         costs = np.empty(len(self._windows))
         penalty, of_start = self._model.start_penalty, np.arange(self._model.states)
 
+        def evaluate_window(index: int) -> None:
+            window = self._windows[index]
+            theta, sensitivity = self._model.predict(all_values, starts[index], window, self._derivatives)
+            sensitivity = window.whitened(sensitivity[..., self._columns])
+            residual = window.whitened(window.theta - theta)
+            size_of = np.abs(residual)
+            weight = np.where(size_of > limit, limit / np.maximum(size_of, limit), 1.0) if limit < np.inf else None
+            rows, flat = sensitivity.reshape(-1, size), residual.ravel()
+            weighted = rows if weight is None else rows * weight.reshape(-1, 1)
+            normal[index], right[index] = weighted.T @ rows, weighted.T @ flat
+            costs[index] = (
+                flat @ flat
+                if weight is None
+                else np.sum(np.where(size_of > limit, limit * (2 * size_of - limit), size_of**2))
+            )
+            normal[index, of_start, of_start] += penalty
+            right[index, of_start] -= penalty * starts[index]
+            costs[index] += penalty @ starts[index] ** 2
+            residuals[index], sensitivities[index] = residual, sensitivity
+            weights[index] = np.ones_like(residual) if weight is None else weight
+
         def work(first: int, last: int) -> None:
-            # A motion that cannot be computed is found by its cost.
+            # A motion that cannot be computed shows in its cost.
             with np.errstate(over="ignore", invalid="ignore"):
                 for index in range(first, last):
-                    window = self._windows[index]
-                    theta, sensitivity = self._model.predict(all_values, starts[index], window, self._derivatives)
-                    sensitivity = window.whitened(sensitivity[..., self._columns])
-                    residual = window.whitened(window.theta - theta)
-                    size_of = np.abs(residual)
-                    weight = (
-                        np.where(size_of > limit, limit / np.maximum(size_of, limit), 1.0) if limit < np.inf else None
-                    )
-                    rows, flat = sensitivity.reshape(-1, size), residual.ravel()
-                    weighted = rows if weight is None else rows * weight.reshape(-1, 1)
-                    normal[index], right[index] = weighted.T @ rows, weighted.T @ flat
-                    costs[index] = (
-                        flat @ flat
-                        if weight is None
-                        else np.sum(np.where(size_of > limit, limit * (2 * size_of - limit), size_of**2))
-                    )
-                    normal[index, of_start, of_start] += penalty
-                    right[index, of_start] -= penalty * starts[index]
-                    costs[index] += penalty @ starts[index] ** 2
-                    residuals[index], sensitivities[index] = residual, sensitivity
-                    weights[index] = np.ones_like(residual) if weight is None else weight
+                    evaluate_window(index)
 
         parallel_for(work, len(self._windows))
         if not np.all(np.isfinite(costs)) or not np.all(np.isfinite(normal)):
