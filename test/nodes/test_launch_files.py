@@ -133,6 +133,7 @@ def test_a_replay_shows_two_rigs_of_its_own_that_look_like_the_fitted_model(laun
 
 
 def test_a_viewer_that_is_not_installed_is_named_before_anything_is_started(launch, tmp_path):
+    needs("robot_state_publisher")  # it would be named first
     try:
         get_package_prefix("foxglove_bridge")
         pytest.skip("foxglove_bridge is installed")
