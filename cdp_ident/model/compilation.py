@@ -68,8 +68,9 @@ _FLOATING_POINT = {"error_model": "numpy", "fastmath": True}
 
 # Loops alone are called from Python. What they are made of is compiled once for each kind of arguments, literal numbers
 # among them being numbers (numba would compile a function anew for -1, for 0 and for a variable), without the code that
-# would take Python's objects apart for each.
-_PART = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+# would take Python's objects apart for each, and without counting references to arrays, atomically, at every branch and
+# view (so they can allocate none).
+_PART = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, "_nrt": False}
 
 
 def inlined(function: Compilable) -> Compilable:

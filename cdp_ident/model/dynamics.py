@@ -19,19 +19,21 @@ then the base swings by itself, and what a little compliance would change is in 
 
 import math
 
+import numpy as np
+
 from cdp_ident.model.compilation import inlined, part
 from cdp_ident.model.effects.catalogue import joint_law, memory_law, rods_law
 from cdp_ident.model.effects.constants import CARRIED
 from cdp_ident.model.effects.effect import Form
-from cdp_ident.model.equations import acceleration_derivatives, accelerations, sine_and_cosine
+from cdp_ident.model.equations import acceleration_derivatives, accelerations, sine_and_cosine, solved
 
 _RODS, _COUPLING, _BASE, MEMORY = (int(form) for form in (Form.RODS, Form.COUPLING, Form.BASE, Form.MEMORY))
 STICKS = 0
 """The mode of a joint that stands still."""
-SIZES, HOLDS = 2, 5
+SIZES, HOLDS = 0, 2
 """Where in the sums the joints' dry friction begins, and the torques that hold sticking joints."""
-COUNT_OF_SUMS = 7
-_COEFFICIENTS = 7
+COUNT_OF_SUMS = 4
+_RODS_STATES, _COEFFICIENTS = 4, 7
 BEFORE_PARAMETERS = 11
 """Where in a rods law's slopes the parameters begin."""
 
@@ -44,111 +46,103 @@ def joint_speed(state, joint):
 
 @part
 def _add_torques(
-    state, time, modes, table, values, lanes_of, constants, slopes, torque_by_state, torque_by_lane, sums, by_state,
-    direct, rates, row,
+    state, time, modes, table, values, lanes_of, constants, slopes, by_own, by_lane, sums, by_state, direct, rates, row
 ):  # fmt: skip
-    """Sum up the effects, their torques' derivatives by state and, where there are lanes, by lane.
+    """Return the effects' generalised torques, what they add to the coupling, and the torques' derivatives.
 
-    What has a memory fills in its own state's rate and that rate's derivatives.
+    These are four numbers of each torque, by the rods' state; `by_own` takes those by states of effects, and where
+    there are lanes `by_lane` those by them. What has a memory fills in its own state's rate and its derivatives.
     """
-    first = len(state) + _COEFFICIENTS
-    with_parameters = torque_by_lane.shape[1] >= first
-    # Loops, not slices: numba would compile its formatting of error messages along with these. The lanes of parameters
-    # need no zeros, for what each has is assigned, and what has none is zero from the beginning on.
-    for k in range(COUNT_OF_SUMS):
-        sums[k] = 0.0
-    for k in range(len(state)):
-        torque_by_state[0, k], torque_by_state[1, k] = 0.0, 0.0
+    n, first = len(state), len(state) + _COEFFICIENTS
+    with_parameters = by_lane.shape[1] >= first
+    # Sums of what each effect adds stay in registers. Loops, not slices: numba would compile its formatting of error
+    # messages along with these. The lanes of parameters need no zeros, for what each has is assigned, and what has none
+    # is zero from the beginning on.
+    torque1, torque2, coupled = 0.0, 0.0, 0.0
+    x1, x2, x3, x4, y1, y2, y3, y4 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    sums[SIZES], sums[SIZES + 1] = 0.0, 0.0
+    for k in range(_RODS_STATES, n):
+        by_own[0, k], by_own[1, k] = 0.0, 0.0
     if with_parameters:
-        for k in range(len(state), first):
-            torque_by_lane[0, k], torque_by_lane[1, k] = 0.0, 0.0
+        for k in range(n, first):
+            by_lane[0, k], by_lane[1, k] = 0.0, 0.0
     for e in range(len(table)):
         kind, form, joint, dry = table[e, 0], table[e, 1], table[e, 2], table[e, 3]
         if form == _COUPLING:
-            sums[4] += values[e, 0]
-            continue
-        if form == _BASE:
-            continue
-        if form == MEMORY:
-            own = table[e, 5]
-            torque, rates[row, own] = memory_law(kind, joint_speed(state, joint), state[own], values, e, slopes)
-            onto1, onto2 = (1.0, 0.0) if joint == 0 else (-1.0, 1.0)
-            sums[0] += onto1 * torque
-            sums[1] += onto2 * torque
-            # A joint's speed is of its rods' speeds what its torque is on them.
-            torque_by_state[0, 2] += onto1 * onto1 * slopes[0, 0]
-            torque_by_state[0, 3] += onto1 * onto2 * slopes[0, 0]
-            torque_by_state[1, 2] += onto2 * onto1 * slopes[0, 0]
-            torque_by_state[1, 3] += onto2 * onto2 * slopes[0, 0]
-            torque_by_state[0, own] += onto1 * slopes[0, 1]
-            torque_by_state[1, own] += onto2 * slopes[0, 1]
-            for k in range(len(state)):
-                by_state[own - 2, k] = 0.0
-            by_state[own - 2, 2], by_state[own - 2, 3] = onto1 * slopes[1, 0], onto2 * slopes[1, 0]
-            by_state[own - 2, own] = slopes[1, 1]
-            if with_parameters:
-                for p in range(lanes_of.shape[1]):
-                    lane = lanes_of[e, p]
-                    if lane >= 0:
-                        torque_by_lane[0, first + lane] = onto1 * slopes[0, 2 + p]
-                        torque_by_lane[1, first + lane] = onto2 * slopes[0, 2 + p]
-                        direct[own - 2, first + lane] = slopes[1, 2 + p]
-            continue
-        # Friction enters against the motion; while the joint sticks, by another way.
-        factor = 1.0
-        if dry:
-            factor = -float(modes[joint])
-        if form == _RODS:
+            coupled += values[e, 0]
+        elif form == _BASE:
+            pass
+        elif form == _RODS:
             for k in range(slopes.shape[1]):
                 slopes[0, k], slopes[1, k] = 0.0, 0.0
-            torque1, torque2 = rods_law(kind, state, time, values, e, constants, slopes)
+            added1, added2 = rods_law(kind, state, time, values, e, constants, slopes)
             if dry:
-                sums[SIZES + joint] += torque1
-                # The size is of a torque between two bodies.
+                sums[SIZES + joint] += added1
+                # The size is of a torque between two bodies, against the motion; while the joint sticks, it is not it.
+                against = -float(modes[joint])
                 for k in range(slopes.shape[1]):
-                    size = factor * slopes[0, k]
+                    size = against * slopes[0, k]
                     slopes[0, k], slopes[1, k] = (size, 0.0) if joint == 0 else (-size, size)
-                size = factor * torque1
-                torque1, torque2 = (size, 0.0) if joint == 0 else (-size, size)
-            sums[0] += torque1
-            sums[1] += torque2
-            for k in range(4):
-                torque_by_state[0, k] += slopes[0, k]
-                torque_by_state[1, k] += slopes[1, k]
+                size = against * added1
+                added1, added2 = (size, 0.0) if joint == 0 else (-size, size)
+            torque1 += added1
+            torque2 += added2
+            x1, x2, x3, x4 = x1 + slopes[0, 0], x2 + slopes[0, 1], x3 + slopes[0, 2], x4 + slopes[0, 3]
+            y1, y2, y3, y4 = y1 + slopes[1, 0], y2 + slopes[1, 1], y3 + slopes[1, 2], y4 + slopes[1, 3]
             if with_parameters:
                 for k in range(_COEFFICIENTS):
-                    torque_by_lane[0, first - _COEFFICIENTS + k] += slopes[0, 4 + k]
-                    torque_by_lane[1, first - _COEFFICIENTS + k] += slopes[1, 4 + k]
+                    by_lane[0, n + k] += slopes[0, 4 + k]
+                    by_lane[1, n + k] += slopes[1, 4 + k]
                 for p in range(lanes_of.shape[1]):
                     lane = lanes_of[e, p]
                     if lane >= 0:
-                        torque_by_lane[0, first + lane] = slopes[0, BEFORE_PARAMETERS + p]
-                        torque_by_lane[1, first + lane] = slopes[1, BEFORE_PARAMETERS + p]
-            continue
-        if joint == 0:
-            torque = joint_law(kind, state[0] - math.pi, state[2], values, e, slopes)
-            sums[0] += factor * torque
-            torque_by_state[0, 0] += factor * slopes[0, 0]
-            torque_by_state[0, 2] += factor * slopes[0, 1]
+                        by_lane[0, first + lane] = slopes[0, BEFORE_PARAMETERS + p]
+                        by_lane[1, first + lane] = slopes[1, BEFORE_PARAMETERS + p]
         else:
-            torque = joint_law(kind, state[1] - state[0], state[3] - state[2], values, e, slopes)
-            sums[0] -= factor * torque
-            sums[1] += factor * torque
-            for k in range(2):
-                slope = factor * slopes[0, k]
-                torque_by_state[0, 2 * k] += slope
-                torque_by_state[0, 2 * k + 1] -= slope
-                torque_by_state[1, 2 * k] -= slope
-                torque_by_state[1, 2 * k + 1] += slope
-        if dry:
-            sums[SIZES + joint] += torque
-        if with_parameters:
-            for p in range(lanes_of.shape[1]):
-                lane = lanes_of[e, p]
-                if lane >= 0:
-                    slope = factor * slopes[0, 2 + p]
-                    torque_by_lane[0, first + lane] = slope if joint == 0 else -slope
-                    torque_by_lane[1, first + lane] = 0.0 if joint == 0 else slope
+            # A torque between two bodies: a joint's angle and speed are of its rods' what the torque is on them.
+            onto1, onto2 = (1.0, 0.0) if joint == 0 else (-1.0, 1.0)
+            speed = onto1 * state[2] + onto2 * state[3]
+            if form == MEMORY:
+                own = table[e, 5]
+                torque, rates[row, own] = memory_law(kind, speed, state[own], values, e, slopes)
+                by_angle, by_speed = 0.0, slopes[0, 0]
+                by_own[0, own] += onto1 * slopes[0, 1]
+                by_own[1, own] += onto2 * slopes[0, 1]
+                for k in range(n):
+                    by_state[row, own - 2, k] = 0.0
+                by_state[row, own - 2, 2] = onto1 * slopes[1, 0]
+                by_state[row, own - 2, 3] = onto2 * slopes[1, 0]
+                by_state[row, own - 2, own] = slopes[1, 1]
+            else:
+                angle = state[0] - math.pi if joint == 0 else state[1] - state[0]
+                torque = joint_law(kind, angle, speed, values, e, slopes)
+                if dry:
+                    sums[SIZES + joint] += torque
+                    onto1, onto2 = -float(modes[joint]) * onto1, -float(modes[joint]) * onto2
+                by_angle, by_speed = slopes[0, 0], slopes[0, 1]
+            torque1 += onto1 * torque
+            torque2 += onto2 * torque
+            if joint == 0:
+                x1 += onto1 * by_angle
+                x3 += onto1 * by_speed
+            else:
+                x1 -= onto1 * by_angle
+                x2 += onto1 * by_angle
+                x3 -= onto1 * by_speed
+                x4 += onto1 * by_speed
+                y1 -= onto2 * by_angle
+                y2 += onto2 * by_angle
+                y3 -= onto2 * by_speed
+                y4 += onto2 * by_speed
+            if with_parameters:
+                for p in range(lanes_of.shape[1]):
+                    lane = lanes_of[e, p]
+                    if lane >= 0:
+                        by_lane[0, first + lane] = onto1 * slopes[0, 2 + p]
+                        by_lane[1, first + lane] = onto2 * slopes[0, 2 + p]
+                        if form == MEMORY:
+                            direct[row, own - 2, first + lane] = slopes[1, 2 + p]
+    return torque1, torque2, coupled, (x1, x2, x3, x4), (y1, y2, y3, y4)
 
 
 @inlined
@@ -167,8 +161,8 @@ def _held(d1, d2, i11, i12, i22, inner_sticks, outer_sticks):
 
 @inlined
 def rates_of(
-    state, time, u, modes, coefficients, table, values, lanes_of, constants, base, slopes, torque_by_state,
-    torque_by_lane, sums, by_state, direct, rates, row,
+    state, time, u, modes, coefficients, table, values, lanes_of, constants, base, slopes, by_own, by_lane, sums,
+    by_state, direct, rates, row,
 ):  # fmt: skip
     """Fill in the state's rate of change and, where there are lanes, the accelerations' derivatives.
 
@@ -184,30 +178,31 @@ def rates_of(
         constants: of the mechanism.
         base: row of the effect of form BASE, -1 without one.
         slopes: (2, 11 + parameters) scratch for laws.
-        torque_by_state: (2, n) takes the derivatives of the effects' torques by the state.
-        torque_by_lane: (2, lanes) takes those by the lanes.
-        sums: (7,) takes the effects' generalised torques (2), the size of the joints' dry friction (2), the coupling,
-            and the torques that hold the sticking joints (2), all over A22.
-        by_state: (n - 2, n) takes the derivatives by the state of the rates of all but the angles: of the rods' speeds,
-            then of the states that effects bring.
-        direct: (n - 2, lanes) takes those by the lanes: the state's n (zero), the seven coefficients, then parameters.
-            Without lanes no derivatives are computed, with too few for coefficients those by the state alone.
-        rates: (..., n) takes the rate of change in its row `row`.
-        row: that row.
+        by_own: (2, n) scratch for the derivatives of the effects' torques by states of their own.
+        by_lane: (2, lanes) scratch for those by the lanes.
+        sums: (4,) takes the size of the joints' dry friction (2) and the torques that hold the sticking joints (2), all
+            over A22.
+        by_state: (…, n - 2, n) takes in its part `row` the derivatives by the state of the rates of all but the angles:
+            of the rods' speeds, then of the states that effects bring.
+        direct: (…, n - 2, lanes) takes likewise those by the lanes: the state's n (zero), the seven coefficients, then
+            parameters. Without lanes no derivatives are computed, with too few for coefficients those by the state
+            alone.
+        rates: (…, n) takes the rate of change in its row `row`.
+        row: that row and that part.
     """
-    n = len(state)
+    n, lanes = len(state), direct.shape[2]
     theta1, theta2, omega1, omega2 = state[0], state[1], state[2], state[3]
     A23, A33, a1, c1, c2, m2_l2, g = (
         coefficients[0], coefficients[1], coefficients[2], coefficients[3], coefficients[4], coefficients[5],
         coefficients[6],
     )  # fmt: skip
     torque1, torque2, coupled = 0.0, 0.0, 0.0
+    of_torque1, of_torque2 = (0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0)
     if len(table) > 0:
-        _add_torques(
-            state, time, modes, table, values, lanes_of, constants, slopes, torque_by_state, torque_by_lane, sums,
-            by_state, direct, rates, row,
+        torque1, torque2, coupled, of_torque1, of_torque2 = _add_torques(
+            state, time, modes, table, values, lanes_of, constants, slopes, by_own, by_lane, sums, by_state, direct,
+            rates, row,
         )  # fmt: skip
-        torque1, torque2, coupled = sums[0], sums[1], sums[4]
     inner_sticks, outer_sticks = modes[0] == STICKS, modes[1] == STICKS
     acceleration, reduced = u, 1.0
     push1, push2, give1, give2 = 0.0, 0.0, 0.0, 0.0
@@ -249,46 +244,43 @@ def rates_of(
             torque1 -= sums[HOLDS + 1]
             torque2 += sums[HOLDS + 1]
     rates[row, 0], rates[row, 1] = omega1, omega2
-    if direct.shape[1] == 0:
+    if lanes == 0:
         alpha1, alpha2 = accelerations(
             theta1, theta2, omega1, omega2, acceleration, A23, A33, a1, c1, c2, m2_l2, g, torque1, torque2, coupled
         )
     else:
-        with_parameters = direct.shape[1] >= n + _COEFFICIENTS
-        alpha1, alpha2, i11, i12, i22 = acceleration_derivatives(
-            theta1, theta2, omega1, omega2, acceleration, A23, A33, a1, c1, c2, m2_l2, g, torque1, torque2,
-            by_state, direct, n, with_parameters, coupled,
-        )  # fmt: skip
-        if len(table) > 0:
-            for k in range(4):
-                d1, d2 = torque_by_state[0, k], torque_by_state[1, k]
-                by_state[0, k] += i11 * d1 + i12 * d2
-                by_state[1, k] += i12 * d1 + i22 * d2
-            for k in range(4, n):
-                d1, d2 = torque_by_state[0, k], torque_by_state[1, k]
-                by_state[0, k] = i11 * d1 + i12 * d2
-                by_state[1, k] = i12 * d1 + i22 * d2
-            if with_parameters:
+        with_parameters = lanes >= n + _COEFFICIENTS
+        alpha1, alpha2, (i11, i12, i22), by_rods, by_coefficient = acceleration_derivatives(
+            theta1, theta2, omega1, omega2, acceleration, A23, A33, a1, c1, c2, m2_l2, g, torque1, torque2, coupled
+        )
+        for k in range(_RODS_STATES):
+            (d1, d2), (e1, e2) = by_rods[k], solved(i11, i12, i22, of_torque1[k], of_torque2[k])
+            by_state[row, 0, k], by_state[row, 1, k] = d1 + e1, d2 + e2
+        for k in range(_RODS_STATES, n):
+            by_state[row, 0, k], by_state[row, 1, k] = solved(i11, i12, i22, by_own[0, k], by_own[1, k])
+        if with_parameters:
+            for k in range(_COEFFICIENTS):
+                direct[row, 0, n + k], direct[row, 1, n + k] = by_coefficient[k]
+            if len(table) > 0:
                 for e in range(len(table)):
                     if table[e, 1] == _COUPLING and lanes_of[e, 0] >= 0:
-                        torque_by_lane[0, n + _COEFFICIENTS + lanes_of[e, 0]] = -alpha2
-                        torque_by_lane[1, n + _COEFFICIENTS + lanes_of[e, 0]] = -alpha1
+                        by_lane[0, n + _COEFFICIENTS + lanes_of[e, 0]] = -alpha2
+                        by_lane[1, n + _COEFFICIENTS + lanes_of[e, 0]] = -alpha1
                 for k in range(n, n + _COEFFICIENTS):
-                    d1, d2 = torque_by_lane[0, k], torque_by_lane[1, k]
-                    direct[0, k] += i11 * d1 + i12 * d2
-                    direct[1, k] += i12 * d1 + i22 * d2
-                for k in range(n + _COEFFICIENTS, direct.shape[1]):
-                    d1, d2 = torque_by_lane[0, k], torque_by_lane[1, k]
-                    direct[0, k] = i11 * d1 + i12 * d2
-                    direct[1, k] = i12 * d1 + i22 * d2
+                    d1, d2 = solved(i11, i12, i22, by_lane[0, k], by_lane[1, k])
+                    direct[row, 0, k] += d1
+                    direct[row, 1, k] += d2
+                # Vectorised with unsigned indices only: negative ones would count from the end.
+                for k in range(np.uint64(n + _COEFFICIENTS), np.uint64(lanes)):
+                    direct[row, 0, k], direct[row, 1, k] = solved(i11, i12, i22, by_lane[0, k], by_lane[1, k])
         if inner_sticks or outer_sticks:
             for k in range(n):
-                by_state[0, k], by_state[1, k] = _held(
-                    by_state[0, k], by_state[1, k], i11, i12, i22, inner_sticks, outer_sticks
+                by_state[row, 0, k], by_state[row, 1, k] = _held(
+                    by_state[row, 0, k], by_state[row, 1, k], i11, i12, i22, inner_sticks, outer_sticks
                 )
-            for k in range(n, direct.shape[1]):
-                direct[0, k], direct[1, k] = _held(
-                    direct[0, k], direct[1, k], i11, i12, i22, inner_sticks, outer_sticks
+            for k in range(np.uint64(n), np.uint64(lanes)):
+                direct[row, 0, k], direct[row, 1, k] = _held(
+                    direct[row, 0, k], direct[row, 1, k], i11, i12, i22, inner_sticks, outer_sticks
                 )
         if base >= 0:
             # The base's equation, differentiated; then the rods follow the base.
@@ -298,17 +290,17 @@ def rates_of(
             pull = a1 * along1 + m2_l2 * along2 + carried * acceleration
             x, v = position - 2, position - 1
             for k in range(n):
-                by_state[x, k], by_state[v, k] = 0.0, 0.0
-            by_state[x, position + 1] = 1.0
-            by_state[v, 0] = mobility * a1 * (-sin1 * alpha1 - cos1 * omega1 * omega1)
-            by_state[v, 1] = mobility * m2_l2 * (-sin2 * alpha2 - cos2 * omega2 * omega2)
-            by_state[v, 2] = -2.0 * mobility * a1 * sin1 * omega1
-            by_state[v, 3] = -2.0 * mobility * m2_l2 * sin2 * omega2
-            by_state[v, position], by_state[v, position + 1] = squared, damping
-            for k in range(n, direct.shape[1]):
-                direct[v, k] = 0.0
+                by_state[row, x, k], by_state[row, v, k] = 0.0, 0.0
+            by_state[row, x, position + 1] = 1.0
+            by_state[row, v, 0] = mobility * a1 * (-sin1 * alpha1 - cos1 * omega1 * omega1)
+            by_state[row, v, 1] = mobility * m2_l2 * (-sin2 * alpha2 - cos2 * omega2 * omega2)
+            by_state[row, v, 2] = -2.0 * mobility * a1 * sin1 * omega1
+            by_state[row, v, 3] = -2.0 * mobility * m2_l2 * sin2 * omega2
+            by_state[row, v, position], by_state[row, v, position + 1] = squared, damping
+            for k in range(np.uint64(n), np.uint64(lanes)):
+                direct[row, v, k] = 0.0
             if with_parameters:
-                direct[v, n + 2], direct[v, n + 5] = mobility * along1, mobility * along2
+                direct[row, v, n + 2], direct[row, v, n + 5] = mobility * along1, mobility * along2
                 by_parameter = (
                     squared * pull,
                     2.0 * frequency * (compliance * pull + state[position]) + 2.0 * damping_ratio * state[position + 1],
@@ -316,17 +308,22 @@ def rates_of(
                 )
                 for p in range(3):
                     if lanes_of[base, p] >= 0:
-                        direct[v, n + _COEFFICIENTS + lanes_of[base, p]] = by_parameter[p]
+                        direct[row, v, n + _COEFFICIENTS + lanes_of[base, p]] = by_parameter[p]
+            share = -1.0 / reduced
             for k in range(n):
-                change = -(by_state[v, k] + mobility * (push1 * by_state[0, k] + push2 * by_state[1, k])) / reduced
-                by_state[v, k] = change
-                by_state[0, k] -= give1 * change
-                by_state[1, k] -= give2 * change
-            for k in range(n, direct.shape[1]):
-                change = -(direct[v, k] + mobility * (push1 * direct[0, k] + push2 * direct[1, k])) / reduced
-                direct[v, k] = change
-                direct[0, k] -= give1 * change
-                direct[1, k] -= give2 * change
+                change = share * (
+                    by_state[row, v, k] + mobility * (push1 * by_state[row, 0, k] + push2 * by_state[row, 1, k])
+                )
+                by_state[row, v, k] = change
+                by_state[row, 0, k] -= give1 * change
+                by_state[row, 1, k] -= give2 * change
+            for k in range(np.uint64(n), np.uint64(lanes)):
+                change = share * (
+                    direct[row, v, k] + mobility * (push1 * direct[row, 0, k] + push2 * direct[row, 1, k])
+                )
+                direct[row, v, k] = change
+                direct[row, 0, k] -= give1 * change
+                direct[row, 1, k] -= give2 * change
     # What sticks is held exactly, not but for rounding.
     if inner_sticks:
         alpha1 = 0.0

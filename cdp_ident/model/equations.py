@@ -32,30 +32,16 @@ def sine_and_cosine(angle):
     """
     turns = np.floor(angle * (1.0 / _TURN_HIGH) + 0.5)
     quarter = ((angle - turns * _TURN_HIGH) - turns * _TURN_LOW) * 0.25
+    # Neighbouring terms first (Estrin's scheme): they need not wait for each other.
     q = quarter * quarter
+    q2 = q * q
+    q4 = q2 * q2
     sine = quarter * (
-        1.0
-        + q
-        * (
-            -1.0 / 6
-            + q
-            * (
-                1.0 / 120
-                + q
-                * (
-                    -1.0 / 5040
-                    + q * (1.0 / 362880 + q * (-1.0 / 39916800 + q * (1.0 / 6227020800 - q / 1307674368000.0)))
-                )
-            )
-        )
+        ((1.0 - q * (1.0 / 6)) + q2 * (1.0 / 120 - q * (1.0 / 5040)))
+        + q4 * ((1.0 / 362880 - q * (1.0 / 39916800)) + q2 * (1.0 / 6227020800.0 - q * (1.0 / 1307674368000.0)))
     )
-    cosine = 1.0 + q * (
-        -1.0 / 2
-        + q
-        * (
-            1.0 / 24
-            + q * (-1.0 / 720 + q * (1.0 / 40320 + q * (-1.0 / 3628800 + q * (1.0 / 479001600 - q / 87178291200.0))))
-        )
+    cosine = ((1.0 - q * (1.0 / 2)) + q2 * (1.0 / 24 - q * (1.0 / 720))) + q4 * (
+        (1.0 / 40320 - q * (1.0 / 3628800)) + q2 * (1.0 / 479001600 - q * (1.0 / 87178291200.0))
     )
     half_sine, half_cosine = 2.0 * sine * cosine, 1.0 - 2.0 * sine * sine
     return 2.0 * half_sine * half_cosine, 1.0 - 2.0 * half_sine * half_sine
@@ -86,16 +72,14 @@ def accelerations(
 
 @inlined
 def acceleration_derivatives(
-    theta1, theta2, omega1, omega2, u, A23, A33, a1, c1, c2, m2_l2, g, extra1, extra2, by_state, by_coefficient, first,
-    with_coefficients, coupled=0.0,
-):  # fmt: skip
-    """Return omega1', omega2' and their derivatives by the two generalised torques, and fill in the others.
+    theta1, theta2, omega1, omega2, u, A23, A33, a1, c1, c2, m2_l2, g, extra1, extra2, coupled=0.0
+):
+    """Return omega1', omega2', the inverse of the inertia matrix, and the accelerations' derivatives.
 
-    `by_state` (2, 4) takes those with respect to theta1, theta2, omega1, omega2, and `by_coefficient` (2, …), from its
-    column `first` on, those with respect to the seven coefficients if asked for, both at constant extra torques. The
-    equations are M omega' = N, where M has 1 and A33 on its diagonal and m = A23 c + coupled beside it; a derivative
-    solves M d(omega') = dN - dM omega'. Those by the torques are the elements of M's inverse: omega1' by the first
-    torque, either one by the other's, omega2' by the second.
+    The inverse is three numbers: omega1' by a torque on the inner rod, either one by one on the other rod, omega2' by
+    one on the outer rod. Then come four pairs, omega1' and omega2' by theta1, theta2, omega1, omega2, and seven by the
+    coefficients A23 to g, all at constant extra torques. The equations are M omega' = N, where M has 1 and A33 on its
+    diagonal and m = A23 c + coupled beside it; a derivative solves M d(omega') = dN - dM omega'.
     """
     sin1, cos1 = sine_and_cosine(theta1)
     sin2, cos2 = sine_and_cosine(theta2)
@@ -109,35 +93,30 @@ def acceleration_derivatives(
     n1 = a1 * push1 - A23 * s * omega2 * omega2 - c1 * omega1 - c2 * relative + extra1
     n2 = m2_l2 * push2 + A23 * s * omega1 * omega1 + c2 * relative + extra2
     alpha1, alpha2 = i11 * n1 + i12 * n2, i12 * n1 + i22 * n2
+    # By theta1, dm = -A23 s, by theta2, dm = A23 s; by A23, dm = c; by A33, dM has one element, 1.
+    inner, outer = A23 * c * omega2 * omega2 - A23 * s * alpha2, A23 * c * omega1 * omega1 + A23 * s * alpha1
+    by_state = (
+        solved(i11, i12, i22, a1 * (g * cos1 + u * sin1) - inner, outer),
+        solved(i11, i12, i22, inner, m2_l2 * (g * cos2 + u * sin2) - outer),
+        solved(i11, i12, i22, -c1 - c2, 2.0 * A23 * s * omega1 + c2),
+        solved(i11, i12, i22, c2 - 2.0 * A23 * s * omega2, -c2),
+    )
+    by_coefficient = (
+        solved(i11, i12, i22, -s * omega2 * omega2 - c * alpha2, s * omega1 * omega1 - c * alpha1),
+        (-i12 * alpha2, -i22 * alpha2),
+        (i11 * push1, i12 * push1),
+        (-i11 * omega1, -i12 * omega1),
+        ((i12 - i11) * relative, (i22 - i12) * relative),
+        (i12 * push2, i22 * push2),
+        solved(i11, i12, i22, a1 * sin1, m2_l2 * sin2),
+    )
+    return alpha1, alpha2, (i11, i12, i22), by_state, by_coefficient
 
-    # By theta1: dm = -A23 s.
-    d1 = a1 * (g * cos1 + u * sin1) - A23 * c * omega2 * omega2 + A23 * s * alpha2
-    d2 = A23 * c * omega1 * omega1 + A23 * s * alpha1
-    by_state[0, 0], by_state[1, 0] = i11 * d1 + i12 * d2, i12 * d1 + i22 * d2
-    # By theta2: dm = A23 s.
-    d1 = A23 * c * omega2 * omega2 - A23 * s * alpha2
-    d2 = m2_l2 * (g * cos2 + u * sin2) - A23 * c * omega1 * omega1 - A23 * s * alpha1
-    by_state[0, 1], by_state[1, 1] = i11 * d1 + i12 * d2, i12 * d1 + i22 * d2
-    # By omega1 and by omega2.
-    d1, d2 = -c1 - c2, 2.0 * A23 * s * omega1 + c2
-    by_state[0, 2], by_state[1, 2] = i11 * d1 + i12 * d2, i12 * d1 + i22 * d2
-    d1, d2 = c2 - 2.0 * A23 * s * omega2, -c2
-    by_state[0, 3], by_state[1, 3] = i11 * d1 + i12 * d2, i12 * d1 + i22 * d2
 
-    if not with_coefficients:
-        return alpha1, alpha2, i11, i12, i22
-    # By A23: dm = c; by A33: dM has one element, 1.
-    d1, d2 = -s * omega2 * omega2 - c * alpha2, s * omega1 * omega1 - c * alpha1
-    by_coefficient[0, first], by_coefficient[1, first] = i11 * d1 + i12 * d2, i12 * d1 + i22 * d2
-    by_coefficient[0, first + 1], by_coefficient[1, first + 1] = -i12 * alpha2, -i22 * alpha2
-    # By a1, c1, c2, m2 l2 and g, which stand in N alone.
-    by_coefficient[0, first + 2], by_coefficient[1, first + 2] = i11 * push1, i12 * push1
-    by_coefficient[0, first + 3], by_coefficient[1, first + 3] = -i11 * omega1, -i12 * omega1
-    by_coefficient[0, first + 4], by_coefficient[1, first + 4] = (i12 - i11) * relative, (i22 - i12) * relative
-    by_coefficient[0, first + 5], by_coefficient[1, first + 5] = i12 * push2, i22 * push2
-    d1, d2 = a1 * sin1, m2_l2 * sin2
-    by_coefficient[0, first + 6], by_coefficient[1, first + 6] = i11 * d1 + i12 * d2, i12 * d1 + i22 * d2
-    return alpha1, alpha2, i11, i12, i22
+@inlined
+def solved(i11, i12, i22, n1, n2):
+    """Return what two torques are of the rods' accelerations, by the inverse of the inertia matrix."""
+    return i11 * n1 + i12 * n2, i12 * n1 + i22 * n2
 
 
 @inlined

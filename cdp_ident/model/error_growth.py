@@ -44,12 +44,12 @@ def _steps_until(states, coefficients, spacing, begins, error, limits, most, las
     )  # fmt: skip
     count = len(states) - 1
     turns = np.empty((count, 2, 4))
-    unused = np.empty((2, 0))
     for k in range(count):
-        acceleration_derivatives(
-            states[k, 0], states[k, 1], states[k, 2], states[k, 3], 0.0, A23, A33, a1, c1, c2, m2_l2, g, 0.0, 0.0,
-            turns[k], unused, 0, False,
-        )  # fmt: skip
+        derivatives = acceleration_derivatives(
+            states[k, 0], states[k, 1], states[k, 2], states[k, 3], 0.0, A23, A33, a1, c1, c2, m2_l2, g, 0.0, 0.0
+        )
+        for column in range(4):
+            turns[k, 0, column], turns[k, 1, column] = derivatives[3][column]
     errors, term, next_term = np.empty((4, 4)), np.empty((4, 4)), np.empty((4, 4))
     for b in range(len(begins)):
         for row in range(4):

@@ -4,7 +4,7 @@ import math
 
 from cdp_ident.model.compilation import part
 from cdp_ident.model.dynamics import MEMORY, STICKS, joint_speed
-from cdp_ident.model.runge_kutta import step_with_tangents
+from cdp_ident.model.runge_kutta import step_on
 from cdp_ident.model.sticking import dip, violation
 
 _TURNED_OVER, _RESOLVED = 4.0, 0.15
@@ -44,7 +44,7 @@ def share_by_speed(state, rates, table, values, step):
 @part
 def instant_of(
     joint, given, state, done, share, step, time, inputs, modes, coefficients, table, values, lanes_of, constants,
-    base, slopes, torque_by_state, torque_by_lane, sums, by_state, direct, at, rates, end, tangents,
+    base, slopes, by_own, by_lane, sums, by_state, direct, at, rates, end,
 ):  # fmt: skip
     """Return after which share of the grid's step, up to `share`, a joint's mode ends; 2 where it does not.
 
@@ -72,9 +72,9 @@ def instant_of(
             reach *= 0.25
             if reach < _NEAREST:
                 return 2.0
-        step_with_tangents(
+        step_on(
             state, done, reach, step, time, inputs, modes, coefficients, table, values, lanes_of, constants, base,
-            slopes, torque_by_state, torque_by_lane, sums, by_state, direct, at, rates, end, tangents,
+            slopes, by_own, by_lane, sums, by_state, direct, at, rates, end,
         )  # fmt: skip
         value = violation(end, joint, modes, sums)
         if dips:

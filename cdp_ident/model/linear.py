@@ -186,7 +186,8 @@ def _paper_derivatives(coefficients: Array, state: Array, by_state: Array) -> No
         coefficients[0], coefficients[1], coefficients[2], coefficients[3], coefficients[4], coefficients[5],
         coefficients[6],
     )  # fmt: skip
-    acceleration_derivatives(
-        state[0], state[1], state[2], state[3], 0.0, A23, A33, a1, c1, c2, m2_l2, g, 0.0, 0.0,
-        by_state, np.empty((2, 0)), 0, False,
-    )  # fmt: skip
+    derivatives = acceleration_derivatives(
+        state[0], state[1], state[2], state[3], 0.0, A23, A33, a1, c1, c2, m2_l2, g, 0.0, 0.0
+    )
+    for k in range(4):
+        by_state[0, k], by_state[1, k] = derivatives[3][k]

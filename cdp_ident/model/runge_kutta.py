@@ -1,9 +1,9 @@
-"""One step of the integrator: the motion and, side by side in the lanes of vector registers, its derivatives."""
+"""One step of the integrator."""
 
 from cdp_ident.model.compilation import inlined, part
 from cdp_ident.model.dynamics import STICKS, rates_of
 from cdp_ident.model.sticking import stop
-from cdp_ident.model.tangents import advance, begin, finish
+from cdp_ident.model.tangents import STAGES
 
 _ROUGH = 3e-6
 """Largest error estimate of a step: see `is_rough`."""
@@ -24,19 +24,18 @@ def input_at(inputs, share):
     )
 
 
-@part
-def step_with_tangents(
+@inlined
+def step_on(
     state, done, share, step, time, inputs, modes, coefficients, table, values, lanes_of, constants, base, slopes,
-    torque_by_state, torque_by_lane, sums, by_state, direct, at, rates, end, tangents,
+    by_own, by_lane, sums, by_state, direct, at, rates, end,
 ):  # fmt: skip
     """Make one Runge-Kutta step of a share of the grid's, from the share `done` on; row 4 of the rates is at its end.
 
-    The rates and the tangents' slopes at its beginning are there already.
+    The rates at its beginning are there already. Where there are lanes, what the derivatives are carried on with is
+    left for each stage.
     """
-    h, n, lanes = share * step, len(state), direct.shape[1]
-    if lanes > 0:
-        begin(tangents, n, lanes, h / 6.0)
-    for stage in range(1, 5):
+    h, n = share * step, len(state)
+    for stage in range(1, STAGES):
         there = done + (0.5 * share if stage < 3 else share)
         offset = h if stage == 3 else 0.5 * h
         if stage < 4:
@@ -52,13 +51,8 @@ def step_with_tangents(
             copy(end, at)
         rates_of(
             at, time + there * step, input_at(inputs, there), modes, coefficients, table, values, lanes_of, constants,
-            base, slopes, torque_by_state, torque_by_lane, sums, by_state, direct, rates, stage,
+            base, slopes, by_own, by_lane, sums, by_state, direct, rates, stage,
         )  # fmt: skip
-        if lanes > 0:
-            if stage < 4:
-                advance(tangents, offset, h / 6.0 if stage == 3 else h / 3.0, by_state, direct)
-            else:
-                finish(tangents, by_state, direct)
 
 
 @part

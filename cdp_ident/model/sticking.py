@@ -24,8 +24,8 @@ def stop(state, joint):
 
 @part
 def settle(
-    state, time, u, modes, dry, loose, coefficients, table, values, lanes_of, constants, base, slopes, torque_by_state,
-    torque_by_lane, sums, by_state, direct, rates, row,
+    state, time, u, modes, dry, loose, coefficients, table, values, lanes_of, constants, base, slopes, by_own,
+    by_lane, sums, by_state, direct, rates, row,
 ):  # fmt: skip
     """Decide which of the joints at rest stick and where the others go; the rates are those after that.
 
@@ -43,8 +43,8 @@ def settle(
         constants: likewise.
         base: likewise.
         slopes: likewise.
-        torque_by_state: likewise.
-        torque_by_lane: likewise.
+        by_own: likewise.
+        by_lane: likewise.
         sums: likewise.
         by_state: likewise.
         direct: likewise.
@@ -71,8 +71,8 @@ def settle(
             modes[0] = (-1 if inner == 2 else inner) if given_inner == STICKS else given_inner
             modes[1] = (-1 if outer == 2 else outer) if given_outer == STICKS else given_outer
         rates_of(
-            state, time, u, modes, coefficients, table, values, lanes_of, constants, base, slopes, torque_by_state,
-            torque_by_lane, sums, by_state, direct, rates, row,
+            state, time, u, modes, coefficients, table, values, lanes_of, constants, base, slopes, by_own,
+            by_lane, sums, by_state, direct, rates, row,
         )  # fmt: skip
         wrong = 0.0
         if given_inner == STICKS:

@@ -4,6 +4,9 @@ They are side by side in lanes, in blocks of `LANES`. A block has for each numbe
 `OLD` and what follows. All rows are in one array, and the compiler knows how far they are from each other: only so does
 it see that they do not overlap, and vectorises the loops over lanes. For the same reason indices are unsigned: a
 negative one would count from the array's end.
+
+A step of the motion comes first, and leaves the matrices of the linearised equations at its four stages and its end;
+when it is accepted, the derivatives follow it at once.
 """
 
 import numpy as np
@@ -14,17 +17,27 @@ VECTOR = 8
 """Lanes of the widest vector register; so many directions or a multiple of them are carried."""
 LANES = 72
 """Lanes of a block, most of which are used: an odd number of cache lines, so that rows do not displace each other."""
-OLD, _HERE, SLOPE, NEW, FIRST, _AT = (np.uint64(LANES * row) for row in range(6))
-"""Rows of a number of the state: its derivatives at the step's beginning, where a stage sets out from, their slopes at
-the last stage, their values at the step's end, their slopes at its beginning, and their values at a stage."""
-_ROWS = _AT + np.uint64(LANES)
-"""How far numbers of the state are from each other: their rows, the last of which is `_AT`."""
+OLD, FIRST, NEW, SLOPE, _HERE = (np.uint64(LANES * row) for row in range(5))
+"""Rows of a number of the state: its derivatives and their slopes at the step's beginning, both at its end, and the
+derivatives at a stage, where there are more numbers than the processor has registers for."""
+_ROWS = np.uint64(5 * LANES)
+"""How far numbers of the state are from each other."""
+_RODS, _MOST = 4, 8
+"""Numbers of the rods' state, and the most that there are with those that effects bring."""
+STAGES = 5
+"""Where a step's rates are computed: at its beginning, at three stages on the way, and at its end."""
 
 
 @inlined
 def row_of(states, block, number, row):
     """Return the index of the first lane of a row, of a number of the state in a block."""
-    return (np.uint64(block) * np.uint64(states) + np.uint64(number)) * _ROWS + row
+    return (np.uint64(block) * np.uint64(room_for(states)) + np.uint64(number)) * _ROWS + row
+
+
+@inlined
+def room_for(states):
+    """Return for how many numbers of the state there is room: for the rods' alone, or for as many as there can be."""
+    return _RODS if states == _RODS else _MOST
 
 
 @inlined
@@ -39,103 +52,179 @@ def width_of(block, lanes):
     return np.uint64(min(LANES, lanes - block * LANES))
 
 
+@inlined
+def size_of(states, lanes):
+    """Return how many numbers all rows of so many lanes are."""
+    return row_of(states, blocks_of(lanes), 0, OLD)
+
+
 @part
-def tangents_of(states, lanes):
-    """Return the derivatives at the beginning, by the state itself and by what has no part in it yet."""
-    tangents = np.zeros(row_of(states, blocks_of(lanes), 0, OLD))
+def begin_tangents(tangents, states, lanes):
+    """Fill in the derivatives at the beginning, by the state itself; what else there may be has no part in it yet."""
     for k in range(min(states, lanes)):
         tangents[row_of(states, 0, k, OLD) + np.uint64(k)] = 1.0
-    return tangents
+
+
+@inlined
+def _matrix(by_state, stage):
+    """Return the derivatives by the rods' state at a stage, which then do not lie in an array that might change."""
+    return (
+        by_state[stage, 0, 0], by_state[stage, 0, 1], by_state[stage, 0, 2], by_state[stage, 0, 3],
+        by_state[stage, 1, 0], by_state[stage, 1, 1], by_state[stage, 1, 2], by_state[stage, 1, 3],
+    )  # fmt: skip
+
+
+@inlined
+def _rates(m, d1, d2, t1, t2, w1, w2):
+    """Return the rates of change of the derivatives of the rods' speeds, by a stage's matrix and what adds to it."""
+    return m[0] * t1 + m[1] * t2 + m[2] * w1 + m[3] * w2 + d1, m[4] * t1 + m[5] * t2 + m[6] * w1 + m[7] * w2 + d2
+
+
+@inlined
+def _whole_row(by_state, stage, k):
+    """Return a row of a stage's matrix, where effects bring states of their own."""
+    return (
+        by_state[stage, k, 0], by_state[stage, k, 1], by_state[stage, k, 2], by_state[stage, k, 3],
+        by_state[stage, k, 4], by_state[stage, k, 5], by_state[stage, k, 6], by_state[stage, k, 7],
+    )  # fmt: skip
+
+
+@inlined
+def _rate(m, d, t1, t2, w1, w2, own1, own2, own3, own4):
+    """Return the rate of change of one number's derivatives by its row of a stage's matrix, and what adds to it."""
+    of_rods = m[0] * t1 + m[1] * t2 + m[2] * w1 + m[3] * w2
+    return of_rods + (m[4] * own1 + m[5] * own2 + m[6] * own3 + m[7] * own4 + d)
 
 
 @part
-def begin(tangents, states, lanes, weight):
-    """Begin a step: the slopes there, times a weight, are the first part of what the step adds."""
-    for block in range(blocks_of(lanes)):
-        for k in range(states):
-            first = row_of(states, block, k, OLD)
-            for i in range(width_of(block, lanes)):
-                old, slope = tangents[first + OLD + i], tangents[first + FIRST + i]
-                tangents[first + _HERE + i] = old
-                tangents[first + SLOPE + i] = slope
-                tangents[first + NEW + i] = old + weight * slope
-
-
-@part
-def advance(tangents, offset, weight, by_state, direct):
-    """Fill in the slopes at a stage, and add them times a weight to what will be at the step's end.
+def advance(tangents, states, h, by_state, direct):
+    """Carry the derivatives through a step: fill in those at its end, and their slopes there.
 
     Args:
         tangents: the derivatives.
-        offset: for how long the last slopes are followed to the stage [s].
-        weight: of the stage [s].
-        by_state: (states - 2, states) derivatives of the rates of all but the angles by the state.
-        direct: (states - 2, lanes) those by what each lane is a derivative by.
+        states: numbers of the state.
+        h: length of the step [s].
+        by_state: (stages, room - 2, room) derivatives of the rates of all but the angles by the state.
+        direct: (stages, room - 2, lanes) those by what each lane is a derivative by.
     """
-    states, lanes = by_state.shape[1], direct.shape[1]
-    s00, s01, s02, s03 = by_state[0, 0], by_state[0, 1], by_state[0, 2], by_state[0, 3]
-    s10, s11, s12, s13 = by_state[1, 0], by_state[1, 1], by_state[1, 2], by_state[1, 3]
+    lanes = direct.shape[2]
+    if states > _RODS:
+        _advance_by_stages(tangents, states, h, by_state, direct)
+        return
+    half, third, sixth = 0.5 * h, h / 3.0, h / 6.0
+    m1, m2, m3, m4 = _matrix(by_state, 1), _matrix(by_state, 2), _matrix(by_state, 3), _matrix(by_state, 4)
     for block in range(blocks_of(lanes)):
-        lane, width = np.uint64(block * LANES), width_of(block, lanes)
-        theta1 = row_of(states, block, 0, OLD)
+        lane = np.uint64(block * LANES)
+        theta1 = row_of(_RODS, block, 0, OLD)
         theta2, omega1, omega2 = theta1 + _ROWS, theta1 + np.uint64(2) * _ROWS, theta1 + np.uint64(3) * _ROWS
-        if states > 4:
-            for k in range(states):
-                first = row_of(states, block, k, OLD)
-                for i in range(width):
-                    tangents[first + _AT + i] = tangents[first + _HERE + i] + offset * tangents[first + SLOPE + i]
-        for i in range(width):
-            t1 = tangents[theta1 + _HERE + i] + offset * tangents[theta1 + SLOPE + i]
-            t2 = tangents[theta2 + _HERE + i] + offset * tangents[theta2 + SLOPE + i]
-            w1 = tangents[omega1 + _HERE + i] + offset * tangents[omega1 + SLOPE + i]
-            w2 = tangents[omega2 + _HERE + i] + offset * tangents[omega2 + SLOPE + i]
-            a1 = s00 * t1 + s01 * t2 + s02 * w1 + s03 * w2 + direct[0, lane + i]
-            a2 = s10 * t1 + s11 * t2 + s12 * w1 + s13 * w2 + direct[1, lane + i]
-            tangents[theta1 + SLOPE + i] = w1
-            tangents[theta2 + SLOPE + i] = w2
-            tangents[omega1 + SLOPE + i] = a1
-            tangents[omega2 + SLOPE + i] = a2
-            tangents[theta1 + NEW + i] += weight * w1
-            tangents[theta2 + NEW + i] += weight * w2
-            tangents[omega1 + NEW + i] += weight * a1
-            tangents[omega2 + NEW + i] += weight * a2
-        if states > 4:
-            _advance_own_states(tangents, block, width, weight, by_state, direct)
+        for i in range(width_of(block, lanes)):
+            t1, t2 = tangents[theta1 + OLD + i], tangents[theta2 + OLD + i]
+            w1, w2 = tangents[omega1 + OLD + i], tangents[omega2 + OLD + i]
+            p1, p2 = tangents[theta1 + FIRST + i], tangents[theta2 + FIRST + i]
+            a1, a2 = tangents[omega1 + FIRST + i], tangents[omega2 + FIRST + i]
+            q1, q2 = w1 + half * a1, w2 + half * a2
+            b1, b2 = _rates(m1, direct[1, 0, lane + i], direct[1, 1, lane + i],
+                            t1 + half * p1, t2 + half * p2, q1, q2)  # fmt: skip
+            r1, r2 = w1 + half * b1, w2 + half * b2
+            c1, c2 = _rates(m2, direct[2, 0, lane + i], direct[2, 1, lane + i],
+                            t1 + half * q1, t2 + half * q2, r1, r2)  # fmt: skip
+            s1, s2 = w1 + h * c1, w2 + h * c2
+            d1, d2 = _rates(m3, direct[3, 0, lane + i], direct[3, 1, lane + i],
+                            t1 + h * r1, t2 + h * r2, s1, s2)  # fmt: skip
+            t1 += sixth * (p1 + s1) + third * (q1 + r1)
+            t2 += sixth * (p2 + s2) + third * (q2 + r2)
+            w1 += sixth * (a1 + d1) + third * (b1 + c1)
+            w2 += sixth * (a2 + d2) + third * (b2 + c2)
+            a1, a2 = _rates(m4, direct[4, 0, lane + i], direct[4, 1, lane + i], t1, t2, w1, w2)
+            tangents[theta1 + NEW + i], tangents[theta2 + NEW + i] = t1, t2
+            tangents[omega1 + NEW + i], tangents[omega2 + NEW + i] = w1, w2
+            tangents[theta1 + SLOPE + i], tangents[theta2 + SLOPE + i] = w1, w2
+            tangents[omega1 + SLOPE + i], tangents[omega2 + SLOPE + i] = a1, a2
 
 
 @part
-def _advance_own_states(tangents, block, width, weight, by_state, direct):
-    """Do the same for the states that effects bring: what they do to the rods, and their own rates."""
-    states, lane = by_state.shape[1], np.uint64(block * LANES)
-    for k in range(4, states):
-        own = row_of(states, block, k, OLD)
-        for rod in range(2):
-            omega, factor = row_of(states, block, 2 + rod, OLD), by_state[rod, k]
-            for i in range(width):
-                more = factor * tangents[own + _AT + i]
-                tangents[omega + SLOPE + i] += more
-                tangents[omega + NEW + i] += weight * more
-        for i in range(width):
-            tangents[own + SLOPE + i] = direct[k - 2, lane + i]
-        for other in range(states):
-            at, factor = row_of(states, block, other, _AT), by_state[k - 2, other]
-            if factor != 0.0:
-                for i in range(width):
-                    tangents[own + SLOPE + i] += factor * tangents[at + i]
-        for i in range(width):
-            tangents[own + NEW + i] += weight * tangents[own + SLOPE + i]
-
-
-@part
-def finish(tangents, by_state, direct):
-    """Fill in the slopes at a step's end."""
-    states, lanes = by_state.shape[1], direct.shape[1]
+def _advance_by_stages(tangents, states, h, by_state, direct):
+    """Do the same where effects bring states of their own: stage by stage, for there are not registers enough."""
+    lanes = direct.shape[2]
     for block in range(blocks_of(lanes)):
+        width = width_of(block, lanes)
         for k in range(states):
-            first = row_of(states, block, k, OLD)
-            for i in range(width_of(block, lanes)):
-                tangents[first + _HERE + i] = tangents[first + NEW + i]
-    advance(tangents, 0.0, 0.0, by_state, direct)
+            row = row_of(states, block, k, OLD)
+            for i in range(width):
+                old, rate = tangents[row + OLD + i], tangents[row + FIRST + i]
+                tangents[row + NEW + i] = old + h / 6.0 * rate
+                tangents[row + _HERE + i] = old + 0.5 * h * rate
+        for stage in range(1, 4):
+            _fill_in_rates(tangents, states, block, stage, by_state, direct)
+            weight, ahead = (h / 6.0 if stage == 3 else h / 3.0), (0.5 * h if stage == 1 else h)
+            for k in range(states):
+                row = row_of(states, block, k, OLD)
+                for i in range(width):
+                    rate = tangents[row + SLOPE + i]
+                    new = tangents[row + NEW + i] + weight * rate
+                    tangents[row + NEW + i] = new
+                    tangents[row + _HERE + i] = new if stage == 3 else tangents[row + OLD + i] + ahead * rate
+        _fill_in_rates(tangents, states, block, 4, by_state, direct)
+
+
+@part
+def _fill_in_rates(tangents, states, block, stage, by_state, direct):
+    """Fill in the slopes at a stage, of as many numbers of the state as there is room for."""
+    t1, lane = row_of(states, block, 0, OLD), np.uint64(block * LANES)
+    t2, w1, w2, own1 = t1 + _ROWS, t1 + np.uint64(2) * _ROWS, t1 + np.uint64(3) * _ROWS, t1 + np.uint64(4) * _ROWS
+    own2, own3, own4 = own1 + _ROWS, own1 + np.uint64(2) * _ROWS, own1 + np.uint64(3) * _ROWS
+    m1, m2, m3 = _whole_row(by_state, stage, 0), _whole_row(by_state, stage, 1), _whole_row(by_state, stage, 2)
+    m4, m5, m6 = _whole_row(by_state, stage, 3), _whole_row(by_state, stage, 4), _whole_row(by_state, stage, 5)
+    for i in range(width_of(block, direct.shape[2])):
+        at1, at2, at3, at4 = (
+            tangents[t1 + _HERE + i], tangents[t2 + _HERE + i], tangents[w1 + _HERE + i], tangents[w2 + _HERE + i]
+        )  # fmt: skip
+        at5, at6, at7, at8 = (
+            tangents[own1 + _HERE + i], tangents[own2 + _HERE + i], tangents[own3 + _HERE + i],
+            tangents[own4 + _HERE + i],
+        )  # fmt: skip
+        tangents[t1 + SLOPE + i] = at3
+        tangents[t2 + SLOPE + i] = at4
+        tangents[w1 + SLOPE + i] = _rate(m1, direct[stage, 0, lane + i], at1, at2, at3, at4, at5, at6, at7, at8)
+        tangents[w2 + SLOPE + i] = _rate(m2, direct[stage, 1, lane + i], at1, at2, at3, at4, at5, at6, at7, at8)
+        tangents[own1 + SLOPE + i] = _rate(m3, direct[stage, 2, lane + i], at1, at2, at3, at4, at5, at6, at7, at8)
+        tangents[own2 + SLOPE + i] = _rate(m4, direct[stage, 3, lane + i], at1, at2, at3, at4, at5, at6, at7, at8)
+        tangents[own3 + SLOPE + i] = _rate(m5, direct[stage, 4, lane + i], at1, at2, at3, at4, at5, at6, at7, at8)
+        tangents[own4 + SLOPE + i] = _rate(m6, direct[stage, 5, lane + i], at1, at2, at3, at4, at5, at6, at7, at8)
+
+
+@part
+def restart(tangents, states, by_state, direct):
+    """Fill in the slopes at a step's beginning, where the motion does not go on as it did before.
+
+    Args:
+        tangents: the derivatives.
+        states: numbers of the state.
+        by_state: as `advance` takes them; those at the beginning are used.
+        direct: likewise.
+    """
+    lanes = direct.shape[2]
+    m = _matrix(by_state, 0)
+    for block in range(blocks_of(lanes)):
+        width, lane = width_of(block, lanes), np.uint64(block * LANES)
+        t1 = row_of(states, block, 0, OLD)
+        t2, w1, w2 = t1 + _ROWS, t1 + np.uint64(2) * _ROWS, t1 + np.uint64(3) * _ROWS
+        if states == _RODS:
+            for i in range(width):
+                a1, a2 = _rates(m, direct[0, 0, lane + i], direct[0, 1, lane + i], tangents[t1 + i], tangents[t2 + i],
+                                tangents[w1 + i], tangents[w2 + i])  # fmt: skip
+                tangents[t1 + FIRST + i], tangents[t2 + FIRST + i] = tangents[w1 + i], tangents[w2 + i]
+                tangents[w1 + FIRST + i], tangents[w2 + FIRST + i] = a1, a2
+        else:
+            for k in range(states):
+                row = row_of(states, block, k, OLD)
+                for i in range(width):
+                    tangents[row + _HERE + i] = tangents[row + i]
+            _fill_in_rates(tangents, states, block, 0, by_state, direct)
+            for k in range(states):
+                row = row_of(states, block, k, OLD)
+                for i in range(width):
+                    tangents[row + FIRST + i] = tangents[row + SLOPE + i]
 
 
 @part
@@ -147,15 +236,6 @@ def accept(tangents, states, lanes):
             for i in range(width_of(block, lanes)):
                 tangents[first + OLD + i] = tangents[first + NEW + i]
                 tangents[first + FIRST + i] = tangents[first + SLOPE + i]
-
-
-@part
-def restart(tangents, by_state, direct):
-    """Fill in the slopes at a step's beginning, where the motion does not go on as it did before."""
-    states, lanes = by_state.shape[1], direct.shape[1]
-    begin(tangents, states, lanes, 0.0)
-    finish(tangents, by_state, direct)
-    accept(tangents, states, lanes)
 
 
 @inlined

@@ -11,22 +11,26 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.model.compilation import compiled
+from cdp_ident.model.compilation import compiled, part
 from cdp_ident.model.dynamics import BEFORE_PARAMETERS, COUNT_OF_SUMS, STICKS
 from cdp_ident.model.effects.effect import Form
 from cdp_ident.model.events import AT_ONCE, SMALLEST, instant_of, share_by_speed
-from cdp_ident.model.runge_kutta import copy, input_at, is_rough, step_with_tangents
+from cdp_ident.model.runge_kutta import copy, input_at, is_rough, step_on
 from cdp_ident.model.sticking import carry_across, dip, hold, settle, stop, violation
 from cdp_ident.model.tangents import (
     LANES,
     OLD,
+    STAGES,
     VECTOR,
     accept,
+    advance,
+    begin_tangents,
     blocks_of,
     reading,
     restart,
+    room_for,
     row_of,
-    tangents_of,
+    size_of,
     width_of,
 )
 from cdp_ident.model.time_grid import TimeGrid
@@ -154,14 +158,31 @@ def _trajectory(
         if table[e, 3]:
             dry[table[e, 2]] = True
     modes = np.ones(2, dtype=np.int64)
-    state, end, at, trial_end = start.copy(), np.empty(n), np.empty(n), np.empty(n)
+    state, end, at, trial_end, first_row = start.copy(), np.empty(n), np.empty(n), np.empty(n), np.empty(n)
     rates, before, inputs, violations = np.zeros((5, n)), np.empty(n), np.empty(3), np.zeros(2)
     slopes, sums = np.zeros((2, BEFORE_PARAMETERS + values.shape[1])), np.zeros(COUNT_OF_SUMS)
-    torque_by_state, by_state = np.zeros((2, n)), np.zeros((n - 2, n))
-    torque_by_lane, direct, no_torques, no_direct = (
-        np.zeros((2, lanes)), np.zeros((n - 2, lanes)), np.zeros((2, 0)), np.zeros((n - 2, 0)),
+    room = room_for(n)
+    by_own, by_state = np.zeros((2, n)), np.zeros((STAGES, room - 2, room))
+    by_lane, direct, no_torques, no_direct = (
+        np.zeros((2, lanes)), np.zeros((STAGES, room - 2, lanes)), np.zeros((2, 0)), np.zeros((STAGES, room - 2, 0)),
     )  # fmt: skip
-    tangents, no_tangents = tangents_of(n, lanes), np.empty(0)
+    tangents = np.zeros(size_of(n, lanes))
+    begin_tangents(tangents, n, lanes)
+    return _steps(
+        begin, u, step, first_sample, place, coefficients, table, values, lanes_of, constants, base, turns_over, dry,
+        sought, modes, state, end, at, trial_end, first_row, rates, before, inputs, violations, slopes, sums, by_own,
+        by_lane, by_state, direct, no_torques, no_direct, tangents, states, derivatives,
+    )  # fmt: skip
+
+
+@part
+def _steps(
+    begin, u, step, first_sample, place, coefficients, table, values, lanes_of, constants, base, turns_over, dry,
+    sought, modes, state, end, at, trial_end, first_row, rates, before, inputs, violations, slopes, sums, by_own,
+    by_lane, by_state, direct, no_torques, no_direct, tangents, states, derivatives,
+):  # fmt: skip
+    """Make all steps, and return how many measurements they reach; a `part`, so that no array is counted in them."""
+    n, lanes = len(state), direct.shape[2]
     longest, loose, fresh, crossed = 1.0, -1, True, -1
     for k in range(len(first_sample) - 1):
         if max(abs(state[2]), abs(state[3])) * step > _FASTEST:
@@ -174,8 +195,8 @@ def _trajectory(
                 # At the beginning, and after a mode has ended.
                 settle(
                     state, time + done * step, input_at(inputs, done), modes, dry, loose, coefficients, table, values,
-                    lanes_of, constants, base, slopes, torque_by_state, torque_by_lane, sums, by_state, direct, rates,
-                    0,
+                    lanes_of, constants, base, slopes, by_own, by_lane, sums, by_state, direct,
+                    rates, 0,
                 )  # fmt: skip
                 if lanes > 0:
                     if crossed >= 0:
@@ -183,15 +204,15 @@ def _trajectory(
                     for joint in range(2):
                         if modes[joint] == STICKS:
                             hold(tangents, lanes, joint, state, coefficients)
-                    restart(tangents, by_state, direct)
+                    restart(tangents, n, by_state, direct)
                 fresh, loose, crossed = False, -1, -1
             if not located:
                 share, stopped = min(longest, 1.0 - done), -1
                 if turns_over:
                     share = min(share, share_by_speed(state, rates, table, values, step))
-            step_with_tangents(
+            step_on(
                 state, done, share, step, time, inputs, modes, coefficients, table, values, lanes_of, constants, base,
-                slopes, torque_by_state, torque_by_lane, sums, by_state, direct, at, rates, end, tangents,
+                slopes, by_own, by_lane, sums, by_state, direct, at, rates, end,
             )  # fmt: skip
             if not located:
                 if share > SMALLEST and is_rough(rates, share * step):
@@ -207,14 +228,14 @@ def _trajectory(
                     if looks:
                         # The step is repeated, up to the instant or as before: the search has overwritten its rates.
                         whole = share
-                        first_row = rates[4].copy()
+                        copy(rates[4], first_row)
                         for joint in range(2):
                             if sought[joint]:
                                 copy(first_row, rates[4])
                                 instant = instant_of(
                                     joint, violations[joint], state, done, whole, step, time, inputs, modes,
-                                    coefficients, table, values, lanes_of, constants, base, slopes, torque_by_state,
-                                    no_torques, sums, by_state, no_direct, at, rates, trial_end, no_tangents,
+                                    coefficients, table, values, lanes_of, constants, base, slopes, by_own,
+                                    no_torques, sums, by_state, no_direct, at, rates, trial_end,
                                 )  # fmt: skip
                                 if instant <= share:
                                     share, stopped = instant, joint
@@ -222,6 +243,8 @@ def _trajectory(
                         events += 1
                         continue
             located = False
+            if lanes > 0:
+                advance(tangents, n, share * step, by_state, direct)
             reached = done + share
             if reached > 1.0 - AT_ONCE:
                 reached = 1.0
@@ -237,7 +260,8 @@ def _trajectory(
                             derivatives[j, r, lane + i] = reading(tangents, first, i, w0, w1, w2, w3)
                 j += 1
             copy(end, state)
-            accept(tangents, n, lanes)
+            if lanes > 0:
+                accept(tangents, n, lanes)
             if stopped >= 0:
                 copy(rates[4], before)
                 fresh = True
@@ -267,11 +291,11 @@ def _accelerations_at(coefficients, states, u, times, table, values, lanes_of, c
             dry[table[e, 2]] = True
     slopes, sums = np.zeros((2, BEFORE_PARAMETERS + values.shape[1])), np.zeros(COUNT_OF_SUMS)
     modes = np.ones(2, dtype=np.int64)
-    torque_by_state, no_torques, by_state, no_direct = (
-        np.zeros((2, n)), np.zeros((2, 0)), np.zeros((n - 2, n)), np.zeros((n - 2, 0)),
+    by_own, no_torques, by_state, no_direct = (
+        np.zeros((2, n)), np.zeros((2, 0)), np.zeros((len(states), n - 2, n)), np.zeros((1, n - 2, 0)),
     )  # fmt: skip
     for j in range(len(states)):
         settle(
             states[j], times[j], u[j], modes, dry, -1, coefficients, table, values, lanes_of, constants, base, slopes,
-            torque_by_state, no_torques, sums, by_state, no_direct, rates, j,
+            by_own, no_torques, sums, by_state, no_direct, rates, j,
         )  # fmt: skip

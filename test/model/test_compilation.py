@@ -43,19 +43,20 @@ def _counted(assembly: str) -> collections.Counter[tuple[str, str]]:
 
 
 @reads_assembly
-def test_the_loop_over_directions_moves_several_of_them_with_one_instruction():
-    real, reals, table = numba.float64, numba.float64[::1], numba.float64[:, ::1]
+def test_the_loops_over_directions_move_several_of_them_with_one_instruction():
+    real, reals, whole, tables = numba.float64, numba.float64[::1], numba.int64, numba.float64[:, :, ::1]
     options = {name: value for name, value in population._squared_errors.targetoptions.items() if name != "nopython"}
 
-    @numba.njit((reals, real, real, table, table), **options)
-    def advanced(tangents, offset, weight, by_state, direct):
-        tangents_of_states.advance(tangents, offset, weight, by_state, direct)
+    @numba.njit((reals, whole, real, tables, tables), **options)
+    def advanced(tangents, states, h, by_state, direct):
+        tangents_of_states.advance(tangents, states, h, by_state, direct)
 
     (assembly,) = advanced.inspect_asm().values()
     count = _counted(assembly)
-    # Eight products for two rods' slopes in each of four directions; a scalar copy remains for arrays that overlap.
+    # Eight products for two rods' slopes at each of four stages, and 48 at one where effects bring four states; a
+    # scalar copy remains for arrays that overlap.
     packed = sum(count[key] for key in count if key[1] == "pd" and key[0].startswith(("fm", "mul")))
-    assert packed >= 8, f"not vectorised: {count}"
+    assert packed >= 4 * 8 + 48, f"not vectorised: {count}"
 
 
 @reads_assembly

@@ -8,7 +8,7 @@ import numpy as np
 from cdp_ident.model.compilation import inlined, part
 from cdp_ident.model.effects.constants import LENGTH, OUTER_LENGTH
 from cdp_ident.model.effects.effect import JOINTS, EffectParameter, Form, TorqueEffect
-from cdp_ident.model.equations import accelerations
+from cdp_ident.model.equations import accelerations, sine_and_cosine
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
 _STRIPS = tuple(float(node) for node in 0.5 * (_NODES + 1.0))
@@ -36,31 +36,28 @@ def _drag_outer_strips(state, time, values, row, constants, slopes):
     # Across the outer rod, its lower joint carries it along at L omega1 cos(theta1 - theta2).
     ratio, omega1, omega2 = values[row, 1], state[2], state[3]
     reach = constants[LENGTH] / (ratio * constants[OUTER_LENGTH])
-    lever = reach * math.cos(state[0] - state[1])
-    lever_turns = -reach * math.sin(state[0] - state[1])
-    torque1, torque2 = 0.0, 0.0
+    sine, cosine = sine_and_cosine(state[0] - state[1])
+    lever, lever_turns = reach * cosine, -reach * sine
+    # Sums over the strips of the force, of its derivative by a strip's speed (steepness), and of their moments.
+    unit, moment, steepness, first, second = 0.0, 0.0, 0.0, 0.0, 0.0
     for k in range(len(_STRIPS)):
         speed = lever * omega1 + _STRIPS[k] * omega2
         # Four times the mean over strips gives -coefficient omega2 |omega2| where the joint is at rest.
-        unit = -4.0 * _SHARES[k] * speed * abs(speed)
-        force = values[row, 0] * unit
-        steepness = -8.0 * _SHARES[k] * values[row, 0] * abs(speed)
-        torque1 += lever * force
-        torque2 += _STRIPS[k] * force
-        slopes[0, 11] += lever * unit
-        slopes[1, 11] += _STRIPS[k] * unit
-        slopes[0, 2] += lever * steepness * lever
-        slopes[1, 2] += _STRIPS[k] * steepness * lever
-        slopes[0, 3] += lever * steepness * _STRIPS[k]
-        slopes[1, 3] += _STRIPS[k] * steepness * _STRIPS[k]
-        by_lever1, by_lever2 = force + lever * steepness * omega1, _STRIPS[k] * steepness * omega1
-        slopes[0, 0] += lever_turns * by_lever1
-        slopes[1, 0] += lever_turns * by_lever2
-        slopes[0, 1] -= lever_turns * by_lever1
-        slopes[1, 1] -= lever_turns * by_lever2
-        slopes[0, 12] -= lever / ratio * by_lever1
-        slopes[1, 12] -= lever / ratio * by_lever2
-    return torque1, torque2
+        weight = -4.0 * _SHARES[k] * abs(speed)
+        unit += weight * speed
+        moment += _STRIPS[k] * weight * speed
+        steepness += 2.0 * weight
+        first += 2.0 * _STRIPS[k] * weight
+        second += 2.0 * _STRIPS[k] * _STRIPS[k] * weight
+    size = values[row, 0]
+    by_lever1, by_lever2 = size * (unit + lever * steepness * omega1), size * first * omega1
+    slopes[0, 0], slopes[0, 1] = lever_turns * by_lever1, -lever_turns * by_lever1
+    slopes[1, 0], slopes[1, 1] = lever_turns * by_lever2, -lever_turns * by_lever2
+    slopes[0, 2], slopes[0, 3] = size * lever * lever * steepness, size * lever * first
+    slopes[1, 2], slopes[1, 3] = size * lever * first, size * second
+    slopes[0, 11], slopes[1, 11] = lever * unit, moment
+    slopes[0, 12], slopes[1, 12] = -lever / ratio * by_lever1, -lever / ratio * by_lever2
+    return size * lever * unit, size * moment
 
 
 @part
@@ -79,7 +76,7 @@ def _spring(angle, speed, values, row, slopes):
 @part
 def _cogging(angle, speed, values, row, slopes):
     periods = values[row, 2]
-    sine, cosine = math.sin(periods * angle), math.cos(periods * angle)
+    sine, cosine = sine_and_cosine(periods * angle)
     slopes[0, 0], slopes[0, 1] = periods * (values[row, 0] * cosine - values[row, 1] * sine), 0.0
     slopes[0, 2], slopes[0, 3], slopes[0, 4] = sine, cosine, 0.0  # the number of periods is given, not fitted
     return values[row, 0] * sine + values[row, 1] * cosine
@@ -88,10 +85,10 @@ def _cogging(angle, speed, values, row, slopes):
 @part
 def _tilt(state, time, values, row, constants, slopes):
     tilt, a1, m2_l2, g = values[row, 0], constants[2], constants[5], constants[6]
-    sine1 = math.sin(state[0] - tilt) - math.sin(state[0])
-    sine2 = math.sin(state[1] - tilt) - math.sin(state[1])
-    cosine1, cosine2 = math.cos(state[0] - tilt), math.cos(state[1] - tilt)
-    slopes[0, 0], slopes[1, 1] = a1 * g * (cosine1 - math.cos(state[0])), m2_l2 * g * (cosine2 - math.cos(state[1]))
+    (upright1, along1), (upright2, along2) = sine_and_cosine(state[0]), sine_and_cosine(state[1])
+    (sine1, cosine1), (sine2, cosine2) = sine_and_cosine(state[0] - tilt), sine_and_cosine(state[1] - tilt)
+    sine1, sine2 = sine1 - upright1, sine2 - upright2
+    slopes[0, 0], slopes[1, 1] = a1 * g * (cosine1 - along1), m2_l2 * g * (cosine2 - along2)
     slopes[0, 6], slopes[1, 9] = g * sine1, g * sine2
     slopes[0, 10], slopes[1, 10] = a1 * sine1, m2_l2 * sine2
     slopes[0, 11], slopes[1, 11] = -a1 * g * cosine1, -m2_l2 * g * cosine2
@@ -102,7 +99,8 @@ def _tilt(state, time, values, row, constants, slopes):
 def _quasi_static_base(state, time, values, row, constants, slopes):
     a1, m2_l2 = constants[2], constants[5]
     u = _acceleration_of_pull(state[0], state[1], state[2], state[3], constants)
-    cosine1, cosine2 = a1 * math.cos(state[0]), m2_l2 * math.cos(state[1])
+    (sin1, cos1), (sin2, cos2) = sine_and_cosine(state[0]), sine_and_cosine(state[1])
+    cosine1, cosine2 = a1 * cos1, m2_l2 * cos2
     compliance = values[row, 0]
     slopes[0, 11], slopes[1, 11] = cosine1 * u, cosine2 * u
     if compliance != 0.0:
@@ -115,10 +113,10 @@ def _quasi_static_base(state, time, values, row, constants, slopes):
             state[k] = kept
             by_state *= 0.5 * compliance / _NUDGE
             slopes[0, k], slopes[1, k] = cosine1 * by_state, cosine2 * by_state
-        slopes[0, 0] -= compliance * a1 * math.sin(state[0]) * u
-        slopes[1, 1] -= compliance * m2_l2 * math.sin(state[1]) * u
-        slopes[0, 6] += compliance * math.cos(state[0]) * u
-        slopes[1, 9] += compliance * math.cos(state[1]) * u
+        slopes[0, 0] -= compliance * a1 * sin1 * u
+        slopes[1, 1] -= compliance * m2_l2 * sin2 * u
+        slopes[0, 6] += compliance * cos1 * u
+        slopes[1, 9] += compliance * cos2 * u
     return compliance * cosine1 * u, compliance * cosine2 * u
 
 
@@ -159,9 +157,8 @@ def _paper_accelerations(theta1, theta2, omega1, omega2, constants):
 @inlined
 def _pull(theta1, theta2, omega1, omega2, alpha1, alpha2, a1, m2_l2):
     """Return the rate of change of the rods' horizontal momentum over A22 [m/s^2 / m]."""
-    return a1 * (math.cos(theta1) * alpha1 - math.sin(theta1) * omega1 * omega1) + m2_l2 * (
-        math.cos(theta2) * alpha2 - math.sin(theta2) * omega2 * omega2
-    )
+    (sin1, cos1), (sin2, cos2) = sine_and_cosine(theta1), sine_and_cosine(theta2)
+    return a1 * (cos1 * alpha1 - sin1 * omega1 * omega1) + m2_l2 * (cos2 * alpha2 - sin2 * omega2 * omega2)
 
 
 @inlined

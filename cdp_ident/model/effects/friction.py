@@ -9,7 +9,7 @@ import math
 
 from cdp_ident.model.compilation import Compilable, part
 from cdp_ident.model.effects.effect import JOINTS, EffectParameter, Form, Joint, TorqueEffect
-from cdp_ident.model.equations import acceleration_derivatives
+from cdp_ident.model.equations import acceleration_derivatives, sine_and_cosine
 
 
 @part
@@ -56,11 +56,10 @@ def _load(state, values, row, constants, slopes, inner_moment, outer_moment, car
         constants[0], constants[1], constants[2], constants[3], constants[4], constants[5], constants[6],
     )  # fmt: skip
     omega1, omega2 = state[2], state[3]
-    # The accelerations' derivatives first take the places of the load's.
-    alpha1, alpha2, _, _, _ = acceleration_derivatives(
-        state[0], state[1], omega1, omega2, 0.0, A23, A33, a1, c1, c2, m2_l2, g, 0.0, 0.0, slopes, slopes, 4, True
+    alpha1, alpha2, _, by_state, by_coefficient = acceleration_derivatives(
+        state[0], state[1], omega1, omega2, 0.0, A23, A33, a1, c1, c2, m2_l2, g, 0.0, 0.0
     )
-    sin1, cos1, sin2, cos2 = math.sin(state[0]), math.cos(state[0]), math.sin(state[1]), math.cos(state[1])
+    (sin1, cos1), (sin2, cos2) = sine_and_cosine(state[0]), sine_and_cosine(state[1])
     along1, along2 = cos1 * alpha1 - sin1 * omega1 * omega1, cos2 * alpha2 - sin2 * omega2 * omega2
     down1, down2 = sin1 * alpha1 + cos1 * omega1 * omega1, sin2 * alpha2 + cos2 * omega2 * omega2
     across = inner_moment * along1 + outer_moment * along2
@@ -68,7 +67,7 @@ def _load(state, values, row, constants, slopes, inner_moment, outer_moment, car
     load = math.sqrt(across * across + up * up) + 1e-300
     by_across, by_up = lever * across / load, lever * up / load
     for k in range(11):
-        d1, d2 = slopes[0, k], slopes[1, k]
+        d1, d2 = by_state[k] if k < 4 else by_coefficient[k - 4]
         slopes[0, k] = by_across * (inner_moment * cos1 * d1 + outer_moment * cos2 * d2) - by_up * (
             inner_moment * sin1 * d1 + outer_moment * sin2 * d2
         )
