@@ -13,11 +13,13 @@ import os
 import signal
 
 from cdp_ident.executables import EXECUTABLES
+from cdp_ident.memory import keep_freed_memory
 from cdp_ident.standard_streams import make_tolerant
 
 _INTERRUPTED = 130
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+keep_freed_memory()
 
 
 def start(name: str) -> int:

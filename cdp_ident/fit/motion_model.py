@@ -298,7 +298,7 @@ class MotionModel:
                 states = trajectory(coefficients, start, grid, u, torques, window.begin)
                 return states, np.empty((*states.shape, 0))
             states, by_directions = trajectory_with_derivatives(
-                coefficients, start, grid, u, torques, window.begin, by_start_only=derivatives == "start"
+                coefficients, start, grid, u, torques, window.begin, derivatives == "start", of_angles_only=True
             )
             return states, self._by_unknowns(values, by_directions, window.trial)
 
@@ -320,15 +320,16 @@ class MotionModel:
         return theta, by_unknowns
 
     def _by_unknowns(self, values: Array, derivatives: Array, trial: int) -> Array:
-        """Return derivatives (n, 2, states + unknowns) of the angles from those that compiled code gives."""
+        """Return derivatives (n, 2, states + unknowns) of the angles from those (n, 2, directions) by directions."""
         base, states = len(self.base_names), self.states
-        derivatives = derivatives[:, :2]
         result = np.zeros((*derivatives.shape[:2], states + len(self.names)))
         result[..., :states] = derivatives[..., :states]
         if derivatives.shape[2] == states:
             return result
         direction = states + len(COEFFICIENTS)
-        result[..., states : states + base] = derivatives[..., states:direction] @ self._chain(values)
+        # One product of two matrices; numpy would multiply one by one those that three axes stand for.
+        by_coefficients = derivatives.reshape(-1, derivatives.shape[2])[:, states:direction]
+        result.reshape(-1, result.shape[2])[:, states : states + base] = by_coefficients @ self._chain(values)
         for index, active in enumerate(self.effects):
             if isinstance(active.effect, TorqueEffect) and active.trial in (None, trial):
                 place = self.places(index)

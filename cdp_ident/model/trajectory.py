@@ -75,18 +75,21 @@ def trajectory_with_derivatives(
     torques: Torques = NO_TORQUES,
     begin: float = 0.0,
     by_start_only: bool = False,
+    of_angles_only: bool = False,
 ) -> tuple[Array, Array]:
     """Return states (n, states) as `trajectory` does, and their derivatives (n, states, directions).
 
     The directions are the numbers of the initial state and, unless those alone are asked for, the seven coefficients
-    and the parameters of effects that `torques.lanes` names: see `directions`.
+    and the parameters of effects that `torques.lanes` names: see `directions`. On request only the derivatives of
+    theta1 and theta2 are returned (n, 2, directions).
     """
     size = torques.states
     if by_start_only:
         torques = torques.without_directions()
     count = size if by_start_only else directions(torques)
     lanes = -(-count // VECTOR) * VECTOR
-    states, derivatives = np.empty((len(grid.place), size)), np.empty((len(grid.place), size, lanes))
+    samples, rows = len(grid.place), 2 if of_angles_only else size
+    states, derivatives = np.empty((samples, size)), np.empty((samples, rows, lanes))
     _run(coefficients, start, grid, u, torques, begin, lanes, states, derivatives)
     return states, derivatives[..., :count]
 
@@ -254,6 +257,7 @@ def _steps(
                 w2, w3 = h * s * (1.0 - s) * (1.0 - s), h * s * s * (s - 1.0)
                 for r in range(n):
                     states[j, r] = w0 * state[r] + w1 * end[r] + w2 * rates[0, r] + w3 * rates[4, r]
+                for r in range(derivatives.shape[1]):
                     for block in range(blocks_of(lanes)):
                         first, lane = row_of(n, block, r, OLD), np.uint64(block * LANES)
                         for i in range(width_of(block, lanes)):

@@ -15,6 +15,7 @@ from queue import SimpleQueue
 from typing import Any, TypeVar
 
 from cdp_ident.errors import OptionError
+from cdp_ident.memory import keep_freed_memory
 from cdp_ident.model.parallel import use_one_core
 from cdp_ident.outside_text import shown
 
@@ -65,6 +66,7 @@ def each(
 
 def _on_one_core(work: Callable[[Job], Result], job: Job) -> Result:
     use_one_core()
+    keep_freed_memory()
     return work(job)
 
 

@@ -9,7 +9,8 @@ from cdp_ident.model.effects.effect import JOINTS, SensorEffect
 
 Array = npt.NDArray[np.float64]
 Motion = Callable[[float], tuple[Array, Array]]
-"""From a delay [s] to the states (n, 4) so much earlier and their derivatives (n, 4, d); without any, d is 0."""
+"""From a delay [s] to the states (n, 4 or more) so much earlier and the derivatives (n, 2, d) of their angles; without
+any, d is 0."""
 
 
 def encoder_readings(
