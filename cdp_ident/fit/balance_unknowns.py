@@ -153,15 +153,18 @@ class Mechanism:
     def gravity_torque(self, unknowns: Unknowns, values: Array, pieces: Sequence[Piece]) -> Array:
         """Return the root mean square of gravity's torque (2,) in the inner and the outer joint, over A22 [rad/s^2]."""
         a1 = values[unknowns.names.index("a1_over_A22")]
-        outer_moment = values[0] / self.length_of(unknowns, values)
+        outer_moment = values[unknowns.names.index(MOMENT)] if unknowns.length_free else values[0] / self.length
         theta1, theta2 = (np.concatenate([getattr(p.kinematics, n)[0] for p in pieces]) for n in ("theta1", "theta2"))
         outer = outer_moment * self.gravity * np.sin(theta2)
         inner = outer + a1 * self.gravity * np.sin(theta1)
         return np.sqrt([np.mean(inner**2), np.mean(outer**2)])
 
     def length_of(self, unknowns: Unknowns, values: Array) -> float:
-        """Return L [m], as known or as found."""
-        return float(values[0] / values[unknowns.names.index(MOMENT)]) if unknowns.length_free else self.length
+        """Return L [m], as known or as found; not a number where the outer rod's moment, which shows it, is zero."""
+        if not unknowns.length_free:
+            return self.length
+        moment = float(values[unknowns.names.index(MOMENT)])
+        return float(values[0]) / moment if moment else float("nan")
 
     def _terms(self, piece: Piece, unknowns: Unknowns, groups: Array) -> Iterator[Term]:
         k = piece.kinematics

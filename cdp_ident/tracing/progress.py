@@ -1,5 +1,6 @@
 """The progress of a stepwise selection: the present model, and refits of others."""
 
+import functools
 import time
 from collections.abc import Callable, Iterable, Sequence
 from typing import TypeVar
@@ -134,18 +135,17 @@ class Progress:
     def without_each(self, attempt: Attempt, leaving_out: Sequence[Sequence[int]]) -> list[Attempt]:
         """Return a model without some of its effects, refitted, for each choice of those that are left out.
 
-        What was computed for the model that was asked for last is not computed again.
-
-        Raises:
-            IdentificationError, LinAlgError: one of them cannot be fitted.
+        What was computed for the model that was asked for last is not computed again. The paper's model stands for one
+        that cannot be fitted, which is reported: then the effects are needed.
         """
         if self._whole is not attempt:
             self._whole, self._without = attempt, {}
         new = [chosen for chosen in dict.fromkeys(map(tuple, leaving_out)) if chosen not in self._without]
-        for chosen, after in zip(
-            new, parallel_map(lambda indices: without_effects(attempt, indices), new), strict=True
-        ):
-            self._without[chosen] = after
+        for chosen, after in zip(new, parallel_map(functools.partial(_without_effects, attempt), new), strict=True):
+            if isinstance(after, Exception):
+                names = " and ".join(attempt.model.labels[index] for index in chosen)
+                self.fail(f"the model without {names} could not be fitted, it is compared with the paper's: {after}")
+            self._without[chosen] = self.before if isinstance(after, Exception) else after
         return [self._without[tuple(chosen)] for chosen in leaving_out]
 
     def aside(self, stop: Callable[[], bool]) -> "Progress":
@@ -236,14 +236,17 @@ class Progress:
         self._say(line)
 
 
-def without_effects(attempt: Attempt, indices: Sequence[int]) -> Attempt:
-    """Return a model without some of its effects, refitted."""
+def _without_effects(attempt: Attempt, indices: Sequence[int]) -> Attempt | Exception:
+    """Return a model without some of its effects, refitted, or why that cannot be done."""
     model: MotionModel = attempt.model
     values: Array = attempt.fit.values
     for index in sorted(indices, reverse=True):
         model, remain = model.without_effect(index)
         values = values[remain]
-    return attempt_of(refine(model, values, attempt.fit.windows), attempt.folds)
+    try:
+        return attempt_of(refine(model, values, attempt.fit.windows), attempt.folds)
+    except (IdentificationError, np.linalg.LinAlgError) as error:
+        return error
 
 
 def _with_candidates(model: MotionModel, values: Array, candidates: Iterable[Candidate]) -> tuple[MotionModel, Array]:

@@ -13,7 +13,6 @@ from cdp_ident.fit.refinement import Fit
 from cdp_ident.model.effects.effect import Form
 from cdp_ident.tracing.addition import add_balanced, add_effects
 from cdp_ident.tracing.certainty import certainties
-from cdp_ident.tracing.evidence import Attempt
 from cdp_ident.tracing.exchange import alternatives, exchange_effects, try_states
 from cdp_ident.tracing.expected import ExpectedEffect, begin_with
 from cdp_ident.tracing.progress import NO_STEPS, InterruptedSelectionError, Progress, attempt_of
@@ -77,7 +76,7 @@ def stepwise_selection(
     except (IdentificationError, np.linalg.LinAlgError) as error:
         progress.fail(f"the selection ended early: {error}")
     after = progress.current
-    without = [_without(progress, index) for index in range(len(after.model.effects))]
+    without = progress.without_each(after, [[index] for index in range(len(after.model.effects))])
     also_possible = tuple(
         alternatives(active, after, removed, progress.rivals.get(label, ()))
         for active, label, removed in zip(after.model.effects, after.model.labels, without, strict=True)
@@ -92,16 +91,6 @@ def stepwise_selection(
         failures=tuple(progress.failures),
         interrupted=interrupted,
     )
-
-
-def _without(progress: Progress, index: int) -> Attempt:
-    """Return the model without one of its effects; the paper's model, where that cannot be fitted."""
-    try:
-        return progress.without(progress.current, [index])
-    except (IdentificationError, np.linalg.LinAlgError) as error:
-        key = progress.current.model.effects[index].effect.key
-        progress.fail(f"the model without {key} could not be fitted, it is compared with the paper's: {error}")
-        return progress.before
 
 
 def _select(progress: Progress) -> None:

@@ -59,3 +59,12 @@ def test_what_is_looked_for_is_what_its_entries_say():
         effect.key for effect in EFFECTS.values() if effect.in_balance
     }
     assert all(effect.dry for effect in DRY)
+
+
+def test_an_outer_rod_without_a_moment_shows_no_length(measured):
+    mechanism, unknowns = Mechanism(0.4, 9.81, 0.4), Unknowns(length_free=True)
+    piece = Piece.of(measured(noise=1e-4), mechanism.time_unit)
+    values = np.array([0.0, 0.1, 2.0, 0.1, 0.05, 0.0])
+    assert np.isnan(mechanism.length_of(unknowns, values))
+    inner, outer = mechanism.gravity_torque(unknowns, values, [piece])
+    assert (inner > 1.0, outer) == (True, 0.0)

@@ -98,6 +98,24 @@ def test_a_model_without_an_effect_is_fitted_once(plain):
     assert progress.without(with_both, [0]) is without_spring
 
 
+def test_the_papers_model_stands_for_one_that_cannot_be_fitted_without_an_effect(plain, monkeypatch):
+    progress = Progress(plain, 5e-4)
+    ((_, with_both),) = progress.tried(plain, [(SPRING, DRAG)])
+    real = progress_module.refine
+
+    def fails_without_spring(model, *rest, **named):
+        if [active.effect.key for active in model.effects] == ["air_drag.inner"]:
+            raise IdentificationError("it diverged")
+        return real(model, *rest, **named)
+
+    monkeypatch.setattr(progress_module, "refine", fails_without_spring)
+    without_spring, without_drag = progress.without_each(with_both, [[0], [1]])
+    assert without_spring is plain
+    assert [active.effect.key for active in without_drag.model.effects] == ["joint_spring.outer"]
+    said = "the model without joint_spring.outer could not be fitted, it is compared with the paper's: it diverged"
+    assert progress.failures == [said]
+
+
 def test_what_fails_aside_is_not_reported_at_once(plain, monkeypatch):
     def fails(model, values, before, expected):
         raise IdentificationError("it diverged")
