@@ -104,7 +104,8 @@ def _add_torques(
             speed = onto1 * state[2] + onto2 * state[3]
             if form == MEMORY:
                 own = table[e, 5]
-                torque, rates[row, own] = memory_law(kind, speed, state[own], values, e, slopes)
+                direction = float(modes[joint])
+                torque, rates[row, own] = memory_law(kind, speed, direction, state[own], values, e, slopes)
                 by_angle, by_speed = 0.0, slopes[0, 0]
                 by_own[0, own] += onto1 * slopes[0, 1]
                 by_own[1, own] += onto2 * slopes[0, 1]

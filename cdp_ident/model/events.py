@@ -10,7 +10,7 @@ from cdp_ident.model.sticking import dip, violation
 _TURNED_OVER, _RESOLVED = 4.0, 0.15
 """A torque that changes within a small speed v is constant beyond so many times v; below, a step changes the joint's
 speed by at most this share of v."""
-_TURN = 0.5
+_TURN = 1.0
 """A step turns a joint by at most about so many times the angle within which a torque changes."""
 SMALLEST = 1.0 / 256.0
 """Smallest share of a step into which it is divided."""

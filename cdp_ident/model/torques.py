@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from cdp_ident.model.effects.catalogue import kind_of
 from cdp_ident.model.effects.constants import COUNT
-from cdp_ident.model.effects.effect import JOINTS, TorqueEffect
+from cdp_ident.model.effects.effect import JOINTS, Form, TorqueEffect
 
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
@@ -24,8 +24,9 @@ class Torques:
     """Effects with their parameters, laid out for compiled code."""
 
     table: Indices = field(default_factory=lambda: np.empty((0, 6), dtype=np.int64))
-    """(effects, 6) of each effect the number of its law, its form, its joint (0 inner, 1 outer), whether it is dry,
-    which parameter is the speed within which it changes, and where its own states begin, the last two -1 for none."""
+    """(effects, 6) of each effect the number of its law, its form, its joint (0 inner, 1 outer), whether its torque has
+    a kink or a step where the joint's speed is zero, which parameter is the speed or angle within which it changes, and
+    where its own states begin, the last two -1 for none."""
     values: Array = field(default_factory=lambda: np.empty((0, 1)))
     """(effects, p) their parameters."""
     constants: Array = field(default_factory=lambda: np.zeros(COUNT))
@@ -59,7 +60,8 @@ class Torques:
         for effect, _ in effects:
             own = states if effect.states else -1
             joint, turning = _PLACES.index(effect.joint), _turning_parameter(effect)
-            table.append((kind_of(effect), effect.form, joint, effect.dry, turning, own))
+            has_kink = effect.dry or effect.form is Form.MEMORY
+            table.append((kind_of(effect), effect.form, joint, has_kink, turning, own))
             states += effect.states
         return cls(np.array(table, dtype=np.int64).reshape(-1, 6), values, constants, lanes, states)
 

@@ -159,6 +159,7 @@ def _trajectory(
         if table[e, 1] == _BASE:
             base = e
         if table[e, 3]:
+            # A friction with a memory has no size: its joint does not stick, but steps are divided where it turns.
             dry[table[e, 2]] = True
     modes = np.ones(2, dtype=np.int64)
     state, end, at, trial_end, first_row = start.copy(), np.empty(n), np.empty(n), np.empty(n), np.empty(n)

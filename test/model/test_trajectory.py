@@ -44,6 +44,8 @@ INEXACT = {
     # Steps are as short as the speed asks for, so that the error of the motion (1e-7 rad) depends on that, too.
     "stribeck_friction.inner": 5e-3,
     "stribeck_friction.outer": 1e-4,
+    "presliding_friction.inner": 2e-4,
+    "presliding_friction.outer": 2e-4,
     # One coefficient changes the motion a little only: differences show what the division of steps does to it.
     **{key: 5e-4 for key, effect in TORQUES.items() if effect.curve},
 }
@@ -200,8 +202,8 @@ def test_an_effect_s_own_states_are_where_the_layout_puts_them():
 
 @pytest.mark.parametrize("joint", ["inner", "outer"])
 @pytest.mark.parametrize("give", [1e-3, 0.01, 0.05])
-def test_friction_that_gives_way_before_it_slips_is_the_reference_s(joint, give):
-    over = 0.1
+@pytest.mark.parametrize("over", [0.1, 0.6])
+def test_friction_that_gives_way_before_it_slips_is_the_reference_s(joint, give, over):
     effect = TORQUES[f"presliding_friction.{joint}"]
     times = np.arange(300) * 0.005
     found = trajectory(
@@ -210,7 +212,7 @@ def test_friction_that_gives_way_before_it_slips_is_the_reference_s(joint, give)
     given = torques.dahl(joint, over * A22, over * A22 / give)
     expected = motion(TABLE_5, SLOW, times, torques=[given])
     assert np.abs(found[:, :4] - trajectory(COEFFICIENTS, SLOW, TimeGrid.over(times), np.zeros(599))).max() > 1e-2
-    np.testing.assert_allclose(found[:, :2], expected[:, :2], rtol=0, atol=1e-5)
+    np.testing.assert_allclose(found[:, :2], expected[:, :2], rtol=0, atol=3e-7)
     assert np.all(np.abs(found[:, 4]) <= 1.0 + 1e-9)
 
 

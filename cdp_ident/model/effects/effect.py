@@ -70,7 +70,8 @@ class Form(IntEnum):
     parameters compliance, natural frequency and damping ratio (see `dynamics`)."""
     MEMORY = 4
     """A torque between the two bodies of its joint that depends on a state of its own, which has a rate. `law(speed,
-    own, values, row, slopes)` returns torque and rate; `slopes[0]` takes the torque's derivatives by the joint's speed,
+    direction, own, values, row, slopes)` returns torque and rate; the direction, 1 or -1, is that of the speed, and
+    changes between steps only; `slopes[0]` takes the torque's derivatives by the joint's speed,
     by its own state, and by each parameter, `slopes[1]` the rate's."""
 
 

@@ -36,11 +36,12 @@ def _quadratic(angle, speed, values, row, slopes):
 
 
 @part
-def _dahl(speed, own, values, row, slopes):
+def _dahl(speed, direction, own, values, row, slopes):
     torque, give = values[row, 0], values[row, 1]
-    rate = (speed - abs(speed) * own) / give
+    slips = 1.0 - direction * own
+    rate = speed * slips / give
     slopes[0, 0], slopes[0, 1], slopes[0, 2], slopes[0, 3] = 0.0, -torque, -own, 0.0
-    slopes[1, 0], slopes[1, 1] = ((1.0 - own) if speed > 0.0 else (1.0 + own)) / give, -abs(speed) / give
+    slopes[1, 0], slopes[1, 1] = slips / give, -direction * speed / give
     slopes[1, 2], slopes[1, 3] = 0.0, -rate / give
     return -torque * own, rate
 
