@@ -38,7 +38,7 @@ def continuity(fit: Fit) -> Continuity | None:
         time = np.array([after.begin - window.begin])
         grid = TimeGrid.over(time, window.grid.step)
         u = np.interp(grid.half_step_times(), window.grid.half_step_times(), window.u)
-        end = replace(window, time=time, theta=np.zeros((1, 2)), grid=grid, u=u)
+        end = replace(window, time=time, theta=np.empty((0, 2)), grid=grid, u=u)
         arrival, sensitivity = fit.model.predict(fit.values, window.start, end)
         carried = sensitivity[0, :, :states]
         (of_this, this_by_values), (of_next, next_by_values) = (_initial_state(fit, index + k) for k in range(2))

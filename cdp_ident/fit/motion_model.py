@@ -15,6 +15,7 @@ from cdp_ident.fit.weighted import Layout, Weighted
 from cdp_ident.fit.windows import Window
 from cdp_ident.model.effects.constants import effect_constants
 from cdp_ident.model.effects.effect import JOINTS, TorqueEffect
+from cdp_ident.model.effects.play import Turned
 from cdp_ident.model.effects.readings import encoder_readings
 from cdp_ident.model.parameters import (
     COEFFICIENTS,
@@ -267,7 +268,12 @@ class MotionModel:
         return Torques.of(chosen, constants, directions)
 
     def predict(
-        self, values: Array, start: Array, window: Window, derivatives: Literal["all", "start", "none"] = "all"
+        self,
+        values: Array,
+        start: Array,
+        window: Window,
+        derivatives: Literal["all", "start", "none"] = "all",
+        turned: Turned | None = None,
     ) -> tuple[Array, Array]:
         """Return the angles that the encoders show in a window, and their derivatives.
 
@@ -277,6 +283,7 @@ class MotionModel:
             window: gives the trial and the times.
             derivatives: which are wanted: "start" for those by the initial state and the encoders' zeros, for which
                 less is computed.
+            turned: by what encoders with play were turned before, where the window goes on from another one.
 
         Returns:
             Angles (n, 2) [rad] and their derivatives (n, 2, states + unknowns) by the initial state and the unknowns,
@@ -307,11 +314,13 @@ class MotionModel:
             for index, active in enumerate(self.effects)
             if not isinstance(active.effect, TorqueEffect) and active.trial in (None, window.trial)
         ]
-        theta, by_unknowns = encoder_readings(motion, sensors, window.begin + window.time, self.states)
         place = self.zero_places(window.trial)
+        # Both absolute angles contain the inner encoder's.
+        zeros = np.cumsum(values[place]) if place.start < place.stop else np.zeros(2)
+        shown = window.theta[0] - zeros if len(window.theta) else None
+        theta, by_unknowns = encoder_readings(motion, sensors, window.begin + window.time, self.states, shown, turned)
         if place.start < place.stop:
-            # Both absolute angles contain the inner encoder's.
-            theta = theta + np.cumsum(values[place])
+            theta = theta + zeros
             if derivatives != "none":
                 by_unknowns[:, :, self.states + place.start] = 1.0
                 by_unknowns[:, 1, self.states + place.start + 1] = 1.0
