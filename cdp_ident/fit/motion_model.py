@@ -165,9 +165,13 @@ class MotionModel:
         added = np.zeros(len(JOINTS) * len(more))
         return replace(self, zeros=self.zeros + more), np.concatenate([values[:end], added, values[end:]])
 
-    def without_zeros(self, values: Array) -> tuple["MotionModel", Array]:
-        """Return this model and its values with encoders whose zeros are right in all trials."""
-        return replace(self, zeros=()), values[~self.of_zeros]
+    def with_exact_encoders(self) -> tuple["MotionModel", npt.NDArray[np.bool_]]:
+        """Return this model with encoders that show the rods' angles, and which of the unknowns remain."""
+        remain = ~self.of_zeros
+        for index, active in enumerate(self.effects):
+            remain[self.places(index)] = isinstance(active.effect, TorqueEffect)
+        of_rods = tuple(active for active in self.effects if isinstance(active.effect, TorqueEffect))
+        return replace(self, zeros=(), effects=of_rods), remain
 
     def zero_places(self, trial: int) -> slice:
         """Return where the unknowns of a trial's zeros are: empty for a trial that has none of its own."""
