@@ -59,6 +59,7 @@ _HIDDEN_AS = {
     "magnet": "hidden as a magnet near the joint; over the angle",
     "partial_rub": "hidden as a bearing that rubs over a part of its turn; dry friction over the angle",
     "heavy_cart": "hidden as a heavy cart on a soft stand",
+    "backlash": "half of the gap, as in the table above",
     "rotor_inertia": "hidden as a rotor that turns with the outer joint",
 }
 _DISTINCTION = {

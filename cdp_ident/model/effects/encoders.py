@@ -109,7 +109,7 @@ ENCODERS: tuple[SensorEffect, ...] = (
             joint,
             "",
             "an encoder whose coupling has play",
-            "the angle at which the joint last pushed the encoder, before the gap opened",
+            "angle - gap/2 sign(speed) once the joint has turned through the gap; until then as it was",
             "play operator: Krasnosel'skii and Pokrovskii, Systems with Hysteresis, 1989",
             (EffectParameter("gap", "rad", 0.0, 0.2, 0.01),),
             _nothing_added,
