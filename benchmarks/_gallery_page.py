@@ -59,6 +59,7 @@ _HIDDEN_AS = {
     "magnet": "hidden as a magnet near the joint; over the angle",
     "partial_rub": "hidden as a bearing that rubs over a part of its turn; dry friction over the angle",
     "heavy_cart": "hidden as a heavy cart on a soft stand",
+    "backlash": "half of the gap, as in the table above",
     "rotor_inertia": "hidden as a rotor that turns with the outer joint",
 }
 _DISTINCTION = {
@@ -102,6 +103,10 @@ _DISTINCTION = {
     ),
     "encoder_scale": ("The error grows with the angle from hanging; an offset is constant, an eccentricity periodic."),
     "encoder_eccentricity": ("The error is a sine of the joint's angle, once a turn."),
+    "backlash": (
+        "The angle's error is half of the gap, against the motion, and changes its sign after each turn while the "
+        "joint goes through the gap. That of a late encoder is proportional to the speed."
+    ),
     "encoder_slip": ("One angle jumps at an instant and stays off; the speeds do not jump."),
     "gravity_tilt": (
         "Gravity has a constant share sideways. An inner encoder that is off by the tilt gives the same "

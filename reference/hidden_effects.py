@@ -298,7 +298,7 @@ def flex() -> HiddenEffect:
 
 
 def backlash(joint: str) -> HiddenEffect:
-    """An encoder whose coupling has play. The package does not know it. Strength: half of the play."""
+    """An encoder whose coupling has play. Strength: half of the play."""
 
     def play(angle: Array, time: Array, size: float) -> Array:
         shown = np.empty_like(angle)

@@ -40,7 +40,7 @@ EQUIVALENT = (
     frozenset({("quadratic_friction", "inner"), ("air_drag", "inner")}),
 )
 """Effects that are one and the same motion."""
-UNKNOWN_TO_THE_PACKAGE = ("partial_rub", "magnet", "rod_flex", "backlash")
+UNKNOWN_TO_THE_PACKAGE = ("partial_rub", "magnet", "rod_flex")
 
 
 @dataclass(frozen=True)
@@ -243,6 +243,7 @@ _BOTH = (
     "encoder_scale",
     "encoder_eccentricity",
     "encoder_slip",
+    "backlash",
 )
 SINGLE = (*(f"{name}.{joint}" for name in _BOTH for joint in ("inner", "outer")), "gravity_tilt.base",
           "pivot_compliance.base", "time_offset.outer")  # fmt: skip
@@ -256,8 +257,7 @@ PAIRS = (
     "gravity_tilt.base+coulomb_friction.inner",
     "joint_spring.inner+coulomb_friction.outer",
 )
-UNKNOWN = ("partial_rub.inner", "partial_rub.outer", "magnet.inner", "magnet.outer", "rod_flex.inner",
-           "backlash.inner", "backlash.outer")  # fmt: skip
+UNKNOWN = ("partial_rub.inner", "partial_rub.outer", "magnet.inner", "magnet.outer", "rod_flex.inner")
 KINDS = ("none", *SINGLE, *PAIRS, *UNKNOWN)
 """All kinds of truth: none, each effect alone, common pairs, and effects that the package's catalogue lacks."""
 

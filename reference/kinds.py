@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 _IN_BOTH = ("coulomb_friction", "stribeck_friction", "quadratic_friction", "load_friction", "air_drag", "joint_spring",
             "cogging_torque", "impulse", "encoder_offset", "encoder_scale", "encoder_eccentricity",
-            "encoder_slip")  # fmt: skip
+            "encoder_slip", "backlash")  # fmt: skip
 SINGLE = (*(f"{name}.{joint}" for name in _IN_BOTH for joint in ("inner", "outer")), "gravity_tilt.base",
           "pivot_compliance.base", "heavy_cart.base", "time_offset.outer")  # fmt: skip
 """One effect that has a name in the package."""
@@ -35,9 +35,8 @@ STICKING = (
     "stopping.outer+joint_spring.inner",
 )
 """Dry friction that stops a joint within seconds: Coulomb's, or Stribeck's with its larger torque at rest."""
-BEYOND = ("partial_rub.inner", "magnet.outer", "rod_flex.inner", "backlash.inner", "presliding_friction.outer",
-          "partial_rub.outer", "magnet.inner", "rotor_inertia.outer", "backlash.outer",
-          "presliding_friction.inner")  # fmt: skip
+BEYOND = ("partial_rub.inner", "magnet.outer", "rod_flex.inner", "presliding_friction.outer",
+          "partial_rub.outer", "magnet.inner", "rotor_inertia.outer", "presliding_friction.inner")  # fmt: skip
 """What has no name in the package."""
 GROUPS = {"none": ("none",), "single": SINGLE, "several": SEVERAL, "sticking": STICKING, "beyond": BEYOND}
 KINDS = tuple(kind for kinds in GROUPS.values() for kind in kinds)

@@ -39,7 +39,6 @@ _BEYOND = {
     "rotor_inertia": "geared_rotor",
     "presliding_friction": "coulomb_friction",
     "rod_flex": "",
-    "backlash": "",
 }
 """What the package has no name for, or one that may be missed, and what would be a right name all the same, if any."""
 

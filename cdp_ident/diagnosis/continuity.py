@@ -29,6 +29,7 @@ class Continuity:
 def continuity(fit: Fit) -> Continuity | None:
     """Compare each window's initial state with the end of the one before it; None where there are no neighbours."""
     jumps, expected, states = [], [], fit.model.states
+    rods, of_rods = fit.model.with_exact_encoders()
     variance = fit.variance
     curvature = sum(np.einsum("nrp,nrq->pq", s, s) for s in reduced_sensitivities(fit))
     spread_of_values = variance * np.linalg.pinv(curvature, hermitian=True)
@@ -39,11 +40,12 @@ def continuity(fit: Fit) -> Continuity | None:
         grid = TimeGrid.over(time, window.grid.step)
         u = np.interp(grid.half_step_times(), window.grid.half_step_times(), window.u)
         end = replace(window, time=time, theta=np.zeros((1, 2)), grid=grid, u=u)
-        arrival, sensitivity = fit.model.predict(fit.values, window.start, end)
+        arrival, sensitivity = rods.predict(fit.values[of_rods], window.start, end)
         carried = sensitivity[0, :, :states]
         (of_this, this_by_values), (of_next, next_by_values) = (_initial_state(fit, index + k) for k in range(2))
         spread = variance * (carried @ of_this @ carried.T + of_next[:2, :2])
-        by_values = next_by_values[:2] - carried @ this_by_values - sensitivity[0, :, states:]
+        by_values = next_by_values[:2] - carried @ this_by_values
+        by_values[:, of_rods] -= sensitivity[0, :, states:]
         spread += by_values @ spread_of_values @ by_values.T
         jumps.append(after.start[:2] - arrival[0])
         expected.append(np.diag(spread))

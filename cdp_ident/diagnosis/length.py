@@ -35,6 +35,8 @@ class LengthByBalance:
     """[m]"""
     std: float
     """[m]"""
+    balances: bool
+    """Whether less of gravity's torque is unexplained with it than with the given one."""
 
     @property
     def words(self) -> str:
@@ -57,15 +59,16 @@ def length_by_balance(given: ForceBalance, free: ForceBalance) -> LengthByBalanc
     better = free.criterion < given.criterion - CLEARLY_BETTER
     if off < max(_OFF * given.length, _CLEARLY * std) or not better:
         return None
-    return LengthByBalance(given.length, free.length, std)
+    return LengthByBalance(given.length, free.length, std, float(free.unexplained.max()) < given.unexplained.max())
 
 
 def says_another_length(balance: ForceBalance, length: LengthByBalance | None) -> str:
     """Return in words that the motion is that of a double pendulum, but of one of quite another length, if it is.
 
-    Motion that does not balance with any length may still be that of a pendulum whose joints stick or have backlash.
+    Motion that does not balance with any length may still be that of a pendulum whose joints stick, or whose encoders
+    have play.
     """
-    if length is None or abs(length.found / length.given - 1.0) < _ANOTHER:
+    if length is None or not length.balances or abs(length.found / length.given - 1.0) < _ANOTHER:
         return ""
     if np.any(balance.unexplained > np.maximum(_BESIDE_NOISE * balance.noise_share, _NO_BALANCE)):
         return (

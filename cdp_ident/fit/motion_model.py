@@ -15,6 +15,7 @@ from cdp_ident.fit.weighted import Layout, Weighted
 from cdp_ident.fit.windows import Window
 from cdp_ident.model.effects.constants import effect_constants
 from cdp_ident.model.effects.effect import JOINTS, TorqueEffect
+from cdp_ident.model.effects.play import Turned
 from cdp_ident.model.effects.readings import encoder_readings
 from cdp_ident.model.parameters import (
     COEFFICIENTS,
@@ -164,9 +165,13 @@ class MotionModel:
         added = np.zeros(len(JOINTS) * len(more))
         return replace(self, zeros=self.zeros + more), np.concatenate([values[:end], added, values[end:]])
 
-    def without_zeros(self, values: Array) -> tuple["MotionModel", Array]:
-        """Return this model and its values with encoders whose zeros are right in all trials."""
-        return replace(self, zeros=()), values[~self.of_zeros]
+    def with_exact_encoders(self) -> tuple["MotionModel", npt.NDArray[np.bool_]]:
+        """Return this model with encoders that show the rods' angles, and which of the unknowns remain."""
+        remain = ~self.of_zeros
+        for index, active in enumerate(self.effects):
+            remain[self.places(index)] = isinstance(active.effect, TorqueEffect)
+        of_rods = tuple(active for active in self.effects if isinstance(active.effect, TorqueEffect))
+        return replace(self, zeros=(), effects=of_rods), remain
 
     def zero_places(self, trial: int) -> slice:
         """Return where the unknowns of a trial's zeros are: empty for a trial that has none of its own."""
@@ -267,7 +272,12 @@ class MotionModel:
         return Torques.of(chosen, constants, directions)
 
     def predict(
-        self, values: Array, start: Array, window: Window, derivatives: Literal["all", "start", "none"] = "all"
+        self,
+        values: Array,
+        start: Array,
+        window: Window,
+        derivatives: Literal["all", "start", "none"] = "all",
+        turned: Turned | None = None,
     ) -> tuple[Array, Array]:
         """Return the angles that the encoders show in a window, and their derivatives.
 
@@ -277,6 +287,7 @@ class MotionModel:
             window: gives the trial and the times.
             derivatives: which are wanted: "start" for those by the initial state and the encoders' zeros, for which
                 less is computed.
+            turned: by what encoders with play were turned before, where the window goes on from another one.
 
         Returns:
             Angles (n, 2) [rad] and their derivatives (n, 2, states + unknowns) by the initial state and the unknowns,
@@ -307,11 +318,13 @@ class MotionModel:
             for index, active in enumerate(self.effects)
             if not isinstance(active.effect, TorqueEffect) and active.trial in (None, window.trial)
         ]
-        theta, by_unknowns = encoder_readings(motion, sensors, window.begin + window.time, self.states)
         place = self.zero_places(window.trial)
+        # Both absolute angles contain the inner encoder's.
+        zeros = np.cumsum(values[place]) if place.start < place.stop else np.zeros(2)
+        shown = window.theta[0] - zeros if len(window.theta) else None
+        theta, by_unknowns = encoder_readings(motion, sensors, window.begin + window.time, self.states, shown, turned)
         if place.start < place.stop:
-            # Both absolute angles contain the inner encoder's.
-            theta = theta + np.cumsum(values[place])
+            theta = theta + zeros
             if derivatives != "none":
                 by_unknowns[:, :, self.states + place.start] = 1.0
                 by_unknowns[:, 1, self.states + place.start + 1] = 1.0

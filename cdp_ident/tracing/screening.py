@@ -4,12 +4,16 @@ In chaotic motion, the residual is not linear in the missing effects; over short
 are below the noise.
 """
 
+from collections import Counter
 from collections.abc import Sequence
 
 from cdp_ident.fit.refinement import Fit
 from cdp_ident.tracing import thresholds
 from cdp_ident.tracing.candidates import Candidate, Pair, ScoreTest
 from cdp_ident.tracing.evidence import Attempt
+
+_HARMONICS = 3
+"""Of each joint, so many harmonics are refitted at most by each of the two tests."""
 
 
 def promising(attempt: Attempt, test: ScoreTest, most: int, rival_of: Sequence[str] = ()) -> list[Candidate]:
@@ -26,9 +30,20 @@ def promising(attempt: Attempt, test: ScoreTest, most: int, rival_of: Sequence[s
     for ranking, fit in ((test.ranked(), attempt.fit), (nearby.ranked(), attempt.closely)):
         least = thresholds.NEAR_A_RIVAL * max((c.gain for c in ranking if c.active.effect.key in rival_of), default=0.0)
         worth = [c for c in ranking if c.gain > least and is_worth_a_look(fit, c)]
-        for candidate in worth[:most]:
+        for candidate in _with_few_harmonics(worth)[:most]:
             found.setdefault(candidate.active.effect.key, candidate)
     return list(found.values())
+
+
+def _with_few_harmonics(ranking: Sequence[Candidate]) -> list[Candidate]:
+    """Return candidates without all but each joint's best harmonics: many imitate the same and leave no room."""
+    left, seen = [], Counter[str]()
+    for candidate in ranking:
+        effect = candidate.active.effect
+        seen[effect.joint] += effect.harmonic
+        if not effect.harmonic or seen[effect.joint] <= _HARMONICS:
+            left.append(candidate)
+    return left
 
 
 def is_worth_a_look(fit: Fit, candidate: Candidate) -> bool:

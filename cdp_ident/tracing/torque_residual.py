@@ -7,7 +7,6 @@ import numpy.typing as npt
 
 from cdp_ident.fit.refinement import Fit
 from cdp_ident.fit.windows import Window
-from cdp_ident.model.effects.effect import TorqueEffect
 from cdp_ident.model.torques import RODS_STATES
 from cdp_ident.model.trajectory import accelerations_at, trajectory
 from cdp_ident.trial.kinematics import HALF_WIDTH, local_motion
@@ -76,14 +75,11 @@ def torque_residual(fit: Fit) -> TorqueResidual:
 
 def corrected(fit: Fit) -> Fit:
     """Return a fit whose windows show the angles of the rods: the encoders' errors in its model are taken out."""
-    rods, values = fit.model.without_zeros(fit.values)
-    for index in reversed(range(len(rods.effects))):
-        if not isinstance(rods.effects[index].effect, TorqueEffect):
-            rods, remain = rods.without_effect(index)
-            values = values[remain]
+    rods, remain = fit.model.with_exact_encoders()
 
     def without_errors(window: Window) -> Window:
-        shown, actual = (m.predict(v, window.start, window)[0] for m, v in ((fit.model, fit.values), (rods, values)))
+        both = ((fit.model, fit.values), (rods, fit.values[remain]))
+        shown, actual = (model.predict(values, window.start, window, "none")[0] for model, values in both)
         return replace(window, theta=window.theta - (shown - actual))
 
     return replace(fit, windows=tuple(without_errors(window) for window in fit.windows))

@@ -16,6 +16,8 @@ from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.parameters import groups_of
 from scenarios.twin import standard_twin
 
+EFFECTS = {effect.key: effect for effect in CATALOGUE}
+
 
 def fit_of(seed=0, length=0.4, duration=2.5, keep=lambda window: True):
     prior = Prior(nominal={"L": length})
@@ -53,8 +55,21 @@ def test_a_single_window_has_nothing_to_join():
 
 
 def test_a_value_that_no_window_shows_does_not_matter():
-    impulse = next(effect for effect in CATALOGUE if effect.key == "impulse.inner")
     fit = fit_of()
-    model = fit.model.with_effect(ActiveEffect(impulse, trial=1))
+    model = fit.model.with_effect(ActiveEffect(EFFECTS["impulse.inner"], trial=1))
     with_it = refine(model, np.append(fit.values, [0.0, 1.0]), fit.windows)
     assert continuity(with_it).relative == pytest.approx(continuity(fit).relative, rel=0.01)
+
+
+@pytest.mark.parametrize("key", ["encoder_offset.inner", "backlash.outer"])
+def test_the_rods_are_compared_and_not_what_their_encoders_show(key):
+    fit = fit_of()
+    model = fit.model.with_effect(ActiveEffect(EFFECTS[key]))
+    values = np.append(fit.values, 0.05)
+    shown = [
+        replace(w, theta=model.predict(values, w.start, w)[0] - r)
+        for w, r in zip(fit.windows, fit.residuals, strict=True)
+    ]
+    found = continuity(refine(model, values, shown))
+    assert found.relative == pytest.approx(continuity(fit).relative, rel=0.4)
+    assert found.boundaries == 3

@@ -12,7 +12,7 @@ from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.prior import Prior
 from cdp_ident.fit.windows import cut_into_windows
 from cdp_ident.model.effects.catalogue import CATALOGUE
-from cdp_ident.model.effects.effect import SensorEffect
+from cdp_ident.model.effects.effect import JOINTS, SensorEffect
 from cdp_ident.model.parameters import GROUPS, SYMBOLS, coefficients_of, groups_of, inertia_about_cart
 from cdp_ident.model.weights import Weight
 from cdp_ident.trial.trial import Trial
@@ -73,7 +73,8 @@ def test_readings_of_an_encoder_s_effect_have_the_derivatives_of_differences(key
 
 
 def test_effects_of_both_encoders_a_late_one_and_a_torque_have_the_derivatives_of_differences():
-    keys = ("joint_spring.outer", "time_offset.outer", "encoder_scale.inner", "encoder_eccentricity.outer")
+    of_outer = ("joint_spring.outer", "time_offset.outer", "encoder_eccentricity.outer", "backlash.outer")
+    keys = ("encoder_scale.inner", *of_outer)
     model, values = with_effects(*keys)
     assert_derivatives_are_differences(model, values, first_window())
 
@@ -175,6 +176,27 @@ def test_lost_counts_are_missing_from_then_on():
 def test_what_happens_in_one_trial_is_not_in_another(key):
     _, plain, shown = readings(key, 0.1, 1.0, trial=1)
     assert np.array_equal(shown, plain)
+
+
+def test_an_encoder_with_play_sets_out_from_what_it_showed_beside_its_other_effects():
+    model, values = with_effects("backlash.outer", "encoder_scale.outer", "encoder_offset.outer")
+    model, values = model.with_zeros(values, [0])
+    values[model.of_zeros] = [0.02, -0.03]
+    values[model.places(0)] = 0.1
+    window = first_window()
+    joint, scale, offset = window.start[1] - window.start[0], 0.01, 0.01 - 0.03
+    within = joint * (1.0 + scale) + offset + 0.04
+    window.theta[0] = np.cumsum([window.start[0] + 0.02, within])
+    shown, _ = model.predict(values, window.start, window)
+    assert shown[0, 1] - shown[0, 0] == pytest.approx(within, abs=1e-3)
+
+
+@pytest.mark.parametrize("joint", [0, 1])
+def test_play_shows_in_one_encoder_and_by_half_of_the_gap_at_most(joint):
+    _, plain, shown = readings(f"backlash.{JOINTS[joint]}", 0.05)
+    off = np.diff(shown - plain, axis=1, prepend=0.0)
+    assert np.abs(off[:, joint]).max() == pytest.approx(0.025, abs=1e-9)
+    assert off[:, 1 - joint] == pytest.approx(0.0, abs=1e-12)
 
 
 def test_unknowns_are_named_in_the_order_of_their_values():

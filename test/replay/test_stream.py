@@ -55,6 +55,17 @@ def test_an_encoder_that_is_early_or_late_is_so_across_pieces(delay: float) -> N
     np.testing.assert_allclose(in_pieces(stream, TIMES, range(1, 2001)), whole(model), rtol=0, atol=1e-9)
 
 
+@pytest.mark.parametrize("every", [1, 40])
+def test_an_encoder_with_play_goes_on_across_pieces_and_past_times_that_nobody_asked_for(every: int) -> None:
+    model = fitted_model(NOMINAL | EFFECTS | {"effects.backlash.outer.gap": 0.1}, "test")
+    (window,) = cut_into_windows([Trial("swing", TIMES, np.zeros((len(TIMES), 2)))], np.inf)
+    window = replace(window, trial=model.trial("swing"), theta=np.empty((0, 2)))
+    at_once, _ = model.motion.predict(model.values, START, window)
+    stream = MotionStream(model, START, model.trial("swing"))
+    pieces = np.concatenate([stream.readings(time) for time in TIMES[::every, None]])
+    np.testing.assert_allclose(pieces, at_once[::every], rtol=0, atol=1e-9)
+
+
 def test_the_cart_s_acceleration_is_that_of_the_trial() -> None:
     cart = 0.05 * np.sin(2.0 * TIMES)
     window = cut_into_windows([Trial("swing", TIMES, np.zeros((len(TIMES), 2)), cart)], np.inf)[0]

@@ -70,10 +70,22 @@ def test_an_effect_that_took_the_part_of_two_goes_once_both_are_there() -> None:
 
 @pytest.mark.campaign
 def test_an_effect_that_imitates_a_part_of_something_else_is_not_named() -> None:
-    found, answer = traced("backlash.inner", 1000, 0.9)
+    found, answer = traced("rod_flex.inner", 1000, 3.0)
     assert named(found) == set()
     assert found.unexplained.significant
     assert found.after.holdout.rmse() > 1.5 * answer.floor
+
+
+@pytest.mark.parametrize(
+    ("kind", "visible"), [("backlash.inner", 0.9), pytest.param("backlash.outer", 9.0, marks=pytest.mark.campaign)]
+)
+def test_play_between_a_joint_and_its_encoder_is_named_and_measured(kind: str, visible: float) -> None:
+    found, answer = traced(kind, 1000, visible)
+    ((hidden,), (effect,)) = answer.hidden, found.effects
+    assert named(found) == {hidden.identity}
+    (gap,) = effect.parameters
+    assert gap.value == pytest.approx(2.0 * hidden.strength, rel=0.02)
+    assert found.after.holdout.rmse() < 1.05 * answer.floor
 
 
 @pytest.mark.campaign

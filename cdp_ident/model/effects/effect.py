@@ -166,6 +166,9 @@ class SensorEffect:
     and to each parameter, (n, 1 + parameters)."""
     delays: bool = False
     """Whether its one parameter is by how much the encoder is late [s], instead of anything added."""
+    has_play: bool = False
+    """Whether its one parameter is the gap in the encoder's coupling [rad], within which the joint turns without the
+    encoder, instead of anything added."""
     at_an_instant: bool = False
     """Whether it happens once, in one trial: it is added from its parameter `time` on."""
     acts_as_zero: bool = False

@@ -33,7 +33,7 @@ def _eccentricity(angle: Array, time: Array, values: Array) -> tuple[Array, Arra
     return values[0] * sine + values[1] * cosine, np.stack([by_angle, sine, cosine], axis=1)
 
 
-def _delay(angle: Array, time: Array, values: Array) -> tuple[Array, Array]:
+def _nothing_added(angle: Array, time: Array, values: Array) -> tuple[Array, Array]:
     return np.zeros_like(angle), np.zeros((len(angle), 2))
 
 
@@ -100,8 +100,22 @@ ENCODERS: tuple[SensorEffect, ...] = (
         "the angle that was there `delay` earlier",
         "two converters read one after the other, or a filter in one of them",
         (EffectParameter("delay", "s", -0.03, 0.03, 0.002),),
-        _delay,
+        _nothing_added,
         delays=True,
+    ),
+    *(
+        SensorEffect(
+            "backlash",
+            joint,
+            "",
+            "an encoder whose coupling has play",
+            "angle - gap/2 sign(speed) once the joint has turned through the gap; until then as it was",
+            "play operator: Krasnosel'skii and Pokrovskii, Systems with Hysteresis, 1989",
+            (EffectParameter("gap", "rad", 0.0, 0.2, 0.01),),
+            _nothing_added,
+            has_play=True,
+        )
+        for joint, _ in _RESTS
     ),
     *(
         SensorEffect(

@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.model.effects.effect import JOINTS, SensorEffect
+from cdp_ident.model.effects.play import Turned
 
 Array = npt.NDArray[np.float64]
 Motion = Callable[[float], tuple[Array, Array]]
@@ -14,7 +15,12 @@ any, d is 0."""
 
 
 def encoder_readings(
-    motion: Motion, sensors: Sequence[tuple[SensorEffect, Sequence[float], slice]], time: Array, first: int
+    motion: Motion,
+    sensors: Sequence[tuple[SensorEffect, Sequence[float], slice]],
+    time: Array,
+    first: int,
+    shown: Array | None = None,
+    turned: Turned | None = None,
 ) -> tuple[Array, Array]:
     """Return the angles theta1, theta2 (n, 2) as the encoders show them, and their derivatives (n, 2, d).
 
@@ -24,8 +30,11 @@ def encoder_readings(
         motion: the rods' motion.
         sensors: the encoders' effects, with the values of all their parameters and the place of the fitted ones
             among the unknowns.
-        time: (n,) time of each sample in the trial [s].
+        time: (n,) time of each sample in the trial [s], ascending.
         first: direction of the first unknown among the d.
+        shown: (2,) theta1, theta2 as the encoders showed them at the first sample [rad], where that is known: it says
+            where in its gap one with play is.
+        turned: by what encoders with play were turned before, where these samples go on from others.
     """
     states, derivatives = motion(0.0)
     if not sensors:
@@ -48,8 +57,21 @@ def encoder_readings(
                 slope[:, first + place.start] = -of_joint(late_states[:, 2:], k)
             add(k, angle - angles[k], slope - slopes[k])
             angles[k], slopes[k] = angle, slope
+    turned = turned or Turned()
     for effect, values, place in sensors:
-        if effect.delays:
+        if effect.has_play:
+            k = JOINTS.index(effect.joint)
+            before = (
+                None if shown is None else _turned_by(of_joint(shown[None], k), k, sensors, angles[k][:1], time[:1])
+            )
+            followed = turned.follow(k, time, angles[k], values[0], before)
+            slope = followed.slopes(slopes[k])
+            if derivatives.shape[2]:
+                slope[:, first + place.start] += followed.by_gap
+            add(k, followed.angle - angles[k], slope - slopes[k])
+            angles[k], slopes[k] = followed.angle, slope
+    for effect, values, place in sensors:
+        if effect.delays or effect.has_play:
             continue
         k = JOINTS.index(effect.joint)
         added, by = effect.reading(angles[k], time, np.asarray(values))
@@ -58,6 +80,20 @@ def encoder_readings(
             slope[:, first + place.start : first + place.stop] += by[:, 1:]
         add(k, added, slope)
     return readings, by_directions
+
+
+def _turned_by(
+    shown: Array,
+    joint: int,
+    sensors: Sequence[tuple[SensorEffect, Sequence[float], slice]],
+    angle: Array,
+    time: Array,
+) -> float:
+    """Return what an encoder is turned by that shows an angle (1,), without what its other effects add to it [rad]."""
+    others = (
+        effect.reading(angle, time, np.asarray(v))[0] for effect, v, _ in sensors if effect.joint == JOINTS[joint]
+    )
+    return float((shown - sum(others, np.zeros(1)))[0])
 
 
 def of_joint(values: Array, joint: int) -> Array:

@@ -13,6 +13,7 @@ from cdp_ident.errors import OptionError
 from cdp_ident.model.effects.constants import effect_constants
 from cdp_ident.model.effects.effect import JOINTS, Effect, SensorEffect, TorqueEffect
 from cdp_ident.model.effects.naming import effect_of
+from cdp_ident.model.effects.play import Turned
 from cdp_ident.model.effects.readings import of_joint
 from cdp_ident.model.parameters import SYMBOLS, inertia_about_cart, physical_coefficients
 from cdp_ident.model.torques import NO_TORQUES, Torques
@@ -82,6 +83,7 @@ class Readings:
         self._period = period
         self._now = 0
         self._past: deque[Array] = deque(maxlen=max(2, round(_LATEST / period)))
+        self._turned = Turned()
 
     def of(self, states: Array) -> Array:
         """Return the inner and outer encoder's angles (n, 2) [rad] of the next states (n, 4)."""
@@ -92,7 +94,12 @@ class Readings:
                 joint = JOINTS.index(effect.joint)
                 angles[joint] = self._late(states, time, float(values[0]), joint)
         for effect, values in self._sensors:
-            if not effect.delays:
+            if effect.has_play:
+                joint = JOINTS.index(effect.joint)
+                middle = float(angles[joint][0])
+                angles[joint] = self._turned.follow(joint, time, angles[joint], float(values[0]), middle).angle
+        for effect, values in self._sensors:
+            if not (effect.delays or effect.has_play):
                 joint = JOINTS.index(effect.joint)
                 angles[joint] = angles[joint] + effect.reading(angles[joint], time, values)[0]
         self._past.extend(states)

@@ -77,7 +77,7 @@ def test_the_names_are_those_that_reports_promise():
         *((name, joint) for name in (
             "coulomb_friction", "stribeck_friction", "presliding_friction", "quadratic_friction", "load_friction",
             "air_drag", "joint_spring", "cogging_torque", "impulse", "encoder_offset", "encoder_scale",
-            "encoder_eccentricity", "encoder_slip",
+            "encoder_eccentricity", "encoder_slip", "backlash",
         ) for joint in JOINTS),
         *(("unknown_torque", joint) for joint in JOINTS),
         ("gravity_tilt", "base"),

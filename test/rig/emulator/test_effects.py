@@ -12,6 +12,7 @@ from cdp_ident.model.parameters import NOMINAL, physical_coefficients
 from cdp_ident.rig.emulator.effects import Readings, parse_effects
 from cdp_ident.rig.emulator.motion import Motion
 from cdp_ident.rig.emulator.script import Hold, LetGo, Wait
+from reference.hidden_effects import backlash
 
 PERIOD = 0.005
 FRICTIONLESS = NOMINAL | {"c1": 0.0, "c2": 0.0}
@@ -88,6 +89,16 @@ def test_a_late_encoder_shows_the_past(piece: int) -> None:
     between = 0.5 * (outer[197:-3] + outer[198:-2])
     assert shown[200:, 1] == pytest.approx(between, abs=2e-3)
     assert np.abs(shown[200:, 1] - outer[200:]).max() > 0.05
+
+
+@pytest.mark.parametrize("piece", [2000, 7, 1])
+def test_an_encoder_with_play_stays_behind_by_half_of_the_gap(piece: int) -> None:
+    motion = states({})
+    shown = readings({"backlash": {"inner": {"gap": 0.1}}, "encoder_offset": {"inner": {"offset": 0.3}}}, motion, piece)
+    described = backlash("inner").reading(np.arange(2000) * PERIOD, lambda times: motion, NOMINAL, 0.05)[:, 0]
+    assert shown[:, 0] == pytest.approx(motion[:, 0] + described + 0.3, abs=1e-12)
+    assert np.abs(described).max() == pytest.approx(0.05)
+    assert shown[:, 1] == pytest.approx(motion[:, 1] - motion[:, 0])
 
 
 def test_the_inner_encoder_may_be_the_late_one() -> None:
