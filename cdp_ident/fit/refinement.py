@@ -80,6 +80,16 @@ class Fit:
         """(n, 2) measured minus simulated theta1 and theta2 of each window [rad]."""
         return tuple(w.angles_of(residual) for w, residual in zip(self.windows, self.residuals, strict=True))
 
+    def over(self, chosen: Sequence[int]) -> "Fit":
+        """Return the same over some of the windows, by their indices."""
+        return replace(
+            self,
+            windows=tuple(self.windows[index] for index in chosen),
+            residuals=tuple(self.residuals[index] for index in chosen),
+            sensitivities=tuple(self.sensitivities[index] for index in chosen),
+            weights=tuple(self.weights[index] for index in chosen),
+        )
+
     def rmse(self, angle: int | None = None) -> float:
         """Root mean square error of one angle (0: theta1, 1: theta2) or of both together [rad].
 
