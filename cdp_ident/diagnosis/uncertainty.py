@@ -32,13 +32,15 @@ def normal_equations(fit: Fit) -> tuple[Array, Array]:
     The gradients (windows, unknowns) are minus half the derivative, the curvatures (windows, unknowns, unknowns) half
     the second derivative.
     """
-    gradients, curvatures = [], []
-    for sensitivity, weight, residual in zip(reduced_sensitivities(fit), fit.weights, fit.residuals, strict=True):
+    windows, unknowns = len(fit.windows), len(fit.values)
+    gradients, curvatures = np.empty((windows, unknowns)), np.empty((windows, unknowns, unknowns))
+    parts = zip(reduced_sensitivities(fit), fit.weights, fit.residuals, strict=True)
+    for index, (sensitivity, weight, residual) in enumerate(parts):
         rows = sensitivity.reshape(-1, sensitivity.shape[2])
         weighted = rows * weight.reshape(-1, 1)
-        gradients.append(weighted.T @ residual.ravel())
-        curvatures.append(weighted.T @ rows)
-    return np.array(gradients), np.array(curvatures)
+        gradients[index] = weighted.T @ residual.ravel()
+        curvatures[index] = weighted.T @ rows
+    return gradients, curvatures
 
 
 def curvature(fit: Fit) -> Array:

@@ -43,7 +43,7 @@ class Fit:
     """The windows, with their fitted initial states."""
     residuals: tuple[Array, ...]
     """(n, 2) measured minus simulated angles of each window, whitened [rad]."""
-    sensitivities: tuple[Array, ...]
+    sensitivities: Sequence[Array]
     """(n, 2, states + unknowns) derivatives of the simulated angles, whitened, by the window's initial state and by the
     unknowns, where these were held, by those that were not."""
     weights: tuple[Array, ...]
@@ -86,7 +86,7 @@ class Fit:
             self,
             windows=tuple(self.windows[index] for index in chosen),
             residuals=tuple(self.residuals[index] for index in chosen),
-            sensitivities=tuple(self.sensitivities[index] for index in chosen),
+            sensitivities=[self.sensitivities[index] for index in chosen],
             weights=tuple(self.weights[index] for index in chosen),
         )
 
@@ -171,7 +171,7 @@ def refine(
         values=problem.all_values(point.values),
         windows=tuple(replace(w, start=s) for w, s in zip(windows, point.starts, strict=True)),
         residuals=tuple(point.residuals),
-        sensitivities=tuple(point.sensitivities),
+        sensitivities=point.sensitivities,
         weights=tuple(point.weights),
         iterations=iterations,
         simulations=problem.simulations,
