@@ -42,12 +42,14 @@ def cross_validated(fit: Fit, folds: Folds) -> Fit:
     gradients, curvatures = normal_equations(fit)
     total_gradient, total_curvature = gradients.sum(axis=0), curvatures.sum(axis=0)
     penalty = fit.model.penalty
-    strong = np.flatnonzero(~_of_shape(fit.model))
+    not_shape = ~_of_shape(fit.model)
 
     def predicted(fold: tuple[int, ...]) -> Fit:
         chosen = list(fold)
         gradient = total_gradient - gradients[chosen].sum(axis=0) - penalty @ fit.values
         curvature = total_curvature - curvatures[chosen].sum(axis=0) + penalty
+        # Other trials do not show the zeros of one: like its initial states, they stay as they are fitted to it.
+        strong = np.flatnonzero(not_shape & ~(fit.model.of_zeros & (np.diag(curvature) == 0.0)))
         values = fit.values.copy()
         values[strong] += scaled_inverse(curvature[np.ix_(strong, strong)], _UNOBSERVABLE)[0] @ gradient[strong]
         return _followed(fit, np.clip(values, *fit.model.limits), chosen)

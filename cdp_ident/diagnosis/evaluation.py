@@ -10,6 +10,7 @@ from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.data import Data
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.refinement import Fit, fit_initial_states
+from cdp_ident.fit.share import share_of
 from cdp_ident.fit.windows import Window, as_one_window, cut_into_windows
 from cdp_ident.trial.trial import Trial
 
@@ -45,31 +46,45 @@ class ErrorsByRole:
     holdout: Errors
 
 
-def evaluate(model: MotionModel, values: Array, data: Data) -> ErrorsByRole:
+def evaluate(model: MotionModel, values: Array, data: Data, enough: float) -> ErrorsByRole:
     """Return the errors of a model with values that were not fitted, initial states of windows fitted to their samples.
 
     Args:
         model: gives the motion.
         values: (unknowns,) values that are held.
         data: windows by their roles.
+        enough: motion over whose windows errors are taken, where there is more [s]; see `fit/share.py`. Those of whole
+            trials, Eq. (10), are always over all.
     """
-    fitted, held_out = (_errors_over(model, values, windows, data.trials) for windows in (data.fit, data.holdout))
+    fitted, held_out = (
+        _errors_over(model, values, windows, data.trials, enough) for windows in (data.fit, data.holdout)
+    )
     return ErrorsByRole(fitted, fitted, held_out)
 
 
-def _errors_over(model: MotionModel, values: Array, windows: Sequence[Window], trials: Sequence[Trial]) -> Errors:
+def _errors_over(
+    model: MotionModel, values: Array, windows: Sequence[Window], trials: Sequence[Trial], enough: float
+) -> Errors:
+    share = [windows[index] for index in share_of(windows, enough)]
     try:
-        return errors_of(fit_initial_states(model, values, windows), trials)
+        return errors_of(fit_initial_states(model, values, share), trials, windows)
     except IdentificationError:  # under values that were not fitted there may be no motion to compute
         worst = float("inf")
         return Errors(worst, worst, worst, free_run=worst, fit_theta1=-worst, fit_theta2=-worst)
 
 
-def errors_of(fit: Fit, trials: Sequence[Trial]) -> Errors:
-    """Return the errors of a fit; `trials` are those that its windows are of."""
+def errors_of(fit: Fit, trials: Sequence[Trial], windows: Sequence[Window] = ()) -> Errors:
+    """Return the errors of a fit.
+
+    Args:
+        fit: to some windows.
+        trials: those that these are of.
+        windows: over which Eq. (10) is taken, where these are others.
+    """
+    windows = windows or fit.windows
     free_run = sum(
-        _free_run(fit.model, fit.values, [window for window in fit.windows if window.trial == index], trials[index])
-        for index in sorted({window.trial for window in fit.windows})
+        _free_run(fit.model, fit.values, [window for window in windows if window.trial == index], trials[index])
+        for index in sorted({window.trial for window in windows})
     )
     return Errors(fit.rmse(), fit.rmse(0), fit.rmse(1), float(free_run), *map(float, fit_per_cent(fit)))
 

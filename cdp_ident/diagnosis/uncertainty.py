@@ -1,6 +1,6 @@
 """The uncertainty of a fit's values."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -15,16 +15,15 @@ _UNOBSERVABLE = 1e-12
 """Directions with less than this share of the largest curvature count as unobservable."""
 
 
-def reduced_sensitivities(fit: Fit) -> list[Array]:
-    """Return each window's sensitivities (n, 2, unknowns), less the part that its initial state could imitate."""
-    reduced, states = [], fit.model.states
+def reduced_sensitivities(fit: Fit) -> Iterator[Array]:
+    """Yield each window's sensitivities (n, 2, unknowns), less the part that its initial state could imitate."""
+    states = fit.model.states
     for window, sensitivity, weight in zip(fit.windows, fit.sensitivities, fit.weights, strict=True):
         rows = sensitivity.reshape(-1, sensitivity.shape[2])
         root = np.sqrt(weight.reshape(-1, 1))
         state = InitialState.of(root * rows[:, :states], window.start_known)
         by_unknowns = rows[:, states:] - rows[:, :states] @ state.change_for(root * rows[:, states:])
-        reduced.append(by_unknowns.reshape(*sensitivity.shape[:2], -1))
-    return reduced
+        yield by_unknowns.reshape(*sensitivity.shape[:2], -1)
 
 
 def normal_equations(fit: Fit) -> tuple[Array, Array]:
@@ -33,13 +32,15 @@ def normal_equations(fit: Fit) -> tuple[Array, Array]:
     The gradients (windows, unknowns) are minus half the derivative, the curvatures (windows, unknowns, unknowns) half
     the second derivative.
     """
-    gradients, curvatures = [], []
-    for sensitivity, weight, residual in zip(reduced_sensitivities(fit), fit.weights, fit.residuals, strict=True):
+    windows, unknowns = len(fit.windows), len(fit.values)
+    gradients, curvatures = np.empty((windows, unknowns)), np.empty((windows, unknowns, unknowns))
+    parts = zip(reduced_sensitivities(fit), fit.weights, fit.residuals, strict=True)
+    for index, (sensitivity, weight, residual) in enumerate(parts):
         rows = sensitivity.reshape(-1, sensitivity.shape[2])
         weighted = rows * weight.reshape(-1, 1)
-        gradients.append(weighted.T @ residual.ravel())
-        curvatures.append(weighted.T @ rows)
-    return np.array(gradients), np.array(curvatures)
+        gradients[index] = weighted.T @ residual.ravel()
+        curvatures[index] = weighted.T @ rows
+    return gradients, curvatures
 
 
 def curvature(fit: Fit) -> Array:
@@ -84,8 +85,8 @@ def covariance(fit: Fit) -> Array:
     time is added. An unknown that the windows do not determine at all gets an infinite variance. Coefficients with a
     penalty have the variance of a Bayesian posterior (Nychka, J. Am. Stat. Assoc. 83, 1988).
     """
-    scores, information, reduced = [], fit.model.penalty, reduced_sensitivities(fit)
-    for sensitivity, residual, weight in zip(reduced, fit.residuals, fit.weights, strict=True):
+    scores, information = [], fit.model.penalty
+    for sensitivity, residual, weight in zip(reduced_sensitivities(fit), fit.residuals, fit.weights, strict=True):
         weighted = sensitivity * weight[..., None]
         information = information + np.tensordot(weighted, sensitivity, axes=((0, 1), (0, 1)))
         scores.append(np.einsum("nrp,nr->np", weighted, residual))
@@ -99,14 +100,14 @@ def covariance(fit: Fit) -> Array:
     estimated = effective_unknowns(fit) + fit.model.states * sum(not window.start_known for window in fit.windows)
     inverse, left_out = scaled_inverse(information, _UNOBSERVABLE)
     result = inverse @ middle @ inverse * (fit.samples / max(fit.samples - estimated, 1.0))
-    for change in _changes_by_units_of_time(fit, reduced):
+    for change in _changes_by_units_of_time(fit):
         result += np.outer(inverse @ change, inverse @ change)
     undetermined = np.any(np.abs(left_out) > 1e-3, axis=1)
     result[undetermined, undetermined] = np.inf
     return np.asarray(result)
 
 
-def variance_ratio(fit: Fit, spread: Array, places: Sequence[int]) -> float:
+def variance_ratio(fit: Fit, spread: Array, information: Array, places: Sequence[int]) -> float:
     """Return how many times larger the variance of some fitted values is than it would be with white residuals.
 
     It is the mean over their directions, and at least that of a mean, the integrated autocorrelation time: from few
@@ -116,24 +117,28 @@ def variance_ratio(fit: Fit, spread: Array, places: Sequence[int]) -> float:
     Args:
         fit: a fit.
         spread: (unknowns, unknowns) covariance of its values.
+        information: (unknowns, unknowns) curvature of its squared error.
         places: which of them; values that the windows do not determine are left out.
     """
     known = [place for place in places if np.isfinite(spread[place, place])]
     of_mean = fit.autocorrelation.integrated_time
     if not known:
         return of_mean
-    white, _ = scaled_inverse(curvature(fit) + fit.model.penalty, _UNOBSERVABLE)
+    white, _ = scaled_inverse(information + fit.model.penalty, _UNOBSERVABLE)
     precision, left_out = scaled_inverse(white[np.ix_(known, known)], _UNOBSERVABLE)
     total = float(np.sum(precision * spread[np.ix_(known, known)]))
     return max(total / (fit.variance * (len(known) - left_out.shape[1])), of_mean)
 
 
-def _changes_by_units_of_time(fit: Fit, reduced: list[Array]) -> list[Array]:
+def _changes_by_units_of_time(fit: Fit) -> list[Array]:
     """Return the change of the scores (unknowns,) by an error of each trial's unit of time of one standard deviation.
 
     Measured against a clock that is fast by e, a motion is where it would be e t later.
     """
     changes: dict[int, Array] = {}
+    if not any(window.time_std > 0.0 for window in fit.windows):
+        return []
+    reduced = reduced_sensitivities(fit)
     for window, sensitivity, error, weight in zip(fit.windows, reduced, fit.errors, fit.weights, strict=True):
         if window.time_std > 0.0:
             later = window.whitened(np.gradient(window.theta - error, window.time, axis=0)) * window.time[:, None]

@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from cdp_ident.fit.bounded import minimum_within_limits
 from cdp_ident.fit.initial_states import inverse_factor
+from cdp_ident.fit.kept_columns import Normals, Sensitivities
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.windows import Window
 from cdp_ident.model.parallel import parallel_for
@@ -37,10 +38,10 @@ class Point:
     starts: list[Array]
     cost: float
     residuals: list[Array]
-    sensitivities: list[Array]
+    sensitivities: Sensitivities
     weights: list[Array]
-    normal: Array
-    """(windows, states + unknowns, states + unknowns) each window's J^T W J."""
+    normal: Normals
+    """(states + unknowns, states + unknowns) each window's J^T W J."""
     right: Array
     """(windows, states + unknowns) each window's J^T W r."""
 
@@ -99,8 +100,9 @@ class NormalEquations:
         starts = [self._model.initial_state(start) for start in starts]
         all_values = self.all_values(values)
         residuals: list[Array] = [np.empty(0)] * len(self._windows)
-        sensitivities, weights = list(residuals), list(residuals)
-        normal = np.empty((len(self._windows), size, size))
+        weights = list(residuals)
+        sensitivities, normal = Sensitivities(len(self._windows), size), Normals(len(self._windows), size)
+        finite = np.zeros(len(self._windows), dtype=bool)
         right = np.empty((len(self._windows), size))
         costs = np.empty(len(self._windows))
         penalty, of_start = self._model.start_penalty, np.arange(self._model.states)
@@ -114,16 +116,19 @@ class NormalEquations:
             weight = np.where(size_of > limit, limit / np.maximum(size_of, limit), 1.0) if limit < np.inf else None
             rows, flat = sensitivity.reshape(-1, size), residual.ravel()
             weighted = rows if weight is None else rows * weight.reshape(-1, 1)
-            normal[index], right[index] = weighted.T @ rows, weighted.T @ flat
+            matrix, right[index] = weighted.T @ rows, weighted.T @ flat
             costs[index] = (
                 flat @ flat
                 if weight is None
                 else np.sum(np.where(size_of > limit, limit * (2 * size_of - limit), size_of**2))
             )
-            normal[index, of_start, of_start] += penalty
+            matrix[of_start, of_start] += penalty
+            normal.put(index, matrix)
+            finite[index] = np.all(np.isfinite(matrix))
             right[index, of_start] -= penalty * starts[index]
             costs[index] += penalty @ starts[index] ** 2
-            residuals[index], sensitivities[index] = residual, sensitivity
+            residuals[index] = residual
+            sensitivities.put(index, sensitivity)
             weights[index] = np.ones_like(residual) if weight is None else weight
 
         def work(first: int, last: int) -> None:
@@ -133,7 +138,7 @@ class NormalEquations:
                     evaluate_window(index)
 
         parallel_for(work, len(self._windows))
-        if not np.all(np.isfinite(costs)) or not np.all(np.isfinite(normal)):
+        if not np.all(np.isfinite(costs)) or not np.all(finite):
             return None
         cost = float(costs.sum() + values @ self._penalty @ values)
         return Point(values, starts, cost, residuals, sensitivities, weights, normal, right)
@@ -166,7 +171,7 @@ class NormalEquations:
         """Return the point that a small step leads to, in which the residuals are linear: no simulation is needed."""
         moves = _moves(point, step)
         residuals = [r - s @ move for r, s, move in zip(point.residuals, point.sensitivities, moves, strict=True)]
-        right = point.right - np.einsum("wkl,wl->wk", point.normal, moves)
+        right = point.right - point.normal.times(moves)
         return replace(
             point,
             values=step.values,
@@ -191,19 +196,19 @@ class NormalEquations:
             right[index] = np.einsum("nj,njk->k", weight * half_second_derivative, sensitivity)
         more, more_starts = self._solve(step.values, point.normal, right, damping)
         half_acceleration = np.array([[*moved, *more] for moved in more_starts])
-        scale = np.einsum("wkk->wk", point.normal)
+        scale = point.normal.diagonals
         if 4.0 * np.sum(scale * half_acceleration**2) > _MOST_ACCELERATION**2 * np.sum(scale * velocity**2):
             return None
         return replace(step, values=step.values + more, starts=_moved(step.starts, more_starts))
 
     def _solve(
-        self, values: Array, normal: Array, right: Array, damping: float, penalised: Array | float = 0.0
+        self, values: Array, normal: Normals, right: Array, damping: float, penalised: Array | float = 0.0
     ) -> tuple[Array, Array]:
         """Solve the damped normal equations, the initial states eliminated window by window.
 
         Args:
             values: (unknowns,) current values; with the change they stay within their limits.
-            normal: (windows, states + unknowns, states + unknowns) matrix of each window.
+            normal: (states + unknowns, states + unknowns) matrix of each window.
             right: (windows, states + unknowns) right-hand side of each window.
             damping: relative increase of the diagonals.
             penalised: (unknowns,) half the gradient of the penalty.
@@ -211,20 +216,23 @@ class NormalEquations:
         Returns:
             Change of the unknowns (unknowns,), and of the windows' initial states (windows, states).
         """
-        normal = normal.copy()
-        diagonal = np.arange(normal.shape[1])
-        normal[:, diagonal, diagonal] *= 1.0 + damping
-        states = self._model.states
-        by_state, mixed = normal[:, :states, :states], normal[:, :states, states:]
-        factor = np.where(self._known_start[:, None, None], 0.0, inverse_factor(by_state))
-        both = np.concatenate([mixed, right[:, :states, None]], axis=2)
-        eliminated = factor @ (factor.transpose(0, 2, 1) @ both)
-        mixed_transposed = mixed.transpose(0, 2, 1)
-        reduced = (normal[:, states:, states:] - mixed_transposed @ eliminated[:, :, :-1]).sum(axis=0) + self._penalty
-        reduced_right = (right[:, states:] - (mixed_transposed @ eliminated[:, :, -1:])[:, :, 0]).sum(axis=0)
-        reduced_right = reduced_right - penalised
+        diagonal, states = np.arange(right.shape[1]), self._model.states
+        matrices, sides, of_starts = [], [], []
+        for part, whole in normal.parts():
+            whole[:, diagonal, diagonal] *= 1.0 + damping
+            by_state, mixed = whole[:, :states, :states], whole[:, :states, states:]
+            factor = np.where(self._known_start[part, None, None], 0.0, inverse_factor(by_state))
+            both = np.concatenate([mixed, right[part, :states, None]], axis=2)
+            of_part = factor @ (factor.transpose(0, 2, 1) @ both)
+            mixed_transposed = mixed.transpose(0, 2, 1)
+            matrices.append((whole[:, states:, states:] - mixed_transposed @ of_part[:, :, :-1]).sum(axis=0))
+            sides.append((right[part, states:] - (mixed_transposed @ of_part[:, :, -1:])[:, :, 0]).sum(axis=0))
+            of_starts.append(of_part)
+        eliminated = np.concatenate(of_starts)
         lower, upper = self.limits
-        change = minimum_within_limits(reduced, reduced_right, lower - values, upper - values)
+        change = minimum_within_limits(
+            sum(matrices) + self._penalty, sum(sides) - penalised, lower - values, upper - values
+        )
         return change, eliminated[:, :, -1] - eliminated[:, :, :-1] @ change
 
     def rmse(self, point: Point) -> float:

@@ -32,10 +32,15 @@ class IdentifyOptions:
     """Whether g is fitted too."""
     named_effects_only: bool = False
     """Whether torques without a name are left unexplained, instead of being identified as curves."""
+    motion_for_effects: float = 0.0
+    """Length of the motion in which effects are looked for, in windows spread evenly over all of it [s]; 0 for as much
+    as suffices."""
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.window < math.inf:
             raise OptionError(f"window is {self.window} s; it must be positive, or 0 for what suits the rig")
+        if self.motion_for_effects < 0.0:
+            raise OptionError(f"motion_for_effects is {self.motion_for_effects} s; it must be positive, or 0")
         if self.method is not None and self.method not in METHODS:
             raise OptionError(f"method is {self.method!r}; it must be one of {', '.join(METHODS)}")
 

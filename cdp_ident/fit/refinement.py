@@ -43,7 +43,7 @@ class Fit:
     """The windows, with their fitted initial states."""
     residuals: tuple[Array, ...]
     """(n, 2) measured minus simulated angles of each window, whitened [rad]."""
-    sensitivities: tuple[Array, ...]
+    sensitivities: Sequence[Array]
     """(n, 2, states + unknowns) derivatives of the simulated angles, whitened, by the window's initial state and by the
     unknowns, where these were held, by those that were not."""
     weights: tuple[Array, ...]
@@ -79,6 +79,16 @@ class Fit:
     def errors(self) -> tuple[Array, ...]:
         """(n, 2) measured minus simulated theta1 and theta2 of each window [rad]."""
         return tuple(w.angles_of(residual) for w, residual in zip(self.windows, self.residuals, strict=True))
+
+    def over(self, chosen: Sequence[int]) -> "Fit":
+        """Return the same over some of the windows, by their indices."""
+        return replace(
+            self,
+            windows=tuple(self.windows[index] for index in chosen),
+            residuals=tuple(self.residuals[index] for index in chosen),
+            sensitivities=[self.sensitivities[index] for index in chosen],
+            weights=tuple(self.weights[index] for index in chosen),
+        )
 
     def rmse(self, angle: int | None = None) -> float:
         """Root mean square error of one angle (0: theta1, 1: theta2) or of both together [rad].
@@ -161,7 +171,7 @@ def refine(
         values=problem.all_values(point.values),
         windows=tuple(replace(w, start=s) for w, s in zip(windows, point.starts, strict=True)),
         residuals=tuple(point.residuals),
-        sensitivities=tuple(point.sensitivities),
+        sensitivities=point.sensitivities,
         weights=tuple(point.weights),
         iterations=iterations,
         simulations=problem.simulations,

@@ -48,6 +48,9 @@ SAMPLES_PER_UNIT = 40.0
 values scatter more than with all of them."""
 HIDDEN = 0.3
 """Thinning may change an angle by at most this share of the noise."""
+ENOUGH = 400.0
+"""Motion in which effects are looked for, where there is more, in time units: 81 s on the paper's rig. Benchmarks and
+examples of a minute are below it; of an hour it shows effects down to some seven times what the hour shows."""
 _OVERTONE = 2.0
 """Ratio of the frequencies that dominate the fifth derivative to the pace. Measured: with it the half width is optimal
 within a fifth, for motions of 2 to 5 radians a time unit."""
@@ -88,6 +91,11 @@ class Scales:
     """How many there are."""
     encoder_steps: Array
     """(2,) step of the inner and the outer encoder, 0 where none shows [rad]."""
+
+    @property
+    def enough(self) -> float:
+        """Motion in which effects are looked for, where there is more [s]."""
+        return ENOUGH * self.time_unit
 
     @property
     def left_out(self) -> int:

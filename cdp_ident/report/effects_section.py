@@ -59,6 +59,7 @@ def selection_section(traced: Trace) -> Section:
     selection = traced.selection
     return {
         "interrupted": selection.interrupted,
+        "looked_in": selection.looked_in,
         "steps": [
             {
                 "action": step.action,

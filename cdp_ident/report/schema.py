@@ -318,6 +318,7 @@ REPORT: Schema = {
         selection=an_object(
             "what was tried at each step of the selection of effects, and what came of it",
             interrupted=flag(),
+            looked_in=count("windows in which effects were looked for; what was found is fitted to all"),
             steps=a_list(
                 an_object(
                     action=text(),

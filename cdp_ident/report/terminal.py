@@ -18,6 +18,7 @@ from cdp_ident.report.wording import (
     expected_in_words,
     how_determined,
     nominal_value,
+    share_words,
     validation_words,
     weights_words,
 )
@@ -56,6 +57,8 @@ def _parts(report: Section) -> Iterator[RenderableType]:
     yield _sentences("Validation", validation_words(report))
     if report["effects"]:
         yield _effects(report["effects"])
+    if share := share_words(report):
+        yield _sentences("Where effects were looked for", share)
     if expected := expected_in_words(report):
         yield _sentences("Beside the earlier report", expected)
     yield _sentences("What the trials determine", report["identifiability"]["words"])

@@ -146,6 +146,17 @@ def predicted_for(report: Section, limit: int) -> str:
     return before_and_after(report, lasts)
 
 
+def share_words(report: Section) -> list[str]:
+    """Say in what share of long recordings effects were looked for; nothing where it was all."""
+    looked_in, windows = report["selection"]["looked_in"], report["refinement"]["windows"]["fit"]
+    if looked_in >= windows:
+        return []
+    return [
+        f"effects were looked for in {looked_in} of {windows} windows, spread evenly over the trials; what was found "
+        "there is fitted to all, and one score test over all looked for more"
+    ]
+
+
 def validation_words(report: Section) -> list[str]:
     """Say how the models do where control engineers look: fit in per cent, prediction, and residuals."""
     return [_fit_words(report), *_prediction_words(report), *_residual_words(report)]

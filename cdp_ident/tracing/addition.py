@@ -5,9 +5,12 @@ At each step all candidates get a score test and the promising ones a full refit
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.force_balance import ForceBalance
-from cdp_ident.model.effects.effect import Form, SensorEffect
+from cdp_ident.fit.refinement import Fit
+from cdp_ident.model.effects.effect import Form, SensorEffect, TorqueEffect
 from cdp_ident.tracing import thresholds
 from cdp_ident.tracing.acceptance import fits_of, is_accepted
 from cdp_ident.tracing.candidates import Candidate, ScoreTest, addable
@@ -16,12 +19,16 @@ from cdp_ident.tracing.exchange import try_states
 from cdp_ident.tracing.instants import instants
 from cdp_ident.tracing.progress import Progress
 from cdp_ident.tracing.pruning import drop_superfluous, without_superfluous_ones
-from cdp_ident.tracing.screening import expected_variance, gains_enough, promising
+from cdp_ident.tracing.screening import expected_variance, gains_enough, is_worth_a_look, promising
 from cdp_ident.tracing.selection import Tried
 
 _MOST_EFFECTS = 8
 _REFITS = 6
 """Candidates that get a full refit at a step."""
+_WEAK_REFITS = 2
+"""The same where the windows are many."""
+_WORST = 20
+"""Where the windows are many, effects of an instant are looked for in so many, in which the model fits worst."""
 _STRONGEST, _SECONDS = 2, 3
 """Where no candidate helps alone, so many of them are combined with so many others each."""
 
@@ -74,12 +81,46 @@ def add_effects(progress: Progress) -> None:
         try_states(progress, Form.BASE)
 
 
+def add_weak_effects(progress: Progress) -> None:
+    """Add effects that a score test over many windows shows, as long as they are accepted.
+
+    Effects with states of their own, whose test takes as long as that of all others, are not among them.
+
+    Raises:
+        InterruptedSelectionError: the selection is asked to stop.
+    """
+    while len(progress.current.model.effects) < _MOST_EFFECTS:
+        progress.go_on()
+        current = progress.current
+        simple = [c for c in addable(current.model) if not _brings_states(c)]
+        worth = [c for c in ScoreTest(current.fit, simple).ranked() if is_worth_a_look(current.fit, c)]
+        errors = [float(np.mean(residual**2)) for residual in current.fit.residuals]
+        worst = sorted(np.argsort(errors, kind="stable")[-_WORST:].tolist())
+        candidates = (*worth[:_WEAK_REFITS], *_at_instants(progress, [current.fit.over(worst)]))
+        refitted = progress.tried(current, ((candidate,) for candidate in candidates))
+        best = _best(current, refitted)
+        best = best and progress.finished(best)
+        _note(progress, best, refitted)
+        if best is None:
+            return
+        progress.rivals[best.model.labels[-1]] = tuple(attempt for _, attempt in refitted)
+        better = drop_superfluous(progress, best)
+        if better.validation.squared_error >= current.validation.squared_error:
+            return  # as in `add_effects`
+        progress.current = better
+
+
+def _brings_states(candidate: ActiveEffect) -> bool:
+    return isinstance(candidate.effect, TorqueEffect) and candidate.effect.brings_states
+
+
 def _best_addition(progress: Progress) -> Attempt | None:
     """Return the model with the best addition, or None where nothing helps."""
     current = progress.current
     test = ScoreTest(current.fit, addable(current.model))
     ranked = promising(current, test, _REFITS)
-    refitted = progress.tried(current, ((c,) for c in (*ranked, *_once(progress))))
+    once = _at_instants(progress, (current.fit, current.closely))
+    refitted = progress.tried(current, ((c,) for c in (*ranked, *once)))
     best = _best(current, refitted)
     if best is None:
         pairs = (pair for pair in test.pairs(_REFITS // 2) if gains_enough(current.fit, pair))
@@ -92,14 +133,13 @@ def _best_addition(progress: Progress) -> Attempt | None:
     return best
 
 
-def _once(progress: Progress) -> list[Candidate]:
-    """Return the effects of an instant that windows show, and those that only short pieces of them show.
+def _at_instants(progress: Progress, fits: Sequence[Fit]) -> list[Candidate]:
+    """Return the effects of an instant that fits show, such as those to windows and to short pieces of them.
 
     Lost counts are whole ones: less is the rounding of a joint at rest.
     """
-    current = progress.current
     found: dict[tuple[str, int | None, float], Candidate] = {}
-    for fit in (current.fit, current.closely):
+    for fit in fits:
         large = [c for c in instants(fit) if c.gain > thresholds.INSTANT_GAIN * expected_variance(fit, c.gain)]
         for candidate in large[:2]:
             size, time = candidate.values

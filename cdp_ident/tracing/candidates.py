@@ -26,6 +26,8 @@ from cdp_ident.tracing import thresholds
 
 Array = npt.NDArray[np.float64]
 
+_TOGETHER = 512
+"""Windows whose matrices are there at the same time."""
 _INDEPENDENT = 1e-6
 """A candidate counts as new if the model's own sensitivities leave at least this share of its own."""
 
@@ -153,12 +155,13 @@ class _Projection:
             self._columns.append(first + np.array([k for k, p in enumerate(candidate.fitted) if not p.shape]))
         own, size, states = len(fit.values), len(values), model.states
         windows = len(fit.windows)
-        squares, targets = np.empty((windows, size, size)), np.empty((windows, size))
-        sizes, lefts = np.empty((windows, size)), np.empty(windows)
-        products, lags = np.empty((windows, size, size)), fit.autocorrelation.length
+        together = min(windows, _TOGETHER)
+        squares, products = np.empty((2, together, size, size))
+        targets, sizes, lefts = np.empty((windows, size)), np.empty((windows, size)), np.empty(windows)
+        whole, of_scores, lags = np.zeros((size, size)), np.zeros((size, size)), fit.autocorrelation.length
 
         def work(first: int, last: int) -> None:
-            for index in range(first, last):
+            for index in range(begin + first, begin + last):
                 window, root = fit.windows[index], np.sqrt(fit.weights[index]).reshape(-1, 1)
                 sensitivity = window.whitened(model.predict(values, window.start, window)[1]).reshape(-1, states + size)
                 # A candidate whose sensitivity cannot be computed has zero gain.
@@ -168,12 +171,16 @@ class _Projection:
                 sizes[index] = np.einsum("nk,nk->k", free, free)
                 state = InitialState.of(rows[:, :states], window.start_known)
                 free, left = state.eliminated_from(free), state.eliminated_from(left)
-                squares[index], targets[index], lefts[index] = free.T @ free, free.T @ left, left @ left
+                squares[index - begin], targets[index], lefts[index] = free.T @ free, free.T @ left, left @ left
                 scores = (free * left[:, None]).reshape(-1, 2, size).sum(axis=1)
-                products[index] = long_run_products(scores, lags)
+                products[index - begin] = long_run_products(scores, lags)
 
-        parallel_for(work, windows)
-        whole, target, size_before = squares.sum(axis=0), targets.sum(axis=0), sizes.sum(axis=0)
+        for begin in range(0, windows, together):
+            count = min(together, windows - begin)
+            parallel_for(work, count)
+            whole += squares[:count].sum(axis=0)
+            of_scores += products[:count].sum(axis=0)
+        target, size_before = targets.sum(axis=0), sizes.sum(axis=0)
         whole[:own, :own] += fit.model.penalty
         target[:own] -= fit.model.penalty @ fit.values
         kept = np.linalg.pinv(whole[:own, :own], rcond=1e-12, hermitian=True)
@@ -187,7 +194,7 @@ class _Projection:
         self._right = target - imitated @ target[:own]
         remove = np.eye(size)
         remove[:, :own] -= imitated
-        self._products = remove @ products.sum(axis=0) @ remove.T
+        self._products = remove @ of_scores @ remove.T
         self._variance = fit.variance
         self._independent = np.diag(self._gram) > _INDEPENDENT * np.maximum(size_before, np.finfo(float).tiny)
 

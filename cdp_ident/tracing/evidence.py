@@ -1,14 +1,14 @@
 """How much a change of the squared error means, where residuals are correlated in time."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.diagnosis.cross_validation import Folds
-from cdp_ident.diagnosis.uncertainty import covariance, effective_unknowns, scaled_inverse, variance_ratio
+from cdp_ident.diagnosis.uncertainty import covariance, curvature, effective_unknowns, scaled_inverse, variance_ratio
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.refinement import Fit, refine
 from cdp_ident.fit.windows import split
@@ -51,6 +51,23 @@ class Attempt:
     def _covariance(self) -> Array:
         return covariance(self.fit)
 
+    @cached_property
+    def _information(self) -> Array:
+        return curvature(self.fit)
+
+    @property
+    def is_condensed(self) -> bool:
+        """Whether it has no derivatives, and can be compared but not reported."""
+        return not self.fit.sensitivities
+
+    def condensed(self) -> "Attempt":
+        """Return the same without derivatives at each sample, which of an hour take hundreds of megabytes."""
+        fit, validation = (replace(of, sensitivities=()) for of in (self.fit, self.validation))
+        found = replace(self, fit=fit, validation=validation)
+        kept = {"unknowns": self.unknowns, "_covariance": self._covariance, "_information": self._information}
+        vars(found).update(kept)  # where cached properties are
+        return found
+
     def place_of(self, label: str) -> int:
         """Return the index of an effect among the model's, by its label."""
         return self.model.labels.index(label)
@@ -68,7 +85,7 @@ class Attempt:
 
     def variance_ratio(self, places: Sequence[int]) -> float:
         """Return how many times larger the variance of some values is than it would be with white residuals."""
-        return variance_ratio(self.fit, self._covariance, places)
+        return variance_ratio(self.fit, self._covariance, self._information, places)
 
     def at_limit(self, index: int) -> bool:
         """Return whether an effect's fit ran into the limit of a parameter other than zero strength."""

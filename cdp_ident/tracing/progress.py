@@ -1,8 +1,8 @@
 """The progress of a stepwise selection: the present model, and refits of others."""
 
-import functools
 import time
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 from typing import TypeVar
 
 import numpy as np
@@ -72,10 +72,17 @@ class Progress:
         self._whole: Attempt | None = None
         self._without: dict[tuple[int, ...], Attempt] = {}
         """Refits of one model without some of its effects, by their indices."""
+        self._condenses = False
+        """Whether these are kept without derivatives."""
 
     def is_rounding(self, joint: str, angle: float) -> bool:
         """Return whether an angle [rad] may be the rounding of an encoder whose joint is at rest."""
         return abs(angle) < thresholds.LEAST_STEPS * self.encoder_steps[JOINTS.index(joint)]
+
+    def go_on(self) -> None:
+        """Raise InterruptedSelectionError if the selection is asked to stop."""
+        if self._stop():
+            raise InterruptedSelectionError
 
     def tried(
         self, attempt: Attempt, additions: Iterable[tuple[Candidate, ...]]
@@ -141,7 +148,12 @@ class Progress:
         if self._whole is not attempt:
             self._whole, self._without = attempt, {}
         new = [chosen for chosen in dict.fromkeys(map(tuple, leaving_out)) if chosen not in self._without]
-        for chosen, after in zip(new, parallel_map(functools.partial(_without_effects, attempt), new), strict=True):
+
+        def refit(indices: Sequence[int]) -> Attempt | Exception:
+            after = _without_effects(attempt, indices)
+            return after.condensed() if self._condenses and isinstance(after, Attempt) else after
+
+        for chosen, after in zip(new, parallel_map(refit, new), strict=True):
             if isinstance(after, Exception):
                 names = " and ".join(attempt.model.labels[index] for index in chosen)
                 self.fail(f"the model without {names} could not be fitted, it is compared with the paper's: {after}")
@@ -161,14 +173,38 @@ class Progress:
             trying=self._trying,
         )
 
+    def over(self, before: Attempt) -> "Progress":
+        """Return the progress of the same selection over more windows, which begins with the paper's model there.
+
+        Models without some of its effects are condensed there.
+        """
+        other = Progress(before, self.noise, self._say, self._stop, self.encoder_steps, self._trying)
+        other.steps, other.failures, other._condenses = self.steps, self.failures, True
+        return other
+
+    def adopted(self, found: Attempt) -> Attempt:
+        """Return a model that was found over other windows, refined over those of the present model.
+
+        Raises:
+            IdentificationError: it cannot be fitted.
+        """
+        fit, white = self.current.fit, found.fit.windows[0].whitening
+        model, values = found.model, found.fit.values
+        if model.zeros:
+            model, values = model.with_zeros(values, {window.trial for window in fit.windows})
+        before = replace(fit, windows=tuple(replace(window, whitening=white) for window in fit.windows))
+        expected = found.fit.variance * fit.samples
+        return self.finished(
+            Attempt(_refit(model, values, before, expected), self.current.validation, self.current.folds)
+        )
+
     def _refitted(
         self, refit: Callable[[Begun], Attempt], begun: Sequence[Begun], names: Sequence[str]
     ) -> list[Attempt | None]:
         """Return refits, as many at a time as there are cores; None for those that fail, which are reported."""
 
         def outcome(begin: Begun) -> Attempt | Exception:
-            if self._stop():
-                raise InterruptedSelectionError
+            self.go_on()
             try:
                 return refit(begin)
             except (IdentificationError, np.linalg.LinAlgError) as error:
@@ -198,8 +234,7 @@ class Progress:
         Raises:
             InterruptedSelectionError: the selection is asked to stop.
         """
-        if self._stop():
-            raise InterruptedSelectionError
+        self.go_on()
         model, values = _with_candidates(attempt.model, begin, candidates)
         try:
             return attempt_of(refine_from_afar(model, values, attempt.fit.windows), attempt.folds)

@@ -8,9 +8,9 @@ from cdp_ident.tracing.instants import instants
 from cdp_ident.tracing.progress import Progress
 
 
-def drop_superfluous(progress: Progress, attempt: Attempt) -> Attempt:
-    """Return a model without the effects that no longer help beside its last one."""
-    others = list(reversed(range(len(attempt.model.effects) - 1)))
+def drop_superfluous(progress: Progress, attempt: Attempt, also_last: bool = False) -> Attempt:
+    """Return a model without the effects that do not help, beside its last one unless that is tested too."""
+    others = list(reversed(range(len(attempt.model.effects) - (0 if also_last else 1))))
     progress.without_each(attempt, [[index] for index in others if attempt.strength(index) <= thresholds.SAFE])
     for index in others:
         if attempt.strength(index) > thresholds.SAFE:
@@ -21,7 +21,7 @@ def drop_superfluous(progress: Progress, attempt: Attempt) -> Attempt:
         if rounding or not still_helps(attempt, removed, effect):
             attempt = removed
             _note(progress, effect.key, attempt, "it is rounding" if rounding else "it no longer helps")
-    return attempt
+    return progress.finished(attempt) if attempt.is_condensed else attempt
 
 
 def _is_rounding(progress: Progress, attempt: Attempt, index: int) -> bool:

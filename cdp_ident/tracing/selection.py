@@ -53,8 +53,10 @@ class Selection:
     failures: tuple[str, ...]
     """What could not be computed, in words."""
     interrupted: bool
+    looked_in: int
+    """In how many of the windows effects were looked for."""
 
     @classmethod
     def nothing(cls, model: Attempt) -> "Selection":
         """Return one without any step."""
-        return cls(model, model, (), (), (), (), (), interrupted=False)
+        return cls(model, model, (), (), (), (), (), interrupted=False, looked_in=len(model.fit.windows))

@@ -10,15 +10,18 @@ from cdp_ident.diagnosis.failure import refuse_a_failed_fit
 from cdp_ident.errors import FitFailedError, IdentificationError
 from cdp_ident.fit.force_balance import ForceBalance
 from cdp_ident.fit.refinement import Fit
+from cdp_ident.fit.share import share_of
 from cdp_ident.model.effects.effect import Form
 from cdp_ident.tracing.addition import add_balanced, add_effects
 from cdp_ident.tracing.certainty import certainties
+from cdp_ident.tracing.evidence import Attempt
 from cdp_ident.tracing.exchange import alternatives, exchange_effects, try_states
 from cdp_ident.tracing.expected import ExpectedEffect, begin_with
 from cdp_ident.tracing.progress import NO_STEPS, InterruptedSelectionError, Progress, attempt_of
 from cdp_ident.tracing.pruning import drop_repeated_impulses, drop_superfluous
 from cdp_ident.tracing.selection import Selection
 from cdp_ident.tracing.unknown_torques import add_unknown_torques
+from cdp_ident.tracing.whole import over_all, over_share
 from cdp_ident.tracing.zeros import fit_zeros_by_trial
 
 Array = npt.NDArray[np.float64]
@@ -38,6 +41,7 @@ def stepwise_selection(
     named_only: bool = False,
     trying: Callable[[str], None] = lambda line: None,
     expected: Sequence[ExpectedEffect] = (),
+    enough: float = np.inf,
 ) -> Selection:
     """Add to a fitted model the effects that it lacks.
 
@@ -52,16 +56,21 @@ def stepwise_selection(
         named_only: whether torques without a name are left out.
         trying: called with what is tried next.
         expected: effects found on the rig before, which are tried first.
+        enough: motion in which effects are looked for, where there is more [s]; see `share`.
 
     Raises:
         FitFailedError: the model does not follow the motion with the effects either.
     """
-    before = attempt_of(fit, folds)
-    progress = Progress(before, noise, say, stop, encoder_steps, trying)
-    interrupted = False
-    try:
+    before, chosen = attempt_of(fit, folds), share_of(fit.windows, enough)
+    is_share = len(chosen) < len(fit.windows)
+    if is_share:
+        say(f"effects are looked for in {len(chosen)} of {len(fit.windows)} windows, spread evenly over all trials")
+    first = over_share(before, chosen) if is_share else before
+    progress = Progress(first, noise, say, stop, encoder_steps, trying)
+
+    def over_windows() -> None:
         begin_with(progress, expected)
-        if progress.current is before:
+        if progress.current is first:
             add_balanced(progress, balances)
         fit_zeros_by_trial(progress)
         progress.reweigh()
@@ -69,18 +78,17 @@ def stepwise_selection(
         _select(progress)
         if not named_only:
             add_unknown_torques(progress)
-    except InterruptedSelectionError:
-        interrupted = True
-    except FitFailedError:
-        raise
-    except (IdentificationError, np.linalg.LinAlgError) as error:
-        progress.fail(f"the selection ended early: {error}")
+
+    interrupted = _until_stopped(progress, over_windows)
+    without = _without_each(progress)
+    others = _others(progress, without)
+    if is_share:
+        found, progress = progress.current, progress.over(before)
+        interrupted = _until_stopped(progress, lambda: over_all(progress, found)) or interrupted
+        without = _without_each(progress)
+        others |= _others(progress, without)
     after = progress.current
-    without = progress.without_each(after, [[index] for index in range(len(after.model.effects))])
-    also_possible = tuple(
-        alternatives(active, after, removed, progress.rivals.get(label, ()))
-        for active, label, removed in zip(after.model.effects, after.model.labels, without, strict=True)
-    )
+    also_possible = tuple(others.get(label, ()) for label in after.model.labels)
     return Selection(
         before=before,
         after=after,
@@ -90,7 +98,40 @@ def stepwise_selection(
         certainty=certainties(progress, without, also_possible),
         failures=tuple(progress.failures),
         interrupted=interrupted,
+        looked_in=len(chosen),
     )
+
+
+def _until_stopped(progress: Progress, work: Callable[[], None]) -> bool:
+    """Work on a selection; return whether it was asked to stop. What cannot be computed ends it early.
+
+    Raises:
+        FitFailedError: the model does not follow the motion.
+    """
+    try:
+        work()
+    except InterruptedSelectionError:
+        return True
+    except FitFailedError:
+        raise
+    except (IdentificationError, np.linalg.LinAlgError) as error:
+        progress.fail(f"the selection ended early: {error}")
+    return False
+
+
+def _others(progress: Progress, without: Sequence[Attempt]) -> dict[str, tuple[str, ...]]:
+    """Return by the labels of effects what the data do not distinguish from each of those that had rivals."""
+    current = progress.current
+    return {
+        label: alternatives(active, current, removed, progress.rivals[label])
+        for active, label, removed in zip(current.model.effects, current.model.labels, without, strict=True)
+        if label in progress.rivals
+    }
+
+
+def _without_each(progress: Progress) -> list[Attempt]:
+    current = progress.current
+    return progress.without_each(current, [[index] for index in range(len(current.model.effects))])
 
 
 def _select(progress: Progress) -> None:

@@ -119,6 +119,7 @@ def select_effects(
                 found.options.named_effects_only,
                 trying,
                 expected,
+                found.options.motion_for_effects or data.scales.enough,
             )
         except FitFailedError as error:
             failure = str(error)
@@ -143,7 +144,8 @@ def _errors(
 
     def of_values(physical: Array) -> ErrorsByRole:
         inertia = float(inertia_about_cart(physical, prior.length))
-        return evaluate(model, model.initial_values(groups_of(physical, prior.length), inertia), data)
+        values = model.initial_values(groups_of(physical, prior.length), inertia)
+        return evaluate(model, values, data, options.motion_for_effects or data.scales.enough)
 
     def of(attempt: Attempt, final: FinalModel) -> ErrorsByRole:
         return ErrorsByRole(*(errors_of(fit, data.trials) for fit in (attempt.fit, attempt.validation, final.holdout)))

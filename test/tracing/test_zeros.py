@@ -64,6 +64,15 @@ def test_zeros_of_each_trial_are_found_those_of_a_trial_held_out_among_them(tria
     assert largest_zeros(progress.current) == pytest.approx([0.02, 0.05], abs=2e-4)
 
 
+def test_zeros_are_found_where_each_trial_is_a_fold(trials):
+    fit = refine(MODEL, TRUTH, windows_of(trials, ZEROS))
+    folds = tuple(tuple(k for k, window in enumerate(fit.windows) if window.trial == trial) for trial in range(3))
+    progress = Progress(attempt_of(fit, folds), NOISE)
+    fit_zeros_by_trial(progress)
+    assert progress.current.model.zeros == (0, 1, 2)
+    assert progress.current.validation.rmse() < 1.3 * NOISE
+
+
 @pytest.mark.parametrize("zeros", [np.zeros((3, 2)), np.tile([0.01, -0.02], (3, 1))])
 def test_zeros_that_are_right_or_off_by_the_same_in_all_trials_are_left_to_the_effects(trials, zeros):
     progress = progress_of(trials, zeros)

@@ -21,6 +21,7 @@ from cdp_ident.report.wording import (
     nominal_groups,
     nominal_value,
     predicted_for,
+    share_words,
     short_name,
     validation_words,
     weights_words,
@@ -40,6 +41,7 @@ def words(report: Section) -> dict[str, Any]:
         "role": role,
         "sentence": sentence,
         "validation": validation_words(report),
+        "share": share_words(report),
         "advice": advice_words(report),
         "rows": {
             "effects": _effects(report),

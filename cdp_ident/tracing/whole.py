@@ -1,0 +1,41 @@
+"""What a share of the motion showed, fitted to all of it, and what only all of it shows."""
+
+from cdp_ident.diagnosis.cross_validation import Folds
+from cdp_ident.fit.refinement import refine
+from cdp_ident.tracing.addition import add_weak_effects
+from cdp_ident.tracing.evidence import Attempt
+from cdp_ident.tracing.progress import Progress, attempt_of
+from cdp_ident.tracing.pruning import drop_superfluous
+
+
+def over_share(whole: Attempt, chosen: tuple[int, ...]) -> Attempt:
+    """Return a model refitted over some windows, by their indices; those of a fold stay together.
+
+    Raises:
+        IdentificationError: it cannot be fitted.
+    """
+    place = {index: order for order, index in enumerate(chosen)}
+    folds: Folds = tuple(tuple(place[index] for index in fold if index in place) for fold in whole.folds)
+    fit = refine(whole.model, whole.fit.values, [whole.fit.windows[index] for index in chosen])
+    return attempt_of(fit, tuple(fold for fold in folds if fold))
+
+
+def over_all(progress: Progress, found: Attempt) -> None:
+    """Fit what a share of the motion showed to all of it, drop what all of it does not bear out, and look for more.
+
+    Args:
+        progress: of the selection over all windows, with the paper's model.
+        found: the model that the share showed.
+
+    Raises:
+        InterruptedSelectionError: the selection is asked to stop; what was found is fitted to all nevertheless.
+        IdentificationError, LinAlgError: it cannot be fitted.
+    """
+    windows = len(progress.current.fit.windows)
+    progress.say(f"what was found is fitted to all {windows} windows")
+    progress.current = progress.adopted(found)
+    progress.reweigh()
+    progress.current = drop_superfluous(progress, progress.current, also_last=True)
+    progress.go_on()
+    progress.say(f"more effects are looked for in all {windows} windows, by one score test")
+    add_weak_effects(progress)
