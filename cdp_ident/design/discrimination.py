@@ -18,6 +18,8 @@ from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.initial_states import InitialState
 from cdp_ident.fit.refinement import Fit, fit_initial_states, refine
+from cdp_ident.fit.scales import ENOUGH
+from cdp_ident.fit.share import share_of
 from cdp_ident.fit.windows import Window
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.effect import Effect
@@ -40,12 +42,14 @@ class Rival:
     """The effect of the fitted model whose place was taken."""
     instead: Effect
     fit: Fit
-    """The rival's, to the motion of the trials as the fitted model has it."""
+    """The rival's, to the motion of the trials as the fitted model has it, or to windows spread evenly over it."""
+    share: float = 1.0
+    """Of the windows to which it was fitted: so much of what all of them show."""
 
     @property
     def deviations_now(self) -> float:
         """By how many standard deviations the two differ in the trials that there are."""
-        return float(np.sqrt(self.fit.squared_error)) / self.knowledge.noise
+        return float(np.sqrt(self.fit.squared_error / self.share)) / self.knowledge.noise
 
     def deviations(self, trial: CandidateTrial) -> float:
         """Return by how many standard deviations the two would differ with a further trial; 0 if it has no motion.
@@ -60,9 +64,10 @@ class Rival:
         if new is None:
             return 0.0
         slope = negative_gradient(new)
-        inverse, _ = scaled_inverse(curvature(self.fit) + self.fit.model.penalty + curvature(new), _UNOBSERVABLE)
+        known = curvature(self.fit) / self.share + self.fit.model.penalty
+        inverse, _ = scaled_inverse(known + curvature(new), _UNOBSERVABLE)
         left = sum(_beside_the_start(new, index) for index in range(len(new.windows)))
-        squared = self.fit.squared_error + left - float(slope @ inverse @ slope)
+        squared = self.fit.squared_error / self.share + left - float(slope @ inverse @ slope)
         return float(np.sqrt(max(squared, 0.0))) / self.knowledge.noise
 
 
@@ -91,6 +96,8 @@ def _beside_the_start(fit: Fit, index: int) -> float:
 def rivals(knowledge: Knowledge, windows: Sequence[Window], label: str, name: str, joint: str) -> Iterator[Rival]:
     """Yield models with another effect in the place of one; of several forms each that can be fitted.
 
+    They are fitted to a share of the windows, where there is more motion than effects are looked for in.
+
     Args:
         knowledge: of the fitted model.
         windows: of the trials that there are, their angles being those of the fitted model.
@@ -101,8 +108,10 @@ def rivals(knowledge: Knowledge, windows: Sequence[Window], label: str, name: st
     index = knowledge.model.labels.index(label)
     own = knowledge.model.effects[index]
     model, remain = knowledge.model.without_effect(index)
+    length, gravity = knowledge.model.constants(knowledge.values)
+    chosen = share_of(windows, ENOUGH * float(np.sqrt(length / gravity)))
     try:
-        known = fit_initial_states(knowledge.model, knowledge.values, windows)
+        known = fit_initial_states(knowledge.model, knowledge.values, [windows[k] for k in chosen])
         removed = refine(model, knowledge.values[remain], known.windows)
     except IdentificationError:
         return
@@ -115,7 +124,7 @@ def rivals(knowledge: Knowledge, windows: Sequence[Window], label: str, name: st
             fit = refine(model.with_effect(new), begin, removed.windows)
         except (IdentificationError, np.linalg.LinAlgError):
             continue
-        yield Rival(knowledge, own.effect, form, fit)
+        yield Rival(knowledge, own.effect, form, fit, len(chosen) / len(windows))
 
 
 def _beginning(removed: Fit, new: ActiveEffect) -> Array:

@@ -153,7 +153,8 @@ class Progress:
             after = _without_effects(attempt, indices)
             return after.condensed() if self._condenses and isinstance(after, Attempt) else after
 
-        for chosen, after in zip(new, parallel_map(refit, new), strict=True):
+        # Side by side, the derivatives of all windows of several models would not fit into memory.
+        for chosen, after in zip(new, (map if self._condenses else parallel_map)(refit, new), strict=True):
             if isinstance(after, Exception):
                 names = " and ".join(attempt.model.labels[index] for index in chosen)
                 self.fail(f"the model without {names} could not be fitted, it is compared with the paper's: {after}")

@@ -55,6 +55,15 @@ def test_a_rival_is_adjusted_to_what_the_fitted_model_says(rival):
     assert not can_be_the_same(rival)
 
 
+def test_a_rival_of_long_recordings_is_adjusted_to_a_share_that_stands_for_all(rival):
+    times = 30
+    (found,) = rivals(KNOWLEDGE, EXACT * times, "quadratic_friction.outer", "coulomb_friction", "outer")
+    assert len(found.fit.windows) == found.share * times * len(EXACT) < times * len(EXACT)
+    assert found.deviations_now == pytest.approx(np.sqrt(times) * rival.deviations_now, rel=0.1)
+    still = CandidateTrial(np.pi, np.pi)
+    assert found.deviations(still) == pytest.approx(found.deviations_now)
+
+
 def test_the_deviations_are_those_of_a_rival_that_is_fitted_to_both_trials(rival):
     start = (np.pi + 1.2, np.pi + 0.5)
     foretold = rival.deviations(CandidateTrial(*start))
