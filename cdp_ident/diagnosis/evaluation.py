@@ -12,6 +12,7 @@ from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.refinement import Fit, fit_initial_states
 from cdp_ident.fit.share import share_of
 from cdp_ident.fit.windows import Window, as_one_window, cut_into_windows
+from cdp_ident.model.parallel import parallel_map
 from cdp_ident.trial.trial import Trial
 
 Array = npt.NDArray[np.float64]
@@ -82,11 +83,12 @@ def errors_of(fit: Fit, trials: Sequence[Trial], windows: Sequence[Window] = ())
         windows: over which Eq. (10) is taken, where these are others.
     """
     windows = windows or fit.windows
-    free_run = sum(
-        _free_run(fit.model, fit.values, [window for window in windows if window.trial == index], trials[index])
-        for index in sorted({window.trial for window in windows})
-    )
-    return Errors(fit.rmse(), fit.rmse(0), fit.rmse(1), float(free_run), *map(float, fit_per_cent(fit)))
+
+    def free_run_of(index: int) -> float:
+        return _free_run(fit.model, fit.values, [window for window in windows if window.trial == index], trials[index])
+
+    squared = sum(parallel_map(free_run_of, sorted({window.trial for window in windows})))
+    return Errors(fit.rmse(), fit.rmse(0), fit.rmse(1), float(squared), *map(float, fit_per_cent(fit)))
 
 
 def fit_per_cent(fit: Fit) -> Array:
@@ -113,7 +115,7 @@ def free_run(model: MotionModel, values: Array, trial: Trial, index: int, durati
         duration: length of the beginning to which the initial state is fitted [s].
     """
     start = start_of(model, values, trial, index, duration)
-    theta, _ = model.predict(values, start, as_one_window(trial, index))
+    theta, _ = model.predict(values, start, as_one_window(trial, index), "none")
     return theta
 
 

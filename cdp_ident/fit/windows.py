@@ -6,6 +6,7 @@ whatever its parameters. Windows are short enough to be predictable, and all sha
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -70,6 +71,16 @@ class Window:
     def cart_acceleration(self) -> Array:
         """(n,) the cart's acceleration u at its samples [m/s^2]."""
         return np.interp(self.time, self.grid.half_step_times(), self.u)
+
+    @cached_property
+    def local_motion(self) -> tuple[Array, Array]:
+        """Measured states (n, 4) and accelerations (n, 2), each from its neighbourhood alone.
+
+        They are those of local cubics, which are inaccurate at the window's ends.
+        """
+        angles, velocities = local_motion(self.time, self.theta, self.time)
+        _, accelerations = local_motion(self.time, velocities, self.time)
+        return np.concatenate([angles, velocities], axis=1), accelerations
 
     @property
     def samples(self) -> slice:

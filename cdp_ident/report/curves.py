@@ -10,6 +10,7 @@ from cdp_ident.diagnosis.evaluation import free_run
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.refinement import Fit
 from cdp_ident.model.effects.effect import TorqueEffect
+from cdp_ident.model.parallel import parallel_map
 from cdp_ident.report.outcome import Outcome
 from cdp_ident.tracing.final_model import FinalModel
 from cdp_ident.tracing.torque_residual import TorqueResidual, corrected, torque_residual
@@ -84,7 +85,7 @@ def curves(outcome: Outcome) -> Curves:
     before, after = outcome.trace.before, outcome.trace.after
     trials = range(len(outcome.identification.data.trials))
     return Curves(
-        tuple(_trial(outcome, index, before, after) for index in trials),
+        tuple(parallel_map(lambda index: _trial(outcome, index, before, after), trials)),
         _torques(outcome, before, after),
     )
 

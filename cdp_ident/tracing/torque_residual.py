@@ -9,7 +9,7 @@ from cdp_ident.fit.refinement import Fit
 from cdp_ident.fit.windows import Window
 from cdp_ident.model.torques import RODS_STATES
 from cdp_ident.model.trajectory import accelerations_at, trajectory
-from cdp_ident.trial.kinematics import HALF_WIDTH, local_motion
+from cdp_ident.trial.kinematics import HALF_WIDTH
 
 Array = npt.NDArray[np.float64]
 
@@ -43,9 +43,8 @@ def torque_residual(fit: Fit) -> TorqueResidual:
         weighted = fit.model.with_weights(fit.values, window.weights)
         coefficients = fit.model.coefficients(weighted.values)
         A23, A33 = coefficients[:2]
-        angles, velocities = local_motion(window.time, window.theta, window.time)
-        _, accelerations = local_motion(window.time, velocities, window.time)
-        states = np.concatenate([angles, velocities], axis=1)[middle]
+        measured, accelerations = window.local_motion
+        states = measured[middle]
         times = window.begin + window.time[middle]
         u = window.cart_acceleration[middle]
         torques = fit.model.torques(weighted.values, window.trial, weighted.carried)
