@@ -22,7 +22,7 @@ OLD, FIRST, NEW, SLOPE, _HERE = (np.uint64(LANES * row) for row in range(5))
 derivatives at a stage, where there are more numbers than the processor has registers for."""
 _ROWS = np.uint64(5 * LANES)
 """How far numbers of the state are from each other."""
-_RODS, _MOST = 4, 8
+_RODS, MOST_STATES = 4, 8
 """Numbers of the rods' state, and the most that there are with those that effects bring."""
 STAGES = 5
 """Where a step's rates are computed: at its beginning, at three stages on the way, and at its end."""
@@ -37,7 +37,7 @@ def row_of(states, block, number, row):
 @inlined
 def room_for(states):
     """Return for how many numbers of the state there is room: for the rods' alone, or for as many as there can be."""
-    return _RODS if states == _RODS else _MOST
+    return _RODS if states == _RODS else MOST_STATES
 
 
 @inlined

@@ -10,6 +10,7 @@ import numpy.typing as npt
 from cdp_ident.model.effects.catalogue import kind_of
 from cdp_ident.model.effects.constants import COUNT
 from cdp_ident.model.effects.effect import JOINTS, Form, TorqueEffect
+from cdp_ident.model.tangents import MOST_STATES
 
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
@@ -49,6 +50,9 @@ class Torques:
             effects: each with the values of all its parameters, in the unit of the fit.
             constants: see `effect_constants`.
             directions: effect and parameter of each further direction in which derivatives are wanted.
+
+        Raises:
+            ValueError: the effects bring more states of their own than there is room for.
         """
         width = max((len(parameters) for _, parameters in effects), default=1)
         values, lanes = np.zeros((len(effects), width)), np.full((len(effects), width), -1, dtype=np.int64)
@@ -63,6 +67,10 @@ class Torques:
             has_kink = effect.dry or effect.form is Form.MEMORY
             table.append((kind_of(effect), effect.form, joint, has_kink, turning, own))
             states += effect.states
+        if states > MOST_STATES:
+            raise ValueError(
+                f"a state of {states} numbers: compiled code has room for {MOST_STATES} (model/tangents.py)"
+            )
         return cls(np.array(table, dtype=np.int64).reshape(-1, 6), values, constants, lanes, states)
 
     @cached_property

@@ -12,8 +12,9 @@ from hypothesis import strategies as st
 
 from cdp_ident.model.effects.catalogue import CATALOGUE, joint_law, kind_of, memory_law, rods_law
 from cdp_ident.model.effects.constants import effect_constants
-from cdp_ident.model.effects.effect import Form, TorqueEffect
+from cdp_ident.model.effects.effect import Form, TorqueEffect, exclude_each_other
 from cdp_ident.model.parameters import SYMBOLS, inertia_about_cart, physical_coefficients
+from cdp_ident.model.torques import Torques
 from reference import hidden_effects
 from reference.pendulum import TABLE_5
 
@@ -36,6 +37,17 @@ WITH_MEMORY = [effect for effect in TORQUES if effect.form is Form.MEMORY]
 MOST = max(len(effect.parameters) for effect in TORQUES)
 BY_STATE, BY_COEFFICIENTS, BY_PARAMETERS = slice(0, 4), slice(4, 11), 11
 """Where in slopes the derivatives by what are."""
+
+
+def test_there_is_room_for_the_states_of_all_effects_that_may_be_together():
+    together = []
+    for effect in sorted(TORQUES, key=lambda effect: -effect.states):
+        if effect.brings_states and not any(exclude_each_other(effect, other) for other in together):
+            together.append(effect)
+    chosen = [(effect, [p.typical for p in effect.parameters]) for effect in together]
+    assert Torques.of(chosen, CONSTANTS).states == 4 + sum(effect.states for effect in together)
+    with pytest.raises(ValueError, match="room"):
+        Torques.of([*chosen, *chosen], CONSTANTS)
 
 
 def law_of(effect, state, values, time=0.0, constants=CONSTANTS):
