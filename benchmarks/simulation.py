@@ -182,7 +182,10 @@ def derivatives(rounds: int = 25) -> list[Table]:
     u = np.zeros(2 * WINDOW.steps + 1)
 
     def with_derivatives(torques: Torques) -> list[tuple[Array, Array]]:
-        return [trajectory_with_derivatives(COEFFICIENTS, start, WINDOW, u, torques) for start in STARTS]
+        return [
+            trajectory_with_derivatives(COEFFICIENTS, start, WINDOW, u, torques, of_angles_only=True)
+            for start in STARTS
+        ]
 
     def without(torques: Torques = NO_TORQUES) -> list[Array]:
         return [trajectory(COEFFICIENTS, start, WINDOW, u, torques) for start in STARTS]
