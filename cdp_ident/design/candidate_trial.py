@@ -15,7 +15,7 @@ from cdp_ident.fit.scales import GRID, WINDOW, half_width_of, pace_of
 from cdp_ident.fit.smoothing import SmoothMotion
 from cdp_ident.fit.window_lengths import Lengths, window_bounds
 from cdp_ident.fit.windows import Window
-from cdp_ident.model.parameters import GROUPS
+from cdp_ident.model.parameters import GROUPS, time_unit
 from cdp_ident.model.time_grid import TimeGrid
 from cdp_ident.model.trajectory import trajectory
 from cdp_ident.model.weights import Weight
@@ -111,7 +111,7 @@ def _lengths(candidate: CandidateTrial, knowledge: Knowledge) -> Lengths:
     if sampling.window:
         return lambda time: sampling.window
     length, gravity = knowledge.model.constants(knowledge.values)
-    unit = float(np.sqrt(length / gravity))
+    unit = time_unit(length, gravity)
     time = _times(_COARSE * GRID * unit, sampling.duration)
     states = _states(candidate, knowledge, time)
     motion = SmoothMotion(

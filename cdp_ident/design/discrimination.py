@@ -23,6 +23,7 @@ from cdp_ident.fit.share import share_of
 from cdp_ident.fit.windows import Window
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.effect import Effect
+from cdp_ident.model.parameters import time_unit
 from cdp_ident.tracing.candidates import ScoreTest
 
 Array = npt.NDArray[np.float64]
@@ -108,8 +109,7 @@ def rivals(knowledge: Knowledge, windows: Sequence[Window], label: str, name: st
     index = knowledge.model.labels.index(label)
     own = knowledge.model.effects[index]
     model, remain = knowledge.model.without_effect(index)
-    length, gravity = knowledge.model.constants(knowledge.values)
-    chosen = share_of(windows, ENOUGH * float(np.sqrt(length / gravity)))
+    chosen = share_of(windows, ENOUGH * time_unit(*knowledge.model.constants(knowledge.values)))
     try:
         known = fit_initial_states(knowledge.model, knowledge.values, [windows[k] for k in chosen])
         removed = refine(model, knowledge.values[remain], known.windows)

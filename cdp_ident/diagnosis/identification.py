@@ -79,6 +79,11 @@ class Identification:
         return self.estimate.fit
 
     @property
+    def enough(self) -> float:
+        """Motion in which effects are looked for, where there is more [s]: what the user asks for, or what suffices."""
+        return self.options.motion_for_effects or self.data.scales.enough
+
+    @property
     def interrupted(self) -> bool:
         """Whether the search was ended early."""
         return not self.estimate.search.completed

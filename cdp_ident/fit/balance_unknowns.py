@@ -13,7 +13,7 @@ from cdp_ident.fit.weak_form import Kinematics, Rows, Term, Windows
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.constants import effect_constants
 from cdp_ident.model.effects.effect import EffectParameter, Form, TorqueEffect
-from cdp_ident.model.parameters import GROUPS, INVERSE_INERTIA, coefficients_of
+from cdp_ident.model.parameters import GROUPS, INVERSE_INERTIA, coefficients_of, time_unit
 from cdp_ident.model.torques import Torques
 from cdp_ident.model.trajectory import accelerations_at
 from cdp_ident.model.weights import Weight, added_by
@@ -122,7 +122,7 @@ class Mechanism:
     @property
     def time_unit(self) -> float:
         """The rig's own unit of time [s]."""
-        return float(np.sqrt(self.length / self.gravity))
+        return time_unit(self.length, self.gravity)
 
     def rows(
         self,

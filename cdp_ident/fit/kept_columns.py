@@ -15,7 +15,7 @@ Indices = npt.NDArray[np.int64]
 
 _MANY = 32
 """With fewer columns all are kept."""
-_TOGETHER = 512
+TOGETHER = 512
 """Windows whose matrices are there at the same time."""
 
 
@@ -70,8 +70,8 @@ class Normals:
 
     def parts(self) -> Iterator[tuple[slice, Array]]:
         """Yield windows, and copies (windows, columns, columns) of their matrices."""
-        for first in range(0, self._windows, _TOGETHER):
-            part = slice(first, min(first + _TOGETHER, self._windows))
+        for first in range(0, self._windows, TOGETHER):
+            part = slice(first, min(first + TOGETHER, self._windows))
             yield part, self._matrices(part)
 
     def times(self, vectors: Array) -> Array:

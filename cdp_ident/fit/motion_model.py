@@ -17,6 +17,7 @@ from cdp_ident.model.effects.constants import effect_constants
 from cdp_ident.model.effects.effect import JOINTS, TorqueEffect
 from cdp_ident.model.effects.play import Turned
 from cdp_ident.model.effects.readings import encoder_readings
+from cdp_ident.model.equations import RODS_STATES
 from cdp_ident.model.parameters import (
     COEFFICIENTS,
     GROUPS,
@@ -24,7 +25,7 @@ from cdp_ident.model.parameters import (
     coefficients_of,
 )
 from cdp_ident.model.time_grid import TimeGrid
-from cdp_ident.model.torques import RODS_STATES, Torques
+from cdp_ident.model.torques import Torques
 from cdp_ident.model.trajectory import trajectory, trajectory_with_derivatives
 from cdp_ident.model.weights import ErrorOf, Weight
 

@@ -15,6 +15,7 @@ from cdp_ident.fit.noise import encoder_steps
 from cdp_ident.fit.predictability import predictability
 from cdp_ident.fit.smoothing import FEWEST, SmoothMotion, smooth
 from cdp_ident.fit.thinning import LOST
+from cdp_ident.model.parameters import time_unit
 from cdp_ident.trial.trial import Trial
 
 Array = npt.NDArray[np.float64]
@@ -123,7 +124,7 @@ def scales_of(
     Raises:
         IdentificationError: no trial has enough samples.
     """
-    unit = float(np.sqrt(length / gravity))
+    unit = time_unit(length, gravity)
     usable = [trial for trial in trials if len(trial.time) >= FEWEST and trial.duration > unit]
     if not usable:
         raise IdentificationError(

@@ -25,7 +25,8 @@ from cdp_ident.model.compilation import inlined, part
 from cdp_ident.model.effects.catalogue import joint_law, memory_law, rods_law
 from cdp_ident.model.effects.constants import CARRIED
 from cdp_ident.model.effects.effect import Form
-from cdp_ident.model.equations import acceleration_derivatives, accelerations, sine_and_cosine, solved
+from cdp_ident.model.equations import RODS_STATES, acceleration_derivatives, accelerations, sine_and_cosine, solved
+from cdp_ident.model.parameters import COEFFICIENTS
 
 _RODS, _COUPLING, _BASE, MEMORY = (int(form) for form in (Form.RODS, Form.COUPLING, Form.BASE, Form.MEMORY))
 STICKS = 0
@@ -33,7 +34,7 @@ STICKS = 0
 SIZES, HOLDS = 0, 2
 """Where in the sums the joints' dry friction begins, and the torques that hold sticking joints."""
 COUNT_OF_SUMS = 4
-_RODS_STATES, _COEFFICIENTS = 4, 7
+_COEFFICIENTS = len(COEFFICIENTS)
 BEFORE_PARAMETERS = 11
 """Where in a rods law's slopes the parameters begin."""
 
@@ -61,7 +62,7 @@ def _add_torques(
     torque1, torque2, coupled = 0.0, 0.0, 0.0
     x1, x2, x3, x4, y1, y2, y3, y4 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     sums[SIZES], sums[SIZES + 1] = 0.0, 0.0
-    for k in range(_RODS_STATES, n):
+    for k in range(RODS_STATES, n):
         by_own[0, k], by_own[1, k] = 0.0, 0.0
     if with_parameters:
         for k in range(n, first):
@@ -254,10 +255,10 @@ def rates_of(
         alpha1, alpha2, (i11, i12, i22), by_rods, by_coefficient = acceleration_derivatives(
             theta1, theta2, omega1, omega2, acceleration, A23, A33, a1, c1, c2, m2_l2, g, torque1, torque2, coupled
         )
-        for k in range(_RODS_STATES):
+        for k in range(RODS_STATES):
             (d1, d2), (e1, e2) = by_rods[k], solved(i11, i12, i22, of_torque1[k], of_torque2[k])
             by_state[row, 0, k], by_state[row, 1, k] = d1 + e1, d2 + e2
-        for k in range(_RODS_STATES, n):
+        for k in range(RODS_STATES, n):
             by_state[row, 0, k], by_state[row, 1, k] = solved(i11, i12, i22, by_own[0, k], by_own[1, k])
         if with_parameters:
             for k in range(_COEFFICIENTS):

@@ -18,6 +18,8 @@ import numpy as np
 
 from cdp_ident.model.compilation import inlined
 
+RODS_STATES = 4
+"""Size of the rods' state: theta1, theta2 [rad], omega1, omega2 [rad/s]."""
 _TURN_HIGH = 2.0 * math.pi
 _TURN_LOW = 2.4492935982947064e-16
 """2 pi = _TURN_HIGH + _TURN_LOW to twice the precision of a double."""

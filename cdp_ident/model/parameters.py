@@ -16,6 +16,11 @@ from cdp_ident.errors import OptionError
 Array = npt.NDArray[np.float64]
 
 
+def time_unit(length: float, gravity: float) -> float:
+    """Return a rig's own unit of time sqrt(L / g) [s]."""
+    return float(np.sqrt(length / gravity))
+
+
 @dataclass(frozen=True)
 class Parameter:
     """One physical parameter: the paper's symbol, what it is, and its search range as factors on the nominal value."""

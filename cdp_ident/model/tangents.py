@@ -12,6 +12,7 @@ when it is accepted, the derivatives follow it at once.
 import numpy as np
 
 from cdp_ident.model.compilation import inlined, part
+from cdp_ident.model.equations import RODS_STATES
 
 VECTOR = 8
 """Lanes of the widest vector register; so many directions or a multiple of them are carried."""
@@ -22,8 +23,8 @@ OLD, FIRST, NEW, SLOPE, _HERE = (np.uint64(LANES * row) for row in range(5))
 derivatives at a stage, where there are more numbers than the processor has registers for."""
 _ROWS = np.uint64(5 * LANES)
 """How far numbers of the state are from each other."""
-_RODS, MOST_STATES = 4, 8
-"""Numbers of the rods' state, and the most that there are with those that effects bring."""
+MOST_STATES = 8
+"""Numbers of a state, at most, with those that effects bring."""
 STAGES = 5
 """Where a step's rates are computed: at its beginning, at three stages on the way, and at its end."""
 
@@ -37,7 +38,7 @@ def row_of(states, block, number, row):
 @inlined
 def room_for(states):
     """Return for how many numbers of the state there is room: for the rods' alone, or for as many as there can be."""
-    return _RODS if states == _RODS else MOST_STATES
+    return RODS_STATES if states == RODS_STATES else MOST_STATES
 
 
 @inlined
@@ -108,14 +109,14 @@ def advance(tangents, states, h, by_state, direct):
         direct: (stages, room - 2, lanes) those by what each lane is a derivative by.
     """
     lanes = direct.shape[2]
-    if states > _RODS:
+    if states > RODS_STATES:
         _advance_by_stages(tangents, states, h, by_state, direct)
         return
     half, third, sixth = 0.5 * h, h / 3.0, h / 6.0
     m1, m2, m3, m4 = _matrix(by_state, 1), _matrix(by_state, 2), _matrix(by_state, 3), _matrix(by_state, 4)
     for block in range(blocks_of(lanes)):
         lane = np.uint64(block * LANES)
-        theta1 = row_of(_RODS, block, 0, OLD)
+        theta1 = row_of(RODS_STATES, block, 0, OLD)
         theta2, omega1, omega2 = theta1 + _ROWS, theta1 + np.uint64(2) * _ROWS, theta1 + np.uint64(3) * _ROWS
         for i in range(width_of(block, lanes)):
             t1, t2 = tangents[theta1 + OLD + i], tangents[theta2 + OLD + i]
@@ -209,7 +210,7 @@ def restart(tangents, states, by_state, direct):
         width, lane = width_of(block, lanes), np.uint64(block * LANES)
         t1 = row_of(states, block, 0, OLD)
         t2, w1, w2 = t1 + _ROWS, t1 + np.uint64(2) * _ROWS, t1 + np.uint64(3) * _ROWS
-        if states == _RODS:
+        if states == RODS_STATES:
             for i in range(width):
                 a1, a2 = _rates(m, direct[0, 0, lane + i], direct[0, 1, lane + i], tangents[t1 + i], tangents[t2 + i],
                                 tangents[w1 + i], tangents[w2 + i])  # fmt: skip

@@ -10,14 +10,13 @@ import numpy.typing as npt
 from cdp_ident.model.effects.catalogue import kind_of
 from cdp_ident.model.effects.constants import COUNT
 from cdp_ident.model.effects.effect import JOINTS, Form, TorqueEffect
+from cdp_ident.model.equations import RODS_STATES
 from cdp_ident.model.tangents import MOST_STATES
 
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
 
 _PLACES = (*JOINTS, "base")
-RODS_STATES = 4
-"""Size of the rods' state: theta1, theta2 [rad], omega1, omega2 [rad/s]."""
 
 
 @dataclass(frozen=True)

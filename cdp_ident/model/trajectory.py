@@ -14,7 +14,9 @@ import numpy.typing as npt
 from cdp_ident.model.compilation import compiled, part
 from cdp_ident.model.dynamics import BEFORE_PARAMETERS, COUNT_OF_SUMS, STICKS
 from cdp_ident.model.effects.effect import Form
+from cdp_ident.model.equations import RODS_STATES
 from cdp_ident.model.events import AT_ONCE, SMALLEST, instant_of, share_by_speed
+from cdp_ident.model.parameters import COEFFICIENTS
 from cdp_ident.model.runge_kutta import copy, input_at, is_rough, step_on
 from cdp_ident.model.sticking import carry_across, dip, hold, settle, stop, violation
 from cdp_ident.model.tangents import (
@@ -34,11 +36,11 @@ from cdp_ident.model.tangents import (
     width_of,
 )
 from cdp_ident.model.time_grid import TimeGrid
-from cdp_ident.model.torques import NO_TORQUES, RODS_STATES, Torques
+from cdp_ident.model.torques import NO_TORQUES, Torques
 
 Array = npt.NDArray[np.float64]
 
-_COEFFICIENTS = 7
+_COEFFICIENTS = len(COEFFICIENTS)
 _BASE = int(Form.BASE)
 _MOST_EVENTS = 32
 """Most events in one step; further ones are ignored."""

@@ -20,6 +20,7 @@ from cdp_ident.fit.scales import Scales, scales_of
 from cdp_ident.fit.thinning import thinned
 from cdp_ident.fit.window_lengths import Lengths, predictable_lengths
 from cdp_ident.model.effects.effect import TorqueEffect
+from cdp_ident.model.parameters import time_unit
 from cdp_ident.search.genetic_search import Progress
 from cdp_ident.trial.trial import Trial
 
@@ -47,7 +48,7 @@ def identify(
     if not fit:
         raise IdentificationError("there is no trial to fit: give at least one bag")
     prior, inertia_free = options.prior, _weights_differ(fit, holdout)
-    parted = assign_roles(fit, holdout, float(np.sqrt(prior.length / prior.gravity)))
+    parted = assign_roles(fit, holdout, time_unit(prior.length, prior.gravity))
     shown = [part.shown for part in parted if part.is_fitted]
     noise = noise_over(shown)
     mechanism = Mechanism(prior.length, prior.gravity, options.model.mechanism.outer_length or prior.length)

@@ -17,6 +17,7 @@ from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.autocorrelation import long_run_products
 from cdp_ident.fit.bounded import minimum_within_limits
 from cdp_ident.fit.initial_states import InitialState
+from cdp_ident.fit.kept_columns import TOGETHER
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.refinement import Fit
 from cdp_ident.model.effects.catalogue import CATALOGUE
@@ -26,8 +27,6 @@ from cdp_ident.tracing import thresholds
 
 Array = npt.NDArray[np.float64]
 
-_TOGETHER = 512
-"""Windows whose matrices are there at the same time."""
 _INDEPENDENT = 1e-6
 """A candidate counts as new if the model's own sensitivities leave at least this share of its own."""
 
@@ -155,7 +154,7 @@ class _Projection:
             self._columns.append(first + np.array([k for k, p in enumerate(candidate.fitted) if not p.shape]))
         own, size, states = len(fit.values), len(values), model.states
         windows = len(fit.windows)
-        together = min(windows, _TOGETHER)
+        together = min(windows, TOGETHER)
         squares, products = np.empty((2, together, size, size))
         targets, sizes, lefts = np.empty((windows, size)), np.empty((windows, size)), np.empty(windows)
         whole, of_scores, lags = np.zeros((size, size)), np.zeros((size, size)), fit.autocorrelation.length

@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from cdp_ident.fit.refinement import Fit
 from cdp_ident.fit.windows import Window
-from cdp_ident.model.torques import RODS_STATES
+from cdp_ident.model.equations import RODS_STATES
 from cdp_ident.model.trajectory import accelerations_at, trajectory
 from cdp_ident.trial.kinematics import HALF_WIDTH
 

@@ -119,7 +119,7 @@ def select_effects(
                 found.options.named_effects_only,
                 trying,
                 expected,
-                found.options.motion_for_effects or data.scales.enough,
+                found.enough,
             )
         except FitFailedError as error:
             failure = str(error)
@@ -139,13 +139,12 @@ def _holdout_error(like: FinalModel, fit: Fit) -> float:
 def _errors(
     found: Identification, selection: Selection, before: FinalModel, after: FinalModel
 ) -> Mapping[Stage, ErrorsByRole]:
-    data, options = found.data, found.options
-    model, prior = found.fit.model, options.prior
+    data, model, prior = found.data, found.fit.model, found.options.prior
 
     def of_values(physical: Array) -> ErrorsByRole:
         inertia = float(inertia_about_cart(physical, prior.length))
         values = model.initial_values(groups_of(physical, prior.length), inertia)
-        return evaluate(model, values, data, options.motion_for_effects or data.scales.enough)
+        return evaluate(model, values, data, found.enough)
 
     def of(attempt: Attempt, final: FinalModel) -> ErrorsByRole:
         return ErrorsByRole(*(errors_of(fit, data.trials) for fit in (attempt.fit, attempt.validation, final.holdout)))
