@@ -28,7 +28,6 @@ from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.prior import Prior
 from cdp_ident.fit.refinement import Fit
 from cdp_ident.model.effects.catalogue import CATALOGUE
-from cdp_ident.model.effects.effect import TorqueEffect
 from cdp_ident.model.simulation import simulate
 from cdp_ident.pipeline.identify import identify
 from cdp_ident.tracing import thresholds
@@ -59,7 +58,7 @@ NOISE = 0.5e-3
 """Standard deviation of each encoder's noise [rad]."""
 STEP = 2.0 * np.pi / 4000.0
 """Of an encoder that is coarser than its noise [rad]."""
-_WITH_STATES = {e.key for e in CATALOGUE if isinstance(e, TorqueEffect) and e.brings_states}
+_WITH_STATES = {e.key for e in CATALOGUE if e.brings_states}
 _BEST_PAIRS = 20
 """Pairs whose gains are looked at, the best ones."""
 

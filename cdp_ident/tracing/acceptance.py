@@ -53,8 +53,7 @@ def _least_strength(active: ActiveEffect, freedom: float) -> float:
     """
     effect = active.effect
     if not effect.curve:
-        whole = isinstance(effect, TorqueEffect) and effect.brings_states
-        freedom = sum(whole or not parameter.shape for parameter in active.fitted)
+        freedom = sum(effect.brings_states or not parameter.shape for parameter in active.fitted)
     return float(np.sqrt(thresholds.least_gain(freedom)))
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.force_balance import ForceBalance
 from cdp_ident.fit.refinement import Fit
-from cdp_ident.model.effects.effect import Form, SensorEffect, TorqueEffect
+from cdp_ident.model.effects.effect import Form, SensorEffect
 from cdp_ident.tracing import thresholds
 from cdp_ident.tracing.acceptance import fits_of, is_accepted
 from cdp_ident.tracing.candidates import Candidate, ScoreTest, addable
@@ -84,7 +84,7 @@ def add_effects(progress: Progress) -> None:
 def add_weak_effects(progress: Progress) -> None:
     """Add effects that a score test over many windows shows, as long as they are accepted.
 
-    Effects with states of their own, whose test takes as long as that of all others, are not among them.
+    Effects with states of their own are not among them.
 
     Raises:
         InterruptedSelectionError: the selection is asked to stop.
@@ -92,8 +92,8 @@ def add_weak_effects(progress: Progress) -> None:
     while len(progress.current.model.effects) < _MOST_EFFECTS:
         progress.go_on()
         current = progress.current
-        simple = [c for c in addable(current.model) if not _brings_states(c)]
-        worth = [c for c in ScoreTest(current.fit, simple).ranked() if is_worth_a_look(current.fit, c)]
+        test = ScoreTest(current.fit, addable(current.model, with_states=False))
+        worth = [c for c in test.ranked() if is_worth_a_look(current.fit, c)]
         errors = [float(np.mean(residual**2)) for residual in current.fit.residuals]
         worst = sorted(np.argsort(errors, kind="stable")[-_WORST:].tolist())
         candidates = (*worth[:_WEAK_REFITS], *_at_instants(progress, [current.fit.over(worst)]))
@@ -108,10 +108,6 @@ def add_weak_effects(progress: Progress) -> None:
         if better.validation.squared_error >= current.validation.squared_error:
             return  # as in `add_effects`
         progress.current = better
-
-
-def _brings_states(candidate: ActiveEffect) -> bool:
-    return isinstance(candidate.effect, TorqueEffect) and candidate.effect.brings_states
 
 
 def _best_addition(progress: Progress) -> Attempt | None:
@@ -169,7 +165,7 @@ def _with_seconds(progress: Progress, refitted: Sequence[_Refitted]) -> list[_Re
     seconds = [
         (attempt, (second,))
         for _, _, attempt in strong[:_STRONGEST]
-        for second in promising(attempt, ScoreTest(attempt.fit, addable(attempt.model)), _SECONDS)
+        for second in promising(attempt, ScoreTest(attempt.fit, addable(attempt.model, with_states=False)), _SECONDS)
     ]
     return [((firsts[id(before)], *second), joined) for before, second, joined in progress.tried_on(seconds)]
 

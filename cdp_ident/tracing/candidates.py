@@ -21,7 +21,7 @@ from cdp_ident.fit.kept_columns import TOGETHER
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.refinement import Fit
 from cdp_ident.model.effects.catalogue import CATALOGUE
-from cdp_ident.model.effects.effect import TorqueEffect, exclude_each_other
+from cdp_ident.model.effects.effect import exclude_each_other
 from cdp_ident.model.parallel import parallel_for
 from cdp_ident.tracing import thresholds
 
@@ -76,13 +76,21 @@ def shapes_of(active: ActiveEffect, first: float = 1.0) -> list[float]:
     return [first * shapes[0], *shapes[1:]] if shapes else []
 
 
-def addable(model: MotionModel) -> list[ActiveEffect]:
-    """Return the effects that a score test can show and that may be beside those of a model."""
+def addable(model: MotionModel, with_states: bool = True) -> list[ActiveEffect]:
+    """Return the effects that a score test can show and that may be beside those of a model.
+
+    Args:
+        model: what they could be added to.
+        with_states: whether those that bring states of their own are among them; their test takes as long as that of
+            all others.
+    """
     present = [active.effect for active in model.effects]
     return [
         ActiveEffect(effect)
         for effect in CATALOGUE
-        if effect.has_score and not any(exclude_each_other(effect, other) for other in present)
+        if effect.has_score
+        and (with_states or not effect.brings_states)
+        and not any(exclude_each_other(effect, other) for other in present)
     ]
 
 
@@ -107,7 +115,7 @@ class ScoreTest:
 
     def __init__(self, fit: Fit, candidates: Sequence[ActiveEffect]):
         self.candidates = tuple(candidates)
-        oscillating = [c for c in candidates if isinstance(c.effect, TorqueEffect) and c.effect.brings_states]
+        oscillating = [c for c in candidates if c.effect.brings_states]
         self._together = _Projection(fit, [c for c in candidates if c not in oscillating])
         self._alone = [[_Projection(fit, [c], factor) for factor in _FREQUENCIES] for c in oscillating]
 

@@ -52,14 +52,17 @@ def _exchange_first(progress: Progress, together: Sequence[tuple[str, ...]]) -> 
     """Exchange the first effects that have a better rival, and return which ones are left to be compared.
 
     All are compared at the same time, in the present model; those after an exchange, in the model that it leads to.
+    What was compared in the present model before, without an exchange, is not compared again.
 
     Args:
         progress: of the selection.
         together: labels of effects; those of each tuple are exchanged together.
     """
     current, exchanged = progress.current, threading.Event()
+    compared_before = progress.compared_in(current)
     # Others may have been exchanged together with one of their kind.
-    together = [labels for labels in together if set(labels) <= set(current.model.labels)]
+    present = (labels for labels in together if set(labels) <= set(current.model.labels))
+    together = [labels for labels in present if labels not in compared_before]
     without = progress.without_each(current, [[current.place_of(label) for label in labels] for labels in together])
 
     def compared(place: int) -> tuple[list[Attempt], list[str]]:
@@ -70,6 +73,7 @@ def _exchange_first(progress: Progress, together: Sequence[tuple[str, ...]]) -> 
         for line in failures:
             progress.fail(line)
         labels = together[place]
+        compared_before.add(labels)
         if len(labels) == 1:
             progress.rivals[labels[0]] = tuple(rivals)
         best = _better(current, without[place], rivals)
@@ -126,13 +130,17 @@ def alternatives(
 def _rivals(progress: Progress, removed: Attempt, *keys: str) -> list[Attempt]:
     """Return the models that have another effect in the place of some.
 
-    They are those whose score test gains nearly as much, and the richer forms of each.
+    They are those whose score test gains nearly as much, and the richer forms of each. What brings states of its own
+    is among them as a richer form only: its initial values in each window imitate a part of anything.
     """
-    test = ScoreTest(removed.fit, addable(removed.model))
+    test = ScoreTest(removed.fit, addable(removed.model, with_states=False))
     candidates = promising(removed, test, _RIVALS + len(keys), keys)
-    others = progress.tried(removed, ((c,) for c in candidates if c.active.effect.key not in keys))
-    richer = _richer(progress, keys[0], _richer_forms(progress, keys[0])) if len(keys) == 1 else []
-    return [*(rival for _, rival in others), *richer]
+    forms = _richer_forms(progress, keys[0]) if len(keys) == 1 else []
+    besides = {*keys, *(form.key for form in forms)}
+    others = progress.tried(
+        removed, ((c,) for c in candidates if c.active.effect.key not in besides), to_beat=progress.current
+    )
+    return [*(rival for _, rival in others), *_richer(progress, keys[0], forms)]
 
 
 def _richer(progress: Progress, key: str, forms: Sequence[TorqueEffect]) -> list[Attempt]:
@@ -152,7 +160,7 @@ def _richer(progress: Progress, key: str, forms: Sequence[TorqueEffect]) -> list
                 known.get(p.name, factor * p.typical if p.shape else _SOME * max(known.values())) for p in new.fitted
             ]
             others.append((new, np.clip(begin, *_limits(new))))
-    return progress.replaced(current, index, others)
+    return progress.replaced(current, index, others, to_beat=current)
 
 
 def _richer_forms(progress: Progress, label: str) -> list[TorqueEffect]:

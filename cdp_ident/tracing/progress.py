@@ -27,6 +27,8 @@ Begun = TypeVar("Begun")
 
 _ROUGHLY = 1e-4
 """Tolerance of refits that only compare candidates; the accepted model is refined further."""
+_HOPELESS = 1.5
+"""A rival that leaves so many times the squared error of what it is to beat is not better, nor as good."""
 _KEPT = 0.5
 """A refit over whole windows is good if it gains this share of what the score test predicts."""
 NO_STEPS: Array = np.zeros(2)
@@ -72,6 +74,7 @@ class Progress:
         self._whole: Attempt | None = None
         self._without: dict[tuple[int, ...], Attempt] = {}
         """Refits of one model without some of its effects, by their indices."""
+        self._compared_in, self._compared = before, set[tuple[str, ...]]()
         self._condenses = False
         """Whether these are kept without derivatives."""
 
@@ -84,37 +87,53 @@ class Progress:
         if self._stop():
             raise InterruptedSelectionError
 
+    def compared_in(self, model: Attempt) -> set[tuple[str, ...]]:
+        """Return the labels of the effects, alone or together, that were compared with their rivals in a model.
+
+        The set is the caller's to add to; it is kept for the model that was asked for last.
+        """
+        if self._compared_in is not model:
+            self._compared_in, self._compared = model, set()
+        return self._compared
+
     def tried(
-        self, attempt: Attempt, additions: Iterable[tuple[Candidate, ...]]
+        self, attempt: Attempt, additions: Iterable[tuple[Candidate, ...]], to_beat: Attempt | None = None
     ) -> list[tuple[tuple[Candidate, ...], Attempt]]:
         """Return refits of a model with each of some additions; those that fail are reported and left out.
 
+        So are, without a report, those whose squared error is far above the one that they are to beat.
+
         Raises:
             InterruptedSelectionError: the selection is asked to stop.
         """
-        return [(added, after) for _, added, after in self.tried_on([(attempt, added) for added in additions])]
+        with_each = [(attempt, added) for added in additions]
+        return [(added, after) for _, added, after in self.tried_on(with_each, to_beat)]
 
     def tried_on(
-        self, additions: Sequence[tuple[Attempt, tuple[Candidate, ...]]]
+        self, additions: Sequence[tuple[Attempt, tuple[Candidate, ...]]], to_beat: Attempt | None = None
     ) -> list[tuple[Attempt, tuple[Candidate, ...], Attempt]]:
-        """Return models, what is added to each, and the refit with it; those that fail are reported and left out.
+        """Return models, what is added to each, and the refit with it; what is left out is as in `tried`.
 
         Raises:
             InterruptedSelectionError: the selection is asked to stop.
         """
 
-        def refit(addition: tuple[Attempt, tuple[Candidate, ...]]) -> Attempt:
+        def refit(addition: tuple[Attempt, tuple[Candidate, ...]]) -> Attempt | None:
             attempt, candidates = addition
             model, values = _with_candidates(attempt.model, attempt.fit.values, candidates)
             expected = attempt.fit.squared_error - sum(candidate.gain for candidate in candidates)
-            return attempt_of(_refit(model, values, attempt.fit, expected), attempt.folds)
+            return _worth_predicting(_refit(model, values, attempt.fit, expected), attempt.folds, to_beat)
 
         names = [" and ".join(candidate.active.effect.key for candidate in added) for _, added in additions]
         found = self._refitted(refit, additions, names)
         return [(*addition, after) for addition, after in zip(additions, found, strict=True) if after]
 
-    def replaced(self, attempt: Attempt, index: int, others: Sequence[tuple[ActiveEffect, Array]]) -> list[Attempt]:
-        """Return models with each of other effects, of given values, in the place of one; those that fail are left out.
+    def replaced(
+        self, attempt: Attempt, index: int, others: Sequence[tuple[ActiveEffect, Array]], to_beat: Attempt | None = None
+    ) -> list[Attempt]:
+        """Return models with each of other effects, of given values, in the place of one.
+
+        What is left out is as in `tried`.
 
         Raises:
             InterruptedSelectionError: the selection is asked to stop.
@@ -124,7 +143,7 @@ class Progress:
             (model.with_effect(active), np.concatenate([attempt.fit.values[remain], values]))
             for active, values in others
         ]
-        found = self._refitted(_roughly(attempt), begun, [active.effect.key for active, _ in others])
+        found = self._refitted(_roughly(attempt, to_beat), begun, [active.effect.key for active, _ in others])
         return [after for after in found if after]
 
     def refitted(self, model: MotionModel, values: Array, attempt: Attempt, what: str) -> Attempt | None:
@@ -200,11 +219,11 @@ class Progress:
         )
 
     def _refitted(
-        self, refit: Callable[[Begun], Attempt], begun: Sequence[Begun], names: Sequence[str]
+        self, refit: Callable[[Begun], Attempt | None], begun: Sequence[Begun], names: Sequence[str]
     ) -> list[Attempt | None]:
         """Return refits, as many at a time as there are cores; None for those that fail, which are reported."""
 
-        def outcome(begin: Begun) -> Attempt | Exception:
+        def outcome(begin: Begun) -> Attempt | Exception | None:
             self.go_on()
             try:
                 return refit(begin)
@@ -292,17 +311,20 @@ def _with_candidates(model: MotionModel, values: Array, candidates: Iterable[Can
     return model, values
 
 
-def _roughly(attempt: Attempt) -> Callable[[tuple[MotionModel, Array]], Attempt]:
+def _roughly(attempt: Attempt, to_beat: Attempt | None = None) -> Callable[[tuple[MotionModel, Array]], Attempt | None]:
     """Return what refits a model over an attempt's windows from given values, well enough to compare it."""
 
-    def refit(begun: tuple[MotionModel, Array]) -> Attempt:
-        return attempt_of(refine(*begun, attempt.fit.windows, tolerance=_ROUGHLY), attempt.folds)
+    def refit(begun: tuple[MotionModel, Array]) -> Attempt | None:
+        fit = refine(*begun, attempt.fit.windows, tolerance=_ROUGHLY)
+        return _worth_predicting(fit, attempt.folds, to_beat)
 
     return refit
 
 
 def _refit(model: MotionModel, values: Array, before: Fit, expected: float) -> Fit:
     """Refine a model with more effects, over whole windows or, if that fails, over windows of growing length.
+
+    What oscillates by itself is fitted over growing windows at once: over whole ones its frequency has many minima.
 
     Args:
         model: the model.
@@ -311,6 +333,8 @@ def _refit(model: MotionModel, values: Array, before: Fit, expected: float) -> F
         expected: the squared error that score tests predict [rad^2].
     """
     at_once: Fit | None = None
+    if any(active.effect.brings_states for active in model.effects[len(before.model.effects) :]):
+        return refine_from_afar(model, values, before.windows, tolerance=_ROUGHLY)
     try:
         at_once = refine(model, values, before.windows, tolerance=_ROUGHLY)
     except IdentificationError:
@@ -322,6 +346,13 @@ def _refit(model: MotionModel, values: Array, before: Fit, expected: float) -> F
             return at_once
     grown = refine_from_afar(model, values, before.windows, tolerance=_ROUGHLY)
     return at_once if at_once is not None and at_once.squared_error < grown.squared_error else grown
+
+
+def _worth_predicting(fit: Fit, folds: Folds, to_beat: Attempt | None) -> Attempt | None:
+    """Return a fitted model with its predictions of each fold; None where it is far from a model that it is to beat."""
+    if to_beat is not None and fit.squared_error > _HOPELESS * to_beat.fit.squared_error:
+        return None
+    return attempt_of(fit, folds)
 
 
 def attempt_of(fit: Fit, folds: Folds) -> Attempt:

@@ -31,7 +31,9 @@ def promising(attempt: Attempt, test: ScoreTest, most: int, rival_of: Sequence[s
         least = thresholds.NEAR_A_RIVAL * max((c.gain for c in ranking if c.active.effect.key in rival_of), default=0.0)
         worth = [c for c in ranking if c.gain > least and is_worth_a_look(fit, c)]
         for candidate in _with_few_harmonics(worth)[:most]:
-            found.setdefault(candidate.active.effect.key, candidate)
+            # What oscillates is refitted from short pieces on, so its frequency is to be that of short pieces.
+            if candidate.active.effect.key not in found or candidate.active.effect.brings_states:
+                found[candidate.active.effect.key] = candidate
     return list(found.values())
 
 

@@ -29,8 +29,9 @@ def test_two_effects_of_a_joint_that_imitate_one_are_exchanged_for_it() -> None:
     trials, answer = hidden_truth("stribeck_friction.inner", 10, 1.0)
     identified = identify(trials[:FIT_TRIALS], trials[FIT_TRIALS:], IdentifyOptions())
     told: list[str] = []
+    tried: list[str] = []
     two = with_effects(identified, "quadratic_friction.inner", "coulomb_friction.inner")
-    progress = Progress(two, answer.floor, told.append)
+    progress = Progress(two, answer.floor, told.append, trying=tried.append)
     assert exchange_effects(progress)
     exchanged = progress.current
     assert told == [
@@ -38,6 +39,10 @@ def test_two_effects_of_a_joint_that_imitate_one_are_exchanged_for_it() -> None:
     ]
     assert [active.effect.key for active in exchanged.model.effects] == ["stribeck_friction.inner"]
     assert exchanged.validation.rmse() < two.validation.rmse()
+    assert not exchange_effects(progress)
+    tried.clear()
+    assert not exchange_effects(progress)
+    assert tried == [], "compared again in the same model"
 
 
 def test_what_contains_an_effect_is_no_other_possibility_but_the_other_way_round() -> None:

@@ -35,6 +35,14 @@ def test_each_addition_is_refitted(plain):
     assert progress.failures == []
 
 
+def test_a_rival_far_behind_what_it_is_to_beat_is_left_out(plain):
+    progress = Progress(plain, 5e-4)
+    ((_, with_spring),) = progress.tried(plain, [(SPRING,)])
+    found = progress.tried(plain, ((c,) for c in (SPRING, DRAG)), to_beat=with_spring)
+    assert [candidates for candidates, _ in found] == [(SPRING,)]
+    assert progress.failures == []
+
+
 def test_what_cannot_be_fitted_is_reported_and_left_out(plain, monkeypatch):
     real = progress_module._refit
 

@@ -190,6 +190,11 @@ class SensorEffect:
         return None
 
     @property
+    def brings_states(self) -> bool:
+        """Return false: the motion itself is not changed."""
+        return False
+
+    @property
     def has_score(self) -> bool:
         """Whether a score test is defined for it."""
         return not self.at_an_instant
