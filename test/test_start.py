@@ -10,8 +10,8 @@ import pytest
 from cdp_ident import start
 from cdp_ident.executables import EXECUTABLES
 
-INTERRUPTED = """
-import os, signal, sys
+SLOW = """
+import sys
 from cdp_ident.executables import EXECUTABLES
 from cdp_ident.start import start
 sys.path.insert(0, sys.argv[1])
@@ -29,15 +29,27 @@ def test_there_is_a_console_script_for_each_executable():
     [(signal.SIGINT, 130, "slow: interrupted\n"), (signal.SIGTERM, -signal.SIGTERM, "")],
 )
 def test_a_signal_while_modules_are_loaded_ends_quietly(tmp_path, number, code, said):
-    (tmp_path / "slow_to_load.py").write_text(
-        f"import os\ntry:\n    os.kill(os.getpid(), {int(number)})\nexcept BaseException:\n    raise ImportError\n"
+    done = start_slow(
+        tmp_path,
+        f"import os\ntry:\n    os.kill(os.getpid(), {int(number)})\nexcept BaseException:\n    raise ImportError\n",
     )
-    done = subprocess.run(
-        [sys.executable, "-c", INTERRUPTED, str(tmp_path)],
+    assert (done.returncode, done.stderr) == (code, said)
+
+
+def start_slow(folder, module):
+    """Start an executable whose module has this text."""
+    (folder / "slow_to_load.py").write_text(module)
+    return subprocess.run(
+        [sys.executable, "-c", SLOW, str(folder)],
         check=False,
         capture_output=True,
         text=True,
         env=os.environ,
         timeout=300,
     )
-    assert (done.returncode, done.stderr) == (code, said)
+
+
+def test_garbage_of_a_running_executable_is_found_though_none_is_looked_for_while_it_is_loaded(tmp_path):
+    module = "import gc\nloading = gc.isenabled()\ndef main():\n    print(loading, gc.isenabled())\n    return 0\n"
+    done = start_slow(tmp_path, module)
+    assert (done.returncode, done.stdout) == (0, "False True\n")

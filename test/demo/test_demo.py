@@ -50,7 +50,7 @@ def wait_for_nodes(out, demo):
 def test_it_records_identifies_asks_the_node_and_names_what_is_hidden(tmp_path):
     rig = tmp_path / "rig.yaml"
     *two_swings, _third = re.split(r"(?=  - hold)", RIG.read_text())  # quicker
-    rig.write_text("".join(two_swings).replace("wait: 12.5", "wait: 6.5"))
+    rig.write_text("".join(two_swings).replace("wait: 12.5", "wait: 6.5").replace("rate: 200.0", "rate: 100.0"))
     demo = start(tmp_path / "out", "--rig", str(rig))
     said, errors = demo.communicate(timeout=900)
     assert demo.returncode == 0, errors

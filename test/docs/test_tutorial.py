@@ -20,8 +20,9 @@ ROOT = Path(__file__).parents[2]
 DOCUMENT = (
     (ROOT / "docs/tutorial.md")
     .read_text(encoding="utf-8")
-    .replace("wait: 12.5", "wait: 6.5")  # quicker
+    .replace("wait: 12.5", "wait: 6.5")  # all three: quicker
     .replace("longest:=12.0", "longest:=6.0")
+    .replace("rate: 200.0", "rate: 100.0")
 )
 _INERTIA = 0.1296 * 0.2007**2 + 0.0007 + (0.1154 + 0.2192) * 0.4**2
 """A22 of the rig that the tutorial describes [kg m^2]."""

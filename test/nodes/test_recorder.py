@@ -152,7 +152,7 @@ def test_two_rigs_side_by_side_are_recorded_each_with_its_own_state(
         start("recorder", "--ros-args", *common, "-p", f"folder:={tmp_path / 'trials' / rig}")
     listener.wait_for(lambda: all("armed" in heard for heard in states.values()))
     for rig in states:
-        start_emulator(rig=TRIAL, link=rig)
+        start_emulator(rig=f"rate: 100\n{TRIAL}", link=rig)
     listener.wait_for(lambda: all(bags.values()))
     for rig, (bag, *_) in bags.items():
         content = yaml.safe_load((Path(bag) / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
