@@ -1,10 +1,10 @@
 """The description of an effect, from which it is searched, fitted, reported, simulated and served."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -150,6 +150,17 @@ class TorqueEffect:
         )
 
 
+class Added(NamedTuple):
+    """What an encoder adds to its angle; each is an array (n,), or a number where it is the same for all samples."""
+
+    angle: Array | float
+    """The angle [rad]."""
+    by_angle: Array | float
+    """Its derivative by the joint's angle."""
+    by_parameters: tuple[Array | float, ...]
+    """And by each parameter."""
+
+
 @dataclass(frozen=True)
 class SensorEffect:
     """An effect that the encoders have on the angles they report; the motion itself is not changed."""
@@ -161,9 +172,8 @@ class SensorEffect:
     formula: str
     source: str
     parameters: tuple[EffectParameter, ...]
-    reading: Callable[[Array, Array, Array], tuple[Array, Array]]
-    """`(angle, time, values)` to what is added to the encoder's angle (n,) [rad], and that with respect to the angle
-    and to each parameter, (n, 1 + parameters)."""
+    reading: Callable[[Array, Array, Sequence[float] | Array], Added]
+    """`(angle, time, values)` to what is added to the encoder's angle (n,) [rad]."""
     delays: bool = False
     """Whether its one parameter is by how much the encoder is late [s], instead of anything added."""
     has_play: bool = False

@@ -5,42 +5,40 @@ absolute angles.
 """
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.model.effects.effect import EffectParameter, Joint, SensorEffect
+from cdp_ident.model.effects.effect import Added, EffectParameter, Joint, SensorEffect
 
 Array = npt.NDArray[np.float64]
 
 
-def _offset(angle: Array, time: Array, values: Array) -> tuple[Array, Array]:
-    added = np.full_like(angle, values[0])
-    return added, np.stack([np.zeros_like(angle), np.ones_like(angle)], axis=1)
+def _offset(angle: Array, time: Array, values: Sequence[float] | Array) -> Added:
+    return Added(values[0], 0.0, (1.0,))
 
 
 def _scale(rest: float):
-    def reading(angle: Array, time: Array, values: Array) -> tuple[Array, Array]:
+    def reading(angle: Array, time: Array, values: Sequence[float] | Array) -> Added:
         turned = angle - rest
-        return values[0] * turned, np.stack([np.full_like(angle, values[0]), turned], axis=1)
+        return Added(values[0] * turned, values[0], (turned,))
 
     return reading
 
 
-def _eccentricity(angle: Array, time: Array, values: Array) -> tuple[Array, Array]:
+def _eccentricity(angle: Array, time: Array, values: Sequence[float] | Array) -> Added:
     sine, cosine = np.sin(angle), np.cos(angle)
-    by_angle = values[0] * cosine - values[1] * sine
-    return values[0] * sine + values[1] * cosine, np.stack([by_angle, sine, cosine], axis=1)
+    return Added(values[0] * sine + values[1] * cosine, values[0] * cosine - values[1] * sine, (sine, cosine))
 
 
-def _nothing_added(angle: Array, time: Array, values: Array) -> tuple[Array, Array]:
-    return np.zeros_like(angle), np.zeros((len(angle), 2))
+def _nothing_added(angle: Array, time: Array, values: Sequence[float] | Array) -> Added:
+    return Added(0.0, 0.0, (0.0,))
 
 
-def _slip(angle: Array, time: Array, values: Array) -> tuple[Array, Array]:
+def _slip(angle: Array, time: Array, values: Sequence[float] | Array) -> Added:
     after = (time >= values[1]).astype(float)
-    nothing = np.zeros_like(angle)
-    return values[0] * after, np.stack([nothing, after, nothing], axis=1)
+    return Added(values[0] * after, 0.0, (after, 0.0))
 
 
 _RESTS: tuple[tuple[Joint, float], ...] = (("inner", math.pi), ("outer", 0.0))

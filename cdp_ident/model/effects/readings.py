@@ -70,15 +70,19 @@ def encoder_readings(
                 slope[:, first + place.start] += followed.by_gap
             add(k, followed.angle - angles[k], slope - slopes[k])
             angles[k], slopes[k] = followed.angle, slope
+    by_angle: list[Array | float] = [0.0, 0.0]
     for effect, values, place in sensors:
-        if effect.delays or effect.has_play:
-            continue
-        k = JOINTS.index(effect.joint)
-        added, by = effect.reading(angles[k], time, np.asarray(values))
-        slope = by[:, :1] * slopes[k]
-        if derivatives.shape[2]:
-            slope[:, first + place.start : first + place.stop] += by[:, 1:]
-        add(k, added, slope)
+        if not (effect.delays or effect.has_play):
+            k = JOINTS.index(effect.joint)
+            added = effect.reading(angles[k], time, values)
+            readings[:, k:] += np.reshape(added.angle, (-1, 1))
+            by_angle[k] = by_angle[k] + added.by_angle
+            if derivatives.shape[2]:
+                for direction, by_parameter in enumerate(added.by_parameters, first + place.start):
+                    by_directions[:, k:, direction] += np.reshape(by_parameter, (-1, 1))
+    for k, factor in enumerate(by_angle):
+        if derivatives.shape[2] and np.any(factor):
+            by_directions[:, k:] += (np.reshape(factor, (-1, 1)) * slopes[k])[:, None]
     return readings, by_directions
 
 
@@ -90,9 +94,7 @@ def _turned_by(
     time: Array,
 ) -> float:
     """Return what an encoder is turned by that shows an angle (1,), without what its other effects add to it [rad]."""
-    others = (
-        effect.reading(angle, time, np.asarray(v))[0] for effect, v, _ in sensors if effect.joint == JOINTS[joint]
-    )
+    others = (effect.reading(angle, time, v).angle for effect, v, _ in sensors if effect.joint == JOINTS[joint])
     return float((shown - sum(others, np.zeros(1)))[0])
 
 

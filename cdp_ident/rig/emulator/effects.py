@@ -101,7 +101,7 @@ class Readings:
         for effect, values in self._sensors:
             if not (effect.delays or effect.has_play):
                 joint = JOINTS.index(effect.joint)
-                angles[joint] = angles[joint] + effect.reading(angles[joint], time, values)[0]
+                angles[joint] = angles[joint] + effect.reading(angles[joint], time, values).angle
         self._past.extend(states)
         self._now += len(states)
         return np.stack(angles, axis=1)
