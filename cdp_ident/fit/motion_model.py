@@ -25,11 +25,12 @@ from cdp_ident.model.parameters import (
     coefficients_of,
 )
 from cdp_ident.model.time_grid import TimeGrid
-from cdp_ident.model.torques import Torques
+from cdp_ident.model.torques import NO_TORQUES, Torques
 from cdp_ident.model.trajectory import trajectory, trajectory_with_derivatives
 from cdp_ident.model.weights import ErrorOf, Weight
 
 Array = npt.NDArray[np.float64]
+Indices = npt.NDArray[np.int64]
 
 _A23, _OUTER_MOMENT, _GRAVITY = (COEFFICIENTS.index(name) for name in ("A23_over_A22", "m2_l2_over_A22", "g"))
 _LARGEST_ERROR = 20.0
@@ -261,16 +262,33 @@ class MotionModel:
 
         The mass of the rods' weights in it, over the inertia about the cart's joint, is `carried` [1/m^2].
         """
-        chosen: list[tuple[TorqueEffect, Sequence[float]]] = []
-        directions: list[tuple[int, int]] = []
-        for index, active in enumerate(self.effects):
-            if isinstance(active.effect, TorqueEffect) and active.trial in (None, trial):
-                parameters = active.effect.parameters
-                directions += [(len(chosen), k) for k, p in enumerate(parameters) if not p.fixed]
-                chosen.append((active.effect, active.all_values(values[self.places(index)])))
+        if trial not in self._torques_in:
+            self._torques_in[trial] = self._lay_out_torques(trial)
+        laid_out, places, fitted = self._torques_in[trial]
+        parameters = laid_out.values.copy()
+        parameters[places] = values[fitted]
         length, _ = self.constants(values)
         constants = effect_constants(self.coefficients(values), length, self.mechanism.outer_length, carried)
-        return Torques.of(chosen, constants, directions)
+        return replace(laid_out, values=parameters, constants=constants)
+
+    @cached_property
+    def _torques_in(self) -> dict[int, tuple[Torques, tuple[Indices, Indices], Indices]]:
+        """What `torques` has laid out, by trial: their layout does not depend on the values of the unknowns."""
+        return {}
+
+    def _lay_out_torques(self, trial: int) -> tuple[Torques, tuple[Indices, Indices], Indices]:
+        """Return the torques in a trial, where among their parameters the fitted ones are, and these unknowns."""
+        chosen: list[tuple[TorqueEffect, Sequence[float]]] = []
+        directions: list[tuple[int, int]] = []
+        fitted: list[int] = []
+        for index, active in enumerate(self.effects):
+            if isinstance(active.effect, TorqueEffect) and active.trial in (None, trial):
+                place, parameters = self.places(index), active.effect.parameters
+                directions += [(len(chosen), k) for k, p in enumerate(parameters) if not p.fixed]
+                fitted += range(place.start, place.stop)
+                chosen.append((active.effect, [p.typical for p in parameters]))
+        rows, columns = np.array(directions, dtype=np.int64).reshape(-1, 2).T
+        return Torques.of(chosen, NO_TORQUES.constants, directions), (rows, columns), np.array(fitted, dtype=np.int64)
 
     def predict(
         self,
