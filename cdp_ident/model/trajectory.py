@@ -44,6 +44,8 @@ _COEFFICIENTS = len(COEFFICIENTS)
 _BASE = int(Form.BASE)
 _MOST_EVENTS = 32
 """Most events in one step; further ones are ignored."""
+_MOST_PARTS = 4096
+"""A step that needs more parts, of 1/256 or up to an event, has a motion that cannot be computed: it is given up."""
 _FASTEST = math.pi
 """No step resolves a rod that turns by more than this within it [rad]: such a motion is given up."""
 
@@ -196,7 +198,11 @@ def _steps(
         time = begin + k * step
         inputs[0], inputs[1], inputs[2] = u[2 * k], u[2 * k + 1], u[2 * k + 2]
         done, j, events, share, stopped, located = 0.0, first_sample[k], 0, longest, -1, False
-        while done < 1.0:
+        for parts in range(_MOST_PARTS + 1):
+            if done >= 1.0:
+                break
+            if parts == _MOST_PARTS:
+                return j
             if fresh:
                 # At the beginning, and after a mode has ended.
                 settle(

@@ -227,6 +227,19 @@ def test_accelerations_are_the_slopes_of_the_motion(key):
     np.testing.assert_allclose(found.mean(axis=0), expected, rtol=1e-6)
 
 
+def test_a_motion_that_becomes_infinite_within_a_step_is_given_up():
+    """What moves along with the cart is lighter than the rods, which no cart is: the inertia passes through zero."""
+    coefficients = np.array([0.15117464, 0.10626843, 8.98320017, 0.34332039, 0.02515755, 1.25897424, 9.81])
+    start = np.array([3.87125006, 38.0196968, -3.16378292, -2.07763768, -0.0177860624, 0.100215557])
+    grid = TimeGrid.over(np.arange(79) * 0.001688120913358211, 0.001688120913358211)
+    effects = [TORQUES["coulomb_friction.inner"], TORQUES["pivot_compliance.base.oscillating"]]
+    torque = laid_out(effects, [[0.100938791], [2.16170021e-05, 24.4027442, 0.0]])
+    states, derivatives = trajectory_with_derivatives(coefficients, start, grid, np.zeros(2 * grid.steps + 1), torque)
+    assert np.all(np.isfinite(states[:50]))
+    assert np.all(np.isnan(states[-1]))
+    assert np.all(np.isnan(derivatives[-1]))
+
+
 def test_a_rod_that_no_step_resolves_is_given_up_from_there_on():
     fast = np.array([1.0, 2.0, -3e5, 1e5])
     for torque in (NO_TORQUES, laid_out([TORQUES["coulomb_friction.outer"]], [[0.2]])):
