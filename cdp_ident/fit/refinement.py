@@ -58,14 +58,14 @@ class Fit:
         """How far the residuals are correlated in time."""
         return Autocorrelation.of(self.residuals)
 
-    @property
+    @cached_property
     def samples(self) -> float:
         """Angles measured in the windows, those of rods at rest counted by their weights."""
         return float(
             sum(residual.shape[1] * w.independent for residual, w in zip(self.residuals, self.windows, strict=True))
         )
 
-    @property
+    @cached_property
     def squared_error(self) -> float:
         """Sum of the squared residuals [rad^2]: what is minimised, but for outliers."""
         return float(sum(np.sum(residual**2) for residual in self.residuals))

@@ -170,6 +170,12 @@ fail alone.
 
 Unit: ratio. Origin: tuned.
 """
+NOISE_MEMORY = 0.1
+"""Residuals above the noise are noise with a memory, and no more is said to remain, where their integrated correlation
+time is shorter than this.
+
+Unit: sqrt(L / g). Origin: tuned; rods move over several units.
+"""
 WINDOW_ABOVE_OTHERS = 3.0
 """A window with so many times the error of the others is mentioned.
 
