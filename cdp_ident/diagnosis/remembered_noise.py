@@ -6,7 +6,7 @@ every window's initial state and the common unknowns follow it where it is slow.
 of samples, under the process that was found, is given back, and the process is found again.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -84,7 +84,11 @@ class Process:
 
 
 def process_of(
-    residuals: Sequence[Array], sizes: Sequence[Array], explained: Sequence[Array], by_unknowns: Sequence[Array]
+    residuals: Sequence[Array],
+    sizes: Sequence[Array],
+    explained: Sequence[Array],
+    by_unknowns: Sequence[Array],
+    factor: Array,
 ) -> Process:
     """Return the process that leaves the residuals of a fit.
 
@@ -92,10 +96,12 @@ def process_of(
         residuals: (n, 2) of each window [rad].
         sizes: (n, 1) of noise in each sample over that of most; one where samples of a rest are not counted as one.
         explained: (n, 2, states) orthonormal changes of each window by its initial state.
-        by_unknowns: (n, 2, unknowns) changes by common unknowns, orthogonal to these, and orthonormal over all windows.
+        by_unknowns: (n, 2, unknowns) changes by common unknowns, orthogonal to these.
+        factor: (unknowns, k) makes these orthonormal over all windows.
     """
     lags = min(_MOST_COEFFICIENTS, min(map(len, residuals)) // 2)
     samples = 2.0 * float(sum(np.sum(size[lags:] ** 2) for size in sizes))
+    followed = _Followed(explained, by_unknowns, factor)
     measured = np.sum([_products(residual, residual, lags) for residual in residuals], axis=0) / samples
     if measured[0, 0] == 0.0:
         return Process(np.empty(0), 0.0)
@@ -104,36 +110,49 @@ def process_of(
     process = found[int(np.argmin(criteria))]
     count = len(process.coefficients)
     if count == 0:
-        return _white(residuals, sizes, explained, by_unknowns)
+        return _white(residuals, sizes, followed)
     for _ in range(_CORRECTIONS):
-        whole = measured + _taken_away(process, explained, by_unknowns, lags) / samples
-        process = Process.of(whole, count)
+        process = Process.of(measured + _taken_away(process, followed, lags) / samples, count)
     return replace(process, loss=Process._new_in(measured, process.coefficients) / process.variance)
 
 
-def _white(
-    residuals: Sequence[Array], sizes: Sequence[Array], explained: Sequence[Array], by_unknowns: Sequence[Array]
-) -> Process:
+@dataclass(frozen=True)
+class _Followed:
+    """Orthonormal changes of windows by what is fitted; those of one window at a time are in memory."""
+
+    explained: Sequence[Array]
+    by_unknowns: Sequence[Array]
+    factor: Array
+
+    @property
+    def states(self) -> int:
+        return int(self.explained[0].shape[2])
+
+    def __iter__(self) -> Iterator[Array]:
+        for by_state, by_unknown in zip(self.explained, self.by_unknowns, strict=True):
+            yield np.concatenate([by_state, by_unknown @ self.factor], axis=2)
+
+
+def _white(residuals: Sequence[Array], sizes: Sequence[Array], followed: _Followed) -> Process:
     samples = 2.0 * float(sum(np.sum(size**2) for size in sizes))
-    followed = float(sum(np.sum(changes**2) for changes in (*explained, *by_unknowns)))
-    left = max(1.0 - followed / samples, 1.0 / samples)
+    left = max(1.0 - float(sum(np.sum(changes**2) for changes in followed)) / samples, 1.0 / samples)
     return Process(np.empty(0), float(sum(np.sum(residual**2) for residual in residuals)) / samples / left, left)
 
 
-def _taken_away(process: Process, explained: Sequence[Array], by_unknowns: Sequence[Array], lags: int) -> Array:
+def _taken_away(process: Process, followed: _Followed, lags: int) -> Array:
     """Return what a fit takes away of the sums of products (lags + 1, lags + 1) of a process's samples [rad^2]."""
-    followed, carried = [], []
-    for by_state, by_unknown in zip(explained, by_unknowns, strict=True):
-        followed.append(np.concatenate([by_state, by_unknown], axis=2))
-        carried.append(process.covariance_times(followed[-1]))
-    squares = [np.einsum("nri,nrj->ij", f, c) for f, c in zip(followed, carried, strict=True)]
-    states = explained[0].shape[2]
-    of_unknowns = np.sum([square[states:, states:] for square in squares], axis=0)
-    total = np.zeros((lags + 1, lags + 1))
-    for f, c, square in zip(followed, carried, squares, strict=True):
-        square[states:, states:] = of_unknowns
-        across = _products(f, c - 0.5 * (f @ square), lags)
+    total, squares = np.zeros((lags + 1, lags + 1)), []
+    for changes in followed:
+        carried = process.covariance_times(changes)
+        squares.append(np.einsum("nri,nrj->ij", changes, carried))
+        across = _products(changes, carried, lags)
         total += across + across.T
+    # The change of a common unknown is due to the noise of all windows.
+    common = slice(followed.states, None)
+    of_unknowns = np.sum([square[common, common] for square in squares], axis=0)
+    for changes, square in zip(followed, squares, strict=True):
+        square[common, common] = of_unknowns
+        total -= _products(changes @ square, changes, lags)
     return total
 
 

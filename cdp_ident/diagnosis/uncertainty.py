@@ -98,9 +98,8 @@ def covariance(fit: Fit) -> Array:
         reduced.append(state.eliminated_from(rows[:, fit.model.states :]).reshape(*root.shape, -1))
     squares = [np.tensordot(rows, rows, axes=((0, 1), (0, 1))) for rows in reduced]
     information = np.sum(squares, axis=0) + fit.model.penalty
-    factor = inverse_factor(information)
     sizes = [np.sqrt(window.weighted(np.ones((len(window.theta), 1)))) for window in fit.windows]
-    process = process_of(residuals, sizes, explained, [rows @ factor for rows in reduced])
+    process = process_of(residuals, sizes, explained, reduced, inverse_factor(information))
     middle = _covariance_of_scores(process, residuals, reduced)
     if np.any(fit.model.penalty):
         of_weights = fit.model.of_weights

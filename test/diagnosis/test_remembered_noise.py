@@ -48,7 +48,9 @@ def found(seed, poles):
     residuals = left([noise(rng, poles) for _ in range(WINDOWS)], *changes)
     sizes = [np.ones((SAMPLES, 1))] * WINDOWS
     nothing = [np.empty((SAMPLES, 2, 0))] * WINDOWS
-    return process_of(residuals, sizes, *changes), process_of(residuals, sizes, nothing, nothing)
+    return process_of(residuals, sizes, *changes, np.eye(UNKNOWNS)), process_of(
+        residuals, sizes, nothing, nothing, np.eye(0)
+    )
 
 
 def test_noise_that_a_fit_has_followed_is_found_to_be_as_slow_as_it_is():
@@ -82,13 +84,15 @@ def test_samples_that_count_together_count_once():
     rng = np.random.default_rng(0)
     weights = np.r_[np.ones(80), np.full(80, 1.0 / 80.0)][:, None]
     nothing = [np.empty((160, 2, 0))]
-    process = process_of([np.sqrt(weights) * rng.normal(size=(160, 2))], [np.sqrt(weights)], nothing, nothing)
+    process = process_of(
+        [np.sqrt(weights) * rng.normal(size=(160, 2))], [np.sqrt(weights)], nothing, nothing, np.eye(0)
+    )
     assert process.variance == pytest.approx(1.0, rel=0.3)
 
 
 def test_no_residuals_are_of_no_noise():
     nothing = [np.empty((20, 2, 0))]
-    assert process_of([np.zeros((20, 2))], [np.ones((20, 1))], nothing, nothing).variance == 0.0
+    assert process_of([np.zeros((20, 2))], [np.ones((20, 1))], nothing, nothing, np.eye(0)).variance == 0.0
 
 
 def test_a_covariance_is_that_of_its_autocovariances():
