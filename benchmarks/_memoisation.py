@@ -13,6 +13,7 @@ import numpy as np
 
 from cdp_ident.fit.refinement import Fit
 from cdp_ident.fit.windows import Window
+from cdp_ident.tracing import thresholds
 from cdp_ident.tracing.evidence import Attempt
 
 _COMPUTED = {
@@ -27,7 +28,9 @@ _COMPUTED = {
     "cdp_ident.tracing.trace": ("attempt_of",),
     "cdp_ident.tracing.unknown_torques": ("ScoreTest", "error_from_other_trials", "smooth_curve"),
 }
-"""What takes time, by the module that calls it; no threshold decides within any of it."""
+"""What takes time, by the module that calls it."""
+_DECIDED_BY = {"instants": ("AWAY", "FAMILY_LEVEL")}
+"""The thresholds that decide within some of it."""
 
 
 @contextmanager
@@ -53,7 +56,8 @@ def _memoised(function: Callable[..., Any]) -> Callable[..., Any]:
 
     @functools.wraps(function, updated=())
     def once(*arguments: Any, **named: Any) -> Any:
-        key = _key((arguments, sorted(named.items())))
+        decided_by = [getattr(thresholds, name) for name in _DECIDED_BY.get(function.__name__, ())]
+        key = _key((arguments, sorted(named.items()), decided_by))
         if key not in results:
             try:
                 # What the key identifies is kept with it, so that no other object takes its place.

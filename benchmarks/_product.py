@@ -1,13 +1,18 @@
 """The package as a user has it: trials and nominal values in, names and errors out. Nothing else here imports it."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from cdp_ident.diagnosis.identification import Identification
+from cdp_ident.diagnosis.inertia import Inertia
+from cdp_ident.diagnosis.uncertainty import covariance
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.prior import Prior
 from cdp_ident.pipeline.identify import identify
 from cdp_ident.tracing.final_model import FinalModel
+from cdp_ident.tracing.found_effects import found_effects
 from cdp_ident.tracing.selection import Selection
 from cdp_ident.tracing.trace import Trace, select_effects, trace
 from cdp_ident.tracing.unexplained import Unexplained, unexplained
@@ -41,6 +46,14 @@ class Found:
     """Of what remains."""
     unknown: tuple[str, ...] = ()
     """Keys of torques that were found and have no name."""
+    alike: tuple[str, ...] = ()
+    """The known shapes that these are said to be similar to; only of `chosen`."""
+
+    @property
+    def said(self) -> str:
+        """All that is said, without the numbers."""
+        named = [f"{one.key} or {one.also_possible}" for one in self.named]
+        return "; ".join((*named, *self.unknown, *self.alike, self.description))
 
 
 def identified(truth: Truth) -> Identification:
@@ -70,7 +83,11 @@ def chosen(found: Identification) -> Found:
     selection, _ = select_effects(found)
     before, after = (FinalModel.of(attempt.fit, found.data) for attempt in (selection.before, selection.after))
     left = unexplained(after, found.data.noise, found.data.names, found.inertia.value)
-    return _answer(selection, before, after, left)
+    spread, unknown = covariance(after.fit), [np.nan] * len(selection.without)
+    inertia = Inertia.of(after.model, after.fit.values, spread, found.physical)
+    effects = found_effects(selection, after, unknown, spread, inertia)
+    alike = tuple(effect.curve.likeness for effect in effects if effect.curve)
+    return replace(_answer(selection, before, after, left), alike=alike)
 
 
 def _answer(selection: Selection, before: FinalModel, after: FinalModel, left: Unexplained) -> Found:

@@ -1,6 +1,6 @@
 """Thresholds of tracing: what the names of hidden effects become when each of them is halved or doubled.
 
-Truths with weak effects, and with none, are traced with each constant of
+Truths that are hard to tell, with weak effects, several, unknown ones and none, are traced with each constant of
 `cdp_ident/tracing/thresholds.py` at half, as it is, and doubled. Results are kept in `--out`, and a run that was
 interrupted goes on from there. `--write` makes the table of docs/explanation/thresholds.md.
 """
@@ -11,11 +11,12 @@ import inspect
 import re
 import sys
 import zlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -29,16 +30,26 @@ from reference.settings import draw_setting
 from reference.truths import Truth, truth
 
 TRUTHS = (
-    "none/1",
-    "coulomb_friction.outer/1/0.3",
-    "coulomb_friction.outer/1/0.03",
-    "air_drag.outer/3/0.6",
-    "quadratic_friction.outer/5/1.5",
-    "cogging_torque.inner/15/0.6",
-    "encoder_offset.outer/9/0.12",
-    "impulse.inner/7/1",
-    "impulse.outer/18/0.25",
-    "encoder_slip.outer/8/1",
+    "none/5",
+    "coulomb_friction.outer/1/0.077",
+    "coulomb_friction.outer/3/0.874",
+    "coulomb_friction.inner+coulomb_friction.outer/7/0.2",
+    "joint_spring.inner+coulomb_friction.outer/2/0.15",
+    "quadratic_friction.outer/9/0.3",
+    "air_drag.outer/13/0.3",
+    "air_drag.outer+time_offset.outer/2/0.15",
+    "cogging_torque.inner/15/0.227",
+    "cogging_torque.outer+cogging_torque.outer/1/0.2",
+    "encoder_offset.outer/9/0.278",
+    "impulse.outer/18/0.445",
+    "encoder_slip.outer/8/0.667",
+    "encoder_slip.inner+coulomb_friction.inner/6/0.3",
+    "encoder_slip.outer+air_drag.outer/4/0.5",
+    "encoder_slip.outer+air_drag.outer/4/1",
+    "magnet.inner/5/0.6",
+    "magnet.outer/2/5",
+    "partial_rub.outer/4/3",
+    "rod_flex.inner/3/4",
 )
 """Kind, seed, and how visible its effects are over the noise."""
 RATE, DURATION = 200, 8.0
@@ -48,7 +59,10 @@ ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "explanation" / "thresholds.md"
 _BEGIN = "<!-- made by python -m benchmarks.thresholds --write -->\n"
 _DESCRIPTION = re.compile(r"(?P<decides>.*?)\n\nUnit: (?P<unit>.*?)\. Origin: (?P<origin>.*)\.\s*", re.DOTALL)
+_NUMBER = re.compile(r"-?[0-9.]+(e[-+]?[0-9]+)?")
 PARTS = ("right", "missed", "false", "left")
+Answer = dict[str, Any]
+"""How many effects of a truth are in each of these parts, and all that is `said`."""
 
 
 @dataclass(frozen=True)
@@ -86,13 +100,13 @@ def examine(job: str) -> Kept:
     """Trace one truth with each threshold halved and doubled."""
     made = _truth(job)
     found = identified(made)
-    results: dict[str, dict[str, int]] = {}
+    results: dict[str, Answer] = {}
     with memoised():
-        as_is = _counts(made, found)
+        as_is = _answer(made, found)
         for threshold in described():
             for factor in FACTORS:
                 with _changed(threshold, factor):
-                    results[f"{threshold.name} {factor:g}"] = as_is if factor == 1.0 else _counts(made, found)
+                    results[f"{threshold.name} {factor:g}"] = as_is if factor == 1.0 else _answer(made, found)
     return {"job": job, "results": results}
 
 
@@ -113,13 +127,15 @@ def _changed(threshold: Threshold, factor: float) -> Iterator[None]:
         setattr(thresholds, threshold.name, threshold.value)
 
 
-def _counts(made: Truth, found: Identification) -> dict[str, int]:
-    scored = score(made, chosen(found), 0.0)
+def _answer(made: Truth, found: Identification) -> Answer:
+    answer = chosen(found)
+    scored = score(made, answer, 0.0)
     return {
         "right": len(scored.right) + len(scored.unknown),
         "missed": len(scored.missed),
         "false": len(scored.false),
         "left": int(scored.remains),
+        "said": answer.said,
     }
 
 
@@ -133,13 +149,28 @@ def table(results: Sequence[Kept]) -> str:
         cells = []
         for factor in FACTORS:
             those = [result["results"][f"{threshold.name} {factor:g}"] for result in results]
-            cells.append(", ".join(str(sum(of[part] for of in those)) for part in PARTS))
+            otherwise = sum(_differs(result["results"], threshold, factor) for result in results)
+            counts = ", ".join(str(sum(of[part] for of in those)) for part in PARTS)
+            cells.append(f"{counts} ({otherwise})" if otherwise else counts)
         shown = [cell if cell == cells[1] else f"**{cell}**" for cell in cells]
         lines.append(
             f"| `{threshold.name}` | {threshold.unit} | {threshold.value:g} | {threshold.decides} | "
             f"{threshold.origin} | {' | '.join(shown)} |"
         )
     return "\n".join(lines) + "\n"
+
+
+def hidden(jobs: Sequence[str]) -> str:
+    """Return in a sentence what was hidden in the truths."""
+    parts = [job.split("/") for job in jobs]
+    shown = [f"`{kind}` ({visible[0]})" if visible else "nothing" for kind, _, *visible in parts]
+    return f"Hidden were, with what each moves the angles by beyond imitation, over the noise: {', '.join(shown)}."
+
+
+def _differs(of_truth: Mapping[str, Answer], threshold: Threshold, factor: float) -> bool:
+    """Return whether something else is said with a threshold so many times as large, whatever the numbers are."""
+    as_is, other = (_NUMBER.sub("#", of_truth[f"{threshold.name} {by:g}"]["said"]) for by in (1.0, factor))
+    return as_is != other
 
 
 def main(arguments: Sequence[str] = ()) -> None:
@@ -157,16 +188,20 @@ def main(arguments: Sequence[str] = ()) -> None:
     found = table(results)
     if options.write:
         before = PAGE.read_text(encoding="utf-8").partition(_BEGIN)[0]
-        PAGE.write_text(before + _BEGIN + "\n" + found, encoding="utf-8")
+        jobs = [result["job"] for result in results]
+        PAGE.write_text(f"{before}{_BEGIN}\n{hidden(jobs)}\n\n{found}", encoding="utf-8")
     else:
         print(found)
 
 
 def _moved(result: Kept) -> str:
     """Return in words which changes of a threshold change what is found."""
-    results = result["results"]
-    names = [name for name, counts in results.items() if counts != results[f"{name.split()[0]} 1"]]
-    return ", ".join(names) or "the same with all"
+    changed = [
+        f"{threshold.name} {factor:g}"
+        for threshold in described() for factor in FACTORS
+        if _differs(result["results"], threshold, factor)
+    ]  # fmt: skip
+    return ", ".join(changed) or "the same with all"
 
 
 def short() -> None:

@@ -126,6 +126,6 @@ class Counter:
         """Return joints' angles (n, 2) as they are counted [rad]."""
         white = rng.normal(scale=self.noise, size=joints.shape)
         fresh = math.sqrt(1.0 - self.memory**2)
-        added = lfilter([fresh], [1.0, -self.memory], white, axis=0, zi=self.memory * white[:1])[0]
+        added = lfilter([fresh], [1.0, -self.memory], white, axis=0, zi=(1.0 - fresh) * white[:1])[0]
         step = 2.0 * math.pi / self.counts
         return np.asarray(np.round((joints + added) / step) * step)

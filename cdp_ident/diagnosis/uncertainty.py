@@ -5,8 +5,9 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.fit.autocorrelation import long_run_products
-from cdp_ident.fit.initial_states import InitialState
+from cdp_ident.diagnosis.remembered_noise import Process, process_of
+from cdp_ident.fit.autocorrelation import Autocorrelation, long_run_products
+from cdp_ident.fit.initial_states import InitialState, inverse_factor
 from cdp_ident.fit.refinement import Fit
 
 Array = npt.NDArray[np.float64]
@@ -80,31 +81,54 @@ def covariance(fit: Fit) -> Array:
     """Return the covariance (unknowns, unknowns) of the fitted values.
 
     It is the curvature's, corrected for residuals that are correlated in time and of different size in the two angles:
-    S^-1 B S^-1 with S the curvature and B the sum of the scores' autocovariances, up to the correlation length of the
-    residuals, with Bartlett's weights (Newey and West, Econometrica 55, 1987). The uncertainty of each trial's unit of
-    time is added. An unknown that the windows do not determine at all gets an infinite variance. Coefficients with a
-    penalty have the variance of a Bayesian posterior (Nychka, J. Am. Stat. Assoc. 83, 1988).
+    S^-1 B S^-1 with S the curvature and B the covariance of the scores. Noise is taken for an autoregressive process
+    (`remembered_noise`). What is new in each of its samples is in the scores with the weight of all that it is carried
+    on to; B is the sum of these products, and of their autocovariances as far as what is new is correlated after all,
+    with Bartlett's weights (Andrews and Monahan, Econometrica 60, 1992). The uncertainty of each trial's unit of time
+    is added. An unknown that the windows do not determine at all gets an infinite variance. Coefficients with a penalty
+    have the variance of a Bayesian posterior (Nychka, J. Am. Stat. Assoc. 83, 1988).
     """
-    scores, information = [], fit.model.penalty
-    for sensitivity, residual, weight in zip(reduced_sensitivities(fit), fit.residuals, fit.weights, strict=True):
-        weighted = sensitivity * weight[..., None]
-        information = information + np.tensordot(weighted, sensitivity, axes=((0, 1), (0, 1)))
-        scores.append(np.einsum("nrp,nr->np", weighted, residual))
-    middle = sum((long_run_products(score, fit.autocorrelation.length) for score in scores), np.zeros_like(information))
+    roots = [np.sqrt(weight) for weight in fit.weights]
+    residuals = [root * residual for root, residual in zip(roots, fit.residuals, strict=True)]
+    explained, reduced = [], []
+    for sensitivity, root, window in zip(fit.sensitivities, roots, fit.windows, strict=True):
+        rows = (root[..., None] * sensitivity).reshape(-1, sensitivity.shape[2])
+        state = InitialState.of(rows[:, : fit.model.states], window.start_known)
+        explained.append(state.basis.reshape(*root.shape, -1))
+        reduced.append(state.eliminated_from(rows[:, fit.model.states :]).reshape(*root.shape, -1))
+    squares = [np.tensordot(rows, rows, axes=((0, 1), (0, 1))) for rows in reduced]
+    information = np.sum(squares, axis=0) + fit.model.penalty
+    sizes = [np.sqrt(window.weighted(np.ones((len(window.theta), 1)))) for window in fit.windows]
+    process = process_of(residuals, sizes, explained, reduced, inverse_factor(information))
+    middle = _covariance_of_scores(process, residuals, reduced)
     if np.any(fit.model.penalty):
         of_weights = fit.model.of_weights
         of_curves = np.where(np.outer(of_weights, of_weights), 0.0, fit.model.penalty)
         middle += of_curves * (fit.variance * fit.autocorrelation.integrated_time)
         # Errors of weights are of unit variance, whatever the angles' noise is.
         middle += np.diag(np.diag(fit.model.penalty) ** 2 * of_weights)
-    estimated = effective_unknowns(fit) + fit.model.states * sum(not window.start_known for window in fit.windows)
     inverse, left_out = scaled_inverse(information, _UNOBSERVABLE)
-    result = inverse @ middle @ inverse * (fit.samples / max(fit.samples - estimated, 1.0))
+    result = inverse @ middle @ inverse
     for change in _changes_by_units_of_time(fit):
         result += np.outer(inverse @ change, inverse @ change)
     undetermined = np.any(np.abs(left_out) > 1e-3, axis=1)
     result[undetermined, undetermined] = np.inf
     return np.asarray(result)
+
+
+def _covariance_of_scores(process: Process, residuals: Sequence[Array], reduced: Sequence[Array]) -> Array:
+    """Return the covariance (unknowns, unknowns) of the sum of noise times sensitivities over windows."""
+    new = [process.new_in(residual) for residual in residuals]
+    lags = Autocorrelation.of(new).length
+    unknowns = reduced[0].shape[2]
+    total = np.zeros((unknowns, unknowns))
+    for of_window, rows in zip(new, reduced, strict=True):
+        carried = process.spread_back(rows)
+        known = len(carried) - len(of_window)
+        scores = np.einsum("nrp,nr->np", carried[known:], of_window)
+        before = carried[:known].reshape(-1, unknowns)
+        total += long_run_products(scores, lags) / process.loss + process.variance * before.T @ before
+    return total
 
 
 def variance_ratio(fit: Fit, spread: Array, information: Array, places: Sequence[int]) -> float:

@@ -7,7 +7,9 @@ import numpy as np
 
 from cdp_ident.diagnosis.identification import Identification
 from cdp_ident.diagnosis.outlier_windows import outlier_windows
+from cdp_ident.fit.refinement import OUTLIER
 from cdp_ident.model.parameters import GROUPS, SYMBOLS
+from cdp_ident.trial.differences import MEDIAN_OF_SIZE
 from cdp_ident.trial.outliers import outlier_words
 from cdp_ident.trial.trial import Trial
 
@@ -211,9 +213,11 @@ def _outliers_of_the_fit(found: Identification) -> Iterator[FitWarning]:
     trials = found.data.trials
     outlying = [0] * len(trials)
     total = [0] * len(trials)
-    for window, weight in zip(found.fit.windows, found.fit.weights, strict=True):
-        outlying[window.trial] += int(np.count_nonzero(np.min(weight, axis=1) < 1.0))
-        total[window.trial] += len(weight)
+    sizes = [np.abs(e @ w.whitening.T) for e, w in zip(found.fit.errors, found.fit.windows, strict=True)]
+    limit = OUTLIER * float(np.median(np.concatenate(sizes))) / MEDIAN_OF_SIZE
+    for window, size in zip(found.fit.windows, sizes, strict=True):
+        outlying[window.trial] += int(np.count_nonzero(np.max(size, axis=1) > limit))
+        total[window.trial] += len(size)
     for trial, count, samples in zip(trials, outlying, total, strict=True):
         if count:
             yield FitWarning(

@@ -28,7 +28,7 @@ _ROUGHLY = 1e-3
 """Tolerance of the fits of parts."""
 _FIRST_DAMPING, _LARGEST_DAMPING = 1e-3, 1e8
 _DAMPING_FACTOR = 4.0
-_OUTLIER = 6.0
+OUTLIER = 6.0
 """Residuals beyond so many robust standard deviations lose weight (Huber, Robust Statistics, 1981)."""
 
 
@@ -157,7 +157,7 @@ def refine(
             break
         if gained < tolerance * point.cost:
             # Converged under the present limit for outliers: are there residuals beyond a lower one?
-            lower = max(_OUTLIER * problem.robust_scale(point), np.finfo(float).tiny)
+            lower = max(OUTLIER * problem.robust_scale(point), np.finfo(float).tiny)
             if limit < np.inf or not problem.any_beyond(point, lower):
                 converged = True
                 break

@@ -1,6 +1,6 @@
 """The documented list of thresholds is that of the module."""
 
-from benchmarks.thresholds import FACTORS, PAGE, PARTS, Threshold, described, table
+from benchmarks.thresholds import FACTORS, PAGE, PARTS, Threshold, described, hidden, table
 from cdp_ident.tracing import thresholds
 
 COUNTS = {"FORMS", "PAIRS"}
@@ -28,15 +28,23 @@ def test_as_they_are_all_truths_give_the_same():
 
 
 def test_what_a_change_changes_stands_out():
-    as_is, other = dict.fromkeys(PARTS, 1), dict.fromkeys(PARTS, 2)
+    as_is, other = {**dict.fromkeys(PARTS, 1), "said": "a"}, {**dict.fromkeys(PARTS, 2), "said": "b"}
     results = {f"{t.name} {f:g}": as_is for t in described() for f in FACTORS}
-    lines = table([{"job": "none/1", "results": {**results, "NAMED 2": other}}]).splitlines()
+    in_words = {**as_is, "said": "b"}
+    lines = table([{"job": "none/1", "results": {**results, "NAMED 2": other, "ALIKE 0.5": in_words}}]).splitlines()
     (line,) = (line for line in lines if line.startswith("| `NAMED` "))
-    assert line.endswith("| 1, 1, 1, 1 | 1, 1, 1, 1 | **2, 2, 2, 2** |")
-    assert sum("**" in line for line in lines) == 1
+    assert line.endswith("| 1, 1, 1, 1 | 1, 1, 1, 1 | **2, 2, 2, 2 (1)** |")
+    (line,) = (line for line in lines if line.startswith("| `ALIKE` "))
+    assert line.endswith("| **1, 1, 1, 1 (1)** | 1, 1, 1, 1 | 1, 1, 1, 1 |")
+    assert sum("**" in line for line in lines) == 2
 
 
 def test_a_share_is_never_more_than_all_and_a_ratio_not_less_than_one():
     assert Threshold("A", 0.75, "", "share", "").times(2.0) == 1.0
     assert Threshold("A", 1.2, "", "ratio", "").times(0.5) == 1.1
     assert Threshold("A", 8.0, "", "variances", "").times(0.5) == 4.0
+
+
+def test_the_page_says_what_was_hidden():
+    assert hidden(["none/1", "magnet.outer/2/5"]).endswith("nothing, `magnet.outer` (5).")
+    assert "Hidden were" in PAGE.read_text(encoding="utf-8")

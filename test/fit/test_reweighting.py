@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cdp_ident.diagnosis.uncertainty import covariance
 from cdp_ident.fit.mechanism import Mechanism
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.prior import Prior
@@ -21,6 +22,10 @@ from scenarios.twin import TEN_SECONDS, standard_motion
 MODEL = MotionModel(Mechanism.of(Prior()))
 TRUTH = groups_of([TABLE_5[symbol] for symbol in SYMBOLS], TABLE_5["L"])
 INNER, OUTER = 1e-3, 5e-4
+
+
+def covariance_of(fit):
+    return usual_covariance(fit, [window.weighted(np.ones(len(window.theta))) for window in fit.windows])
 
 
 @pytest.fixture(scope="module")
@@ -58,7 +63,7 @@ def test_weights_that_are_right_stay_as_they_are(relative):
 def test_what_happened_in_one_window_has_no_part_in_the_weights(relative):
     residuals = list(relative.residuals)
     residuals[1] = residuals[1] + [0.5, -0.5]
-    assert usual_covariance(replace(relative, residuals=tuple(residuals)))[0, 1] == pytest.approx(INNER**2, rel=0.2)
+    assert covariance_of(replace(relative, residuals=tuple(residuals)))[0, 1] == pytest.approx(INNER**2, rel=0.2)
 
 
 def test_rods_at_rest_show_no_noise_and_have_no_part_in_the_weights(relative):
@@ -69,8 +74,8 @@ def test_rods_at_rest_show_no_noise_and_have_no_part_in_the_weights(relative):
         windows=(*relative.windows, *4 * [still]),
         residuals=(*relative.residuals, *4 * [rest]),
     )
-    assert usual_covariance(at_rest) == pytest.approx(usual_covariance(relative))
-    assert usual_covariance(replace(relative, windows=(still,), residuals=(rest,))) == pytest.approx(
+    assert covariance_of(at_rest) == pytest.approx(covariance_of(relative))
+    assert covariance_of(replace(relative, windows=(still,), residuals=(rest,))) == pytest.approx(
         still.angles_of(rest)[:1].T @ still.angles_of(rest)[:1]
     )
 
@@ -91,3 +96,23 @@ def test_no_combination_of_angles_counts_without_end():
 def test_errors_of_nothing_leave_a_fit_as_it_is(relative):
     exact = replace(relative, residuals=tuple(np.zeros_like(residual) for residual in relative.residuals))
     assert reweighted(exact, 0.0) is exact
+
+
+def test_spikes_that_neighbours_do_not_show_change_the_values_no_more_than_their_samples_missing(relative):
+    rng = np.random.default_rng(1)
+    places = rng.choice(len(TEN_SECONDS), len(TEN_SECONDS) // 100, replace=False)
+    joints = np.zeros((len(TEN_SECONDS), 2))
+    joints[places, rng.integers(2, size=len(places))] = rng.uniform(4.0, 10.0, len(places)) * rng.choice(
+        [-1, 1], len(places)
+    )
+    theta = np.concatenate([w.theta for w in relative.windows]) + np.cumsum(joints * [INNER, OUTER], axis=1)
+    damaged = Trial("damaged", TEN_SECONDS, theta)
+    kept = np.setdiff1d(np.arange(len(TEN_SECONDS)), places)
+    without = Trial("without them", TEN_SECONDS[kept], theta[kept])
+    fits = [reweighted(refine(MODEL, TRUTH, cut_into_windows([trial])), INNER) for trial in (damaged, without)]
+    deviation = np.sqrt(np.diag(covariance(fits[1])))
+    assert np.all(np.abs(fits[0].values - fits[1].values) < 0.2 * deviation)
+    assert fits[0].rmse() == pytest.approx(fits[1].rmse(), rel=0.02)
+    assert np.sqrt(np.diag(covariance(fits[0]))) == pytest.approx(deviation, rel=0.1)
+    assert np.abs(np.concatenate(fits[0].errors)[places]).max() > 4.0 * OUTER
+    assert reweighted(fits[0], INNER) is fits[0]

@@ -67,3 +67,10 @@ def test_correlated_noise_has_its_correlation_and_the_same_variance():
     noise = Counter(10**9, 1e-3, memory=0.8).count(joints, np.random.default_rng(0))[:, 0]
     assert np.std(noise) == pytest.approx(1e-3, rel=0.02)
     assert np.corrcoef(noise[1:], noise[:-1])[0, 1] == pytest.approx(0.8, abs=0.01)
+
+
+def test_noise_that_is_remembered_is_of_the_same_size_from_the_first_sample_on():
+    counter = Counter(10**9, 1e-3, memory=0.9)
+    noise = counter.count(np.zeros((20, 2000)), np.random.default_rng(0))
+    assert np.std(noise, axis=1) == pytest.approx(1e-3, rel=0.1)
+    assert np.mean(noise[5] * noise[0]) / 1e-6 == pytest.approx(0.9**5, abs=0.08)
