@@ -55,8 +55,10 @@ class Motion:
     cart_velocity: Array
     """(m,) velocity of the cart [m/s]."""
     scales: Scales
+    angle_noise: Array
+    """(2,) standard deviation of the angles' noise [rad]."""
     noise: Array
-    """(2,) variance that the noise of the angles gives to the acceleration over a window [(rad/s^2)^2]."""
+    """(2,) variance that it gives to the acceleration over a window [(rad/s^2)^2]."""
 
 
 @dataclass(frozen=True)
@@ -95,8 +97,9 @@ def motion_on_grid(time: Array, angles: Array, cart: Array | None, scales: Scale
     at = np.arange(time[0], time[-1], scales.spacing)
     cart = np.zeros(len(time)) if cart is None else cart
     values, slopes = local_motion(time, np.column_stack([angles, cart]), at, scales.half_width)
-    noise = _noise(time, angles, scales) ** 2 * _gain(time, scales)
-    return Motion(at, values[:, :2], slopes[:, :2], values[:, 2], slopes[:, 2], scales, noise)
+    noise = _noise(time, angles, scales)
+    of_acceleration = noise**2 * _gain(time, scales)
+    return Motion(at, values[:, :2], slopes[:, :2], values[:, 2], slopes[:, 2], scales, noise, of_acceleration)
 
 
 def windows(motion: Motion) -> Windows:

@@ -47,7 +47,7 @@ class TrialOptions:
     hand_torque: float = 0.1
     """A torque on a rod beyond gravity and friction, as a share of gravity's largest on it, of a hand [1]."""
     rest_amplitude: float = 0.01
-    """A stretch in which neither rod moves more than this about its mean [rad rms] is rest."""
+    """A stretch in which neither rod moves more than this, or than four times the noise, is rest [rad rms]."""
     shortest: float = 0.0
     """Zero-input motion shorter than this is no trial; 0: about a swing, as fast as this pendulum swings [s]."""
     conventions: Conventions = "refuse"

@@ -18,6 +18,9 @@ Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
 _REST_WINDOW = 8 * PER_UNIT
+_BURIED = 4.0
+"""Motion of so many times the noise tells next to nothing beside the motion before it: minutes of it would be most of
+the error that is to be lowered, and each window's initial state takes up what they tell."""
 _CART_WINDOW = 5 * PER_UNIT // 2
 _INSTANT = PER_UNIT // 2
 """A torque that acts for no longer than this [grid points] counts as an impulse, not as a hand."""
@@ -59,7 +62,11 @@ class Part:
 
 
 def at_rest(motion: Motion, amplitude: float) -> Mask:
-    """Return which grid points (m,) lie in a long time in which neither rod moves more than `amplitude` [rad rms]."""
+    """Return which grid points (m,) lie in a long time in which neither rod moves more than `amplitude` [rad rms].
+
+    Nor does one move more than a few times the noise, where that is larger.
+    """
+    amplitude = max(amplitude, _BURIED * float(np.max(motion.angle_noise)))
     deviation = motion.angles - np.median(motion.angles, axis=0)
     width = min(_REST_WINDOW, len(deviation))
     mean = np.ones(width) / width

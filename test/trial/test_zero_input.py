@@ -32,6 +32,13 @@ def test_noise_of_an_encoder_is_rest_and_a_small_swing_is_not():
     assert not np.any(at_rest(motion(0.03 * np.sin(4 * TIME) + noise), 0.01))
 
 
+def test_a_swing_that_dies_away_is_rest_from_where_it_is_four_times_the_noise():
+    noise = np.random.default_rng(2).normal(0, 0.02, len(TIME))
+    start, end = stretch(at_rest(motion(np.exp(-0.3 * TIME) * np.sin(4 * TIME) + noise), 0.01))
+    assert 0.3 * start == pytest.approx(-np.log(np.sqrt(2) * 4 * 0.02), rel=0.1)
+    assert end > TIME[-1] - 0.2
+
+
 def test_the_turning_points_of_a_slow_swing_are_no_rest():
     assert not np.any(at_rest(motion(np.sin(1.5 * TIME)), 0.01))
 
