@@ -12,7 +12,6 @@ from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
-from numpy.lib.stride_tricks import sliding_window_view
 from scipy.signal import lfilter
 
 Array = npt.NDArray[np.float64]
@@ -158,5 +157,15 @@ def _taken_away(process: Process, followed: _Followed, lags: int) -> Array:
 
 def _products(one: Array, other: Array, lags: int) -> Array:
     """Return the sums (lags + 1, lags + 1) of products of rows (n, …) so many samples before one with others."""
-    first, second = (sliding_window_view(of.reshape(len(of), -1), lags + 1, axis=0)[..., ::-1] for of in (one, other))
-    return np.asarray(np.einsum("nki,nkj->ij", first, second, optimize=True))
+    first, second = (of.reshape(len(of), -1) for of in (one, other))
+    now, end = slice(lags, None), len(first)
+    sums = np.empty((lags + 1, lags + 1))
+    for lag in range(lags + 1):
+        before = slice(lags - lag, end - lag)
+        sums[0, lag], sums[lag, 0] = np.vdot(first[now], second[before]), np.vdot(first[before], second[now])
+    # One sample earlier, a sum gains its first product and loses its last.
+    gained = first[:lags][::-1] @ second[:lags][::-1].T
+    lost = first[end - lags :][::-1] @ second[end - lags :][::-1].T
+    for lag in range(lags):
+        sums[lag + 1, 1:] = sums[lag, :-1] + gained[lag] - lost[lag]
+    return sums
