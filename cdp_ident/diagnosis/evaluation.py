@@ -1,7 +1,7 @@
 """Errors of a model with given values: simulated against measured motion."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -11,7 +11,7 @@ from cdp_ident.fit.data import Data
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.refinement import Fit, fit_initial_states
 from cdp_ident.fit.share import share_of
-from cdp_ident.fit.windows import Window, as_one_window, cut_into_windows
+from cdp_ident.fit.windows import Window, as_one_window, beginning_of
 from cdp_ident.model.parallel import parallel_map
 from cdp_ident.trial.trial import Trial
 
@@ -121,9 +121,7 @@ def free_run(model: MotionModel, values: Array, trial: Trial, index: int, durati
 
 def start_of(model: MotionModel, values: Array, trial: Trial, index: int, duration: float) -> Array:
     """Return the state (states,) in which a trial begins, fitted to its beginning; arguments as those of `free_run`."""
-    # A trial cut by itself is the first, but effects that happen once ask which one it is.
-    first = replace(cut_into_windows([trial], duration)[0], trial=index)
-    return fit_initial_states(model, values, [first]).windows[0].start
+    return fit_initial_states(model, values, [beginning_of(trial, index, duration)]).windows[0].start
 
 
 def _free_run(model: MotionModel, values: Array, windows: Sequence[Window], trial: Trial) -> float:

@@ -156,6 +156,14 @@ def as_one_window(trial: Trial, index: int, step: float = DEFAULT_STEP, half_wid
     return cut_at(trial, index, [0, len(trial.time)], step, half_width)[0]
 
 
+def beginning_of(
+    trial: Trial, index: int, duration: float, step: float = DEFAULT_STEP, half_width: float = HALF_WIDTH
+) -> Window:
+    """Return the first `duration` [s] of a trial, or its first few samples where these last longer, as a window."""
+    samples = int(np.searchsorted(trial.time, trial.time[0] + duration, side="right"))
+    return cut_at(trial, index, [0, max(samples, FEWEST_SAMPLES)], step, half_width)[0]
+
+
 def cut_at(trial: Trial, index: int, bounds: Sequence[int], step: float, half_width: float) -> list[Window]:
     """Cut a trial into windows at samples.
 
