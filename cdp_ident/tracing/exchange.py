@@ -131,14 +131,18 @@ def _rivals(progress: Progress, removed: Attempt, *keys: str) -> list[Attempt]:
     """Return the models that have another effect in the place of some.
 
     They are those whose score test gains nearly as much, and the richer forms of each. What brings states of its own
-    is among them as a richer form only: its initial values in each window imitate a part of anything.
+    is a rival of what is at the same joint only: its initial values in each window imitate a part of anything.
     """
-    test = ScoreTest(removed.fit, addable(removed.model, with_states=False))
-    candidates = promising(removed, test, _RIVALS + len(keys), keys)
+    current = progress.current.model
+    joints = {current.effects[current.labels.index(key)].effect.joint for key in keys}
+    candidates = [c for c in addable(removed.model) if not c.effect.brings_states or c.effect.joint in joints]
+    test = ScoreTest(removed.fit, candidates)
+    promised = promising(removed, test, _RIVALS + len(keys), keys)
     forms = _richer_forms(progress, keys[0]) if len(keys) == 1 else []
-    besides = {*keys, *(form.key for form in forms)}
+    # The score test of what oscillates finds its frequency, which the values of the simpler form do not tell.
+    besides = {*keys, *(form.key for form in forms if not form.brings_states)}
     others = progress.tried(
-        removed, ((c,) for c in candidates if c.active.effect.key not in besides), to_beat=progress.current
+        removed, ((c,) for c in promised if c.active.effect.key not in besides), to_beat=progress.current
     )
     return [*(rival for _, rival in others), *_richer(progress, keys[0], forms)]
 
