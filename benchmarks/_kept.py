@@ -1,5 +1,6 @@
 """Results that are kept as they come, so that a run that was interrupted goes on where it ended."""
 
+import argparse
 import json
 import os
 from collections.abc import Callable, Iterator, Sequence
@@ -37,6 +38,19 @@ def kept(work: Callable[[str], Kept], jobs: Sequence[str], path: Path, limit: fl
             file.write(json.dumps(result) + "\n")
             file.flush()
             yield result
+
+
+def add_arguments(parser: argparse.ArgumentParser, limit: float) -> None:
+    """Add what every benchmark that keeps its results takes; the file is named after it.
+
+    Args:
+        parser: of `python -m benchmarks.NAME`.
+        limit: a job that takes longer is given up [s], unless another limit is asked for.
+    """
+    out = Path("identification", f"{parser.prog.rpartition('.')[2]}.jsonl")
+    parser.add_argument("--jobs", type=int, default=0, help="processes, of one core each; 0 for all cores")
+    parser.add_argument("--limit", type=float, default=limit, help="a run that takes longer is given up [s]")
+    parser.add_argument("--out", type=Path, default=out, help="what it has is kept")
 
 
 def _failed(job: str, why: str) -> Kept:

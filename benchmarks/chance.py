@@ -11,7 +11,6 @@ import functools
 import sys
 import zlib
 from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
@@ -20,7 +19,7 @@ from rich.table import Table
 from scipy.signal import lfilter
 from scipy.stats import binomtest, chi2
 
-from benchmarks._kept import Kept, kept
+from benchmarks._kept import Kept, add_arguments, kept
 from benchmarks._memoisation import memoised
 from benchmarks._product import identified
 from cdp_ident.diagnosis.identification import Identification
@@ -188,9 +187,7 @@ def summary(results: Sequence[Kept]) -> Table:
 def main(arguments: Sequence[str] = ()) -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.chance")
     parser.add_argument("--count", type=int, default=200, help="runs with each kind of noise")
-    parser.add_argument("--jobs", type=int, default=0, help="processes, of one core each; 0 for all cores")
-    parser.add_argument("--limit", type=float, default=900.0, help="a run that takes longer is given up [s]")
-    parser.add_argument("--out", type=Path, default=Path("identification/chance.jsonl"), help="what it has is kept")
+    add_arguments(parser, 900.0)
     options = parser.parse_args(arguments)
     jobs = [f"{kind}/{seed}" for seed in range(options.count) for kind in NOISES]
     results = []

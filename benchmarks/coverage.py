@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 from rich.console import Console
 
-from benchmarks._kept import Kept, kept
+from benchmarks._kept import Kept, add_arguments, kept
 from benchmarks._product import identified
 from benchmarks._tables import Table
 from benchmarks.chance import RIG
@@ -147,9 +147,7 @@ def main(arguments: Sequence[str] = ()) -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.coverage")
     parser.add_argument("--count", type=int, default=100, help="runs of each row")
     parser.add_argument("--hidden", default=",".join(STRENGTHS), help="how clear what is hidden is, with commas")
-    parser.add_argument("--jobs", type=int, default=0, help="processes, of one core each; 0 for all cores")
-    parser.add_argument("--limit", type=float, default=300.0, help="a run that takes longer is given up [s]")
-    parser.add_argument("--out", type=Path, default=Path("identification/coverage.jsonl"), help="what it has is kept")
+    add_arguments(parser, 300.0)
     parser.add_argument("--write", action="store_true", help="put the table into its page")
     options = parser.parse_args(arguments)
     jobs = [

@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks._kept import Kept, kept
+from benchmarks._kept import Kept, add_arguments, kept
 from benchmarks._memoisation import memoised
 from benchmarks._product import chosen, identified
 from benchmarks._scores import score
@@ -176,9 +176,7 @@ def _differs(of_truth: Mapping[str, Answer], threshold: Threshold, factor: float
 def main(arguments: Sequence[str] = ()) -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.thresholds")
     parser.add_argument("--truths", default=",".join(TRUTHS), help="kind/seed/visible, with commas")
-    parser.add_argument("--jobs", type=int, default=0, help="processes, of one core each; 0 for all cores")
-    parser.add_argument("--limit", type=float, default=7200.0, help="a truth that takes longer is given up [s]")
-    parser.add_argument("--out", type=Path, default=Path("identification/thresholds.jsonl"), help="what it has is kept")
+    add_arguments(parser, 7200.0)
     parser.add_argument("--write", action="store_true", help="put the table into its page")
     options = parser.parse_args(arguments)
     results = []

@@ -133,8 +133,8 @@ def _rivals(progress: Progress, removed: Attempt, *keys: str) -> list[Attempt]:
     They are those whose score test gains nearly as much, and the richer forms of each. What brings states of its own
     is a rival of what is at the same joint only: its initial values in each window imitate a part of anything.
     """
-    current = progress.current.model
-    joints = {current.effects[current.labels.index(key)].effect.joint for key in keys}
+    current = progress.current
+    joints = {current.model.effects[current.place_of(key)].effect.joint for key in keys}
     candidates = [c for c in addable(removed.model) if not c.effect.brings_states or c.effect.joint in joints]
     test = ScoreTest(removed.fit, candidates)
     promised = promising(removed, test, _RIVALS + len(keys), keys)

@@ -332,9 +332,9 @@ def _refit(model: MotionModel, values: Array, before: Fit, expected: float) -> F
         before: the fit of the model without them.
         expected: the squared error that score tests predict [rad^2].
     """
-    at_once: Fit | None = None
     if any(active.effect.brings_states for active in model.effects[len(before.model.effects) :]):
         return refine_from_afar(model, values, before.windows, tolerance=_ROUGHLY)
+    at_once: Fit | None = None
     try:
         at_once = refine(model, values, before.windows, tolerance=_ROUGHLY)
     except IdentificationError:
