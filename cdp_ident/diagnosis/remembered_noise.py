@@ -82,25 +82,38 @@ class Process:
         return np.asarray(self.variance * carried[self.lead :])
 
 
-def process_of(
-    residuals: Sequence[Array],
-    sizes: Sequence[Array],
-    explained: Sequence[Array],
-    by_unknowns: Sequence[Array],
-    factor: Array,
-) -> Process:
+@dataclass(frozen=True)
+class Followed:
+    """Orthonormal changes of windows by what is fitted; those of one window at a time are in memory."""
+
+    explained: Sequence[Array]
+    """(n, 2, states) orthonormal changes of each window by its initial state."""
+    by_unknowns: Sequence[Array]
+    """(n, 2, unknowns) changes by common unknowns, orthogonal to these."""
+    factor: Array
+    """(unknowns, k) makes these orthonormal over all windows."""
+
+    @property
+    def states(self) -> int:
+        """Number of changes by a window's initial state."""
+        return int(self.explained[0].shape[2])
+
+    def __iter__(self) -> Iterator[Array]:
+        """Yield the changes (n, 2, states + k) of each window."""
+        for by_state, by_unknown in zip(self.explained, self.by_unknowns, strict=True):
+            yield np.concatenate([by_state, by_unknown @ self.factor], axis=2)
+
+
+def autoregressive(residuals: Sequence[Array], sizes: Sequence[Array], followed: Followed) -> Process:
     """Return the process that leaves the residuals of a fit.
 
     Args:
         residuals: (n, 2) of each window [rad].
         sizes: (n, 1) of noise in each sample over that of most; one where samples of a rest are not counted as one.
-        explained: (n, 2, states) orthonormal changes of each window by its initial state.
-        by_unknowns: (n, 2, unknowns) changes by common unknowns, orthogonal to these.
-        factor: (unknowns, k) makes these orthonormal over all windows.
+        followed: what the fit follows of noise.
     """
     lags = min(_MOST_COEFFICIENTS, min(map(len, residuals)) // 2)
     samples = 2.0 * float(sum(np.sum(size[lags:] ** 2) for size in sizes))
-    followed = _Followed(explained, by_unknowns, factor)
     measured = np.sum([_products(residual, residual, lags) for residual in residuals], axis=0) / samples
     if measured[0, 0] == 0.0:
         return Process(np.empty(0), 0.0)
@@ -109,36 +122,20 @@ def process_of(
     process = found[int(np.argmin(criteria))]
     count = len(process.coefficients)
     if count == 0:
-        return _white(residuals, sizes, followed)
+        return white(residuals, sizes, followed)
     for _ in range(_CORRECTIONS):
         process = Process.of(measured + _taken_away(process, followed, lags) / samples, count)
     return replace(process, loss=Process._new_in(measured, process.coefficients) / process.variance)
 
 
-@dataclass(frozen=True)
-class _Followed:
-    """Orthonormal changes of windows by what is fitted; those of one window at a time are in memory."""
-
-    explained: Sequence[Array]
-    by_unknowns: Sequence[Array]
-    factor: Array
-
-    @property
-    def states(self) -> int:
-        return int(self.explained[0].shape[2])
-
-    def __iter__(self) -> Iterator[Array]:
-        for by_state, by_unknown in zip(self.explained, self.by_unknowns, strict=True):
-            yield np.concatenate([by_state, by_unknown @ self.factor], axis=2)
-
-
-def _white(residuals: Sequence[Array], sizes: Sequence[Array], followed: _Followed) -> Process:
+def white(residuals: Sequence[Array], sizes: Sequence[Array], followed: Followed) -> Process:
+    """Return the process without a memory that leaves the residuals of a fit; arguments as for `autoregressive`."""
     samples = 2.0 * float(sum(np.sum(size**2) for size in sizes))
     left = max(1.0 - float(sum(np.sum(changes**2) for changes in followed)) / samples, 1.0 / samples)
     return Process(np.empty(0), float(sum(np.sum(residual**2) for residual in residuals)) / samples / left, left)
 
 
-def _taken_away(process: Process, followed: _Followed, lags: int) -> Array:
+def _taken_away(process: Process, followed: Followed, lags: int) -> Array:
     """Return what a fit takes away of the sums of products (lags + 1, lags + 1) of a process's samples [rad^2]."""
     total, squares = np.zeros((lags + 1, lags + 1)), []
     for changes in followed:

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.diagnosis.remembered_noise import Process, process_of
+from cdp_ident.diagnosis.remembered_noise import Followed, Process, autoregressive, white
 from cdp_ident.fit.autocorrelation import Autocorrelation, long_run_products
 from cdp_ident.fit.initial_states import InitialState, inverse_factor
 from cdp_ident.fit.refinement import Fit
@@ -77,7 +77,7 @@ def effective_unknowns(fit: Fit) -> float:
     )
 
 
-def covariance(fit: Fit) -> Array:
+def covariance(fit: Fit, *, remembered: bool = True) -> Array:
     """Return the covariance (unknowns, unknowns) of the fitted values.
 
     It is the curvature's, corrected for residuals that are correlated in time and of different size in the two angles:
@@ -87,6 +87,13 @@ def covariance(fit: Fit) -> Array:
     with Bartlett's weights (Andrews and Monahan, Econometrica 60, 1992). The uncertainty of each trial's unit of time
     is added. An unknown that the windows do not determine at all gets an infinite variance. Coefficients with a penalty
     have the variance of a Bayesian posterior (Nychka, J. Am. Stat. Assoc. 83, 1988).
+
+    Args:
+        fit: a fit.
+        remembered: whether what is correlated in the residuals is noise with a memory. While a model may still lack
+            something, the residuals show that, and as a process it would make every value uncertain. Then all of them
+            count as new, and the autocovariances alone say how they are correlated (Newey and West, Econometrica 55,
+            1987).
     """
     roots = [np.sqrt(weight) for weight in fit.weights]
     residuals = [root * residual for root, residual in zip(roots, fit.residuals, strict=True)]
@@ -99,7 +106,8 @@ def covariance(fit: Fit) -> Array:
     squares = [np.tensordot(rows, rows, axes=((0, 1), (0, 1))) for rows in reduced]
     information = np.sum(squares, axis=0) + fit.model.penalty
     sizes = [np.sqrt(window.weighted(np.ones((len(window.theta), 1)))) for window in fit.windows]
-    process = process_of(residuals, sizes, explained, reduced, inverse_factor(information))
+    process_of = autoregressive if remembered else white
+    process = process_of(residuals, sizes, Followed(explained, reduced, inverse_factor(information)))
     middle = _covariance_of_scores(process, residuals, reduced)
     if np.any(fit.model.penalty):
         of_weights = fit.model.of_weights

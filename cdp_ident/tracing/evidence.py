@@ -49,7 +49,7 @@ class Attempt:
 
     @cached_property
     def _covariance(self) -> Array:
-        return covariance(self.fit)
+        return covariance(self.fit, remembered=False)
 
     @cached_property
     def _information(self) -> Array:

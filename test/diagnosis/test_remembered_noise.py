@@ -5,7 +5,7 @@ import pytest
 from scipy.linalg import toeplitz
 from scipy.signal import lfilter
 
-from cdp_ident.diagnosis.remembered_noise import Process, process_of
+from cdp_ident.diagnosis.remembered_noise import Followed, Process, autoregressive
 
 WINDOWS, SAMPLES, STATES, UNKNOWNS = 12, 160, 4, 5
 KEPT = np.exp(-0.1)
@@ -47,10 +47,13 @@ def found(seed, poles):
     changes = followed(rng)
     residuals = left([noise(rng, poles) for _ in range(WINDOWS)], *changes)
     sizes = [np.ones((SAMPLES, 1))] * WINDOWS
-    nothing = [np.empty((SAMPLES, 2, 0))] * WINDOWS
-    return process_of(residuals, sizes, *changes, np.eye(UNKNOWNS)), process_of(
-        residuals, sizes, nothing, nothing, np.eye(0)
-    )
+    as_left = nothing_followed(WINDOWS, SAMPLES)
+    return [autoregressive(residuals, sizes, of) for of in (Followed(*changes, np.eye(UNKNOWNS)), as_left)]
+
+
+def nothing_followed(windows, samples):
+    nothing = [np.empty((samples, 2, 0))] * windows
+    return Followed(nothing, nothing, np.eye(0))
 
 
 def test_noise_that_a_fit_has_followed_is_found_to_be_as_slow_as_it_is():
@@ -83,16 +86,13 @@ def test_white_noise_has_no_memory_and_lost_what_was_fitted():
 def test_samples_that_count_together_count_once():
     rng = np.random.default_rng(0)
     weights = np.r_[np.ones(80), np.full(80, 1.0 / 80.0)][:, None]
-    nothing = [np.empty((160, 2, 0))]
-    process = process_of(
-        [np.sqrt(weights) * rng.normal(size=(160, 2))], [np.sqrt(weights)], nothing, nothing, np.eye(0)
-    )
+    residuals = [np.sqrt(weights) * rng.normal(size=(160, 2))]
+    process = autoregressive(residuals, [np.sqrt(weights)], nothing_followed(1, 160))
     assert process.variance == pytest.approx(1.0, rel=0.3)
 
 
 def test_no_residuals_are_of_no_noise():
-    nothing = [np.empty((20, 2, 0))]
-    assert process_of([np.zeros((20, 2))], [np.ones((20, 1))], nothing, nothing, np.eye(0)).variance == 0.0
+    assert autoregressive([np.zeros((20, 2))], [np.ones((20, 1))], nothing_followed(1, 20)).variance == 0.0
 
 
 def test_a_covariance_is_that_of_its_autocovariances():

@@ -95,7 +95,8 @@ def test_the_variance_of_a_projection_is_that_of_many_draws_of_the_noise(period)
     draws = np.array([noise()[: len(rows) // 2].ravel() for _ in range(300)])
     scores = draws @ rows
     drawn = np.trace(np.linalg.solve(rows.T @ rows, scores.T @ scores / len(draws))) / len(TRUTH) / np.var(draws)
-    found = variance_ratio(fit, covariance(fit), curvature(fit), range(len(TRUTH)))
+    spread = covariance(fit, remembered=False)
+    found = variance_ratio(fit, spread, curvature(fit), range(len(TRUTH)))
     assert found == pytest.approx(drawn, rel=0.4)
     assert abs(found - drawn) <= abs(fit.autocorrelation.integrated_time - drawn)
 
