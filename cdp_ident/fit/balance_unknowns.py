@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.fit import weak_form
+from cdp_ident.fit.noise import encoder_steps
 from cdp_ident.fit.smoothing import SmoothMotion, smooth
 from cdp_ident.fit.weak_form import Kinematics, Rows, Term, Windows
 from cdp_ident.model.effects.catalogue import CATALOGUE
@@ -104,7 +105,8 @@ class Piece:
         motion = smooth(trial.time, samples, _GRID * time_unit, copies, np.random.default_rng(_SEED))
         kinematics = Kinematics.of(motion)
         points = round(_REST / _GRID)
-        inner, outer = (weak_form.at_rest(kinematics, joint, points) for joint in range(2))
+        steps = encoder_steps(trial)
+        inner, outer = (weak_form.at_rest(kinematics, joint, points, float(steps[joint])) for joint in range(2))
         return cls(motion, kinematics, (inner, outer), trial.weights)
 
 

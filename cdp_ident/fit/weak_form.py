@@ -23,6 +23,7 @@ import numpy.typing as npt
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 from scipy.special import erf
 
+from cdp_ident.fit.noise import AT_REST
 from cdp_ident.fit.smoothing import SmoothMotion
 
 Array = npt.NDArray[np.float64]
@@ -34,9 +35,8 @@ _REST_NOISE = 5.0
 """Smoothed noise, in standard deviations, that a joint's range must exceed or it counts as at rest."""
 _REST_SHARE = 3e-3
 """The same as a share of the joint's range while it moves fast: elastic motion of a joint that sticks."""
-_LIVELY = 0.9
 _SLOWEST_SHARE = 1e-3
-"""Speed, as a share of a high quantile of the joint's speed, below which the direction of slip is uncertain."""
+"""Speed, as a share of the joint's speed while it moves fast, below which the direction of slip is uncertain."""
 
 _MEDIAN_OF_SIZE = 0.6745
 """Median size of a standard normal number."""
@@ -146,18 +146,24 @@ def slip_direction(k: Kinematics, joint: int) -> Array:
     It is the mean of the sign of a speed of which the noise is known.
     """
     speed = k.joint_speeds[joint]
-    lively = float(np.quantile(np.abs(speed[0]), _LIVELY))
+    lively = _while_moving(np.abs(speed[0]))
     noise = _spread(speed)
     width = max(noise, _SLOWEST_SHARE * lively)
     return np.asarray(erf(speed / (np.sqrt(2.0) * width))) if width > 0 else np.zeros_like(speed)
 
 
-def at_rest(k: Kinematics, joint: int, points: int) -> Mask:
-    """Return where (m,) a joint hardly moves over so many grid points."""
+def at_rest(k: Kinematics, joint: int, points: int, step: float = 0.0) -> Mask:
+    """Return where (m,) a joint, whose encoder has a step [rad], hardly moves over so many grid points."""
     angle = k.joint_angles[joint]
     spread = maximum_filter1d(angle[0], points) - minimum_filter1d(angle[0], points)
-    limit = max(_REST_NOISE * _spread(angle), _REST_SHARE * float(np.quantile(spread, _LIVELY)))
+    limit = max(_REST_NOISE * _spread(angle), _REST_SHARE * _while_moving(spread), AT_REST * step)
     return np.asarray(maximum_filter1d(spread <= limit, points))
+
+
+def _while_moving(sizes: Array) -> float:
+    """Return the mean of sizes, each weighted by itself: how large they are in motion, however long the rest is."""
+    total = float(np.sum(sizes))
+    return float(np.sum(sizes**2)) / total if total > 0.0 else 0.0
 
 
 def _spread(values: Array) -> float:

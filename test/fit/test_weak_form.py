@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 from scipy.ndimage import minimum_filter1d
+from scipy.signal import lfilter
 
 from cdp_ident.fit import weak_form
 from cdp_ident.fit.smoothing import smooth
@@ -56,6 +57,19 @@ def test_a_joint_that_sticks_is_seen_to_rest_and_no_other():
         rests = weak_form.at_rest(k, joint, 40)
         assert np.all(rests[stuck])
         assert np.mean(rests[np.abs(speeds[:, joint]) > 0.1]) < 0.02
+
+
+@pytest.mark.parametrize("rest", [0.0, 0.97])
+def test_a_joint_that_rests_for_most_of_a_recording_does_so_though_its_noise_has_a_memory(rest):
+    moving = 20.0
+    count = round(moving / (1.0 - rest) / 0.025)
+    time = 0.025 * np.arange(count)
+    swing = np.where(time < moving, np.sin(3.0 * time) * np.cos(0.5 * np.pi * np.minimum(time / moving, 1.0)), 0.0)
+    noise = 1e-4 * lfilter([1.0], [1.0, -0.8], np.random.default_rng(0).normal(size=(count, 2)), axis=0)
+    smoothed = smooth(time, swing[:, None] + noise, 0.025, 2, np.random.default_rng(1))
+    rests = weak_form.at_rest(Kinematics.of(smoothed), 0, 40)
+    assert np.all(rests[smoothed.time > moving + 1.0])
+    assert np.mean(rests[smoothed.time < moving - 1.0]) < 0.05
 
 
 def test_the_direction_of_slip_is_sure_where_a_joint_is_fast():
