@@ -99,7 +99,8 @@ def _followed(fit: Fit, values: Array, chosen: Sequence[int]) -> Fit:
     try:
         return fit_initial_states_near(fit.model, values, windows, _LOST * before)
     except IdentificationError:
-        return fit_initial_states_near(fit.model, fit.values, windows, _LOST * before)
+        as_fitted = [fit.windows[index] for index in chosen]
+        return fit_initial_states_near(fit.model, fit.values, as_fitted, _LOST * before)
 
 
 def _moved(fit: Fit, index: int, change: Array) -> Window:
