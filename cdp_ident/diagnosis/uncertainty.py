@@ -105,7 +105,7 @@ def covariance(fit: Fit, *, remembered: bool = True) -> Array:
         reduced.append(state.eliminated_from(rows[:, fit.model.states :]).reshape(*root.shape, -1))
     squares = [np.tensordot(rows, rows, axes=((0, 1), (0, 1))) for rows in reduced]
     information = np.sum(squares, axis=0) + fit.model.penalty
-    sizes = [np.sqrt(window.weighted(np.ones((len(window.theta), 1)))) for window in fit.windows]
+    sizes = [np.sqrt(window.counts.mean(axis=1, keepdims=True)) for window in fit.windows]
     process_of = autoregressive if remembered else white
     process = process_of(residuals, sizes, Followed(explained, reduced, inverse_factor(information)))
     middle = _covariance_of_scores(process, residuals, reduced)

@@ -77,7 +77,7 @@ def prepare(parted: Sequence[PartedTrial], lengths: Sequence[Lengths], scales: S
     for index, (trial, length_at) in enumerate(zip(parted, lengths, strict=True)):
         bounds_of_stretches = window_bounds(trial.trial, length_at, total / _FEWEST_WINDOWS)
         for stretch, bounds in enumerate(bounds_of_stretches):
-            windows = cut_at(trial.trial, index, bounds, scales.step, scales.half_width)
+            windows = cut_at(trial.trial, index, bounds, scales.step, scales.half_width, scales.encoder_steps)
             (holdout if stretch in trial.held_out else fit).extend(windows)
     if len(fit) < 2 or not holdout:
         raise IdentificationError("the trials have too few samples to fit and to evaluate the fit: record longer ones")

@@ -167,13 +167,17 @@ class MotionModel:
         added = np.zeros(len(JOINTS) * len(more))
         return replace(self, zeros=self.zeros + more), np.concatenate([values[:end], added, values[end:]])
 
+    def without_zeros(self) -> tuple["MotionModel", npt.NDArray[np.bool_]]:
+        """Return this model with encoders whose zeros are right, and which of the unknowns remain."""
+        return replace(self, zeros=()), ~self.of_zeros
+
     def with_exact_encoders(self) -> tuple["MotionModel", npt.NDArray[np.bool_]]:
         """Return this model with encoders that show the rods' angles, and which of the unknowns remain."""
-        remain = ~self.of_zeros
+        model, remain = self.without_zeros()
         for index, active in enumerate(self.effects):
             remain[self.places(index)] = isinstance(active.effect, TorqueEffect)
         of_rods = tuple(active for active in self.effects if isinstance(active.effect, TorqueEffect))
-        return replace(self, zeros=(), effects=of_rods), remain
+        return replace(model, effects=of_rods), remain
 
     def zero_places(self, trial: int) -> slice:
         """Return where the unknowns of a trial's zeros are: empty for a trial that has none of its own."""

@@ -93,12 +93,12 @@ class Fit:
     def rmse(self, angle: int | None = None) -> float:
         """Root mean square error of one angle (0: theta1, 1: theta2) or of both together [rad].
 
-        Samples of rods at rest count by their weights.
+        Samples in which both joints rest count by their weights.
         """
         columns = slice(None) if angle is None else slice(angle, angle + 1)
-        squared = [w.weighted(error[:, columns] ** 2).sum() for w, error in zip(self.windows, self.errors, strict=True)]
-        counted = sum(w.independent for w in self.windows) * self.errors[0][:1, columns].size
-        return float(np.sqrt(sum(squared) / counted))
+        counts = [np.max(window.counts, axis=1) for window in self.windows]
+        squared = [of @ np.mean(error[:, columns] ** 2, axis=1) for of, error in zip(counts, self.errors, strict=True)]
+        return float(np.sqrt(sum(squared) / sum(map(np.sum, counts))))
 
 
 def refine(

@@ -53,12 +53,12 @@ def reweighted(fit: Fit, noise: float) -> Fit:
 
 
 def _reweighted_once(fit: Fit) -> Fit:
-    before = [window.weighted(np.ones(len(window.theta))) for window in fit.windows]
+    before = [window.counts for window in fit.windows]
     weights = before
     for _ in range(_ROUNDS):
         white = whitening(usual_covariance(fit, weights))
         found = spikes([error @ white.T for error in fit.errors])
-        last, weights = weights, [np.where(off, _OF_SPIKE, of) for off, of in zip(found, before, strict=True)]
+        last, weights = weights, [np.where(off[:, None], _OF_SPIKE, of) for off, of in zip(found, before, strict=True)]
         if all(map(np.array_equal, weights, last)):
             break
     changed = [not np.array_equal(*both) for both in zip(weights, before, strict=True)]
@@ -79,8 +79,9 @@ def usual_covariance(fit: Fit, weights: Sequence[Array]) -> Array:
 
     Args:
         fit: leaves the errors.
-        weights: (n,) of each window's samples.
+        weights: (n, 2) of each window's readings; samples count as their least.
     """
+    weights = [np.min(of, axis=1) for of in weights]
     counts = [float(np.sum(of)) for of in weights]
     shares = [count / len(of) for count, of in zip(counts, weights, strict=True)]
     least = min(_MOSTLY, max(shares))

@@ -12,13 +12,16 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 from scipy.interpolate import make_smoothing_spline
+from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
+from cdp_ident.fit.noise import AT_REST, NO_STEPS
 from cdp_ident.model.time_grid import DEFAULT_STEP, TimeGrid
 from cdp_ident.model.weights import Weight
 from cdp_ident.trial.kinematics import HALF_WIDTH, local_motion
 from cdp_ident.trial.trial import Trial
 
 Array = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
 
 DEFAULT_WINDOW = 2.5
 """Length of a window [s]."""
@@ -27,6 +30,10 @@ FEWEST_SAMPLES = 12
 more."""
 _REPEATED = 1e-9
 """Angles that differ by less are one reading [rad]."""
+_ALONE = 0.15
+"""Share of a window for which one joint alone must rest to count so: it also turns back while the other one moves."""
+_READINGS = np.array([[1.0, 0.0], [-1.0, 1.0]])
+"""What the inner and the outer encoder measure of theta1 and theta2."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +67,7 @@ class Window:
     whitening: Array = field(default_factory=lambda: np.eye(2))
     """(2, 2) matrix that makes errors of theta1 and theta2 independent and of equal size; see `fit/reweighting.py`."""
     sample_weights: Array | None = None
-    """(n,) weight of each sample, 1 where it is not given; see `weights_at_rest`."""
+    """(n, 2) weights of both encoders' readings, 1 where they are not given; see `weights_at_rest`."""
 
     @property
     def duration(self) -> float:
@@ -88,46 +95,81 @@ class Window:
         return slice(self.first, self.first + len(self.theta))
 
     @property
-    def independent(self) -> float:
-        """How many samples it has, those of rods at rest counted by their weights."""
-        return float(len(self.theta) if self.sample_weights is None else np.sum(self.sample_weights))
+    def counts(self) -> Array:
+        """(n, 2) how much each reading of the inner and of the outer encoder counts."""
+        return np.ones_like(self.theta) if self.sample_weights is None else self.sample_weights
 
-    def weighted(self, rows: Array) -> Array:
-        """Return rows (n, …) times the weights of their samples."""
-        return rows if self.sample_weights is None else (rows.T * self.sample_weights).T
+    @property
+    def independent(self) -> float:
+        """How many samples it has, those of joints at rest counted by their weights."""
+        return float(np.sum(self.counts)) / self.theta.shape[1]
 
     def whitened(self, rows: Array) -> Array:
         """Return rows (n, 2) or (n, 2, k) of theta1 and theta2 with errors that are independent and of equal size."""
+        if self.sample_weights is None:
+            return np.asarray(self.whitening @ rows if rows.ndim == 3 else rows @ self.whitening.T)
+        (a, b), (c, d) = np.moveaxis(self._whitening_by_sample, 0, -1)
+        one, two = rows[:, 0], rows[:, 1]
         if rows.ndim == 3:
-            white = self.whitening @ rows
-            return white if self.sample_weights is None else white * np.sqrt(self.sample_weights)[:, None, None]
-        white = rows @ self.whitening.T
-        return white if self.sample_weights is None else white * np.sqrt(self.sample_weights)[:, None]
+            a, b, c, d = (of[:, None] for of in (a, b, c, d))
+        return np.stack([a * one + b * two, c * one + d * two], axis=1)
 
     def angles_of(self, whitened: Array) -> Array:
         """Return the theta1 and theta2 (n, 2) of whitened ones."""
-        angles = np.asarray(np.linalg.solve(self.whitening, whitened.T).T)
-        return angles if self.sample_weights is None else angles / np.sqrt(self.sample_weights)[:, None]
+        if self.sample_weights is None:
+            return np.asarray(np.linalg.solve(self.whitening, whitened.T).T)
+        return np.asarray(np.linalg.solve(self._whitening_by_sample, whitened[..., None])[..., 0])
+
+    @cached_property
+    def _whitening_by_sample(self) -> Array:
+        """(n, 2, 2) the same matrix for each sample, that gives both encoders' readings their weights.
+
+        The precision of both angles is that of one reading and that of what remains once it is known. Of a joint at
+        rest, the first has the weight of its reading.
+        """
+        most = np.max(self.counts, axis=1)
+        precision = np.tile(self.whitening.T @ self.whitening, (len(self.theta), 1, 1))
+        covariance = np.linalg.inv(precision[0])
+        for reading, weight in zip(_READINGS, self.counts.T, strict=True):
+            of_reading = np.outer(reading, reading) / (reading @ covariance @ reading)
+            precision -= (1.0 - weight / most)[:, None, None] * of_reading
+        # Its root is a lower triangle, as the whitening itself is: theta1 alone, and theta2 with it.
+        upper = np.swapaxes(np.linalg.cholesky(precision[:, ::-1, ::-1]), 1, 2)
+        return np.asarray(np.sqrt(most)[:, None, None] * upper[:, ::-1, ::-1])
 
 
-def weights_at_rest(time: Array, theta: Array, longest: float) -> Array | None:
-    """Return the weights (n,) of samples, where rods stand still for longer than some time; None where they do not.
+def weights_at_rest(time: Array, theta: Array, longest: float, steps: Array = NO_STEPS) -> Array | None:
+    """Return the weights (n, 2) of both encoders' readings, where joints stand still; None where they do not.
 
-    While both encoders repeat their readings, they repeat one error of rounding as well: all these samples together
-    count as one.
+    While an encoder repeats its reading, it repeats one error of rounding as well: all these readings together count as
+    one.
 
     Args:
-        time: (n,) of the samples [s].
+        time: (n,) of a window's samples [s].
         theta: (n, 2) measured angles [rad].
-        longest: for which readings may be repeated without the rods being at rest [s].
+        longest: for which both readings may be repeated without the rods being at rest [s].
+        steps: (2,) of the inner and the outer encoder [rad].
     """
-    moves = np.any(np.abs(np.diff(theta, axis=0)) > _REPEATED, axis=1)
-    bounds = [0, *(np.flatnonzero(moves) + 1), len(theta)]
-    weight = np.ones(len(theta))
-    for first, last in pairwise(bounds):
-        if time[last - 1] - time[first] > longest:
-            weight[first:last] = 1.0 / (last - first)
+    readings = theta @ _READINGS.T
+    moves = np.any(np.abs(np.diff(readings, axis=0)) > _REPEATED, axis=1)
+    weight = np.ones(theta.shape)
+    for rest in _long_ones(time, moves, longest):
+        weight[rest] = 1.0 / (rest.stop - rest.start)
+    for of_encoder, reading, step in zip(weight.T, readings.T, steps, strict=True):
+        alone = _ALONE * (time[-1] - time[0])
+        span = int(np.searchsorted(time, time[0] + alone)) | 1
+        spread = maximum_filter1d(reading, span, mode="nearest") - minimum_filter1d(reading, span, mode="nearest")
+        rests = maximum_filter1d(spread <= max(AT_REST * step, _REPEATED), span)
+        for rest in _long_ones(time, np.diff(rests) != 0, alone):
+            if rests[rest.start]:
+                of_encoder[rest] = np.minimum(of_encoder[rest], 1.0 / (rest.stop - rest.start))
     return weight if np.any(weight < 1.0) else None
+
+
+def _long_ones(time: Array, ends: Mask, longest: float) -> list[slice]:
+    """Return the stretches of samples (n,) between ends (n - 1,) that last longer than some time [s]."""
+    bounds = [0, *(np.flatnonzero(ends) + 1), len(time)]
+    return [slice(a, b) for a, b in pairwise(bounds) if time[b - 1] - time[a] > longest]
 
 
 def cut_into_windows(
@@ -164,7 +206,9 @@ def beginning_of(
     return cut_at(trial, index, [0, max(samples, FEWEST_SAMPLES)], step, half_width)[0]
 
 
-def cut_at(trial: Trial, index: int, bounds: Sequence[int], step: float, half_width: float) -> list[Window]:
+def cut_at(
+    trial: Trial, index: int, bounds: Sequence[int], step: float, half_width: float, encoder_steps: Array = NO_STEPS
+) -> list[Window]:
     """Cut a trial into windows at samples.
 
     Initial states are estimated from the samples of their own window alone, so that a window that is kept out of a fit
@@ -176,6 +220,7 @@ def cut_at(trial: Trial, index: int, bounds: Sequence[int], step: float, half_wi
         bounds: the first sample of each window, and the one after the last.
         step: of the integrator [s].
         half_width: of the local cubics that estimate initial states [s].
+        encoder_steps: (2,) of the inner and the outer encoder [rad].
     """
     windows = []
     acceleration = cart_acceleration(trial)
@@ -204,7 +249,7 @@ def cut_at(trial: Trial, index: int, bounds: Sequence[int], step: float, half_wi
                 half_width=half_width,
                 time_std=time_std,
                 weights=trial.weights,
-                sample_weights=weights_at_rest(time, theta, half_width),
+                sample_weights=weights_at_rest(time, theta, half_width, encoder_steps),
             )
         )
     return windows

@@ -10,6 +10,7 @@ from cdp_ident.fit.refinement import Fit
 from cdp_ident.model.effects.effect import Effect, SensorEffect, TorqueEffect
 from cdp_ident.tracing import thresholds
 from cdp_ident.tracing.evidence import Attempt, change
+from cdp_ident.tracing.noise_memory import is_structured
 
 
 def is_accepted(before: Attempt, after: Attempt, new: Sequence[int] | None = None) -> bool:
@@ -24,7 +25,7 @@ def is_accepted(before: Attempt, after: Attempt, new: Sequence[int] | None = Non
     if any(after.strength(index) < _least_strength(after.model.effects[index], gained.freedom) for index in new):
         return False
     added = [after.model.effects[index].effect for index in new]
-    structured = after.fit.autocorrelation.integrated_time > thresholds.STRUCTURED
+    structured = is_structured(after.fit)
     once = [effect for effect in added if effect.at_an_instant]
     if once:
         # An impulse affects one window, which must be an outlier. Lost counts affect all windows from then on; where
@@ -63,7 +64,7 @@ def improves_enough(before: Attempt, after: Attempt) -> bool:
     of_fit, of_validation = (
         1.0 - new.rmse() / old.rmse() for old, new in zip(fits_of(before), fits_of(after), strict=True)
     )
-    structured = after.fit.autocorrelation.integrated_time > thresholds.STRUCTURED
+    structured = is_structured(after.fit)
     least = thresholds.STRUCTURED_SHARE if structured else thresholds.VALIDATION_SHARE
     enough = of_validation > thresholds.VALIDATION_SHARE and max(of_fit, of_validation) > least
     # In short windows a certain effect may cause only a small share of the error.
@@ -104,7 +105,7 @@ def share_explained(with_it: Attempt, without_it: Attempt, noise: float) -> floa
 def _fall_without_the_largest(before: Fit, after: Fit) -> float:
     """Return the fall of the mean squared error over all windows but the one where it falls most [rad^2]."""
     falls = [
-        float(np.sum(window.weighted(old**2 - new**2)))
+        float(np.sum(window.counts * (old**2 - new**2)))
         for window, old, new in zip(after.windows, before.errors, after.errors, strict=True)
     ]
     largest = int(np.argmax(falls))

@@ -38,7 +38,7 @@ def torque_residual(fit: Fit) -> TorqueResidual:
     parts = []
     # Cubics at the ends are one-sided and inaccurate; at rest, friction has any size up to its limit.
     inside = [(w.time > HALF_WIDTH) & (w.time < w.time[-1] - HALF_WIDTH) for w in fit.windows]
-    moving = [chosen & (w.weighted(np.ones(len(chosen))) == 1.0) for w, chosen in zip(fit.windows, inside, strict=True)]
+    moving = [chosen & np.all(w.counts == 1.0, axis=1) for w, chosen in zip(fit.windows, inside, strict=True)]
     for window, middle in zip(fit.windows, moving if any(map(np.any, moving)) else inside, strict=True):
         weighted = fit.model.with_weights(fit.values, window.weights)
         coefficients = fit.model.coefficients(weighted.values)

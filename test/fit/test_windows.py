@@ -128,10 +128,41 @@ def test_repeated_readings_of_rods_at_rest_count_as_one_sample_together():
     theta[40:70] = theta[40]
     theta[80:85] = theta[80]  # too short for a rest
     weight = weights_at_rest(time, theta, 0.1)
-    assert weight[40:70] == pytest.approx(np.full(30, 1.0 / 30.0))
-    assert np.all(np.delete(weight, np.s_[40:70]) == 1.0)
-    theta[40:70, 1] += 1e-3 * np.arange(30)
-    assert weights_at_rest(time, theta, 0.1) is None  # one rod moves
+    assert weight[40:70] == pytest.approx(np.full((30, 2), 1.0 / 30.0))
+    assert np.all(np.delete(weight, np.s_[40:70], axis=0) == 1.0)
+
+
+@pytest.mark.parametrize(("joint", "of_joint"), [(0, [0.0, 1.0]), (1, [1.0, 1.0])])
+@pytest.mark.parametrize("edge", [0.0, 1e-3])
+def test_readings_of_one_joint_at_rest_count_as_one_of_its_encoder(joint, of_joint, edge):
+    time = np.arange(100) / 100.0
+    theta = np.column_stack([np.sin(time), np.cos(time)])
+    assert weights_at_rest(time, theta, 0.1, np.full(2, 1e-3)) is None
+    theta[40:70] = theta[40] + 0.1 * np.arange(30)[:, None] * of_joint
+    theta[45:60:3, joint] += edge  # the reading is on the edge between two
+    theta[45:60:3, 1] += edge * (joint == 0)
+    weight = weights_at_rest(time, theta, 0.1, np.full(2, 1e-3))
+    assert weight[40:70, joint] == pytest.approx(np.full(30, 1.0 / 30.0))
+    assert np.all(np.delete(weight[:, joint], np.s_[40:70]) == 1.0)
+    assert np.all(weight[:, 1 - joint] == 1.0)
+    theta[50:56, joint] += 0.1  # it moves between two short rests
+    assert weights_at_rest(time, theta, 0.1, np.full(2, 1e-3)) is None
+
+
+@pytest.mark.parametrize("joint", [0, 1])
+@given(first=st.floats(0.3, 3.0), second=st.floats(0.3, 3.0), shared=st.floats(-0.9, 0.9))
+def test_of_a_joint_at_rest_what_both_angles_show_besides_counts_in_full(joint, first, second, shared):
+    covariance = np.array([[first**2, shared * first * second], [shared * first * second, second**2]])
+    (window,) = cut_into_windows([TWIN], np.inf)
+    counts = np.ones_like(window.theta)
+    counts[:, joint] = 0.01
+    white = np.linalg.inv(np.linalg.cholesky(covariance))
+    known = replace(window, whitening=white, sample_weights=counts)
+    reading = np.array([[1.0, 0.0], [-1.0, 1.0]])[joint]
+    beside = np.array([-reading[1], reading[0]])  # changes of both angles which that encoder does not see
+    same, less = (known.whitened(np.tile(way, (len(counts), 1)))[0] for way in (beside, covariance @ reading))
+    assert np.sum(same**2) == pytest.approx(np.sum((white @ beside) ** 2))
+    assert np.sum(less**2) == pytest.approx(0.01 * np.sum((white @ covariance @ reading) ** 2))
 
 
 def test_samples_of_rods_at_rest_have_small_weights_in_pieces_of_a_window_too():
@@ -145,5 +176,5 @@ def test_samples_of_rods_at_rest_have_small_weights_in_pieces_of_a_window_too():
         white = piece.whitened(piece.theta)
         assert piece.angles_of(white) == pytest.approx(piece.theta)
         assert piece.whitened(piece.theta[..., None])[..., 0] == pytest.approx(white)
-        assert piece.weighted(piece.theta) == pytest.approx(white**2 / piece.theta)
+        assert white == pytest.approx(np.sqrt(piece.counts) * piece.theta)
     assert window.whitened(theta)[250] == pytest.approx(theta[250] / np.sqrt(200))

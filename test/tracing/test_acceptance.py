@@ -27,7 +27,9 @@ from scenarios.twin import TEN_SECONDS, as_measured
 NOISE = 1e-3
 OSCILLATING = next(effect for effect in CATALOGUE if effect.key == "pivot_compliance.base.oscillating")
 MODEL = MotionModel(Mechanism(0.4, 9.81, 0.4, 0.05))
-(WINDOW,) = cut_into_windows([Trial("slow", np.linspace(0.0, 1.0, 20), np.linspace(0.0, 0.1, 40).reshape(20, 2))])
+(WINDOW,) = cut_into_windows(
+    [Trial("slow", np.linspace(0.0, 1.0, 20), np.linspace(0.0, 0.1, 20)[:, None] * [1.0, 3.0])]
+)
 
 
 def attempt(of_fit: float, of_validation: float) -> Attempt:
