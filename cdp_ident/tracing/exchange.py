@@ -1,7 +1,8 @@
 """Exchange steps: every effect is compared with its rivals, in the model with all other effects."""
 
+import math
 import threading
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from itertools import combinations
 
 import numpy as np
@@ -14,6 +15,7 @@ from cdp_ident.tracing import thresholds
 from cdp_ident.tracing.acceptance import improves_enough, is_accepted
 from cdp_ident.tracing.candidates import ScoreTest, addable
 from cdp_ident.tracing.evidence import Attempt, change
+from cdp_ident.tracing.noise_memory import is_structured
 from cdp_ident.tracing.progress import Progress
 from cdp_ident.tracing.screening import promising
 
@@ -138,17 +140,20 @@ def _rivals(progress: Progress, removed: Attempt, *keys: str) -> list[Attempt]:
     candidates = [c for c in addable(removed.model) if not c.effect.brings_states or c.effect.joint in joints]
     test = ScoreTest(removed.fit, candidates)
     promised = promising(removed, test, _RIVALS + len(keys), keys)
-    forms = _richer_forms(progress, keys[0]) if len(keys) == 1 else []
+    forms = {key: _richer_forms(progress, key) for key in keys}
     # The score test of what oscillates finds its frequency, which the values of the simpler form do not tell.
-    besides = {*keys, *(form.key for form in forms if not form.brings_states)}
+    besides = {*keys, *(form.key for of_key in forms.values() for form in of_key if not form.brings_states)}
     others = progress.tried(
         removed, ((c,) for c in promised if c.active.effect.key not in besides), to_beat=progress.current
     )
-    return [*(rival for _, rival in others), *_richer(progress, keys[0], forms)]
+    richer = [rival for key in keys for rival in _richer(progress, key, forms[key], set(keys) - {key})]
+    return [*(rival for _, rival in others), *richer]
 
 
-def _richer(progress: Progress, key: str, forms: Sequence[TorqueEffect]) -> list[Attempt]:
-    """Return models with richer forms of an effect in its place, fitted from the effect's values.
+def _richer(
+    progress: Progress, key: str, forms: Sequence[TorqueEffect], besides: Collection[str] = ()
+) -> list[Attempt]:
+    """Return models with richer forms of an effect in its place, and that of others, fitted from the effect's values.
 
     A score test, which starts from the model without the effect, may not find a richer form, or not be defined for it.
     """
@@ -164,13 +169,14 @@ def _richer(progress: Progress, key: str, forms: Sequence[TorqueEffect]) -> list
                 known.get(p.name, factor * p.typical if p.shape else _SOME * max(known.values())) for p in new.fitted
             ]
             others.append((new, np.clip(begin, *_limits(new))))
-    return progress.replaced(current, index, others, to_beat=current)
+    left_out = [index, *(current.place_of(other) for other in besides)]
+    return progress.replaced(current, left_out, others, to_beat=current)
 
 
 def _richer_forms(progress: Progress, label: str) -> list[TorqueEffect]:
     """Return the effects that contain one; what has a memory takes long, and is tried where more than noise remains."""
     effect = progress.current.model.effects[progress.current.place_of(label)].effect
-    structured = progress.current.fit.autocorrelation.integrated_time > thresholds.STRUCTURED
+    structured = is_structured(progress.current.fit)
     richer = [form for form in CATALOGUE if isinstance(form, TorqueEffect) and _is_richer_form(form, effect)]
     return [form for form in richer if structured or form.form is not Form.MEMORY]
 
@@ -197,7 +203,16 @@ def _is_better(rival: Attempt, current: Attempt) -> bool:
     fewer = len(rival.model.effects) < len(current.model.effects)
     if len(rival.fit.values) > len(current.fit.values) and not fewer:
         return gained.bic < 0 and improves_enough(current, rival)  # a richer form must gain enough for its parameters
-    return gained.bic < 0 and gained.validation > thresholds.INDISTINGUISHABLE
+    choices = _choices(rival) - _choices(current)
+    return gained.bic + choices < 0 and gained.validation > thresholds.INDISTINGUISHABLE
+
+
+def _choices(attempt: Attempt) -> float:
+    """Return what the choice of so many effects counts in the extended Bayes information criterion.
+
+    All models with as many share one prior probability (Chen and Chen, Biometrika 95, 2008).
+    """
+    return 2.0 * math.log(math.comb(thresholds.FORMS, len(attempt.model.effects)))
 
 
 def _is_richer_form(effect: Effect, other: Effect) -> bool:

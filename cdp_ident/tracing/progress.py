@@ -13,6 +13,7 @@ from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.astray import with_starts_found_again
 from cdp_ident.fit.motion_model import MotionModel
+from cdp_ident.fit.noise import NO_STEPS
 from cdp_ident.fit.refinement import Fit, refine, refine_from_afar
 from cdp_ident.fit.reweighting import reweighted
 from cdp_ident.model.effects.effect import JOINTS
@@ -31,7 +32,6 @@ _HOPELESS = 1.5
 """A rival that leaves so many times the squared error of what it is to beat is not better, nor as good."""
 _KEPT = 0.5
 """A refit over whole windows is good if it gains this share of what the score test predicts."""
-NO_STEPS: Array = np.zeros(2)
 
 
 class InterruptedSelectionError(Exception):
@@ -129,20 +129,21 @@ class Progress:
         return [(*addition, after) for addition, after in zip(additions, found, strict=True) if after]
 
     def replaced(
-        self, attempt: Attempt, index: int, others: Sequence[tuple[ActiveEffect, Array]], to_beat: Attempt | None = None
+        self,
+        attempt: Attempt,
+        indices: Sequence[int],
+        others: Sequence[tuple[ActiveEffect, Array]],
+        to_beat: Attempt | None = None,
     ) -> list[Attempt]:
-        """Return models with each of other effects, of given values, in the place of one.
+        """Return models with each of other effects, of given values, in the place of some.
 
         What is left out is as in `tried`.
 
         Raises:
             InterruptedSelectionError: the selection is asked to stop.
         """
-        model, remain = attempt.model.without_effect(index)
-        begun = [
-            (model.with_effect(active), np.concatenate([attempt.fit.values[remain], values]))
-            for active, values in others
-        ]
+        model, remaining = left_after(attempt, indices)
+        begun = [(model.with_effect(active), np.concatenate([remaining, values])) for active, values in others]
         found = self._refitted(_roughly(attempt, to_beat), begun, [active.effect.key for active, _ in others])
         return [after for after in found if after]
 
@@ -263,18 +264,26 @@ class Progress:
             return None
 
     def finished(self, attempt: Attempt) -> Attempt:
-        """Return an accepted model, refined to convergence."""
-        fit = refine(attempt.model, attempt.fit.values, attempt.fit.windows)
-        return attempt_of(with_starts_found_again(fit), attempt.folds)
-
-    def reweigh(self) -> None:
-        """Weight both angles by the present model's errors."""
+        """Return an accepted model, refined to convergence; as it is where that cannot be done."""
         try:
-            fit = reweighted(self.current.fit, self.noise)
-            if fit is not self.current.fit:
-                self.current = attempt_of(fit, self.current.folds)
+            fit = refine(attempt.model, attempt.fit.values, attempt.fit.windows)
+            return attempt_of(with_starts_found_again(fit), attempt.folds)
+        except (IdentificationError, np.linalg.LinAlgError) as error:
+            if attempt.is_condensed:
+                raise
+            self.fail(f"the fit with {' and '.join(attempt.model.labels)} is not refined further: {error}")
+            return attempt
+
+    def reweigh(self) -> bool:
+        """Weight both angles by the present model's errors; return whether that changed their weights."""
+        before = self.current
+        try:
+            fit = reweighted(before.fit, self.noise)
+            if fit is not before.fit:
+                self.current = attempt_of(fit, before.folds)
         except (IdentificationError, np.linalg.LinAlgError) as error:
             self.fail(f"the angles keep their weights: {error}")
+        return self.current is not before
 
     def fail(self, line: str) -> None:
         """Record what could not be computed, and report it."""
@@ -293,15 +302,20 @@ class Progress:
 
 def _without_effects(attempt: Attempt, indices: Sequence[int]) -> Attempt | Exception:
     """Return a model without some of its effects, refitted, or why that cannot be done."""
+    try:
+        return attempt_of(refine(*left_after(attempt, indices), attempt.fit.windows), attempt.folds)
+    except (IdentificationError, np.linalg.LinAlgError) as error:
+        return error
+
+
+def left_after(attempt: Attempt, indices: Sequence[int]) -> tuple[MotionModel, Array]:
+    """Return a model without some of its effects, and the values that are left."""
     model: MotionModel = attempt.model
     values: Array = attempt.fit.values
     for index in sorted(indices, reverse=True):
         model, remain = model.without_effect(index)
         values = values[remain]
-    try:
-        return attempt_of(refine(model, values, attempt.fit.windows), attempt.folds)
-    except (IdentificationError, np.linalg.LinAlgError) as error:
-        return error
+    return model, values
 
 
 def _with_candidates(model: MotionModel, values: Array, candidates: Iterable[Candidate]) -> tuple[MotionModel, Array]:

@@ -9,6 +9,7 @@ from cdp_ident.diagnosis.cross_validation import Folds
 from cdp_ident.diagnosis.failure import refuse_a_failed_fit
 from cdp_ident.errors import FitFailedError, IdentificationError
 from cdp_ident.fit.force_balance import ForceBalance
+from cdp_ident.fit.noise import NO_STEPS
 from cdp_ident.fit.refinement import Fit
 from cdp_ident.fit.share import share_of
 from cdp_ident.model.effects.effect import Form
@@ -17,12 +18,12 @@ from cdp_ident.tracing.certainty import certainties
 from cdp_ident.tracing.evidence import Attempt
 from cdp_ident.tracing.exchange import alternatives, exchange_effects, try_states
 from cdp_ident.tracing.expected import ExpectedEffect, begin_with
-from cdp_ident.tracing.progress import NO_STEPS, InterruptedSelectionError, Progress, attempt_of
+from cdp_ident.tracing.progress import InterruptedSelectionError, Progress, attempt_of
 from cdp_ident.tracing.pruning import drop_repeated_impulses, drop_superfluous
 from cdp_ident.tracing.selection import Selection
 from cdp_ident.tracing.unknown_torques import add_unknown_torques
 from cdp_ident.tracing.whole import over_all, over_share
-from cdp_ident.tracing.zeros import fit_zeros_by_trial
+from cdp_ident.tracing.zeros import drop_superfluous_zeros, fit_zeros_by_trial
 
 Array = npt.NDArray[np.float64]
 
@@ -138,8 +139,11 @@ def _select(progress: Progress) -> None:
     try_states(progress, Form.MEMORY)
     for _ in range(_MOST_ROUNDS):
         add_effects(progress)
-        progress.reweigh()
+        if progress.reweigh():
+            progress.current = drop_superfluous(progress, progress.current, also_last=True)
         if not exchange_effects(progress):
             break
         progress.current = drop_superfluous(progress, progress.current)
+        drop_superfluous_zeros(progress)
+        progress.reweigh()
     drop_repeated_impulses(progress)

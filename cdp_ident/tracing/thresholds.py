@@ -57,10 +57,11 @@ CERTAIN = 60.0
 
 Unit: variances. Origin: tuned: in short windows a certain effect may cause only a small share of the error.
 """
-STRUCTURED = 5.0
-"""Residuals that are correlated over more contain more than noise: effects must then improve the model by more.
+NOISE_MEMORY = 0.1
+"""Residuals with a longer integrated correlation time contain more than noise with a memory: effects must then improve
+the model by more. Residuals above the noise with a shorter one are noise.
 
-Unit: samples. Origin: tuned.
+Unit: sqrt(L / g). Origin: tuned; rods move over several units.
 """
 STRUCTURED_SHARE = 0.05
 """Least fall of the error, in the fit or in validation, where more than noise would remain.
@@ -169,12 +170,6 @@ ABOVE_NOISE = 1.2
 fail alone.
 
 Unit: ratio. Origin: tuned.
-"""
-NOISE_MEMORY = 0.1
-"""Residuals above the noise are noise with a memory, and no more is said to remain, where their integrated correlation
-time is shorter than this.
-
-Unit: sqrt(L / g). Origin: tuned; rods move over several units.
 """
 WINDOW_ABOVE_OTHERS = 3.0
 """A window with so many times the error of the others is mentioned.

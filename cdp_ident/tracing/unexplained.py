@@ -7,17 +7,14 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.diagnosis.outlier_windows import outlier_windows
-from cdp_ident.fit.refinement import Fit
 from cdp_ident.model.effects.effect import JOINTS, Joint
-from cdp_ident.model.parameters import time_unit
 from cdp_ident.tracing import thresholds
 from cdp_ident.tracing.final_model import FinalModel
+from cdp_ident.tracing.noise_memory import forgets_soon, is_structured
 from cdp_ident.tracing.torque_residual import TorqueResidual, corrected, torque_residual
 
 Array = npt.NDArray[np.float64]
 
-_LENGTHS = 5.0
-"""Noise that is forgotten exponentially shows in so many integrated correlation times at most."""
 _BINS = 16
 _FEWEST_IN_BIN = 20
 
@@ -54,28 +51,16 @@ def unexplained(final: FinalModel, noise: Array, trials: Sequence[str], inertia:
         nothing = "nothing but the encoders' noise"
         if ratios[worst] < thresholds.ABOVE_NOISE:
             return Unexplained(False, JOINTS[worst], overall, nothing)
-        if _forgets_soon(final.fit) and _forgets_soon(final.holdout):
+        if forgets_soon(final.fit) and forgets_soon(final.holdout):
             of_samples = f", correlated over {final.fit.autocorrelation.integrated_time:.0f} samples"
             return Unexplained(False, JOINTS[worst], overall, nothing + of_samples)
     residual = torque_residual(corrected(final.fit))
     dependence = max(_dependences(residual), key=lambda found: found.share)
     remains = f"{1e3 * errors[worst]:.3g} mrad remain in theta{worst + 1}, {ratios[worst]:.1f} times its noise"
     correlated = final.fit.autocorrelation.integrated_time
-    slow = f"; it changes slowly, over {correlated:.0f} samples" if correlated > thresholds.STRUCTURED else ""
+    slow = f"; it changes slowly, over {correlated:.0f} samples" if is_structured(final.fit) else ""
     description = "; ".join(filter(None, (remains, dependence.words(inertia) + slow, window)))
     return Unexplained(True, JOINTS[dependence.joint], overall, description)
-
-
-def _forgets_soon(fit: Fit) -> bool:
-    """Return whether residuals are correlated for much less time than rods take to move, as noise with a memory is.
-
-    The noise is estimated from differences of neighbouring samples, which are too small where they are correlated.
-    What a torque leaves is as smooth as the motion that it acts on.
-    """
-    unit = time_unit(*fit.model.constants(fit.values))
-    samples = unit / float(np.median(np.concatenate([np.diff(window.time) for window in fit.windows])))
-    memory, most = fit.autocorrelation, thresholds.NOISE_MEMORY * samples
-    return memory.integrated_time < most and memory.length < _LENGTHS * most
 
 
 @dataclass(frozen=True)

@@ -113,7 +113,7 @@ def _fitted(progress: Progress, candidate: Candidate) -> list[Attempt]:
         best = attempts[-1]
         last = len(best.model.effects) - 1
         changed = replace(best.model.effects[last], stiffness=_stiffness(best))
-        attempts = progress.replaced(best, last, [(changed, best.fit.values[best.model.places(last)])])
+        attempts = progress.replaced(best, [last], [(changed, best.fit.values[best.model.places(last)])])
     return [best] if best else []
 
 
@@ -125,7 +125,7 @@ def _even_instead(progress: Progress, attempt: Attempt) -> Attempt:
         return attempt
     mean = np.array([np.mean(attempt.fit.values[attempt.model.places(last)])])
     even = next(e for e in CATALOGUE if _is_even_friction(e) and e.joint == curve.joint and len(e.parameters) == 1)
-    named = progress.replaced(attempt, last, [(ActiveEffect(even), mean)])
+    named = progress.replaced(attempt, [last], [(ActiveEffect(even), mean)])
     as_good = [model for model in named if model.validation.rmse() < thresholds.AS_GOOD * attempt.validation.rmse()]
     return as_good[0] if as_good else attempt
 
@@ -151,7 +151,7 @@ def _begun(progress: Progress, candidate: Candidate) -> list[Attempt]:
     for index, other in enumerate(current.model.effects):
         if _is_even_friction(other.effect) and other.effect.joint == active.effect.joint:
             even = float(current.fit.values[current.model.places(index)][0])
-            return progress.replaced(current, index, [(active, np.maximum(even + candidate.strengths, 0.0))])
+            return progress.replaced(current, [index], [(active, np.maximum(even + candidate.strengths, 0.0))])
     begun = replace(candidate, strengths=np.maximum(candidate.strengths, 0.0))
     return [attempt for _, attempt in progress.tried(current, [(begun,)])]
 

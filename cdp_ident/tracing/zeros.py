@@ -14,7 +14,8 @@ from cdp_ident.tracing import thresholds
 from cdp_ident.tracing.acceptance import improves_enough
 from cdp_ident.tracing.candidates import Candidate
 from cdp_ident.tracing.evidence import Attempt, change
-from cdp_ident.tracing.progress import Progress
+from cdp_ident.tracing.noise_memory import is_structured
+from cdp_ident.tracing.progress import Progress, left_after
 
 Array = npt.NDArray[np.float64]
 
@@ -39,11 +40,10 @@ def fit_zeros_by_trial(progress: Progress) -> None:
     if not same or own is None:
         return
     (_, in_all) = same[0]
-    differ = zip(JOINTS, np.ptp(_zeros_of(own), axis=0), strict=True)
-    if all(progress.is_rounding(joint, difference) for joint, difference in differ):
+    if _are_rounding(progress, own):
         return
     # Where large effects are missing, zeros explain a small part of any of them.
-    slow = own.fit.autocorrelation.integrated_time > thresholds.STRUCTURED
+    slow = is_structured(own.fit)
     if slow and own.validation.rmse() > (1.0 - thresholds.LARGE_SHARE) * in_all.validation.rmse():
         return
     if improves_enough(in_all, own) and change(in_all, own).bic < 0:
@@ -55,6 +55,32 @@ def fit_zeros_by_trial(progress: Progress) -> None:
             f"each trial has zeros of its own, off by up to {of_trials} mrad: {1e3 * current.validation.rmse():.3g} -> "
             f"{1e3 * own.validation.rmse():.3g} mrad in cross-validation",
         )
+
+
+def drop_superfluous_zeros(progress: Progress) -> None:
+    """Take the encoders' zeros for right again, where effects that came in later explain what zeros by trial did.
+
+    Raises:
+        InterruptedSelectionError: the selection is asked to stop.
+    """
+    current = progress.current
+    if not current.model.zeros:
+        return
+    model, remain = current.model.without_zeros()
+    right = progress.refitted(model, current.fit.values[remain], current, "zeros that are right")
+    if right is None:
+        return
+    if not _are_rounding(progress, current) and improves_enough(right, current) and change(right, current).bic < 0:
+        return
+    progress.current = progress.finished(right)
+    errors = f"{1e3 * current.validation.rmse():.3g} -> {1e3 * progress.current.validation.rmse():.3g} mrad"
+    progress.note("dropped zeros by trial", progress.current, f"zeros of each trial no longer help: {errors}")
+
+
+def _are_rounding(progress: Progress, own: Attempt) -> bool:
+    """Return whether zeros differ by less than the encoders show."""
+    differ = zip(JOINTS, np.ptp(_zeros_of(own), axis=0), strict=True)
+    return all(progress.is_rounding(joint, difference) for joint, difference in differ)
 
 
 def largest_zeros(attempt: Attempt) -> list[float]:
@@ -69,10 +95,7 @@ def _zeros_of(attempt: Attempt) -> Array:
 
 def _with_zeros_by_trial(progress: Progress, attempt: Attempt) -> Attempt | None:
     """Return a model with zeros by trial in the place of common offsets; None where it cannot be fitted."""
-    model, values = attempt.model, attempt.fit.values
-    for index in reversed(range(len(model.effects))):
-        if model.effects[index].effect in _FOR_ALL:
-            model, remain = model.without_effect(index)
-            values = values[remain]
+    in_all = [index for index, active in enumerate(attempt.model.effects) if active.effect in _FOR_ALL]
+    model, values = left_after(attempt, in_all)
     model, values = model.with_zeros(values, {window.trial for window in attempt.fit.windows})
     return progress.refitted(model, values, attempt, "zeros by trial")

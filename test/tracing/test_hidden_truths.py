@@ -154,6 +154,10 @@ def test_friction_that_gives_way_before_it_slips_is_named_in_the_place_of_dry_fr
         pytest.param("breakaway.outer", 9001, "equations", marks=pytest.mark.campaign),
         # The inner joint moves in the first window of each trial alone: they are predicted from one another.
         pytest.param("breakaway.inner", 9802, "equations", marks=pytest.mark.campaign),
+        # The inner joint is at rest, its encoder on the edge between two readings, while the outer one swings.
+        pytest.param("breakaway.inner", 12001, "equations", marks=pytest.mark.campaign),
+        # Both joints are at rest for most of the recording, with noise that has a memory.
+        pytest.param("stopping.inner+stopping.outer", 12001, "mujoco", marks=pytest.mark.campaign),
     ],
 )  # fmt: skip
 def test_what_stops_the_rods_for_good_is_named_and_nothing_else(kind: str, seed: int, engine: str) -> None:
@@ -165,6 +169,27 @@ def test_what_stops_the_rods_for_good_is_named_and_nothing_else(kind: str, seed:
     assert len(answers) == len(made.hidden)
     assert all(hidden.right & answers for hidden in made.hidden)
     assert found.after.holdout.rmse() < 1.5 * made.floor
+
+
+@pytest.mark.campaign
+def test_one_friction_that_is_larger_near_rest_takes_the_place_of_two() -> None:
+    made = truth("stribeck_friction.inner", 12002)
+    trials = [Trial(measured.name, measured.time, measured.theta) for measured in made.trials]
+    options = IdentifyOptions(prior=Prior(nominal=made.setting.nominal))
+    found = trace(identify(trials[:FIT_TRIALS], trials[FIT_TRIALS:], options))
+    assert [effect.active.effect.key for effect in found.effects] == ["stribeck_friction.inner"]
+    assert found.after.holdout.rmse() < FIT_TO_THE_NOISE * made.floor
+
+
+@pytest.mark.campaign
+def test_predictions_without_a_window_that_cannot_be_computed_do_not_end_the_selection() -> None:
+    made = truth("coulomb_friction.inner+air_drag.outer", 13000)
+    trials = [Trial(measured.name, measured.time, measured.theta) for measured in made.trials]
+    options = IdentifyOptions(prior=Prior(nominal=made.setting.nominal))
+    found = trace(identify(trials[:FIT_TRIALS], trials[FIT_TRIALS:], options))
+    assert not found.failures
+    assert named(found) == {("coulomb_friction", "inner"), ("air_drag", "outer")}
+    assert found.after.holdout.rmse() < FIT_TO_THE_NOISE * made.floor
 
 
 @pytest.mark.campaign

@@ -15,7 +15,7 @@ from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.parameters import SYMBOLS, groups_of
 from cdp_ident.tracing.progress import Progress, attempt_of
 from cdp_ident.tracing.torque_residual import corrected, torque_residual
-from cdp_ident.tracing.zeros import fit_zeros_by_trial, largest_zeros
+from cdp_ident.tracing.zeros import drop_superfluous_zeros, fit_zeros_by_trial, largest_zeros
 from reference.pendulum import TABLE_5
 from scenarios.twin import TEN_SECONDS, twin
 
@@ -71,6 +71,20 @@ def test_zeros_are_found_where_each_trial_is_a_fold(trials):
     fit_zeros_by_trial(progress)
     assert progress.current.model.zeros == (0, 1, 2)
     assert progress.current.validation.rmse() < 1.3 * NOISE
+
+
+def test_zeros_that_took_the_part_of_another_effect_are_right_again_once_it_is_there(trials):
+    progress = progress_of(trials, ZEROS)
+    fit_zeros_by_trial(progress)
+    drop_superfluous_zeros(progress)
+    assert progress.current.model.zeros == (0, 1)
+    true = windows_of(trials, np.zeros((3, 2)))
+    fit = refine(progress.current.model, progress.current.fit.values, [window for window in true if window.trial < 2])
+    progress.current = attempt_of(fit, progress.current.folds)
+    drop_superfluous_zeros(progress)
+    assert progress.current.model.zeros == ()
+    assert progress.current.fit.values == pytest.approx(TRUTH, rel=0.01)
+    assert progress.steps[-1].action == "dropped zeros by trial"
 
 
 @pytest.mark.parametrize("zeros", [np.zeros((3, 2)), np.tile([0.01, -0.02], (3, 1))])
