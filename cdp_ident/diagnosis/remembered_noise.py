@@ -124,7 +124,10 @@ def autoregressive(residuals: Sequence[Array], sizes: Sequence[Array], followed:
     if count == 0:
         return white(residuals, sizes, followed)
     for _ in range(_CORRECTIONS):
-        process = Process.of(measured + _taken_away(process, followed, lags) / samples, count)
+        corrected = Process.of(measured + _taken_away(process, followed, lags) / samples, count)
+        if not corrected.variance > 0.0:
+            break  # what the model lacks, and no process: what is said to be taken away is more than there is
+        process = corrected
     return replace(process, loss=Process._new_in(measured, process.coefficients) / process.variance)
 
 

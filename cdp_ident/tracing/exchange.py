@@ -147,7 +147,7 @@ def _rivals(progress: Progress, removed: Attempt, *keys: str) -> list[Attempt]:
         removed, ((c,) for c in promised if c.active.effect.key not in besides), to_beat=progress.current
     )
     richer = [rival for key in keys for rival in _richer(progress, key, forms[key], set(keys) - {key})]
-    return [*(rival for _, rival in others), *richer]
+    return [*(rival for _, rival in others), *richer, *(_simpler(progress, keys[0]) if len(keys) == 1 else ())]
 
 
 def _richer(
@@ -173,6 +173,20 @@ def _richer(
     return progress.replaced(current, left_out, others, to_beat=current)
 
 
+def _simpler(progress: Progress, key: str) -> list[Attempt]:
+    """Return models with what an effect contains in its place, fitted from its values.
+
+    From the model without the effect, the simpler form may have ended far from what the richer one led to.
+    """
+    current = progress.current
+    index = current.place_of(key)
+    active, values = current.model.effects[index], current.fit.values[current.model.places(index)]
+    known = {p.name: float(value) for p, value in zip(active.fitted, values, strict=True)}
+    simpler = [ActiveEffect(effect) for effect in CATALOGUE if _is_richer_form(active.effect, effect)]
+    others = [(form, np.array([known.get(p.name, p.typical) for p in form.fitted])) for form in simpler]
+    return progress.replaced(current, [index], others, to_beat=current)
+
+
 def _richer_forms(progress: Progress, label: str) -> list[TorqueEffect]:
     """Return the effects that contain one; what has a memory takes long, and is tried where more than noise remains."""
     effect = progress.current.model.effects[progress.current.place_of(label)].effect
@@ -192,10 +206,11 @@ def _better(current: Attempt, removed: Attempt, rivals: Sequence[Attempt]) -> At
 
 
 def _take(progress: Progress, rival: Attempt, old: str) -> None:
-    best = progress.finished(rival)
+    best, simpler = progress.finished(rival), _is_simpler(rival, progress.current)
     new = best.model.effects[-1].effect.key
     progress.current = best
-    progress.note(f"exchanged {old} for {new}", best, f"{new} explains the motion better than {old}")
+    how = f"as well as {old}, which contains it" if simpler else f"better than {old}"
+    progress.note(f"exchanged {old} for {new}", best, f"{new} explains the motion {how}")
 
 
 def _is_better(rival: Attempt, current: Attempt) -> bool:
@@ -203,8 +218,18 @@ def _is_better(rival: Attempt, current: Attempt) -> bool:
     fewer = len(rival.model.effects) < len(current.model.effects)
     if len(rival.fit.values) > len(current.fit.values) and not fewer:
         return gained.bic < 0 and improves_enough(current, rival)  # a richer form must gain enough for its parameters
+    if _is_simpler(rival, current):
+        return gained.bic < 0
     choices = _choices(rival) - _choices(current)
     return gained.bic + choices < 0 and gained.validation > thresholds.INDISTINGUISHABLE
+
+
+def _is_simpler(rival: Attempt, current: Attempt) -> bool:
+    """Return whether a rival has what an effect contains in its place."""
+    new = rival.model.effects[-1].effect
+    return any(
+        _is_richer_form(active.effect, new) for active in current.model.effects if active not in rival.model.effects
+    )
 
 
 def _choices(attempt: Attempt) -> float:

@@ -118,3 +118,14 @@ def test_what_is_new_was_not_there_before():
     process = Process(np.array([0.9]), 1.0)
     new = np.random.default_rng(0).normal(size=(100, 2))
     assert process.new_in(lfilter([1.0], [1.0, -0.9], new, axis=0)) == pytest.approx(new[1:])
+
+
+def test_what_no_process_left_is_still_of_some_variance():
+    """Slow swings, of which what was fitted is said to have taken more than there is."""
+    rng = np.random.default_rng(5)
+    changes = followed(rng)
+    time = 2.0 * np.pi * np.arange(SAMPLES)[:, None] / 1000.0
+    swings = [np.sin(time + rng.uniform(0.0, 6.0)) + rng.normal(scale=1e-4, size=(SAMPLES, 2)) for _ in range(WINDOWS)]
+    process = autoregressive(swings, [np.ones((SAMPLES, 1))] * WINDOWS, Followed(*changes, np.eye(UNKNOWNS)))
+    assert process.variance > 0.0
+    assert process.loss > 0.0

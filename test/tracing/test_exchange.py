@@ -53,3 +53,13 @@ def test_what_contains_an_effect_is_no_other_possibility_but_the_other_way_round
     )
     assert alternatives(dry.model.effects[0], dry, none, [more]) == ()
     assert alternatives(more.model.effects[0], more, none, [dry]) == ("coulomb_friction outer",)
+
+
+def test_what_explains_no_more_than_what_it_contains_is_exchanged_for_that() -> None:
+    trials, answer = hidden_truth("coulomb_friction.outer", 0, 3.0)
+    identified = identify(trials[:FIT_TRIALS], trials[FIT_TRIALS:], IdentifyOptions())
+    told: list[str] = []
+    progress = Progress(with_effects(identified, "stribeck_friction.outer"), answer.floor, told.append)
+    assert exchange_effects(progress)
+    assert told == ["coulomb_friction.outer explains the motion as well as stribeck_friction.outer, which contains it"]
+    assert not exchange_effects(progress)
