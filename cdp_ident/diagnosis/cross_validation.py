@@ -25,7 +25,7 @@ Folds = tuple[tuple[int, ...], ...]
 """Indices of the windows of each fold."""
 
 _UNOBSERVABLE = 1e-10
-"""Share of the largest curvature below which the other folds do not determine a direction: its values are kept."""
+"""Share of the curvature over all folds below which the others do not determine a direction: its values are kept."""
 _LOST = 4.0
 """Initial states that leave an error of so many times the fit's are fitted again over windows of growing length."""
 
@@ -40,18 +40,21 @@ def cross_validated(fit: Fit, folds: Folds) -> Fit:
         folds: every window is in one of them.
     """
     gradients, curvatures = normal_equations(fit)
-    total_gradient, total_curvature = gradients.sum(axis=0), curvatures.sum(axis=0)
+    sizes = np.diag(curvatures.sum(axis=0) + fit.model.penalty)
     penalty = fit.model.penalty
     not_shape = ~_of_shape(fit.model)
 
     def predicted(fold: tuple[int, ...]) -> Fit:
         chosen = list(fold)
-        gradient = total_gradient - gradients[chosen].sum(axis=0) - penalty @ fit.values
-        curvature = total_curvature - curvatures[chosen].sum(axis=0) + penalty
+        # Of what only this fold shows, a difference to the sums over all would leave rounding errors.
+        gradient = np.delete(gradients, chosen, axis=0).sum(axis=0) - penalty @ fit.values
+        curvature = np.delete(curvatures, chosen, axis=0).sum(axis=0) + penalty
         # Other trials do not show the zeros of one: like its initial states, they stay as they are fitted to it.
         strong = np.flatnonzero(not_shape & ~(fit.model.of_zeros & (np.diag(curvature) == 0.0)))
         values = fit.values.copy()
-        values[strong] += scaled_inverse(curvature[np.ix_(strong, strong)], _UNOBSERVABLE)[0] @ gradient[strong]
+        values[strong] += (
+            scaled_inverse(curvature[np.ix_(strong, strong)], _UNOBSERVABLE, sizes[strong])[0] @ gradient[strong]
+        )
         return _followed(fit, np.clip(values, *fit.model.limits), chosen)
 
     found = {

@@ -54,12 +54,13 @@ def negative_gradient(fit: Fit) -> Array:
     return np.asarray(normal_equations(fit)[0].sum(axis=0))
 
 
-def scaled_inverse(matrix: Array, cut_off: float) -> tuple[Array, Array]:
+def scaled_inverse(matrix: Array, cut_off: float, sizes: Array | None = None) -> tuple[Array, Array]:
     """Return the inverse (k, k) of a curvature, and the directions (k, m) that it leaves out, of scaled unknowns.
 
-    These have less than a share `cut_off` of the largest curvature.
+    These have less than a share `cut_off` of the largest curvature. Each unknown is scaled by its own, or by `sizes`
+    (k,) where another curvature is the measure.
     """
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(matrix), np.finfo(float).tiny))
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(matrix) if sizes is None else sizes, np.finfo(float).tiny))
     values, vectors = np.linalg.eigh(matrix * np.outer(scale, scale))
     kept = values > cut_off * np.max(values, initial=0.0)
     inverse = (vectors[:, kept] / values[kept]) @ vectors[:, kept].T * np.outer(scale, scale)

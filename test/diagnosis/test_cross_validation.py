@@ -51,6 +51,18 @@ def test_where_the_others_show_values_without_a_motion_those_of_all_windows_pred
         assert predicted.residuals[index] == pytest.approx(fit.residuals[index], abs=1e-6)
 
 
+def test_what_only_one_fold_shows_stays_as_it_is_there():
+    offset = next(effect for effect in CATALOGUE if effect.key == "encoder_offset.inner")
+    fit = refine(MODEL.with_effect(ActiveEffect(offset)), np.append(TRUTH, 0.0), WINDOWS)
+    # The first fold's windows alone show the offset, but for a rest of rounding errors.
+    shown = [np.array(of) for of in fit.sensitivities]
+    for index, of in enumerate(shown):
+        of[..., -1] *= 1.0 if index in FOLDS[0] else 1e-9
+    predicted = cross_validated(replace(fit, sensitivities=tuple(shown)), FOLDS)
+    for index in FOLDS[0]:
+        assert np.sum(predicted.residuals[index] ** 2) < 1.1 * np.sum(fit.residuals[index] ** 2)
+
+
 def test_what_one_window_alone_shows_is_not_predicted_from_the_others():
     """A disturbed window moves the fit towards it; its prediction does not have that."""
     fit = refine(MODEL, TRUTH, WINDOWS)

@@ -89,6 +89,16 @@ def test_play_between_a_joint_and_its_encoder_is_named_and_measured(kind: str, v
 
 
 @pytest.mark.campaign
+def test_an_impulse_in_one_window_is_judged_by_the_others_without_being_moved_by_them() -> None:
+    made = truth("impulse.outer", 14001)
+    trials = [Trial(measured.name, measured.time, measured.theta) for measured in made.trials]
+    options = IdentifyOptions(prior=Prior(nominal=made.setting.nominal))
+    found = trace(identify(trials[:FIT_TRIALS], trials[FIT_TRIALS:], options))
+    assert named(found) == {("impulse", "outer")}
+    assert found.after.fit.rmse() < FIT_TO_THE_NOISE * made.floor
+
+
+@pytest.mark.campaign
 def test_an_impulse_is_named_though_the_window_it_is_in_hardly_stands_out() -> None:
     found, answer = traced("impulse.inner", 1000, 1.0)
     assert named(found) == {hidden.identity for hidden in answer.hidden}
