@@ -24,7 +24,7 @@ _RIVALS = 3
 _SHAPES = (0.3, 1.0, 4.0)
 """A richer form is fitted from initial values of its shape parameters at so many times the typical ones."""
 _ONE_SHAPE = (1.0,)
-"""The same for what has a memory, which takes long to compute and converges from far away."""
+"""The same for what has a memory, which takes long to compute and converges from far away, and for simpler forms."""
 _SOME = 0.3
 """Initial value of an additional strength, as a share of the simpler form's strength."""
 
@@ -100,7 +100,7 @@ def try_states(progress: Progress, form: Form) -> None:
         forms = [effect for effect in _richer_forms(progress, old) if effect.brings_states and effect.form is form]
         if forms:
             removed = progress.without(progress.current, [progress.current.place_of(old)])
-            best = _better(progress.current, removed, _richer(progress, old, forms))
+            best = _better(progress.current, removed, _related(progress, old, forms))
             if best is not None:
                 _take(progress, best, old)
 
@@ -140,22 +140,23 @@ def _rivals(progress: Progress, removed: Attempt, *keys: str) -> list[Attempt]:
     candidates = [c for c in addable(removed.model) if not c.effect.brings_states or c.effect.joint in joints]
     test = ScoreTest(removed.fit, candidates)
     promised = promising(removed, test, _RIVALS + len(keys), keys)
-    forms = {key: _richer_forms(progress, key) for key in keys}
+    forms = {key: [*_richer_forms(progress, key), *_contained(progress, key)] for key in keys}
     # The score test of what oscillates finds its frequency, which the values of the simpler form do not tell.
     besides = {*keys, *(form.key for of_key in forms.values() for form in of_key if not form.brings_states)}
     others = progress.tried(
         removed, ((c,) for c in promised if c.active.effect.key not in besides), to_beat=progress.current
     )
-    richer = [rival for key in keys for rival in _richer(progress, key, forms[key], set(keys) - {key})]
-    return [*(rival for _, rival in others), *richer, *(_simpler(progress, keys[0]) if len(keys) == 1 else ())]
+    related = [rival for key in keys for rival in _related(progress, key, forms[key], set(keys) - {key})]
+    return [*(rival for _, rival in others), *related]
 
 
-def _richer(
+def _related(
     progress: Progress, key: str, forms: Sequence[TorqueEffect], besides: Collection[str] = ()
 ) -> list[Attempt]:
-    """Return models with richer forms of an effect in its place, and that of others, fitted from the effect's values.
+    """Return models with other forms of an effect in its place, and that of others, fitted from the effect's values.
 
-    A score test, which starts from the model without the effect, may not find a richer form, or not be defined for it.
+    A score test, which starts from the model without the effect, may not find a richer form, or not be defined for it;
+    and a simpler form that begins there may end far from what the richer one led to.
     """
     current = progress.current
     index = current.place_of(key)
@@ -164,7 +165,8 @@ def _richer(
     others = []
     for form in forms:
         new = ActiveEffect(form)
-        for factor in _SHAPES if form.form is not Form.MEMORY else _ONE_SHAPE:
+        is_one = form.form is Form.MEMORY or all(parameter.name in known for parameter in new.fitted)
+        for factor in _ONE_SHAPE if is_one else _SHAPES:
             begin = [
                 known.get(p.name, factor * p.typical if p.shape else _SOME * max(known.values())) for p in new.fitted
             ]
@@ -173,26 +175,18 @@ def _richer(
     return progress.replaced(current, left_out, others, to_beat=current)
 
 
-def _simpler(progress: Progress, key: str) -> list[Attempt]:
-    """Return models with what an effect contains in its place, fitted from its values.
-
-    From the model without the effect, the simpler form may have ended far from what the richer one led to.
-    """
-    current = progress.current
-    index = current.place_of(key)
-    active, values = current.model.effects[index], current.fit.values[current.model.places(index)]
-    known = {p.name: float(value) for p, value in zip(active.fitted, values, strict=True)}
-    simpler = [ActiveEffect(effect) for effect in CATALOGUE if _is_richer_form(active.effect, effect)]
-    others = [(form, np.array([known.get(p.name, p.typical) for p in form.fitted])) for form in simpler]
-    return progress.replaced(current, [index], others, to_beat=current)
-
-
 def _richer_forms(progress: Progress, label: str) -> list[TorqueEffect]:
     """Return the effects that contain one; what has a memory takes long, and is tried where more than noise remains."""
     effect = progress.current.model.effects[progress.current.place_of(label)].effect
     structured = is_structured(progress.current.fit)
     richer = [form for form in CATALOGUE if isinstance(form, TorqueEffect) and _is_richer_form(form, effect)]
     return [form for form in richer if structured or form.form is not Form.MEMORY]
+
+
+def _contained(progress: Progress, label: str) -> list[TorqueEffect]:
+    """Return the effects that one contains."""
+    effect = progress.current.model.effects[progress.current.place_of(label)].effect
+    return [form for form in CATALOGUE if isinstance(form, TorqueEffect) and _is_richer_form(effect, form)]
 
 
 def _limits(active: ActiveEffect) -> tuple[list[float], list[float]]:
