@@ -258,7 +258,8 @@ class Progress:
         self.go_on()
         model, values = _with_candidates(attempt.model, begin, candidates)
         try:
-            return attempt_of(refine_from_afar(model, values, attempt.fit.windows), attempt.folds)
+            fit = refine_from_afar(model, values, attempt.fit.windows)
+            return attempt_of(with_starts_found_again(fit), attempt.folds)
         except (IdentificationError, np.linalg.LinAlgError) as error:
             self.fail(f"what the balance of forces shows could not be fitted: {error}")
             return None

@@ -18,7 +18,7 @@ def drop_superfluous(progress: Progress, attempt: Attempt, also_last: bool = Fal
         removed = progress.without(attempt, [index])
         effect = attempt.model.effects[index].effect
         rounding = _is_rounding(progress, attempt, index)
-        if rounding or not still_helps(attempt, removed, effect):
+        if rounding or not still_helps(attempt, removed, index):
             attempt = removed
             _note(progress, effect.key, attempt, "it is rounding" if rounding else "it no longer helps")
     return progress.finished(attempt) if attempt.is_condensed else attempt

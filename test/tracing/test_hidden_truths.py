@@ -166,6 +166,10 @@ def test_friction_that_gives_way_before_it_slips_is_named_in_the_place_of_dry_fr
         pytest.param("breakaway.inner", 9802, "equations", marks=pytest.mark.campaign),
         # The inner joint is at rest, its encoder on the edge between two readings, while the outer one swings.
         pytest.param("breakaway.inner", 12001, "equations", marks=pytest.mark.campaign),
+        # One window went astray in the fit that begins with the balance of forces: lost counts explained it.
+        pytest.param("stopping.inner+stopping.outer", 15000, "mujoco", marks=pytest.mark.campaign),
+        # A cart that oscillates stayed for its initial values in each window, its compliance being zero.
+        pytest.param("breakaway.inner", 15001, "equations", marks=pytest.mark.campaign),
         # From the model without friction, dry friction ends in a minimum that Stribeck friction leaves.
         pytest.param("stopping.inner", 14001, "mujoco", marks=pytest.mark.campaign),
         # Both joints are at rest for most of the recording, with noise that has a memory.
