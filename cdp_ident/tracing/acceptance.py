@@ -7,7 +7,7 @@ import numpy as np
 from cdp_ident.diagnosis.outlier_windows import explains_an_outlier
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.refinement import Fit
-from cdp_ident.model.effects.effect import SensorEffect, TorqueEffect
+from cdp_ident.model.effects.effect import Effect, SensorEffect, TorqueEffect
 from cdp_ident.tracing import thresholds
 from cdp_ident.tracing.evidence import Attempt, change
 from cdp_ident.tracing.noise_memory import is_structured
@@ -74,15 +74,10 @@ def improves_enough(before: Attempt, after: Attempt) -> bool:
     )
 
 
-def still_helps(with_it: Attempt, without_it: Attempt, index: int) -> bool:
-    """Return whether an effect of a model, by its index, still improves it beside those that were added after it."""
-    active, lost = with_it.model.effects[index], change(without_it, with_it)
-    if active.effect.brings_states:
-        # Its initial values in each window may still gain, as they do where it has no strength.
-        least = thresholds.STILL_HELPS * _least_strength(active, lost.freedom) ** 2
-        if with_it.strength(index) ** 2 < least:
-            return False
-    least = thresholds.INSTANT_GAIN if active.effect.at_an_instant else thresholds.least_gain(lost.freedom)
+def still_helps(with_it: Attempt, without_it: Attempt, effect: Effect) -> bool:
+    """Return whether an effect still improves the model beside those that were added after it."""
+    lost = change(without_it, with_it)
+    least = thresholds.INSTANT_GAIN if effect.at_an_instant else thresholds.least_gain(lost.freedom)
     return lost.fit >= thresholds.STILL_HELPS * least and lost.validation >= 0
 
 

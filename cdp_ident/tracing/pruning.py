@@ -7,6 +7,9 @@ from cdp_ident.tracing.evidence import Attempt
 from cdp_ident.tracing.instants import instants
 from cdp_ident.tracing.progress import Progress
 
+_NO_STRENGTH = 1.0
+"""Standard deviations within which an effect's strength is none."""
+
 
 def drop_superfluous(progress: Progress, attempt: Attempt, also_last: bool = False) -> Attempt:
     """Return a model without the effects that do not help, beside its last one unless that is tested too."""
@@ -18,7 +21,7 @@ def drop_superfluous(progress: Progress, attempt: Attempt, also_last: bool = Fal
         removed = progress.without(attempt, [index])
         effect = attempt.model.effects[index].effect
         rounding = _is_rounding(progress, attempt, index)
-        if rounding or not still_helps(attempt, removed, index):
+        if rounding or not still_helps(attempt, removed, effect):
             attempt = removed
             _note(progress, effect.key, attempt, "it is rounding" if rounding else "it no longer helps")
     return progress.finished(attempt) if attempt.is_condensed else attempt
@@ -38,6 +41,19 @@ def without_superfluous_ones(progress: Progress, attempt: Attempt) -> Attempt:
         if not is_accepted(removed, attempt, [index]):
             return without_superfluous_ones(progress, removed)
     return attempt
+
+
+def drop_without_strength(progress: Progress) -> None:
+    """Drop effects with states of their own that have no strength: the initial values of these may gain still.
+
+    Raises:
+        InterruptedSelectionError: the selection is asked to stop.
+    """
+    for index in reversed(range(len(progress.current.model.effects))):
+        effect = progress.current.model.effects[index].effect
+        if effect.brings_states and progress.current.strength(index) < _NO_STRENGTH:
+            progress.current = progress.finished(progress.without(progress.current, [index]))
+            _note(progress, effect.key, progress.current, "it has no strength")
 
 
 def drop_repeated_impulses(progress: Progress) -> None:

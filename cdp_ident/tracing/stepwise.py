@@ -19,7 +19,7 @@ from cdp_ident.tracing.evidence import Attempt
 from cdp_ident.tracing.exchange import alternatives, exchange_effects, try_states
 from cdp_ident.tracing.expected import ExpectedEffect, begin_with
 from cdp_ident.tracing.progress import InterruptedSelectionError, Progress, attempt_of
-from cdp_ident.tracing.pruning import drop_repeated_impulses, drop_superfluous
+from cdp_ident.tracing.pruning import drop_repeated_impulses, drop_superfluous, drop_without_strength
 from cdp_ident.tracing.selection import Selection
 from cdp_ident.tracing.unknown_torques import add_unknown_torques
 from cdp_ident.tracing.whole import over_all, over_share
@@ -144,6 +144,8 @@ def _select(progress: Progress) -> None:
         if not exchange_effects(progress):
             break
         progress.current = drop_superfluous(progress, progress.current)
+        drop_without_strength(progress)
         drop_superfluous_zeros(progress)
         progress.reweigh()
+    drop_without_strength(progress)
     drop_repeated_impulses(progress)
