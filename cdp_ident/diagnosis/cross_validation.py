@@ -40,21 +40,18 @@ def cross_validated(fit: Fit, folds: Folds) -> Fit:
         folds: every window is in one of them.
     """
     gradients, curvatures = normal_equations(fit)
-    sizes = np.diag(curvatures.sum(axis=0) + fit.model.penalty)
     penalty = fit.model.penalty
-    not_shape = ~_of_shape(fit.model)
+    strong = np.flatnonzero(~_of_shape(fit.model))
+    sizes = np.diag(curvatures.sum(axis=0) + penalty)[strong]
 
     def predicted(fold: tuple[int, ...]) -> Fit:
         chosen = list(fold)
-        # Of what only this fold shows, a difference to the sums over all would leave rounding errors.
         gradient = np.delete(gradients, chosen, axis=0).sum(axis=0) - penalty @ fit.values
         curvature = np.delete(curvatures, chosen, axis=0).sum(axis=0) + penalty
-        # Other trials do not show the zeros of one: like its initial states, they stay as they are fitted to it.
-        strong = np.flatnonzero(not_shape & ~(fit.model.of_zeros & (np.diag(curvature) == 0.0)))
+        # What only this fold shows, as the zeros of its trial or an impulse, stays as it is fitted to it.
+        inverse, _ = scaled_inverse(curvature[np.ix_(strong, strong)], _UNOBSERVABLE, sizes)
         values = fit.values.copy()
-        values[strong] += (
-            scaled_inverse(curvature[np.ix_(strong, strong)], _UNOBSERVABLE, sizes[strong])[0] @ gradient[strong]
-        )
+        values[strong] += inverse @ gradient[strong]
         return _followed(fit, np.clip(values, *fit.model.limits), chosen)
 
     found = {

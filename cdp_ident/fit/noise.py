@@ -12,8 +12,6 @@ _STANDS_OUT = 4.0
 """Differences beyond so many standard deviations are not noise but impulses or outliers."""
 NO_STEPS = np.zeros(2)
 """Steps of encoders that show none [rad]."""
-AT_REST = 1.5
-"""A joint moves by fewer steps of its encoder at rest: its angle may be on the edge between two readings."""
 _NOTHING = 1e-12
 """A difference that is rounding error [rad]."""
 

@@ -20,10 +20,9 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy.ndimage import maximum_filter1d, minimum_filter1d
 from scipy.special import erf
 
-from cdp_ident.fit.noise import AT_REST
+from cdp_ident.fit import rest
 from cdp_ident.fit.smoothing import SmoothMotion
 
 Array = npt.NDArray[np.float64]
@@ -155,9 +154,9 @@ def slip_direction(k: Kinematics, joint: int) -> Array:
 def at_rest(k: Kinematics, joint: int, points: int, step: float = 0.0) -> Mask:
     """Return where (m,) a joint, whose encoder has a step [rad], hardly moves over so many grid points."""
     angle = k.joint_angles[joint]
-    spread = maximum_filter1d(angle[0], points) - minimum_filter1d(angle[0], points)
-    limit = max(_REST_NOISE * _spread(angle), _REST_SHARE * _while_moving(spread), AT_REST * step)
-    return np.asarray(maximum_filter1d(spread <= limit, points))
+    ranges = rest.range_over(angle[0], points)
+    limit = max(_REST_NOISE * _spread(angle), _REST_SHARE * _while_moving(ranges), rest.AT_REST * step)
+    return rest.at_rest(ranges, points, limit)
 
 
 def _while_moving(sizes: Array) -> float:
@@ -249,7 +248,7 @@ def rows(windows: Windows, known: Mask, terms: Sequence[Term], fixed: Term, rest
     shape = (copies, points)
     columns = np.stack([windows.integrate(term, shape) for term in terms], axis=-1)
     target = -windows.integrate(fixed, shape)
-    holds = np.stack([windows.within(known & ~rest) for rest in resting], axis=-1)
+    holds = np.stack([windows.within(known & ~still) for still in resting], axis=-1)
     return Rows(columns, target, holds)
 
 

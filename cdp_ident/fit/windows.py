@@ -12,28 +12,21 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 from scipy.interpolate import make_smoothing_spline
-from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
-from cdp_ident.fit.noise import AT_REST, NO_STEPS
+from cdp_ident.fit.noise import NO_STEPS
+from cdp_ident.fit.rest import READINGS, weights_at_rest
 from cdp_ident.model.time_grid import DEFAULT_STEP, TimeGrid
 from cdp_ident.model.weights import Weight
 from cdp_ident.trial.kinematics import HALF_WIDTH, local_motion
 from cdp_ident.trial.trial import Trial
 
 Array = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
 
 DEFAULT_WINDOW = 2.5
 """Length of a window [s]."""
 FEWEST_SAMPLES = 12
 """Least samples in a window: it determines its initial state (four numbers) from two angles a sample, and needs some
 more."""
-_REPEATED = 1e-9
-"""Angles that differ by less are one reading [rad]."""
-_ALONE = 0.15
-"""Share of a window for which one joint alone must rest to count so: it also turns back while the other one moves."""
-_READINGS = np.array([[1.0, 0.0], [-1.0, 1.0]])
-"""What the inner and the outer encoder measure of theta1 and theta2."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +60,7 @@ class Window:
     whitening: Array = field(default_factory=lambda: np.eye(2))
     """(2, 2) matrix that makes errors of theta1 and theta2 independent and of equal size; see `fit/reweighting.py`."""
     sample_weights: Array | None = None
-    """(n, 2) weights of both encoders' readings, 1 where they are not given; see `weights_at_rest`."""
+    """(n, 2) weights of both encoders' readings, 1 where they are not given; see `fit/rest.py`."""
 
     @property
     def duration(self) -> float:
@@ -130,46 +123,12 @@ class Window:
         most = np.max(self.counts, axis=1)
         precision = np.tile(self.whitening.T @ self.whitening, (len(self.theta), 1, 1))
         covariance = np.linalg.inv(precision[0])
-        for reading, weight in zip(_READINGS, self.counts.T, strict=True):
+        for reading, weight in zip(READINGS, self.counts.T, strict=True):
             of_reading = np.outer(reading, reading) / (reading @ covariance @ reading)
             precision -= (1.0 - weight / most)[:, None, None] * of_reading
         # Its root is a lower triangle, as the whitening itself is: theta1 alone, and theta2 with it.
         upper = np.swapaxes(np.linalg.cholesky(precision[:, ::-1, ::-1]), 1, 2)
         return np.asarray(np.sqrt(most)[:, None, None] * upper[:, ::-1, ::-1])
-
-
-def weights_at_rest(time: Array, theta: Array, longest: float, steps: Array = NO_STEPS) -> Array | None:
-    """Return the weights (n, 2) of both encoders' readings, where joints stand still; None where they do not.
-
-    While an encoder repeats its reading, it repeats one error of rounding as well: all these readings together count as
-    one.
-
-    Args:
-        time: (n,) of a window's samples [s].
-        theta: (n, 2) measured angles [rad].
-        longest: for which both readings may be repeated without the rods being at rest [s].
-        steps: (2,) of the inner and the outer encoder [rad].
-    """
-    readings = theta @ _READINGS.T
-    moves = np.any(np.abs(np.diff(readings, axis=0)) > _REPEATED, axis=1)
-    weight = np.ones(theta.shape)
-    for rest in _long_ones(time, moves, longest):
-        weight[rest] = 1.0 / (rest.stop - rest.start)
-    for of_encoder, reading, step in zip(weight.T, readings.T, steps, strict=True):
-        alone = _ALONE * (time[-1] - time[0])
-        span = int(np.searchsorted(time, time[0] + alone)) | 1
-        spread = maximum_filter1d(reading, span, mode="nearest") - minimum_filter1d(reading, span, mode="nearest")
-        rests = maximum_filter1d(spread <= max(AT_REST * step, _REPEATED), span)
-        for rest in _long_ones(time, np.diff(rests) != 0, alone):
-            if rests[rest.start]:
-                of_encoder[rest] = np.minimum(of_encoder[rest], 1.0 / (rest.stop - rest.start))
-    return weight if np.any(weight < 1.0) else None
-
-
-def _long_ones(time: Array, ends: Mask, longest: float) -> list[slice]:
-    """Return the stretches of samples (n,) between ends (n - 1,) that last longer than some time [s]."""
-    bounds = [0, *(np.flatnonzero(ends) + 1), len(time)]
-    return [slice(a, b) for a, b in pairwise(bounds) if time[b - 1] - time[a] > longest]
 
 
 def cut_into_windows(

@@ -46,7 +46,7 @@ def fit_zeros_by_trial(progress: Progress) -> None:
     slow = is_structured(own.fit)
     if slow and own.validation.rmse() > (1.0 - thresholds.LARGE_SHARE) * in_all.validation.rmse():
         return
-    if improves_enough(in_all, own) and change(in_all, own).bic < 0:
+    if _is_better(own, in_all):
         progress.current = own
         of_trials = " and ".join(f"{1e3 * size:.3g}" for size in largest_zeros(own))
         progress.note(
@@ -70,11 +70,16 @@ def drop_superfluous_zeros(progress: Progress) -> None:
     right = progress.refitted(model, current.fit.values[remain], current, "zeros that are right")
     if right is None:
         return
-    if not _are_rounding(progress, current) and improves_enough(right, current) and change(right, current).bic < 0:
+    if not _are_rounding(progress, current) and _is_better(current, right):
         return
     progress.current = progress.finished(right)
     errors = f"{1e3 * current.validation.rmse():.3g} -> {1e3 * progress.current.validation.rmse():.3g} mrad"
     progress.note("dropped zeros by trial", progress.current, f"zeros of each trial no longer help: {errors}")
+
+
+def _is_better(own: Attempt, others: Attempt) -> bool:
+    """Return whether zeros of each trial explain enough more than none or common ones."""
+    return improves_enough(others, own) and change(others, own).bic < 0
 
 
 def _are_rounding(progress: Progress, own: Attempt) -> bool:

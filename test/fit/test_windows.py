@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cdp_ident.fit.windows import cart_acceleration, cut_into_windows, split, weights_at_rest
+from cdp_ident.fit.windows import cart_acceleration, cut_into_windows, split
 from cdp_ident.model.simulation import simulate
 from cdp_ident.trial.trial import Trial
 from reference.pendulum import TABLE_3
@@ -119,34 +119,6 @@ def test_the_grid_simulates_up_to_the_window_s_last_sample():
     states = simulate(np.array([0.3, 0.3, 2.0, 0.0, 0.0, 0.8, 9.81]), np.array([3.0, 3.0, 0.0, 0.0]), window.time)
     assert len(states) == len(window.theta)
     assert window.grid.half_step_times()[-1] >= window.time[-1] - 1e-9
-
-
-def test_repeated_readings_of_rods_at_rest_count_as_one_sample_together():
-    time = np.arange(100) / 100.0
-    theta = np.column_stack([np.sin(time), np.cos(time)])
-    assert weights_at_rest(time, theta, 0.1) is None
-    theta[40:70] = theta[40]
-    theta[80:85] = theta[80]  # too short for a rest
-    weight = weights_at_rest(time, theta, 0.1)
-    assert weight[40:70] == pytest.approx(np.full((30, 2), 1.0 / 30.0))
-    assert np.all(np.delete(weight, np.s_[40:70], axis=0) == 1.0)
-
-
-@pytest.mark.parametrize(("joint", "of_joint"), [(0, [0.0, 1.0]), (1, [1.0, 1.0])])
-@pytest.mark.parametrize("edge", [0.0, 1e-3])
-def test_readings_of_one_joint_at_rest_count_as_one_of_its_encoder(joint, of_joint, edge):
-    time = np.arange(100) / 100.0
-    theta = np.column_stack([np.sin(time), np.cos(time)])
-    assert weights_at_rest(time, theta, 0.1, np.full(2, 1e-3)) is None
-    theta[40:70] = theta[40] + 0.1 * np.arange(30)[:, None] * of_joint
-    theta[45:60:3, joint] += edge  # the reading is on the edge between two
-    theta[45:60:3, 1] += edge * (joint == 0)
-    weight = weights_at_rest(time, theta, 0.1, np.full(2, 1e-3))
-    assert weight[40:70, joint] == pytest.approx(np.full(30, 1.0 / 30.0))
-    assert np.all(np.delete(weight[:, joint], np.s_[40:70]) == 1.0)
-    assert np.all(weight[:, 1 - joint] == 1.0)
-    theta[50:56, joint] += 0.1  # it moves between two short rests
-    assert weights_at_rest(time, theta, 0.1, np.full(2, 1e-3)) is None
 
 
 @pytest.mark.parametrize("joint", [0, 1])
