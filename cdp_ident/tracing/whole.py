@@ -38,4 +38,18 @@ def over_all(progress: Progress, found: Attempt) -> None:
     progress.current = drop_superfluous(progress, progress.current, also_last=True)
     progress.go_on()
     progress.say(f"more effects are looked for in all {windows} windows, by one score test")
-    add_weak_effects(progress)
+    known = progress.current
+    try:
+        _leave_out_events(progress)
+        add_weak_effects(progress)
+    finally:
+        if progress.current.validation.squared_error > known.validation.squared_error:
+            progress.current = known  # events that were not found again, or not yet
+
+
+def _leave_out_events(progress: Progress) -> None:
+    """Leave out what happened at an instant: it may have been between the share's windows, and is looked for again."""
+    current = progress.current
+    events = [index for index, active in enumerate(current.model.effects) if active.effect.at_an_instant]
+    if events:
+        progress.current = progress.finished(progress.without(current, events))
