@@ -275,16 +275,14 @@ class Progress:
             self.fail(f"the fit with {' and '.join(attempt.model.labels)} is not refined further: {error}")
             return attempt
 
-    def reweigh(self) -> bool:
-        """Weight both angles by the present model's errors; return whether that changed their weights."""
-        before = self.current
+    def reweigh(self) -> None:
+        """Weight both angles by the present model's errors."""
         try:
-            fit = reweighted(before.fit, self.noise)
-            if fit is not before.fit:
-                self.current = attempt_of(fit, before.folds)
+            fit = reweighted(self.current.fit, self.noise)
+            if fit is not self.current.fit:
+                self.current = attempt_of(fit, self.current.folds)
         except (IdentificationError, np.linalg.LinAlgError) as error:
             self.fail(f"the angles keep their weights: {error}")
-        return self.current is not before
 
     def fail(self, line: str) -> None:
         """Record what could not be computed, and report it."""

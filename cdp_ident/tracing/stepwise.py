@@ -139,8 +139,8 @@ def _select(progress: Progress) -> None:
     try_states(progress, Form.MEMORY)
     for _ in range(_MOST_ROUNDS):
         add_effects(progress)
-        if progress.reweigh():
-            progress.current = drop_superfluous(progress, progress.current, also_last=True)
+        progress.reweigh()
+        progress.current = drop_superfluous(progress, progress.current, also_last=True)
         if not exchange_effects(progress):
             break
         progress.current = drop_superfluous(progress, progress.current)
