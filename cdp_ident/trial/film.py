@@ -1,7 +1,8 @@
 """From markers on a film to the angles of the rods.
 
 A camera that looks along the joints' axes sees the pivot, the joint between the rods and the tip (or any other point of
-the outer rod). The distance from pivot to joint is constant, by which exchanged and lost markers are recognised.
+the outer rod). The distance from pivot to joint is constant, by which exchanged and lost markers are recognised; that
+from joint to tip is, too, and both show which markers are off their joints (`marker_offsets`).
 """
 
 from dataclasses import dataclass
@@ -10,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.errors import TrialError
+from cdp_ident.trial.marker_offsets import without_offsets
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -86,7 +88,8 @@ def rods_on_film(points: Array, y_down: bool) -> Film:
         notes.append(f"joint and tip are exchanged in {count} frames: put right")
     if count := int(np.count_nonzero(lost)):
         notes.append(f"in {count} frames the joint is not where it can be: left out")
-    rods = np.diff(points[kept], axis=1)
+    rods, put_right = without_offsets(points[kept])
+    notes.extend(put_right)
     angles = np.arctan2(rods[:, :, 0], rods[:, :, 1])
     return Film(kept, angles, None if is_at_rest else points[kept, 0, 0], length, tuple(notes))
 
