@@ -18,6 +18,9 @@ _BLOCKS = 20
 _FEWEST_FRAMES = 10 * _BLOCKS
 _CERTAIN = 25.0
 """An offset is believed if its square over its variance is above this: five standard deviations."""
+_FEWEST_DIRECTIONS = 0.2
+"""What an offset goes with (a cosine and a sine) varies by this standard deviation at least: over a shorter arc, what
+else changes the distance a little, as a lens does, would be a large offset."""
 _ROUNDS = 4
 _OUTLIER = 4.0
 """Distances further off than so many standard deviations do not count."""
@@ -59,11 +62,13 @@ def _certain_offsets(lengths: Array, regressors: Sequence[Array]) -> list[Array]
     chosen = list(range(len(regressors)))
     offsets: list[Array] = [np.zeros(2) for _ in regressors]
     while chosen:
-        found, variances = _regression(lengths, np.column_stack([regressors[k] for k in chosen]))
+        directions = np.column_stack([regressors[k] for k in chosen])
+        tells = np.linalg.eigvalsh(np.cov(directions.T))[0] > _FEWEST_DIRECTIONS**2
+        found, variances = _regression(lengths, directions)
         parts = [slice(2 * place, 2 * place + 2) for place in range(len(chosen))]
         certainty = [found[p] @ np.linalg.pinv(variances[p, p], hermitian=True) @ found[p] for p in parts]
         least = int(np.argmin(certainty))
-        if certainty[least] > _CERTAIN:
+        if tells and certainty[least] > _CERTAIN:
             for k, part in zip(chosen, parts, strict=True):
                 offsets[k] = found[part]
             break

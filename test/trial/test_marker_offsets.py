@@ -75,6 +75,14 @@ def test_a_little_swing_tells_nothing_of_offsets():
     np.testing.assert_array_equal(rods, np.diff(points, axis=1))
 
 
+def test_a_lens_over_a_short_arc_is_no_offset():
+    half = np.pi + 0.8 * np.column_stack([np.sin(5 * TIME), np.cos(7 * TIME)])
+    points = markers(half)
+    points[:, 1:] *= 1.0 + 0.01 * half[:, :, None] ** 2 / np.pi**2
+    _, notes = without_offsets(points)
+    assert notes == ()
+
+
 def test_frames_in_which_a_marker_was_not_where_it_is_do_not_count():
     points = markers(joint=(1.0, -1.2))
     points[::50, 2] += 40.0
