@@ -71,7 +71,7 @@ class Swings:
         model = replace(MODEL, inertia_free=bool(weights), weight_errors=errors, penalty_of_errors=NOISE**2)
         fit = refine(model, model.initial_values(TRUTH), windows)
         inertia = 1.0 / model.inverse_inertia(fit.values)
-        return cls(tuple(trials), fit, Knowledge.of(fit, covariance(fit), inertia, scales))
+        return cls(tuple(trials), fit, Knowledge.of(fit, covariance(fit), inertia, scales, noise))
 
     def with_one_more(self, trial: Trial) -> "Swings":
         """Return the swings with a further one."""

@@ -124,11 +124,10 @@ def _lengths(candidate: CandidateTrial, knowledge: Knowledge) -> Lengths:
     )
     groups = _values(candidate, knowledge)[: len(GROUPS)]
     speed = float(np.sqrt(np.mean(motion.rates**2)))
-    own = half_width_of(sampling.interval, knowledge.noise, speed, pace_of(motion), unit)
+    noise = float(np.sqrt(np.mean(sampling.noise**2)))
+    own = half_width_of(sampling.interval, noise, speed, pace_of(motion), unit)
     half_width, longest = min(own, sampling.half_width), WINDOW * unit
-    found = predictability(
-        motion, groups, length, gravity, knowledge.noise_of_angles, sampling.interval, half_width, longest
-    )
+    found = predictability(motion, groups, length, gravity, sampling.noise, sampling.interval, half_width, longest)
     return lambda begin: max(found.at(begin), sampling.shortest_window)
 
 

@@ -36,6 +36,9 @@ class Sampling:
     """Of the local cubics that estimate the windows' initial states, at most [s]: less where the motion is livelier."""
     step: float
     """Of the integrator [s]."""
+    noise: Array
+    """(2,) standard deviation of the noise of theta1 and theta2, by which windows are as long as they are [rad]. What
+    a model leaves of the motion beyond that makes its values less sure, and no window shorter."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +58,9 @@ class Knowledge:
     sampling: Sampling
 
     @classmethod
-    def of(cls, fit: Fit, covariance: Array, inertia: float, scales: Scales, window: float = 0.0) -> "Knowledge":
+    def of(
+        cls, fit: Fit, covariance: Array, inertia: float, scales: Scales, noise: Array, window: float = 0.0
+    ) -> "Knowledge":
         """Take it from the fit of a model.
 
         Args:
@@ -63,6 +68,7 @@ class Knowledge:
             covariance: (unknowns, unknowns) of its values.
             inertia: A22 [kg m^2], as good as it is known where no trial shows it.
             scales: of the rig.
+            noise: (2,) standard deviation of the noise of theta1 and theta2 [rad].
             window: length of all windows [s]; 0 for as long as the motion can be followed.
         """
         ends: dict[int, float] = {}
@@ -75,12 +81,13 @@ class Knowledge:
             shortest_window=scales.shortest_piece,
             half_width=scales.half_width,
             step=scales.step,
+            noise=noise,
         )
-        noise = float(np.sqrt(fit.variance * fit.autocorrelation.integrated_time))
+        of_one = float(np.sqrt(fit.variance * fit.autocorrelation.integrated_time))
         mechanism = replace(fit.model.mechanism, inertia=inertia)
         model, remain = replace(fit.model, mechanism=mechanism, zeros=()), ~fit.model.of_zeros
         values, known = fit.values[remain], covariance[np.ix_(remain, remain)]
-        found = cls(model, values, known, noise, fit.windows[0].whitening, sampling)
+        found = cls(model, values, known, of_one, fit.windows[0].whitening, sampling)
         return found.with_weights(()).with_zeros_of_its_own(bool(fit.model.zeros))
 
     def with_weights(self, weights: Iterable[Weight]) -> "Knowledge":
@@ -126,12 +133,6 @@ class Knowledge:
     def places(self, names: Sequence[str]) -> npt.NDArray[np.int64]:
         """Return where unknowns are, by their names."""
         return np.array([self.model.names.index(name) for name in names], dtype=np.int64)
-
-    @property
-    def noise_of_angles(self) -> Array:
-        """(2,) standard deviation of theta1 and theta2, were all angles independent [rad]."""
-        back = np.linalg.inv(self.whitening)
-        return np.asarray(self.noise * np.sqrt(np.diag(back @ back.T)))
 
     @property
     def information(self) -> Array:

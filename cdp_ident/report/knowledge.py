@@ -72,6 +72,7 @@ def knowledge_of(report: Section) -> Knowledge | None:
             shortest_window=assumed["shortest_window_s"],
             half_width=assumed["half_width_s"],
             step=assumed["step_s"],
+            noise=np.array([report["noise_rad"]["theta1"], report["noise_rad"]["theta2"]]),
         ),
     )
     return known.with_weights(()).with_zeros_of_its_own(any(name.startswith("zero.") for name in names))

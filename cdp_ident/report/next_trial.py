@@ -64,7 +64,9 @@ def next_trial_section(outcome: Outcome, failed: Callable[[str], None]) -> Secti
     fit = trace.after.fit
     try:
         inertia = trace.completed.inertia.value
-        knowledge = Knowledge.of(fit, trace.covariance, inertia, found.data.scales, found.options.window)
+        knowledge = Knowledge.of(
+            fit, trace.covariance, inertia, found.data.scales, found.data.noise, found.options.window
+        )
         windows = [replace(w, theta=w.theta - error) for w, error in zip(fit.windows, fit.errors, strict=True)]
         possible = {label: effect.also_possible for label, effect in zip(fit.model.labels, trace.effects, strict=True)}
         questions = usual_questions(knowledge.model, possible)

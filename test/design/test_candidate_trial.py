@@ -72,6 +72,12 @@ def test_windows_are_as_long_as_a_given_length():
     assert [window.duration for window in fit.windows[:-1]] == pytest.approx([1.0] * (len(fit.windows) - 1), abs=0.05)
 
 
+def test_what_a_model_leaves_of_the_motion_makes_no_window_shorter():
+    leaving = replace(TRUE, noise=50.0 * NOISE)
+    bounds = [[window.first for window in fit_to(CandidateTrial(2.5, 4.0), k).windows] for k in (TRUE, leaving)]
+    assert bounds[0] == bounds[1]
+
+
 def test_a_motion_that_cannot_be_computed_is_refused():
     with pytest.raises(IdentificationError, match="cannot be computed"):
         fit_to(CandidateTrial(2.5, 4.0), replace(TRUE, values=np.full(6, np.nan)))

@@ -20,6 +20,13 @@ def size(swings, names):
     return Criterion(names).size(swings.knowledge, swings.knowledge.information)
 
 
+def exactly_there(survey):
+    """The loss at the start to take, if the hand does not miss it."""
+    inner, outer = (angles.tolist().index(at) for angles, at in
+                    ((survey.grid.inner, survey.inner), (survey.grid.outer, survey.outer)))  # fmt: skip
+    return survey.losses[inner, outer]
+
+
 @pytest.mark.parametrize("names", [("c2_over_A22",), ALL_GROUPS], ids=["one", "all"])
 def test_a_trial_as_advised_brings_what_was_foretold_and_more_than_most_random_starts(names):
     rng = np.random.default_rng(6)
@@ -28,7 +35,7 @@ def test_a_trial_as_advised_brings_what_was_foretold_and_more_than_most_random_s
     assert found.size_now == pytest.approx(size(FIRST, names), rel=1e-3)
     trial = found.survey.trial
     brought = size(FIRST.with_one_more(swing(trial.theta1, trial.theta2, rng)), names)
-    assert brought == pytest.approx(found.survey.expected, rel=0.3)
+    assert brought == pytest.approx(exactly_there(found.survey), rel=0.3)
     assert found.ratio < 0.5
     random = [size(FIRST.with_one_more(swing(*rng.uniform(0, 2 * np.pi, 2), rng)), names) for _ in range(5)]
     assert brought < np.median(random)
