@@ -25,19 +25,19 @@ def is_accepted(before: Attempt, after: Attempt, new: Sequence[int] | None = Non
     if any(after.strength(index) < _least_strength(after.model.effects[index], gained.freedom) for index in new):
         return False
     added = [after.model.effects[index].effect for index in new]
-    structured = is_structured(after.fit)
+    structured, left = is_structured(after.fit), after.fit.squared_error / before.fit.squared_error
     once = [effect for effect in added if effect.at_an_instant]
     if once:
         # An impulse affects one window, which must be an outlier. Lost counts affect all windows from then on; where
         # more than noise would remain, they may imitate a part of something else unless they explain most of it.
         if all(isinstance(effect, SensorEffect) for effect in once):
-            apart = not structured or after.fit.squared_error < thresholds.SLIP_LEAVES * before.fit.squared_error
+            apart = not structured or left < thresholds.SLIP_LEAVES
         else:
             apart = explains_an_outlier(before.fit, after.fit, thresholds.OUTLIER, thresholds.LIKE_THE_OTHERS)
         return gained.fit > thresholds.INSTANT_GAIN and gained.validation > -thresholds.VALIDATION_GAIN and apart
-    # Where more than noise would remain, a small gain may be due to another effect, and one harmonic may be a part of
-    # another function of position.
-    if structured and any(isinstance(effect, TorqueEffect) and effect.harmonic for effect in added):
+    # So may one harmonic, of another function of position.
+    is_a_part = structured and left > thresholds.HARMONIC_LEAVES
+    if is_a_part and any(isinstance(effect, TorqueEffect) and effect.harmonic for effect in added):
         return False
     return improves_enough(before, after)
 
@@ -64,6 +64,7 @@ def improves_enough(before: Attempt, after: Attempt) -> bool:
     of_fit, of_validation = (
         1.0 - new.rmse() / old.rmse() for old, new in zip(fits_of(before), fits_of(after), strict=True)
     )
+    # Where more than noise would remain, a small gain may be due to another effect.
     structured = is_structured(after.fit)
     least = thresholds.STRUCTURED_SHARE if structured else thresholds.VALIDATION_SHARE
     enough = of_validation > thresholds.VALIDATION_SHARE and max(of_fit, of_validation) > least

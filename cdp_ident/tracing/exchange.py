@@ -195,7 +195,7 @@ def _limits(active: ActiveEffect) -> tuple[list[float], list[float]]:
 
 def _better(current: Attempt, removed: Attempt, rivals: Sequence[Attempt]) -> Attempt | None:
     """Return the best of the rivals that are better than what they replace, if there is one."""
-    better = [rival for rival in rivals if _is_better(rival, current) and is_accepted(removed, rival)]
+    better = [rival for rival in rivals if is_better(rival, current) and is_accepted(removed, rival)]
     return min(better, key=lambda rival: change(removed, rival).bic, default=None)
 
 
@@ -207,7 +207,12 @@ def _take(progress: Progress, rival: Attempt, old: str) -> None:
     progress.note(f"exchanged {old} for {new}", best, f"{new} explains the motion {how}")
 
 
-def _is_better(rival: Attempt, current: Attempt) -> bool:
+def is_better(rival: Attempt, current: Attempt) -> bool:
+    """Return whether a model that has something else in the place of effects is better by more than chance.
+
+    By Bayes's information criterion; beside that, another choice of effects must predict better, and one with more
+    values gain enough for them. What an effect contains is better where it explains as much.
+    """
     gained = change(current, rival)
     fewer = len(rival.model.effects) < len(current.model.effects)
     if len(rival.fit.values) > len(current.fit.values) and not fewer:

@@ -1,7 +1,9 @@
 """Torques that no effect of the catalogue explains, identified as smooth curves.
 
 They are tried when the selection of named effects has ended and more than noise remains; so a named effect that
-explains as much is preferred. After a curve was added, the named effects are tested again.
+explains as much is preferred. After a curve was added, the named effects are tested again. Harmonics of a turn alone
+have to stand against a curve even where only noise remains: several of them imitate any torque that depends on the
+angle.
 """
 
 from collections.abc import Sequence
@@ -18,11 +20,12 @@ from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.stiffness import Stiffness
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.curves import CURVES
-from cdp_ident.model.effects.effect import Effect, Form, TorqueEffect
+from cdp_ident.model.effects.effect import JOINTS, Effect, Form, TorqueEffect
 from cdp_ident.tracing import thresholds
 from cdp_ident.tracing.acceptance import fits_of, is_accepted
 from cdp_ident.tracing.candidates import Candidate, ScoreTest
 from cdp_ident.tracing.evidence import Attempt, change
+from cdp_ident.tracing.exchange import is_better
 from cdp_ident.tracing.progress import Progress
 from cdp_ident.tracing.screening import expected_variance
 from cdp_ident.tracing.smoothness import smooth_curve
@@ -30,6 +33,8 @@ from cdp_ident.tracing.smoothness import smooth_curve
 Array = npt.NDArray[np.float64]
 
 _MOST_CURVES = 3
+_MANY_HARMONICS = 3
+"""So many harmonics of one joint are one torque that depends on the angle, if a curve explains as much."""
 _REFITS = 2
 """Number of curves that are fitted, the best by each of two score tests."""
 
@@ -40,12 +45,13 @@ def add_unknown_torques(progress: Progress) -> None:
     Raises:
         InterruptedSelectionError: the selection is asked to stop.
     """
+    _exchange_harmonics(progress)
     for _ in range(_MOST_CURVES):
         current = progress.current
         found = [
             attempt
             for candidate in _promising(current, _possible(current, progress.noise))
-            for attempt in _fitted(progress, candidate)
+            for attempt in _fitted(progress, current, candidate)
         ]
         accepted = [a for a in found if _is_accepted(current, a) and _predicts_other_trials(progress, a)]
         if not accepted:
@@ -56,6 +62,32 @@ def add_unknown_torques(progress: Progress) -> None:
         before_and_after = f"{1e3 * current.validation.rmse():.3g} -> {1e3 * best.validation.rmse():.3g} mrad"
         progress.note(f"added {key}", best, f"added {key}: {before_and_after} in cross-validation")
         progress.current = _without_imitations(progress, best)
+
+
+def _exchange_harmonics(progress: Progress) -> None:
+    """Exchange all harmonics of a joint for one curve over its angle where that is better; many where it is as good."""
+    for joint in JOINTS:
+        current = progress.current
+        places = [
+            place
+            for place, active in enumerate(current.model.effects)
+            if active.effect.joint == joint and isinstance(active.effect, TorqueEffect) and active.effect.harmonic
+        ]
+        if not places:
+            continue
+        removed = progress.without(current, places)
+        curves = [c for c in CURVES if c.joint == joint and not c.dry and c.curve and c.curve.over == "angle"]
+        absent = [curve for curve in curves if curve not in [active.effect for active in current.model.effects]]
+        found = [a for candidate in _promising(removed, absent) for a in _fitted(progress, removed, candidate)]
+        for curve in found:
+            better = is_better(curve, current)
+            as_good = curve.validation.rmse() < thresholds.AS_GOOD * current.validation.rmse()
+            preferred = better or (as_good and len(places) >= _MANY_HARMONICS)
+            if preferred and is_accepted(removed, curve, [len(curve.model.effects) - 1]):
+                best, old = progress.finished(curve), " and ".join(current.model.labels[place] for place in places)
+                key, how = best.model.effects[-1].effect.key, "better than" if better else "as well as"
+                progress.note(f"exchanged {old} for {key}", best, f"{key} explains the motion {how} {old}")
+                progress.current = _without_imitations(progress, best)
 
 
 def _possible(attempt: Attempt, noise: float) -> list[TorqueEffect]:
@@ -99,15 +131,15 @@ def _promising(attempt: Attempt, curves: Sequence[TorqueEffect]) -> list[Candida
     return list(found.values())
 
 
-def _fitted(progress: Progress, candidate: Candidate) -> list[Attempt]:
-    """Return the model with a curve; none where it cannot be fitted.
+def _fitted(progress: Progress, before: Attempt, candidate: Candidate) -> list[Attempt]:
+    """Return a model with a curve more; none where it cannot be fitted.
 
     Its stiffness is first that of the score test and then that of the fit, as long as that lowers the validation error.
     A fit that is worse than without the curve, or than the friction that it replaces, has failed.
     """
     best: Attempt | None = None
-    attempts = _begun(progress, candidate)
-    while attempts and attempts[-1].fit.squared_error < progress.current.fit.squared_error:
+    attempts = _begun(progress, before, candidate)
+    while attempts and attempts[-1].fit.squared_error < before.fit.squared_error:
         if best is not None and attempts[-1].validation.rmse() > best.validation.rmse() / thresholds.AS_GOOD:
             break
         best = attempts[-1]
@@ -143,17 +175,17 @@ def _stiffness(attempt: Attempt) -> Stiffness:
     return smooth_curve(active.effect.curve, matrix, right, expected_variance(attempt.fit, 0.0)).stiffness
 
 
-def _begun(progress: Progress, candidate: Candidate) -> list[Attempt]:
-    """Return the model with a curve, as smooth as a score test says; dry friction replaces constant dry friction."""
-    current, active = progress.current, candidate.active
+def _begun(progress: Progress, before: Attempt, candidate: Candidate) -> list[Attempt]:
+    """Return a model with a curve, as smooth as a score test says; dry friction replaces constant dry friction."""
+    active = candidate.active
     if not _is_dry(active.effect):
-        return [attempt for _, attempt in progress.tried(current, [(candidate,)])]
-    for index, other in enumerate(current.model.effects):
+        return [attempt for _, attempt in progress.tried(before, [(candidate,)])]
+    for index, other in enumerate(before.model.effects):
         if _is_even_friction(other.effect) and other.effect.joint == active.effect.joint:
-            even = float(current.fit.values[current.model.places(index)][0])
-            return progress.replaced(current, [index], [(active, np.maximum(even + candidate.strengths, 0.0))])
+            even = float(before.fit.values[before.model.places(index)][0])
+            return progress.replaced(before, [index], [(active, np.maximum(even + candidate.strengths, 0.0))])
     begun = replace(candidate, strengths=np.maximum(candidate.strengths, 0.0))
-    return [attempt for _, attempt in progress.tried(current, [(begun,)])]
+    return [attempt for _, attempt in progress.tried(before, [(begun,)])]
 
 
 def _is_accepted(before: Attempt, after: Attempt) -> bool:

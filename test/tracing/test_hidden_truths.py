@@ -204,3 +204,19 @@ def test_predictions_without_a_window_that_cannot_be_computed_do_not_end_the_sel
 def test_lost_counts_are_not_named_for_a_part_of_a_magnet_s_torque() -> None:
     found, _ = traced_truth("magnet.outer", 300)
     assert [effect.active.effect.name for effect in found.effects] == ["unknown_torque"]
+
+
+@pytest.mark.campaign
+@pytest.mark.parametrize(("kind", "seed"), [("magnet.outer", 17000), ("magnet.outer", 17001), ("magnet.inner", 16000)])
+def test_harmonics_that_together_are_a_magnet_are_not_named(kind: str, seed: int) -> None:
+    found, made = traced_truth(kind, seed)
+    assert named(found) == set()
+    assert [effect.active.effect.key for effect in found.effects] == [f"unknown_torque.{kind.split('.')[1]}.over_angle"]
+    assert found.after.fit.rmse() < FIT_TO_THE_NOISE * made.floor
+
+
+@pytest.mark.campaign
+def test_a_harmonic_is_named_beside_coarse_encoders_whose_rounding_errors_go_together() -> None:
+    found, made = traced_truth("cogging_torque.inner", 18002)
+    assert named(found) == {("cogging_torque", "inner")}
+    assert found.after.fit.rmse() < FIT_TO_THE_NOISE * made.floor
