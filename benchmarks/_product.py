@@ -10,6 +10,7 @@ from cdp_ident.diagnosis.inertia import Inertia
 from cdp_ident.diagnosis.uncertainty import covariance
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.prior import Prior
+from cdp_ident.fit.refinement import Fit
 from cdp_ident.pipeline.identify import identify
 from cdp_ident.tracing.final_model import FinalModel
 from cdp_ident.tracing.found_effects import found_effects
@@ -37,7 +38,7 @@ class Found:
 
     named: tuple[Named, ...]
     before: float
-    """Error on the trial that it never saw, without effects [rad]."""
+    """Error on the trial that it never saw, without effects, of all samples alike, as a truth's floor is [rad]."""
     after: float
     """The same with the effects that it named [rad]."""
     remains: bool
@@ -100,12 +101,17 @@ def _answer(selection: Selection, before: FinalModel, after: FinalModel, left: U
         named.append(Named(own.key, (own.name, str(own.joint)), tuple((name, joint) for name, joint in others)))
     return Found(
         tuple(named),
-        before.holdout.rmse(),
-        after.holdout.rmse(),
+        error_of_samples(before.holdout),
+        error_of_samples(after.holdout),
         left.significant,
         left.description,
         tuple(effect.key for effect in effects if effect.curve),
     )
+
+
+def error_of_samples(fit: Fit) -> float:
+    """Return the root mean square error of both angles [rad]; readings that a joint at rest repeats count, too."""
+    return float(np.sqrt(np.mean(np.concatenate(fit.errors) ** 2)))
 
 
 def _trials(measured: Sequence[Measured]) -> list[Trial]:

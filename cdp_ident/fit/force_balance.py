@@ -35,6 +35,8 @@ CLEARLY_BETTER = 20.0
 _MARGIN = 1.02
 """Least ratio of A33 A22 to A23^2: the rods' masses are not points."""
 _ROUNDS = 5
+_LARGEST = 1e6
+"""No outer rod has so many times the inertia of all that turns about the cart's joint."""
 _A23, _A33 = 0, 1
 
 
@@ -225,21 +227,27 @@ def _fit(rows: Rows, unknowns: Unknowns) -> Regression:
     """Fit within limits; A33 is raised above what makes a mechanism with the A23 that was found."""
     lower, upper = unknowns.limits
     overlap = 2 * STEPS_BETWEEN
-    fit = regress(rows.columns, rows.target, rows.holds, lower, upper, overlap)
+    fit = regress(rows.columns, rows.target, rows.holds, lower, upper, overlap, _A33)
     for _ in range(_ROUNDS):
         least = _MARGIN * fit.values[_A23] ** 2
         if fit.values[_A33] >= least * (1 - 1e-6):
             break
+        if least > _LARGEST:
+            raise IdentificationError("the balance of forces bounds no inertia: too little motion of the inner joint")
         lower[_A33] = least
-        fit = regress(rows.columns, rows.target, rows.holds, lower, upper, overlap)
+        fit = regress(rows.columns, rows.target, rows.holds, lower, upper, overlap, _A33)
     return fit
 
 
 def _criterion(fit: Regression, rows: Rows) -> float:
-    """Return the Bayesian information criterion (Schwarz, 1978) of a fit, of rows that overlap."""
+    """Return the Bayesian information criterion (Schwarz, 1978) of a fit, of rows that overlap.
+
+    The outer rod's rows, whose target is zero, count as errors of its acceleration.
+    """
     count = rows.holds.sum(axis=0) / STEPS_BETWEEN
     both = np.count_nonzero(rows.holds.all(axis=1)) / STEPS_BETWEEN
     variance = np.diag(fit.scatter)
     alike = fit.scatter[0, 1] ** 2 / np.prod(variance)
+    variance = variance / [1.0, max(fit.values[_A33], np.finfo(float).tiny) ** 2]
     misfit = count @ np.log(variance) + both * np.log(1.0 - alike)
     return float(misfit + len(fit.values) * np.log(max(count.sum(), 2.0)))

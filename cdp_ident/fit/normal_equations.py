@@ -29,6 +29,10 @@ _PROBE = 0.1
 _MOST_ACCELERATION = 0.75
 """A step whose acceleration is larger, over its velocity, is too long; the value is that of the method's authors."""
 
+_HIDDEN = 1e-3
+"""A part of an initial state is damped as if it moved the angles by at least this share of what another one does: a
+joint that stops at once hides the speed that it begins with."""
+
 
 @dataclass(frozen=True)
 class Point:
@@ -219,7 +223,10 @@ class NormalEquations:
         diagonal, states = np.arange(right.shape[1]), self._model.states
         matrices, sides, of_starts = [], [], []
         for part, whole in normal.parts():
-            whole[:, diagonal, diagonal] *= 1.0 + damping
+            scales = whole[:, diagonal, diagonal]
+            of_states = scales[:, :states]
+            scales[:, :states] = np.maximum(of_states, _HIDDEN**2 * of_states.max(axis=1, keepdims=True))
+            whole[:, diagonal, diagonal] += damping * scales
             by_state, mixed = whole[:, :states, :states], whole[:, :states, states:]
             factor = np.where(self._known_start[part, None, None], 0.0, inverse_factor(by_state))
             both = np.concatenate([mixed, right[part, :states, None]], axis=2)

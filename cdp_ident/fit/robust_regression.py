@@ -47,7 +47,9 @@ class Regression:
     """Largest share of any direction of the unknowns' information that is noise in the regressors."""
 
 
-def regress(columns: Array, target: Array, holds: Mask, lower: Array, upper: Array, overlap: int) -> Regression:
+def regress(
+    columns: Array, target: Array, holds: Mask, lower: Array, upper: Array, overlap: int, unit: int | None = None
+) -> Regression:
     """Fit columns @ values to the target, within limits.
 
     Args:
@@ -57,6 +59,8 @@ def regress(columns: Array, target: Array, holds: Mask, lower: Array, upper: Arr
         lower: (n,) lowest values.
         upper: (n,) highest values.
         overlap: how many neighbouring rows are made of overlapping samples.
+        unit: the unknown to which the second component is relative, whose target is zero; None where it is not so.
+            Unknowns that are all zero would fit it exactly.
     """
     any_holds: Mask = np.asarray(holds.any(axis=1))
     columns, target, holds = columns[:, any_holds], target[:, any_holds], holds[any_holds]
@@ -65,23 +69,22 @@ def regress(columns: Array, target: Array, holds: Mask, lower: Array, upper: Arr
     determined = size > 0
     size[~determined] = 1.0
     columns = columns / size
-    own, own_target = columns[0], target[0]
     copies = len(columns) - 1
-    moved, moved_target = columns[1:] - own, target[1:] - own_target
     values: Array = np.zeros(len(size))
-    weights: Array = np.ones(len(own))
+    weights: Array = np.ones(len(holds))
     scatter: Array = np.eye(2)
     for _ in range(_ROUNDS):
         precision = _precisions(scatter, holds) * weights[:, None, None]
-        normal, moment = _normal_equations(own, own_target, precision)
+        linear, wanted = _relative_to(columns, target, values, unit)
+        normal, moment = _normal_equations(linear[0], wanted[0], precision)
         noise, noise_moment = np.zeros_like(normal), np.zeros_like(moment)
-        for change, its_target in zip(moved, moved_target, strict=True):
+        for change, its_target in zip(linear[1:] - linear[0], wanted[1:] - wanted[0], strict=True):
             of_copy, its_moment = _normal_equations(change, its_target, precision)
             noise, noise_moment = noise + of_copy / copies, noise_moment + its_moment / copies
         corrected, share = _take_off(normal, noise)
         before = values
         values = minimum_within_limits(corrected, moment - noise_moment, lower * size, upper * size)
-        residuals = own @ values - own_target
+        residuals = columns[0] @ values - target[0]
         distance = np.sqrt(np.einsum("ki,kij,kj->k", residuals, _precisions(scatter, holds), residuals))
         both = holds.all(axis=1)
         median = np.median(distance / np.where(both, _MEDIAN_OF_TWO, _MEDIAN_OF_ONE))
@@ -99,6 +102,17 @@ def regress(columns: Array, target: Array, holds: Mask, lower: Array, upper: Arr
     weight = np.zeros(len(any_holds))
     weight[any_holds] = weights
     return Regression(values / size, covariance / np.outer(size, size), left, weight, scatter, share)
+
+
+def _relative_to(columns: Array, target: Array, values: Array, unit: int | None) -> tuple[Array, Array]:
+    """Return columns and target that are linear in the values near some, the second component over one of them."""
+    if unit is None or not values[unit]:
+        return columns, target
+    left = columns[..., 1, :] @ values
+    columns, target = columns.copy(), target.copy()
+    columns[..., 1, unit] -= left / values[unit]
+    target[..., 1] = -left
+    return columns, target
 
 
 def _normal_equations(columns: Array, target: Array, precision: Array) -> tuple[Array, Array]:

@@ -117,15 +117,16 @@ class Window:
     def _whitening_by_sample(self) -> Array:
         """(n, 2, 2) the same matrix for each sample, that gives both encoders' readings their weights.
 
-        The precision of both angles is that of one reading and that of what remains once it is known. Of a joint at
-        rest, the first has the weight of its reading.
+        Of the samples in which a joint rests, so many as its weight says tell both readings. All others tell the other
+        encoder's alone: the error of the repeated one is in theta1 and theta2 as often as it is repeated.
         """
         most = np.max(self.counts, axis=1)
-        precision = np.tile(self.whitening.T @ self.whitening, (len(self.theta), 1, 1))
-        covariance = np.linalg.inv(precision[0])
-        for reading, weight in zip(READINGS, self.counts.T, strict=True):
-            of_reading = np.outer(reading, reading) / (reading @ covariance @ reading)
-            precision -= (1.0 - weight / most)[:, None, None] * of_reading
+        both = self.whitening.T @ self.whitening
+        covariance = np.linalg.inv(both)
+        precision = np.tile(both, (len(self.theta), 1, 1))
+        for other, weight in zip(READINGS[::-1], self.counts.T, strict=True):
+            alone = np.outer(other, other) / (other @ covariance @ other)
+            precision -= (1.0 - weight / most)[:, None, None] * (both - alone)
         # Its root is a lower triangle, as the whitening itself is: theta1 alone, and theta2 with it.
         upper = np.swapaxes(np.linalg.cholesky(precision[:, ::-1, ::-1]), 1, 2)
         return np.asarray(np.sqrt(most)[:, None, None] * upper[:, ::-1, ::-1])

@@ -1,5 +1,7 @@
 """A fit that does not follow the motion is called failed."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -49,6 +51,14 @@ def test_a_swing_in_which_noise_is_most_of_what_moves_is_followed():
     refuse_a_failed_fit((fit, fit), noise)
     with pytest.raises(FitFailedError):
         refuse_a_failed_fit((fit, fit), 0.1 * noise)
+
+
+def test_angles_that_are_off_all_the_time_are_no_other_motion():
+    right = refine(MODEL, TRUTH, WINDOWS, hold_values=True)
+    wrong_zero = [replace(w, theta=w.theta + 0.5, start_known=True) for w in right.windows]
+    fit = refine(MODEL, TRUTH, wrong_zero, hold_values=True)
+    assert fit.rmse() == pytest.approx(0.5, rel=1e-3)
+    refuse_a_failed_fit((fit, fit), NOISE)
 
 
 def test_a_fit_that_failed_has_an_exit_code_of_its_own():

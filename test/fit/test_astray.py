@@ -23,7 +23,7 @@ GROUPS = groups_of(PHYSICAL, TABLE_5["L"])
 INERTIA = float(inertia_about_cart(PHYSICAL, TABLE_5["L"]))
 TIME = np.arange(1600) / 200.0
 TORQUE = 0.1
-ELSEWHERE = np.array([0.0, -0.3, 0.0, 0.0])
+ELSEWHERE = np.array([0.0, -1.5, 0.0, 0.0])
 """Change of an initial state: the outer rod is let go from an angle from which it falls."""
 COUNTS = 2 * np.pi / 8000
 

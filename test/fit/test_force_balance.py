@@ -67,6 +67,22 @@ def test_a_joint_that_soon_comes_to_rest_leaves_a_pendulum(measured, true_groups
     assert found.strengths(INNER)[0] == pytest.approx(dry[0], rel=0.15)
 
 
+@pytest.mark.parametrize("start", [(2.0, 2.6, 0.0, 0.0), (2.4, 4.4, 0.0, 0.0)])
+def test_inertias_are_not_zero_where_the_inner_joint_soon_sticks_and_its_encoder_s_disc_is_off_its_axle(
+    measured, true_groups, start
+):
+    """The outer rod's balance, of which nothing is known beforehand, holds for unknowns that are all zero, too."""
+    sticking = replace(PLAIN, dry1=0.3)
+    trial = measured(sticking, start=np.array(start), noise=5e-4, units=90.0)
+    error = 0.04 * np.sin(trial.theta[:, :1] + 0.5)
+    found = balance_of_forces([replace(trial, theta=trial.theta + error)], 0.4, G)
+    truth, dry = true_groups(sticking, 0.4)
+    assert found.used[0] < 0.05
+    assert found.effects == (INNER,)
+    assert found.groups[:3] == pytest.approx(truth[:3], rel=0.05)
+    assert found.strengths(INNER)[0] == pytest.approx(dry[0], rel=0.06)
+
+
 def test_many_short_trials_are_one_balance(measured, true_groups):
     starts = [np.array([2.0 + 0.3 * k, 2.6 - 0.5 * k, 0.0, 0.0]) for k in range(6)]
     found = balance_of_forces([measured(units=6.0, start=start) for start in starts], 0.4, G)

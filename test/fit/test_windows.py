@@ -123,18 +123,20 @@ def test_the_grid_simulates_up_to_the_window_s_last_sample():
 
 @pytest.mark.parametrize("joint", [0, 1])
 @given(first=st.floats(0.3, 3.0), second=st.floats(0.3, 3.0), shared=st.floats(-0.9, 0.9))
-def test_of_a_joint_at_rest_what_both_angles_show_besides_counts_in_full(joint, first, second, shared):
+def test_while_a_joint_rests_the_other_encoder_s_reading_is_known_as_well_as_ever_and_nothing_else(
+    joint, first, second, shared
+):
     covariance = np.array([[first**2, shared * first * second], [shared * first * second, second**2]])
     (window,) = cut_into_windows([TWIN], np.inf)
     counts = np.ones_like(window.theta)
     counts[:, joint] = 0.01
     white = np.linalg.inv(np.linalg.cholesky(covariance))
     known = replace(window, whitening=white, sample_weights=counts)
-    reading = np.array([[1.0, 0.0], [-1.0, 1.0]])[joint]
-    beside = np.array([-reading[1], reading[0]])  # changes of both angles which that encoder does not see
-    same, less = (known.whitened(np.tile(way, (len(counts), 1)))[0] for way in (beside, covariance @ reading))
-    assert np.sum(same**2) == pytest.approx(np.sum((white @ beside) ** 2))
-    assert np.sum(less**2) == pytest.approx(0.01 * np.sum((white @ covariance @ reading) ** 2))
+    other = np.array([[1.0, 0.0], [-1.0, 1.0]])[1 - joint]
+    beside = np.array([-other[1], other[0]])  # changes of both angles which the other encoder does not see
+    same, less = (known.whitened(np.tile(way, (len(counts), 1)))[0] for way in (covariance @ other, beside))
+    assert np.sum(same**2) == pytest.approx(other @ covariance @ other)
+    assert np.sum(less**2) == pytest.approx(0.01 * np.sum((white @ beside) ** 2))
 
 
 def test_samples_of_rods_at_rest_have_small_weights_in_pieces_of_a_window_too():
