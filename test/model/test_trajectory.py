@@ -201,7 +201,7 @@ def test_an_effect_s_own_states_are_where_the_layout_puts_them():
 
 
 @pytest.mark.parametrize("joint", ["inner", "outer"])
-@pytest.mark.parametrize("give", [1e-3, 0.01, 0.05])
+@pytest.mark.parametrize("give", [5e-4, 1e-3, 0.01, 0.05])
 @pytest.mark.parametrize("over", [0.1, 0.6])
 def test_friction_that_gives_way_before_it_slips_is_the_reference_s(joint, give, over):
     effect = TORQUES[f"presliding_friction.{joint}"]

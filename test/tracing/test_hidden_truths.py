@@ -220,3 +220,10 @@ def test_a_harmonic_is_named_beside_coarse_encoders_whose_rounding_errors_go_tog
     found, made = traced_truth("cogging_torque.inner", 18002)
     assert named(found) == {("cogging_torque", "inner")}
     assert found.after.fit.rmse() < FIT_TO_THE_NOISE * made.floor
+
+
+@pytest.mark.campaign
+def test_friction_that_gives_way_by_little_is_no_dry_friction_beside_harmonics() -> None:
+    found, made = traced_truth("presliding_friction.inner", 19001)
+    assert named(found) == {("presliding_friction", "inner")}
+    assert found.after.fit.rmse() < FIT_TO_THE_NOISE * made.floor

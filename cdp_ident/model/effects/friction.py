@@ -173,7 +173,7 @@ FRICTION: tuple[TorqueEffect, ...] = (
             "dry friction that gives way before it slips",
             "-torque s; s' = (speed - |speed| s) / give, from -1 to 1",
             "Dahl, A solid friction model, Aerospace Corporation TOR-0158, 1968",
-            (_torque("torque", 0.05), EffectParameter("give", "rad", 4e-3, 0.3, 0.02, shape=True)),
+            (_torque("torque", 0.05), EffectParameter("give", "rad", 5e-4, 0.3, 0.02, shape=True)),
             _dahl,
             Form.MEMORY,
             states=1,
