@@ -18,6 +18,7 @@ from cdp_ident.fit.initial_states import InitialState
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.refinement import Fit, fit_initial_states_near, refine
 from cdp_ident.fit.windows import Window
+from cdp_ident.model.effects.effect import TorqueEffect
 from cdp_ident.model.parallel import parallel_map
 
 Array = npt.NDArray[np.float64]
@@ -41,14 +42,14 @@ def cross_validated(fit: Fit, folds: Folds) -> Fit:
     """
     gradients, curvatures = normal_equations(fit)
     penalty = fit.model.penalty
-    strong = np.flatnonzero(~_of_shape(fit.model))
+    strong = np.flatnonzero(~_kept(fit.model))
     sizes = np.diag(curvatures.sum(axis=0) + penalty)[strong]
 
     def predicted(fold: tuple[int, ...]) -> Fit:
         chosen = list(fold)
         gradient = np.delete(gradients, chosen, axis=0).sum(axis=0) - penalty @ fit.values
         curvature = np.delete(curvatures, chosen, axis=0).sum(axis=0) + penalty
-        # What only this fold shows, as the zeros of its trial or an impulse, stays as it is fitted to it.
+        # What only this fold shows, as the zeros of its trial, stays as it is fitted to it.
         inverse, _ = scaled_inverse(curvature[np.ix_(strong, strong)], _UNOBSERVABLE, sizes)
         values = fit.values.copy()
         values[strong] += inverse @ gradient[strong]
@@ -83,13 +84,19 @@ def error_from_other_trials(fit: Fit) -> float:
     return float(np.sqrt(squared / samples))
 
 
-def _of_shape(model: MotionModel) -> npt.NDArray[np.bool_]:
-    """Return which unknowns (unknowns,) are shape parameters of effects, such as a Stribeck speed.
+def _kept(model: MotionModel) -> npt.NDArray[np.bool_]:
+    """Return which unknowns (unknowns,) keep their values whatever is left out.
 
-    The motion is nonlinear in them and hardly determines some, so that one linear step would be wrong.
+    In shape parameters of effects, such as a Stribeck speed, the motion is nonlinear, and hardly determines some, so
+    that one linear step would be wrong. Of an impulse the window before may hold the first of its ten milliseconds,
+    which say next to nothing of it.
     """
-    shapes = [p.shape for active in model.effects for p in active.fitted]
-    return np.array([False] * (len(model.names) - len(shapes)) + shapes)
+    kept = [
+        p.shape or (isinstance(active.effect, TorqueEffect) and active.effect.at_an_instant)
+        for active in model.effects
+        for p in active.fitted
+    ]
+    return np.array([False] * (len(model.names) - len(kept)) + kept)
 
 
 def _followed(fit: Fit, values: Array, chosen: Sequence[int]) -> Fit:
