@@ -96,7 +96,7 @@ def add_weak_effects(progress: Progress) -> None:
         worth = [c for c in test.ranked() if is_worth_a_look(current.fit, c)]
         errors = [float(np.mean(residual**2)) for residual in current.fit.residuals]
         worst = sorted(np.argsort(errors, kind="stable")[-_WORST:].tolist())
-        candidates = (*worth[:_WEAK_REFITS], *_at_instants(progress, [current.fit.over(worst)]))
+        candidates = (*worth[:_WEAK_REFITS], *at_instants(progress, [current.fit.over(worst)]))
         refitted = progress.tried(current, ((candidate,) for candidate in candidates))
         best = _best(current, refitted)
         best = best and progress.finished(best)
@@ -115,7 +115,7 @@ def _best_addition(progress: Progress) -> Attempt | None:
     current = progress.current
     test = ScoreTest(current.fit, addable(current.model))
     ranked = promising(current, test, _REFITS)
-    once = _at_instants(progress, (current.fit, current.closely))
+    once = at_instants(progress, (current.fit, current.closely))
     refitted = progress.tried(current, ((c,) for c in (*ranked, *once)))
     best = _best(current, refitted)
     if best is None:
@@ -129,7 +129,7 @@ def _best_addition(progress: Progress) -> Attempt | None:
     return best
 
 
-def _at_instants(progress: Progress, fits: Sequence[Fit]) -> list[Candidate]:
+def at_instants(progress: Progress, fits: Sequence[Fit]) -> list[Candidate]:
     """Return the effects of an instant that fits show, such as those to windows and to short pieces of them.
 
     Lost counts are whole ones: less is the rounding of a joint at rest.

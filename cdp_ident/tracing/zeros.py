@@ -11,7 +11,8 @@ from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.effect import JOINTS, SensorEffect
 from cdp_ident.tracing import thresholds
-from cdp_ident.tracing.acceptance import improves_enough
+from cdp_ident.tracing.acceptance import improves_enough, is_accepted
+from cdp_ident.tracing.addition import at_instants
 from cdp_ident.tracing.candidates import Candidate
 from cdp_ident.tracing.evidence import Attempt, change
 from cdp_ident.tracing.noise_memory import is_structured
@@ -46,7 +47,7 @@ def fit_zeros_by_trial(progress: Progress) -> None:
     slow = is_structured(own.fit)
     if slow and own.validation.rmse() > (1.0 - thresholds.LARGE_SHARE) * in_all.validation.rmse():
         return
-    if _is_better(own, in_all):
+    if _is_better(own, in_all) and not _are_lost_counts(progress, own):
         progress.current = own
         of_trials = " and ".join(f"{1e3 * size:.3g}" for size in largest_zeros(own))
         progress.note(
@@ -80,6 +81,17 @@ def drop_superfluous_zeros(progress: Progress) -> None:
 def _is_better(own: Attempt, others: Attempt) -> bool:
     """Return whether zeros of each trial explain enough more than none or common ones."""
     return improves_enough(others, own) and change(others, own).bic < 0
+
+
+def _are_lost_counts(progress: Progress, own: Attempt) -> bool:
+    """Return whether counts that an encoder lost at an instant explain the motion better than zeros by trial do.
+
+    All windows after that instant are off by the same, as if the trial had a zero of its own.
+    """
+    current = progress.current
+    slips = [c for c in at_instants(progress, (current.fit,)) if isinstance(c.active.effect, SensorEffect)]
+    tried = [attempt for _, attempt in progress.tried(current, ((candidate,) for candidate in slips))]
+    return any(is_accepted(current, slip) and change(own, slip).bic < 0 for slip in tried)
 
 
 def _are_rounding(progress: Progress, own: Attempt) -> bool:

@@ -228,3 +228,10 @@ def test_friction_that_gives_way_by_little_is_no_dry_friction_beside_harmonics()
     found, made = traced_truth("presliding_friction.inner", 19001)
     assert named(found) == {("presliding_friction", "inner")}
     assert found.after.fit.rmse() < FIT_TO_THE_NOISE * made.floor
+
+
+@pytest.mark.campaign
+def test_lost_counts_are_not_taken_for_a_zero_of_their_trial() -> None:
+    found, made = traced_truth("encoder_slip.outer", 21000, "mujoco")
+    assert named(found) == {("encoder_slip", "outer")}
+    assert found.after.fit.rmse() < FIT_TO_THE_NOISE * made.floor
