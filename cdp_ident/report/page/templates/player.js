@@ -5,9 +5,9 @@
   const scene = page.player;
   const element = (id) => document.getElementById(id);
   const [stage, play, scrub, reading] = ["stage", "play", "scrub", "reading"].map(element);
-  const SCALE = 100; // of the drawing's units to a metre
   const TRAIL = 1.0; // seconds of the tips' paths
   const reach = scene.length + scene.outer_length;
+  const SCALE = 80 / reach; // of the drawing's units to a metre: rods of any size beside the same cart and joints
 
   const curves = scene.trials.map((trial) => {
     const numbers = (names) => names.map(({ array: name }) => array(name));
