@@ -20,7 +20,7 @@ from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.stiffness import Stiffness
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.curves import CURVES
-from cdp_ident.model.effects.effect import JOINTS, Effect, Form, TorqueEffect
+from cdp_ident.model.effects.effect import Effect, Form, TorqueEffect
 from cdp_ident.tracing import thresholds
 from cdp_ident.tracing.acceptance import fits_of, is_accepted
 from cdp_ident.tracing.candidates import Candidate, ScoreTest
@@ -66,28 +66,28 @@ def add_unknown_torques(progress: Progress) -> None:
 
 def _exchange_harmonics(progress: Progress) -> None:
     """Exchange all harmonics of a joint for one curve over its angle where that is better; many where it is as good."""
-    for joint in JOINTS:
+    for over_angle in (c for c in CURVES if c.curve and c.curve.over == "angle" and not c.dry):
         current = progress.current
+        effects = [active.effect for active in current.model.effects]
         places = [
             place
-            for place, active in enumerate(current.model.effects)
-            if active.effect.joint == joint and isinstance(active.effect, TorqueEffect) and active.effect.harmonic
+            for place, effect in enumerate(effects)
+            if isinstance(effect, TorqueEffect) and effect.harmonic and effect.joint == over_angle.joint
         ]
-        if not places:
+        if not places or over_angle in effects:
             continue
         removed = progress.without(current, places)
-        curves = [c for c in CURVES if c.joint == joint and not c.dry and c.curve and c.curve.over == "angle"]
-        absent = [curve for curve in curves if curve not in [active.effect for active in current.model.effects]]
-        found = [a for candidate in _promising(removed, absent) for a in _fitted(progress, removed, candidate)]
-        for curve in found:
-            better = is_better(curve, current)
-            as_good = curve.validation.rmse() < thresholds.AS_GOOD * current.validation.rmse()
-            preferred = better or (as_good and len(places) >= _MANY_HARMONICS)
-            if preferred and is_accepted(removed, curve, [len(curve.model.effects) - 1]):
-                best, old = progress.finished(curve), " and ".join(current.model.labels[place] for place in places)
-                key, how = best.model.effects[-1].effect.key, "better than" if better else "as well as"
-                progress.note(f"exchanged {old} for {key}", best, f"{key} explains the motion {how} {old}")
-                progress.current = _without_imitations(progress, best)
+        for candidate in _promising(removed, [over_angle]):
+            for attempt in _fitted(progress, removed, candidate):
+                better = is_better(attempt, current)
+                as_good = attempt.validation.rmse() < thresholds.AS_GOOD * current.validation.rmse()
+                preferred = better or (as_good and len(places) >= _MANY_HARMONICS)
+                if preferred and is_accepted(removed, attempt, [len(attempt.model.effects) - 1]):
+                    best, old = progress.finished(attempt), " and ".join(current.model.labels[k] for k in places)
+                    how = "better than" if better else "as well as"
+                    line = f"{over_angle.key} explains the motion {how} {old}"
+                    progress.note(f"exchanged {old} for {over_angle.key}", best, line)
+                    progress.current = _without_imitations(progress, best)
 
 
 def _possible(attempt: Attempt, noise: float) -> list[TorqueEffect]:

@@ -12,7 +12,7 @@ LENGTHS = (200.0, 180.0)
 
 
 def markers(theta=THETA, pivot=(0.0, 0.0), joint=(0.0, 0.0), tip=(0.0, 0.0), noise=0.3, seed=1):
-    """Positions (n, 3, 2) in metres-like coordinates (y up) of markers that are off.
+    """Positions (n, 3, 2) of markers that are off, y counting up.
 
     The pivot's and the tip's offsets are fixed in the picture, the joint's is along and across the inner rod.
     """
