@@ -25,18 +25,18 @@ def is_accepted(before: Attempt, after: Attempt, new: Sequence[int] | None = Non
     if any(after.strength(index) < _least_strength(after.model.effects[index], gained.freedom) for index in new):
         return False
     added = [after.model.effects[index].effect for index in new]
-    structured, left = is_structured(after.fit), after.fit.squared_error / before.fit.squared_error
+    structured, old, left = is_structured(after.fit), before.fit.squared_error, after.fit.squared_error
     once = [effect for effect in added if effect.at_an_instant]
     if once:
         # An impulse affects one window, which must be an outlier. Lost counts affect all windows from then on; where
         # more than noise would remain, they may imitate a part of something else unless they explain most of it.
         if all(isinstance(effect, SensorEffect) for effect in once):
-            apart = not structured or left < thresholds.SLIP_LEAVES
+            apart = not structured or left < thresholds.SLIP_LEAVES * old
         else:
             apart = explains_an_outlier(before.fit, after.fit, thresholds.OUTLIER, thresholds.LIKE_THE_OTHERS)
         return gained.fit > thresholds.INSTANT_GAIN and gained.validation > -thresholds.VALIDATION_GAIN and apart
     # So may one harmonic, of another function of position.
-    is_a_part = structured and left > thresholds.HARMONIC_LEAVES
+    is_a_part = structured and left > thresholds.HARMONIC_LEAVES * old
     if is_a_part and any(isinstance(effect, TorqueEffect) and effect.harmonic for effect in added):
         return False
     return improves_enough(before, after)
