@@ -2,29 +2,15 @@
 
 import fcntl
 import gc
+import importlib
 import os
 import pickle
 import signal
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 from hypothesis import settings
-
-from cdp_ident.configuration.settings import Settings
-from cdp_ident.model.parameters import NOMINAL, physical_coefficients
-from cdp_ident.model.simulation import simulate
-from cdp_ident.pipeline.job import load, run
-from cdp_ident.report.contents import report
-from cdp_ident.report.curves import curves
-from cdp_ident.report.curves_file import curves_npz
-from cdp_ident.report.folder import CURVES, REPORT, json_text, write_files
-from cdp_ident.report.outcome import Job, LoadedJob
-from cdp_ident.report.pictures import draw_again
-from cdp_ident.report.report_file import read_report
-from scenarios.weighted import WEIGHT, dry_friction, plain_and_weighted
 
 os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
 # Processes that share the tests out must not hear each other's nodes.
@@ -55,12 +41,6 @@ def arriving_signals():
         signal.signal(number, handler)
 
 
-def pytest_sessionstart(session):
-    """Compile the longest loop once, before several processes share the tests out and each compiles it."""
-    if getattr(session.config.option, "numprocesses", None):
-        simulate(physical_coefficients(NOMINAL), np.zeros(4), np.zeros(1))
-
-
 @pytest.hookimpl(wrapper=True)
 def pytest_collection():
     """Leave what collecting makes out of the search for garbage: it stays, and each search would go through it."""
@@ -75,9 +55,6 @@ def pytest_collection():
 def pytest_collection_modifyitems(items):
     """Let what waits begin first: others compute beside it."""
     items.sort(key=lambda item: item.get_closest_marker("waits") is None)
-
-
-BAGS = Path(__file__).parents[1] / "bags"
 
 
 @pytest.fixture(scope="session")
@@ -98,61 +75,56 @@ def made_once(tmp_path_factory):
 
 
 @pytest.fixture(scope="session")
-def outcome(made_once):
-    bags = (BAGS / "swing_wide", BAGS / "swing_folded")
-    job = Job(bags, (BAGS / "swing_check",), Settings.of({}))
-    return made_once("outcome", lambda: run(load(job), lambda progress: None))
+def finished():
+    """The module that identifies and draws; imported here, for the process that shares the tests out needs it not."""
+    return importlib.import_module("scenarios.finished")
 
 
 @pytest.fixture(scope="session")
-def outcome_alone(made_once):
+def outcome(finished, made_once):
+    return made_once("outcome", finished.of_example_bags)
+
+
+@pytest.fixture(scope="session")
+def outcome_alone(finished, made_once):
     """One of a single bag, part of which is held out."""
-    job = Job((BAGS / "swing_wide",), (), Settings.of({}))
-    return made_once("outcome_alone", lambda: run(load(job), lambda progress: None))
+    return made_once("outcome_alone", finished.of_one_bag)
 
 
 @pytest.fixture(scope="session")
-def weighted_outcome(made_once):
+def weighted_outcome(finished, made_once):
     """One of two trials with dry friction, the second of which has a weight."""
-    return made_once("weighted_outcome", _weighted_outcome)
-
-
-def _weighted_outcome():
-    trials = plain_and_weighted(np.random.default_rng(5), torque=dry_friction)
-    settings = Settings.of({f"trials.two.added.{WEIGHT.rod}": [WEIGHT.mass, WEIGHT.place]})
-    job = Job((Path("one"), Path("two")), (), settings)
-    return run(LoadedJob(job, tuple(trials), (), {}), lambda progress: None)
+    return made_once("weighted_outcome", finished.of_weighted_trials)
 
 
 @pytest.fixture(scope="session")
-def weighted_content(weighted_outcome, made_once):
-    return made_once("weighted_content", lambda: report(weighted_outcome))
+def weighted_content(finished, weighted_outcome, made_once):
+    return made_once("weighted_content", lambda: finished.content_of(weighted_outcome))
 
 
 @pytest.fixture(scope="session")
-def content(outcome, made_once):
-    return made_once("content", lambda: report(outcome))
+def content(finished, outcome, made_once):
+    return made_once("content", lambda: finished.content_of(outcome))
 
 
 @pytest.fixture(scope="session")
-def shown_curves(outcome, made_once):
-    return made_once("curves", lambda: curves(outcome))
+def shown_curves(finished, outcome, made_once):
+    return made_once("curves", lambda: finished.curves_of(outcome))
 
 
 @pytest.fixture(scope="session")
-def report_folder(content, shown_curves, made_once, tmp_path_factory):
+def report_folder(finished, content, shown_curves, made_once, tmp_path_factory):
     """A folder with that report, drawn; not to be written into."""
 
     def drawn():
         folder = tmp_path_factory.mktemp("report")
-        write_files(folder, {REPORT: json_text(content), CURVES: curves_npz(shown_curves)})
-        draw_again(folder, for_paper=True)
+        finished.write_report(folder, content, shown_curves)
         return folder
 
     return made_once("report_folder", drawn)
 
 
 @pytest.fixture
-def read_content(report_folder):
+def read_content(finished, report_folder):
     """The report as it is read from its file, to be changed at will."""
-    return read_report(report_folder / REPORT)
+    return finished.report_in(report_folder)

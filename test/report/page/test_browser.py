@@ -49,18 +49,14 @@ def ranges(plot):
     )
 
 
-@pytest.mark.parametrize(
-    ("viewport", "scheme"), [({"width": 1280, "height": 900}, "light"), (PHONE, "dark")], ids=["desktop", "phone"]
-)
-def test_everything_is_drawn_without_complaint_and_without_network(visit, viewport, scheme):
-    visited = visit(viewport=viewport, color_scheme=scheme)
-    visited.draw_all()
-    assert visited.complaints == []
+def assert_everything_is_there(visited, width):
+    """Assert that a report is whole, fits a window so wide and needed no network."""
     assert [url for url in visited.requests if not url.startswith(("file:", "data:", "blob:"))] == []
     assert len([url for url in visited.requests if url.startswith("file:")]) == 1
     for section in SECTIONS:
         assert visited.page.locator(f"section#{section}").is_visible()
-    assert visited.page.evaluate("document.documentElement.scrollWidth") <= viewport["width"]
+    assert visited.page.locator(".plot:not([data-drawn])").count() == 0
+    assert visited.page.evaluate("document.documentElement.scrollWidth") <= width
     cut = visited.page.evaluate("""() => [...document.querySelectorAll('.plot')].flatMap((plot) => {
       const box = plot.getBoundingClientRect();
       const words = '.xtick text, .ytick text, .xtitle, .ytitle, .annotation-text';
@@ -70,6 +66,26 @@ def test_everything_is_drawn_without_complaint_and_without_network(visit, viewpo
       }).map((text) => plot.dataset.figure + ': ' + text.textContent);
     })""")
     assert cut == []
+
+
+def test_everything_is_drawn_without_complaint_and_without_network(opened, desktop):
+    assert opened.at_first == ()
+    assert_everything_is_there(desktop, 1280)
+
+
+def test_everything_is_drawn_for_a_phone_in_the_dark_and_for_printing(visit):
+    visited = visit(viewport=PHONE, color_scheme="dark")
+    visited.draw_all()
+    assert_everything_is_there(visited, PHONE["width"])
+    assert visited.page.locator(".controls").is_visible()
+
+    visited.page.emulate_media(media="print", color_scheme="dark")
+    visited.page.evaluate("dispatchEvent(new Event('beforeprint'))")
+    assert not visited.page.locator(".controls").is_visible()
+    assert visited.page.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(255, 255, 255)"
+    widths = visited.page.evaluate("[...document.querySelectorAll('.plot .main-svg')].map(s => s.clientWidth)")
+    assert PHONE["width"] < max(widths) <= 660
+    assert visited.complaints == []
 
 
 def test_verdict_and_numbers_are_those_of_the_report(desktop, read_content):
@@ -211,20 +227,6 @@ def test_charts_follow_the_theme(desktop):
     assert desktop.complaints == []
 
 
-def test_everything_is_drawn_for_printing(visit):
-    visited = visit(color_scheme="dark")
-    visited.page.emulate_media(media="print", color_scheme="dark")
-    visited.page.evaluate("dispatchEvent(new Event('beforeprint'))")
-    assert visited.page.locator(".plot:not([data-drawn])").count() == 0
-    assert not visited.page.locator(".controls").is_visible()
-    assert visited.page.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(255, 255, 255)"
-    widest = visited.page.evaluate(
-        "Math.max(...[...document.querySelectorAll('.plot .main-svg')].map(s => s.clientWidth))"
-    )
-    assert widest <= 660
-    assert visited.complaints == []
-
-
 def test_everything_that_can_be_used_has_a_name_and_every_chart_a_text_in_its_place(desktop):
     page = desktop.page
     unnamed = page.evaluate("""() => [
@@ -241,7 +243,9 @@ def test_everything_that_can_be_used_has_a_name_and_every_chart_a_text_in_its_pl
     assert page.get_attribute("html", "lang") == "en"
 
 
-def test_a_rig_that_lacks_nothing_has_a_page_too(visit, read_content, shown_curves, tmp_path):
+def test_a_rig_that_lacks_nothing_has_a_page_too_and_what_nobody_scrolled_to_is_printed(
+    visit, read_content, shown_curves, tmp_path
+):
     """One trial, nothing added, nothing to warn of, and a run that diverged."""
     report = read_content | {"effects": [], "repeatability": None, "warnings": [], "trials": read_content["trials"][:1]}
     report["selection"]["steps"] = [report["selection"]["steps"][1]]
@@ -251,7 +255,9 @@ def test_a_rig_that_lacks_nothing_has_a_page_too(visit, read_content, shown_curv
     curves = Curves((trial,), torques)
     (tmp_path / PAGE).write_text(report_html(report, curves, figures(report, curves)))
     visited = visit(tmp_path / PAGE)
-    visited.draw_all()
+    assert visited.page.locator(".plot:not([data-drawn])").count() > 0
+    visited.page.evaluate("dispatchEvent(new Event('beforeprint'))")
+    assert visited.page.locator(".plot:not([data-drawn])").count() == 0
     assert visited.complaints == []
     text = visited.page.inner_text("main")
     assert "None was added." in text
