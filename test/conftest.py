@@ -53,8 +53,8 @@ def pytest_collection():
 
 
 def pytest_collection_modifyitems(items):
-    """Let what waits begin first: others compute beside it."""
-    items.sort(key=lambda item: item.get_closest_marker("waits") is None)
+    """Let what waits begin first, for others compute beside it; then what takes long, lest it be left to the end."""
+    items.sort(key=lambda item: [item.get_closest_marker(marker) is None for marker in ("waits", "long")])
 
 
 @pytest.fixture(scope="session")

@@ -133,7 +133,9 @@ def test_a_replay_beside_a_running_identify_is_the_library_s_own_simulation(
     start("simulator", "--bag", str(bag), "--ros-args", "-p", "source:=/identify", "-p", "rate:=4.0")
     viewer.wait_for_state("waiting for the parameters of /identify")
     assert viewer.simulated == []  # nothing is shown before there are parameters
-    (tmp_path / "quick.yaml").write_text("identify: {ros__parameters: {search.generations: 3}}")
+    (tmp_path / "quick.yaml").write_text(
+        "identify: {ros__parameters: {search.generations: 3, named_effects_only: true}}"
+    )
     start("identify", "--bag", str(bag), "--out", str(out), "--config", str(tmp_path / "quick.yaml"))
     viewer.wait_for_state("playing")
     trial, model = load_trial(bag), read_fitted_model(out / "fitted.yaml", "simulator")
@@ -160,23 +162,26 @@ def test_it_follows_another_node_s_parameters_and_takes_none_from_elsewhere(
     start: Start, viewer: Viewer, trial: Trial, fitted: Path
 ) -> None:
     listener = viewer.listener
-    start("simulator", "--bag", str(BAG), "--ros-args", "-p", "source:=/elsewhere/simulator", "-p", "rate:=20.0")
+    slow = ("-p", "frequency:=50.0")  # what is shown when matters here, not how smoothly
+    follow = ("-p", "source:=/elsewhere/simulator", "-p", "rate:=20.0")
+    start("simulator", "--bag", str(BAG), "--ros-args", *follow, *slow)
     viewer.wait_for_state("waiting for the parameters of /elsewhere/simulator")
 
     def shows(model: FittedModel) -> bool:
         (beginning,) = library_s_own(model, trial, np.zeros(1))
         return any(
-            np.allclose(frame, beginning, rtol=0, atol=1e-9) for frame in positions(viewer.new_frames(130))[:, 1:]
+            np.allclose(frame, beginning, rtol=0, atol=1e-9) for frame in positions(viewer.new_frames(33))[:, 1:]
         )
 
-    other = start("simulator", "--fitted", str(fitted), "--ros-args", "-r", "__ns:=/elsewhere")
+    other = start("simulator", "--fitted", str(fitted), "--ros-args", "-r", "__ns:=/elsewhere", *slow)
     viewer.wait_for_state("playing")
     assert shows(fitted_model(FITTED, "test"))
     assert listener.set_parameter("/simulator", "m1", 0.2)[0] is False
     assert listener.set_parameter("/elsewhere/simulator", "groups.c1_over_A22", 0.2) == (True, "")
     listener.wait_for(lambda: shows(fitted_model(FITTED | {"groups.c1_over_A22": 0.2}, "test")))
     other.end(signal.SIGKILL)
-    start("simulator", "--ros-args", "-r", "__ns:=/elsewhere", "-p", "m1:=0.15")  # without effects, and without warning
+    # Without effects, and without warning.
+    start("simulator", "--ros-args", "-r", "__ns:=/elsewhere", "-p", "m1:=0.15", *slow)
     listener.wait_for(lambda: listener.get_parameter("/simulator", "m1") == 0.15)
     listener.wait_for(lambda: shows(fitted_model(NOMINAL | {"m1": 0.15}, "test")))
     assert "effects.coulomb_friction.outer.torque" not in listener.parameter_names("/simulator")

@@ -16,6 +16,8 @@ from cdp_ident.pipeline.job import run
 from cdp_ident.report.folder import CURVES, FIGURES, FITTED, PAGE, REPORT, TEXT
 from scenarios.clean_bags import write_clean_bags
 
+pytestmark = pytest.mark.long
+
 
 def test_without_plotly_everything_but_the_page_is_drawn_and_that_is_drawn_later(tmp_path, capsys, monkeypatch):
     write_clean_bags(tmp_path, swing=6.0)

@@ -25,6 +25,8 @@ from reference.pendulum import TABLE_5
 from scenarios.clean_bags import write_clean_bags
 from scenarios.weighted import FRICTION, INERTIA, WEIGHT, plain_and_weighted
 
+pytestmark = pytest.mark.long
+
 PHYSICAL = np.array([TABLE_5[symbol] for symbol in SYMBOLS])
 TRUTH = np.append(groups_of(PHYSICAL, TABLE_5["L"]), 1.0 / INERTIA)
 

@@ -1,6 +1,7 @@
 """Exchanges that whole truths rarely show one by one."""
 
 import numpy as np
+import pytest
 
 from cdp_ident.diagnosis.identification import Identification
 from cdp_ident.fit.active_effect import ActiveEffect
@@ -12,6 +13,8 @@ from cdp_ident.tracing.evidence import Attempt
 from cdp_ident.tracing.exchange import alternatives, exchange_effects
 from cdp_ident.tracing.progress import Progress, attempt_of
 from scenarios.hidden_truths import FIT_TRIALS, hidden_truth
+
+pytestmark = pytest.mark.long
 
 BY_KEY = {effect.key: effect for effect in CATALOGUE}
 
@@ -45,21 +48,29 @@ def test_two_effects_of_a_joint_that_imitate_one_are_exchanged_for_it() -> None:
     assert tried == [], "compared again in the same model"
 
 
-def test_what_contains_an_effect_is_no_other_possibility_but_the_other_way_round() -> None:
-    trials, _ = hidden_truth("coulomb_friction.outer", 0, 3.0)
+@pytest.fixture(scope="module")
+def rubbing() -> tuple[Identification, Attempt, float]:
+    """A rig with dry friction, fitted with a friction that contains it, and its floor [rad]."""
+    trials, answer = hidden_truth("coulomb_friction.outer", 0, 3.0)
     identified = identify(trials[:FIT_TRIALS], trials[FIT_TRIALS:], IdentifyOptions())
-    none, dry, more = (
-        with_effects(identified, *keys) for keys in ((), ("coulomb_friction.outer",), ("stribeck_friction.outer",))
-    )
+    return identified, with_effects(identified, "stribeck_friction.outer"), answer.floor
+
+
+def test_what_contains_an_effect_is_no_other_possibility_but_the_other_way_round(
+    rubbing: tuple[Identification, Attempt, float],
+) -> None:
+    identified, more, _ = rubbing
+    none, dry = with_effects(identified), with_effects(identified, "coulomb_friction.outer")
     assert alternatives(dry.model.effects[0], dry, none, [more]) == ()
     assert alternatives(more.model.effects[0], more, none, [dry]) == ("coulomb_friction outer",)
 
 
-def test_what_explains_no_more_than_what_it_contains_is_exchanged_for_that() -> None:
-    trials, answer = hidden_truth("coulomb_friction.outer", 0, 3.0)
-    identified = identify(trials[:FIT_TRIALS], trials[FIT_TRIALS:], IdentifyOptions())
+def test_what_explains_no_more_than_what_it_contains_is_exchanged_for_that(
+    rubbing: tuple[Identification, Attempt, float],
+) -> None:
+    _, more, floor = rubbing
     told: list[str] = []
-    progress = Progress(with_effects(identified, "stribeck_friction.outer"), answer.floor, told.append)
+    progress = Progress(more, floor, told.append)
     assert exchange_effects(progress)
     assert told == ["coulomb_friction.outer explains the motion as well as stribeck_friction.outer, which contains it"]
     assert not exchange_effects(progress)

@@ -11,6 +11,8 @@ from cdp_ident.trial.trial import Trial
 from reference.truths import Truth, truth
 from scenarios.hidden_truths import FIT_TRIALS, Answer, hidden_truth
 
+pytestmark = pytest.mark.long
+
 FIT_TO_THE_NOISE = 1.2
 
 
@@ -52,14 +54,8 @@ def test_nothing_is_named_where_nothing_is_hidden(seed: int) -> None:
     assert found.after.holdout.rmse() < FIT_TO_THE_NOISE * answer.floor
 
 
-@pytest.mark.parametrize(
-    "kind",
-    [
-        "encoder_offset.outer",
-        pytest.param("coulomb_friction.outer", marks=pytest.mark.campaign),
-        pytest.param("air_drag.outer", marks=pytest.mark.campaign),
-    ],
-)
+@pytest.mark.campaign
+@pytest.mark.parametrize("kind", ["encoder_offset.outer", "coulomb_friction.outer", "air_drag.outer"])
 def test_what_is_hidden_is_named_and_explains_all_but_the_noise(kind: str) -> None:
     found, answer = traced(kind, 0, 3.0)
     assert named(found) == {hidden.identity for hidden in answer.hidden}

@@ -11,6 +11,8 @@ from cdp_ident.pipeline.identify import identify
 from cdp_ident.tracing.trace import trace
 from scenarios.twin import TEN_SECONDS, twin
 
+pytestmark = pytest.mark.long
+
 TORQUE = 0.004
 STARTS = ((math.pi + 1.5, math.pi + 0.8, 0.0, 0.0), (math.pi - 1.1, math.pi + 1.4, 0.0, 0.0), (4.4, 4.0, 0.0, 0.0))
 

@@ -14,6 +14,8 @@ from cdp_ident.tracing.trace import trace
 from cdp_ident.tracing.whole import over_all, over_share
 from scenarios.hidden_truths import FIT_TRIALS, hidden_truth
 
+pytestmark = pytest.mark.long
+
 SHARE = 8.0
 """Of some 25 s of motion [s]."""
 

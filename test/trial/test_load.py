@@ -16,6 +16,8 @@ from cdp_ident.trial.load import load_trial
 from cdp_ident.trial.options import TrialOptions
 from cdp_ident.trial.outliers import TURN, outliers
 
+pytestmark = pytest.mark.long
+
 MEASURED = Path(__file__).parents[3] / "shared/data/multiarm_free_swing/free_swing_8s_56s_1kHz.csv.gz"
 DROPS = Path(__file__).parents[3] / "shared/data/dfki_drops"
 START = 1_700_000_000_000_000_000
