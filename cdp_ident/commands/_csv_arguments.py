@@ -95,6 +95,10 @@ def _parser() -> ArgumentParser:
     meaning.add_argument("--outer-angle", choices=("relative", "absolute"), help="(default: relative)")
     for joint in ("inner", "outer", "cart"):
         meaning.add_argument(f"--{joint}-sign", type=int, choices=(1, -1), help="(default: 1, towards +x)")
+    for joint in ("inner", "outer"):
+        meaning.add_argument(
+            f"--{joint}-scale", type=float, metavar="FACTOR", help="reading over angle, if counts per turn are wrong"
+        )
     meaning.add_argument("--y-axis", choices=("down", "up"), help="of points (default: down in px, else up)")
     meaning.add_argument("--lean", type=float, default=0.0, metavar="DEG", help="added to both angles: a camera's lean")
     meaning.add_argument("--length", type=float, metavar="M", help="between the joints; checked against the motion [m]")

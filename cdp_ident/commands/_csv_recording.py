@@ -105,6 +105,8 @@ def _from_angles(
         outer_angle=options.outer_angle or "relative",
         inner_sign=options.inner_sign or 1,
         outer_sign=options.outer_sign or 1,
+        inner_scale=1.0 if options.inner_scale is None else options.inner_scale,
+        outer_scale=1.0 if options.outer_scale is None else options.outer_scale,
     )
     found = replace(rows, angles=np.column_stack([table.column(place) for place in places]), meaning=meaning)
     found = found.complete(options, table)
@@ -119,7 +121,7 @@ def _from_angles(
 
 def _from_points(rows: Recording, table: Table, points: list[int], options: argparse.Namespace) -> Recording:
     """Return the recording whose angles follow from positions in the columns `points`."""
-    for name in ("zero", "outer_angle", "inner_sign", "outer_sign"):
+    for name in ("zero", "outer_angle", "inner_sign", "outer_sign", "inner_scale", "outer_scale"):
         if getattr(options, name) is not None:
             raise OptionError(f"{AS_TYPED.name(name)} does not go with points: what their angles mean is known")
     unit = options.points_unit or next((table.unit(place) for place in points if table.unit(place)), "px")

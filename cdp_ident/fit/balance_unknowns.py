@@ -1,7 +1,8 @@
 """What the balance of forces is made of: the terms of each unknown along measured motions, and their limits."""
 
+import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -108,6 +109,23 @@ class Piece:
         steps = encoder_steps(trial)
         inner, outer = (weak_form.at_rest(kinematics, joint, points, float(steps[joint])) for joint in range(2))
         return cls(motion, kinematics, (inner, outer), trial.weights)
+
+    def without_copies(self) -> "Piece":
+        """Return the motion as measured alone: what noise does is not allowed for then."""
+        return self._moving(replace(self.motion, values=self.motion.values[:1], rates=self.motion.rates[:1]))
+
+    def with_joints_turned(self, inner: float, outer: float) -> "Piece":
+        """Return the motion as if the joints had turned so many times as far from where the rods hang."""
+        motion = self.motion
+        change = np.eye(motion.values.shape[-1])
+        change[:2, :2] = [[inner, 0.0], [inner - outer, outer]]
+        rest = np.zeros(len(change))
+        rest[:2] = math.pi
+        values, rates = rest + (motion.values - rest) @ change.T, motion.rates @ change.T
+        return self._moving(replace(motion, values=values, rates=rates, noise=change @ motion.noise @ change.T))
+
+    def _moving(self, motion: SmoothMotion) -> "Piece":
+        return replace(self, motion=motion, kinematics=Kinematics.of(motion))
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from cdp_ident.fit.balance_unknowns import DRY, Mechanism, Piece, Unknowns
 from cdp_ident.fit.robust_regression import Regression, regress
 from cdp_ident.fit.smoothing import FEWEST
 from cdp_ident.fit.weak_form import STEPS_BETWEEN, Rows
-from cdp_ident.model.effects.effect import JOINTS, Form, TorqueEffect
+from cdp_ident.model.effects.effect import JOINTS, Effect, Form, SensorEffect, TorqueEffect
 from cdp_ident.model.parameters import GROUPS, INVERSE_INERTIA
 from cdp_ident.model.weights import added_by
 from cdp_ident.trial.trial import Trial
@@ -66,6 +66,8 @@ class ForceBalance:
     """(2,) standard deviation of what theta1 and theta2 scatter by about a smooth motion [rad]."""
     length: float
     """L [m], as known or as found."""
+    of_readings: tuple[tuple[SensorEffect, Array], ...] = ()
+    """Errors of encoders that were taken out of the angles before, and their values (k,)."""
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -76,6 +78,17 @@ class ForceBalance:
     def effects(self) -> tuple[TorqueEffect, ...]:
         """The effects that were found."""
         return self.unknowns.effects
+
+    @property
+    def found(self) -> tuple[tuple[Effect, Array], ...]:
+        """The effects that were found, errors of encoders first, and the values (k,) of what each is linear in."""
+        return (*self.of_readings, *((effect, self.strengths(effect)) for effect in self.effects))
+
+    @property
+    def misfit(self) -> float:
+        """Minus twice the logarithm of the likelihood, but for a constant, of what is left as a share of gravity's."""
+        independent = self.used * self.windows / STEPS_BETWEEN
+        return float(2.0 * independent @ np.log(np.maximum(self.unexplained, np.finfo(float).tiny)))
 
     def strengths(self, effect: TorqueEffect) -> Array:
         """Return the values (k,) of what an effect's torque is linear in; empty where it was not found."""
@@ -139,6 +152,7 @@ def balance_of_pieces(
     effects: Sequence[TorqueEffect] = (),
     optional: Sequence[TorqueEffect] = DRY,
     length_free: bool = False,
+    half_width: float | None = None,
 ) -> ForceBalance:
     """Fit the balance of forces to smooth motion.
 
@@ -148,6 +162,7 @@ def balance_of_pieces(
         effects: torques of the catalogue to be found too.
         optional: more of them, of which the Bayesian information criterion chooses.
         length_free: whether L is sought too; the given one still sets the scale of time.
+        half_width: of the windows [s]; by default what suits the noise.
 
     Where weights differ from trial to trial, A22 is found as well.
 
@@ -159,9 +174,13 @@ def balance_of_pieces(
     whole = Unknowns((*effects, *optional), length_free, inertia_free)
     # Torques on the rods may depend on the base parameters, which the others show.
     plain = replace(whole, effects=tuple(effect for effect in whole.effects if effect.form is not Form.RODS))
-    half_width, fit = _in_windows_of_their_width(mechanism, pieces, plain)
-    inverse_inertia = fit.values[plain.names.index(INVERSE_INERTIA.symbol)] if inertia_free else 0.0
-    rows = mechanism.rows(pieces, whole, half_width, fit.values[: len(GROUPS)], inverse_inertia)
+    groups: Array = np.zeros(len(GROUPS))
+    inverse_inertia = 0.0
+    if half_width is None or plain != whole:
+        half_width, fit = _in_windows_of_their_width(mechanism, pieces, plain, half_width)
+        groups = fit.values[: len(GROUPS)]
+        inverse_inertia = fit.values[plain.names.index(INVERSE_INERTIA.symbol)] if inertia_free else 0.0
+    rows = mechanism.rows(pieces, whole, half_width, groups, inverse_inertia)
     choices = [replace(whole, effects=(*effects, *subset)) for subset in _subsets(optional)]
     regressions = [_fit(_only(rows, whole, unknowns), unknowns) for unknowns in choices]
     criteria = [_criterion(regression, rows) for regression in regressions]
@@ -184,17 +203,17 @@ def balance_of_pieces(
 
 
 def _in_windows_of_their_width(
-    mechanism: Mechanism, pieces: Sequence[Piece], unknowns: Unknowns
+    mechanism: Mechanism, pieces: Sequence[Piece], unknowns: Unknowns, given: float | None
 ) -> tuple[float, Regression]:
-    """Return the half width [s] that suits the noise, and the fit with it."""
+    """Return the half width [s] that is given or suits the noise, and the fit with it."""
     unit = mechanism.time_unit
     fits = []
-    for width in _HALF_WIDTHS:
-        rows = mechanism.rows(pieces, unknowns, width * unit, np.zeros(len(GROUPS)))
+    for half_width in (given,) if given else (width * unit for width in _HALF_WIDTHS):
+        rows = mechanism.rows(pieces, unknowns, half_width, np.zeros(len(GROUPS)))
         enough = rows.holds.mean(axis=1).sum() >= STEPS_BETWEEN * _FEWEST_ROWS * len(unknowns.names)
         if not enough or not rows.holds.any(axis=0).all():
             continue
-        fits.append((width * unit, _fit(rows, unknowns)))
+        fits.append((half_width, _fit(rows, unknowns)))
         if fits[-1][1].noise_share < _LITTLE_NOISE:
             break
     if not fits:
@@ -248,6 +267,6 @@ def _criterion(fit: Regression, rows: Rows) -> float:
     both = np.count_nonzero(rows.holds.all(axis=1)) / STEPS_BETWEEN
     variance = np.diag(fit.scatter)
     alike = fit.scatter[0, 1] ** 2 / np.prod(variance)
-    variance = variance / [1.0, max(fit.values[_A33], np.finfo(float).tiny) ** 2]
+    variance = variance / [1.0, max(fit.values[_A33] ** 2, np.finfo(float).tiny)]
     misfit = count @ np.log(variance) + both * np.log(1.0 - alike)
     return float(misfit + len(fit.values) * np.log(max(count.sum(), 2.0)))

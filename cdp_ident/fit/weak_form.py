@@ -228,7 +228,12 @@ class Rows:
     """(windows, 2) where the sum's and where the outer rod's equation hold."""
 
     def noise(self, values: Array) -> Array:
-        """Return the standard deviation (2,) of what noise alone leaves in either balance [rad/s^2]."""
+        """Return the standard deviation (2,) of what noise alone leaves in either balance [rad/s^2].
+
+        It is zero without copies.
+        """
+        if len(self.columns) == 1:
+            return np.zeros(2)
         left = self.columns @ values - self.target
         change = left[1:] - left[0]
         return np.array([np.std(change[:, self.holds[:, k], k]) if self.holds[:, k].any() else 0.0 for k in range(2)])

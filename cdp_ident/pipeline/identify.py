@@ -6,8 +6,9 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
+from cdp_ident.diagnosis.encoder_scale import encoder_scale
 from cdp_ident.diagnosis.identification import Identification
-from cdp_ident.diagnosis.length import LengthByBalance, length_by_balance, says_another_length
+from cdp_ident.diagnosis.length import length_by_balance, says_another_length
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.balance_unknowns import DRY, NOT_DRY, Mechanism, Piece
 from cdp_ident.fit.data import noise_over, prepare
@@ -54,11 +55,16 @@ def identify(
     mechanism = Mechanism(prior.length, prior.gravity, options.model.mechanism.outer_length or prior.length)
     pieces = _pieces(shown, mechanism)
     balances = _balances(pieces, mechanism)
-    balanced = balances[0] if balances else None
     length, failure = None, ""
-    if balances and not options.length_free:
-        length = _length(pieces, mechanism, balances[0])
-        failure = says_another_length(balances[0], length)
+    if balances:
+        free = _balance(pieces, mechanism, balances[0].effects, (), length_free=True)
+        scale = encoder_scale(pieces, mechanism, [*balances, *([free] if free else [])])
+        if scale:
+            failure, balances = scale.failure, (scale.balance, *balances)
+        elif free and not options.length_free:
+            length = length_by_balance(balances[0], free)
+            failure = says_another_length(balances[0], length)
+    balanced = balances[0] if balances else None
     scales = scales_of(shown, prior.length, prior.gravity, noise, balanced.groups_of if balanced else None)
     parted = [replace(part, trial=thinned(part.trial, scales.together)) for part in parted]
     noise = noise_over([part.shown for part in parted if part.is_fitted])
@@ -138,11 +144,6 @@ def _balances(pieces: Sequence[Piece], mechanism: Mechanism) -> tuple[ForceBalan
         return (preferred,)
     both = _balance(pieces, mechanism, with_all_dry, ())
     return (preferred,) if both is None else (preferred, both)
-
-
-def _length(pieces: Sequence[Piece], mechanism: Mechanism, balance: ForceBalance) -> LengthByBalance | None:
-    free = _balance(pieces, mechanism, balance.effects, (), length_free=True)
-    return None if free is None else length_by_balance(balance, free)
 
 
 def _balance(

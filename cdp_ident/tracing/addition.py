@@ -44,9 +44,7 @@ def add_balanced(progress: Progress, balances: Sequence[ForceBalance]) -> None:
     current, seen = progress.current, set[tuple[str, ...]]()
     refitted: list[_Refitted] = []
     for balance in balances:
-        candidates = tuple(
-            Candidate(ActiveEffect(effect), 0.0, balance.strengths(effect)) for effect in balance.effects
-        )
+        candidates = tuple(Candidate(ActiveEffect(effect), 0.0, strengths) for effect, strengths in balance.found)
         # All of them, and without the first, which is the most unusual.
         for chosen in (candidates, candidates[1:]):
             keys = tuple(candidate.active.effect.key for candidate in chosen)

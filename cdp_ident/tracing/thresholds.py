@@ -109,7 +109,7 @@ SLIP_LEAVES = 0.5
 
 Unit: share. Origin: tuned: lost counts affect all windows from then on.
 """
-HARMONIC_LEAVES = 0.05
+HARMONIC_LEAVES = 0.15
 """Largest share of the squared error that one harmonic may leave where more than noise would remain.
 
 Unit: share. Origin: tuned: of another function of position one harmonic leaves a third and more.

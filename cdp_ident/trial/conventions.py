@@ -7,16 +7,17 @@ not change the residual but the signs: gravity would act upwards, or the rods' c
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import get_args
 
 import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.errors import TrialError
-from cdp_ident.trial.balance import WINDOW, Motion, Windows, joined, windows
-from cdp_ident.trial.joints import model_angles
-from cdp_ident.trial.lumped import Lumped, fit_lumped
+from cdp_ident.trial.balance import WINDOW, Motion
+from cdp_ident.trial.encoder_scale import best_scale
+from cdp_ident.trial.lumped import Lumped
+from cdp_ident.trial.meaning import Balance, balance_of, in_model_angles
 from cdp_ident.trial.options import OuterAngle, TrialOptions, Zero
 from cdp_ident.trial.wording import KEYS, Wording
 
@@ -26,8 +27,6 @@ GOOD = 0.02
 """Up to this unexplained share of the acceleration, there is no evidence against a meaning."""
 _LOCKED = 0.01
 """A joint whose speed is less than this share of the inner rod's does not turn."""
-_FEWEST_WINDOWS = 100
-"""Windows that show motion, below which nothing can be said: five units of its time scale."""
 _MUCH_BETTER = 0.5
 """Another meaning must leave less than this share of the residual to speak against the one given."""
 _CLEAR = 0.01
@@ -36,40 +35,6 @@ _NO_PENDULUM = 0.25
 """Unexplained share above which the motion is not that of a free double pendulum."""
 _EVIDENT = 0.1
 """Unexplained share up to which wrong signs are evidence of a wrong zero, not of a hand."""
-
-
-@dataclass(frozen=True)
-class Balance:
-    """The balance of forces of some motions, under one meaning of their angles."""
-
-    windows: tuple[Windows, ...]
-    """Of each motion."""
-    lumped: Lumped
-
-
-def in_model_angles(motion: Motion, options: TrialOptions) -> Motion:
-    """Return a motion of the recorded joints as one of theta1 and theta2."""
-    still = model_angles(np.zeros((1, 2)), options)
-    of_inner, of_outer = motion.noise
-    return replace(
-        motion,
-        angles=model_angles(motion.angles, options),
-        rates=model_angles(motion.rates, options) - still,
-        cart=options.cart_sign * motion.cart,
-        cart_velocity=options.cart_sign * motion.cart_velocity,
-        noise=np.array([of_inner, of_outer + (of_inner if options.outer_angle == "relative" else 0.0)]),
-    )
-
-
-def balance_of(motions: Sequence[Motion], moving: Sequence[Mask], options: TrialOptions) -> Balance | None:
-    """Return the balance of forces of motions of the recorded joints under a meaning; None with too little motion.
-
-    `moving` are, of each motion, the windows (as many as `balance.windows` returns) that show one.
-    """
-    if sum(np.count_nonzero(mask) for mask in moving) < _FEWEST_WINDOWS:
-        return None
-    parts = [windows(in_model_angles(motion, options)) for motion in motions]
-    return Balance(tuple(parts), fit_lumped(joined(parts), np.concatenate(moving)))
 
 
 def check_conventions(
@@ -108,7 +73,11 @@ def check_conventions(
     unexplained = given.lumped.unexplained
     possible = _is_possible(given.lumped)
     factor = _MUCH_BETTER if possible else 1.0
-    if best != options and unexplained > GOOD and fit.unexplained < factor * unexplained:
+    least = min(unexplained, fit.unexplained)
+    scaled = best_scale(motions, moving, options) if least > GOOD else None
+    if scaled and scaled[1].unexplained < min(GOOD, _MUCH_BETTER * least):
+        contradiction = _wrong_scale(options, *scaled, given.lumped, wording)
+    elif best != options and unexplained > GOOD and fit.unexplained < factor * unexplained:
         contradiction = _better(options, best, given.lumped, fit, wording)
     elif unexplained > (_NO_PENDULUM if given.lumped.is_mechanism else _EVIDENT):
         contradiction = (
@@ -179,6 +148,20 @@ def _better(options: TrialOptions, other: TrialOptions, given: Lumped, fit: Lump
         f"the data contradict {wording.setting('outer_angle', options.outer_angle)} with "
         f"{wording.setting('outer_sign', options.outer_sign)}, which leaves {given.unexplained:.1%} of the inner rod's "
         f"acceleration unexplained: {_changes(options, other, fit, wording)} leaves {fit.unexplained:.1%}; set that"
+    )
+
+
+def _wrong_scale(options: TrialOptions, other: TrialOptions, fit: Lumped, given: Lumped, wording: Wording) -> str:
+    """Say by which factor readings are larger than the angles."""
+    changed = [
+        joint for joint in ("inner", "outer") if getattr(other, f"{joint}_scale") != getattr(options, f"{joint}_scale")
+    ]
+    factor = getattr(other, f"{changed[0]}_scale")
+    whose = f"the {changed[0]} joint's readings are" if len(changed) == 1 else "the readings of both joints are"
+    settings = " and ".join(wording.setting(f"{joint}_scale", f"{factor:.4g}") for joint in changed)
+    return (
+        f"{whose} {factor:.4g} times the angle: {settings} leaves {fit.unexplained:.1%} of the inner rod's "
+        f"acceleration unexplained instead of {given.unexplained:.1%}; check the counts per turn, or set that"
     )
 
 

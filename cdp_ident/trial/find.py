@@ -9,9 +9,10 @@ from cdp_ident.errors import TrialError
 from cdp_ident.trial.balance import Motion, motion_on_grid
 from cdp_ident.trial.balance import joined as joined_windows
 from cdp_ident.trial.cleaning import Piece, clean, cut_at_gaps
-from cdp_ident.trial.conventions import Balance, balance_of, check_conventions
+from cdp_ident.trial.conventions import check_conventions
 from cdp_ident.trial.joints import Samples, model_angles
 from cdp_ident.trial.lumped import gravity_direction
+from cdp_ident.trial.meaning import Balance, balance_of
 from cdp_ident.trial.options import TrialOptions
 from cdp_ident.trial.outliers import outlier_words
 from cdp_ident.trial.scales import PER_UNIT, Scales

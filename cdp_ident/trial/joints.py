@@ -79,9 +79,16 @@ def select_joints(recording: JointRecording, options: TrialOptions) -> tuple[Sam
 def model_angles(angles: Array, options: TrialOptions) -> Array:
     """Return theta1, theta2 (n, 2) [rad] of the continuous angles of the inner and outer joint (n, 2) [rad]."""
     offset = np.pi if options.zero == "hanging" else 0.0
-    theta1 = options.inner_sign * angles[:, 0] + offset
-    outer = options.outer_sign * angles[:, 1]
-    return np.column_stack([theta1, outer + (theta1 if options.outer_angle == "relative" else offset)])
+
+    def absolute(joint: Array, sign: int, scale: float) -> Array:
+        # Where the rods hang, encoders are right whatever their scale is.
+        reading = sign * joint + offset
+        return np.asarray(reading + (1.0 / scale - 1.0) * (reading - np.pi))
+
+    theta1 = absolute(angles[:, 0], options.inner_sign, options.inner_scale)
+    if options.outer_angle == "absolute":
+        return np.column_stack([theta1, absolute(angles[:, 1], options.outer_sign, options.outer_scale)])
+    return np.column_stack([theta1, theta1 + options.outer_sign * angles[:, 1] / options.outer_scale])
 
 
 def _usable(values: Array) -> Mask:

@@ -34,6 +34,10 @@ class TrialOptions:
     """1 if the inner joint counts positive towards the cart's +x, -1 if the other way."""
     outer_sign: int = 1
     """1 if the outer joint counts positive towards the cart's +x, -1 if the other way."""
+    inner_scale: float = 1.0
+    """What the inner joint's readings are over the angle that it turns by, where its counts per turn are wrong [1]."""
+    outer_scale: float = 1.0
+    """What the outer joint's readings are over the angle that it turns by, where its counts per turn are wrong [1]."""
     cart_sign: int = 1
     """1 if the cart's joint counts positive towards +x, -1 if the other way."""
     start: float = 0.0
@@ -63,7 +67,7 @@ class TrialOptions:
         for name in ("longest_gap", "shortest"):
             if not 0 <= getattr(self, name) < math.inf:
                 raise OptionError(f"{name} is {getattr(self, name)!r}: expected a positive number, or 0")
-        for name in ("cart_limit", "hand_torque", "rest_amplitude"):
+        for name in ("inner_scale", "outer_scale", "cart_limit", "hand_torque", "rest_amplitude"):
             if not 0 < getattr(self, name) < math.inf:
                 raise OptionError(f"{name} is {getattr(self, name)!r}: expected a positive number")
         if not 0 <= self.start < self.stop:

@@ -10,7 +10,7 @@ from scipy.ndimage import binary_closing, binary_dilation, maximum_filter1d, min
 
 from cdp_ident.errors import TrialError
 from cdp_ident.trial.balance import WINDOW, Motion, torques
-from cdp_ident.trial.conventions import Balance
+from cdp_ident.trial.meaning import Balance
 from cdp_ident.trial.options import TrialOptions
 from cdp_ident.trial.scales import PER_UNIT
 

@@ -1,6 +1,7 @@
 """A CSV file becomes a bag in the project's conventions."""
 
 import gzip
+import re
 from pathlib import Path
 
 import numpy as np
@@ -81,6 +82,8 @@ def refuse(tmp_path, capsys):
         (np.mod(THETA, 2 * np.pi), ["--outer-angle", "absolute"]),
         (THETA - 0.2, ["--outer-angle", "absolute", "--lean", str(np.degrees(0.2))]),
         (RELATIVE * [-1, 1] + [0.2, 0], ["--inner-sign", "-1", "--lean", str(np.degrees(0.2))]),
+        (np.pi + 4 * (RELATIVE - np.pi) + [0, 3 * np.pi], ["--inner-scale", "4", "--outer-scale", "4"]),
+        (RELATIVE * [1, 0.5], ["--outer-scale", "0.5"]),
     ],
 )
 def test_every_meaning_of_the_angles_ends_in_the_project_s(convert, angles, options):
@@ -154,6 +157,13 @@ def test_a_wrong_meaning_is_refused_as_the_user_has_typed_it(refuse, length, tru
     assert "--anyway" in error
     assert "contradict --" in error or "half a turn" in error
     assert "outer_angle" not in error
+
+
+def test_counts_per_turn_that_are_wrong_are_refused_with_the_option_that_puts_them_right(refuse):
+    error = refuse([TIME, RELATIVE * [1, 0.5]], "--angle-unit", "rad")
+    factor = re.search(r"the outer joint's readings are (\S+) times the angle: --outer-scale \1 leaves", error)[1]
+    assert float(factor) == pytest.approx(0.5, rel=0.02)
+    assert "check the counts per turn, or set that; --anyway" in error
 
 
 def test_who_insists_gets_the_bag_and_the_warning(convert, capsys):

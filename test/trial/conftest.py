@@ -63,9 +63,14 @@ class Recording:
         return START + np.round(np.arange(sum(len(part) for part in self.theta)) * 1e9 / self.rate).astype(np.int64)
 
 
-@pytest.fixture
-def recording():
+@pytest.fixture(scope="session")
+def recordings():
     return Recording
+
+
+@pytest.fixture
+def recording(recordings):
+    return recordings
 
 
 @pytest.fixture

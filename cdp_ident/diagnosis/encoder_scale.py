@@ -1,0 +1,125 @@
+"""Whether the encoders' counts per turn are what they are taken for, by the balance of forces with the lengths known.
+
+`trial.encoder_scale` tells the principle; it looks at one recording, whose lengths are not known.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from cdp_ident.errors import IdentificationError
+from cdp_ident.fit.balance_unknowns import DRY, NOT_DRY, Mechanism, Piece
+from cdp_ident.fit.force_balance import CLEARLY_BETTER, ForceBalance, balance_of_pieces
+from cdp_ident.model.effects.catalogue import CATALOGUE
+from cdp_ident.model.effects.effect import JOINTS, SensorEffect, TorqueEffect
+from cdp_ident.trial.encoder_scale import Joints, least_misfit, refine
+
+_WELL_BALANCED = 0.03
+"""Unexplained share of gravity's torque up to which no factor is looked for."""
+_BESIDE_NOISE = 2.0
+"""The same, over the share of noise."""
+_LARGEST_LEFT, _HALF = 0.1, 0.5
+"""The unexplained share that a right factor leaves at most, and the same over what is left without it."""
+_NEAREST = 0.01
+"""Factors nearer to one may imitate a zero that is off, after some turns; the selection of effects tells them apart."""
+_CHANGE = 0.003
+"""Change of the factor's logarithm by which the misfit's curvature is taken."""
+_SCALES: Mapping[str, SensorEffect] = {
+    effect.joint: effect for effect in CATALOGUE if isinstance(effect, SensorEffect) and effect.name == "encoder_scale"
+}
+
+
+@dataclass(frozen=True)
+class EncoderScale:
+    """A factor by which encoders show more than their joints turn."""
+
+    joints: Joints
+    """Whose encoders."""
+    factor: float
+    """Readings over angles."""
+    std: float
+    balance: ForceBalance
+    """With the angles put right."""
+
+    @property
+    def failure(self) -> str:
+        """Why a fit fails, in words; empty where the factor is within the limits of an effect of the rig."""
+        limits = [_SCALES[joint].parameters[0] for joint in self.joints]
+        if all(parameter.lower < self.factor - 1.0 < parameter.upper for parameter in limits):
+            return ""
+        whose = f"the {self.joints[0]} encoder shows" if len(self.joints) == 1 else "both encoders show"
+        settings = " and ".join(f"trial.{joint}_scale: {self.factor:.4g}" for joint in self.joints)
+        return (
+            f"the fit failed: by the balance of forces {whose} {self.factor:.4g} ± {self.std:.1g} times the angle. "
+            f"Check the counts per turn; for what is recorded already, set {settings}"
+        )
+
+
+def encoder_scale(
+    pieces: Sequence[Piece], mechanism: Mechanism, balances: Sequence[ForceBalance]
+) -> EncoderScale | None:
+    """Look for a factor with which forces balance that do not balance without; None where there is none.
+
+    Args:
+        pieces: the motion, by the readings.
+        mechanism: what is known of the pendulum.
+        balances: of the readings as they are, the most likely first.
+    """
+    given = balances[0]
+    balances_well = np.all(given.unexplained <= np.maximum(_WELL_BALANCED, _BESIDE_NOISE * given.noise_share))
+    if balances_well and not any(effect in NOT_DRY for effect in given.effects):
+        return None
+    roughly = _Balances([piece.without_copies() for piece in pieces], mechanism, given.half_width)
+    _, joints, near = least_misfit(roughly.misfit)
+    closely = _Balances(pieces, mechanism, given.half_width, DRY)
+    _, _, logarithm = refine(closely.misfit, joints, near)
+    factor = float(np.exp(logarithm))
+    found = closely.balance(joints, logarithm) if abs(factor - 1.0) > _NEAREST else None
+    if found is None or found.misfit > min(other.misfit for other in balances) - CLEARLY_BETTER:
+        return None
+    if _beyond_noise(found) > min(_LARGEST_LEFT, _HALF * min(_beyond_noise(other) for other in balances)):
+        return None
+    of_readings = tuple((_SCALES[joint], np.array([factor - 1.0])) for joint in joints)
+    return EncoderScale(
+        joints, factor, factor * closely.std(joints, logarithm), replace(found, of_readings=of_readings)
+    )
+
+
+def _beyond_noise(balance: ForceBalance) -> float:
+    """Return the larger unexplained share, of the two joints, without that of noise."""
+    return float(np.sqrt(np.maximum(balance.unexplained**2 - balance.noise_share**2, 0.0).max()))
+
+
+@dataclass(frozen=True)
+class _Balances:
+    """Balances of forces by the logarithm of a factor."""
+
+    pieces: Sequence[Piece]
+    mechanism: Mechanism
+    half_width: float
+    """Of the windows [s]."""
+    effects: tuple[TorqueEffect, ...] = ()
+
+    def balance(self, joints: Joints, logarithm: float) -> ForceBalance | None:
+        """Return it with the angles put right; None where it cannot be computed."""
+        inner, outer = (float(np.exp(-logarithm)) if joint in joints else 1.0 for joint in JOINTS)
+        turned = [piece.with_joints_turned(inner, outer) for piece in self.pieces]
+        try:
+            return balance_of_pieces(
+                turned, self.mechanism, effects=self.effects, optional=(), half_width=self.half_width
+            )
+        except (IdentificationError, np.linalg.LinAlgError):
+            return None
+
+    def misfit(self, joints: Joints, logarithm: float) -> float:
+        """Return what is left, infinite where it cannot be computed."""
+        found = self.balance(joints, logarithm)
+        return found.misfit if found and np.isfinite(found.misfit) else np.inf
+
+    def std(self, joints: Joints, logarithm: float) -> float:
+        """Return the standard deviation of the logarithm where the misfit is least."""
+        below, least, above = (self.misfit(joints, logarithm + change) for change in (-_CHANGE, 0.0, _CHANGE))
+        # Minus twice the logarithm of the likelihood: its second derivative is two over the variance.
+        curvature = (below - 2.0 * least + above) / _CHANGE**2
+        return float(np.sqrt(2.0 / curvature)) if curvature > 0.0 else np.inf

@@ -1,0 +1,103 @@
+"""Whether readings are a factor times the angles: the counts per turn are not what they are taken for.
+
+Gravity's torque goes with the sine of an angle, and so shows how large the angle is. Where edges of an encoder's
+signals are counted once or four times, or a gear is forgotten, forces balance with the readings over this factor only.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+from scipy.optimize import minimize_scalar
+
+from cdp_ident.trial.balance import Motion
+from cdp_ident.trial.lumped import Lumped
+from cdp_ident.trial.meaning import balance_of
+from cdp_ident.trial.options import TrialOptions
+
+Mask = npt.NDArray[np.bool_]
+Joints = tuple[str, ...]
+"""The joints whose readings have the same factor."""
+Misfit = Callable[[Joints, float], float]
+"""What is left with the joints' readings over the exponential of a number; infinite where it cannot be computed."""
+
+_TOGETHER: tuple[Joints, ...] = (("inner",), ("outer",), ("inner", "outer"))
+_LIKELY = (0.25, 0.5, 2.0, 4.0)
+"""Factors by edges that are counted or not."""
+_BETWEEN = 0.067
+"""Distance of the others' logarithms that are tried first."""
+_LOGARITHMS = np.sort([*np.arange(-24, 25) * _BETWEEN, *np.log(_LIKELY)])
+_REFINED = 6
+"""The best minima among them are refined: of fast motion the misfit has many."""
+_NONE = 1e30
+_NEAREST = 0.03
+"""Least logarithm of a factor that is no effect of the rig, such as an encoder disc off its centre."""
+_BESIDE = 0.1
+"""Weight of the residual's spread beside the share that noise does not explain."""
+_ENOUGH = 1500
+"""Windows: of more, only some are taken, for neighbours overlap."""
+_WITHIN = 3e-4
+"""Accuracy of the logarithm."""
+
+
+def least_misfit(misfit: Misfit) -> tuple[float, Joints, float]:
+    """Return the least misfit of all factors, the joints that have this factor, and its logarithm."""
+    minima = [found for joints in _TOGETHER for found in _minima(misfit, joints)]
+    minima.sort(key=lambda found: found[0])
+    refined = [refine(misfit, joints, near) for _, joints, near in minima[:_REFINED]]
+    return min(refined, key=lambda found: found[0], default=(np.inf, _TOGETHER[0], 0.0))
+
+
+def _minima(misfit: Misfit, joints: Joints) -> list[tuple[float, Joints, float]]:
+    tried = np.array([misfit(joints, logarithm) for logarithm in _LOGARITHMS])
+    around = np.concatenate([[np.inf], tried, [np.inf]])
+    lowest = (tried <= around[:-2]) & (tried <= around[2:]) & np.isfinite(tried)
+    return [(float(tried[k]), joints, float(_LOGARITHMS[k])) for k in np.flatnonzero(lowest)]
+
+
+def refine(misfit: Misfit, joints: Joints, near: float) -> tuple[float, Joints, float]:
+    """Return the least misfit near a factor, the joints that have it, and its logarithm."""
+
+    def finite(logarithm: float) -> float:
+        return min(misfit(joints, logarithm), _NONE)
+
+    found = minimize_scalar(
+        finite, bounds=(near - _BETWEEN, near + _BETWEEN), method="bounded", options={"xatol": _WITHIN}
+    )
+    return float(found.fun), joints, float(found.x)
+
+
+def scaled(options: TrialOptions, joints: Joints, logarithm: float) -> TrialOptions:
+    """Return the meaning of angles with the joints' readings over another factor."""
+    factors = {f"{joint}_scale": float(np.exp(logarithm)) * getattr(options, f"{joint}_scale") for joint in joints}
+    return replace(options, **factors)
+
+
+def best_scale(
+    motions: Sequence[Motion], moving: Sequence[Mask], options: TrialOptions
+) -> tuple[TrialOptions, Lumped] | None:
+    """Return the meaning of the angles with the factor with which forces balance best.
+
+    None where none is possible, or the best one is so near to one that something else may act like it.
+
+    Args:
+        motions: of the recorded joints.
+        moving: of each motion, the windows that show one.
+        options: what the angles are taken to mean.
+    """
+    apart = max(1, sum(np.count_nonzero(mask) for mask in moving) // _ENOUGH)
+    some = [mask & (np.arange(len(mask)) % apart == 0) for mask in moving]
+
+    def lumped(joints: Joints, logarithm: float, moving: Sequence[Mask] = some) -> Lumped | None:
+        found = balance_of(motions, moving, scaled(options, joints, logarithm))
+        return found.lumped if found and found.lumped.is_mechanism and found.lumped.has_certain_signs else None
+
+    def misfit(joints: Joints, logarithm: float) -> float:
+        found = lumped(joints, logarithm)
+        # The spread decides between factors that leave nothing but noise.
+        return np.inf if found is None else found.unexplained + _BESIDE * found.spread
+
+    _, joints, logarithm = least_misfit(misfit)
+    found = lumped(joints, logarithm, moving) if abs(logarithm) > _NEAREST else None
+    return None if found is None else (scaled(options, joints, logarithm), found)

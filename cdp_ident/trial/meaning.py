@@ -1,0 +1,51 @@
+"""The balance of forces of recorded joints, under one meaning of their angles."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from cdp_ident.trial.balance import Motion, Windows, joined, windows
+from cdp_ident.trial.joints import model_angles
+from cdp_ident.trial.lumped import Lumped, fit_lumped
+from cdp_ident.trial.options import TrialOptions
+
+Mask = npt.NDArray[np.bool_]
+
+_FEWEST_WINDOWS = 100
+"""Windows that show motion, below which nothing can be said: five units of its time scale."""
+
+
+@dataclass(frozen=True)
+class Balance:
+    """The balance of forces of some motions, under one meaning of their angles."""
+
+    windows: tuple[Windows, ...]
+    """Of each motion."""
+    lumped: Lumped
+
+
+def in_model_angles(motion: Motion, options: TrialOptions) -> Motion:
+    """Return a motion of the recorded joints as one of theta1 and theta2."""
+    still = model_angles(np.zeros((1, 2)), options)
+    of_inner, of_outer = motion.noise / np.array([options.inner_scale, options.outer_scale]) ** 2
+    return replace(
+        motion,
+        angles=model_angles(motion.angles, options),
+        rates=model_angles(motion.rates, options) - still,
+        cart=options.cart_sign * motion.cart,
+        cart_velocity=options.cart_sign * motion.cart_velocity,
+        noise=np.array([of_inner, of_outer + (of_inner if options.outer_angle == "relative" else 0.0)]),
+    )
+
+
+def balance_of(motions: Sequence[Motion], moving: Sequence[Mask], options: TrialOptions) -> Balance | None:
+    """Return the balance of forces of motions of the recorded joints under a meaning; None with too little motion.
+
+    `moving` are, of each motion, the windows (as many as `balance.windows` returns) that show one.
+    """
+    if sum(np.count_nonzero(mask) for mask in moving) < _FEWEST_WINDOWS:
+        return None
+    parts = [windows(in_model_angles(motion, options)) for motion in motions]
+    return Balance(tuple(parts), fit_lumped(joined(parts), np.concatenate(moving)))

@@ -1,0 +1,70 @@
+"""Counts per turn that are taken wrongly are told from the motion, with the factor that puts them right."""
+
+import re
+
+import numpy as np
+import pytest
+
+from cdp_ident.errors import TrialError
+from cdp_ident.trial.encoder_scale import least_misfit
+from cdp_ident.trial.find import find_trial
+from cdp_ident.trial.joints import Samples
+from cdp_ident.trial.options import TrialOptions
+
+
+@pytest.fixture(scope="module")
+def samples(recordings):
+    made = recordings().carry(2.0, 2.5, 1.0).hold(0.5).swing(10)
+    return Samples(made.stamps(), made.joints(), None)
+
+
+def read_as(samples, inner, outer):
+    """What encoders show whose counts per turn are wrong, and that are right where the rods hang."""
+    hanging = np.array([np.pi, 0.0])
+    return Samples(samples.stamps, hanging + (samples.angles - hanging) * np.array([inner, outer]), None)
+
+
+@pytest.mark.parametrize(
+    ("factors", "settings"),
+    [
+        ({"inner": 4.0}, r"the inner joint's readings are (\S+) times the angle: inner_scale: \1 leaves"),
+        ({"outer": 0.5}, r"the outer joint's readings are (\S+) times the angle: outer_scale: \1 leaves"),
+        (
+            {"inner": 0.25, "outer": 0.25},
+            r"the readings of both joints are (\S+) times the angle: inner_scale: \1 and outer_scale: \1 leaves",
+        ),
+    ],
+)
+def test_counts_that_are_wrong_are_refused_with_the_factor(samples, factors, settings):
+    wrong = read_as(samples, factors.get("inner", 1.0), factors.get("outer", 1.0))
+    with pytest.raises(TrialError, match=f"{settings}.*check the counts per turn, or set that") as refused:
+        find_trial(wrong, TrialOptions())
+    assert float(re.search(settings, str(refused.value))[1]) == pytest.approx(next(iter(factors.values())), rel=0.01)
+
+
+def test_the_factor_that_the_refusal_names_puts_the_angles_right(samples):
+    right = find_trial(samples, TrialOptions())
+    mended = find_trial(read_as(samples, 1.0, 0.5), TrialOptions(outer_scale=0.5))
+    assert mended.warnings == right.warnings == ()
+    assert mended.trial.theta == pytest.approx(right.trial.theta, abs=1e-9)
+
+
+def test_factors_multiply_those_that_are_set_already(samples):
+    with pytest.raises(TrialError, match=r"outer_scale: (0\.5|0\.49\d+|0\.50\d+) leaves"):
+        find_trial(read_as(samples, 1.0, 0.5), TrialOptions(outer_scale=2.0))
+
+
+def test_of_several_minima_the_least_is_found():
+    def misfit(joints, logarithm):
+        if joints != ("outer",):
+            return 1.0 + 0.01 * logarithm**2
+        return 1.0 - 0.2 * np.exp(-(((logarithm - 1.0) / 0.05) ** 2)) - 0.5 * np.exp(-(((logarithm + 0.7) / 0.05) ** 2))
+
+    value, joints, logarithm = least_misfit(misfit)
+    assert (value, joints) == (pytest.approx(0.5, abs=1e-3), ("outer",))
+    assert logarithm == pytest.approx(-0.7, abs=1e-3)
+
+
+def test_where_nothing_can_be_computed_nothing_is_found():
+    value, _, _ = least_misfit(lambda joints, logarithm: np.inf)
+    assert value == np.inf
