@@ -19,6 +19,7 @@ PHONE = {"width": 375, "height": 800}
 SECTIONS = ("result", "motion", "paper", "effects", "parameters", "warnings", "repeat")
 LENGTH, OUTER_LENGTH = 0.4, 0.4
 EVIL = "\"'><img src=x onerror=alert(1)></script><script>alert(2)</script>{{7*7}}$x$`<b>"
+WIDTHS = "[...document.querySelectorAll('.plot .main-svg')].map(s => s.clientWidth)"
 FIXED = {"schema", "role", "joint", "unit", "method", "written_at", "certainty"}
 
 
@@ -78,13 +79,18 @@ def test_everything_is_drawn_for_a_phone_in_the_dark_and_for_printing(visit):
     visited.draw_all()
     assert_everything_is_there(visited, PHONE["width"])
     assert visited.page.locator(".controls").is_visible()
+    before = visited.page.evaluate(WIDTHS)
 
     visited.page.emulate_media(media="print", color_scheme="dark")
     visited.page.evaluate("dispatchEvent(new Event('beforeprint'))")
     assert not visited.page.locator(".controls").is_visible()
     assert visited.page.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(255, 255, 255)"
-    widths = visited.page.evaluate("[...document.querySelectorAll('.plot .main-svg')].map(s => s.clientWidth)")
-    assert PHONE["width"] < max(widths) <= 660
+    assert PHONE["width"] < max(visited.page.evaluate(WIDTHS)) <= 660
+
+    visited.page.emulate_media(media="screen", color_scheme="dark")
+    visited.page.evaluate("dispatchEvent(new Event('afterprint'))")
+    visited.page.wait_for_function(f"widths => String({WIDTHS}) === String(widths)", arg=before)
+    assert_everything_is_there(visited, PHONE["width"])
     assert visited.complaints == []
 
 

@@ -59,7 +59,8 @@
     });
     addEventListener("afterprint", () => {
       printing = false;
-      again();
+      // Without a width of their own, charts keep the sheet's.
+      again().forEach((plot) => Plotly.Plots.resize(plot));
     });
     document.body.dataset.ready = "true";
   };
@@ -76,7 +77,11 @@
     },
     { rootMargin: "400px" },
   );
-  const again = () => plots.filter((plot) => plot.dataset.drawn).forEach(draw);
+  const again = () => {
+    const drawn = plots.filter((plot) => plot.dataset.drawn);
+    drawn.forEach(draw);
+    return drawn;
+  };
   dark.addEventListener("change", again);
 
   const axes = (plot) => Object.keys(plot.layout).filter((key) => key.startsWith("xaxis"));
