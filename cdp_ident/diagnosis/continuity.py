@@ -8,6 +8,7 @@ import numpy.typing as npt
 from cdp_ident.diagnosis.uncertainty import reduced_sensitivities
 from cdp_ident.fit.initial_states import InitialState
 from cdp_ident.fit.refinement import Fit
+from cdp_ident.fit.windows import Window
 from cdp_ident.model.time_grid import TimeGrid
 
 Array = npt.NDArray[np.float64]
@@ -33,16 +34,12 @@ def continuity(fit: Fit) -> Continuity | None:
     variance = fit.variance
     curvature = sum(np.einsum("nrp,nrq->pq", s, s) for s in reduced_sensitivities(fit))
     spread_of_values = variance * np.linalg.pinv(curvature, hermitian=True)
-    for index, (window, after) in enumerate(zip(fit.windows, fit.windows[1:], strict=False)):
-        if window.trial != after.trial or after.first != window.first + len(window.theta):
-            continue
-        time = np.array([after.begin - window.begin])
-        grid = TimeGrid.over(time, window.grid.step)
-        u = np.interp(grid.half_step_times(), window.grid.half_step_times(), window.u)
-        end = replace(window, time=time, theta=np.zeros((1, 2)), grid=grid, u=u)
+    for index in followed(fit):
+        window, after = fit.windows[index], fit.windows[index + 1]
+        end = at_times(window, np.array([after.begin - window.begin]))
         arrival, sensitivity = rods.predict(fit.values[of_rods], window.start, end)
         carried = sensitivity[0, :, :states]
-        (of_this, this_by_values), (of_next, next_by_values) = (_initial_state(fit, index + k) for k in range(2))
+        (of_this, this_by_values), (of_next, next_by_values) = (initial_state(fit, index + k) for k in range(2))
         spread = variance * (carried @ of_this @ carried.T + of_next[:2, :2])
         by_values = next_by_values[:2] - carried @ this_by_values
         by_values[:, of_rods] -= sensitivity[0, :, states:]
@@ -59,7 +56,20 @@ def continuity(fit: Fit) -> Continuity | None:
     )
 
 
-def _initial_state(fit: Fit, index: int) -> tuple[Array, Array]:
+def followed(fit: Fit) -> list[int]:
+    """Return the indices of the windows that another one follows at once."""
+    pairs = enumerate(zip(fit.windows, fit.windows[1:], strict=False))
+    return [k for k, (one, after) in pairs if one.trial == after.trial and after.first == one.first + len(one.theta)]
+
+
+def at_times(window: Window, time: Array) -> Window:
+    """Return a window that is looked at at other times [s]."""
+    grid = TimeGrid.over(time, window.grid.step)
+    u = np.interp(grid.half_step_times(), window.grid.half_step_times(), window.u)
+    return replace(window, time=time, theta=np.zeros((len(time), 2)), grid=grid, u=u)
+
+
+def initial_state(fit: Fit, index: int) -> tuple[Array, Array]:
     """Return an initial state's covariance (4, 4), over that of the angles, and its derivative by the values."""
     states = fit.model.states
     rows = fit.sensitivities[index].reshape(-1, states + len(fit.values))

@@ -50,10 +50,11 @@ class Identification:
         length_by_balance: LengthByBalance | None,
         estimate: Estimate,
         failure: str = "",
+        spread: Array | None = None,
     ) -> "Identification":
-        """Diagnose an estimate."""
+        """Diagnose an estimate; its values' covariance is `spread`, where more is known than the fit tells."""
         fit = estimate.fit
-        spread = covariance(fit)
+        spread = covariance(fit) if spread is None else spread
         length, _ = fit.model.constants(fit.values)
         shown = list(range(len(GROUPS)))
         if fit.model.inertia_free and fit.model.inverse_inertia(fit.values) > 0.0:

@@ -121,37 +121,45 @@ def estimate(
         balanced: (unknowns,) what a balance of forces has found.
 
     Raises:
-        IdentificationError: there is no window to fit.
+        IdentificationError: there is no window to fit, or the motion cannot be computed from anything that was found.
     """
     if not windows:
         raise IdentificationError("there is nothing to fit: no window of any trial has enough samples")
     objective = search_objective(windows, span, prior)
     lower, upper = prior.box
     best: Estimate | None = None
-    from_balance = None if balanced is None else _refined_from_balance(model, balanced, windows)
+    from_balance = None if balanced is None else _refined(model, balanced, windows)
     evaluations = 0
     for attempt in range(1, _MOST_SEARCHES + 1):
         search = genetic_search(objective, lower, upper, options, rng, stop)
         evaluations += search.evaluations
         inertia = float(inertia_about_cart(search.best, prior.length))
-        fit = refine_from_afar(model, model.initial_values(groups_of(search.best, prior.length), inertia), windows)
+        options = replace(options, generations=2 * options.generations)
+        of_search = _refined(model, model.initial_values(groups_of(search.best, prior.length), inertia), windows)
+        fit = of_search or from_balance
+        if fit is None:
+            continue
         before = best.fit.rmse() if best else np.inf
         if best is None or fit.rmse() < before:
             best = Estimate(search, attempt, evaluations, fit)
-        if from_balance is not None and from_balance.rmse() < (1.0 - _NO_BETTER) * best.fit.rmse():
+        is_balanced = best.fit is from_balance
+        if from_balance and (is_balanced or from_balance.rmse() < (1.0 - _NO_BETTER) * best.fit.rmse()):
             best = replace(best, fit=from_balance, starting_values="balance of forces")
         arrived = best.fit.rmse() < _FAR_ABOVE_NOISE * noise
         other = before if from_balance is None else min(before, from_balance.rmse())
         agree = abs(fit.rmse() - other) < _SAME_BASIN * other < np.inf
         if arrived or agree or not search.completed:
             break
-        options = replace(options, generations=2 * options.generations)
-    assert best is not None
+    if best is None:
+        raise IdentificationError(
+            f"the model's motion cannot be computed from the best values of any of {attempt} searches: check L, g and "
+            "the nominal values"
+        )
     return replace(best, searches=attempt, evaluations=evaluations)
 
 
-def _refined_from_balance(model: MotionModel, values: Array, windows: Sequence[Window]) -> Fit | None:
-    """Return the fit that begins at the values of a balance of forces (unknowns,); None where it cannot be computed."""
+def _refined(model: MotionModel, values: Array, windows: Sequence[Window]) -> Fit | None:
+    """Return the fit that begins at values (unknowns,); None where it cannot be computed."""
     try:
         return refine_from_afar(model, values, windows)
     except IdentificationError:

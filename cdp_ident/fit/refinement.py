@@ -251,6 +251,21 @@ def fit_initial_states_near(model: MotionModel, values: Array, windows: Sequence
         return near
 
 
+def with_all_derivatives(fit: Fit) -> Fit:
+    """Return a fit whose values were held, with the derivatives by them too.
+
+    Raises:
+        IdentificationError: they cannot be computed.
+    """
+    problem = NormalEquations(fit.model, fit.windows, np.arange(len(fit.values)), fit.values)
+    point = problem.evaluate(fit.values, [window.start for window in fit.windows], np.inf)
+    if point is None:
+        raise IdentificationError("the model's motion cannot be computed")
+    return replace(
+        fit, residuals=tuple(point.residuals), sensitivities=point.sensitivities, weights=tuple(point.weights)
+    )
+
+
 def _with_initial_states(pieces: list[Window], starts: list[Array] | None) -> list[Window]:
     """Return pieces of a window with the initial states found for pieces half as long, where there are any."""
     if starts is None or len(starts) != 2 * len(pieces):

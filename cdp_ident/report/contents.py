@@ -105,7 +105,7 @@ def _report(
         "residuals": residuals_section(outcome),
         "next_trial": next_trial,
         "selection": selection_section(outcome.trace),
-        "continuity": _continuity(completed),
+        "continuity": _continuity(completed, outcome.trace.joined),
         "repeatability": _repeatability(completed),
         "expected": compared(expected, outcome.trace.effects) if expected else [],
         "new_trials": [_new_trial(check) for check in new_trials],
@@ -166,11 +166,16 @@ def _search(outcome: Outcome) -> Section:
     }
 
 
-def _continuity(found: Identification) -> Section | None:
-    joined = found.continuity
-    if joined is None:
+def _continuity(found: Identification, joined: bool) -> Section | None:
+    compared = found.continuity
+    if compared is None:
         return None
-    return {"rms_rad": joined.rms, "relative": joined.relative, "boundaries": joined.boundaries}
+    return {
+        "rms_rad": compared.rms,
+        "relative": compared.relative,
+        "boundaries": compared.boundaries,
+        "joined": joined,
+    }
 
 
 def _repeatability(found: Identification) -> Section | None:

@@ -341,6 +341,7 @@ REPORT: Schema = {
                 rms_rad=number("[rad]"),
                 relative=number("about 1 where the model holds"),
                 boundaries=count("between windows"),
+                joined=flag("whether values are those with which windows join"),
             )
         ),
         repeatability=or_null(

@@ -9,9 +9,10 @@ import numpy.typing as npt
 
 from cdp_ident.diagnosis.evaluation import ErrorsByRole, errors_of, evaluate
 from cdp_ident.diagnosis.identification import Identification
+from cdp_ident.diagnosis.joined_windows import jumps
 from cdp_ident.errors import FitFailedError, IdentificationError
 from cdp_ident.fit.physical import PhysicalValues
-from cdp_ident.fit.refinement import Fit
+from cdp_ident.fit.refinement import Fit, fit_initial_states_near, with_all_derivatives
 from cdp_ident.model.parameters import groups_of, inertia_about_cart
 from cdp_ident.tracing.evidence import Attempt
 from cdp_ident.tracing.expected import ExpectedEffect
@@ -41,6 +42,8 @@ class Trace:
     errors: Mapping[Stage, ErrorsByRole]
     """Of the model at each stage."""
     unexplained: Unexplained
+    joined: bool
+    """Whether windows were joined."""
     failure: str
     """Why no parameter means anything, in words; empty where the fit did not fail."""
 
@@ -85,6 +88,10 @@ def trace(
     after = before if selection.after is selection.before else before.like_this(selection.after.fit)
     without = [_holdout_error(after, attempt.fit) for attempt in selection.without]
     completed = _completed(found, after.fit)
+    remains = unexplained(after, data.noise, data.names, completed.inertia.value)
+    joined = found.options.join_windows and not failure and _joined(found, after, completed, remains.significant, say)
+    if joined:
+        after, completed = joined
     return Trace(
         selection=selection,
         before=before,
@@ -92,7 +99,8 @@ def trace(
         effects=found_effects(selection, after, without, completed.covariance, completed.inertia),
         completed=completed,
         errors=_errors(found, selection, before, after),
-        unexplained=unexplained(after, data.noise, data.names, completed.inertia.value),
+        unexplained=remains,
+        joined=bool(joined),
         failure=failure,
     )
 
@@ -157,8 +165,28 @@ def _errors(
     }
 
 
-def _completed(found: Identification, fit: Fit) -> Identification:
-    """Return an identification with another fit and its diagnosis."""
+def _completed(found: Identification, fit: Fit, spread: Array | None = None) -> Identification:
+    """Return an identification with another fit and its diagnosis; its values' covariance may be known."""
     if fit is found.fit:
         return found
-    return Identification.of(found.options, found.data, found.balances, found.length, replace(found.estimate, fit=fit))
+    estimate = replace(found.estimate, fit=fit)
+    return Identification.of(found.options, found.data, found.balances, found.length, estimate, spread=spread)
+
+
+def _joined(
+    found: Identification, after: FinalModel, completed: Identification, more_remains: bool, say: Callable[[str], None]
+) -> tuple[FinalModel, Identification] | None:
+    """Return the model and its diagnosis with windows joined; None, and why in a line of text, where they are not."""
+    try:
+        between = None if more_remains else jumps(after.fit, completed.covariance)
+        if between and between.join:
+            held = fit_initial_states_near(after.model, between.values, after.fit.windows, np.inf)
+            fit = with_all_derivatives(held)
+            joined = after.like_this(fit), _completed(found, fit, between.covariance)
+            say(f"windows are joined: p = {between.p_value:.2g} for the jumps between them")
+            return joined
+        why = f"p = {between.p_value:.1g} for the jumps between them" if between else "no two can be compared"
+    except (IdentificationError, np.linalg.LinAlgError) as error:
+        why = str(error)
+    say(f"windows are not joined: {'more than noise remains' if more_remains else why}")
+    return None

@@ -231,3 +231,10 @@ def test_lost_counts_are_not_taken_for_a_zero_of_their_trial() -> None:
     found, made = traced_truth("encoder_slip.outer", 21000, "mujoco")
     assert named(found) == {("encoder_slip", "outer")}
     assert found.after.fit.rmse() < FIT_TO_THE_NOISE * made.floor
+
+
+@pytest.mark.campaign
+def test_where_the_search_s_best_cannot_be_simulated_the_fit_begins_at_the_balance_of_forces() -> None:
+    found, made = traced_truth("coulomb_friction.outer+air_drag.outer+encoder_offset.outer", 25001)
+    assert named(found) == {("coulomb_friction", "outer"), ("air_drag", "outer"), ("encoder_offset", "outer")}
+    assert found.after.holdout.rmse() < FIT_TO_THE_NOISE * made.floor
