@@ -26,7 +26,7 @@ _NEAREST = 0.01
 _CHANGE = 0.003
 """Change of the factor's logarithm by which the misfit's curvature is taken."""
 _SCALES: Mapping[str, SensorEffect] = {
-    effect.joint: effect for effect in CATALOGUE if isinstance(effect, SensorEffect) and effect.name == "encoder_scale"
+    effect.joint: effect for effect in CATALOGUE if isinstance(effect, SensorEffect) and effect.is_scale
 }
 
 

@@ -131,13 +131,15 @@ def estimate(
     from_balance = None if balanced is None else _refined(model, balanced, windows)
     evaluations = 0
     for attempt in range(1, _MOST_SEARCHES + 1):
-        search = genetic_search(objective, lower, upper, options, rng, stop)
+        longer = replace(options, generations=options.generations * 2 ** (attempt - 1))
+        search = genetic_search(objective, lower, upper, longer, rng, stop)
         evaluations += search.evaluations
         inertia = float(inertia_about_cart(search.best, prior.length))
-        options = replace(options, generations=2 * options.generations)
         of_search = _refined(model, model.initial_values(groups_of(search.best, prior.length), inertia), windows)
         fit = of_search or from_balance
         if fit is None:
+            if not search.completed:
+                break
             continue
         before = best.fit.rmse() if best else np.inf
         if best is None or fit.rmse() < before:

@@ -183,6 +183,8 @@ class SensorEffect:
     """Whether it happens once, in one trial: it is added from its parameter `time` on."""
     acts_as_zero: bool = False
     """Whether it is an encoder's zero that is off by the same in all trials."""
+    is_scale: bool = False
+    """Whether readings are one plus its parameter times the angle from where the rods hang."""
 
     @property
     def key(self) -> str:

@@ -52,10 +52,20 @@ def _each(
     parameters: tuple[EffectParameter, ...],
     reading,
     acts_as_zero: bool = False,
+    is_scale: bool = False,
 ) -> tuple[SensorEffect, ...]:
     return tuple(
         SensorEffect(
-            name, joint, "", description, formula, source, parameters, reading(rest), acts_as_zero=acts_as_zero
+            name,
+            joint,
+            "",
+            description,
+            formula,
+            source,
+            parameters,
+            reading(rest),
+            acts_as_zero=acts_as_zero,
+            is_scale=is_scale,
         )
         for joint, rest in _RESTS
     )
@@ -78,6 +88,7 @@ ENCODERS: tuple[SensorEffect, ...] = (
         "a belt or gear between joint and encoder, or a wrong setting",
         (EffectParameter("scale", "1", -0.1, 0.1, 0.01),),
         _scale,
+        is_scale=True,
     ),
     *_each(
         "encoder_eccentricity",
