@@ -26,6 +26,8 @@ _SHARE_OF_STEP = 0.01
 """Speeds are taken over so much of a step of the integrator to either side."""
 _MOST_REMEMBERED = 2.0
 """Integrated autocorrelation time [samples] beyond which the noise at a window's end is still there in the next one."""
+_MOST = 500
+"""Jumps that are used, of more evenly spread ones: the time goes with their third power."""
 _LEVEL = 0.01
 """Probability of such jumps from which on windows join."""
 
@@ -66,6 +68,7 @@ def jumps(fit: Fit, spread: Array) -> Jumps | None:
     following = [index for index in followed(fit) if known[index] and known[index + 1]]
     if not following:
         return None
+    following = following[:: -(-len(following) // _MOST)]
     # Correlated noise makes initial states as uncertain as it makes a mean.
     variance = fit.variance * remembered
     found, by_values = np.zeros((len(following), size)), np.zeros((len(following), size, unknowns))

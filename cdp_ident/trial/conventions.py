@@ -156,11 +156,12 @@ def _wrong_scale(options: TrialOptions, other: TrialOptions, fit: Lumped, given:
     changed = [
         joint for joint in ("inner", "outer") if getattr(other, f"{joint}_scale") != getattr(options, f"{joint}_scale")
     ]
-    factor = getattr(other, f"{changed[0]}_scale")
+    factors = {joint: f"{getattr(other, f'{joint}_scale'):.4g}" for joint in changed}
     whose = f"the {changed[0]} joint's readings are" if len(changed) == 1 else "the readings of both joints are"
-    settings = " and ".join(wording.setting(f"{joint}_scale", f"{factor:.4g}") for joint in changed)
+    settings = " and ".join(wording.setting(f"{joint}_scale", factor) for joint, factor in factors.items())
+    times = " and ".join(dict.fromkeys(factors.values()))
     return (
-        f"{whose} {factor:.4g} times the angle: {settings} leaves {fit.unexplained:.1%} of the inner rod's "
+        f"{whose} {times} times the angle: {settings} leaves {fit.unexplained:.1%} of the inner rod's "
         f"acceleration unexplained instead of {given.unexplained:.1%}; check the counts per turn, or set that"
     )
 
