@@ -10,6 +10,7 @@ import numpy.typing as npt
 from cdp_ident.diagnosis.evaluation import ErrorsByRole, errors_of, evaluate
 from cdp_ident.diagnosis.identification import Identification
 from cdp_ident.diagnosis.joined_windows import jumps
+from cdp_ident.diagnosis.uncertainty import covariance
 from cdp_ident.errors import FitFailedError, IdentificationError
 from cdp_ident.fit.physical import PhysicalValues
 from cdp_ident.fit.refinement import Fit, fit_initial_states_near, with_all_derivatives
@@ -21,7 +22,7 @@ from cdp_ident.tracing.found_effects import FoundEffect, found_effects
 from cdp_ident.tracing.progress import attempt_of
 from cdp_ident.tracing.selection import Selection
 from cdp_ident.tracing.stepwise import stepwise_selection
-from cdp_ident.tracing.unexplained import Unexplained, unexplained
+from cdp_ident.tracing.unexplained import Unexplained, leaves_only_noise, unexplained
 
 Array = npt.NDArray[np.float64]
 Stage = Literal["nominal", "search", "refined", "effects"]
@@ -83,15 +84,15 @@ def trace(
     """
     data = found.data
     selection, failure = select_effects(found, say, stop, trying, expected)
+    fit, spread = selection.after.fit, None
+    joined = _joined(fit, data.noise, say) if found.options.join_windows and not failure else None
+    if joined:
+        fit, spread = joined
     # Held-out motion is used from here on, when everything is decided.
     before = FinalModel.of(selection.before.fit, data)
-    after = before if selection.after is selection.before else before.like_this(selection.after.fit)
+    after = before if fit is selection.before.fit else before.like_this(fit)
     without = [_holdout_error(after, attempt.fit) for attempt in selection.without]
-    completed = _completed(found, after.fit)
-    remains = unexplained(after, data.noise, data.names, completed.inertia.value)
-    joined = found.options.join_windows and not failure and _joined(found, after, completed, remains.significant, say)
-    if joined:
-        after, completed = joined
+    completed = _completed(found, fit, spread)
     return Trace(
         selection=selection,
         before=before,
@@ -99,8 +100,8 @@ def trace(
         effects=found_effects(selection, after, without, completed.covariance, completed.inertia),
         completed=completed,
         errors=_errors(found, selection, before, after),
-        unexplained=remains,
-        joined=bool(joined),
+        unexplained=unexplained(after, data.noise, data.names, completed.inertia.value),
+        joined=joined is not None,
         failure=failure,
     )
 
@@ -173,20 +174,24 @@ def _completed(found: Identification, fit: Fit, spread: Array | None = None) -> 
     return Identification.of(found.options, found.data, found.balances, found.length, estimate, spread=spread)
 
 
-def _joined(
-    found: Identification, after: FinalModel, completed: Identification, more_remains: bool, say: Callable[[str], None]
-) -> tuple[FinalModel, Identification] | None:
-    """Return the model and its diagnosis with windows joined; None, and why in a line of text, where they are not."""
+def _joined(fit: Fit, noise: Array, say: Callable[[str], None]) -> tuple[Fit, Array] | None:
+    """Return a fit with windows joined, and its values' covariance; None where they are not, and why in a line of text.
+
+    Args:
+        fit: over the fitted windows.
+        noise: (2,) standard deviation of the noise of theta1 and theta2 [rad].
+        say: called with the line.
+    """
+    why = "more than noise remains"
     try:
-        between = None if more_remains else jumps(after.fit, completed.covariance)
-        if between and between.join:
-            held = fit_initial_states_near(after.model, between.values, after.fit.windows, np.inf)
-            fit = with_all_derivatives(held)
-            joined = after.like_this(fit), _completed(found, fit, between.covariance)
-            say(f"windows are joined: p = {between.p_value:.2g} for the jumps between them")
-            return joined
-        why = f"p = {between.p_value:.1g} for the jumps between them" if between else "no two can be compared"
+        if leaves_only_noise([fit], noise):
+            between = jumps(fit, covariance(fit))
+            if between and between.join:
+                held = with_all_derivatives(fit_initial_states_near(fit.model, between.values, fit.windows, np.inf))
+                say(f"windows are joined: p = {between.p_value:.2g} for the jumps between them")
+                return held, between.covariance
+            why = f"p = {between.p_value:.1g} for the jumps between them" if between else "no two can be compared"
     except (IdentificationError, np.linalg.LinAlgError) as error:
         why = str(error)
-    say(f"windows are not joined: {'more than noise remains' if more_remains else why}")
+    say(f"windows are not joined: {why}")
     return None

@@ -7,6 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.diagnosis.outlier_windows import outlier_windows
+from cdp_ident.fit.refinement import Fit
 from cdp_ident.model.effects.effect import JOINTS, Joint
 from cdp_ident.tracing import thresholds
 from cdp_ident.tracing.final_model import FinalModel
@@ -42,18 +43,16 @@ def unexplained(final: FinalModel, noise: Array, trials: Sequence[str], inertia:
         trials: names of the trials.
         inertia: A22 [kg m^2], to give torques in N m.
     """
-    errors = np.array([max(final.fit.rmse(k), final.holdout.rmse(k)) for k in range(2)])
+    fits = (final.fit, final.holdout)
+    errors = _errors(fits)
     ratios = errors / noise
     worst = int(np.argmax(ratios))
     overall = final.holdout.rmse() / float(np.sqrt(np.mean(noise**2)))
     window = _outlier_window(final, noise, trials)
-    if window is None:
-        nothing = "nothing but the encoders' noise"
-        if ratios[worst] < thresholds.ABOVE_NOISE:
-            return Unexplained(False, JOINTS[worst], overall, nothing)
-        if forgets_soon(final.fit) and forgets_soon(final.holdout):
-            of_samples = f", correlated over {final.fit.autocorrelation.integrated_time:.0f} samples"
-            return Unexplained(False, JOINTS[worst], overall, nothing + of_samples)
+    if window is None and leaves_only_noise(fits, noise):
+        is_small = ratios[worst] < thresholds.ABOVE_NOISE
+        memory = "" if is_small else f", correlated over {final.fit.autocorrelation.integrated_time:.0f} samples"
+        return Unexplained(False, JOINTS[worst], overall, "nothing but the encoders' noise" + memory)
     residual = torque_residual(corrected(final.fit))
     dependence = max(_dependences(residual), key=lambda found: found.share)
     remains = f"{1e3 * errors[worst]:.3g} mrad remain in theta{worst + 1}, {ratios[worst]:.1f} times its noise"
@@ -61,6 +60,21 @@ def unexplained(final: FinalModel, noise: Array, trials: Sequence[str], inertia:
     slow = f"; it changes slowly, over {correlated:.0f} samples" if is_structured(final.fit) else ""
     description = "; ".join(filter(None, (remains, dependence.words(inertia) + slow, window)))
     return Unexplained(True, JOINTS[dependence.joint], overall, description)
+
+
+def leaves_only_noise(fits: Sequence[Fit], noise: Array) -> bool:
+    """Return whether errors are of the noise's size, or forgotten as soon as noise with a memory is.
+
+    Args:
+        fits: a model over some windows each.
+        noise: (2,) standard deviation of the noise of theta1 and theta2 [rad].
+    """
+    return bool(np.all(_errors(fits) < thresholds.ABOVE_NOISE * noise)) or all(map(forgets_soon, fits))
+
+
+def _errors(fits: Sequence[Fit]) -> Array:
+    """Return the largest error of theta1 and of theta2 (2,) [rad]."""
+    return np.array([max(fit.rmse(angle) for fit in fits) for angle in range(2)])
 
 
 @dataclass(frozen=True)

@@ -84,3 +84,12 @@ def test_a_trace_ends_with_the_joined_values_on_request_alone():
     apart = trace(replace(found, options=replace(found.options, join_windows=False)))
     assert not apart.joined
     assert apart.after.fit is found.fit
+
+
+def test_motion_that_is_held_out_has_no_part_in_it():
+    *fitted, held_out = trials(0)
+    disturbed = replace(held_out, theta=held_out.theta + np.random.default_rng(1).normal(0, 5e-3, held_out.theta.shape))
+    joined = trace(identify(fitted, [disturbed], IdentifyOptions(window=1.5, join_windows=True)))
+    assert joined.unexplained.significant
+    assert joined.joined
+    assert np.array_equal(joined.after.fit.values, trace(identified()).after.fit.values)

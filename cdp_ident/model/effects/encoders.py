@@ -51,22 +51,10 @@ def _each(
     source: str,
     parameters: tuple[EffectParameter, ...],
     reading,
-    acts_as_zero: bool = False,
-    is_scale: bool = False,
+    **kind: bool,
 ) -> tuple[SensorEffect, ...]:
     return tuple(
-        SensorEffect(
-            name,
-            joint,
-            "",
-            description,
-            formula,
-            source,
-            parameters,
-            reading(rest),
-            acts_as_zero=acts_as_zero,
-            is_scale=is_scale,
-        )
+        SensorEffect(name, joint, "", description, formula, source, parameters, reading(rest), **kind)
         for joint, rest in _RESTS
     )
 
