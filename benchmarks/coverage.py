@@ -27,6 +27,7 @@ from cdp_ident.diagnosis.joined_windows import jumps
 from cdp_ident.diagnosis.uncertainty import covariance
 from cdp_ident.fit.refinement import Fit
 from cdp_ident.model.parameters import GROUPS, SYMBOLS, groups_of, inertia_about_cart
+from cdp_ident.tracing.in_doubt import added_covariance, effects_in_doubt
 from cdp_ident.tracing.trace import select_effects
 from reference.encoders import Counter
 from reference.settings import Setting
@@ -72,7 +73,8 @@ def examine(job: str) -> Kept:
     found = identified(made)
     selection, _ = select_effects(found)
     fit = selection.after.fit
-    spread = covariance(fit)
+    added = added_covariance(effects_in_doubt(fit))
+    spread = covariance(fit) + added
     physical = np.array([made.setting.values[symbol] for symbol in SYMBOLS])
     length = made.setting.values["L"]
     off = fit.values[: len(GROUPS)] - groups_of(physical, length)
@@ -85,17 +87,21 @@ def examine(job: str) -> Kept:
         "found": [f"{active.effect.name}.{active.effect.joint}" for active in fit.model.effects],
         "base": base.tolist(),
         "effects": of_effects,
-        "joined": _joined(fit, spread, off),
+        "joined": _joined(fit, added, off),
     }
 
 
-def _joined(fit: Fit, spread: npt.NDArray[np.float64], off: npt.NDArray[np.float64]) -> Kept | None:
-    """Return deviations of base parameters with windows joined, and how many times narrower intervals are then."""
+def _joined(fit: Fit, added: npt.NDArray[np.float64] | float, off: npt.NDArray[np.float64]) -> Kept | None:
+    """Return deviations of base parameters with windows joined, and how many times narrower intervals are then.
+
+    `added` is the covariance by effects in doubt.
+    """
+    spread = covariance(fit)
     found = jumps(fit, spread)
     if found is None or not found.join:
         return None
     place = slice(len(GROUPS))
-    std, before = (np.sqrt(np.diag(of)[place]) for of in (found.covariance, spread))
+    std, before = (np.sqrt(np.diag(of + added)[place]) for of in (found.covariance, spread))
     moved = off + (found.values - fit.values)[place]
     return {"base": (moved / std).tolist(), "narrower": (before / std).tolist()}
 

@@ -1,6 +1,6 @@
 """A fitted model with its diagnosis."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -50,16 +50,11 @@ class Identification:
         length_by_balance: LengthByBalance | None,
         estimate: Estimate,
         failure: str = "",
-        spread: Array | None = None,
     ) -> "Identification":
-        """Diagnose an estimate; its values' covariance is `spread`, where more is known than the fit tells."""
+        """Diagnose an estimate."""
         fit = estimate.fit
-        spread = covariance(fit) if spread is None else spread
-        length, _ = fit.model.constants(fit.values)
-        shown = list(range(len(GROUPS)))
-        if fit.model.inertia_free and fit.model.inverse_inertia(fit.values) > 0.0:
-            shown.append(fit.model.names.index(INVERSE_INERTIA.symbol))
-        physical = nearest_physical_values(fit.values[shown], spread[np.ix_(shown, shown)], options.prior, length)
+        spread = covariance(fit)
+        physical = _physical(options, fit, spread)
         return cls(
             options=options,
             data=data,
@@ -73,6 +68,12 @@ class Identification:
             continuity=continuity(fit),
             repeatability=repeatability(fit, data.names),
         )
+
+    def with_covariance(self, spread: Array) -> "Identification":
+        """Return it with another covariance (unknowns, unknowns) of the fitted values, and what follows from that."""
+        physical = _physical(self.options, self.fit, spread)
+        inertia = Inertia.of(self.fit.model, self.fit.values, spread, physical)
+        return replace(self, covariance=spread, physical=physical, inertia=inertia)
 
     @property
     def fit(self) -> Fit:
@@ -88,3 +89,11 @@ class Identification:
     def interrupted(self) -> bool:
         """Whether the search was ended early."""
         return not self.estimate.search.completed
+
+
+def _physical(options: IdentifyOptions, fit: Fit, spread: Array) -> PhysicalValues:
+    length, _ = fit.model.constants(fit.values)
+    shown = list(range(len(GROUPS)))
+    if fit.model.inertia_free and fit.model.inverse_inertia(fit.values) > 0.0:
+        shown.append(fit.model.names.index(INVERSE_INERTIA.symbol))
+    return nearest_physical_values(fit.values[shown], spread[np.ix_(shown, shown)], options.prior, length)

@@ -11,7 +11,7 @@ from cdp_ident.diagnosis.warnings import FitWarning, find_warnings, outlier_warn
 from cdp_ident.model.parameters import GROUPS
 from cdp_ident.outside_text import shown
 from cdp_ident.report.earlier import compared
-from cdp_ident.report.effects_section import effect_section, selection_section
+from cdp_ident.report.effects_section import effect_section, in_doubt_section, selection_section
 from cdp_ident.report.model_section import errors_section, fit_section
 from cdp_ident.report.next_trial import next_trial_section
 from cdp_ident.report.outcome import Outcome
@@ -110,6 +110,7 @@ def _report(
         "expected": compared(expected, outcome.trace.effects) if expected else [],
         "new_trials": [_new_trial(check) for check in new_trials],
         "identifiability": _identifiability(determined),
+        "in_doubt": in_doubt_section(outcome.trace),
         "warnings": [
             {"name": warning.name, "about": list(warning.about), "message": warning.message}
             for warning in (

@@ -1,5 +1,6 @@
 """What `report.json` says of the effects that were found, and of the steps of their selection."""
 
+from cdp_ident.model.parameters import GROUPS
 from cdp_ident.report.outcome import Outcome
 from cdp_ident.report.schema import Section
 from cdp_ident.report.verdict import effect_in_words
@@ -40,6 +41,18 @@ def effect_section(outcome: Outcome, index: int) -> Section:
         "certainty": found.certainty,
         "also_possible": list(found.also_possible),
     }
+
+
+def in_doubt_section(traced: Trace) -> list[Section]:
+    """Return the effects that the trials neither show nor exclude."""
+    return [
+        {
+            "effect": effect.active.effect.key,
+            "weight": effect.weight,
+            "changes": {group.symbol: float(effect.change[index]) for index, group in enumerate(GROUPS)},
+        }
+        for effect in traced.in_doubt
+    ]
 
 
 def _curve(found: FoundCurve) -> Section:

@@ -400,6 +400,14 @@ REPORT: Schema = {
             to_measure=a_list(text(), "what would determine more"),
             words=a_list(text(), "the same for people"),
         ),
+        in_doubt=a_list(
+            an_object(
+                effect=text("its key, as in the selection"),
+                weight=finite("by Akaike's information criterion, of all models together 1"),
+                changes=an_object("by how much it would change base parameters", **dict.fromkeys(_GROUPS, number())),
+            ),
+            "effects that the trials neither show nor exclude, the most likely first; intervals allow for them",
+        ),
         warnings=a_list(
             an_object(name=text(), about=a_list(text(), "what it is about"), message=text()), "what is to be doubted"
         ),

@@ -14,6 +14,7 @@ from cdp_ident.report.schema import Section
 from cdp_ident.report.wording import (
     STAGES,
     advice_words,
+    determined_words,
     effects_in_words,
     expected_in_words,
     how_determined,
@@ -61,7 +62,7 @@ def _parts(report: Section) -> Iterator[RenderableType]:
         yield _sentences("Where effects were looked for", share)
     if expected := expected_in_words(report):
         yield _sentences("Beside the earlier report", expected)
-    yield _sentences("What the trials determine", report["identifiability"]["words"])
+    yield _sentences("What the trials determine", determined_words(report))
     if report["repeatability"]:
         yield _repeatability(report["repeatability"], report["after"]["groups"])
     if report["next_trial"]:

@@ -1,6 +1,7 @@
 """What several forms of a report say in the same words, and the few numbers that they derive from it."""
 
 from collections.abc import Callable, Iterator
+from itertools import islice
 from typing import Literal
 
 import numpy as np
@@ -17,6 +18,8 @@ from cdp_ident.report.schema import Section
 _OF_ENCODERS = frozenset(effect.name for effect in CATALOGUE if isinstance(effect, SensorEffect))
 _HARDLY_LESS = 0.95
 """What leaves intervals as wide as that share of what they are is not worth a trial."""
+_FELT, _MOST_IN_DOUBT = 0.5, 3
+"""Effects in doubt are mentioned if they make half of a standard deviation, and at most so many."""
 STAGES = {"nominal": "nominal values", "search": "after the search", "refined": "refined"}
 
 
@@ -103,6 +106,27 @@ def action_words(step: Section) -> str:
     for key in sorted((effect.key for effect in CATALOGUE), key=len, reverse=True):
         said = said.replace(key, key_words(key))
     return said
+
+
+def determined_words(report: Section) -> list[str]:
+    """Say what the trials determine, and what they neither show nor exclude that would change base parameters."""
+    return [*report["identifiability"]["words"], *islice(_in_doubt_words(report), _MOST_IN_DOUBT)]
+
+
+def _in_doubt_words(report: Section) -> Iterator[str]:
+    groups = report["after"]["groups"]
+    for effect in report["in_doubt"]:
+        changed = [
+            f"{symbol} would be {number(groups[symbol]['value']) + number(change):.4g} instead of "
+            f"{number(groups[symbol]['value']):.4g}"
+            for symbol, change in effect["changes"].items()
+            if effect["weight"] ** 0.5 * abs(number(change)) > _FELT * number(groups[symbol]["std"])
+        ]
+        if changed:
+            yield (
+                f"{key_words(effect['effect'])}, is neither shown nor excluded: with it {' and '.join(changed)}; "
+                "intervals allow for that"
+            )
 
 
 def noise_floor(report: Section) -> float:

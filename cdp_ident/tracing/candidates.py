@@ -126,6 +126,14 @@ class ScoreTest:
         """
         return self._together.reduced(self._together.candidates.index(self.candidates[index]))
 
+    def imitation(self, candidate: Candidate) -> tuple[Array, Array]:
+        """Return how the model's own values imitate a candidate, and how well its strengths are seen beside them.
+
+        These are the values' changes by its strengths (unknowns, k), and the inverse (k, k) of the curvature of the
+        squared error by these [rad^-2]. Not of one with states of its own.
+        """
+        return self._together.imitation(self._together.candidates.index(candidate.active))
+
     def ranked(self) -> list[Candidate]:
         """Return the candidates that would gain something, the best first."""
         found = self._together.ranked()
@@ -196,7 +204,7 @@ class _Projection:
         self._added_states = added_states
         self._gain_of_states = float(fit.squared_error - remaining) if added_states else 0.0
         self._of_mean = fit.autocorrelation.integrated_time
-        imitated = whole[:, :own] @ kept
+        self._imitated = imitated = whole[:, :own] @ kept
         self._gram = whole - imitated @ whole[:own, :]
         self._right = target - imitated @ target[:own]
         remove = np.eye(size)
@@ -209,6 +217,11 @@ class _Projection:
         """Return the matrix (k, k) and right-hand side (k,) for the strengths of a candidate [rad^2]."""
         columns = self._columns[index]
         return self._gram[np.ix_(columns, columns)], self._right[columns]
+
+    def imitation(self, index: int) -> tuple[Array, Array]:
+        """Return what `ScoreTest.imitation` does."""
+        columns = self._columns[index]
+        return self._imitated[columns].T, scaled_inverse(self._gram[np.ix_(columns, columns)], _ALIKE)[0]
 
     def ranked(self) -> list[Candidate]:
         """Return the candidates that would gain something, the best first."""

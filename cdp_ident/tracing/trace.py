@@ -19,6 +19,7 @@ from cdp_ident.tracing.evidence import Attempt
 from cdp_ident.tracing.expected import ExpectedEffect
 from cdp_ident.tracing.final_model import FinalModel
 from cdp_ident.tracing.found_effects import FoundEffect, found_effects
+from cdp_ident.tracing.in_doubt import InDoubt, added_covariance, effects_in_doubt
 from cdp_ident.tracing.progress import attempt_of
 from cdp_ident.tracing.selection import Selection
 from cdp_ident.tracing.stepwise import stepwise_selection
@@ -43,25 +44,24 @@ class Trace:
     errors: Mapping[Stage, ErrorsByRole]
     """Of the model at each stage."""
     unexplained: Unexplained
+    in_doubt: tuple[InDoubt, ...]
+    """Effects that the motion neither shows nor excludes, the most likely first."""
     joined: bool
     """Whether windows were joined."""
     failure: str
     """Why no parameter means anything, in words; empty where the fit did not fail."""
+    failures: tuple[str, ...]
+    """What could not be computed, in words."""
 
     @property
     def covariance(self) -> Array:
-        """(unknowns, unknowns) covariance of the values of the model with the effects."""
+        """(unknowns, unknowns) covariance of the values of the model with the effects, those in doubt accounted for."""
         return self.completed.covariance
 
     @property
     def physical(self) -> PhysicalValues:
         """Physical values of the model with the effects."""
         return self.completed.physical
-
-    @property
-    def failures(self) -> tuple[str, ...]:
-        """What could not be computed, in words."""
-        return self.selection.failures
 
 
 def trace(
@@ -84,15 +84,19 @@ def trace(
     """
     data = found.data
     selection, failure = select_effects(found, say, stop, trying, expected)
-    fit, spread = selection.after.fit, None
-    joined = _joined(fit, data.noise, say) if found.options.join_windows and not failure else None
-    if joined:
-        fit, spread = joined
+    joined = None
+    if found.options.join_windows and not failure:
+        joined = _joined(selection.after.fit, data.noise, say)
+    fit = joined[0] if joined else selection.after.fit
     # Held-out motion is used from here on, when everything is decided.
     before = FinalModel.of(selection.before.fit, data)
     after = before if fit is selection.before.fit else before.like_this(fit)
     without = [_holdout_error(after, attempt.fit) for attempt in selection.without]
-    completed = _completed(found, fit, spread)
+    completed = _completed(found, fit)
+    in_doubt, not_computed = ((), ()) if failure else _in_doubt(selection.after.fit)
+    if joined or in_doubt:
+        spread = joined[1] if joined else completed.covariance
+        completed = completed.with_covariance(spread + added_covariance(in_doubt))
     return Trace(
         selection=selection,
         before=before,
@@ -101,8 +105,10 @@ def trace(
         completed=completed,
         errors=_errors(found, selection, before, after),
         unexplained=unexplained(after, data.noise, data.names, completed.inertia.value),
+        in_doubt=in_doubt,
         joined=joined is not None,
         failure=failure,
+        failures=(*selection.failures, *not_computed),
     )
 
 
@@ -166,12 +172,20 @@ def _errors(
     }
 
 
-def _completed(found: Identification, fit: Fit, spread: Array | None = None) -> Identification:
-    """Return an identification with another fit and its diagnosis; its values' covariance may be known."""
+def _completed(found: Identification, fit: Fit) -> Identification:
+    """Return an identification with another fit and its diagnosis."""
     if fit is found.fit:
         return found
     estimate = replace(found.estimate, fit=fit)
-    return Identification.of(found.options, found.data, found.balances, found.length, estimate, spread=spread)
+    return Identification.of(found.options, found.data, found.balances, found.length, estimate)
+
+
+def _in_doubt(fit: Fit) -> tuple[tuple[InDoubt, ...], tuple[str, ...]]:
+    """Return the effects that the motion neither shows nor excludes, and why they could not be computed."""
+    try:
+        return effects_in_doubt(fit), ()
+    except (IdentificationError, np.linalg.LinAlgError) as error:
+        return (), (f"the effects that the motion neither shows nor excludes: {error}",)
 
 
 def _joined(fit: Fit, noise: Array, say: Callable[[str], None]) -> tuple[Fit, Array] | None:

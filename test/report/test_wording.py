@@ -6,6 +6,7 @@ import pytest
 from cdp_ident.model.parameters import groups_of
 from cdp_ident.report.wording import (
     action_words,
+    determined_words,
     effect_title,
     how_determined,
     noise_floor,
@@ -23,6 +24,21 @@ def test_a_measured_value_stands_in_for_the_nominal_one(read_content):
     assert how_determined(read_content, "m0") == "measured"
     table_2 = np.array([0.108, 0.108, 0.3, 0.2, 0.2, 0.00133, 0.00133, 0.00705, 0.00305])
     assert list(nominal_groups(read_content).values()) == pytest.approx(groups_of(table_2, 0.4))
+
+
+def test_an_effect_in_doubt_is_mentioned_with_what_it_would_change(read_content):
+    group = read_content["after"]["groups"]["c2_over_A22"]
+    group.update(value=0.003, std=0.0004)
+    changes = dict.fromkeys(read_content["after"]["groups"], 0.0)
+    read_content["in_doubt"] = [
+        {"effect": "coulomb_friction.outer", "weight": 0.5, "changes": {**changes, "c2_over_A22": -0.001}},
+        {"effect": "gravity_tilt.base", "weight": 0.1, "changes": {**changes, "c2_over_A22": -0.0001}},
+    ]
+    added = determined_words(read_content)[len(read_content["identifiability"]["words"]) :]
+    assert added == [
+        "coulomb friction, outer, is neither shown nor excluded: with it c2_over_A22 would be 0.002 instead of 0.003; "
+        "intervals allow for that"
+    ]
 
 
 def test_it_is_said_how_a_value_was_come_by(read_content):

@@ -12,6 +12,7 @@ from cdp_ident.report.schema import Section
 from cdp_ident.report.wording import (
     action_words,
     advice_words,
+    determined_words,
     effect_title,
     effects_in_words,
     expected_in_words,
@@ -41,6 +42,7 @@ def words(report: Section) -> dict[str, Any]:
         "role": role,
         "sentence": sentence,
         "validation": validation_words(report),
+        "determined": determined_words(report),
         "share": share_words(report),
         "advice": advice_words(report),
         "rows": {

@@ -1,0 +1,74 @@
+"""Effects that the motion neither shows nor excludes, and how uncertain they make a model's values.
+
+An interval states what the chosen model leaves open, as if the choice were sure. An effect that is too weak to be
+shown still has a part in the motion, which the other values imitate: dry friction makes viscous friction larger than
+it is. So an effect that is significant by itself, though not among all that could be there, counts with the weight
+that Akaike's information criterion gives it beside the chosen model: by how far it would move each value, and by how
+much less certain it would make it (Buckland, Burnham and Augustin, Biometrics 53, 1997; Burnham and Anderson, Model
+Selection and Multimodel Inference, 2002, section 4.3).
+"""
+
+import math
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+from scipy.special import chdtrc, softmax
+
+from cdp_ident.fit.active_effect import ActiveEffect
+from cdp_ident.fit.refinement import Fit
+from cdp_ident.tracing.candidates import ScoreTest, addable
+
+Array = npt.NDArray[np.float64]
+
+_LEVEL = 0.05
+"""Probability that chance alone gains so much, of one effect that is in doubt."""
+
+
+@dataclass(frozen=True)
+class InDoubt:
+    """An effect that the motion neither shows nor excludes."""
+
+    active: ActiveEffect
+    weight: float
+    """Its share of the weights of all models, the chosen one's among them."""
+    change: Array
+    """(unknowns,) by how much it would change the chosen model's values."""
+    spread: Array
+    """(unknowns, unknowns) what its own uncertainty would add to the covariance of these."""
+
+
+def effects_in_doubt(fit: Fit) -> tuple[InDoubt, ...]:
+    """Return the effects that a fitted model may lack, the most likely first.
+
+    Effects of an instant, those with states of their own and torques without a name are not among them.
+
+    Args:
+        fit: over all the fitted motion.
+    """
+    test = ScoreTest(fit, addable(fit.model, with_states=False))
+    forms = Counter(_place(candidate) for candidate in test.candidates)
+    found, evidence = [], [0.0]
+    for candidate in test.ranked():
+        variance = fit.variance * candidate.variance_ratio
+        gain = candidate.gain / variance
+        if chdtrc(candidate.freedom, gain) < _LEVEL:
+            # The forms of one effect, such as harmonics, have the weight of one together.
+            evidence.append(0.5 * gain - candidate.freedom - math.log(forms[_place(candidate.active)]))
+            by_strength, inverse = test.imitation(candidate)
+            change, spread = -by_strength @ candidate.strengths, variance * by_strength @ inverse @ by_strength.T
+            found.append(InDoubt(candidate.active, 0.0, change, spread))
+    weights = softmax(evidence)[1:].tolist()
+    in_doubt = [replace(effect, weight=weight) for effect, weight in zip(found, weights, strict=True)]
+    return tuple(sorted(in_doubt, key=lambda effect: -effect.weight))
+
+
+def _place(active: ActiveEffect) -> tuple[str, str]:
+    return active.effect.name, active.effect.joint
+
+
+def added_covariance(in_doubt: Sequence[InDoubt]) -> Array | float:
+    """Return what effects in doubt add to the covariance (unknowns, unknowns) of a model's values; 0 without any."""
+    return sum(effect.weight * (effect.spread + np.outer(effect.change, effect.change)) for effect in in_doubt)
