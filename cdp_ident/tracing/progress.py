@@ -147,6 +147,20 @@ class Progress:
         found = self._refitted(_roughly(attempt, to_beat), begun, [active.effect.key for active, _ in others])
         return [after for after in found if after]
 
+    def enriched(self, attempt: Attempt, index: int, richer: Candidate) -> list[Attempt]:
+        """Return a model with an effect that contains the one in whose place it is; none where it cannot be fitted.
+
+        Raises:
+            InterruptedSelectionError: the selection is asked to stop.
+        """
+        model, values = _with_candidates(*left_after(attempt, [index]), [richer])
+        expected = attempt.fit.squared_error - richer.gain
+
+        def refit(begun: Array) -> Attempt:
+            return attempt_of(_refit(model, begun, attempt.fit, expected), attempt.folds)
+
+        return [after for after in self._refitted(refit, [values], [richer.active.effect.key]) if after]
+
     def refitted(self, model: MotionModel, values: Array, attempt: Attempt, what: str) -> Attempt | None:
         """Return another model, refitted over an attempt's windows from given values; None where it cannot be fitted.
 

@@ -183,7 +183,9 @@ def _begun(progress: Progress, before: Attempt, candidate: Candidate) -> list[At
     for index, other in enumerate(before.model.effects):
         if _is_even_friction(other.effect) and other.effect.joint == active.effect.joint:
             even = float(before.fit.values[before.model.places(index)][0])
-            return progress.replaced(before, [index], [(active, np.maximum(even + candidate.strengths, 0.0))])
+            return progress.enriched(
+                before, index, replace(candidate, strengths=np.maximum(even + candidate.strengths, 0.0))
+            )
     begun = replace(candidate, strengths=np.maximum(candidate.strengths, 0.0))
     return [attempt for _, attempt in progress.tried(before, [(begun,)])]
 

@@ -79,6 +79,14 @@ def test_an_effect_that_imitates_a_part_of_something_else_is_not_named() -> None
     assert found.after.holdout.rmse() > 1.5 * answer.floor
 
 
+@pytest.mark.campaign
+def test_friction_over_a_part_of_the_turn_is_found_though_whole_windows_end_elsewhere() -> None:
+    found, made = traced_truth("partial_rub.inner", 25001)
+    assert named(found) == set()
+    assert [active.effect.key for active in found.after.model.effects] == ["unknown_torque.inner.friction_over_angle"]
+    assert found.after.holdout.rmse() < FIT_TO_THE_NOISE * made.floor
+
+
 @pytest.mark.parametrize(
     ("kind", "visible"), [("backlash.inner", 0.9), pytest.param("backlash.outer", 9.0, marks=pytest.mark.campaign)]
 )
