@@ -14,6 +14,8 @@ from scenarios.twin import TEN_SECONDS, twin
 pytestmark = pytest.mark.long
 
 TORQUE = 0.004
+INERTIA = 0.1296 * 0.2007**2 + 0.0007 + (0.1154 + 0.2192) * 0.4**2
+"""A22 of the rig [kg m^2]."""
 STARTS = ((math.pi + 1.5, math.pi + 0.8, 0.0, 0.0), (math.pi - 1.1, math.pi + 1.4, 0.0, 0.0), (4.4, 4.0, 0.0, 0.0))
 
 
@@ -54,13 +56,12 @@ def test_the_effect_is_named_in_its_joint_and_no_other(traced):
 def test_its_torque_is_found_up_to_the_inertia_that_no_trial_shows(identified, traced):
     (parameter,) = traced.effects[0].parameters
     # The physical values are the nearest to nominal ones; the torque scales with their inertia as all torques do.
-    true_inertia = 0.1296 * 0.2007**2 + 0.0007 + (0.1154 + 0.2192) * 0.4**2
     m1, m2, m0, l1, _, J1, *_ = traced.physical.values
     inertia = m1 * l1**2 + J1 + (m2 + m0) * 0.4**2
-    assert parameter.value / inertia == pytest.approx(TORQUE / true_inertia, rel=0.02)
+    assert parameter.value / inertia == pytest.approx(TORQUE / INERTIA, rel=0.02)
     relative = parameter.std / parameter.value
     assert relative == pytest.approx(traced.physical.inertia_relative_std, rel=0.05)
-    assert abs(inertia / true_inertia - 1) < 3 * relative
+    assert abs(inertia / INERTIA - 1) < 3 * relative
 
 
 def test_the_error_on_the_trial_held_out_falls_to_the_noise(identified, traced):
@@ -111,3 +112,30 @@ def test_a_selection_that_is_stopped_at_once_has_none(identified):
     stopped = trace(identified, stop=lambda: True)
     assert stopped.selection.interrupted
     assert stopped.effects == ()
+
+
+@pytest.mark.campaign
+def test_a_spring_so_strong_that_the_papers_model_cannot_follow_is_begun_with():
+    stiffness = 0.05
+
+    def spring_across_the_outer_joint(time, state):
+        torque = -stiffness * (state[1] - state[0])
+        return -torque, torque
+
+    trials = [
+        twin(
+            np.random.default_rng(index),
+            start=(2.2 + 0.3 * index, 2.6, 0.0, 20.0),
+            times=TEN_SECONDS[:1200],
+            noise=5e-4,
+            torque=spring_across_the_outer_joint,
+            tolerance=1e-8,
+            name=f"trial {index}",
+        )
+        for index in range(2)
+    ]
+    found = trace(identify(trials, [], IdentifyOptions()))
+    assert not found.failure
+    assert [effect.active.effect.key for effect in found.effects] == ["joint_spring.outer"]
+    assert found.effects[0].parameters[0].shown == pytest.approx(stiffness / INERTIA, rel=1e-3)
+    assert not found.unexplained.significant

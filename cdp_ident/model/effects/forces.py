@@ -237,7 +237,7 @@ FORCES: tuple[TorqueEffect, ...] = (
     *(
         TorqueEffect(
             "joint_spring", joint, "", "a spring across the joint", "torque - stiffness angle, angle from hanging",
-            "Hooke; a cable across the joint or a seal that does not slip", _SPRING, _spring,
+            "Hooke; a cable across the joint or a seal that does not slip", _SPRING, _spring, in_balance=True,
         )
         for joint in JOINTS
     ),
