@@ -117,15 +117,16 @@ def _in_doubt_words(report: Section) -> Iterator[str]:
     groups = report["after"]["groups"]
     for effect in report["in_doubt"]:
         changed = [
-            f"{symbol} would be {number(groups[symbol]['value']) + number(change):.4g} instead of "
-            f"{number(groups[symbol]['value']):.4g}"
-            for symbol, change in effect["changes"].items()
-            if effect["weight"] ** 0.5 * abs(number(change)) > _FELT * number(groups[symbol]["std"])
+            f"{group.formula} by {100.0 * number(effect['changes'][group.symbol]) / abs(value):+.2g} %"
+            for group in GROUPS
+            if (value := number(groups[group.symbol]["value"]))
+            and effect["weight"] ** 0.5 * abs(number(effect["changes"][group.symbol]))
+            > _FELT * number(groups[group.symbol]["std"])
         ]
         if changed:
             yield (
-                f"{key_words(effect['effect'])}, is neither shown nor excluded: with it {' and '.join(changed)}; "
-                "intervals allow for that"
+                f"{key_words(effect['effect'])}, is neither shown nor excluded; it would change {', '.join(changed)}, "
+                "and intervals allow for that"
             )
 
 
