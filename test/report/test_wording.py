@@ -36,8 +36,8 @@ def test_an_effect_in_doubt_is_mentioned_with_what_it_would_change(read_content)
     ]
     added = determined_words(read_content)[len(read_content["identifiability"]["words"]) :]
     assert added == [
-        "coulomb friction, outer, is neither shown nor excluded; it would change c2 / A22 by -33 %, and intervals allow "
-        "for that"
+        "coulomb friction, outer, is neither shown nor excluded; it would change c2 / A22 by -33 %, and intervals "
+        "allow for that"
     ]
 
 
