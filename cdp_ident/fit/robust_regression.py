@@ -73,8 +73,10 @@ def regress(
     values: Array = np.zeros(len(size))
     weights: Array = np.ones(len(holds))
     scatter: Array = np.eye(2)
+    usual = np.where(holds.all(axis=1), _MEDIAN_OF_TWO, _MEDIAN_OF_ONE)
     for _ in range(_ROUNDS):
-        precision = _precisions(scatter, holds) * weights[:, None, None]
+        unweighted = _precisions(scatter, holds)
+        precision = unweighted * weights[:, None, None]
         linear, wanted = _relative_to(columns, target, values, unit)
         normal, moment = _normal_equations(linear[0], wanted[0], precision)
         noise, noise_moment = np.zeros_like(normal), np.zeros_like(moment)
@@ -85,9 +87,8 @@ def regress(
         before = values
         values = minimum_within_limits(corrected, moment - noise_moment, lower * size, upper * size)
         residuals = columns[0] @ values - target[0]
-        distance = np.sqrt(np.einsum("ki,kij,kj->k", residuals, _precisions(scatter, holds), residuals))
-        both = holds.all(axis=1)
-        median = np.median(distance / np.where(both, _MEDIAN_OF_TWO, _MEDIAN_OF_ONE))
+        distance = np.sqrt(np.einsum("ki,kij,kj->k", residuals, unweighted, residuals))
+        median = np.median(distance / usual)
         weights = np.minimum(1.0, _OUTLIER / np.maximum(distance / max(median, 1e-300), 1e-300))
         scatter = _covariance_of(residuals, holds, weights)
         if np.allclose(values, before, rtol=1e-6, atol=1e-9 * np.abs(values).max()):

@@ -261,20 +261,21 @@ def rates_of(
         for k in range(RODS_STATES, n):
             by_state[row, 0, k], by_state[row, 1, k] = solved(i11, i12, i22, by_own[0, k], by_own[1, k])
         if with_parameters:
-            for k in range(_COEFFICIENTS):
-                direct[row, 0, n + k], direct[row, 1, n + k] = by_coefficient[k]
             if len(table) > 0:
                 for e in range(len(table)):
                     if table[e, 1] == _COUPLING and lanes_of[e, 0] >= 0:
                         by_lane[0, n + _COEFFICIENTS + lanes_of[e, 0]] = -alpha2
                         by_lane[1, n + _COEFFICIENTS + lanes_of[e, 0]] = -alpha1
-                for k in range(n, n + _COEFFICIENTS):
-                    d1, d2 = solved(i11, i12, i22, by_lane[0, k], by_lane[1, k])
-                    direct[row, 0, k] += d1
-                    direct[row, 1, k] += d2
-                # Vectorised with unsigned indices only: negative ones would count from the end.
-                for k in range(np.uint64(n + _COEFFICIENTS), np.uint64(lanes)):
+                # Vectorised with unsigned indices only: negative ones would count from the end. It comes first and only
+                # assigns: vectors of what was just written number by number are slow to read.
+                for k in range(np.uint64(lanes)):
                     direct[row, 0, k], direct[row, 1, k] = solved(i11, i12, i22, by_lane[0, k], by_lane[1, k])
+                for k in range(_COEFFICIENTS):
+                    direct[row, 0, n + k] += by_coefficient[k][0]
+                    direct[row, 1, n + k] += by_coefficient[k][1]
+            else:
+                for k in range(_COEFFICIENTS):
+                    direct[row, 0, n + k], direct[row, 1, n + k] = by_coefficient[k]
         if inner_sticks or outer_sticks:
             for k in range(n):
                 by_state[row, 0, k], by_state[row, 1, k] = _held(

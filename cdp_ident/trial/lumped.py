@@ -114,7 +114,7 @@ def fit_lumped(balance: Windows, trusted: Mask) -> Lumped:
     at_least = max(1, min(_FEWEST_STRETCHES, len(balance) // _SHORTEST_STRETCH))
     count = max(at_least, min(_MOST_STRETCHES, len(balance) // _STRETCH))
     stretches = [_Sums.of(balance[part]) for part in np.array_split(np.arange(len(balance)), count)]
-    fits = [_least_squares(stretch, np.eye(len(COLUMNS))[:, _VISCOUS]) for stretch in stretches]
+    fits = [_least_squares(stretch, _VISCOUS) for stretch in stretches]
     values = max(fits, key=lambda fit: np.count_nonzero(torques(balance, fit) < _AGREEMENT))
     keep = (len(balance) + 1) // 2
     chosen: npt.NDArray[np.int64] = np.empty(0, dtype=np.int64)
@@ -142,10 +142,10 @@ def gravity_direction(balance: Windows, trusted: Mask) -> float:
     second time without outliers. The angles must be absolute.
     """
     balance = balance[trusted]
-    basis = np.eye(len(COLUMNS))[:, [*_VISCOUS, *_FRICTION, 10, 11]]
-    values = _least_squares(_Sums.of(balance), basis)
+    columns = (*_VISCOUS, *_FRICTION, 10, 11)
+    values = _least_squares(_Sums.of(balance), columns)
     squares = _squares(balance, values)
-    values = _least_squares(_Sums.of(balance[squares <= _OUTLIER * np.median(squares)]), basis)
+    values = _least_squares(_Sums.of(balance[squares <= _OUTLIER * np.median(squares)]), columns)
     return float(np.arctan2(values[10] + values[11], values[4] + values[5]))
 
 
@@ -166,6 +166,10 @@ class _Sums:
     def of(cls, balance: Windows) -> "_Sums":
         rows, target = balance.coefficients.reshape(-1, len(COLUMNS)), balance.target.ravel()
         return cls(rows.T @ rows, rows.T @ target, float(target @ target), len(balance))
+
+    def by(self, basis: Array) -> "_Sums":
+        """Return the sums of numbers (p,) of which `basis` (12, p) makes the lumped ones."""
+        return replace(self, coefficients=basis.T @ self.coefficients @ basis, mixed=basis.T @ self.mixed)
 
     def left(self, values: Array) -> float:
         """Return the squared residual that values (12,) leave."""
@@ -203,48 +207,49 @@ def _physical(sums: _Sums) -> Array:
     """
     independent = max(2.0, 2 * sums.count / _INDEPENDENT)
     for_one = min(_WORTH, independent ** (-1 / independent))
-    choices = [
-        (_with_offsets(sums, columns) if offsets else _with_friction(sums, columns), rotor + 2 * offsets)
-        for rotor, columns in enumerate((_VISCOUS, (*_VISCOUS, _ROTOR)))
-        for offsets in (0, 1)
-    ]
+    choices = []
+    for rotor, columns in enumerate((_VISCOUS, (*_VISCOUS, _ROTOR))):
+        values = _with_friction(sums, columns)
+        choices += [(values, rotor), (_with_offsets(sums, columns, values), rotor + 2)]
     values, _ = min(choices, key=lambda choice: sums.left(choice[0]) / for_one ** choice[1])
     return values
 
 
-def _with_offsets(sums: _Sums, columns: Sequence[int]) -> Array:
-    """Fit errors of both zeros too; none where they come out too large for first order."""
-    values = without = _with_friction(sums, columns)
+def _with_offsets(sums: _Sums, columns: Sequence[int], without: Array) -> Array:
+    """Fit errors of both zeros too; the values `without` them where they come out too large for first order."""
+    values = without
+    basis = np.eye(len(COLUMNS))[:, : _OFFSETS.start + 2]
+    errors = range(_OFFSETS.start, _OFFSETS.start + 2)
     for _ in range(_OFFSET_ROUNDS):
         A, _, _, _, G1, G2, *_ = values
-        of_errors = np.zeros((len(COLUMNS), 2))
-        of_errors[_OFFSETS] = [[A, -A], [G1, 0.0], [0.0, G2]]
-        values = _with_friction(sums, columns, of_errors)
+        basis[_OFFSETS, errors] = [[A, -A], [G1, 0.0], [0.0, G2]]
+        values = basis @ _with_friction(sums.by(basis), columns, errors)
         if not np.all(np.abs(values[10:12]) <= _LARGEST_OFFSET * np.abs(values[4:6])):
             return without
     return values
 
 
-def _with_friction(sums: _Sums, columns: Sequence[int], of_errors: Array | None = None) -> Array:
-    """Fit some of the lumped numbers, friction that is positive, and what `of_errors` (12, 2) makes of two more."""
+def _with_friction(sums: _Sums, columns: Sequence[int], errors: Sequence[int] = ()) -> Array:
+    """Fit the numbers in some columns, friction that is positive, and the errors' columns."""
     friction = list(_FRICTION)
-    errors = np.empty((len(COLUMNS), 0)) if of_errors is None else of_errors
     while True:
-        values = _least_squares(sums, np.hstack([np.eye(len(COLUMNS))[:, [*columns, *friction]], errors]))
-        if np.all(values[friction] >= 0):
+        values = _least_squares(sums, [*columns, *friction, *errors])
+        if all(values[column] >= 0 for column in friction):
             return values
         friction.remove(min(friction, key=lambda column: values[column]))
 
 
-def _least_squares(sums: _Sums, basis: Array) -> Array:
-    """Return the best lumped numbers (12,) of those that `basis` (12, p) spans."""
-    products, mixed = basis.T @ sums.coefficients @ basis, basis.T @ sums.mixed
+def _least_squares(sums: _Sums, columns: Sequence[int]) -> Array:
+    """Return the numbers that fit best, of which all but those in the given columns are zero."""
+    products, mixed = sums.coefficients.take(columns, 0).take(columns, 1), sums.mixed.take(columns)
     # Scaled, so that a joint that hardly moves does not decide about the others through rounding.
-    scale = np.sqrt(np.diag(products))
+    scale = np.sqrt(products.diagonal())
     scale[scale == 0] = 1.0
     # The pseudo-inverse; `np.linalg.pinv` takes three times as long for so few numbers.
-    eigenvalues, directions = np.linalg.eigh(products / np.outer(scale, scale))
-    shown = np.abs(eigenvalues) > _SINGULAR * np.abs(eigenvalues).max()
-    along = np.divide(directions.T @ (mixed / scale), eigenvalues, out=np.zeros_like(eigenvalues), where=shown)
-    found = directions @ along / scale
-    return np.asarray(basis @ found)
+    eigenvalues, directions = np.linalg.eigh(products / (scale[:, None] * scale))
+    sizes = np.abs(eigenvalues)
+    eigenvalues[sizes <= _SINGULAR * sizes.max()] = np.inf
+    found = directions @ ((mixed / scale) @ directions / eigenvalues) / scale
+    values = np.zeros(len(sums.mixed))
+    values.put(columns, found)
+    return values
