@@ -267,6 +267,6 @@ def _criterion(fit: Regression, rows: Rows) -> float:
     both = np.count_nonzero(rows.holds.all(axis=1)) / STEPS_BETWEEN
     variance = np.diag(fit.scatter)
     alike = fit.scatter[0, 1] ** 2 / np.prod(variance)
-    variance = variance / [1.0, max(fit.values[_A33] ** 2, np.finfo(float).tiny)]
-    misfit = count @ np.log(variance) + both * np.log(1.0 - alike)
+    of_acceleration = np.log(variance) - [0.0, np.log(max(fit.values[_A33] ** 2, np.finfo(float).tiny))]
+    misfit = count @ of_acceleration + both * np.log(1.0 - alike)
     return float(misfit + len(fit.values) * np.log(max(count.sum(), 2.0)))
