@@ -17,7 +17,7 @@ from cdp_ident.diagnosis.cross_validation import error_from_other_trials
 from cdp_ident.diagnosis.uncertainty import curvature, negative_gradient
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.active_effect import ActiveEffect
-from cdp_ident.fit.stiffness import Stiffness
+from cdp_ident.fit.refinement import Fit, fit_initial_states_near, with_all_derivatives
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.curves import CURVES
 from cdp_ident.model.effects.effect import Effect, Form, TorqueEffect
@@ -26,9 +26,9 @@ from cdp_ident.tracing.acceptance import fits_of, is_accepted
 from cdp_ident.tracing.candidates import Candidate, ScoreTest
 from cdp_ident.tracing.evidence import Attempt, change
 from cdp_ident.tracing.exchange import is_better
-from cdp_ident.tracing.progress import Progress
+from cdp_ident.tracing.progress import Progress, left_after
 from cdp_ident.tracing.screening import expected_variance
-from cdp_ident.tracing.smoothness import smooth_curve
+from cdp_ident.tracing.smoothness import Smooth, smooth_curve
 
 Array = npt.NDArray[np.float64]
 
@@ -144,7 +144,7 @@ def _fitted(progress: Progress, before: Attempt, candidate: Candidate) -> list[A
             break
         best = attempts[-1]
         last = len(best.model.effects) - 1
-        changed = replace(best.model.effects[last], stiffness=_stiffness(best))
+        changed = replace(best.model.effects[last], stiffness=_smoothed(best.fit).stiffness)
         attempts = progress.replaced(best, [last], [(changed, best.fit.values[best.model.places(last)])])
     return [best] if best else []
 
@@ -162,17 +162,17 @@ def _even_instead(progress: Progress, attempt: Attempt) -> Attempt:
     return as_good[0] if as_good else attempt
 
 
-def _stiffness(attempt: Attempt) -> Stiffness:
-    """Return the stiffness of the last effect, a curve, as estimated from its fit."""
-    active, place = attempt.model.effects[-1], attempt.model.places(len(attempt.model.effects) - 1)
+def _smoothed(fit: Fit) -> Smooth:
+    """Return the last effect of a fit, a curve, as smooth as the fit says."""
+    model, values = fit.model, fit.values
+    active, place = model.effects[-1], model.places(len(model.effects) - 1)
     assert active.effect.curve
-    values, penalties = attempt.fit.values, attempt.model.penalty
-    information, gradient = curvature(attempt.fit) + penalties, negative_gradient(attempt.fit) - penalties @ values
+    information, gradient = curvature(fit) + model.penalty, negative_gradient(fit) - model.penalty @ values
     others, across = information[: place.start, : place.start], information[: place.start, place]
     held = np.linalg.pinv(others, rcond=1e-14, hermitian=True) @ np.column_stack([across, gradient[: place.start]])
     matrix = information[place, place] - active.penalty - across.T @ held[:, :-1]
     right = (matrix + active.penalty) @ values[place] + gradient[place] - across.T @ held[:, -1]
-    return smooth_curve(active.effect.curve, matrix, right, expected_variance(attempt.fit, 0.0)).stiffness
+    return smooth_curve(active.effect.curve, matrix, right, expected_variance(fit, 0.0))
 
 
 def _begun(progress: Progress, before: Attempt, candidate: Candidate) -> list[Attempt]:
@@ -182,12 +182,29 @@ def _begun(progress: Progress, before: Attempt, candidate: Candidate) -> list[At
         return [attempt for _, attempt in progress.tried(before, [(candidate,)])]
     for index, other in enumerate(before.model.effects):
         if _is_even_friction(other.effect) and other.effect.joint == active.effect.joint:
-            even = float(before.fit.values[before.model.places(index)][0])
-            return progress.enriched(
-                before, index, replace(candidate, strengths=np.maximum(even + candidate.strengths, 0.0))
-            )
+            return _instead_of_even(progress, before, index, candidate)
     begun = replace(candidate, strengths=np.maximum(candidate.strengths, 0.0))
     return [attempt for _, attempt in progress.tried(before, [(begun,)])]
+
+
+def _instead_of_even(progress: Progress, before: Attempt, index: int, candidate: Candidate) -> list[Attempt]:
+    """Return a model with a curve in the place of constant dry friction; none where it cannot be fitted.
+
+    The score test's curve is what would be added to the constant. How smooth the whole one is, the fit tells in which
+    it stands for the constant.
+    """
+    model, values = left_after(before, [index])
+    even = np.full(len(candidate.active.fitted), before.fit.values[before.model.places(index)][0])
+    constant = model.with_effect(ActiveEffect(candidate.active.effect)), np.concatenate([values, even])
+    try:
+        smooth = _smoothed(with_all_derivatives(fit_initial_states_near(*constant, before.fit.windows, np.inf)))
+    except (IdentificationError, np.linalg.LinAlgError) as error:
+        progress.fail(f"{candidate.active.effect.key} could not be fitted: {error}")
+        return []
+    active = replace(candidate.active, stiffness=smooth.stiffness)
+    return progress.enriched(
+        before, index, replace(candidate, active=active, strengths=np.maximum(smooth.coefficients, 0.0))
+    )
 
 
 def _is_accepted(before: Attempt, after: Attempt) -> bool:
