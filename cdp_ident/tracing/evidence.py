@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import combinations
 
 import numpy as np
 import numpy.typing as npt
@@ -19,6 +20,8 @@ _PIECES = 4
 """Into how many parts windows are split where their motion may be chaotic."""
 _ALIKE = 1e-12
 """Directions of strengths with less than this share of the largest variance are left out."""
+_COMPENSATING = 0.99
+"""Correlation from which on two values compensate each other."""
 _AT_LIMIT = 1e-3
 """A value at most this share of a limit away from it counts as at the limit."""
 
@@ -54,6 +57,19 @@ class Attempt:
     @cached_property
     def _information(self) -> Array:
         return curvature(self.fit)
+
+    @property
+    def compensating(self) -> list[tuple[int, int]]:
+        """Which two effects have parameters that change together without changing the motion much."""
+        std = np.sqrt(np.diag(self._covariance))
+        with np.errstate(invalid="ignore"):
+            alike = np.abs(self._covariance / np.outer(std, std)) > _COMPENSATING
+        places = [self.model.places(index) for index in range(len(self.model.effects))]
+        return [
+            (one, other)
+            for one, other in combinations(range(len(places)), 2)
+            if np.any(alike[places[one], places[other]])
+        ]
 
     @property
     def is_condensed(self) -> bool:

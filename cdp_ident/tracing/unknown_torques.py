@@ -49,14 +49,15 @@ def add_unknown_torques(progress: Progress) -> None:
     for _ in range(_MOST_CURVES):
         current = progress.current
         found = [
-            attempt
+            (candidate, attempt)
             for candidate in _promising(current, _possible(current, progress.noise))
             for attempt in _fitted(progress, current, candidate)
         ]
-        accepted = [a for a in found if _is_accepted(current, a) and _predicts_other_trials(progress, a)]
+        accepted = [(c, a) for c, a in found if _is_accepted(current, a) and _predicts_other_trials(progress, a)]
         if not accepted:
             return
-        best = _even_instead(progress, min(accepted, key=lambda attempt: change(current, attempt).bic))
+        candidate, best = min(accepted, key=lambda found: change(current, found[1]).bic)
+        best = _even_instead(progress, _without_compensating(progress, current, best, candidate))
         best = progress.finished(best)
         key = best.model.effects[-1].effect.key
         before_and_after = f"{1e3 * current.validation.rmse():.3g} -> {1e3 * best.validation.rmse():.3g} mrad"
@@ -147,6 +148,25 @@ def _fitted(progress: Progress, before: Attempt, candidate: Candidate) -> list[A
         changed = replace(best.model.effects[last], stiffness=_smoothed(best.fit).stiffness)
         attempts = progress.replaced(best, [last], [(changed, best.fit.values[best.model.places(last)])])
     return [best] if best else []
+
+
+def _without_compensating(progress: Progress, current: Attempt, best: Attempt, candidate: Candidate) -> Attempt:
+    """Return a model with a curve, but without two effects that compensate each other, if that is as good.
+
+    A base that is not level and an offset of the inner encoder turn the angles of its joint together: they move the
+    curve, which is therefore fitted anew without them.
+    """
+    for pair in best.compensating:
+        effects = [best.model.effects[index] for index in pair]
+        if any(active.effect.curve for active in effects):
+            continue
+        removed = progress.without(current, [current.model.effects.index(active) for active in effects])
+        for attempt in _fitted(progress, removed, candidate):
+            if attempt.validation.rmse() < thresholds.AS_GOOD * best.validation.rmse():
+                keys = " and ".join(active.effect.key for active in effects)
+                progress.note(f"dropped {keys}", attempt, f"dropped {keys}: they only compensate each other")
+                return attempt
+    return best
 
 
 def _even_instead(progress: Progress, attempt: Attempt) -> Attempt:
