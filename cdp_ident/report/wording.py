@@ -114,15 +114,13 @@ def determined_words(report: Section) -> list[str]:
 
 
 def _in_doubt_words(report: Section) -> Iterator[str]:
-    groups = report["after"]["groups"]
     for effect in report["in_doubt"]:
-        changed = [
-            f"{group.formula} by {100.0 * number(effect['changes'][group.symbol]) / abs(value):+.2g} %"
-            for group in GROUPS
-            if (value := number(groups[group.symbol]["value"]))
-            and effect["weight"] ** 0.5 * abs(number(effect["changes"][group.symbol]))
-            > _FELT * number(groups[group.symbol]["std"])
-        ]
+        changed = []
+        for group in GROUPS:
+            fitted, change = report["after"]["groups"][group.symbol], number(effect["changes"][group.symbol])
+            value, felt = number(fitted["value"]), _FELT * number(fitted["std"])
+            if value and effect["weight"] * change * change > felt * felt:
+                changed.append(f"{group.formula} by {100.0 * change / abs(value):+.2g} %")
         if changed:
             yield (
                 f"{key_words(effect['effect'])}, is neither shown nor excluded; it would change {', '.join(changed)}, "
