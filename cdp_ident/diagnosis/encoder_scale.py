@@ -78,17 +78,12 @@ def encoder_scale(
     found = closely.balance(joints, logarithm) if abs(factor - 1.0) > _NEAREST else None
     if found is None or found.misfit > min(other.misfit for other in balances) - CLEARLY_BETTER:
         return None
-    if _beyond_noise(found) > min(_LARGEST_LEFT, _HALF * min(_beyond_noise(other) for other in balances)):
+    if found.beyond_noise > min(_LARGEST_LEFT, _HALF * min(other.beyond_noise for other in balances)):
         return None
     of_readings = tuple((_SCALES[joint], np.array([factor - 1.0])) for joint in joints)
     return EncoderScale(
         joints, factor, factor * closely.std(joints, logarithm), replace(found, of_readings=of_readings)
     )
-
-
-def _beyond_noise(balance: ForceBalance) -> float:
-    """Return the larger unexplained share, of the two joints, without that of noise."""
-    return float(np.sqrt(np.maximum(balance.unexplained**2 - balance.noise_share**2, 0.0).max()))
 
 
 @dataclass(frozen=True)

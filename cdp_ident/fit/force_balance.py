@@ -85,6 +85,11 @@ class ForceBalance:
         return (*self.of_readings, *((effect, self.strengths(effect)) for effect in self.effects))
 
     @property
+    def beyond_noise(self) -> float:
+        """The larger unexplained share, of the two joints, without that of noise."""
+        return float(np.sqrt(np.maximum(self.unexplained**2 - self.noise_share**2, 0.0).max()))
+
+    @property
     def misfit(self) -> float:
         """Minus twice the logarithm of the likelihood, but for a constant, of what is left as a share of gravity's."""
         independent = self.used * self.windows / STEPS_BETWEEN

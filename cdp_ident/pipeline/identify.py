@@ -27,6 +27,10 @@ from cdp_ident.trial.trial import Trial
 
 Array = npt.NDArray[np.float64]
 
+_LEAVES = 0.7
+"""A coupling or a spring leaves at most this share of what a balance of forces does not explain without it: a smaller
+part may be that of several weak effects, which the selection tells apart."""
+
 
 def identify(
     fit: Sequence[Trial],
@@ -137,7 +141,9 @@ def _balances(pieces: Sequence[Piece], mechanism: Mechanism) -> tuple[ForceBalan
     preferred, besides = plain, tuple[TorqueEffect, ...]()
     for effect in NOT_DRY:
         other = _balance(pieces, mechanism, (effect,))
-        if other is not None and other.criterion < min(preferred.criterion, plain.criterion - CLEARLY_BETTER):
+        if other is None or other.beyond_noise > _LEAVES * plain.beyond_noise:
+            continue
+        if other.criterion < min(preferred.criterion, plain.criterion - CLEARLY_BETTER):
             preferred, besides = other, (effect,)
     with_all_dry = (*besides, *DRY)
     if not preferred.effects or preferred.effects == with_all_dry:
