@@ -11,7 +11,7 @@ Selection and Multimodel Inference, 2002, section 4.3).
 import math
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -50,19 +50,20 @@ def effects_in_doubt(fit: Fit) -> tuple[InDoubt, ...]:
     """
     test = ScoreTest(fit, addable(fit.model, with_states=False))
     forms = Counter(_place(candidate) for candidate in test.candidates)
-    found, evidence = [], [0.0]
+    doubtful, evidence = [], [0.0]
     for candidate in test.ranked():
         variance = fit.variance * candidate.variance_ratio
         gain = candidate.gain / variance
         if chdtrc(candidate.freedom, gain) < _LEVEL:
+            doubtful.append((candidate, variance))
             # The forms of one effect, such as harmonics, have the weight of one together.
             evidence.append(0.5 * gain - candidate.freedom - math.log(forms[_place(candidate.active)]))
-            by_strength, inverse = test.imitation(candidate)
-            change, spread = -by_strength @ candidate.strengths, variance * by_strength @ inverse @ by_strength.T
-            found.append(InDoubt(candidate.active, 0.0, change, spread))
-    weights = softmax(evidence)[1:].tolist()
-    in_doubt = [replace(effect, weight=weight) for effect, weight in zip(found, weights, strict=True)]
-    return tuple(sorted(in_doubt, key=lambda effect: -effect.weight))
+    found = []
+    for (candidate, variance), weight in zip(doubtful, softmax(evidence)[1:].tolist(), strict=True):
+        by_strength, inverse = test.imitation(candidate)
+        change, spread = -by_strength @ candidate.strengths, variance * by_strength @ inverse @ by_strength.T
+        found.append(InDoubt(candidate.active, weight, change, spread))
+    return tuple(sorted(found, key=lambda effect: -effect.weight))
 
 
 def _place(active: ActiveEffect) -> tuple[str, str]:
