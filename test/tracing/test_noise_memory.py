@@ -11,8 +11,7 @@ from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.refinement import Fit
 from cdp_ident.fit.windows import cut_into_windows
 from cdp_ident.model.parameters import time_unit
-from cdp_ident.tracing import thresholds
-from cdp_ident.tracing.noise_memory import forgets_soon, is_structured
+from cdp_ident.tracing.noise_memory import DECAY, forgets_soon, is_structured
 from cdp_ident.trial.trial import Trial
 
 GRAVITY = 9.81
@@ -42,13 +41,23 @@ def test_white_noise_is_noise_at_any_rate(rate, length):
     assert not is_structured(fit)
 
 
-def test_the_rig_says_for_how_long_noise_may_be_remembered():
-    share, rate = 0.8, 200.0
-    expected = (1.0 + share) / (1.0 - share)
-    for length, structured in ((0.05, True), (2.0, False)):
-        longest = thresholds.NOISE_MEMORY * time_unit(length, GRAVITY) * rate
-        assert (longest < expected) == structured
-        assert is_structured(leaving(remembered(share), rate, length)) == structured
+@pytest.mark.parametrize(("length", "structured"), [(0.05, True), (2.0, False)])
+def test_the_rig_says_within_what_time_noise_may_be_forgotten(length, structured):
+    share, rate = 0.9, 200.0
+    longest = DECAY * time_unit(length, GRAVITY) * rate
+    assert (longest < -1.0 / np.log(share)) == structured
+    fit = leaving(remembered(share), rate, length)
+    assert is_structured(fit) == structured
+    assert forgets_soon(fit) != structured
+
+
+def test_what_is_smooth_is_no_noise_though_it_is_forgotten_as_soon():
+    """An error that rods' motion has made is level at lag 0, where that of noise with a memory has a cusp."""
+    smooth = leaving(lambda noise: lfilter([1.0], np.poly([0.8, 0.8, 0.6]), noise, axis=0), 200.0, 0.4)
+    noise = leaving(remembered(0.9), 200.0, 0.4)
+    assert noise.autocorrelation.integrated_time == pytest.approx(smooth.autocorrelation.integrated_time, rel=0.35)
+    assert is_structured(smooth)
+    assert not is_structured(noise)
 
 
 def test_what_is_left_over_the_time_that_rods_take_to_move_is_more_than_noise():
