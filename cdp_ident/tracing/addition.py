@@ -116,6 +116,11 @@ def _best_addition(progress: Progress) -> Attempt | None:
     once = at_instants(progress, (current.fit, current.closely))
     refitted = progress.tried(current, ((c,) for c in (*ranked, *once)))
     best = _best(current, refitted)
+    if best and best.fit.rmse() > thresholds.ABOVE_NOISE * progress.noise:
+        # What oscillates by itself has a minimum at several frequencies.
+        chosen = next(candidates for candidates, attempt in refitted if attempt is best)
+        refitted += progress.tried(current, ((other,) for candidate in chosen for other in candidate.elsewhere))
+        best = _best(current, refitted)
     if best is None:
         pairs = (pair for pair in test.pairs(_REFITS // 2) if gains_enough(current.fit, pair))
         together = progress.tried(current, (pair.members for pair in pairs))

@@ -6,7 +6,7 @@ projected on its sensitivities, after the part that the model's own unknowns can
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import combinations
 
 import numpy as np
@@ -57,6 +57,8 @@ class Candidate:
 
     At least the integrated autocorrelation time, which is that of a mean.
     """
+    elsewhere: tuple["Candidate", ...] = field(default=(), kw_only=True)
+    """The same effect at other values of its first shape parameter, which gain nearly as much, the best first."""
 
     @property
     def freedom(self) -> int:
@@ -138,7 +140,10 @@ class ScoreTest:
         """Return the candidates that would gain something, the best first."""
         found = self._together.ranked()
         for by_factor in self._alone:
-            found += sorted((c for part in by_factor for c in part.ranked()), key=lambda c: -c.gain)[:1]
+            if ranking := sorted((c for part in by_factor for c in part.ranked()), key=lambda c: -c.gain):
+                best, *others = ranking
+                near = (c for c in others if c.gain > thresholds.NEAR_A_RIVAL * best.gain)
+                found.append(replace(best, elsewhere=tuple(near)))
         return sorted(found, key=lambda c: -c.gain)
 
     def pairs(self, most: int) -> list[Pair]:
