@@ -12,6 +12,7 @@ from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.prior import Prior
 from cdp_ident.fit.refinement import Fit
 from cdp_ident.pipeline.identify import identify
+from cdp_ident.tracing.certainty import confirmed
 from cdp_ident.tracing.final_model import FinalModel
 from cdp_ident.tracing.found_effects import found_effects
 from cdp_ident.tracing.selection import Selection
@@ -83,6 +84,7 @@ def chosen(found: Identification) -> Found:
     """Return what the package names when it traces an identification, without the rest of its report."""
     selection, _ = select_effects(found)
     before, after = (FinalModel.of(attempt.fit, found.data) for attempt in (selection.before, selection.after))
+    selection = confirmed(selection, before, after)
     left = unexplained(after, found.data.noise, found.data.names, found.inertia.value)
     spread, unknown = covariance(after.fit), [np.nan] * len(selection.without)
     inertia = Inertia.of(after.model, after.fit.values, spread, found.physical)

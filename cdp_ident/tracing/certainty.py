@@ -6,12 +6,17 @@ could be in its place.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from cdp_ident.tracing import thresholds
 from cdp_ident.tracing.acceptance import share_explained
 from cdp_ident.tracing.evidence import Attempt
+from cdp_ident.tracing.final_model import FinalModel
 from cdp_ident.tracing.progress import Progress
-from cdp_ident.tracing.selection import Certainty
+from cdp_ident.tracing.selection import Certainty, Selection
+
+_AS_WELL = 1.5
+"""Held-out motion with at most so many times the fit's error is followed as well as that which was fitted."""
 
 
 def certainties(
@@ -44,3 +49,26 @@ def certainties(
         else:
             found.append("acts_like")
     return tuple(found)
+
+
+def confirmed(selection: Selection, before: FinalModel, after: FinalModel) -> Selection:
+    """Return a selection with names as sure as they are when held-out motion has been looked at.
+
+    Effects that imitate something else over the fitted motion need not do so elsewhere. So where held-out motion is
+    followed much worse than the fitted one, they must explain more of its error than remains to keep their names. An
+    effect of an instant is not in held-out motion.
+
+    Args:
+        selection: where it ended.
+        before: the paper's model.
+        after: the model with the effects.
+    """
+    explained = before.holdout.rmse() ** 2 - after.holdout.rmse() ** 2
+    remaining = after.holdout.rmse() ** 2 - after.fit.rmse() ** 2
+    if not (after.holdout.rmse() > _AS_WELL * after.fit.rmse() and explained < thresholds.NAMED * remaining):
+        return selection
+    effects = (active.effect for active in after.model.effects)
+    pairs = zip(effects, selection.certainty, strict=True)
+    return replace(
+        selection, certainty=tuple(found if effect.at_an_instant else "acts_like" for effect, found in pairs)
+    )

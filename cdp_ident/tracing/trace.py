@@ -15,6 +15,7 @@ from cdp_ident.errors import FitFailedError, IdentificationError
 from cdp_ident.fit.physical import PhysicalValues
 from cdp_ident.fit.refinement import Fit, fit_initial_states_near, with_all_derivatives
 from cdp_ident.model.parameters import groups_of, inertia_about_cart
+from cdp_ident.tracing.certainty import confirmed
 from cdp_ident.tracing.evidence import Attempt
 from cdp_ident.tracing.expected import ExpectedEffect
 from cdp_ident.tracing.final_model import FinalModel
@@ -91,6 +92,7 @@ def trace(
     # Held-out motion is used from here on, when everything is decided.
     before = FinalModel.of(selection.before.fit, data)
     after = before if fit is selection.before.fit else before.like_this(fit)
+    selection = confirmed(selection, before, after)
     without = [_holdout_error(after, attempt.fit) for attempt in selection.without]
     completed = _completed(found, fit)
     in_doubt, not_computed = ((), ()) if failure else _in_doubt(selection.after.fit)
