@@ -78,7 +78,7 @@ def encoder_scale(
     found = closely.balance(joints, logarithm) if abs(factor - 1.0) > _NEAREST else None
     if found is None or found.misfit > min(other.misfit for other in balances) - CLEARLY_BETTER:
         return None
-    if found.beyond_noise > min(_LARGEST_LEFT, _HALF * min(other.beyond_noise for other in balances)):
+    if found.beyond_noise.max() > min(_LARGEST_LEFT, _HALF * min(other.beyond_noise.max() for other in balances)):
         return None
     of_readings = tuple((_SCALES[joint], np.array([factor - 1.0])) for joint in joints)
     return EncoderScale(

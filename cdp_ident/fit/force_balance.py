@@ -85,9 +85,9 @@ class ForceBalance:
         return (*self.of_readings, *((effect, self.strengths(effect)) for effect in self.effects))
 
     @property
-    def beyond_noise(self) -> float:
-        """The larger unexplained share, of the two joints, without that of noise."""
-        return float(np.sqrt(np.maximum(self.unexplained**2 - self.noise_share**2, 0.0).max()))
+    def beyond_noise(self) -> Array:
+        """(2,) the unexplained shares without those of noise."""
+        return np.sqrt(np.maximum(self.unexplained**2 - self.noise_share**2, 0.0))
 
     @property
     def misfit(self) -> float:

@@ -28,7 +28,7 @@ from cdp_ident.trial.trial import Trial
 Array = npt.NDArray[np.float64]
 
 _LEAVES = 0.7
-"""A coupling or a spring leaves at most this share of what a balance of forces does not explain without it: a smaller
+"""A coupling or a spring leaves at most this share of what a joint's balance does not explain without it: a smaller
 part may be that of several weak effects, which the selection tells apart."""
 
 
@@ -141,7 +141,7 @@ def _balances(pieces: Sequence[Piece], mechanism: Mechanism) -> tuple[ForceBalan
     preferred, besides = plain, tuple[TorqueEffect, ...]()
     for effect in NOT_DRY:
         other = _balance(pieces, mechanism, (effect,))
-        if other is None or other.beyond_noise > _LEAVES * plain.beyond_noise:
+        if other is None or np.all(other.beyond_noise > _LEAVES * plain.beyond_noise):
             continue
         if other.criterion < min(preferred.criterion, plain.criterion - CLEARLY_BETTER):
             preferred, besides = other, (effect,)

@@ -247,3 +247,28 @@ def test_where_the_search_s_best_cannot_be_simulated_the_fit_begins_at_the_balan
     found, made = traced_truth("coulomb_friction.outer+air_drag.outer+encoder_offset.outer", 25001)
     assert named(found) == {("coulomb_friction", "outer"), ("air_drag", "outer"), ("encoder_offset", "outer")}
     assert found.after.holdout.rmse() < FIT_TO_THE_NOISE * made.floor
+
+
+@pytest.mark.campaign
+@pytest.mark.parametrize("seed", [30005, 30020])
+def test_nothing_remains_where_the_encoders_noise_is_remembered_for_long(seed: int) -> None:
+    found, made = traced_truth("none", seed)
+    assert made.setting.counter.memory > 0.8
+    assert found.effects == ()
+    assert not found.unexplained.significant
+
+
+@pytest.mark.campaign
+def test_a_cart_that_oscillates_is_fitted_at_the_frequency_that_leaves_least() -> None:
+    found, made = traced_truth("pivot_compliance.base", 30000)
+    assert named(found) == {("pivot_compliance", "base")}
+    assert found.after.holdout.rmse() < FIT_TO_THE_NOISE * made.floor
+
+
+@pytest.mark.campaign
+def test_harmonics_that_imitate_a_magnet_where_the_joint_hardly_turns_are_not_named() -> None:
+    """Held-out motion, in which the joint turns over, is not followed."""
+    found, made = traced_truth("magnet.inner", 30001)
+    assert found.after.fit.rmse() < FIT_TO_THE_NOISE * made.floor
+    assert found.unexplained.significant
+    assert named(found) == set()
