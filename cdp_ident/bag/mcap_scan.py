@@ -21,6 +21,8 @@ from cdp_ident.regular_file import open_regular
 
 _RECORD_HEAD = struct.Struct("<BQ")
 _MESSAGE_HEAD = struct.Struct("<HIQQ")
+_CHUNK_BEGIN = struct.Struct("<QQQI")
+"""Times of the first and the last message, size, CRC: 0 where a writer makes none."""
 _CHUNK_HEAD = 64
 """Bytes of a chunk's record beside its data, and a few to spare."""
 _HOLDING_MESSAGES = (Opcode.CHUNK, Opcode.MESSAGE, Opcode.SCHEMA, Opcode.CHANNEL)
@@ -47,7 +49,8 @@ class McapScan:
     Chunks are checked against their CRC. A damaged chunk is left out and the pass goes on behind it; where the file
     ends early, or is no longer a sequence of records, the pass ends. The summary behind the data, which nothing
     protects, is believed only where the data do not say the same themselves. Writers put either all messages into
-    chunks or none: one beside chunks comes from damage to their heads, and has no CRC.
+    chunks or none: one beside chunks comes from damage to their heads, and has no CRC. They give a CRC to all chunks or
+    to none: damage has taken it from one beside as many that have it.
     """
 
     def __init__(self, path: Path, budget: Budget | None = None) -> None:
@@ -70,6 +73,8 @@ class McapScan:
         self._ended = False
         """Whether the pass is behind the data."""
         self._has_chunks = False
+        self._checksums = 0
+        """Chunks with a CRC less those without."""
         self._repeated: dict[int, Topic] = {}
         """Topics by the summary."""
 
@@ -117,7 +122,10 @@ class McapScan:
             self._ended = self._ended or opcode in (Opcode.DATA_END, Opcode.FOOTER)
             self._has_chunks = self._has_chunks or opcode == Opcode.CHUNK
             self._budget.spend(records=1)
-            if opcode in wanted and length <= LARGEST_CHUNK + _CHUNK_HEAD:
+            if opcode == Opcode.CHUNK and opcode not in wanted and length >= _CHUNK_BEGIN.size:
+                *_, checksum = _CHUNK_BEGIN.unpack(stream.read(_CHUNK_BEGIN.size))
+                self._checksums += 1 if checksum else -1
+            elif opcode in wanted and length <= LARGEST_CHUNK + _CHUNK_HEAD:
                 yield opcode, stream.read(length)
             elif opcode == Opcode.CHUNK:
                 self.damaged_chunks += Opcode.CHUNK in wanted
@@ -130,7 +138,10 @@ class McapScan:
     def _chunk(self, record: bytes) -> Iterator[tuple[Topic, int, bytes]]:
         assert self._budget is not None
         try:
-            data = _uncompressed(Chunk.read(ReadDataStream(BytesIO(record))), self._budget)
+            chunk = Chunk.read(ReadDataStream(BytesIO(record)))
+            if chunk.uncompressed_crc == 0 and self._checksums >= 0:
+                raise ValueError("a chunk without a CRC beside others with one")
+            data = _uncompressed(chunk, self._budget)
             count = sum(1 for _ in _records_in(data))
         except _GARBLED:
             self.damaged_chunks += 1

@@ -359,3 +359,27 @@ def test_a_message_beside_the_chunks_which_no_checksum_protects_is_left_out_and_
         recording = read_joint_states(file, "joint_states")
         assert np.array_equal(recording.positions, POSITIONS)
         assert "1 messages beside the chunks, without a checksum, are left out" in recording.notes[0]
+
+
+@pytest.mark.parametrize("without", [[0], [1], [0, 1, 2]])
+def test_a_chunk_whose_checksum_damage_has_taken_is_left_out_unless_no_chunk_has_one(tmp_path, without):
+    with BagWriter(tmp_path / "bag") as writer:
+        for number in range(3):
+            stamp = START + number
+            writer.write("/joint_states", MESSAGE_TYPE, stamp, serialize_joint_state(NAMES, [number, 0.0], stamp))
+            writer.flush()
+    file = tmp_path / "bag" / "bag_0.mcap"
+    content, place, chunks = bytearray(file.read_bytes()), 8, list[int]()
+    while content[place] != Opcode.DATA_END:
+        if content[place] == Opcode.CHUNK:
+            chunks.append(place)
+        place += 9 + struct.unpack_from("<Q", content, place + 1)[0]
+    for chunk in without:
+        checksum = slice(chunks[chunk] + 9 + 24, chunks[chunk] + 9 + 28)
+        assert any(content[checksum])
+        content[checksum] = bytes(4)
+    file.write_bytes(content)
+    recording = read_joint_states(file, "joint_states")
+    kept = {0, 1, 2} if len(without) == 3 else {0, 1, 2} - set(without)
+    assert set(recording.positions[:, 0]) == kept
+    assert [note for note in recording.notes if "1 chunk(s) that are damaged" in note] or len(kept) == 3
