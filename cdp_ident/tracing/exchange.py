@@ -30,7 +30,9 @@ _SOME = 0.3
 
 
 def exchange_effects(progress: Progress) -> bool:
-    """Compare every effect, and every two torques of a joint, with rivals; return whether any was exchanged.
+    """Compare effects, alone and by two of a joint, with rivals; return whether any was exchanged.
+
+    Two are compared together if both are torques or both errors of the encoder.
 
     Raises:
         InterruptedSelectionError: the selection is asked to stop.
@@ -39,12 +41,11 @@ def exchange_effects(progress: Progress) -> bool:
     left: Sequence[tuple[str, ...]] = [(label,) for label in before.model.labels]
     while left:
         left = _exchange_first(progress, left)
-    torques = [
-        (label, active.effect.joint)
-        for label, active in zip(progress.current.model.labels, progress.current.model.effects, strict=True)
-        if isinstance(active.effect, TorqueEffect)
+    kinds = [
+        (isinstance(active.effect, TorqueEffect), active.effect.joint) for active in progress.current.model.effects
     ]
-    left = [(one, two) for (one, joint), (two, other_joint) in combinations(torques, 2) if joint == other_joint]
+    of_kinds = zip(progress.current.model.labels, kinds, strict=True)
+    left = [(one, two) for (one, kind), (two, other_kind) in combinations(of_kinds, 2) if kind == other_kind]
     while left:
         left = _exchange_first(progress, left)
     return progress.current is not before
@@ -224,11 +225,15 @@ def is_better(rival: Attempt, current: Attempt) -> bool:
 
 
 def _is_simpler(rival: Attempt, current: Attempt) -> bool:
-    """Return whether a rival has what an effect contains in its place."""
+    """Return whether a rival has what an effect contains in its place, or fewer values than one at its limit.
+
+    At the limit of a shape parameter an effect has become something simpler.
+    """
     new = rival.model.effects[-1].effect
-    return any(
-        _is_richer_form(active.effect, new) for active in current.model.effects if active not in rival.model.effects
-    )
+    replaced = [index for index, active in enumerate(current.model.effects) if active not in rival.model.effects]
+    if len(rival.fit.values) < len(current.fit.values) and any(map(current.at_limit, replaced)):
+        return True
+    return any(_is_richer_form(current.model.effects[index].effect, new) for index in replaced)
 
 
 def _choices(attempt: Attempt) -> float:

@@ -272,3 +272,20 @@ def test_harmonics_that_imitate_a_magnet_where_the_joint_hardly_turns_are_not_na
     assert found.after.fit.rmse() < FIT_TO_THE_NOISE * made.floor
     assert found.unexplained.significant
     assert named(found) == set()
+
+
+@pytest.mark.campaign
+def test_a_joint_that_sticks_is_seen_to_rest_through_noise_that_is_remembered() -> None:
+    found, made = traced_truth("breakaway.inner", 33000)
+    assert made.setting.counter.memory > 0.8
+    assert named(found) == {("stribeck_friction", "inner")}
+    assert found.after.holdout.rmse() < FIT_TO_THE_NOISE * made.floor
+
+
+@pytest.mark.campaign
+def test_what_ends_at_the_limit_of_its_shape_and_what_two_errors_of_an_encoder_imitate_is_exchanged() -> None:
+    found, made = traced_truth("coulomb_friction.inner+air_drag.inner+encoder_eccentricity.inner", 33001)
+    exchanged = [step.action for step in found.selection.steps if step.action.startswith("exchanged")]
+    assert "exchanged load_friction.inner for coulomb_friction.inner" in exchanged
+    assert "exchanged encoder_offset.inner and encoder_scale.inner for encoder_eccentricity.inner" in exchanged
+    assert found.after.holdout.rmse() < FIT_TO_THE_NOISE * made.floor
