@@ -5,7 +5,7 @@ Their sizes go with the rig: torques with its weight's moments, drag with its in
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Literal, cast
 
 import numpy as np
@@ -55,6 +55,15 @@ class Occasion:
     durations: Sequence[float]
     """Of the trials in which something may happen once [s]."""
     rng: np.random.Generator
+    harmonics: set[tuple[str, int]] = field(default_factory=set)
+    """Joint and periods a turn of those that were drawn: two of one joint with as many periods are one."""
+
+    def periods(self, joint: str) -> int:
+        """Return a number of periods a turn that no harmonic of this joint has yet."""
+        while (joint, drawn := int(self.rng.integers(3, 17))) in self.harmonics:
+            pass
+        self.harmonics.add((joint, drawn))
+        return drawn
 
     def moment(self, joint: str) -> float:
         """Return the weight's largest moment about a joint [N m]."""
@@ -169,7 +178,7 @@ def _torque(name: str, joint: Joint, of: Occasion) -> Effect:
         put = _acting(lambda size: torques.spring(joint, size, at_ease))
         return Effect(name, joint, "N m/rad", 1e-4 * moment, moment, put)
     if name == "cogging_torque":
-        periods, phase = int(rng.integers(3, 17)), rng.uniform(-math.pi, math.pi)
+        periods, phase = of.periods(joint), rng.uniform(-math.pi, math.pi)
         put = _acting(lambda size: torques.cogging(joint, size, periods, phase))
         return Effect(name, joint, "N m", 1e-4 * moment, 0.2 * moment, put)
     if name == "magnet":

@@ -142,12 +142,14 @@ def _above_noise(found: Identification) -> Iterator[FitWarning]:
             "something, or L, g or the nominal values are far off",
         )
     joined = found.continuity
-    if joined is not None and joined.relative > _JUMPS:
+    # Noise that is remembered moves initial states by more than white noise of its size does.
+    by_memory = 1.0 if error > _ABOVE_NOISE * noise else float(np.sqrt(found.fit.autocorrelation.integrated_time))
+    if joined is not None and joined.relative > _JUMPS * by_memory:
         yield FitWarning(
             "windows_do_not_join",
             (),
-            f"from one window to the next the angles jump by {1e3 * joined.rms:.3g} mrad rms, {joined.relative:.1f} "
-            "times what the noise lets expect: the model lacks something",
+            f"from one window to the next the angles jump by {1e3 * joined.rms:.3g} mrad rms, "
+            f"{joined.relative / by_memory:.1f} times what the noise lets expect: the model lacks something",
         )
 
 

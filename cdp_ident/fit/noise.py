@@ -3,6 +3,7 @@
 import numpy as np
 import numpy.typing as npt
 
+from cdp_ident.fit.smoothing import remembered_noise
 from cdp_ident.trial.differences import MEDIAN_OF_SIZE, encoder_step, fourth_differences
 from cdp_ident.trial.trial import Trial
 
@@ -21,11 +22,14 @@ def noise_of(trial: Trial) -> Array:
 
     It is that of fourth divided differences, scaled so that white noise of standard deviation 1 gives 1, without those
     that are not noise. Where the motion is slow, an encoder repeats its readings and the differences are zero;
-    therefore the noise is never estimated below that of quantisation, the step over the square root of 12.
+    therefore the noise is never estimated below that of quantisation, the step over the square root of 12. Nor is it
+    below that about a smooth motion where it is remembered from one sample to the next, which differences do not show.
     """
     sizes = np.abs(fourth_differences(trial.time, trial.theta))
     steps = np.array([encoder_step(column) for column in trial.theta.T])
-    return np.maximum([_trimmed_deviation(column) for column in sizes.T], steps / np.sqrt(12.0))
+    longest = max(trial.stretches, key=lambda stretch: len(stretch.time))
+    least = np.maximum(steps / np.sqrt(12.0), remembered_noise(longest.time, longest.theta))
+    return np.maximum([_trimmed_deviation(column) for column in sizes.T], least)
 
 
 def encoder_steps(trial: Trial) -> Array:

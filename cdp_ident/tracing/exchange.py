@@ -2,7 +2,7 @@
 
 import math
 import threading
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 from itertools import combinations
 
 import numpy as np
@@ -97,8 +97,24 @@ def try_states(progress: Progress, form: Form) -> None:
     Raises:
         InterruptedSelectionError: the selection is asked to stop.
     """
+    _try_richer(progress, lambda effect: effect.brings_states and effect.form is form)
+
+
+def try_without_states(progress: Progress) -> None:
+    """Exchange effects for their richer forms without states of their own where those are better.
+
+    A simpler form (dry friction for friction that is larger near rest) may end so far from the motion that nothing can
+    be added to it.
+
+    Raises:
+        InterruptedSelectionError: the selection is asked to stop.
+    """
+    _try_richer(progress, lambda effect: not effect.brings_states)
+
+
+def _try_richer(progress: Progress, suits: Callable[[TorqueEffect], bool]) -> None:
     for old in progress.current.model.labels:
-        forms = [effect for effect in _richer_forms(progress, old) if effect.brings_states and effect.form is form]
+        forms = [effect for effect in _richer_forms(progress, old) if suits(effect)]
         if forms:
             removed = progress.without(progress.current, [progress.current.place_of(old)])
             best = _better(progress.current, removed, _related(progress, old, forms))

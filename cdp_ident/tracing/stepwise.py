@@ -13,10 +13,11 @@ from cdp_ident.fit.noise import NO_STEPS
 from cdp_ident.fit.refinement import Fit
 from cdp_ident.fit.share import share_of
 from cdp_ident.model.effects.effect import Form
+from cdp_ident.tracing.acceptance import fits_of
 from cdp_ident.tracing.addition import add_balanced, add_effects
 from cdp_ident.tracing.certainty import certainties
 from cdp_ident.tracing.evidence import Attempt
-from cdp_ident.tracing.exchange import alternatives, exchange_effects, try_states
+from cdp_ident.tracing.exchange import alternatives, exchange_effects, try_states, try_without_states
 from cdp_ident.tracing.expected import ExpectedEffect, begin_with
 from cdp_ident.tracing.progress import InterruptedSelectionError, Progress, attempt_of
 from cdp_ident.tracing.pruning import drop_repeated_impulses, drop_superfluous, drop_without_strength
@@ -75,7 +76,7 @@ def stepwise_selection(
             add_balanced(progress, balances)
         fit_zeros_by_trial(progress)
         progress.reweigh()
-        refuse_a_failed_fit((progress.current.fit, progress.current.validation), noise)
+        _refuse_what_fails(progress)
         _select(progress)
         if not named_only:
             add_unknown_torques(progress)
@@ -101,6 +102,15 @@ def stepwise_selection(
         interrupted=interrupted,
         looked_in=len(chosen),
     )
+
+
+def _refuse_what_fails(progress: Progress) -> None:
+    """Raise `FitFailedError` where the model does not follow the motion, with richer forms of its effects either."""
+    try:
+        refuse_a_failed_fit(fits_of(progress.current), progress.noise)
+    except FitFailedError:
+        try_without_states(progress)
+        refuse_a_failed_fit(fits_of(progress.current), progress.noise)
 
 
 def _until_stopped(progress: Progress, work: Callable[[], None]) -> bool:

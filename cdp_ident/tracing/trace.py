@@ -106,7 +106,7 @@ def trace(
         effects=found_effects(selection, after, without, completed.covariance, completed.inertia),
         completed=completed,
         errors=_errors(found, selection, before, after),
-        unexplained=unexplained(after, data.noise, data.names, completed.inertia.value),
+        unexplained=unexplained(after, data.noise, data.names, completed.inertia.value, completed.covariance),
         in_doubt=in_doubt,
         joined=joined is not None,
         failure=failure,

@@ -16,6 +16,8 @@ from cdp_ident.tracing.torque_residual import TorqueResidual, corrected, torque_
 
 Array = npt.NDArray[np.float64]
 
+_SURELY = 2.0
+"""Values may be off by so many standard deviations. They explain no more of the held-out error than the noise does."""
 _BINS = 16
 _FEWEST_IN_BIN = 20
 
@@ -34,7 +36,9 @@ class Unexplained:
     """Where it is and how large, in words."""
 
 
-def unexplained(final: FinalModel, noise: Array, trials: Sequence[str], inertia: float) -> Unexplained:
+def unexplained(
+    final: FinalModel, noise: Array, trials: Sequence[str], inertia: float, covariance: Array
+) -> Unexplained:
     """Describe what remains.
 
     Args:
@@ -42,6 +46,7 @@ def unexplained(final: FinalModel, noise: Array, trials: Sequence[str], inertia:
         noise: (2,) standard deviation of the noise of theta1 and theta2 [rad].
         trials: names of the trials.
         inertia: A22 [kg m^2], to give torques in N m.
+        covariance: (unknowns, unknowns) of the model's values.
     """
     fits = (final.fit, final.holdout)
     errors = _errors(fits)
@@ -49,10 +54,9 @@ def unexplained(final: FinalModel, noise: Array, trials: Sequence[str], inertia:
     worst = int(np.argmax(ratios))
     overall = final.holdout.rmse() / float(np.sqrt(np.mean(noise**2)))
     window = _outlier_window(final, noise, trials)
-    if window is None and leaves_only_noise(fits, noise):
-        is_small = ratios[worst] < thresholds.ABOVE_NOISE
-        memory = "" if is_small else f", correlated over {final.fit.autocorrelation.integrated_time:.0f} samples"
-        return Unexplained(False, JOINTS[worst], overall, "nothing but the encoders' noise" + memory)
+    only = None if window else _only_noise(final, noise, covariance)
+    if only:
+        return Unexplained(False, JOINTS[worst], overall, only)
     residual = torque_residual(corrected(final.fit))
     dependence = max(_dependences(residual), key=lambda found: found.share)
     remains = f"{1e3 * errors[worst]:.3g} mrad remain in theta{worst + 1}, {ratios[worst]:.1f} times its noise"
@@ -60,6 +64,21 @@ def unexplained(final: FinalModel, noise: Array, trials: Sequence[str], inertia:
     slow = f"; it changes slowly, over {correlated:.0f} samples" if is_structured(final.fit) else ""
     description = "; ".join(filter(None, (remains, dependence.words(inertia) + slow, window)))
     return Unexplained(True, JOINTS[dependence.joint], overall, description)
+
+
+def _only_noise(final: FinalModel, noise: Array, covariance: Array) -> str | None:
+    """Return in words what little remains, or None where it is more; arguments are those of `unexplained`."""
+    fits = (final.fit, final.holdout)
+    if leaves_only_noise(fits, noise):
+        is_small = np.all(_errors(fits) < thresholds.ABOVE_NOISE * noise)
+        memory = "" if is_small else f", correlated over {final.fit.autocorrelation.integrated_time:.0f} samples"
+        return f"nothing but the encoders' noise{memory}"
+    if leaves_only_noise([final.fit], noise):
+        level = np.maximum(_errors([final.fit]), noise)
+        by_values = np.minimum(_SURELY * final.moved_by(covariance), level)
+        if np.all(np.hypot(thresholds.ABOVE_NOISE * level, by_values) > _errors([final.holdout])):
+            return "nothing but the encoders' noise, and what the values' uncertainty moves the held-out motion by"
+    return None
 
 
 def leaves_only_noise(fits: Sequence[Fit], noise: Array) -> bool:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from cdp_ident.diagnosis.warnings import find_warnings, outlier_warnings
 from cdp_ident.fit.options import IdentifyOptions
@@ -37,6 +38,15 @@ def of_name(found, name):
 
 def test_a_good_identification_gives_no_reason_for_doubt():
     assert names(clean()) == []
+
+
+def test_noise_that_is_remembered_from_sample_to_sample_is_none_either():
+    memory, rng = 0.85, np.random.default_rng(1)
+    noisy = []
+    for trial in trials():
+        fresh = rng.normal(scale=5e-3 * np.sqrt(1.0 - memory**2), size=trial.theta.shape)
+        noisy.append(replace(trial, theta=trial.theta + lfilter([1.0], [1.0, -memory], fresh, axis=0)))
+    assert names(identify(noisy, [], IdentifyOptions())) == []
 
 
 def test_an_interrupted_search_is_named_first():

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from cdp_ident.fit.noise import noise_of
 from cdp_ident.model.parameters import physical_coefficients
@@ -19,6 +20,13 @@ def measured(noise, counts_per_turn=None, seed=0):
 @pytest.mark.parametrize("noise", [2e-5, 1e-3, 2e-2])
 def test_white_noise_is_found(noise):
     assert noise_of(measured(noise)) == pytest.approx([noise, noise], rel=0.08)
+
+
+@pytest.mark.parametrize("memory", [0.5, 0.8])
+def test_noise_that_is_remembered_is_found_in_its_whole_size(memory):
+    fresh = np.random.default_rng(3).normal(scale=1e-3 * np.sqrt(1 - memory**2), size=(len(TEN_SECONDS), 2))
+    noise = lfilter([1.0], [1.0, -memory], fresh, axis=0)
+    assert noise_of(Trial("twin", TEN_SECONDS, standard_motion() + noise)) == pytest.approx([1e-3, 1e-3], rel=0.35)
 
 
 @pytest.mark.parametrize("counts", [2000, 8000])

@@ -65,6 +65,11 @@ def test_every_effect_moves_something_of_what_the_encoders_show(part):
     assert (effect.name in part) != (effect.stopping is not None)
 
 
+def test_no_two_harmonics_of_a_joint_have_as_many_periods_a_turn():
+    of = Occasion(VALUES, [2.0], np.random.default_rng(0))
+    assert sorted(of.periods("outer") for _ in range(14)) == list(range(3, 17))
+
+
 def test_an_engine_that_lacks_an_element_says_so():
     assert not in_mujoco("magnet.inner")
     with pytest.raises(ValueError, match="no element"):

@@ -283,6 +283,15 @@ def test_a_joint_that_sticks_is_seen_to_rest_through_noise_that_is_remembered() 
 
 
 @pytest.mark.campaign
+def test_a_richer_form_of_friction_is_tried_before_a_fit_counts_as_failed() -> None:
+    """Constant dry friction leaves 90 mrad."""
+    found, made = traced_truth("breakaway.inner", 35001)
+    assert not found.failure
+    assert named(found) == {("stribeck_friction", "inner")}
+    assert found.after.holdout.rmse() < FIT_TO_THE_NOISE * made.floor
+
+
+@pytest.mark.campaign
 def test_what_ends_at_the_limit_of_its_shape_and_what_two_errors_of_an_encoder_imitate_is_exchanged() -> None:
     found, made = traced_truth("coulomb_friction.inner+air_drag.inner+encoder_eccentricity.inner", 33001)
     exchanged = [step.action for step in found.selection.steps if step.action.startswith("exchanged")]
