@@ -12,7 +12,9 @@ import numpy as np
 
 from cdp_ident.model import trajectory
 from cdp_ident.model.compilation import is_to_be_kept
+from cdp_ident.model.effects.encoders import ENCODERS
 from cdp_ident.model.effects.play import follow
+from cdp_ident.model.effects.readings import added_by
 from cdp_ident.model.error_growth import steps_until
 from cdp_ident.model.linear import linearize
 from cdp_ident.model.parallel import core_count
@@ -44,6 +46,7 @@ def _compile() -> None:
     steps_until(np.zeros((2, 4)), coefficients, 0.01, np.zeros(1, dtype=np.int64), np.ones(4), np.ones(2), 1)
     linearize(coefficients, (np.pi, np.pi))
     follow(times, 0.0)
+    added_by(ENCODERS[0], [0.0], times, times)
 
 
 if __name__ == "__main__":

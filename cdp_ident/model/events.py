@@ -33,6 +33,8 @@ def share_by_speed(state, rates, table, values, step):
             change = abs(rates[0, 2] if joint == 0 else rates[0, 3] - rates[0, 2]) * step
             speed = abs(joint_speed(state, joint))
             if table[e, 1] == MEMORY:
+                if speed > 0.0 and rates[0, table[e, 5]] == 0.0:
+                    continue  # what it remembers stays as it is until the joint turns back
                 longest = max(speed * step, math.sqrt(_TURN * scale * change * step), 1e-300)
                 share = min(share, _TURN * scale / longest)
             else:

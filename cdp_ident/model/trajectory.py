@@ -93,9 +93,9 @@ def trajectory_with_derivatives(
     count = size if by_start_only else directions(torques)
     lanes = -(-count // VECTOR) * VECTOR
     samples, rows = len(grid.place), 2 if of_angles_only else size
-    states, derivatives = np.empty((samples, size)), np.empty((samples, rows, lanes))
+    states, derivatives = np.empty((samples, size)), np.empty((samples, rows, count))
     _run(coefficients, start, grid, u, torques, begin, lanes, states, derivatives)
-    return states, derivatives[..., :count]
+    return states, derivatives
 
 
 def directions(torques: Torques) -> int:
@@ -269,7 +269,7 @@ def _steps(
                 for r in range(derivatives.shape[1]):
                     for block in range(blocks_of(lanes)):
                         first, lane = row_of(n, block, r, OLD), np.uint64(block * LANES)
-                        for i in range(width_of(block, lanes)):
+                        for i in range(width_of(block, derivatives.shape[2])):
                             derivatives[j, r, lane + i] = reading(tangents, first, i, w0, w1, w2, w3)
                 j += 1
             copy(end, state)

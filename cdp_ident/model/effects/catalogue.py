@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from cdp_ident.model.compilation import Compilable, part
 from cdp_ident.model.effects.curves import CURVES
-from cdp_ident.model.effects.effect import Effect, Form, TorqueEffect
+from cdp_ident.model.effects.effect import Effect, Form, SensorEffect, TorqueEffect
 from cdp_ident.model.effects.encoders import ENCODERS
 from cdp_ident.model.effects.forces import FORCES
 from cdp_ident.model.effects.friction import FRICTION
@@ -21,12 +21,18 @@ _LAWS = {
     )
     for form in (Form.JOINT, Form.RODS, Form.MEMORY)
 }
-"""Each compiled law once, though several effects may share it."""
+"""Each compiled law of torques once, though several effects may share it."""
+_SENSOR_LAWS = tuple(
+    dict.fromkeys(effect.law for effect in CATALOGUE if isinstance(effect, SensorEffect) and effect.law is not None)
+)
+"""Each compiled law of encoders once."""
 
 
-def kind_of(effect: TorqueEffect) -> int:
-    """Return the number by which compiled code knows the effect's law, among those of its form."""
-    return _LAWS[effect.form].index(effect.law) if effect.law is not None else 0
+def kind_of(effect: Effect) -> int:
+    """Return the number by which compiled code knows the effect's law, among those of its form or of encoders."""
+    if effect.law is None:
+        return 0
+    return (_SENSOR_LAWS if isinstance(effect, SensorEffect) else _LAWS[effect.form]).index(effect.law)
 
 
 def _dispatcher(laws: Sequence[Compilable], name: str, first: int = 0) -> Compilable:
@@ -71,3 +77,5 @@ rods_law = _dispatcher(_LAWS[Form.RODS], "rods")
 """Compiled: the number of a law (`kind_of`), then what every law of form RODS takes."""
 memory_law = _dispatcher(_LAWS[Form.MEMORY], "memory")
 """Compiled: the number of a law (`kind_of`), then what every law of form MEMORY takes."""
+sensor_law = _dispatcher(_SENSOR_LAWS, "sensor")
+"""Compiled: the number of a law (`kind_of`), then what every law of an encoder takes."""

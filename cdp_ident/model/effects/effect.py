@@ -1,15 +1,11 @@
 """The description of an effect, from which it is searched, fitted, reported, simulated and served."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal
 
-import numpy as np
-import numpy.typing as npt
-
-Array = npt.NDArray[np.float64]
 Joint = Literal["inner", "outer", "base"]
 JOINTS: tuple[Joint, Joint] = ("inner", "outer")
 """The joints between bodies, in the order of the angles."""
@@ -150,17 +146,6 @@ class TorqueEffect:
         )
 
 
-class Added(NamedTuple):
-    """What an encoder adds to its angle; each is an array (n,), or a number where it is the same for all samples."""
-
-    angle: Array | float
-    """The angle [rad]."""
-    by_angle: Array | float
-    """Its derivative by the joint's angle."""
-    by_parameters: tuple[Array | float, ...]
-    """And by each parameter."""
-
-
 @dataclass(frozen=True)
 class SensorEffect:
     """An effect that the encoders have on the angles they report; the motion itself is not changed."""
@@ -172,13 +157,15 @@ class SensorEffect:
     formula: str
     source: str
     parameters: tuple[EffectParameter, ...]
-    reading: Callable[[Array, Array, Sequence[float] | Array], Added]
-    """`(angle, time, values)` to what is added to the encoder's angle (n,) [rad]."""
+    law: Callable[..., Any] | None
+    """Compiled. `law(angle, time, values, row, slopes)` returns what is added to the encoder's angle [rad]; the
+    parameters are `values[row]`, and `slopes[row]` takes the derivatives by the joint's angle and by each parameter.
+    None where nothing is added."""
     delays: bool = False
-    """Whether its one parameter is by how much the encoder is late [s], instead of anything added."""
+    """Whether its one parameter is by how much the encoder is late [s]."""
     has_play: bool = False
     """Whether its one parameter is the gap in the encoder's coupling [rad], within which the joint turns without the
-    encoder, instead of anything added."""
+    encoder."""
     at_an_instant: bool = False
     """Whether it happens once, in one trial: it is added from its parameter `time` on."""
     acts_as_zero: bool = False

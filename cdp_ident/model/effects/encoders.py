@@ -5,43 +5,44 @@ absolute angles.
 """
 
 import math
-from collections.abc import Sequence
 
-import numpy as np
-import numpy.typing as npt
-
-from cdp_ident.model.effects.effect import Added, EffectParameter, Joint, SensorEffect
-
-Array = npt.NDArray[np.float64]
+from cdp_ident.model.compilation import Compilable, part
+from cdp_ident.model.effects.effect import EffectParameter, Joint, SensorEffect
+from cdp_ident.model.equations import sine_and_cosine
 
 
-def _offset(angle: Array, time: Array, values: Sequence[float] | Array) -> Added:
-    return Added(values[0], 0.0, (1.0,))
+@part
+def _offset(angle, time, values, row, slopes):
+    slopes[row, 0], slopes[row, 1] = 0.0, 1.0
+    return values[row, 0]
 
 
-def _scale(rest: float):
-    def reading(angle: Array, time: Array, values: Sequence[float] | Array) -> Added:
-        turned = angle - rest
-        return Added(values[0] * turned, values[0], (turned,))
-
-    return reading
-
-
-def _eccentricity(angle: Array, time: Array, values: Sequence[float] | Array) -> Added:
-    sine, cosine = np.sin(angle), np.cos(angle)
-    return Added(values[0] * sine + values[1] * cosine, values[0] * cosine - values[1] * sine, (sine, cosine))
+@part
+def _scale_inner(angle, time, values, row, slopes):
+    turned = angle - math.pi
+    slopes[row, 0], slopes[row, 1] = values[row, 0], turned
+    return values[row, 0] * turned
 
 
-def _nothing_added(angle: Array, time: Array, values: Sequence[float] | Array) -> Added:
-    return Added(0.0, 0.0, (0.0,))
+@part
+def _scale_outer(angle, time, values, row, slopes):
+    slopes[row, 0], slopes[row, 1] = values[row, 0], angle
+    return values[row, 0] * angle
 
 
-def _slip(angle: Array, time: Array, values: Sequence[float] | Array) -> Added:
-    after = (time >= values[1]).astype(float)
-    return Added(values[0] * after, 0.0, (after, 0.0))
+@part
+def _eccentricity(angle, time, values, row, slopes):
+    sine, cosine = sine_and_cosine(angle)
+    slopes[row, 0] = values[row, 0] * cosine - values[row, 1] * sine
+    slopes[row, 1], slopes[row, 2] = sine, cosine
+    return values[row, 0] * sine + values[row, 1] * cosine
 
 
-_RESTS: tuple[tuple[Joint, float], ...] = (("inner", math.pi), ("outer", 0.0))
+@part
+def _slip(angle, time, values, row, slopes):
+    after = 1.0 if time >= values[row, 1] else 0.0
+    slopes[row, 0], slopes[row, 1], slopes[row, 2] = 0.0, after, 0.0
+    return values[row, 0] * after
 
 
 def _each(
@@ -50,12 +51,13 @@ def _each(
     formula: str,
     source: str,
     parameters: tuple[EffectParameter, ...],
-    reading,
+    inner: Compilable | None,
+    outer: Compilable | None,
     **kind: bool,
 ) -> tuple[SensorEffect, ...]:
+    laws: tuple[tuple[Joint, Compilable | None], ...] = (("inner", inner), ("outer", outer))
     return tuple(
-        SensorEffect(name, joint, "", description, formula, source, parameters, reading(rest), **kind)
-        for joint, rest in _RESTS
+        SensorEffect(name, joint, "", description, formula, source, parameters, law, **kind) for joint, law in laws
     )
 
 
@@ -66,7 +68,8 @@ ENCODERS: tuple[SensorEffect, ...] = (
         "angle + offset",
         "zero set while the rod did not hang still, or a loose coupling",
         (EffectParameter("offset", "rad", -0.3, 0.3, 0.01),),
-        lambda rest: _offset,
+        _offset,
+        _offset,
         acts_as_zero=True,
     ),
     *_each(
@@ -75,7 +78,8 @@ ENCODERS: tuple[SensorEffect, ...] = (
         "angle + scale (angle - angle at rest)",
         "a belt or gear between joint and encoder, or a wrong setting",
         (EffectParameter("scale", "1", -0.1, 0.1, 0.01),),
-        _scale,
+        _scale_inner,
+        _scale_outer,
         is_scale=True,
     ),
     *_each(
@@ -87,7 +91,8 @@ ENCODERS: tuple[SensorEffect, ...] = (
             EffectParameter("sine", "rad", -0.1, 0.1, 0.01),
             EffectParameter("cosine", "rad", -0.1, 0.1, 0.01),
         ),
-        lambda rest: _eccentricity,
+        _eccentricity,
+        _eccentricity,
     ),
     SensorEffect(
         "time_offset",
@@ -97,38 +102,30 @@ ENCODERS: tuple[SensorEffect, ...] = (
         "the angle that was there `delay` earlier",
         "two converters read one after the other, or a filter in one of them",
         (EffectParameter("delay", "s", -0.03, 0.03, 0.002),),
-        _nothing_added,
+        law=None,
         delays=True,
     ),
-    *(
-        SensorEffect(
-            "backlash",
-            joint,
-            "",
-            "an encoder whose coupling has play",
-            "angle - gap/2 sign(speed) once the joint has turned through the gap; until then as it was",
-            "play operator: Krasnosel'skii and Pokrovskii, Systems with Hysteresis, 1989",
-            (EffectParameter("gap", "rad", 0.0, 0.2, 0.01),),
-            _nothing_added,
-            has_play=True,
-        )
-        for joint, _ in _RESTS
+    *_each(
+        "backlash",
+        "an encoder whose coupling has play",
+        "angle - gap/2 sign(speed) once the joint has turned through the gap; until then as it was",
+        "play operator: Krasnosel'skii and Pokrovskii, Systems with Hysteresis, 1989",
+        (EffectParameter("gap", "rad", 0.0, 0.2, 0.01),),
+        None,
+        None,
+        has_play=True,
     ),
-    *(
-        SensorEffect(
-            "encoder_slip",
-            joint,
-            "",
-            "an encoder that lost counts",
-            "angle + slip from `time` on",
-            "counts lost at high speed or by interference",
-            (
-                EffectParameter("slip", "rad", -0.5, 0.5, 0.01),
-                EffectParameter("time", "s", 0.0, math.inf, 0.0, shape=True),
-            ),
-            _slip,
-            at_an_instant=True,
-        )
-        for joint, _ in _RESTS
+    *_each(
+        "encoder_slip",
+        "an encoder that lost counts",
+        "angle + slip from `time` on",
+        "counts lost at high speed or by interference",
+        (
+            EffectParameter("slip", "rad", -0.5, 0.5, 0.01),
+            EffectParameter("time", "s", 0.0, math.inf, 0.0, shape=True),
+        ),
+        _slip,
+        _slip,
+        at_an_instant=True,
     ),
 )

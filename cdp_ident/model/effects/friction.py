@@ -11,6 +11,9 @@ from cdp_ident.model.compilation import Compilable, part
 from cdp_ident.model.effects.effect import JOINTS, EffectParameter, Form, Joint, TorqueEffect
 from cdp_ident.model.equations import acceleration_derivatives, sine_and_cosine
 
+_SLIPPING = 1e-11
+"""What is elastic before it slips has slipped when its state is so close to its limit."""
+
 
 @part
 def _coulomb(angle, speed, values, row, slopes):
@@ -39,6 +42,9 @@ def _quadratic(angle, speed, values, row, slopes):
 def _dahl(speed, direction, own, values, row, slopes):
     torque, give = values[row, 0], values[row, 1]
     slips = 1.0 - direction * own
+    if abs(slips) < _SLIPPING:
+        # It slips as dry friction does: its state stays as it is until the joint turns back.
+        slips, speed = 0.0, 0.0
     rate = speed * slips / give
     slopes[0, 0], slopes[0, 1], slopes[0, 2], slopes[0, 3] = 0.0, -torque, -own, 0.0
     slopes[1, 0], slopes[1, 1] = slips / give, -direction * speed / give

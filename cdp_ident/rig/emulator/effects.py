@@ -14,7 +14,7 @@ from cdp_ident.model.effects.constants import effect_constants
 from cdp_ident.model.effects.effect import JOINTS, Effect, SensorEffect, TorqueEffect
 from cdp_ident.model.effects.naming import effect_of
 from cdp_ident.model.effects.play import Turned
-from cdp_ident.model.effects.readings import of_joint
+from cdp_ident.model.effects.readings import added_by, of_joint
 from cdp_ident.model.parameters import SYMBOLS, inertia_about_cart, physical_coefficients
 from cdp_ident.model.torques import NO_TORQUES, Torques
 from cdp_ident.user_input import quoted
@@ -99,9 +99,8 @@ class Readings:
                 middle = float(angles[joint][0])
                 angles[joint] = self._turned.follow(joint, time, angles[joint], float(values[0]), middle).angle
         for effect, values in self._sensors:
-            if not (effect.delays or effect.has_play):
-                joint = JOINTS.index(effect.joint)
-                angles[joint] = angles[joint] + effect.reading(angles[joint], time, values).angle
+            joint = JOINTS.index(effect.joint)
+            angles[joint] = angles[joint] + added_by(effect, values, angles[joint], time)
         self._past.extend(states)
         self._now += len(states)
         return np.stack(angles, axis=1)
