@@ -96,7 +96,7 @@ def add_weak_effects(progress: Progress) -> None:
         worst = sorted(np.argsort(errors, kind="stable")[-_WORST:].tolist())
         candidates = (*worth[:_WEAK_REFITS], *at_instants(progress, [current.fit.over(worst)]))
         refitted = progress.tried(current, ((candidate,) for candidate in candidates))
-        best = _best(current, refitted)
+        best = _best(progress, refitted)
         best = best and progress.finished(best)
         _note(progress, best, refitted)
         if best is None:
@@ -115,18 +115,18 @@ def _best_addition(progress: Progress) -> Attempt | None:
     ranked = promising(current, test, _REFITS)
     once = at_instants(progress, (current.fit, current.closely))
     refitted = progress.tried(current, ((c,) for c in (*ranked, *once)))
-    best = _best(current, refitted)
+    best = _best(progress, refitted)
     if best and best.fit.rmse() > thresholds.ABOVE_NOISE * progress.noise:
         # What oscillates by itself has a minimum at several frequencies.
         chosen = next(candidates for candidates, attempt in refitted if attempt is best)
         refitted += progress.tried(current, ((other,) for candidate in chosen for other in candidate.elsewhere))
-        best = _best(current, refitted)
+        best = _best(progress, refitted)
     if best is None:
         pairs = (pair for pair in test.pairs(_REFITS // 2) if gains_enough(current.fit, pair))
         together = progress.tried(current, (pair.members for pair in pairs))
         together += _with_seconds(progress, refitted)
         refitted += together
-        best = _best(current, together)
+        best = _best(progress, together)
     best = best and progress.finished(best)
     _note(progress, best, refitted)
     return best
@@ -173,10 +173,14 @@ def _with_seconds(progress: Progress, refitted: Sequence[_Refitted]) -> list[_Re
     return [((firsts[id(before)], *second), joined) for before, second, joined in progress.tried_on(seconds)]
 
 
-def _best(current: Attempt, refitted: Sequence[_Refitted]) -> Attempt | None:
+def _best(progress: Progress, refitted: Sequence[_Refitted]) -> Attempt | None:
+    current, limit = progress.current, thresholds.ABOVE_NOISE * progress.noise
     accepted = [a for _, a in refitted if is_accepted(current, a)]
     if not accepted:
         return None
+    if complete := [a for a in accepted if all(fit.rmse() < limit for fit in fits_of(a))]:
+        # Where one leaves only noise, no other is missing, and what it gains is its own.
+        return min(complete, key=lambda a: change(current, a).bic)
     # The simplest of those that come near the best: while other effects are still missing, what an effect with
     # more parameters gains over a simpler one is mostly theirs. The exchange at the end sets it right if not.
     levels = [min(fit.squared_error for fit in of_all) for of_all in zip(*map(fits_of, accepted), strict=True)]
