@@ -20,7 +20,7 @@ from benchmarks._workers import alone
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.constants import effect_constants
 from cdp_ident.model.effects.effect import TorqueEffect
-from cdp_ident.model.equations import accelerations
+from cdp_ident.model.equations import accelerations, sines_and_cosines
 from cdp_ident.model.parameters import SYMBOLS, coefficients_of, groups_of, physical_coefficients
 from cdp_ident.model.population import Population, Segment
 from cdp_ident.model.simulation import simulate
@@ -52,7 +52,9 @@ NO_COMPILER = "no C compiler"
 def derivative(time, state, coefficients):  # type: ignore[no-untyped-def]
     A23, A33, a1, c1, c2, m2_l2, g = coefficients
     theta1, theta2, omega1, omega2 = state
-    alpha1, alpha2 = accelerations(theta1, theta2, omega1, omega2, 0.0, A23, A33, a1, c1, c2, m2_l2, g)
+    alpha1, alpha2 = accelerations(
+        sines_and_cosines(theta1, theta2), omega1, omega2, 0.0, A23, A33, a1, c1, c2, m2_l2, g
+    )
     return np.array([omega1, omega2, alpha1, alpha2])
 
 

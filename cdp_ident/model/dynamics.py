@@ -25,7 +25,7 @@ from cdp_ident.model.compilation import inlined, part
 from cdp_ident.model.effects.catalogue import joint_law, memory_law, rods_law
 from cdp_ident.model.effects.constants import CARRIED
 from cdp_ident.model.effects.effect import Form
-from cdp_ident.model.equations import RODS_STATES, acceleration_derivatives, accelerations, sine_and_cosine, solved
+from cdp_ident.model.equations import RODS_STATES, acceleration_derivatives, accelerations, sines_and_cosines, solved
 from cdp_ident.model.parameters import COEFFICIENTS
 
 _RODS, _COUPLING, _BASE, MEMORY = (int(form) for form in (Form.RODS, Form.COUPLING, Form.BASE, Form.MEMORY))
@@ -47,7 +47,8 @@ def joint_speed(state, joint):
 
 @part
 def _add_torques(
-    state, time, modes, table, values, lanes_of, constants, slopes, by_own, by_lane, sums, by_state, direct, rates, row
+    state, turned, time, modes, table, values, lanes_of, constants, slopes, by_own, by_lane, sums, by_state, direct,
+    rates, row,
 ):  # fmt: skip
     """Return the effects' generalised torques, what they add to the coupling, and the torques' derivatives.
 
@@ -76,7 +77,7 @@ def _add_torques(
         elif form == _RODS:
             for k in range(slopes.shape[1]):
                 slopes[0, k], slopes[1, k] = 0.0, 0.0
-            added1, added2 = rods_law(kind, state, time, values, e, constants, slopes)
+            added1, added2 = rods_law(kind, state, turned, time, values, e, constants, slopes)
             if dry:
                 sums[SIZES + joint] += added1
                 # The size is of a torque between two bodies, against the motion; while the joint sticks, it is not it.
@@ -193,7 +194,9 @@ def rates_of(
         row: that row and that part.
     """
     n, lanes = len(state), direct.shape[2]
-    theta1, theta2, omega1, omega2 = state[0], state[1], state[2], state[3]
+    omega1, omega2 = state[2], state[3]
+    turned = sines_and_cosines(state[0], state[1])
+    sin1, cos1, sin2, cos2 = turned
     A23, A33, a1, c1, c2, m2_l2, g = (
         coefficients[0], coefficients[1], coefficients[2], coefficients[3], coefficients[4], coefficients[5],
         coefficients[6],
@@ -202,15 +205,13 @@ def rates_of(
     of_torque1, of_torque2 = (0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0)
     if len(table) > 0:
         torque1, torque2, coupled, of_torque1, of_torque2 = _add_torques(
-            state, time, modes, table, values, lanes_of, constants, slopes, by_own, by_lane, sums, by_state, direct,
-            rates, row,
+            state, turned, time, modes, table, values, lanes_of, constants, slopes, by_own, by_lane, sums, by_state,
+            direct, rates, row,
         )  # fmt: skip
     inner_sticks, outer_sticks = modes[0] == STICKS, modes[1] == STICKS
     acceleration, reduced = u, 1.0
     push1, push2, give1, give2 = 0.0, 0.0, 0.0, 0.0
     if inner_sticks or outer_sticks or base >= 0:
-        sin1, cos1 = sine_and_cosine(theta1)
-        sin2, cos2 = sine_and_cosine(theta2)
         s, m = sin1 * cos2 - cos1 * sin2, A23 * (cos1 * cos2 + sin1 * sin2) + coupled
         inverse_determinant = 1.0 / (A33 - m * m)
         j11, j12, j22 = A33 * inverse_determinant, -m * inverse_determinant, inverse_determinant
@@ -248,12 +249,12 @@ def rates_of(
     rates[row, 0], rates[row, 1] = omega1, omega2
     if lanes == 0:
         alpha1, alpha2 = accelerations(
-            theta1, theta2, omega1, omega2, acceleration, A23, A33, a1, c1, c2, m2_l2, g, torque1, torque2, coupled
+            turned, omega1, omega2, acceleration, A23, A33, a1, c1, c2, m2_l2, g, torque1, torque2, coupled
         )
     else:
         with_parameters = lanes >= n + _COEFFICIENTS
         alpha1, alpha2, (i11, i12, i22), by_rods, by_coefficient = acceleration_derivatives(
-            theta1, theta2, omega1, omega2, acceleration, A23, A33, a1, c1, c2, m2_l2, g, torque1, torque2, coupled
+            turned, omega1, omega2, acceleration, A23, A33, a1, c1, c2, m2_l2, g, torque1, torque2, coupled
         )
         for k in range(RODS_STATES):
             (d1, d2), (e1, e2) = by_rods[k], solved(i11, i12, i22, of_torque1[k], of_torque2[k])
@@ -287,8 +288,6 @@ def rates_of(
                 )
         if base >= 0:
             # The base's equation, differentiated; then the rods follow the base.
-            sin1, cos1 = sine_and_cosine(theta1)
-            sin2, cos2 = sine_and_cosine(theta2)
             along1, along2 = cos1 * alpha1 - sin1 * omega1 * omega1, cos2 * alpha2 - sin2 * omega2 * omega2
             pull = a1 * along1 + m2_l2 * along2 + carried * acceleration
             x, v = position - 2, position - 1

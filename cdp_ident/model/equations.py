@@ -50,16 +50,22 @@ def sine_and_cosine(angle):
 
 
 @inlined
-def accelerations(
-    theta1, theta2, omega1, omega2, u, A23, A33, a1, c1, c2, m2_l2, g, extra1=0.0, extra2=0.0, coupled=0.0
-):
-    """Return omega1', omega2' [rad/s^2] by the equations of motion above.
-
-    A23 to g are the `COEFFICIENTS`, each relative to A22; extra1 and extra2 are the generalised torques of effects
-    that the paper's model lacks, and coupled what adds to the inertia between the rods, relative to A22 too.
-    """
+def sines_and_cosines(theta1, theta2):
+    """Return sine and cosine of theta1, and of theta2."""
     sin1, cos1 = sine_and_cosine(theta1)
     sin2, cos2 = sine_and_cosine(theta2)
+    return sin1, cos1, sin2, cos2
+
+
+@inlined
+def accelerations(turned, omega1, omega2, u, A23, A33, a1, c1, c2, m2_l2, g, extra1=0.0, extra2=0.0, coupled=0.0):
+    """Return omega1', omega2' [rad/s^2] by the equations of motion above.
+
+    What the rods are turned by is given as `sines_and_cosines`. A23 to g are the `COEFFICIENTS`, each relative to A22;
+    extra1 and extra2 are the generalised torques of effects that the paper's model lacks, and coupled what adds to the
+    inertia between the rods, relative to A22 too.
+    """
+    sin1, cos1, sin2, cos2 = turned
     s = sin1 * cos2 - cos1 * sin2
     coupling = A23 * (cos1 * cos2 + sin1 * sin2) + coupled
     joint_friction = c2 * (omega1 - omega2)
@@ -73,9 +79,7 @@ def accelerations(
 
 
 @inlined
-def acceleration_derivatives(
-    theta1, theta2, omega1, omega2, u, A23, A33, a1, c1, c2, m2_l2, g, extra1, extra2, coupled=0.0
-):
+def acceleration_derivatives(turned, omega1, omega2, u, A23, A33, a1, c1, c2, m2_l2, g, extra1, extra2, coupled=0.0):
     """Return omega1', omega2', the inverse of the inertia matrix, and the accelerations' derivatives.
 
     The inverse is three numbers: omega1' by a torque on the inner rod, either one by one on the other rod, omega2' by
@@ -83,8 +87,7 @@ def acceleration_derivatives(
     coefficients A23 to g, all at constant extra torques. The equations are M omega' = N, where M has 1 and A33 on its
     diagonal and m = A23 c + coupled beside it; a derivative solves M d(omega') = dN - dM omega'.
     """
-    sin1, cos1 = sine_and_cosine(theta1)
-    sin2, cos2 = sine_and_cosine(theta2)
+    sin1, cos1, sin2, cos2 = turned
     s, c = sin1 * cos2 - cos1 * sin2, cos1 * cos2 + sin1 * sin2
     m = A23 * c + coupled
     inverse_determinant = 1.0 / (A33 - m * m)
@@ -128,13 +131,17 @@ def runge_kutta_step(theta1, theta2, omega1, omega2, step, u0, u1, u2, A23, A33,
     u0, u1, u2 are the cart's accelerations at the beginning, the middle and the end of the step.
     """
     half = 0.5 * step
-    k1, j1 = accelerations(theta1, theta2, omega1, omega2, u0, A23, A33, a1, c1, c2, m2_l2, g)
+    turned = sines_and_cosines(theta1, theta2)
+    k1, j1 = accelerations(turned, omega1, omega2, u0, A23, A33, a1, c1, c2, m2_l2, g)
     p1, q1 = omega1 + half * k1, omega2 + half * j1
-    k2, j2 = accelerations(theta1 + half * omega1, theta2 + half * omega2, p1, q1, u1, A23, A33, a1, c1, c2, m2_l2, g)
+    turned = sines_and_cosines(theta1 + half * omega1, theta2 + half * omega2)
+    k2, j2 = accelerations(turned, p1, q1, u1, A23, A33, a1, c1, c2, m2_l2, g)
     p2, q2 = omega1 + half * k2, omega2 + half * j2
-    k3, j3 = accelerations(theta1 + half * p1, theta2 + half * q1, p2, q2, u1, A23, A33, a1, c1, c2, m2_l2, g)
+    turned = sines_and_cosines(theta1 + half * p1, theta2 + half * q1)
+    k3, j3 = accelerations(turned, p2, q2, u1, A23, A33, a1, c1, c2, m2_l2, g)
     p3, q3 = omega1 + step * k3, omega2 + step * j3
-    k4, j4 = accelerations(theta1 + step * p2, theta2 + step * q2, p3, q3, u2, A23, A33, a1, c1, c2, m2_l2, g)
+    turned = sines_and_cosines(theta1 + step * p2, theta2 + step * q2)
+    k4, j4 = accelerations(turned, p3, q3, u2, A23, A33, a1, c1, c2, m2_l2, g)
     sixth = step / 6.0
     return (
         theta1 + sixth * (omega1 + 2.0 * p1 + 2.0 * p2 + p3),

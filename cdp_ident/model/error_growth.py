@@ -4,7 +4,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.model.compilation import compiled
-from cdp_ident.model.equations import acceleration_derivatives
+from cdp_ident.model.equations import acceleration_derivatives, sines_and_cosines
 
 Array = npt.NDArray[np.float64]
 
@@ -45,8 +45,9 @@ def _steps_until(states, coefficients, spacing, begins, error, limits, most, las
     count = len(states) - 1
     turns = np.empty((count, 2, 4))
     for k in range(count):
+        turned = sines_and_cosines(states[k, 0], states[k, 1])
         derivatives = acceleration_derivatives(
-            states[k, 0], states[k, 1], states[k, 2], states[k, 3], 0.0, A23, A33, a1, c1, c2, m2_l2, g, 0.0, 0.0
+            turned, states[k, 2], states[k, 3], 0.0, A23, A33, a1, c1, c2, m2_l2, g, 0.0, 0.0
         )
         for column in range(4):
             turns[k, 0, column], turns[k, 1, column] = derivatives[3][column]

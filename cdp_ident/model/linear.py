@@ -15,7 +15,7 @@ from cdp_ident.errors import OptionError
 from cdp_ident.model.compilation import compiled
 from cdp_ident.model.effects.catalogue import CATALOGUE, kind_of
 from cdp_ident.model.effects.effect import Effect, TorqueEffect
-from cdp_ident.model.equations import acceleration_derivatives
+from cdp_ident.model.equations import acceleration_derivatives, sines_and_cosines
 from cdp_ident.model.parameters import COEFFICIENTS
 from cdp_ident.model.torques import NO_TORQUES, Torques
 from cdp_ident.model.trajectory import accelerations_at
@@ -187,7 +187,7 @@ def _paper_derivatives(coefficients: Array, state: Array, by_state: Array) -> No
         coefficients[6],
     )  # fmt: skip
     derivatives = acceleration_derivatives(
-        state[0], state[1], state[2], state[3], 0.0, A23, A33, a1, c1, c2, m2_l2, g, 0.0, 0.0
+        sines_and_cosines(state[0], state[1]), state[2], state[3], 0.0, A23, A33, a1, c1, c2, m2_l2, g, 0.0, 0.0
     )
     for k in range(4):
         by_state[0, k], by_state[1, k] = derivatives[3][k]

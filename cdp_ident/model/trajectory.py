@@ -147,7 +147,10 @@ def _run(
         torques.table, torques.values, torques.lanes, torques.constants, lanes, states, derivatives,
     )  # fmt: skip
     states[computed:] = np.nan
-    derivatives[computed:] = np.nan
+    if not np.all(np.isfinite(states[-1])):
+        # Compiled code cannot tell numbers that are none: it may have gone on with them.
+        computed = int(np.argmin(np.isfinite(states).all(axis=1)))
+        states[computed:], derivatives[computed:] = np.nan, np.nan
 
 
 @compiled

@@ -148,6 +148,7 @@ import numpy as np
 from cdp_ident.model.effects.catalogue import CATALOGUE, joint_law, kind_of, rods_law
 from cdp_ident.model.effects.constants import effect_constants
 from cdp_ident.model.effects.effect import Form, TorqueEffect
+from cdp_ident.model.equations import sines_and_cosines
 from cdp_ident.model.parameters import NOMINAL, physical_coefficients
 from cdp_ident.model.time_grid import TimeGrid
 from cdp_ident.model.torques import Torques
@@ -166,7 +167,8 @@ if sys.argv[1] == "each torque alone first":
         if effect.form is Form.JOINT:
             joint_law(kind_of(effect), start[0], start[2], values, 0, slopes)
         if effect.form is Form.RODS:
-            rods_law(kind_of(effect), start, 0.3, values, 0, constants, slopes)
+            turned = sines_and_cosines(start[0], start[1])
+            rods_law(kind_of(effect), start, turned, 0.3, values, 0, constants, slopes)
 grid = TimeGrid.over(np.arange(50) / 200.0)
 for effect in effects:
     torques = Torques.of([(effect, typical[effect])], constants)

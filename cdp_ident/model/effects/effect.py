@@ -55,9 +55,9 @@ class Form(IntEnum):
     hanging and speed are the joint's, the parameters are `values[row]`, and `slopes[0]` takes the derivatives by angle,
     by speed, and by each parameter."""
     RODS = 1
-    """Torques on the rods. `law(state, time, values, row, constants, slopes)` returns the generalised ones on theta1
-    and theta2; `slopes` (2, …), all zeros before, takes their derivatives by the four numbers of the state, by the
-    seven `COEFFICIENTS`, and by each parameter."""
+    """Torques on the rods. `law(state, turned, time, values, row, constants, slopes)` returns the generalised ones on
+    theta1 and theta2; `turned` are these angles' sines and cosines, and `slopes` (2, …), all zeros before, takes the
+    torques' derivatives by the four numbers of the state, by the seven `COEFFICIENTS`, and by each parameter."""
     COUPLING = 2
     """A constant that adds to the inertia between the rods, A23 cos(theta1 - theta2); it has no law, its one parameter
     is that constant."""

@@ -8,7 +8,7 @@ import numpy as np
 from cdp_ident.model.compilation import inlined, part
 from cdp_ident.model.effects.constants import LENGTH, OUTER_LENGTH
 from cdp_ident.model.effects.effect import JOINTS, EffectParameter, Form, TorqueEffect
-from cdp_ident.model.equations import accelerations, sine_and_cosine
+from cdp_ident.model.equations import accelerations, sine_and_cosine, sines_and_cosines
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
 _STRIPS = tuple(float(node) for node in 0.5 * (_NODES + 1.0))
@@ -25,19 +25,19 @@ COGGING_PERIODS = tuple(range(2, 17))
 
 
 @part
-def _drag_inner(state, time, values, row, constants, slopes):
+def _drag_inner(state, turned, time, values, row, constants, slopes):
     squared = -state[2] * abs(state[2])
     slopes[0, 2], slopes[0, 11] = -2.0 * values[row, 0] * abs(state[2]), squared
     return values[row, 0] * squared, 0.0
 
 
 @part
-def _drag_outer_strips(state, time, values, row, constants, slopes):
+def _drag_outer_strips(state, turned, time, values, row, constants, slopes):
     # Across the outer rod, its lower joint carries it along at L omega1 cos(theta1 - theta2).
     ratio, omega1, omega2 = values[row, 1], state[2], state[3]
     reach = constants[LENGTH] / (ratio * constants[OUTER_LENGTH])
-    sine, cosine = sine_and_cosine(state[0] - state[1])
-    lever, lever_turns = reach * cosine, -reach * sine
+    sin1, cos1, sin2, cos2 = turned
+    lever, lever_turns = reach * (cos1 * cos2 + sin1 * sin2), -reach * (sin1 * cos2 - cos1 * sin2)
     # Sums over the strips of the force, of its derivative by a strip's speed (steepness), and of their moments.
     unit, moment, steepness, first, second = 0.0, 0.0, 0.0, 0.0, 0.0
     for k in range(len(_STRIPS)):
@@ -61,7 +61,7 @@ def _drag_outer_strips(state, time, values, row, constants, slopes):
 
 
 @part
-def _drag_outer_rotation(state, time, values, row, constants, slopes):
+def _drag_outer_rotation(state, turned, time, values, row, constants, slopes):
     squared = -state[3] * abs(state[3])
     slopes[1, 3], slopes[1, 11] = -2.0 * values[row, 0] * abs(state[3]), squared
     return 0.0, values[row, 0] * squared
@@ -83,12 +83,14 @@ def _cogging(angle, speed, values, row, slopes):
 
 
 @part
-def _tilt(state, time, values, row, constants, slopes):
+def _tilt(state, turned, time, values, row, constants, slopes):
     tilt, a1, m2_l2, g = values[row, 0], constants[2], constants[5], constants[6]
-    (upright1, along1), (upright2, along2) = sine_and_cosine(state[0]), sine_and_cosine(state[1])
-    (sine1, cosine1), (sine2, cosine2) = sine_and_cosine(state[0] - tilt), sine_and_cosine(state[1] - tilt)
-    sine1, sine2 = sine1 - upright1, sine2 - upright2
-    slopes[0, 0], slopes[1, 1] = a1 * g * (cosine1 - along1), m2_l2 * g * (cosine2 - along2)
+    sin1, cos1, sin2, cos2 = turned
+    sine, cosine = sine_and_cosine(tilt)
+    level = 2.0 * sine_and_cosine(0.5 * tilt)[0] ** 2  # 1 - cosine, without a difference
+    cosine1, cosine2 = cos1 * cosine + sin1 * sine, cos2 * cosine + sin2 * sine
+    sine1, sine2 = -sin1 * level - cos1 * sine, -sin2 * level - cos2 * sine
+    slopes[0, 0], slopes[1, 1] = a1 * g * (cosine1 - cos1), m2_l2 * g * (cosine2 - cos2)
     slopes[0, 6], slopes[1, 9] = g * sine1, g * sine2
     slopes[0, 10], slopes[1, 10] = a1 * sine1, m2_l2 * sine2
     slopes[0, 11], slopes[1, 11] = -a1 * g * cosine1, -m2_l2 * g * cosine2
@@ -96,10 +98,10 @@ def _tilt(state, time, values, row, constants, slopes):
 
 
 @part
-def _quasi_static_base(state, time, values, row, constants, slopes):
+def _quasi_static_base(state, turned, time, values, row, constants, slopes):
     a1, m2_l2 = constants[2], constants[5]
-    u = _acceleration_of_pull(state[0], state[1], state[2], state[3], constants)
-    (sin1, cos1), (sin2, cos2) = sine_and_cosine(state[0]), sine_and_cosine(state[1])
+    u = _acceleration_of_pull(state, turned, constants)
+    sin1, cos1, sin2, cos2 = turned
     cosine1, cosine2 = a1 * cos1, m2_l2 * cos2
     compliance = values[row, 0]
     slopes[0, 11], slopes[1, 11] = cosine1 * u, cosine2 * u
@@ -107,9 +109,9 @@ def _quasi_static_base(state, time, values, row, constants, slopes):
         for k in range(4):
             kept = state[k]
             state[k] = kept + _NUDGE
-            by_state = _acceleration_of_pull(state[0], state[1], state[2], state[3], constants)
+            by_state = _acceleration_of_pull(state, sines_and_cosines(state[0], state[1]), constants)
             state[k] = kept - _NUDGE
-            by_state -= _acceleration_of_pull(state[0], state[1], state[2], state[3], constants)
+            by_state -= _acceleration_of_pull(state, sines_and_cosines(state[0], state[1]), constants)
             state[k] = kept
             by_state *= 0.5 * compliance / _NUDGE
             slopes[0, k], slopes[1, k] = cosine1 * by_state, cosine2 * by_state
@@ -121,44 +123,42 @@ def _quasi_static_base(state, time, values, row, constants, slopes):
 
 
 @part
-def _acceleration_of_pull(theta1, theta2, omega1, omega2, constants):
+def _acceleration_of_pull(state, turned, constants):
     """Return the second derivative of the rods' horizontal pull along the paper's motion, by differences.
 
     The base moves by minus compliance times the pull; as the rods see it, that is an acceleration of the cart.
     """
-    a1, m2_l2 = constants[2], constants[5]
-    alpha1, alpha2 = _paper_accelerations(theta1, theta2, omega1, omega2, constants)
-    jerk1, jerk2, changes = 0.0, 0.0, 0.0
-    at_rest = _pull(theta1, theta2, omega1, omega2, alpha1, alpha2, a1, m2_l2)
-    for _ in range(2):
-        speeding1, speeding2, changes = 0.0, 0.0, -2.0 * at_rest
-        for direction in range(-1, 2, 2):
-            e = direction * _AHEAD
-            angle1 = theta1 + e * (omega1 + 0.5 * e * alpha1)
-            angle2 = theta2 + e * (omega2 + 0.5 * e * alpha2)
-            rate1 = omega1 + e * (alpha1 + 0.5 * e * jerk1)
-            rate2 = omega2 + e * (alpha2 + 0.5 * e * jerk2)
-            beta1, beta2 = _paper_accelerations(angle1, angle2, rate1, rate2, constants)
-            speeding1 += direction * beta1
-            speeding2 += direction * beta2
-            changes += _pull(angle1, angle2, rate1, rate2, beta1, beta2, a1, m2_l2)
-        jerk1, jerk2 = 0.5 * speeding1 / _AHEAD, 0.5 * speeding2 / _AHEAD
-    return changes / (_AHEAD * _AHEAD)
+    omega1, omega2 = state[2], state[3]
+    alpha1, alpha2 = _paper_accelerations(turned, omega1, omega2, constants)
+    speeding, half = 2.0 * _AHEAD, 0.5 * _AHEAD * _AHEAD
+    angle1, angle2 = state[0] + half * alpha1, state[1] + half * alpha2
+    before = sines_and_cosines(angle1 - _AHEAD * omega1, angle2 - _AHEAD * omega2)
+    after = sines_and_cosines(angle1 + _AHEAD * omega1, angle2 + _AHEAD * omega2)
+    old1, old2 = omega1 - _AHEAD * alpha1, omega2 - _AHEAD * alpha2
+    new1, new2 = omega1 + _AHEAD * alpha1, omega2 + _AHEAD * alpha2
+    # The speeds' curvature is that of the accelerations without it.
+    first1, first2 = _paper_accelerations(before, old1, old2, constants)
+    last1, last2 = _paper_accelerations(after, new1, new2, constants)
+    bend1, bend2 = half * (last1 - first1) / speeding, half * (last2 - first2) / speeding
+    pulls = _pull(before, old1 + bend1, old2 + bend2, constants) + _pull(after, new1 + bend1, new2 + bend2, constants)
+    return (pulls - 2.0 * _pull(turned, omega1, omega2, constants)) / (_AHEAD * _AHEAD)
 
 
 @inlined
-def _paper_accelerations(theta1, theta2, omega1, omega2, constants):
+def _paper_accelerations(turned, omega1, omega2, constants):
     return accelerations(
-        theta1, theta2, omega1, omega2, 0.0,
+        turned, omega1, omega2, 0.0,
         constants[0], constants[1], constants[2], constants[3], constants[4], constants[5], constants[6],
     )  # fmt: skip
 
 
 @inlined
-def _pull(theta1, theta2, omega1, omega2, alpha1, alpha2, a1, m2_l2):
+def _pull(turned, omega1, omega2, constants):
     """Return the rate of change of the rods' horizontal momentum over A22 [m/s^2 / m]."""
-    (sin1, cos1), (sin2, cos2) = sine_and_cosine(theta1), sine_and_cosine(theta2)
-    return a1 * (cos1 * alpha1 - sin1 * omega1 * omega1) + m2_l2 * (cos2 * alpha2 - sin2 * omega2 * omega2)
+    sin1, cos1, sin2, cos2 = turned
+    alpha1, alpha2 = _paper_accelerations(turned, omega1, omega2, constants)
+    inner, outer = cos1 * alpha1 - sin1 * omega1 * omega1, cos2 * alpha2 - sin2 * omega2 * omega2
+    return constants[2] * inner + constants[5] * outer
 
 
 @inlined
@@ -170,14 +170,14 @@ def _bell(time, values, row):
 
 
 @part
-def _impulse_inner(state, time, values, row, constants, slopes):
+def _impulse_inner(state, turned, time, values, row, constants, slopes):
     bell, later = _bell(time, values, row)
     slopes[0, 11], slopes[0, 12] = bell, values[row, 0] * later
     return values[row, 0] * bell, 0.0
 
 
 @part
-def _impulse_outer(state, time, values, row, constants, slopes):
+def _impulse_outer(state, turned, time, values, row, constants, slopes):
     bell, later = _bell(time, values, row)
     slopes[1, 11], slopes[1, 12] = bell, values[row, 0] * later
     return 0.0, values[row, 0] * bell

@@ -9,7 +9,7 @@ import math
 
 from cdp_ident.model.compilation import Compilable, part
 from cdp_ident.model.effects.effect import JOINTS, EffectParameter, Form, Joint, TorqueEffect
-from cdp_ident.model.equations import acceleration_derivatives, sine_and_cosine
+from cdp_ident.model.equations import acceleration_derivatives
 
 _SLIPPING = 1e-11
 """What is elastic before it slips has slipped when its state is so close to its limit."""
@@ -53,7 +53,7 @@ def _dahl(speed, direction, own, values, row, slopes):
 
 
 @part
-def _load(state, values, row, constants, slopes, inner_moment, outer_moment, carries_inner_rod):
+def _load(state, turned, values, row, constants, slopes, inner_moment, outer_moment, carries_inner_rod):
     """Return lever times the bearing's load over A22, from the mass and the first moments that it carries.
 
     Its acceleration is that of the paper's model: friction changes the load too little to matter to itself.
@@ -64,9 +64,9 @@ def _load(state, values, row, constants, slopes, inner_moment, outer_moment, car
     )  # fmt: skip
     omega1, omega2 = state[2], state[3]
     alpha1, alpha2, _, by_state, by_coefficient = acceleration_derivatives(
-        state[0], state[1], omega1, omega2, 0.0, A23, A33, a1, c1, c2, m2_l2, g, 0.0, 0.0
+        turned, omega1, omega2, 0.0, A23, A33, a1, c1, c2, m2_l2, g, 0.0, 0.0
     )
-    (sin1, cos1), (sin2, cos2) = sine_and_cosine(state[0]), sine_and_cosine(state[1])
+    sin1, cos1, sin2, cos2 = turned
     along1, along2 = cos1 * alpha1 - sin1 * omega1 * omega1, cos2 * alpha2 - sin2 * omega2 * omega2
     down1, down2 = sin1 * alpha1 + cos1 * omega1 * omega1, sin2 * alpha2 + cos2 * omega2 * omega2
     across = inner_moment * along1 + outer_moment * along2
@@ -97,15 +97,15 @@ def _load(state, values, row, constants, slopes, inner_moment, outer_moment, car
 
 
 @part
-def _load_inner(state, time, values, row, constants, slopes):
-    return _load(state, values, row, constants, slopes, constants[2], constants[5], True)
+def _load_inner(state, turned, time, values, row, constants, slopes):
+    return _load(state, turned, values, row, constants, slopes, constants[2], constants[5], True)
 
 
 @part
-def _load_outer(state, time, values, row, constants, slopes):
+def _load_outer(state, turned, time, values, row, constants, slopes):
     # The outer rod hangs on a point that moves on a circle of radius L = A23 / (m2 l2).
     carried = values[row, 1] * constants[0] / constants[5]
-    return _load(state, values, row, constants, slopes, carried, constants[5], False)
+    return _load(state, turned, values, row, constants, slopes, carried, constants[5], False)
 
 
 def _both(

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from cdp_ident.model.effects.catalogue import CATALOGUE, joint_law, kind_of, memory_law, rods_law
 from cdp_ident.model.effects.constants import effect_constants
 from cdp_ident.model.effects.effect import Form, TorqueEffect, exclude_each_other
+from cdp_ident.model.equations import sines_and_cosines
 from cdp_ident.model.parameters import SYMBOLS, inertia_about_cart, physical_coefficients
 from cdp_ident.model.torques import Torques
 from reference import hidden_effects
@@ -60,7 +61,7 @@ def law_of(effect, state, values, time=0.0, constants=CONSTANTS):
     onto = np.array([1.0, 0.0] if inner else [-1.0, 1.0])
     factor = -np.sign(speed) if effect.dry else 1.0
     if effect.form is Form.RODS:
-        torques = rods_law(kind_of(effect), state, time, row, 0, constants, slopes)
+        torques = rods_law(kind_of(effect), state, sines_and_cosines(*state[:2]), time, row, 0, constants, slopes)
         if not effect.dry:
             return np.array(torques), slopes
         return factor * torques[0] * onto, factor * np.outer(onto, slopes[0])
@@ -123,10 +124,10 @@ def test_a_law_is_found_by_its_number(effect):
     for state in STATES[:5]:
         if effect.form is Form.RODS:
             scratch[:] = 0.0
-            own = effect.law(state, 0.3, values, 0, CONSTANTS, scratch)
+            own = effect.law(state, sines_and_cosines(*state[:2]), 0.3, values, 0, CONSTANTS, scratch)
             slopes = scratch.copy()
             scratch[:] = 0.0
-            found = rods_law(kind_of(effect), state, 0.3, values, 0, CONSTANTS, scratch)
+            found = rods_law(kind_of(effect), state, sines_and_cosines(*state[:2]), 0.3, values, 0, CONSTANTS, scratch)
         else:
             own = effect.law(state[0], state[2], values, 0, scratch)
             slopes = scratch.copy()
