@@ -15,7 +15,7 @@ from cdp_ident.tracing import thresholds
 from cdp_ident.tracing.acceptance import fits_of, is_accepted
 from cdp_ident.tracing.candidates import Candidate, ScoreTest, addable
 from cdp_ident.tracing.evidence import Attempt, change
-from cdp_ident.tracing.exchange import try_states
+from cdp_ident.tracing.exchange import is_better, try_states
 from cdp_ident.tracing.instants import instants
 from cdp_ident.tracing.progress import Progress
 from cdp_ident.tracing.pruning import drop_superfluous, without_superfluous_ones
@@ -178,19 +178,24 @@ def _best(progress: Progress, refitted: Sequence[_Refitted]) -> Attempt | None:
     accepted = [a for _, a in refitted if is_accepted(current, a)]
     if not accepted:
         return None
-    if complete := [a for a in accepted if all(fit.rmse() < limit for fit in fits_of(a))]:
-        # Where one leaves only noise, no other is missing, and what it gains is its own.
-        return min(complete, key=lambda a: change(current, a).bic)
-    # The simplest of those that come near the best: while other effects are still missing, what an effect with
-    # more parameters gains over a simpler one is mostly theirs. The exchange at the end sets it right if not.
     levels = [min(fit.squared_error for fit in of_all) for of_all in zip(*map(fits_of, accepted), strict=True)]
 
     def error(attempt: Attempt) -> float:
         return sum(fit.squared_error / level for fit, level in zip(fits_of(attempt), levels, strict=True))
 
+    def simplest(attempts: Sequence[Attempt]) -> list[Attempt]:
+        return sorted(attempts, key=lambda a: (len(a.fit.values), error(a)))
+
+    if complete := [a for a in accepted if all(fit.rmse() < limit for fit in fits_of(a))]:
+        # Where one leaves only noise, no other is missing, and what it gains over a simpler one is its own.
+        best, *others = simplest(complete)
+        for other in others:
+            best = other if is_better(other, best) else best
+        return best
+    # The simplest of those that come near the best: while other effects are still missing, what an effect with
+    # more parameters gains over a simpler one is mostly theirs. The exchange at the end sets it right if not.
     most = max(error(current) - error(a) for a in accepted)
-    near = [a for a in accepted if error(current) - error(a) >= thresholds.NEAR_THE_BEST * most]
-    return min(near, key=lambda a: (len(a.fit.values), error(a)))
+    return simplest([a for a in accepted if error(current) - error(a) >= thresholds.NEAR_THE_BEST * most])[0]
 
 
 def _note(progress: Progress, best: Attempt | None, refitted: Sequence[_Refitted]) -> None:
