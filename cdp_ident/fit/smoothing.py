@@ -32,8 +32,8 @@ FEWEST = 4 * (DEGREE + 1)
 _PER_KNOT = (1.2, 1.4, 1.7, 2.0, 2.5, 3.2, 4, 5, 6.4, 8, 10, 12.8, 16, 20, 25.6, 32, 40, 50, 64, 80, 100, 128)
 """Numbers of samples per knot that are tried."""
 _REMEMBERED = 0.2
-"""Noise is remembered clearly above this correlation of neighbouring samples: what a spline leaves
-of white noise has up to 0.16, in 110 trials of hidden truths."""
+"""Noise is remembered clearly above this correlation of neighbouring samples: what a spline leaves of white noise has
+up to 0.16, in 110 trials of hidden truths."""
 _FORGOTTEN = 8.0
 """It is forgotten within so many distances of knots, where a vibration lasts. Seen: 4.2 at most."""
 _ROUNDING = 1e-12
@@ -132,30 +132,43 @@ def _liveliest(time: Array, samples: Array) -> tuple[Array, Array]:
     return time[first : first + count], samples[first : first + count]
 
 
+@dataclass(frozen=True)
+class _Tried:
+    """A spline with so many samples a knot."""
+
+    per_knot: float
+    cross_validated: Array
+    """(k,) generalised cross-validation of each angle, for white noise."""
+    criterion: float
+    """The Bayesian information criterion, for a first-order autoregressive process."""
+    memory: float
+    """Correlation of neighbouring samples in that process."""
+
+
 def _samples_per_knot(time: Array, samples: Array) -> tuple[float, float]:
     """Return the samples a knot, and the correlation of the noise of neighbouring samples where that is clear, or 0."""
     count = len(time)
     smallest = (_ROUNDING * np.max(np.abs(samples))) ** 2 + np.finfo(float).tiny
-    tried = []
+    tried = list[_Tried]()
     for per_knot in _PER_KNOT:
         unknowns = _unknowns(count, per_knot)
         if unknowns < DEGREE + 2:
             break
+        if unknowns >= count:
+            continue  # it leaves nothing, whatever the samples are
         left = samples - _fit(time, samples, per_knot)(time)
         variance = np.maximum(np.mean(left**2, axis=0), smallest)
-        cross_validated = variance / (1 - unknowns / count) ** 2
         # What is remembered for longer than from knot to knot is motion.
         memory = float(np.clip(np.mean(np.mean(left[1:] * left[:-1], axis=0) / variance), 0.0, np.exp(-1 / per_knot)))
         fresh = np.maximum(np.mean((left[1:] - memory * left[:-1]) ** 2, axis=0), smallest)
         criterion = float(np.sum(count * np.log(fresh) + unknowns * np.log(count)))
-        tried.append((per_knot, cross_validated, criterion, memory))
-    scale = tried[0][1]
-    per_knot, _, _, memory = min(tried, key=lambda one: one[2])
-    if memory > _REMEMBERED:
-        left = samples - _fit(time, samples, per_knot)(time)
-        if Autocorrelation.of([left]).length < _FORGOTTEN * per_knot:
-            return per_knot, memory
-    return min(tried, key=lambda one: float(np.sum(one[1] / scale)))[0], 0.0
+        tried.append(_Tried(per_knot, variance / (1 - unknowns / count) ** 2, criterion, memory))
+    best = min(tried, key=lambda one: one.criterion)
+    if best.memory > _REMEMBERED:
+        left = samples - _fit(time, samples, best.per_knot)(time)
+        if Autocorrelation.of([left]).length < _FORGOTTEN * best.per_knot:
+            return best.per_knot, best.memory
+    return min(tried, key=lambda one: float(np.sum(one.cross_validated / tried[0].cross_validated))).per_knot, 0.0
 
 
 def _unknowns(samples: int, per_knot: float) -> int:

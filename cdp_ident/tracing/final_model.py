@@ -56,9 +56,9 @@ class FinalModel:
         known = np.isfinite(np.diag(covariance))
         spread = covariance[np.ix_(known, known)]
         try:
-            held_out = with_all_derivatives(self.holdout)
-        except IdentificationError:
+            by_values = list(reduced_sensitivities(with_all_derivatives(self.holdout)))
+        except (IdentificationError, np.linalg.LinAlgError):
             return np.zeros(2)
-        moves = [rows[..., known] for rows in reduced_sensitivities(held_out)]
+        moves = [rows[..., known] for rows in by_values]
         squares = np.sum([np.einsum("nrp,pq,nrq->r", rows, spread, rows) for rows in moves], axis=0)
         return np.asarray(np.sqrt(np.nan_to_num(squares, posinf=0.0) / sum(map(len, moves))))

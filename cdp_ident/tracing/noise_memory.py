@@ -24,8 +24,7 @@ def is_structured(fit: Fit) -> bool:
 def forgets_soon(fit: Fit) -> bool:
     """Return whether residuals are correlated for much less time than rods take to move, as noise with a memory is.
 
-    Their size says nothing of that: the noise is estimated from differences of neighbouring samples, which are too
-    small where they are correlated.
+    Their size says nothing of that: the noise may be estimated too small where neighbouring samples are correlated.
     """
     is_short = fit.autocorrelation.length < _LENGTHS * _longest(fit)
     return (is_short and fit.autocorrelation.integrated_time <= _longest(fit)) or _fades(fit)

@@ -57,6 +57,13 @@ def test_across_a_gap_nothing_is_known():
     assert np.mean(gap.known[(gap.time > 1.0) & (gap.time < 9.5)]) == 1.0
 
 
+@pytest.mark.parametrize("count", [24, 25, 30])
+def test_a_few_samples_are_smoothed_and_not_passed_through(count):
+    time = np.arange(count) / 40.0
+    samples = motion(RIG, START, time)[:, :2] + np.random.default_rng(0).normal(scale=1e-3, size=(count, 2))
+    assert np.all(np.diag(smooth(time, samples, 0.025, 1, np.random.default_rng(0)).noise) > 1e-8)
+
+
 def test_too_few_samples_are_told():
     with pytest.raises(TrialError, match="only 10 samples"):
         smooth(np.arange(10.0), np.zeros((10, 2)), 0.1, 1, np.random.default_rng(0))
