@@ -20,6 +20,7 @@ from benchmarks.coverage import (
 pytestmark = pytest.mark.long
 
 
+@pytest.mark.campaign
 def test_each_effect_is_found_with_the_strength_that_was_hidden():
     off = [examine(f"white/60/clear/{seed}") for seed in range(len(EFFECTS))]
     assert [result["found"] for result in off] == [[effect] for effect in EFFECTS]

@@ -340,7 +340,7 @@ def test_a_measured_swing_becomes_a_bag_and_wrong_conventions_are_refused(tmp_pa
 
 
 @pytest.mark.skipif(not DROPS.exists(), reason="the recordings of the drops are not beside the repository")
-@pytest.mark.parametrize("number", [1, 2, 3])
+@pytest.mark.parametrize("number", [2, *(pytest.param(k, marks=pytest.mark.campaign) for k in (1, 3))])
 def test_a_drop_with_geared_drives_becomes_a_trial_and_a_wrong_meaning_does_not(tmp_path, capsys, number):
     file = str(DROPS / f"drop{number}.csv.gz")
     assert main([file, "--out", str(tmp_path / "bag"), "--zero", "hanging", "--length", "0.3"]) == 0

@@ -42,7 +42,7 @@ def found_in(trials, of):
 @pytest.mark.parametrize(
     ("inner", "outer", "settings"),
     [
-        (0.5, 1.0, "trial.inner_scale: 0.5"),
+        pytest.param(0.5, 1.0, "trial.inner_scale: 0.5", marks=pytest.mark.campaign),
         (2.0, 2.0, "trial.inner_scale: 2 and trial.outer_scale: 2"),
     ],
 )
