@@ -20,6 +20,14 @@ from benchmarks.coverage import (
 pytestmark = pytest.mark.long
 
 
+def test_a_run_tells_what_was_found_and_how_far_it_is_off():
+    result = examine("white/60/clear/0")
+    assert (result["hidden"], result["found"]) == (EFFECTS[0], [EFFECTS[0]])
+    deviations = [*result["base"], *result["effects"]]
+    assert len(deviations) == 6
+    assert np.abs(deviations).max() < 5.0
+
+
 @pytest.mark.campaign
 def test_each_effect_is_found_with_the_strength_that_was_hidden():
     off = [examine(f"white/60/clear/{seed}") for seed in range(len(EFFECTS))]
