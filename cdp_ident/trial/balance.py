@@ -119,54 +119,37 @@ def windows(motion: Motion) -> Windows:
         return np.asarray(np.convolve(values, slope, mode="valid"), dtype=float)
 
     def gravity(theta: Array, w: Array) -> Array:
+        falls = -integral(np.sin(theta))
         # cos(theta) u = (cos(theta) v)' + sin(theta) w v
-        return -integral(np.sin(theta)) + (derivative(np.cos(theta) * v) + integral(np.sin(theta) * w * v)) / g
+        return falls + (derivative(np.cos(theta) * v) + integral(np.sin(theta) * w * v)) / g if np.any(v) else falls
 
-    zero = np.zeros(max(0, len(motion.time) - WINDOW + 1))
-    if not len(zero):
-        empty = np.empty((0, 2))
-        return Windows(np.empty((0, 2, len(COLUMNS))), empty, empty, empty)
-    inner = [
-        derivative(c * w2) + integral(s * w1 * w2),
-        zero,
-        integral(w1),
-        integral(w1 - w2),
-        gravity(theta1, w1),
-        zero,
-        integral(direction1),
-        -integral(direction2),
-        derivative(w2),
-        integral(c * w1 * w2) - derivative(s * w2),
-        -integral(np.cos(theta1)),
-        zero,
-    ]
-    outer = [
-        derivative(c * w1) - integral(s * w1 * w2),
-        derivative(w2),
-        zero,
-        integral(w2 - w1),
-        zero,
-        gravity(theta2, w2),
-        zero,
-        integral(direction2),
-        derivative(w1),
-        -integral(c * w1 * w2) - derivative(s * w1),
-        zero,
-        -integral(np.cos(theta2)),
-    ]
-    coefficients = np.stack([np.stack(inner, axis=-1), np.stack(outer, axis=-1)], axis=1)
-    slack = [integral(1 - np.abs(direction)) for direction in (direction1, direction2)]
-    return Windows(
-        coefficients,
-        np.stack([-derivative(w1), zero], axis=-1),
-        np.stack(slack, axis=-1),
-        np.tile(motion.noise, (len(zero), 1)),
-    )
+    count = max(0, len(motion.time) - WINDOW + 1)
+    coefficients, target, slack = np.zeros((count, 2, len(COLUMNS))), np.zeros((count, 2)), np.empty((count, 2))
+    noise = np.tile(motion.noise, (count, 1))
+    if not count:
+        return Windows(coefficients, target, slack, noise)
+    of_w1, of_w2, friction = derivative(w1), derivative(w2), integral(direction2)
+    coupled, turned, between = integral(s * w1 * w2), integral(c * w1 * w2), integral(w1 - w2)
+    inner, outer = np.moveaxis(coefficients, 0, -1)
+    A, B, c1, c2, G1, G2, k1, k2, D, E12, E1, E2 = range(len(COLUMNS))
+    inner[A], outer[A] = derivative(c * w2) + coupled, derivative(c * w1) - coupled
+    outer[B] = of_w2
+    inner[c1] = integral(w1)
+    inner[c2], outer[c2] = between, -between
+    inner[G1], outer[G2] = gravity(theta1, w1), gravity(theta2, w2)
+    inner[k1] = integral(direction1)
+    inner[k2], outer[k2] = -friction, friction
+    inner[D], outer[D] = of_w2, of_w1
+    inner[E12], outer[E12] = turned - derivative(s * w2), -turned - derivative(s * w1)
+    inner[E1], outer[E2] = -integral(np.cos(theta1)), -integral(np.cos(theta2))
+    target[:, 0] = -of_w1
+    slack[:, 0], slack[:, 1] = (integral(1 - np.abs(direction)) for direction in (direction1, direction2))
+    return Windows(coefficients, target, slack, noise)
 
 
 def residual(balance: Windows, values: Array) -> Array:
     """Return what the lumped numbers leave unexplained in each window (k, 2) [rad/s^2]."""
-    return np.asarray(balance.coefficients @ values - balance.target)
+    return np.asarray((balance.coefficients.reshape(-1, len(COLUMNS)) @ values).reshape(-1, 2) - balance.target)
 
 
 def torques(balance: Windows, values: Array, smallest_gravity: float = 0.1) -> Array:

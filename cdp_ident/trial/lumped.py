@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
+from scipy.linalg.lapack import dposv
 
 from cdp_ident.trial.balance import COLUMNS, Windows, residual, torques
 
@@ -31,10 +32,12 @@ _INDEPENDENT = 5
 """Neighbouring windows overlap: so many count as one independent window."""
 _SIGMAS = 3.0
 _SINGULAR = 1e-12
+_REGULAR = 1e-9
+"""Determinant of a correlation matrix above which it is solved directly: over e it is below the least eigenvalue."""
 _VISCOUS = (0, 1, 2, 3, 4, 5)
 _FRICTION = (6, 7)
 _ROTOR = 8
-_OFFSETS = slice(9, 12)
+_OFFSETS = (9, 10, 11)
 
 
 @dataclass(frozen=True)
@@ -207,22 +210,30 @@ def _physical(sums: _Sums) -> Array:
     """
     independent = max(2.0, 2 * sums.count / _INDEPENDENT)
     for_one = min(_WORTH, independent ** (-1 / independent))
-    choices = []
-    for rotor, columns in enumerate((_VISCOUS, (*_VISCOUS, _ROTOR))):
-        values = _with_friction(sums, columns)
-        choices += [(values, rotor), (_with_offsets(sums, columns, values), rotor + 2)]
-    values, _ = min(choices, key=lambda choice: sums.left(choice[0]) / for_one ** choice[1])
-    return values
+
+    def score(values: Array, added: int) -> float:
+        return sums.left(values) / for_one**added
+
+    fits = [(columns, _with_friction(sums, columns)) for columns in (_VISCOUS, (*_VISCOUS, _ROTOR))]
+    least, best = min(
+        ((score(values, rotor), values) for rotor, (_, values) in enumerate(fits)), key=lambda fit: fit[0]
+    )
+    for rotor, (columns, without) in enumerate(fits):
+        # Errors of zeros leave no less than any three numbers in their place.
+        if score(_least_squares(sums, (*columns, *_FRICTION, *_OFFSETS)), rotor + 2) < least:
+            values = _with_offsets(sums, columns, without)
+            least, best = min((least, best), (score(values, rotor + 2), values), key=lambda fit: fit[0])
+    return best
 
 
 def _with_offsets(sums: _Sums, columns: Sequence[int], without: Array) -> Array:
     """Fit errors of both zeros too; the values `without` them where they come out too large for first order."""
     values = without
-    basis = np.eye(len(COLUMNS))[:, : _OFFSETS.start + 2]
-    errors = range(_OFFSETS.start, _OFFSETS.start + 2)
+    errors = _OFFSETS[:2]
+    basis = np.eye(len(COLUMNS))[:, : errors[-1] + 1]
     for _ in range(_OFFSET_ROUNDS):
         A, _, _, _, G1, G2, *_ = values
-        basis[_OFFSETS, errors] = [[A, -A], [G1, 0.0], [0.0, G2]]
+        basis[_OFFSETS[0] :, errors] = [[A, -A], [G1, 0.0], [0.0, G2]]
         values = basis @ _with_friction(sums.by(basis), columns, errors)
         if not np.all(np.abs(values[10:12]) <= _LARGEST_OFFSET * np.abs(values[4:6])):
             return without
@@ -245,11 +256,18 @@ def _least_squares(sums: _Sums, columns: Sequence[int]) -> Array:
     # Scaled, so that a joint that hardly moves does not decide about the others through rounding.
     scale = np.sqrt(products.diagonal())
     scale[scale == 0] = 1.0
-    # The pseudo-inverse; `np.linalg.pinv` takes three times as long for so few numbers.
-    eigenvalues, directions = np.linalg.eigh(products / (scale[:, None] * scale))
-    sizes = np.abs(eigenvalues)
-    eigenvalues[sizes <= _SINGULAR * sizes.max()] = np.inf
-    found = directions @ ((mixed / scale) @ directions / eigenvalues) / scale
+    found = _solution(products / (scale[:, None] * scale), mixed / scale) / scale
     values = np.zeros(len(sums.mixed))
     values.put(columns, found)
     return values
+
+
+def _solution(matrix: Array, right: Array) -> Array:
+    """Solve equations whose symmetric matrix has ones on its diagonal, by the pseudo-inverse where it is singular."""
+    factor, solution, failed = dposv(matrix, right)
+    if not failed and factor.diagonal().prod() ** 2 > _REGULAR:
+        return np.asarray(solution)
+    eigenvalues, directions = np.linalg.eigh(matrix)
+    sizes = np.abs(eigenvalues)
+    eigenvalues[sizes <= _SINGULAR * sizes.max()] = np.inf
+    return np.asarray(directions @ (right @ directions / eigenvalues))
