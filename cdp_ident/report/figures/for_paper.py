@@ -52,6 +52,8 @@ _SETTINGS = {
     "svg.fonttype": "none",
     "svg.hashsalt": "cdp_ident",
     "path.simplify": True,
+    "figure.autolayout": False,
+    "figure.constrained_layout.use": False,
 }
 
 
@@ -83,7 +85,8 @@ def _drawn(figure: Figure) -> Canvas:
         canvas.legend(handles=handles, loc="lower center", ncols=columns, frameon=False)
     FigureCanvasAgg(canvas)
     layout.execute(canvas)
-    canvas.set_layout_engine("none")
+    # Not "none", which stands for an engine all the same: to please it, each file would be drawn twice.
+    canvas.set_layout_engine(None)
     for ax in axes:
         # The last digits of a layout are chance's, and in the names of an SVG's parts.
         ax.set_position([round(bound, 6) for bound in ax.get_position().bounds])
