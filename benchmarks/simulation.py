@@ -26,7 +26,8 @@ from cdp_ident.model.population import Population, Segment
 from cdp_ident.model.simulation import simulate
 from cdp_ident.model.time_grid import DEFAULT_STEP, TimeGrid
 from cdp_ident.model.torques import NO_TORQUES, Torques
-from cdp_ident.model.trajectory import trajectory, trajectory_with_derivatives
+from cdp_ident.model.trajectories import Derivatives, InitialValueProblem, trajectories
+from cdp_ident.model.trajectory import trajectory_with_derivatives
 from reference.pendulum import TABLE_3, TABLE_5, motion
 from scenarios.search_problem import LOWER, UPPER
 from scenarios.twin import TEN_SECONDS
@@ -94,7 +95,7 @@ def by_numpy(coefficients: Array, start: Array, step: float, measured: Array) ->
 
 def tables(quick: bool = False) -> list[Table]:
     """Measure in a process of one core; that is `quick` as it is."""
-    return [table for part in (populations, trajectories, derivatives) for table in alone(part)]
+    return [table for part in (populations, single_motion, derivatives) for table in alone(part)]
 
 
 def populations(rounds: int = 5) -> list[Table]:
@@ -144,7 +145,7 @@ def populations(rounds: int = 5) -> list[Table]:
     ]
 
 
-def trajectories(rounds: int = 9) -> list[Table]:
+def single_motion(rounds: int = 9) -> list[Table]:
     """Return the table of one motion, and how near to the truth it comes."""
     truth = motion(TABLE_5, TABLE_3, TEN_SECONDS)[:, :2]
     models = _mujoco.models_of([TABLE_5])
@@ -183,27 +184,25 @@ def derivatives(rounds: int = 25) -> list[Table]:
     """Return the table of windows with their derivatives by the start, the coefficients and parameters of effects."""
     u = np.zeros(2 * WINDOW.steps + 1)
 
-    def with_derivatives(torques: Torques) -> list[tuple[Array, Array]]:
-        return [
-            trajectory_with_derivatives(COEFFICIENTS, start, WINDOW, u, torques, of_angles_only=True)
-            for start in STARTS
-        ]
+    def simulated(torques: Torques = NO_TORQUES, wanted: Derivatives = "all") -> list[tuple[Array, Array]]:
+        return trajectories([InitialValueProblem(COEFFICIENTS, start, WINDOW, u, torques) for start in STARTS], wanted)
 
-    def without(torques: Torques = NO_TORQUES) -> list[Array]:
-        return [trajectory(COEFFICIENTS, start, WINDOW, u, torques) for start in STARTS]
+    def one_by_one() -> list[tuple[Array, Array]]:
+        return [trajectory_with_derivatives(COEFFICIENTS, start, WINDOW, u, of_angles_only=True) for start in STARTS]
 
     ours = "this package, no effect"
     works: Mapping[str, tuple[int, Callable[[], object]]] = {
-        ours: (_compiled_c.DIRECTIONS, lambda: with_derivatives(NO_TORQUES)),
-        "the same without derivatives": (0, without),
+        ours: (_compiled_c.DIRECTIONS, simulated),
+        "the same, window by window": (_compiled_c.DIRECTIONS, one_by_one),
+        "the same without derivatives": (0, lambda: simulated(wanted="none")),
         "finite differences of it": (
-            _compiled_c.DIRECTIONS, lambda: [without() for _ in range(1 + _compiled_c.DIRECTIONS)],
+            _compiled_c.DIRECTIONS, lambda: [simulated(wanted="none") for _ in range(1 + _compiled_c.DIRECTIONS)],
         ),
     }  # fmt: skip
     missing = [] if _compiled_c.is_there() else [("C", NO_COMPILER, "", "")]
     if _compiled_c.is_there():
         in_c = functools.partial(_compiled_c.windows, COEFFICIENTS, STARTS, WINDOW)
-        for k, (states, by) in enumerate(with_derivatives(NO_TORQUES)):
+        for k, (states, by) in enumerate(simulated()):
             angles, by_c = in_c()
             _agree(angles[k], states[:, :2])
             _agree(by_c[k], by[:, :2])
@@ -212,8 +211,8 @@ def derivatives(rounds: int = 25) -> list[Table]:
         torques = _torques_of(keys)
         count = _compiled_c.DIRECTIONS + torques.directions
         names = f"this package, {'one effect' if len(keys) == 1 else f'{len(keys)} effects'}"
-        works = {**works, names: (count, functools.partial(with_derivatives, torques))}
-        works |= {f"{names}, without derivatives": (0, functools.partial(without, torques))}
+        works = {**works, names: (count, functools.partial(simulated, torques))}
+        works |= {f"{names}, without derivatives": (0, functools.partial(simulated, torques, "none"))}
     taken = taking_turns({name: work for name, (_, work) in works.items()}, rounds)
     rows = [
         (name, str(count), number(1e9 * taken[name] / (len(STARTS) * WINDOW.steps)), number(taken[name] / taken[ours]))
@@ -224,8 +223,8 @@ def derivatives(rounds: int = 25) -> list[Table]:
             f"{len(STARTS)} windows of {WINDOW.steps} steps, with derivatives",
             ("", "directions", "CPU time of a step [ns]", "times as long"),
             [*rows, *missing],
-            f"Effects: {', '.join(f'`{key}`' for key in EFFECTS[-1])}; of one, the first. The C knows neither effects "
-            "nor joints that stick, and divides no step.",
+            f"Effects: {', '.join(f'`{key}`' for key in EFFECTS[-1])}; of one, the first. With effects the "
+            "package simulates one window after the other. The C divides no step.",
         )
     ]
 

@@ -3,7 +3,6 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -18,6 +17,7 @@ from cdp_ident.model.effects.effect import JOINTS, TorqueEffect
 from cdp_ident.model.effects.play import Turned
 from cdp_ident.model.effects.readings import encoder_readings
 from cdp_ident.model.equations import RODS_STATES
+from cdp_ident.model.lanes import LANES
 from cdp_ident.model.parameters import (
     COEFFICIENTS,
     GROUPS,
@@ -26,7 +26,7 @@ from cdp_ident.model.parameters import (
 )
 from cdp_ident.model.time_grid import TimeGrid
 from cdp_ident.model.torques import NO_TORQUES, Torques
-from cdp_ident.model.trajectory import trajectory, trajectory_with_derivatives
+from cdp_ident.model.trajectories import Derivatives, InitialValueProblem, trajectories
 from cdp_ident.model.weights import ErrorOf, Weight
 
 Array = npt.NDArray[np.float64]
@@ -299,7 +299,7 @@ class MotionModel:
         values: Array,
         start: Array,
         window: Window,
-        derivatives: Literal["all", "start", "none"] = "all",
+        derivatives: Derivatives = "all",
         turned: Turned | None = None,
     ) -> tuple[Array, Array]:
         """Return the angles that the encoders show in a window, and their derivatives.
@@ -316,25 +316,64 @@ class MotionModel:
             Angles (n, 2) [rad] and their derivatives (n, 2, states + unknowns) by the initial state and the unknowns,
             zero where they are not wanted; (n, 2, 0) where none are.
         """
+        weighted, problem = self._problem(values, start, window)
+        return self._as_shown(
+            values, weighted, problem, trajectories([problem], derivatives)[0], window, derivatives, turned
+        )
+
+    def predict_together(
+        self,
+        values: Array,
+        starts: Sequence[Array],
+        windows: Sequence[Window],
+        derivatives: Derivatives = "all",
+    ) -> list[tuple[Array, Array]]:
+        """Return what `predict` does of each of several windows, simulated side by side: see `blocks`."""
+        problems = [self._problem(values, start, window) for start, window in zip(starts, windows, strict=True)]
+        motions = trajectories([problem for _, problem in problems], derivatives)
+        return [
+            self._as_shown(values, *problem, motion, window, derivatives)
+            for problem, motion, window in zip(problems, motions, windows, strict=True)
+        ]
+
+    def blocks(self, windows: Sequence[Window]) -> list[slice]:
+        """Return which windows are best predicted together: neighbours, which are mostly of one length."""
+        with_torques = any(isinstance(active.effect, TorqueEffect) for active in self.effects)
+        count = len(windows) if with_torques else -(-len(windows) // LANES)
+        return [slice(len(windows) * k // count, len(windows) * (k + 1) // count) for k in range(count)]
+
+    def _problem(self, values: Array, start: Array, window: Window) -> tuple[Weighted | None, InitialValueProblem]:
+        """Return the unknowns as a window's weights change them, if any, and what gives the motion in it."""
         weighted = self.with_weights(values, window.weights) if window.weights else None
         if weighted:
             values = weighted.values
-        carried = weighted.carried if weighted else 0.0
-        coefficients, torques = self.coefficients(values), self.torques(values, window.trial, carried)
-        start = self.initial_state(start)
+        torques = self.torques(values, window.trial, weighted.carried if weighted else 0.0)
+        coefficients, start = self.coefficients(values), self.initial_state(start)
+        return weighted, InitialValueProblem(coefficients, start, window.grid, window.u, torques, window.begin)
+
+    def _as_shown(
+        self,
+        values: Array,
+        weighted: Weighted | None,
+        problem: InitialValueProblem,
+        undelayed: tuple[Array, Array],
+        window: Window,
+        derivatives: Derivatives,
+        turned: Turned | None = None,
+    ) -> tuple[Array, Array]:
+        """Return what the encoders show of a motion that is given with its derivatives, as `predict` does."""
+        if weighted:
+            values = weighted.values
 
         def motion(delay: float) -> tuple[Array, Array]:
-            grid, u = window.grid, window.u
+            states, by_directions = undelayed
             if delay:
-                grid = TimeGrid.over(window.time - delay, grid.step, earliest=-LATEST)
-                u = np.pad(u, (0, max(2 * grid.steps + 1 - len(u), 0)), mode="edge")
-            if derivatives == "none":
-                states = trajectory(coefficients, start, grid, u, torques, window.begin)
-                return states, np.empty((*states.shape, 0))
-            states, by_directions = trajectory_with_derivatives(
-                coefficients, start, grid, u, torques, window.begin, derivatives == "start", of_angles_only=True
+                grid = TimeGrid.over(window.time - delay, window.grid.step, earliest=-LATEST)
+                u = np.pad(window.u, (0, max(2 * grid.steps + 1 - len(window.u), 0)), mode="edge")
+                ((states, by_directions),) = trajectories([replace(problem, grid=grid, u=u)], derivatives)
+            return states, (
+                by_directions if derivatives == "none" else self._by_unknowns(values, by_directions, window.trial)
             )
-            return states, self._by_unknowns(values, by_directions, window.trial)
 
         sensors = [
             (active.effect, active.all_values(values[self.places(index)]), self.places(index))

@@ -111,9 +111,10 @@ class NormalEquations:
         costs = np.empty(len(self._windows))
         penalty, of_start = self._model.start_penalty, np.arange(self._model.states)
 
-        def evaluate_window(index: int) -> None:
+        blocks = self._model.blocks(self._windows)
+
+        def evaluate_window(index: int, theta: Array, sensitivity: Array) -> None:
             window = self._windows[index]
-            theta, sensitivity = self._model.predict(all_values, starts[index], window, self._derivatives)
             sensitivity = window.whitened(sensitivity[..., self._columns])
             residual = window.whitened(window.theta - theta)
             size_of = np.abs(residual)
@@ -138,10 +139,14 @@ class NormalEquations:
         def work(first: int, last: int) -> None:
             # A motion that cannot be computed shows in its cost.
             with np.errstate(over="ignore", invalid="ignore"):
-                for index in range(first, last):
-                    evaluate_window(index)
+                for block in blocks[first:last]:
+                    predicted = self._model.predict_together(
+                        all_values, starts[block], self._windows[block], self._derivatives
+                    )
+                    for index, (theta, sensitivity) in enumerate(predicted, block.start):
+                        evaluate_window(index, theta, sensitivity)
 
-        parallel_for(work, len(self._windows))
+        parallel_for(work, len(blocks))
         if not np.all(np.isfinite(costs)) or not np.all(finite):
             return None
         cost = float(costs.sum() + values @ self._penalty @ values)
@@ -152,13 +157,17 @@ class NormalEquations:
         all_values = self.all_values(values)
         residuals: list[Array] = [np.empty(0)] * len(self._windows)
 
-        def work(first: int, last: int) -> None:
-            for index in range(first, last):
-                window = self._windows[index]
-                theta, _ = self._model.predict(all_values, starts[index], window, "none")
-                residuals[index] = window.whitened(window.theta - theta)
+        blocks = self._model.blocks(self._windows)
 
-        parallel_for(work, len(self._windows))
+        def work(first: int, last: int) -> None:
+            for block in blocks[first:last]:
+                windows = self._windows[block]
+                predicted = self._model.predict_together(all_values, starts[block], windows, "none")
+                residuals[block] = [
+                    window.whitened(window.theta - theta) for window, (theta, _) in zip(windows, predicted, strict=True)
+                ]
+
+        parallel_for(work, len(blocks))
         return residuals if all(np.all(np.isfinite(residual)) for residual in residuals) else None
 
     def step(self, point: Point, damping: float) -> Step:

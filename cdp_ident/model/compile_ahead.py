@@ -16,11 +16,13 @@ from cdp_ident.model.effects.encoders import ENCODERS
 from cdp_ident.model.effects.play import follow
 from cdp_ident.model.effects.readings import added_by
 from cdp_ident.model.error_growth import steps_until
+from cdp_ident.model.lanes import LANES
 from cdp_ident.model.linear import linearize
 from cdp_ident.model.parallel import core_count
 from cdp_ident.model.parameters import NOMINAL, physical_coefficients
 from cdp_ident.model.population import Population, Segment
 from cdp_ident.model.time_grid import TimeGrid
+from cdp_ident.model.trajectories import InitialValueProblem, trajectories
 
 
 def compile_ahead() -> None:
@@ -40,7 +42,9 @@ def _compile() -> None:
     """Use every loop once, the longest first: a first run that goes on meanwhile needs the others before it."""
     coefficients, at_rest, times = physical_coefficients(NOMINAL), np.zeros(4), np.array([0.0, 0.01])
     grid = TimeGrid.over(times)
-    trajectory.trajectory(coefficients, at_rest, grid, np.zeros(2 * grid.steps + 1))
+    u = np.zeros(2 * grid.steps + 1)
+    trajectory.trajectory(coefficients, at_rest, grid, u)
+    trajectories([InitialValueProblem(coefficients, at_rest, grid, u)] * LANES)
     trajectory.accelerations_at(coefficients, at_rest[None], np.zeros(1))
     Population([Segment(at_rest, times, np.zeros((2, 2)))]).squared_errors(coefficients[None])
     steps_until(np.zeros((2, 4)), coefficients, 0.01, np.zeros(1, dtype=np.int64), np.ones(4), np.ones(2), 1)

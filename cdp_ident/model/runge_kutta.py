@@ -61,4 +61,19 @@ def is_rough(rates, h):
     largest = 0.0
     for r in range(rates.shape[1]):
         largest = max(largest, abs(rates[4, r] - rates[3, r]))
-    return h * largest > 6.0 * _ROUGH
+    return is_too_rough(largest, h)
+
+
+@inlined
+def is_too_rough(difference, h):
+    """Return whether a step is too long whose rates at its last stage and its end differ by so much at most."""
+    return h * difference > 6.0 * _ROUGH
+
+
+@inlined
+def hermite(s, h):
+    """Return the weights of both ends' values, and of both ends' slopes, at a share of a step of a length [s]."""
+    return (
+        (1.0 + 2.0 * s) * (1.0 - s) * (1.0 - s), s * s * (3.0 - 2.0 * s), h * s * (1.0 - s) * (1.0 - s),
+        h * s * s * (s - 1.0),
+    )  # fmt: skip

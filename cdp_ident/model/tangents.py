@@ -76,9 +76,45 @@ def _matrix(by_state, stage):
 
 
 @inlined
-def _rates(m, d1, d2, t1, t2, w1, w2):
+def rates(m, d, t1, t2, w1, w2):
     """Return the rates of change of the derivatives of the rods' speeds, by a stage's matrix and what adds to it."""
-    return m[0] * t1 + m[1] * t2 + m[2] * w1 + m[3] * w2 + d1, m[4] * t1 + m[5] * t2 + m[6] * w1 + m[7] * w2 + d2
+    return m[0] * t1 + m[1] * t2 + m[2] * w1 + m[3] * w2 + d[0], m[4] * t1 + m[5] * t2 + m[6] * w1 + m[7] * w2 + d[1]
+
+
+@inlined
+def through_step(h, m1, m2, m3, m4, d1, d2, d3, d4, t1, t2, w1, w2, a1, a2):
+    """Return the derivatives of the rods' state by one direction at a step's end, and the rates of their speeds there.
+
+    Args:
+        h: length of the step [s].
+        m1: (8 numbers) matrix of the rods' accelerations by their state at the first stage after the beginning.
+        m2: at the second stage.
+        m3: at the third.
+        m4: at the end.
+        d1: (2 numbers) what adds to the derivatives of the accelerations at the first stage, by the direction itself.
+        d2: at the second stage.
+        d3: at the third.
+        d4: at the end.
+        t1: derivative of theta1 at the beginning.
+        t2: of theta2.
+        w1: of omega1.
+        w2: of omega2.
+        a1: rate of that of omega1.
+        a2: of that of omega2.
+    """
+    half, third, sixth = 0.5 * h, h / 3.0, h / 6.0
+    q1, q2 = w1 + half * a1, w2 + half * a2
+    b1, b2 = rates(m1, d1, t1 + half * w1, t2 + half * w2, q1, q2)
+    r1, r2 = w1 + half * b1, w2 + half * b2
+    c1, c2 = rates(m2, d2, t1 + half * q1, t2 + half * q2, r1, r2)
+    s1, s2 = w1 + h * c1, w2 + h * c2
+    e1, e2 = rates(m3, d3, t1 + h * r1, t2 + h * r2, s1, s2)
+    t1 += sixth * (w1 + s1) + third * (q1 + r1)
+    t2 += sixth * (w2 + s2) + third * (q2 + r2)
+    w1 += sixth * (a1 + e1) + third * (b1 + c1)
+    w2 += sixth * (a2 + e2) + third * (b2 + c2)
+    a1, a2 = rates(m4, d4, t1, t2, w1, w2)
+    return t1, t2, w1, w2, a1, a2
 
 
 @inlined
@@ -112,31 +148,20 @@ def advance(tangents, states, h, by_state, direct):
     if states > RODS_STATES:
         _advance_by_stages(tangents, states, h, by_state, direct)
         return
-    half, third, sixth = 0.5 * h, h / 3.0, h / 6.0
     m1, m2, m3, m4 = _matrix(by_state, 1), _matrix(by_state, 2), _matrix(by_state, 3), _matrix(by_state, 4)
     for block in range(blocks_of(lanes)):
         lane = np.uint64(block * LANES)
         theta1 = row_of(RODS_STATES, block, 0, OLD)
         theta2, omega1, omega2 = theta1 + _ROWS, theta1 + np.uint64(2) * _ROWS, theta1 + np.uint64(3) * _ROWS
         for i in range(width_of(block, lanes)):
-            t1, t2 = tangents[theta1 + OLD + i], tangents[theta2 + OLD + i]
-            w1, w2 = tangents[omega1 + OLD + i], tangents[omega2 + OLD + i]
-            p1, p2 = tangents[theta1 + FIRST + i], tangents[theta2 + FIRST + i]
-            a1, a2 = tangents[omega1 + FIRST + i], tangents[omega2 + FIRST + i]
-            q1, q2 = w1 + half * a1, w2 + half * a2
-            b1, b2 = _rates(m1, direct[1, 0, lane + i], direct[1, 1, lane + i],
-                            t1 + half * p1, t2 + half * p2, q1, q2)  # fmt: skip
-            r1, r2 = w1 + half * b1, w2 + half * b2
-            c1, c2 = _rates(m2, direct[2, 0, lane + i], direct[2, 1, lane + i],
-                            t1 + half * q1, t2 + half * q2, r1, r2)  # fmt: skip
-            s1, s2 = w1 + h * c1, w2 + h * c2
-            d1, d2 = _rates(m3, direct[3, 0, lane + i], direct[3, 1, lane + i],
-                            t1 + h * r1, t2 + h * r2, s1, s2)  # fmt: skip
-            t1 += sixth * (p1 + s1) + third * (q1 + r1)
-            t2 += sixth * (p2 + s2) + third * (q2 + r2)
-            w1 += sixth * (a1 + d1) + third * (b1 + c1)
-            w2 += sixth * (a2 + d2) + third * (b2 + c2)
-            a1, a2 = _rates(m4, direct[4, 0, lane + i], direct[4, 1, lane + i], t1, t2, w1, w2)
+            t1, t2, w1, w2, a1, a2 = through_step(
+                h, m1, m2, m3, m4,
+                (direct[1, 0, lane + i], direct[1, 1, lane + i]), (direct[2, 0, lane + i], direct[2, 1, lane + i]),
+                (direct[3, 0, lane + i], direct[3, 1, lane + i]), (direct[4, 0, lane + i], direct[4, 1, lane + i]),
+                tangents[theta1 + OLD + i], tangents[theta2 + OLD + i],
+                tangents[omega1 + OLD + i], tangents[omega2 + OLD + i],
+                tangents[omega1 + FIRST + i], tangents[omega2 + FIRST + i],
+            )  # fmt: skip
             tangents[theta1 + NEW + i], tangents[theta2 + NEW + i] = t1, t2
             tangents[omega1 + NEW + i], tangents[omega2 + NEW + i] = w1, w2
             tangents[theta1 + SLOPE + i], tangents[theta2 + SLOPE + i] = w1, w2
@@ -212,8 +237,8 @@ def restart(tangents, states, by_state, direct):
         t2, w1, w2 = t1 + _ROWS, t1 + np.uint64(2) * _ROWS, t1 + np.uint64(3) * _ROWS
         if states == RODS_STATES:
             for i in range(width):
-                a1, a2 = _rates(m, direct[0, 0, lane + i], direct[0, 1, lane + i], tangents[t1 + i], tangents[t2 + i],
-                                tangents[w1 + i], tangents[w2 + i])  # fmt: skip
+                a1, a2 = rates(m, (direct[0, 0, lane + i], direct[0, 1, lane + i]), tangents[t1 + i], tangents[t2 + i],
+                               tangents[w1 + i], tangents[w2 + i])  # fmt: skip
                 tangents[t1 + FIRST + i], tangents[t2 + FIRST + i] = tangents[w1 + i], tangents[w2 + i]
                 tangents[w1 + FIRST + i], tangents[w2 + FIRST + i] = a1, a2
         else:

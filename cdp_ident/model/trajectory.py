@@ -17,7 +17,7 @@ from cdp_ident.model.effects.effect import Form
 from cdp_ident.model.equations import RODS_STATES
 from cdp_ident.model.events import AT_ONCE, SMALLEST, instant_of, share_by_speed
 from cdp_ident.model.parameters import COEFFICIENTS
-from cdp_ident.model.runge_kutta import copy, input_at, is_rough, step_on
+from cdp_ident.model.runge_kutta import copy, hermite, input_at, is_rough, step_on
 from cdp_ident.model.sticking import carry_across, dip, hold, settle, stop, violation
 from cdp_ident.model.tangents import (
     LANES,
@@ -46,7 +46,7 @@ _MOST_EVENTS = 32
 """Most events in one step; further ones are ignored."""
 _MOST_PARTS = 4096
 """A step that needs more parts, of 1/256 or up to an event, has a motion that cannot be computed: it is given up."""
-_FASTEST = math.pi
+FASTEST = math.pi
 """No step resolves a rod that turns by more than this within it [rad]: such a motion is given up."""
 
 
@@ -146,6 +146,11 @@ def _run(
         coefficients, whole, begin, u, grid.step, grid.first_sample, grid.place,
         torques.table, torques.values, torques.lanes, torques.constants, lanes, states, derivatives,
     )  # fmt: skip
+    mark_uncomputed(states, derivatives, computed)
+
+
+def mark_uncomputed(states: Array, derivatives: Array, computed: int) -> None:
+    """Let states and derivatives be no numbers from where on they could not be computed."""
     states[computed:] = np.nan
     if not np.all(np.isfinite(states[-1])):
         # Compiled code cannot tell numbers that are none: it may have gone on with them.
@@ -196,7 +201,7 @@ def _steps(
     n, lanes = len(state), direct.shape[2]
     longest, loose, fresh, crossed = 1.0, -1, True, -1
     for k in range(len(first_sample) - 1):
-        if max(abs(state[2]), abs(state[3])) * step > _FASTEST:
+        if max(abs(state[2]), abs(state[3])) * step > FASTEST:
             return first_sample[k]
         time = begin + k * step
         inputs[0], inputs[1], inputs[2] = u[2 * k], u[2 * k + 1], u[2 * k + 2]
@@ -264,9 +269,7 @@ def _steps(
             if reached > 1.0 - AT_ONCE:
                 reached = 1.0
             while j < first_sample[k + 1] and (place[j] <= reached or reached == 1.0):
-                s, h = (place[j] - done) / share, share * step
-                w0, w1 = (1.0 + 2.0 * s) * (1.0 - s) * (1.0 - s), s * s * (3.0 - 2.0 * s)
-                w2, w3 = h * s * (1.0 - s) * (1.0 - s), h * s * s * (s - 1.0)
+                w0, w1, w2, w3 = hermite((place[j] - done) / share, share * step)
                 for r in range(n):
                     states[j, r] = w0 * state[r] + w1 * end[r] + w2 * rates[0, r] + w3 * rates[4, r]
                 for r in range(derivatives.shape[1]):

@@ -348,3 +348,28 @@ def test_where_the_inertia_is_taken_as_known_the_motion_stays_the_same():
     assert np.array_equal(
         known.predict(values[remain], window.start, window)[0], ABSOLUTE.predict(values, window.start, window)[0]
     )
+
+
+def test_windows_predicted_together_are_what_they_are_alone():
+    model, values = with_effects("encoder_offset.inner", "time_offset.outer")
+    model, values = replace(model, inertia_free=True).with_zeros(np.insert(values, len(GROUPS), 1.0 / A22), [0])
+    windows = cut_into_windows([standard_twin(np.random.default_rng(0))])
+    windows[1] = replace(windows[1], weights=WEIGHTS)
+    for derivatives in ("all", "start", "none"):
+        starts = [window.start for window in windows]
+        together = model.predict_together(values, starts, windows, derivatives)
+        for (theta, by_unknowns), window in zip(together, windows, strict=True):
+            alone, by_unknowns_alone = model.predict(values, window.start, window, derivatives)
+            np.testing.assert_allclose(theta, alone, rtol=1e-10)
+            np.testing.assert_allclose(
+                by_unknowns, by_unknowns_alone, rtol=0.0, atol=1e-10 * np.abs(by_unknowns).max(initial=0.0)
+            )
+
+
+@pytest.mark.parametrize(("effects", "sizes"), [((), [6, 6, 7]), (("coulomb_friction.inner",), [1] * 19)])
+def test_windows_are_predicted_together_where_no_torque_acts(effects, sizes):
+    model, _ = with_effects(*effects)
+    windows = [first_window()] * 19
+    blocks = model.blocks(windows)
+    assert [index for block in blocks for index in range(19)[block]] == list(range(19))
+    assert [block.stop - block.start for block in blocks] == sizes

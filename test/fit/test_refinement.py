@@ -173,13 +173,18 @@ def test_a_fit_can_be_stopped_at_an_error():
 
 def test_every_simulation_of_every_stage_is_counted(monkeypatch):
     counted = []
-    predict = MotionModel.predict
+    predict, predict_together = MotionModel.predict, MotionModel.predict_together
 
     def counting(self, values, start, window, derivatives):
         counted.append(len(window.theta))
         return predict(self, values, start, window, derivatives)
 
+    def counting_each(self, values, starts, windows, derivatives):
+        counted.extend(len(window.theta) for window in windows)
+        return predict_together(self, values, starts, windows, derivatives)
+
     monkeypatch.setattr(MotionModel, "predict", counting)
+    monkeypatch.setattr(MotionModel, "predict_together", counting_each)
     fit = refine_from_afar(MODEL, NOMINAL, cut_into_windows([TWIN]))
     assert sum(counted) == fit.simulations * len(TWIN.theta)
 

@@ -16,7 +16,7 @@ import numba
 import numpy as np
 import pytest
 
-from cdp_ident.model import compilation, population
+from cdp_ident.model import compilation, lanes, population
 from cdp_ident.model import tangents as tangents_of_states
 from cdp_ident.model.equations import sine_and_cosine
 
@@ -57,6 +57,24 @@ def test_the_loops_over_directions_move_several_of_them_with_one_instruction():
     # scalar copy remains for arrays that overlap.
     packed = sum(count[key] for key in count if key[1] == "pd" and key[0].startswith(("fm", "mul")))
     assert packed >= 4 * 8 + 48, f"not vectorised: {count}"
+
+
+@reads_assembly
+def test_the_loops_over_windows_move_several_of_them_with_one_instruction():
+    reals, whole, unsigned = numba.float64[::1], numba.int64, numba.uint64
+    options = {name: value for name, value in population._squared_errors.targetoptions.items() if name != "nopython"}
+
+    @numba.njit((reals, reals, reals, reals, whole, unsigned), **options)
+    def stepped(motion, stages, old, new, directions, width):
+        lanes.step_lanes(motion, stages, width)
+        lanes.advance_lanes(motion, stages, old, new, directions, width)
+
+    (assembly,) = stepped.inspect_asm().values()
+    count = _counted(assembly)
+    # As many scalar operations remain for a part of the lanes and for arrays that overlap.
+    assert count["div", "pd"] >= 1, f"not vectorised: {count}"
+    packed, scalar = (sum(count[key] for key in count if key[1] == width) for width in ("pd", "sd"))
+    assert packed > 0.8 * scalar
 
 
 @reads_assembly
