@@ -24,6 +24,8 @@ _FARTHEST = 20.0
 """No value lies further from what was known before than so many of its standard deviations."""
 _VAGUE = 100.0
 """Standard deviation of a logarithm about which nothing is known."""
+_MET = 1e-6
+"""A condition counts as met when the logarithms of what it compares differ by less."""
 _DETERMINED = 0.2
 """Relative standard deviation below which the data, with what was measured, determine a value."""
 
@@ -99,8 +101,10 @@ def nearest_physical_values(shown: Array, covariance: Array, prior: Prior, lengt
             ],
             options={"maxiter": 300, "ftol": 1e-12},
         )
-    possible = bool(result.success and np.max(np.abs(mismatch(result.x * scale))) < 1e-6)
-    values = physical(result.x * scale) if possible else centre
+    # Not by whether the method says that it has converged: at the minimum, rounding may keep it from noticing.
+    found = result.x * scale
+    possible = bool(np.max(np.abs(mismatch(found))) < _MET and np.min(room_for_inertia(found)) > -_MET)
+    values = physical(found) if possible else centre
     std, determined, inertia_std = _uncertainty(values, shown, covariance, prior, length)
     return PhysicalValues(values, std, determined, inertia_std, possible)
 

@@ -82,6 +82,20 @@ def test_no_other_values_with_the_groups_are_nearer():
     assert best < 1.5 * distance(found.values, prior)  # or the random search has not looked near enough to object
 
 
+def test_rounding_of_the_groups_does_not_lose_the_values():
+    """At the minimum for these groups, of a measured swing, the method often does not notice that it has converged."""
+    nominal = {"m1": 0.0938, "m2": 0.1376, "m0": 0.0, "l1": 0.1086, "l2": 0.1168, "J1": 4.4e-4, "J2": 1.27e-3,
+               "c1": 2.4e-4, "c2": 1.0e-5}  # fmt: skip
+    groups = np.array([0.49296044157, 0.55997662032, 6.01194465691, 0.02050552511, 0.00209927848])
+    rng = np.random.default_rng(0)
+    every = [
+        nearest_physical_values(groups * (1 + error), np.diag((1e-3 * groups) ** 2), Prior(nominal=nominal), 0.17272)
+        for error in rng.normal(scale=1e-12, size=(30, 5))
+    ]
+    assert all(each.possible for each in every)
+    assert [each.values[M1] for each in every] == pytest.approx([0.09395] * len(every), rel=1e-4)
+
+
 def test_an_inertia_that_no_rod_of_that_mass_and_length_has_is_not_chosen():
     # A prior that wants J1 far above m1 l1 (L - l1) must give way.
     prior = Prior(nominal={"J1": 0.02})
