@@ -78,6 +78,7 @@ class NormalEquations:
         self._derivatives: Literal["all", "start"] = "start" if np.all(model.of_zeros[free]) else "all"
         self._penalty = model.penalty[np.ix_(free, free)]
         self._windows = tuple(windows)
+        self._blocks = model.blocks(self._windows)
         self._known_start = np.array([window.start_known for window in windows])
         self.simulations = 0
         """Number of simulations of all windows."""
@@ -111,8 +112,6 @@ class NormalEquations:
         costs = np.empty(len(self._windows))
         penalty, of_start = self._model.start_penalty, np.arange(self._model.states)
 
-        blocks = self._model.blocks(self._windows)
-
         def evaluate_window(index: int, theta: Array, sensitivity: Array) -> None:
             window = self._windows[index]
             sensitivity = window.whitened(sensitivity[..., self._columns])
@@ -139,14 +138,14 @@ class NormalEquations:
         def work(first: int, last: int) -> None:
             # A motion that cannot be computed shows in its cost.
             with np.errstate(over="ignore", invalid="ignore"):
-                for block in blocks[first:last]:
+                for block in self._blocks[first:last]:
                     predicted = self._model.predict_together(
                         all_values, starts[block], self._windows[block], self._derivatives
                     )
                     for index, (theta, sensitivity) in enumerate(predicted, block.start):
                         evaluate_window(index, theta, sensitivity)
 
-        parallel_for(work, len(blocks))
+        parallel_for(work, len(self._blocks))
         if not np.all(np.isfinite(costs)) or not np.all(finite):
             return None
         cost = float(costs.sum() + values @ self._penalty @ values)
@@ -157,17 +156,15 @@ class NormalEquations:
         all_values = self.all_values(values)
         residuals: list[Array] = [np.empty(0)] * len(self._windows)
 
-        blocks = self._model.blocks(self._windows)
-
         def work(first: int, last: int) -> None:
-            for block in blocks[first:last]:
+            for block in self._blocks[first:last]:
                 windows = self._windows[block]
                 predicted = self._model.predict_together(all_values, starts[block], windows, "none")
                 residuals[block] = [
                     window.whitened(window.theta - theta) for window, (theta, _) in zip(windows, predicted, strict=True)
                 ]
 
-        parallel_for(work, len(blocks))
+        parallel_for(work, len(self._blocks))
         return residuals if all(np.all(np.isfinite(residual)) for residual in residuals) else None
 
     def step(self, point: Point, damping: float) -> Step:

@@ -73,7 +73,5 @@ def is_too_rough(difference, h):
 @inlined
 def hermite(s, h):
     """Return the weights of both ends' values, and of both ends' slopes, at a share of a step of a length [s]."""
-    return (
-        (1.0 + 2.0 * s) * (1.0 - s) * (1.0 - s), s * s * (3.0 - 2.0 * s), h * s * (1.0 - s) * (1.0 - s),
-        h * s * s * (s - 1.0),
-    )  # fmt: skip
+    square = (1.0 - s) * (1.0 - s)
+    return (1.0 + 2.0 * s) * square, s * s * (3.0 - 2.0 * s), h * s * square, h * s * s * (s - 1.0)

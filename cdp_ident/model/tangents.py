@@ -1,6 +1,6 @@
 """The derivatives of a motion's state, carried through the steps of the integrator (compiled).
 
-They are side by side in lanes, in blocks of `LANES`. A block has for each number of the state some rows of lanes: see
+They are side by side in lanes, in blocks of `BLOCK`. A block has for each number of the state some rows of lanes: see
 `OLD` and what follows. All rows are in one array, and the compiler knows how far they are from each other: only so does
 it see that they do not overlap, and vectorises the loops over lanes. For the same reason indices are unsigned: a
 negative one would count from the array's end.
@@ -16,12 +16,13 @@ from cdp_ident.model.equations import RODS_STATES
 
 VECTOR = 8
 """Lanes of the widest vector register; so many directions or a multiple of them are carried."""
-LANES = 72
-"""Lanes of a block, most of which are used: an odd number of cache lines, so that rows do not displace each other."""
-OLD, FIRST, NEW, SLOPE, _HERE = (np.uint64(LANES * row) for row in range(5))
+BLOCK = 72
+"""Lanes of a block, one for each direction, most of which are used: an odd number of cache lines, so that rows do not
+displace each other."""
+OLD, FIRST, NEW, SLOPE, _HERE = (np.uint64(BLOCK * row) for row in range(5))
 """Rows of a number of the state: its derivatives and their slopes at the step's beginning, both at its end, and the
 derivatives at a stage, where there are more numbers than the processor has registers for."""
-_ROWS = np.uint64(5 * LANES)
+_ROWS = np.uint64(5 * BLOCK)
 """How far numbers of the state are from each other."""
 MOST_STATES = 8
 """Numbers of a state, at most, with those that effects bring."""
@@ -44,13 +45,13 @@ def room_for(states):
 @inlined
 def blocks_of(lanes):
     """Return how many blocks so many lanes are in."""
-    return (lanes + LANES - 1) // LANES
+    return (lanes + BLOCK - 1) // BLOCK
 
 
 @inlined
 def width_of(block, lanes):
     """Return how many of a block's lanes are used."""
-    return np.uint64(min(LANES, lanes - block * LANES))
+    return np.uint64(min(BLOCK, lanes - block * BLOCK))
 
 
 @inlined
@@ -150,7 +151,7 @@ def advance(tangents, states, h, by_state, direct):
         return
     m1, m2, m3, m4 = _matrix(by_state, 1), _matrix(by_state, 2), _matrix(by_state, 3), _matrix(by_state, 4)
     for block in range(blocks_of(lanes)):
-        lane = np.uint64(block * LANES)
+        lane = np.uint64(block * BLOCK)
         theta1 = row_of(RODS_STATES, block, 0, OLD)
         theta2, omega1, omega2 = theta1 + _ROWS, theta1 + np.uint64(2) * _ROWS, theta1 + np.uint64(3) * _ROWS
         for i in range(width_of(block, lanes)):
@@ -196,7 +197,7 @@ def _advance_by_stages(tangents, states, h, by_state, direct):
 @part
 def _fill_in_rates(tangents, states, block, stage, by_state, direct):
     """Fill in the slopes at a stage, of as many numbers of the state as there is room for."""
-    t1, lane = row_of(states, block, 0, OLD), np.uint64(block * LANES)
+    t1, lane = row_of(states, block, 0, OLD), np.uint64(block * BLOCK)
     t2, w1, w2, own1 = t1 + _ROWS, t1 + np.uint64(2) * _ROWS, t1 + np.uint64(3) * _ROWS, t1 + np.uint64(4) * _ROWS
     own2, own3, own4 = own1 + _ROWS, own1 + np.uint64(2) * _ROWS, own1 + np.uint64(3) * _ROWS
     m1, m2, m3 = _whole_row(by_state, stage, 0), _whole_row(by_state, stage, 1), _whole_row(by_state, stage, 2)
@@ -232,7 +233,7 @@ def restart(tangents, states, by_state, direct):
     lanes = direct.shape[2]
     m = _matrix(by_state, 0)
     for block in range(blocks_of(lanes)):
-        width, lane = width_of(block, lanes), np.uint64(block * LANES)
+        width, lane = width_of(block, lanes), np.uint64(block * BLOCK)
         t1 = row_of(states, block, 0, OLD)
         t2, w1, w2 = t1 + _ROWS, t1 + np.uint64(2) * _ROWS, t1 + np.uint64(3) * _ROWS
         if states == RODS_STATES:

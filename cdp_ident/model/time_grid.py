@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.errors import OptionError
+from cdp_ident.model.runge_kutta import hermite
 
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
@@ -62,16 +63,7 @@ class TimeGrid:
 
         The last two contain the step [s].
         """
-        s = self.place
-        return np.stack(
-            [
-                (1 + 2 * s) * (1 - s) ** 2,
-                s * s * (3 - 2 * s),
-                self.step * s * (1 - s) ** 2,
-                self.step * s * s * (s - 1),
-            ],
-            axis=1,
-        )
+        return np.stack(hermite(self.place, self.step), axis=1)
 
     def half_step_times(self) -> Array:
         """Return the times (2 steps + 1,) [s] at which the integrator looks at an input."""

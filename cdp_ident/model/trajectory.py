@@ -20,7 +20,7 @@ from cdp_ident.model.parameters import COEFFICIENTS
 from cdp_ident.model.runge_kutta import copy, hermite, input_at, is_rough, step_on
 from cdp_ident.model.sticking import carry_across, dip, hold, settle, stop, violation
 from cdp_ident.model.tangents import (
-    LANES,
+    BLOCK,
     OLD,
     STAGES,
     VECTOR,
@@ -274,7 +274,7 @@ def _steps(
                     states[j, r] = w0 * state[r] + w1 * end[r] + w2 * rates[0, r] + w3 * rates[4, r]
                 for r in range(derivatives.shape[1]):
                     for block in range(blocks_of(lanes)):
-                        first, lane = row_of(n, block, r, OLD), np.uint64(block * LANES)
+                        first, lane = row_of(n, block, r, OLD), np.uint64(block * BLOCK)
                         for i in range(width_of(block, derivatives.shape[2])):
                             derivatives[j, r, lane + i] = reading(tangents, first, i, w0, w1, w2, w3)
                 j += 1
