@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from cdp_ident.diagnosis.continuity import at_times, followed, initial_state
 from cdp_ident.diagnosis.uncertainty import scaled_inverse
@@ -90,7 +90,7 @@ def jumps(fit: Fit, spread: Array) -> Jumps | None:
     gain = spread @ slope.T @ inverse
     covariance = spread - gain @ slope @ spread
     return Jumps(
-        p_value=float(chi2.sf(gap @ inverse @ gap, len(gap) - certain.shape[1])),
+        p_value=float(chdtrc(len(gap) - certain.shape[1], gap @ inverse @ gap)),
         values=fit.values - gain @ gap,
         covariance=(covariance + covariance.T) / 2.0,
     )

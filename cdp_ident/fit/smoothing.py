@@ -18,7 +18,6 @@ from inspect import signature
 import numpy as np
 import numpy.typing as npt
 from scipy.interpolate import BSpline, make_lsq_spline
-from scipy.signal import lfilter
 
 from cdp_ident.errors import TrialError
 from cdp_ident.fit.autocorrelation import Autocorrelation
@@ -95,6 +94,9 @@ def smooth(time: Array, samples: Array, spacing: float, copies: int, rng: np.ran
     at = np.arange(time[0], time[-1], spacing)
     again = rng.multivariate_normal(np.zeros(len(noise)), noise, (copies, len(time)), method="svd")
     if memory:
+        # Loading it takes as long as all of numba.
+        from scipy.signal import lfilter  # noqa: PLC0415
+
         again = lfilter([np.sqrt(1.0 - memory**2)], [1.0, -memory], again, axis=1)
     sheets = [spline] if copies == 0 else [spline, _fit(time, np.moveaxis(again, 0, 1), per_knot)]
     at_grid = [(sheet(at), sheet.derivative()(at)) for sheet in sheets]
