@@ -42,6 +42,7 @@ def _counted(assembly: str) -> collections.Counter[tuple[str, str]]:
     )
 
 
+@pytest.mark.campaign
 @reads_assembly
 def test_the_loops_over_directions_move_several_of_them_with_one_instruction():
     real, reals, whole, tables = numba.float64, numba.float64[::1], numba.int64, numba.float64[:, :, ::1]
@@ -59,6 +60,7 @@ def test_the_loops_over_directions_move_several_of_them_with_one_instruction():
     assert packed >= 4 * 8 + 48, f"not vectorised: {count}"
 
 
+@pytest.mark.campaign
 @reads_assembly
 def test_the_loops_over_windows_move_several_of_them_with_one_instruction():
     reals, whole, unsigned = numba.float64[::1], numba.int64, numba.uint64
