@@ -1,6 +1,8 @@
 """A fitted model with its diagnosis."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -10,6 +12,7 @@ from cdp_ident.diagnosis.inertia import Inertia
 from cdp_ident.diagnosis.length import LengthByBalance
 from cdp_ident.diagnosis.repeatability import Repeatability, repeatability
 from cdp_ident.diagnosis.uncertainty import covariance
+from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.data import Data
 from cdp_ident.fit.estimation import Estimate
 from cdp_ident.fit.force_balance import ForceBalance
@@ -19,6 +22,7 @@ from cdp_ident.fit.refinement import Fit
 from cdp_ident.model.parameters import GROUPS, INVERSE_INERTIA
 
 Array = npt.NDArray[np.float64]
+Result = TypeVar("Result")
 
 
 @dataclass(frozen=True)
@@ -40,6 +44,8 @@ class Identification:
     """Why no parameter means anything, in words; empty where the fit did not fail."""
     continuity: Continuity | None
     repeatability: Repeatability | None
+    failures: tuple[str, ...] = ()
+    """What of the diagnosis could not be computed, in words."""
 
     @classmethod
     def of(
@@ -55,6 +61,7 @@ class Identification:
         fit = estimate.fit
         spread = covariance(fit)
         physical = _physical(options, fit, spread)
+        failures: list[str] = []
         return cls(
             options=options,
             data=data,
@@ -65,8 +72,9 @@ class Identification:
             physical=physical,
             inertia=Inertia.of(fit.model, fit.values, spread, physical),
             failure=failure,
-            continuity=continuity(fit),
-            repeatability=repeatability(fit, data.names),
+            continuity=_if_possible("the jumps between windows", lambda: continuity(fit), failures),
+            repeatability=_if_possible("each trial alone", lambda: repeatability(fit, data.names), failures),
+            failures=tuple(failures),
         )
 
     def with_covariance(self, spread: Array) -> "Identification":
@@ -89,6 +97,15 @@ class Identification:
     def interrupted(self) -> bool:
         """Whether the search was ended early."""
         return not self.estimate.search.completed
+
+
+def _if_possible(what: str, compute: Callable[[], Result | None], failures: list[str]) -> Result | None:
+    """Return what is computed, or nothing where that fails; then why is added to the failures."""
+    try:
+        return compute()
+    except (IdentificationError, np.linalg.LinAlgError) as error:
+        failures.append(f"{what}: {error}")
+        return None
 
 
 def _physical(options: IdentifyOptions, fit: Fit, spread: Array) -> PhysicalValues:

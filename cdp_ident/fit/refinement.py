@@ -137,7 +137,10 @@ def refine(
     damping, iterations, converged, limit, curved = _FIRST_DAMPING, 0, False, np.inf, False
     while iterations < (_MOST_FOR_STARTS if hold_values else _MOST_ITERATIONS) and damping < _LARGEST_DAMPING:
         iterations += 1
-        step = problem.step(point, damping)
+        try:
+            step = problem.step(point, damping)
+        except np.linalg.LinAlgError:  # sensitivities so large that their products are no numbers: no step is known
+            break
         if step.expected < tolerance * point.cost and damping <= _FIRST_DAMPING:  # not small because it is damped
             candidate: Point | None = problem.moved(point, step)
         else:

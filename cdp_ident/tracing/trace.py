@@ -110,7 +110,7 @@ def trace(
         in_doubt=in_doubt,
         joined=joined is not None,
         failure=failure,
-        failures=(*selection.failures, *not_computed),
+        failures=(*selection.failures, *completed.failures, *not_computed),
     )
 
 
