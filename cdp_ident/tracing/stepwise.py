@@ -24,7 +24,7 @@ from cdp_ident.tracing.pruning import drop_repeated_impulses, drop_superfluous, 
 from cdp_ident.tracing.selection import Selection
 from cdp_ident.tracing.unknown_torques import add_unknown_torques
 from cdp_ident.tracing.whole import over_all, over_share
-from cdp_ident.tracing.zeros import drop_superfluous_zeros, fit_zeros_by_trial
+from cdp_ident.tracing.zeros import drop_superfluous_zeros, fit_zeros_by_trial, fit_zeros_by_trial_again
 
 Array = npt.NDArray[np.float64]
 
@@ -150,8 +150,10 @@ def _select(progress: Progress) -> None:
     for _ in range(_MOST_ROUNDS):
         add_effects(progress)
         progress.reweigh()
-        progress.current = drop_superfluous(progress, progress.current, also_last=True)
-        if not exchange_effects(progress):
+        progress.current = found = drop_superfluous(progress, progress.current, also_last=True)
+        fit_zeros_by_trial_again(progress)
+        exchange_effects(progress)
+        if progress.current is found:
             break
         progress.current = drop_superfluous(progress, progress.current)
         drop_without_strength(progress)

@@ -58,6 +58,16 @@ def fit_zeros_by_trial(progress: Progress) -> None:
         )
 
 
+def fit_zeros_by_trial_again(progress: Progress) -> None:
+    """Do the same again where the encoders are off by the same in all trials, beside the effects found since.
+
+    Raises:
+        InterruptedSelectionError: the selection is asked to stop.
+    """
+    if any(active.effect in _FOR_ALL for active in progress.current.model.effects):
+        fit_zeros_by_trial(progress)
+
+
 def drop_superfluous_zeros(progress: Progress) -> None:
     """Take the encoders' zeros for right again, where effects that came in later explain what zeros by trial did.
 

@@ -15,7 +15,12 @@ from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.parameters import SYMBOLS, groups_of
 from cdp_ident.tracing.progress import Progress, attempt_of
 from cdp_ident.tracing.torque_residual import corrected, torque_residual
-from cdp_ident.tracing.zeros import drop_superfluous_zeros, fit_zeros_by_trial, largest_zeros
+from cdp_ident.tracing.zeros import (
+    drop_superfluous_zeros,
+    fit_zeros_by_trial,
+    fit_zeros_by_trial_again,
+    largest_zeros,
+)
 from reference.pendulum import TABLE_5
 from scenarios.twin import TEN_SECONDS, twin
 
@@ -71,6 +76,19 @@ def test_zeros_are_found_where_each_trial_is_a_fold(trials):
     fit_zeros_by_trial(progress)
     assert progress.current.model.zeros == (0, 1, 2)
     assert progress.current.validation.rmse() < 1.3 * NOISE
+
+
+def test_an_offset_that_is_the_same_in_all_trials_yields_to_zeros_of_each_and_is_asked_for_nowhere_else(trials):
+    progress = progress_of(trials, ZEROS)
+    fit_zeros_by_trial_again(progress)
+    assert progress.current.model.zeros == ()
+    offset = next(effect for effect in CATALOGUE if effect.key == "encoder_offset.outer")
+    model = MODEL.with_effect(ActiveEffect(offset))
+    fit = refine(model, np.append(TRUTH, 0.0), progress.current.fit.windows)
+    progress = Progress(attempt_of(fit, progress.current.folds), NOISE)
+    fit_zeros_by_trial_again(progress)
+    assert progress.current.model.effects == ()
+    assert largest_zeros(progress.current) == pytest.approx([0.02, 0.05], abs=2e-4)
 
 
 def test_zeros_that_took_the_part_of_another_effect_are_right_again_once_it_is_there(trials):
