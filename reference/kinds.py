@@ -43,7 +43,7 @@ KINDS = tuple(kind for kinds in GROUPS.values() for kind in kinds)
 
 _IN_MUJOCO = ("none", "coulomb_friction", "stopping", "joint_spring", "gravity_tilt", "pivot_compliance", "heavy_cart",
               "rotor_inertia", "encoder_offset", "encoder_scale", "encoder_eccentricity", "encoder_slip", "time_offset",
-              "backlash")  # fmt: skip
+              "backlash", "rod_flex")  # fmt: skip
 
 
 def group_of(kind: str) -> str:
