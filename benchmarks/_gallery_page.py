@@ -117,6 +117,10 @@ _DISTINCTION = {
         "at its own frequency."
     ),
     "time_offset": ("The outer angle's error is proportional to its speed: the delay times the speed."),
+    "rod_flex": (
+        "Both encoders' errors follow the force across the rod's end, one of them half of the other. An error of one "
+        "encoder follows its angle alone."
+    ),
     "geared_rotor": (
         "The rods' accelerations are coupled by a constant, instead of by the cosine of the angle between the rods."
     ),

@@ -274,7 +274,7 @@ def late() -> HiddenEffect:
 
 
 def flex() -> HiddenEffect:
-    """An inner rod that the outer one bends. The package does not know it. Strength: compliance at its end [m/N].
+    """An inner rod that the outer one bends. Strength: compliance at its end [m/N].
 
     A cantilever loaded at its end leaves its chord by a slope of F L^2 / (3 E I) at the root and half of that at the
     end (Euler and Bernoulli); the encoders sit at these.

@@ -40,7 +40,7 @@ EQUIVALENT = (
     frozenset({("quadratic_friction", "inner"), ("air_drag", "inner")}),
 )
 """Effects that are one and the same motion."""
-UNKNOWN_TO_THE_PACKAGE = ("partial_rub", "magnet", "rod_flex")
+UNKNOWN_TO_THE_PACKAGE = ("partial_rub", "magnet")
 
 
 @dataclass(frozen=True)
@@ -246,7 +246,7 @@ _BOTH = (
     "backlash",
 )
 SINGLE = (*(f"{name}.{joint}" for name in _BOTH for joint in ("inner", "outer")), "gravity_tilt.base",
-          "pivot_compliance.base", "time_offset.outer")  # fmt: skip
+          "pivot_compliance.base", "time_offset.outer", "rod_flex.inner")  # fmt: skip
 PAIRS = (
     "coulomb_friction.outer+air_drag.outer",
     "coulomb_friction.inner+coulomb_friction.outer",
@@ -257,7 +257,7 @@ PAIRS = (
     "gravity_tilt.base+coulomb_friction.inner",
     "joint_spring.inner+coulomb_friction.outer",
 )
-UNKNOWN = ("partial_rub.inner", "partial_rub.outer", "magnet.inner", "magnet.outer", "rod_flex.inner")
+UNKNOWN = ("partial_rub.inner", "partial_rub.outer", "magnet.inner", "magnet.outer")
 KINDS = ("none", *SINGLE, *PAIRS, *UNKNOWN)
 """All kinds of truth: none, each effect alone, common pairs, and effects that the package's catalogue lacks."""
 

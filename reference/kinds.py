@@ -6,7 +6,7 @@ _IN_BOTH = ("coulomb_friction", "stribeck_friction", "quadratic_friction", "load
             "cogging_torque", "impulse", "encoder_offset", "encoder_scale", "encoder_eccentricity",
             "encoder_slip", "backlash")  # fmt: skip
 SINGLE = (*(f"{name}.{joint}" for name in _IN_BOTH for joint in ("inner", "outer")), "gravity_tilt.base",
-          "pivot_compliance.base", "heavy_cart.base", "time_offset.outer")  # fmt: skip
+          "pivot_compliance.base", "heavy_cart.base", "time_offset.outer", "rod_flex.inner")  # fmt: skip
 """One effect that has a name in the package."""
 SEVERAL = (
     "coulomb_friction.outer+air_drag.outer",
@@ -35,7 +35,7 @@ STICKING = (
     "stopping.outer+joint_spring.inner",
 )
 """Dry friction that stops a joint within seconds: Coulomb's, or Stribeck's with its larger torque at rest."""
-BEYOND = ("partial_rub.inner", "magnet.outer", "rod_flex.inner", "presliding_friction.outer",
+BEYOND = ("partial_rub.inner", "magnet.outer", "presliding_friction.outer",
           "partial_rub.outer", "magnet.inner", "rotor_inertia.outer", "presliding_friction.inner")  # fmt: skip
 """What has no name in the package."""
 GROUPS = {"none": ("none",), "single": SINGLE, "several": SEVERAL, "sticking": STICKING, "beyond": BEYOND}
@@ -43,7 +43,7 @@ KINDS = tuple(kind for kinds in GROUPS.values() for kind in kinds)
 
 _IN_MUJOCO = ("none", "coulomb_friction", "stopping", "joint_spring", "gravity_tilt", "pivot_compliance", "heavy_cart",
               "rotor_inertia", "encoder_offset", "encoder_scale", "encoder_eccentricity", "encoder_slip", "time_offset",
-              "backlash")  # fmt: skip
+              "backlash", "rod_flex")  # fmt: skip
 
 
 def group_of(kind: str) -> str:

@@ -38,7 +38,6 @@ _BEYOND = {
     "magnet": "unknown_torque",
     "rotor_inertia": "geared_rotor",
     "presliding_friction": "coulomb_friction",
-    "rod_flex": "",
 }
 """What the package has no name for, or one that may be missed, and what would be a right name all the same, if any."""
 

@@ -12,6 +12,7 @@ from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.mechanism import Mechanism
 from cdp_ident.fit.weighted import Layout, Weighted
 from cdp_ident.fit.windows import Window
+from cdp_ident.model.effects.bending import Load
 from cdp_ident.model.effects.constants import effect_constants
 from cdp_ident.model.effects.effect import JOINTS, TorqueEffect
 from cdp_ident.model.effects.play import Turned
@@ -27,6 +28,7 @@ from cdp_ident.model.parameters import (
 from cdp_ident.model.time_grid import TimeGrid
 from cdp_ident.model.torques import NO_TORQUES, Torques
 from cdp_ident.model.trajectories import Derivatives, InitialValueProblem, trajectories
+from cdp_ident.model.trajectory import accelerations_at
 from cdp_ident.model.weights import ErrorOf, Weight
 
 Array = npt.NDArray[np.float64]
@@ -375,6 +377,12 @@ class MotionModel:
                 by_directions if derivatives == "none" else self._by_unknowns(values, by_directions, window.trial)
             )
 
+        def accelerations(states: Array, delay: float) -> tuple[Array, Array]:
+            times = window.time - delay
+            u = np.interp(times, window.grid.half_step_times(), window.u)
+            found = accelerations_at(problem.coefficients, states, u, problem.torques, window.begin + times)
+            return found, u
+
         sensors = [
             (active.effect, active.all_values(values[self.places(index)]), self.places(index))
             for index, active in enumerate(self.effects)
@@ -384,7 +392,9 @@ class MotionModel:
         # Both absolute angles contain the inner encoder's.
         zeros = np.cumsum(values[place]) if place.start < place.stop else np.zeros(2)
         shown = window.theta[0] - zeros if len(window.theta) else None
-        theta, by_unknowns = encoder_readings(motion, sensors, window.begin + window.time, self.states, shown, turned)
+        load = Load(*self.constants(values), accelerations)
+        time = window.begin + window.time
+        theta, by_unknowns = encoder_readings(motion, sensors, time, self.states, load, shown, turned)
         if place.start < place.stop:
             theta = theta + zeros
             if derivatives != "none":

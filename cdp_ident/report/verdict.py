@@ -46,9 +46,9 @@ def _in_words(found: FoundEffect) -> str:
     effect = found.active.effect
     if effect.joint == "base":
         place = ""
-    elif isinstance(effect, SensorEffect):
+    elif isinstance(effect, SensorEffect) and not effect.bends:
         place = f" (the {effect.joint} encoder)"
-    elif effect.form is Form.RODS and not effect.dry:
+    elif isinstance(effect, SensorEffect) or (effect.form is Form.RODS and not effect.dry):
         place = f" ({effect.joint})"
     else:
         place = f" in the {effect.joint} joint"

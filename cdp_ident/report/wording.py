@@ -15,7 +15,7 @@ from cdp_ident.model.parameters import CONSTANTS, GROUPS, INERTIA, SYMBOLS, Grou
 from cdp_ident.report.formatting import CERTAINTY, number, per_cent, with_std
 from cdp_ident.report.schema import Section
 
-_OF_ENCODERS = frozenset(effect.name for effect in CATALOGUE if isinstance(effect, SensorEffect))
+_OF_ENCODERS = frozenset(effect.name for effect in CATALOGUE if isinstance(effect, SensorEffect) and not effect.bends)
 _HARDLY_LESS = 0.95
 """What leaves intervals as wide as that share of what they are is not worth a trial."""
 _FELT, _MOST_IN_DOUBT = 0.5, 3

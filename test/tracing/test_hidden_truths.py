@@ -73,10 +73,20 @@ def test_an_effect_that_could_take_the_part_of_another_does_not_stay() -> None:
 
 @pytest.mark.campaign
 def test_an_effect_that_imitates_a_part_of_something_else_is_not_named() -> None:
-    found, answer = traced("rod_flex.inner", 1000, 3.0)
+    found, answer = traced("magnet.inner", 1000, 3.0, named_effects_only=True)
     assert named(found) == set()
     assert found.unexplained.significant
     assert found.after.holdout.rmse() > 1.5 * answer.floor
+
+
+@pytest.mark.campaign
+@pytest.mark.parametrize(
+    ("kind", "seed"), [("rod_flex.inner", 51000), ("rod_flex.inner+encoder_eccentricity.inner", 51100)]
+)
+def test_a_rod_that_bends_is_named_alone_and_beside_a_disc_off_its_axle(kind: str, seed: int) -> None:
+    found, made = traced_truth(kind, seed)
+    assert named(found) == {(hidden.effect.name, hidden.effect.joint) for hidden in made.hidden}
+    assert found.after.holdout.rmse() < FIT_TO_THE_NOISE * made.floor
 
 
 @pytest.mark.campaign

@@ -3,13 +3,14 @@
 from collections.abc import Sequence
 
 from cdp_ident.model.compilation import Compilable, part
+from cdp_ident.model.effects.bending import ROD_FLEX
 from cdp_ident.model.effects.curves import CURVES
 from cdp_ident.model.effects.effect import Effect, Form, SensorEffect, TorqueEffect
 from cdp_ident.model.effects.encoders import ENCODERS
 from cdp_ident.model.effects.forces import FORCES
 from cdp_ident.model.effects.friction import FRICTION
 
-CATALOGUE: tuple[Effect, ...] = (*FRICTION, *FORCES, *ENCODERS, *CURVES)
+CATALOGUE: tuple[Effect, ...] = (*FRICTION, *FORCES, *ENCODERS, ROD_FLEX, *CURVES)
 
 _LAWS = {
     form: tuple(

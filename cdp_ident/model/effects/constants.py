@@ -5,8 +5,9 @@ import numpy.typing as npt
 
 Array = npt.NDArray[np.float64]
 
-LENGTH, OUTER_LENGTH, CARRIED = 7, 8, 9
-"""Places after the seven coefficients: L and the outer rod's length [m], and the mass of weights over A22 [1/m^2]."""
+GRAVITY, LENGTH, OUTER_LENGTH, CARRIED = 6, 7, 8, 9
+"""Places of g, the last of the seven coefficients, and after these: L and the outer rod's length [m], and the mass of
+weights over A22 [1/m^2]."""
 COUNT = 10
 
 

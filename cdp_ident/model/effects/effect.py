@@ -166,6 +166,8 @@ class SensorEffect:
     has_play: bool = False
     """Whether its one parameter is the gap in the encoder's coupling [rad], within which the joint turns without the
     encoder."""
+    bends: bool = False
+    """Whether it is no error of an encoder, but a rod that bends, so that both encoders sit askew; see `bending`."""
     at_an_instant: bool = False
     """Whether it happens once, in one trial: it is added from its parameter `time` on."""
     acts_as_zero: bool = False

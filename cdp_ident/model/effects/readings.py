@@ -1,19 +1,17 @@
 """From the motion of the rods to the angles that the encoders show."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.model.compilation import compiled
+from cdp_ident.model.effects.bending import Load, Motion, bent
 from cdp_ident.model.effects.catalogue import kind_of, sensor_law
 from cdp_ident.model.effects.effect import JOINTS, SensorEffect
 from cdp_ident.model.effects.play import Turned
 
 Array = npt.NDArray[np.float64]
-Motion = Callable[[float], tuple[Array, Array]]
-"""From a delay [s] to the states (n, 4 or more) so much earlier and the derivatives (n, 2, d) of their angles; without
-any, d is 0."""
 Sensors = Sequence[tuple[SensorEffect, Sequence[float] | Array, slice]]
 """The encoders' effects, with the values of all their parameters and the place of these among the unknowns."""
 
@@ -23,6 +21,7 @@ def encoder_readings(
     sensors: Sensors,
     time: Array,
     first: int,
+    load: Load,
     shown: Array | None = None,
     turned: Turned | None = None,
 ) -> tuple[Array, Array]:
@@ -35,10 +34,14 @@ def encoder_readings(
         sensors: what the encoders do to it.
         time: (n,) time of each sample in the trial [s], ascending.
         first: direction of the first unknown among the d.
+        load: of the inner rod, which may bend.
         shown: (2,) theta1, theta2 as the encoders showed them at the first sample [rad], where that is known: it says
             where in its gap one with play is.
         turned: by what encoders with play were turned before, where these samples go on from others.
     """
+    for effect, values, place in sensors:
+        if effect.bends:
+            motion = bent(motion, load, values, first + place.start)
     states, derivatives = motion(0.0)
     if not sensors:
         return states[:, :2], derivatives[:, :2]

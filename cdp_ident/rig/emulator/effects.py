@@ -10,7 +10,8 @@ import numpy.typing as npt
 from scipy.interpolate import CubicHermiteSpline
 
 from cdp_ident.errors import OptionError
-from cdp_ident.model.effects.constants import effect_constants
+from cdp_ident.model.effects.bending import bends, turned_along
+from cdp_ident.model.effects.constants import GRAVITY, LENGTH, effect_constants
 from cdp_ident.model.effects.effect import JOINTS, Effect, SensorEffect, TorqueEffect
 from cdp_ident.model.effects.naming import effect_of
 from cdp_ident.model.effects.play import Turned
@@ -78,15 +79,21 @@ def _mapping(content: Any, where: str) -> dict[str, Any]:
 class Readings:
     """What the encoders of the joints show of the motion, sample by sample."""
 
-    def __init__(self, sensors: tuple[tuple[SensorEffect, Array], ...], period: float) -> None:
-        self._sensors = sensors
+    def __init__(self, effects: Effects, period: float) -> None:
+        self._sensors = effects.sensors
+        self._length, self._gravity = effects.torques.constants[[LENGTH, GRAVITY]]
         self._period = period
         self._now = 0
         self._past: deque[Array] = deque(maxlen=max(2, round(_LATEST / period)))
         self._turned = Turned()
 
     def of(self, states: Array) -> Array:
-        """Return the inner and outer encoder's angles (n, 2) [rad] of the next states (n, 4)."""
+        """Return the inner and outer encoder's angles (n, 2) [rad] of a motion's next samples (n, 7), but the cart."""
+        for effect, values in self._sensors:
+            if effect.bends:
+                bend = bends(states, states[:, 4:6], states[:, 6], self._length, self._gravity) @ values
+                states = states.copy()
+                turned_along(states, bend)
         time = np.asarray((self._now + 1 + np.arange(len(states))) * self._period, dtype=np.float64)
         angles = [of_joint(states, joint) for joint in range(2)]
         for effect, values in self._sensors:

@@ -60,7 +60,7 @@ class Emulation:
         """Make the parts, the port included. Raises `RigError` where the link cannot be made."""
         rig = self.rig
         self._motion = Motion(rig.coefficients(), rig.script, 1.0 / rig.rate, rig.effects.torques)
-        self._readings = Readings(rig.effects.sensors, 1.0 / rig.rate)
+        self._readings = Readings(rig.effects, 1.0 / rig.rate)
         self._ready = deque(self._motion.advance(_AHEAD))  # compiles, before anyone reads the port
         self._device = Device(
             self.codec,

@@ -10,6 +10,7 @@ import numpy.typing as npt
 from cdp_ident.model.simulation import simulate
 from cdp_ident.model.time_grid import TimeGrid
 from cdp_ident.model.torques import NO_TORQUES, Torques
+from cdp_ident.model.trajectory import accelerations_at
 from cdp_ident.rig.emulator.script import Command, Hold, LetGo, MoveCart, Wait
 
 Array = npt.NDArray[np.float64]
@@ -64,7 +65,11 @@ class Motion:
         """Whether the script has come to its end."""
 
     def advance(self, count: int) -> Array:
-        """Return the next samples (count, 5): cart [m], theta1 and theta2 from upright [rad], their speeds [rad/s]."""
+        """Return the next samples (count, 8).
+
+        They are the cart [m], theta1 and theta2 from upright [rad], their speeds [rad/s] and accelerations [rad/s^2],
+        and the cart's acceleration [m/s^2].
+        """
         parts = []
         while count:
             while not self._left and not self.finished:
@@ -97,13 +102,16 @@ class Motion:
     def _move(self, count: int) -> Array:
         begin = self._now * self._period
         ahead: Array = np.asarray(np.arange(1, count + 1) * self._period, dtype=np.float64)
-        x = self._cart.at(begin + ahead)[0]
+        x, _, along = self._cart.at(begin + ahead)
         if self._hand is not None:
-            angles, speeds, _ = self._hand.at(begin + ahead)
+            angles, speeds, accelerations = self._hand.at(begin + ahead)
             states = np.hstack([angles, speeds])
         else:
             grid = TimeGrid.over(ahead, self._step)
             u = self._cart.at(begin + grid.half_step_times())[2][:, 0]
             states = simulate(self._coefficients, self._state, ahead, u, self._step, self._torques, begin)
+            accelerations = accelerations_at(
+                self._coefficients, states, along[:, 0].copy(), self._torques, begin + ahead
+            )
         self._state = states[-1]
-        return np.hstack([x, states[:, :4]])
+        return np.hstack([x, states[:, :4], accelerations, along])

@@ -97,6 +97,7 @@ def test_the_names_are_those_that_reports_promise():
         ("pivot_compliance", "base"),
         ("geared_rotor", "outer"),
         ("time_offset", "outer"),
+        ("rod_flex", "inner"),
     }  # fmt: skip
 
 

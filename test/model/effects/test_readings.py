@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from cdp_ident.model.effects.bending import Load
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.effect import JOINTS
 from cdp_ident.model.effects.readings import encoder_readings
@@ -12,6 +13,7 @@ from cdp_ident.model.effects.readings import encoder_readings
 LATE = next(effect for effect in CATALOGUE if effect.key == "time_offset.outer")
 TIME = np.linspace(0.0, 3.0, 50)
 RATES = np.array([2.0, -3.0])
+LOAD = Load(0.3, 9.81, lambda states, delay: (np.zeros((len(states), 2)), np.zeros(len(states))))
 
 
 def motion(delay):
@@ -24,7 +26,7 @@ def motion(delay):
 @pytest.mark.parametrize("joint", JOINTS)
 def test_either_encoder_may_be_late(joint):
     def shown(delay):
-        return encoder_readings(motion, [(replace(LATE, joint=joint), [delay], slice(0, 1))], TIME, 0)
+        return encoder_readings(motion, [(replace(LATE, joint=joint), [delay], slice(0, 1))], TIME, 0, LOAD)
 
     angles, by_delay = shown(0.02)
     now, then = motion(0.0)[0], motion(0.02)[0]
