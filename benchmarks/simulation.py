@@ -21,12 +21,13 @@ from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.constants import effect_constants
 from cdp_ident.model.effects.effect import TorqueEffect
 from cdp_ident.model.equations import accelerations, sines_and_cosines
+from cdp_ident.model.initial_value_problem import InitialValueProblem
 from cdp_ident.model.parameters import SYMBOLS, coefficients_of, groups_of, physical_coefficients
 from cdp_ident.model.population import Population, Segment
 from cdp_ident.model.simulation import simulate
 from cdp_ident.model.time_grid import DEFAULT_STEP, TimeGrid
 from cdp_ident.model.torques import NO_TORQUES, Torques
-from cdp_ident.model.trajectories import Derivatives, InitialValueProblem, trajectories
+from cdp_ident.model.trajectories import Derivatives, trajectories
 from cdp_ident.model.trajectory import trajectory_with_derivatives
 from reference.pendulum import TABLE_3, TABLE_5, motion
 from scenarios.search_problem import LOWER, UPPER

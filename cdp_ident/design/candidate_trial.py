@@ -63,11 +63,16 @@ def fit_to(candidate: CandidateTrial, knowledge: Knowledge) -> Fit:
     states = _states(candidate, knowledge, time)
     trial = Trial("next", time, states[:, :2])
     length_at = _lengths(candidate, knowledge)
-    windows, sensitivities = [], []
-    for first, last in pairwise(window_bounds(trial, length_at)[0]):
-        window = replace(_window(trial, first, last, states[first], knowledge), weights=candidate.weights)
-        windows.append(window)
-        sensitivities.append(window.whitened(model.predict(values, window.start, window)[1]))
+    windows = [
+        replace(_window(trial, first, last, states[first], knowledge), weights=candidate.weights)
+        for first, last in pairwise(window_bounds(trial, length_at)[0])
+    ]
+    sensitivities = []
+    for block in model.blocks(windows):
+        together = windows[block]
+        _, by_unknowns, bounds = model.predict_together(values, [window.start for window in together], together)
+        for window, samples in zip(together, pairwise(bounds.tolist()), strict=True):
+            sensitivities.append(window.whitened(by_unknowns[slice(*samples)]))
     if not all(np.all(np.isfinite(sensitivity)) for sensitivity in sensitivities):
         raise IdentificationError("the motion of a trial that is let go there cannot be computed")
     shapes = [window.theta.shape for window in windows]

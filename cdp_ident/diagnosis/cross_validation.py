@@ -12,9 +12,8 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.diagnosis.uncertainty import normal_equations, scaled_inverse
+from cdp_ident.diagnosis.uncertainty import eliminated, normal_equations, scaled_inverse
 from cdp_ident.errors import IdentificationError
-from cdp_ident.fit.initial_states import InitialState
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.refinement import Fit, fit_initial_states_near, refine
 from cdp_ident.fit.windows import Window
@@ -101,7 +100,7 @@ def _kept(model: MotionModel) -> npt.NDArray[np.bool_]:
 
 def _followed(fit: Fit, values: Array, chosen: Sequence[int]) -> Fit:
     """Fit initial states of some windows under given values, or under the fit's where no motion can be computed."""
-    windows = [_moved(fit, index, values - fit.values) for index in chosen]
+    windows = _moved(fit.over(chosen), values - fit.values)
     before = float(np.sqrt(np.mean(np.concatenate([fit.errors[index].ravel() for index in chosen]) ** 2)))
     try:
         return fit_initial_states_near(fit.model, values, windows, _LOST * before)
@@ -110,9 +109,13 @@ def _followed(fit: Fit, values: Array, chosen: Sequence[int]) -> Fit:
         return fit_initial_states_near(fit.model, fit.values, as_fitted, _LOST * before)
 
 
-def _moved(fit: Fit, index: int, change: Array) -> Window:
-    """Return a window of a fit with the initial state that suits changed values (unknowns,), to first order."""
-    window, states = fit.windows[index], fit.model.states
-    rows = (fit.sensitivities[index] * np.sqrt(fit.weights[index])[..., None]).reshape(-1, states + len(change))
-    state = InitialState.of(rows[:, :states], window.start_known)
-    return replace(window, start=fit.model.initial_state(window.start) - state.change_for(rows[:, states:] @ change))
+def _moved(fit: Fit, change: Array) -> list[Window]:
+    """Return a fit's windows with the initial states that suit changed values (unknowns,), to first order."""
+    windows, states = [], fit.model.states
+    for window, state, sensitivity, weight in zip(
+        fit.windows, eliminated(fit), fit.sensitivities, fit.weights, strict=True
+    ):
+        by_values = (sensitivity[..., states:] @ change) * np.sqrt(weight)
+        start = fit.model.initial_state(window.start) - state.change_for(by_values.ravel())
+        windows.append(replace(window, start=start))
+    return windows

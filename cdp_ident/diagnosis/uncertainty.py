@@ -16,13 +16,21 @@ _UNOBSERVABLE = 1e-12
 """Directions with less than this share of the largest curvature count as unobservable."""
 
 
+def eliminated(fit: Fit) -> Iterator[InitialState]:
+    """Yield the part of each window's weighted rows that its initial state explains."""
+    states = fit.model.states
+    return InitialState.of_each(
+        ((np.sqrt(weight)[..., None] * sensitivity[..., :states]).reshape(-1, states), window.start_known)
+        for window, sensitivity, weight in zip(fit.windows, fit.sensitivities, fit.weights, strict=True)
+    )
+
+
 def reduced_sensitivities(fit: Fit) -> Iterator[Array]:
     """Yield each window's sensitivities (n, 2, unknowns), less the part that its initial state could imitate."""
     states = fit.model.states
-    for window, sensitivity, weight in zip(fit.windows, fit.sensitivities, fit.weights, strict=True):
+    for state, sensitivity, weight in zip(eliminated(fit), fit.sensitivities, fit.weights, strict=True):
         rows = sensitivity.reshape(-1, sensitivity.shape[2])
         root = np.sqrt(weight.reshape(-1, 1))
-        state = InitialState.of(root * rows[:, :states], window.start_known)
         by_unknowns = rows[:, states:] - rows[:, :states] @ state.change_for(root * rows[:, states:])
         yield by_unknowns.reshape(*sensitivity.shape[:2], -1)
 
@@ -99,9 +107,8 @@ def covariance(fit: Fit, *, remembered: bool = True) -> Array:
     roots = [np.sqrt(weight) for weight in fit.weights]
     residuals = [root * residual for root, residual in zip(roots, fit.residuals, strict=True)]
     explained, reduced = [], []
-    for sensitivity, root, window in zip(fit.sensitivities, roots, fit.windows, strict=True):
+    for sensitivity, root, state in zip(fit.sensitivities, roots, eliminated(fit), strict=True):
         rows = (root[..., None] * sensitivity).reshape(-1, sensitivity.shape[2])
-        state = InitialState.of(rows[:, : fit.model.states], window.start_known)
         explained.append(state.basis.reshape(*root.shape, -1))
         reduced.append(state.eliminated_from(rows[:, fit.model.states :]).reshape(*root.shape, -1))
     squares = [np.tensordot(rows, rows, axes=((0, 1), (0, 1))) for rows in reduced]

@@ -5,7 +5,9 @@ still does not determine all of it, and in chaotic motion its components are str
 not determined are left unchanged.
 """
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from itertools import islice
 
 import numpy as np
 import numpy.typing as npt
@@ -16,6 +18,8 @@ _CUT_OFF = 1e-13
 """Eigenvalue of a scaled matrix, as a share of the largest, below which a direction counts as undetermined."""
 _ROUNDING = 1e-30
 """Diagonal element, as a share of the largest, that is rounding error."""
+_TOGETHER = 64
+"""Windows whose matrices are decomposed at a time."""
 
 
 def inverse_factor(matrix: Array) -> Array:
@@ -52,13 +56,25 @@ class InitialState:
     @classmethod
     def of(cls, by_state: Array, known: bool = False) -> "InitialState":
         """Make it of the rows' derivatives (rows, 4) by the initial state; one that is `known` changes nothing."""
-        if known:
-            return cls(np.zeros((by_state.shape[1],) * 2), np.zeros_like(by_state))
-        factor = inverse_factor(by_state.T @ by_state)
-        basis = by_state @ factor
-        # The squares have lost digits, which a second pass brings back (Yamamoto et al., CholeskyQR2, ETNA 44, 2015).
-        again = inverse_factor(basis.T @ basis)
-        return cls(factor @ again, basis @ again)
+        return next(cls.of_each([(by_state, known)]))
+
+    @classmethod
+    def of_each(cls, windows: Iterable[tuple[Array, bool]]) -> "Iterator[InitialState]":
+        """Make those of windows, each with its rows' derivatives and whether its initial state is known.
+
+        Some are decomposed at a time: their matrices are small.
+        """
+        left = iter(windows)
+        while together := list(islice(left, _TOGETHER)):
+            factors = inverse_factor(np.array([by_state.T @ by_state for by_state, _ in together]))
+            bases = [by_state @ factor for (by_state, _), factor in zip(together, factors, strict=True)]
+            # The squares have lost digits, which a second pass brings back (Yamamoto et al., CholeskyQR2, ETNA 44,
+            # 2015).
+            again = inverse_factor(np.array([basis.T @ basis for basis in bases]))
+            for (_, known), factor, basis, second in zip(together, factors, bases, again, strict=True):
+                yield (
+                    cls(np.zeros_like(factor), np.zeros_like(basis)) if known else cls(factor @ second, basis @ second)
+                )
 
     def change_for(self, rows: Array) -> Array:
         """Return the change (4, …) of the initial state that comes nearest to rows (rows, …)."""

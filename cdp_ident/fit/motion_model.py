@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import groupby
 
 import numpy as np
 import numpy.typing as npt
@@ -18,6 +19,7 @@ from cdp_ident.model.effects.effect import JOINTS, TorqueEffect
 from cdp_ident.model.effects.play import Turned
 from cdp_ident.model.effects.readings import encoder_readings
 from cdp_ident.model.equations import RODS_STATES
+from cdp_ident.model.initial_value_problem import InitialValueProblem
 from cdp_ident.model.lanes import LANES
 from cdp_ident.model.parameters import (
     COEFFICIENTS,
@@ -27,8 +29,9 @@ from cdp_ident.model.parameters import (
 )
 from cdp_ident.model.time_grid import TimeGrid
 from cdp_ident.model.torques import NO_TORQUES, Torques
-from cdp_ident.model.trajectories import Derivatives, InitialValueProblem, trajectories
+from cdp_ident.model.trajectories import Derivatives, end_to_end
 from cdp_ident.model.trajectory import accelerations_at
+from cdp_ident.model.unknowns import ChainRule
 from cdp_ident.model.weights import ErrorOf, Weight
 
 Array = npt.NDArray[np.float64]
@@ -39,6 +42,8 @@ _LARGEST_ERROR = 20.0
 """No weight is further off than so many standard deviations."""
 _LARGEST_ZERO = 0.5
 """No encoder's zero is off by more than this in a trial [rad]."""
+_TOGETHER = 4
+"""Most windows that are simulated one after the other in one call of compiled code."""
 LATEST = 0.05
 """No encoder is later or earlier than this [s]."""
 
@@ -318,10 +323,8 @@ class MotionModel:
             Angles (n, 2) [rad] and their derivatives (n, 2, states + unknowns) by the initial state and the unknowns,
             zero where they are not wanted; (n, 2, 0) where none are.
         """
-        weighted, problem = self._problem(values, start, window)
-        return self._as_shown(
-            values, weighted, problem, trajectories([problem], derivatives)[0], window, derivatives, turned
-        )
+        theta, by_unknowns, _ = self.predict_together(values, [start], [window], derivatives, turned)
+        return theta, by_unknowns
 
     def predict_together(
         self,
@@ -329,71 +332,111 @@ class MotionModel:
         starts: Sequence[Array],
         windows: Sequence[Window],
         derivatives: Derivatives = "all",
-    ) -> list[tuple[Array, Array]]:
-        """Return what `predict` does of each of several windows, simulated side by side: see `blocks`."""
-        problems = [self._problem(values, start, window) for start, window in zip(starts, windows, strict=True)]
-        motions = trajectories([problem for _, problem in problems], derivatives)
-        return [
-            self._as_shown(values, *problem, motion, window, derivatives)
-            for problem, motion, window in zip(problems, motions, windows, strict=True)
+        turned: Turned | None = None,
+    ) -> tuple[Array, Array, Indices]:
+        """Return what `predict` does of each of several windows, their samples end to end: see `blocks`.
+
+        The third array says where each window's samples begin, and the last one's end.
+        """
+        runs = _alike(windows)
+        weighted = [self._weighted(values, windows[run.start].weights) for run in runs]
+        problems = [
+            problem
+            for run, of_run in zip(runs, weighted, strict=True)
+            for problem in self._problems(values, of_run, starts[run], windows[run])
         ]
+        states, by_directions, bounds = end_to_end(problems, derivatives)
+        shown = []
+        for run, of_run in zip(runs, weighted, strict=True):
+            # What an encoder shows may depend on the window's other samples, as of one with play or a delay.
+            parts = [run] if not self._looks_around else [slice(k, k + 1) for k in range(run.start, run.stop)]
+            for part in parts:
+                samples = slice(int(bounds[part.start]), int(bounds[part.stop]))
+                motion = states[samples], by_directions[samples]
+                shown.append(self._as_shown(values, of_run, problems[part], motion, windows[part], derivatives, turned))
+        if len(shown) == 1:
+            return (*shown[0], bounds)
+        thetas, by_unknowns = zip(*shown, strict=True)
+        return np.concatenate(thetas), np.concatenate(by_unknowns), bounds
 
     def blocks(self, windows: Sequence[Window]) -> list[slice]:
-        """Return which windows are best predicted together: neighbours, which are mostly of one length."""
-        with_torques = any(isinstance(active.effect, TorqueEffect) for active in self.effects)
-        count = len(windows) if with_torques else -(-len(windows) // LANES)
-        return [slice(len(windows) * k // count, len(windows) * (k + 1) // count) for k in range(count)]
+        """Return which windows are best predicted together: neighbours, which are mostly of one length.
 
-    def _problem(self, values: Array, start: Array, window: Window) -> tuple[Weighted | None, InitialValueProblem]:
-        """Return the unknowns as a window's weights change them, if any, and what gives the motion in it."""
-        weighted = self.with_weights(values, window.weights) if window.weights else None
+        With torques they are of one trial, in which these are laid out alike, and fewer: cores share the blocks.
+        """
+        if any(isinstance(active.effect, TorqueEffect) for active in self.effects):
+            return [piece for part in _alike(windows) for piece in _divided(part, _TOGETHER)]
+        return _divided(slice(0, len(windows)), LANES)
+
+    @cached_property
+    def _looks_around(self) -> bool:
+        """Whether what an encoder shows at one sample depends on the motion at other instants."""
+        sensors = [active.effect for active in self.effects if not isinstance(active.effect, TorqueEffect)]
+        return any(effect.delays or effect.has_play or effect.bends for effect in sensors)
+
+    def _weighted(self, values: Array, weights: tuple[Weight, ...]) -> Weighted | None:
+        """Return the unknowns as weights change them, if there are any."""
+        return self.with_weights(values, weights) if weights else None
+
+    def _problems(
+        self, values: Array, weighted: Weighted | None, starts: Sequence[Array], windows: Sequence[Window]
+    ) -> list[InitialValueProblem]:
+        """Return what gives the motion in windows of one trial."""
         if weighted:
             values = weighted.values
-        torques = self.torques(values, window.trial, weighted.carried if weighted else 0.0)
-        coefficients, start = self.coefficients(values), self.initial_state(start)
-        return weighted, InitialValueProblem(coefficients, start, window.grid, window.u, torques, window.begin)
+        coefficients = self.coefficients(values)
+        torques = self.torques(values, windows[0].trial, weighted.carried if weighted else 0.0)
+        return [
+            InitialValueProblem(coefficients, self.initial_state(start), window.grid, window.u, torques, window.begin)
+            for start, window in zip(starts, windows, strict=True)
+        ]
 
     def _as_shown(
         self,
         values: Array,
         weighted: Weighted | None,
-        problem: InitialValueProblem,
+        problems: Sequence[InitialValueProblem],
         undelayed: tuple[Array, Array],
-        window: Window,
+        windows: Sequence[Window],
         derivatives: Derivatives,
         turned: Turned | None = None,
     ) -> tuple[Array, Array]:
-        """Return what the encoders show of a motion that is given with its derivatives, as `predict` does."""
+        """Return what the encoders show of a motion that is given with its derivatives, as `predict` does.
+
+        Windows are of one trial; of encoders that look around there is one.
+        """
         if weighted:
             values = weighted.values
+        window, trial = windows[0], windows[0].trial
 
         def motion(delay: float) -> tuple[Array, Array]:
             states, by_directions = undelayed
             if delay:
                 grid = TimeGrid.over(window.time - delay, window.grid.step, earliest=-LATEST)
                 u = np.pad(window.u, (0, max(2 * grid.steps + 1 - len(window.u), 0)), mode="edge")
-                ((states, by_directions),) = trajectories([replace(problem, grid=grid, u=u)], derivatives)
-            return states, (
-                by_directions if derivatives == "none" else self._by_unknowns(values, by_directions, window.trial)
-            )
+                states, by_directions, _ = end_to_end([replace(problems[0], grid=grid, u=u)], derivatives)
+            if derivatives == "none":
+                return states, by_directions
+            chain_rule = self._chain_rule(values, trial)
+            return states, chain_rule.by_unknowns(by_directions, self.states + len(self.names))
 
         def accelerations(states: Array, delay: float) -> tuple[Array, Array]:
             times = window.time - delay
             u = np.interp(times, window.grid.half_step_times(), window.u)
-            found = accelerations_at(problem.coefficients, states, u, problem.torques, window.begin + times)
-            return found, u
+            given = problems[0]
+            return accelerations_at(given.coefficients, states, u, given.torques, window.begin + times), u
 
         sensors = [
             (active.effect, active.all_values(values[self.places(index)]), self.places(index))
             for index, active in enumerate(self.effects)
-            if not isinstance(active.effect, TorqueEffect) and active.trial in (None, window.trial)
+            if not isinstance(active.effect, TorqueEffect) and active.trial in (None, trial)
         ]
-        place = self.zero_places(window.trial)
+        place = self.zero_places(trial)
         # Both absolute angles contain the inner encoder's.
         zeros = np.cumsum(values[place]) if place.start < place.stop else np.zeros(2)
         shown = window.theta[0] - zeros if len(window.theta) else None
         load = Load(*self.constants(values), accelerations)
-        time = window.begin + window.time
+        time = np.concatenate([window.begin + window.time for window in windows])
         theta, by_unknowns = encoder_readings(motion, sensors, time, self.states, load, shown, turned)
         if place.start < place.stop:
             theta = theta + zeros
@@ -404,38 +447,57 @@ class MotionModel:
             by_unknowns[:, :, self.states :] = by_unknowns[:, :, self.states :] @ weighted.by_rig
         return theta, by_unknowns
 
-    def _by_unknowns(self, values: Array, derivatives: Array, trial: int) -> Array:
-        """Return derivatives (n, 2, states + unknowns) of the angles from those (n, 2, directions) by directions."""
-        base, states = len(self.base_names), self.states
-        result = np.zeros((*derivatives.shape[:2], states + len(self.names)))
-        result[..., :states] = derivatives[..., :states]
-        if derivatives.shape[2] == states:
-            return result
-        direction = states + len(COEFFICIENTS)
-        # One product of two matrices; numpy would multiply one by one those that three axes stand for.
-        by_coefficients = derivatives.reshape(-1, derivatives.shape[2])[:, states:direction]
-        result.reshape(-1, result.shape[2])[:, states : states + base] = by_coefficients @ self._chain(values)
-        for index, active in enumerate(self.effects):
-            if isinstance(active.effect, TorqueEffect) and active.trial in (None, trial):
-                place = self.places(index)
-                count = place.stop - place.start
-                result[..., states + place.start : states + place.stop] = derivatives[
-                    ..., direction : direction + count
-                ]
-                direction += count
-        return result
+    def _chain_rule(self, values: Array, trial: int) -> ChainRule:
+        """Return how the angles' derivatives by the unknowns follow from those by the directions, in a trial.
 
-    def _chain(self, values: Array) -> Array:
-        """Return the derivatives (7, base unknowns) of the coefficients with respect to the unknowns."""
+        Of the coefficients, the outer moment m2 l2 is A23 / L.
+        """
+        if trial not in self._unknowns_in:
+            self._unknowns_in[trial] = self._lay_out_unknowns(trial)
+        unknown_of, direction, unknown = self._unknowns_in[trial]
         length, _ = self.constants(values)
-        chain = np.zeros((len(COEFFICIENTS), len(self.base_names)))
-        chain[: len(GROUPS), : len(GROUPS)] = np.eye(len(GROUPS))
-        chain[_OUTER_MOMENT, _A23] = 1.0 / length
-        if self.length_free:
-            chain[_OUTER_MOMENT, self.base_names.index("L")] = -values[_A23] / length**2
+        factor = np.array([1.0 / length, -values[_A23] / length**2])
+        return ChainRule(unknown_of, direction, unknown, factor[: len(unknown)])
+
+    @cached_property
+    def _unknowns_in(self) -> dict[int, tuple[Indices, Indices, Indices]]:
+        """What `_chain_rule` has laid out, by trial."""
+        return {}
+
+    def _lay_out_unknowns(self, trial: int) -> tuple[Indices, Indices, Indices]:
+        """Return the unknown of each direction, and where the outer moment contributes to others, by which one each."""
+        states, names = self.states, self.base_names
+        of_coefficients = np.full(len(COEFFICIENTS), -1)
+        of_coefficients[: len(GROUPS)] = np.arange(len(GROUPS))
         if self.gravity_free:
-            chain[_GRAVITY, self.base_names.index("g")] = 1.0
-        return chain
+            of_coefficients[_GRAVITY] = names.index("g")
+        of_effects = [
+            place
+            for index, active in enumerate(self.effects)
+            if isinstance(active.effect, TorqueEffect) and active.trial in (None, trial)
+            for place in range(*self.places(index).indices(len(self.names)))
+        ]
+        unknowns = np.concatenate([of_coefficients, np.array(of_effects, dtype=np.int64)])
+        unknown_of = np.concatenate([np.arange(states), np.where(unknowns < 0, -1, states + unknowns)])
+        unknown = states + np.array([_A23, *([names.index("L")] if self.length_free else [])])
+        return unknown_of, np.full(len(unknown), states + _OUTER_MOMENT), unknown
+
+
+def _alike(windows: Sequence[Window]) -> list[slice]:
+    """Return which neighbours are of one trial, with the same weights."""
+    first, runs = 0, []
+    for _, run in groupby(windows, key=lambda window: (window.trial, window.weights)):
+        end = first + sum(1 for _ in run)
+        runs.append(slice(first, end))
+        first = end
+    return runs
+
+
+def _divided(part: slice, most: int) -> list[slice]:
+    """Divide neighbours into blocks of so many at most, equally large if possible."""
+    first, size = part.start, part.stop - part.start
+    count = -(-size // most)
+    return [slice(first + size * k // count, first + size * (k + 1) // count) for k in range(count)]
 
 
 def _name_of(error: ErrorOf) -> str:

@@ -9,6 +9,7 @@ short.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Literal
 
 import numpy as np
@@ -20,6 +21,7 @@ from cdp_ident.fit.kept_columns import Normals, Sensitivities
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.windows import Window
 from cdp_ident.model.parallel import parallel_for
+from cdp_ident.model.weighted_rows import WeightedRows
 
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
@@ -60,6 +62,27 @@ class Step:
     """Fall of the cost that the linearised problem predicts."""
 
 
+@dataclass(frozen=True)
+class _Block:
+    """Windows that are simulated together, and their samples end to end."""
+
+    windows: slice
+    """Which they are."""
+    theta: Array
+    """(samples, 2) measured angles [rad]."""
+    whitening: Array
+    """(samples, 2, 2) matrix of each sample; see `Window.whitened`."""
+
+    @classmethod
+    def of(cls, windows: Sequence[Window], chosen: slice) -> "_Block":
+        of_block = windows[chosen]
+        return cls(
+            chosen,
+            np.concatenate([window.theta for window in of_block]),
+            np.concatenate([window.whitening_by_sample for window in of_block]),
+        )
+
+
 class NormalEquations:
     """The damped Gauss-Newton problem of all windows."""
 
@@ -73,12 +96,11 @@ class NormalEquations:
             held: (unknowns,) values of the unknowns that are not fitted.
         """
         self._model, self._free, self._held = model, free, held
-        columns = np.concatenate([np.arange(model.states), model.states + free])
-        self._columns = columns if len(free) < len(model.names) else slice(None)
+        self._columns = np.concatenate([np.arange(model.states), model.states + free])
         self._derivatives: Literal["all", "start"] = "start" if np.all(model.of_zeros[free]) else "all"
         self._penalty = model.penalty[np.ix_(free, free)]
         self._windows = tuple(windows)
-        self._blocks = model.blocks(self._windows)
+        self._blocks = [_Block.of(self._windows, block) for block in model.blocks(self._windows)]
         self._known_start = np.array([window.start_known for window in windows])
         self.simulations = 0
         """Number of simulations of all windows."""
@@ -104,46 +126,37 @@ class NormalEquations:
         size = self._model.states + len(values)
         starts = [self._model.initial_state(start) for start in starts]
         all_values = self.all_values(values)
-        residuals: list[Array] = [np.empty(0)] * len(self._windows)
+        windows = len(self._windows)
+        residuals: list[Array] = [np.empty(0)] * windows
         weights = list(residuals)
-        sensitivities, normal = Sensitivities(len(self._windows), size), Normals(len(self._windows), size)
-        finite = np.zeros(len(self._windows), dtype=bool)
-        right = np.empty((len(self._windows), size))
-        costs = np.empty(len(self._windows))
+        sensitivities, normal = Sensitivities(windows, size), Normals(windows, size)
+        right, costs = np.empty((windows, size)), np.empty(windows)
+        finite = np.zeros(len(self._blocks), dtype=bool)
         penalty, of_start = self._model.start_penalty, np.arange(self._model.states)
 
-        def evaluate_window(index: int, theta: Array, sensitivity: Array) -> None:
-            window = self._windows[index]
-            sensitivity = window.whitened(sensitivity[..., self._columns])
-            residual = window.whitened(window.theta - theta)
-            size_of = np.abs(residual)
-            weight = np.where(size_of > limit, limit / np.maximum(size_of, limit), 1.0) if limit < np.inf else None
-            rows, flat = sensitivity.reshape(-1, size), residual.ravel()
-            weighted = rows if weight is None else rows * weight.reshape(-1, 1)
-            matrix, right[index] = weighted.T @ rows, weighted.T @ flat
-            costs[index] = (
-                flat @ flat
-                if weight is None
-                else np.sum(np.where(size_of > limit, limit * (2 * size_of - limit), size_of**2))
+        def evaluate_block(index: int) -> None:
+            block = self._blocks[index]
+            theta, derivatives, bounds = self._model.predict_together(
+                all_values, starts[block.windows], self._windows[block.windows], self._derivatives
             )
-            matrix[of_start, of_start] += penalty
-            normal.put(index, matrix)
-            finite[index] = np.all(np.isfinite(matrix))
-            right[index, of_start] -= penalty * starts[index]
-            costs[index] += penalty @ starts[index] ** 2
-            residuals[index] = residual
-            sensitivities.put(index, sensitivity)
-            weights[index] = np.ones_like(residual) if weight is None else weight
+            theta = np.ascontiguousarray(theta)  # compiled code is for such arrays alone
+            rows = WeightedRows.of(block.theta, theta, derivatives, self._columns, block.whitening, bounds, limit)
+            finite[index] = np.all(np.isfinite(rows.normal))
+            begin = np.array(starts[block.windows])
+            rows.normal[:, of_start, of_start] += penalty
+            right[block.windows], costs[block.windows] = rows.right, rows.costs + begin**2 @ penalty
+            right[block.windows, of_start] -= penalty * begin
+            samples = [slice(first, end) for first, end in pairwise(bounds.tolist())]
+            for window, own, matrix in zip(range(windows)[block.windows], samples, rows.normal, strict=True):
+                residuals[window], weights[window] = rows.residuals[own], rows.weights[own]
+                sensitivities.put(window, rows.sensitivities[own])
+                normal.put(window, matrix)
 
         def work(first: int, last: int) -> None:
             # A motion that cannot be computed shows in its cost.
             with np.errstate(over="ignore", invalid="ignore"):
-                for block in self._blocks[first:last]:
-                    predicted = self._model.predict_together(
-                        all_values, starts[block], self._windows[block], self._derivatives
-                    )
-                    for index, (theta, sensitivity) in enumerate(predicted, block.start):
-                        evaluate_window(index, theta, sensitivity)
+                for index in range(first, last):
+                    evaluate_block(index)
 
         parallel_for(work, len(self._blocks))
         if not np.all(np.isfinite(costs)) or not np.all(finite):
@@ -158,11 +171,11 @@ class NormalEquations:
 
         def work(first: int, last: int) -> None:
             for block in self._blocks[first:last]:
-                windows = self._windows[block]
-                predicted = self._model.predict_together(all_values, starts[block], windows, "none")
-                residuals[block] = [
-                    window.whitened(window.theta - theta) for window, (theta, _) in zip(windows, predicted, strict=True)
-                ]
+                theta, _, bounds = self._model.predict_together(
+                    all_values, starts[block.windows], self._windows[block.windows], "none"
+                )
+                whitened = np.einsum("nkl,nl->nk", block.whitening, block.theta - theta)
+                residuals[block.windows] = [whitened[one:end] for one, end in pairwise(bounds.tolist())]
 
         parallel_for(work, len(self._blocks))
         return residuals if all(np.all(np.isfinite(residual)) for residual in residuals) else None

@@ -101,7 +101,7 @@ class Window:
         """Return rows (n, 2) or (n, 2, k) of theta1 and theta2 with errors that are independent and of equal size."""
         if self.sample_weights is None:
             return np.asarray(self.whitening @ rows if rows.ndim == 3 else rows @ self.whitening.T)
-        (a, b), (c, d) = np.moveaxis(self._whitening_by_sample, 0, -1)
+        (a, b), (c, d) = np.moveaxis(self._by_weights, 0, -1)
         one, two = rows[:, 0], rows[:, 1]
         if rows.ndim == 3:
             a, b, c, d = (of[:, None] for of in (a, b, c, d))
@@ -111,10 +111,15 @@ class Window:
         """Return the theta1 and theta2 (n, 2) of whitened ones."""
         if self.sample_weights is None:
             return np.asarray(np.linalg.solve(self.whitening, whitened.T).T)
-        return np.asarray(np.linalg.solve(self._whitening_by_sample, whitened[..., None])[..., 0])
+        return np.asarray(np.linalg.solve(self._by_weights, whitened[..., None])[..., 0])
+
+    @property
+    def whitening_by_sample(self) -> Array:
+        """(n, 2, 2) the matrix of each sample."""
+        return np.tile(self.whitening, (len(self.theta), 1, 1)) if self.sample_weights is None else self._by_weights
 
     @cached_property
-    def _whitening_by_sample(self) -> Array:
+    def _by_weights(self) -> Array:
         """(n, 2, 2) the same matrix for each sample, that gives both encoders' readings their weights.
 
         Of the samples in which a joint rests, so many as its weight says tell both readings. All others tell the other

@@ -83,6 +83,11 @@ def part(function: Compilable) -> Compilable:
     return register_jitable(**_PART, **_FLOATING_POINT)(function)
 
 
+def with_arrays(function: Compilable) -> Compilable:
+    """Let compiled loops call a function that makes arrays of its own."""
+    return register_jitable(**_FLOATING_POINT)(function)
+
+
 def compiled(function: Compilable) -> Compilable:
     """Compile an inner loop; it runs without Python's global lock and is kept on disk."""
     loop = numba.njit(function, nogil=True, **_FLOATING_POINT)

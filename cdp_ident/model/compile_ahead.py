@@ -16,18 +16,21 @@ from cdp_ident.model.effects.encoders import ENCODERS
 from cdp_ident.model.effects.play import follow
 from cdp_ident.model.effects.readings import added_by
 from cdp_ident.model.error_growth import steps_until
+from cdp_ident.model.initial_value_problem import InitialValueProblem
 from cdp_ident.model.lanes import LANES
 from cdp_ident.model.linear import linearize
 from cdp_ident.model.parallel import core_count
 from cdp_ident.model.parameters import NOMINAL, physical_coefficients
 from cdp_ident.model.population import Population, Segment
 from cdp_ident.model.time_grid import TimeGrid
-from cdp_ident.model.trajectories import InitialValueProblem, trajectories
+from cdp_ident.model.trajectories import trajectories
+from cdp_ident.model.unknowns import ChainRule
+from cdp_ident.model.weighted_rows import WeightedRows
 
 
 def compile_ahead() -> None:
     """Begin to compile what no earlier run has kept; whoever needs it before it is done waits for it."""
-    if core_count() > 1 and is_to_be_kept(trajectory._trajectory):
+    if core_count() > 1 and is_to_be_kept(trajectory._trajectories):
         threading.Thread(target=_compile_apart, name="compile ahead", daemon=True).start()
 
 
@@ -49,6 +52,9 @@ def _compile() -> None:
     Population([Segment(at_rest, times, np.zeros((2, 2)))]).squared_errors(coefficients[None])
     steps_until(np.zeros((2, 4)), coefficients, 0.01, np.zeros(1, dtype=np.int64), np.ones(4), np.ones(2), 1)
     linearize(coefficients, (np.pi, np.pi))
+    none, angles = np.empty(0, dtype=np.int64), np.zeros((2, 2))
+    rows = ChainRule(np.zeros(1, dtype=np.int64), none, none, np.empty(0)).by_unknowns(np.zeros((2, 2, 1)), 1)
+    WeightedRows.of(angles, angles, rows, np.zeros(1, dtype=np.int64), np.zeros((2, 2, 2)), np.array([0, 2]), np.inf)
     follow(times, 0.0)
     added_by(ENCODERS[0], [0.0], times, times)
 

@@ -5,8 +5,7 @@ may differ in everything.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from itertools import accumulate, pairwise
+from itertools import accumulate, groupby, pairwise
 from typing import Literal
 
 import numpy as np
@@ -15,6 +14,7 @@ import numpy.typing as npt
 from cdp_ident.model.compilation import compiled, part
 from cdp_ident.model.equations import RODS_STATES
 from cdp_ident.model.events import AT_ONCE, SMALLEST
+from cdp_ident.model.initial_value_problem import EndToEnd, InitialValueProblem
 from cdp_ident.model.lanes import (
     INPUT,
     LANES,
@@ -38,29 +38,16 @@ from cdp_ident.model.lanes import (
 from cdp_ident.model.parameters import COEFFICIENTS
 from cdp_ident.model.runge_kutta import hermite, input_at, is_too_rough
 from cdp_ident.model.tangents import STAGES
-from cdp_ident.model.time_grid import TimeGrid
-from cdp_ident.model.torques import NO_TORQUES, Torques
-from cdp_ident.model.trajectory import FASTEST, mark_uncomputed, trajectory, trajectory_with_derivatives
+from cdp_ident.model.trajectory import FASTEST, motions, motions_with_derivatives
 
 Array = npt.NDArray[np.float64]
+Indices = npt.NDArray[np.int64]
 Derivatives = Literal["all", "start", "none"]
 """Which are wanted: by everything, by the initial state alone, or none."""
 
 
 _FEWEST = 3
 """So many windows are faster side by side than one after the other, for all lanes take their time."""
-
-
-@dataclass(frozen=True)
-class InitialValueProblem:
-    """What gives one motion: see `trajectory`."""
-
-    coefficients: Array
-    start: Array
-    grid: TimeGrid
-    u: Array
-    torques: Torques = NO_TORQUES
-    begin: float = 0.0
 
 
 def trajectories(
@@ -72,45 +59,56 @@ def trajectories(
     for, and without any direction for "none". Where no effect acts, windows are side by side, and what else is
     simulated along does not change a bit of a window.
     """
+    return [
+        (states[first:end], by_directions[first:end])
+        for states, by_directions, bounds in _simulated(problems, derivatives)
+        for first, end in pairwise(bounds.tolist())
+    ]
+
+
+def end_to_end(
+    problems: Sequence[InitialValueProblem], derivatives: Derivatives = "all"
+) -> tuple[Array, Array, Indices]:
+    """Return what `trajectories` does of problems with as many directions each, their samples end to end.
+
+    The third array (problems + 1,) says where each one's samples begin, and the last one's end.
+    """
+    parts = _simulated(problems, derivatives)
+    if len(parts) == 1:
+        return parts[0]
+    states, by_directions, bounds = zip(*parts, strict=True)
+    ends = np.cumsum(np.concatenate([np.diff(of_part) for of_part in bounds]))
+    return np.concatenate(states), np.concatenate(by_directions), np.array([0, *ends])
+
+
+def _simulated(problems: Sequence[InitialValueProblem], derivatives: Derivatives) -> list[tuple[Array, Array, Indices]]:
+    """Return the motions of all problems, of those end to end that are simulated together."""
     if len(problems) < _FEWEST or any(len(problem.torques.table) for problem in problems):
-        return [_alone(problem, derivatives) for problem in problems]
-    parts = [problems[first : first + LANES] for first in range(0, len(problems), LANES)]
-    return [result for part in parts for result in _side_by_side(part, derivatives)]
+        alike = groupby(problems, key=lambda problem: (id(problem.torques.table), id(problem.torques.lanes)))
+        return [_one_by_one(list(part), derivatives) for _, part in alike]
+    return [_side_by_side(problems[first : first + LANES], derivatives) for first in range(0, len(problems), LANES)]
 
 
-def _alone(problem: InitialValueProblem, derivatives: Derivatives) -> tuple[Array, Array]:
-    given = problem.coefficients, problem.start, problem.grid, problem.u, problem.torques, problem.begin
+def _one_by_one(problems: Sequence[InitialValueProblem], derivatives: Derivatives) -> tuple[Array, Array, Indices]:
+    """Do the same for problems whose effects are laid out alike."""
     if derivatives == "none":
-        states = trajectory(*given)
-        return states, np.empty((len(states), 2, 0))
-    return trajectory_with_derivatives(*given, by_start_only=derivatives == "start", of_angles_only=True)
+        return motions(problems)
+    return motions_with_derivatives(problems, by_start_only=derivatives == "start", of_angles_only=True)
 
 
-def _side_by_side(problems: Sequence[InitialValueProblem], derivatives: Derivatives) -> list[tuple[Array, Array]]:
+def _side_by_side(problems: Sequence[InitialValueProblem], derivatives: Derivatives) -> tuple[Array, Array, Indices]:
     """Do the same for no more problems without effects than there are lanes."""
-    grids = [problem.grid for problem in problems]
+    laid_out = EndToEnd(problems)
     directions = {"all": RODS_STATES + len(COEFFICIENTS), "start": RODS_STATES, "none": 0}[derivatives]
-    inputs, steps, samples = (
-        np.array([0, *accumulate(map(len, of_each))])
-        for of_each in (
-            [problem.u for problem in problems], [grid.first_sample for grid in grids], [grid.place for grid in grids]
-        )
-    )  # fmt: skip
-    states, by_directions = np.empty((samples[-1], RODS_STATES)), np.empty((samples[-1], 2, directions))
+    samples = int(laid_out.grids[-1][-1])
+    states, by_directions = np.empty((samples, RODS_STATES)), np.empty((samples, 2, directions))
     computed = np.empty(len(problems), dtype=np.int64)
-    _trajectories(
-        np.array([problem.coefficients for problem in problems]),
-        np.array([problem.start[:RODS_STATES] for problem in problems]),
-        np.array([grid.step for grid in grids]),
-        np.concatenate([problem.u for problem in problems]), inputs,
-        np.concatenate([grid.first_sample for grid in grids]), steps,
-        np.concatenate([grid.place for grid in grids]), samples,
-        np.uint64(LANES), *_rows(), states, by_directions, computed,
+    _trajectories_in_lanes(
+        laid_out.coefficients, laid_out.starts(RODS_STATES), *laid_out.grids, np.uint64(LANES), *_rows(), states,
+        by_directions, computed,
     )  # fmt: skip
-    results = [(states[first:end], by_directions[first:end]) for first, end in pairwise(samples.tolist())]
-    for result, reached in zip(results, computed.tolist(), strict=True):
-        mark_uncomputed(*result, reached)
-    return results
+    laid_out.mark_uncomputed(states, by_directions, computed)
+    return states, by_directions, laid_out.grids[-1]
 
 
 def _rows() -> list[Array]:
@@ -122,7 +120,7 @@ def _rows() -> list[Array]:
 
 
 @compiled
-def _trajectories(
+def _trajectories_in_lanes(
     coefficients, starts, step, u, of_u, first_sample, of_steps, place, of_samples, width, motion, stages, old, new,
     reading, states, derivatives, computed,
 ):  # fmt: skip

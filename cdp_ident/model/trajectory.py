@@ -7,15 +7,17 @@ breaks loose (`sticking`), and where its error would be too large (`is_rough`).
 """
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.model.compilation import compiled, part
+from cdp_ident.model.compilation import compiled, part, with_arrays
 from cdp_ident.model.dynamics import BEFORE_PARAMETERS, COUNT_OF_SUMS, STICKS
 from cdp_ident.model.effects.effect import Form
 from cdp_ident.model.equations import RODS_STATES
 from cdp_ident.model.events import AT_ONCE, SMALLEST, instant_of, share_by_speed
+from cdp_ident.model.initial_value_problem import EndToEnd, InitialValueProblem
 from cdp_ident.model.parameters import COEFFICIENTS
 from cdp_ident.model.runge_kutta import copy, hermite, input_at, is_rough, step_on
 from cdp_ident.model.sticking import carry_across, dip, hold, settle, stop, violation
@@ -39,6 +41,7 @@ from cdp_ident.model.time_grid import TimeGrid
 from cdp_ident.model.torques import NO_TORQUES, Torques
 
 Array = npt.NDArray[np.float64]
+Indices = npt.NDArray[np.int64]
 
 _COEFFICIENTS = len(COEFFICIENTS)
 _BASE = int(Form.BASE)
@@ -66,9 +69,7 @@ def trajectory(
         torques: of effects.
         begin: time in the trial at the grid's time 0 [s], for effects that happen at an instant.
     """
-    states = np.empty((len(grid.place), torques.states))
-    _run(coefficients, start, grid, u, torques, begin, 0, states, np.empty((0, 0, 0)))
-    return states
+    return motions([InitialValueProblem(coefficients, start, grid, u, torques, begin)])[0]
 
 
 def trajectory_with_derivatives(
@@ -87,15 +88,27 @@ def trajectory_with_derivatives(
     and the parameters of effects that `torques.lanes` names: see `directions`. On request only the derivatives of
     theta1 and theta2 are returned (n, 2, directions).
     """
-    size = torques.states
-    if by_start_only:
-        torques = torques.without_directions()
-    count = size if by_start_only else directions(torques)
-    lanes = -(-count // VECTOR) * VECTOR
-    samples, rows = len(grid.place), 2 if of_angles_only else size
-    states, derivatives = np.empty((samples, size)), np.empty((samples, rows, count))
-    _run(coefficients, start, grid, u, torques, begin, lanes, states, derivatives)
+    problem = InitialValueProblem(coefficients, start, grid, u, torques, begin)
+    states, derivatives, _ = motions_with_derivatives([problem], by_start_only, of_angles_only)
     return states, derivatives
+
+
+def motions(problems: Sequence[InitialValueProblem]) -> tuple[Array, Array, Indices]:
+    """Return the states (samples, states) of problems with the same effects, end to end, as `trajectory` does of one.
+
+    There are no derivatives (samples, 2, 0); the third array (problems + 1,) says where each one's samples begin, and
+    the last one's end.
+    """
+    return _motions(problems, 0, 2, 0)
+
+
+def motions_with_derivatives(
+    problems: Sequence[InitialValueProblem], by_start_only: bool = False, of_angles_only: bool = False
+) -> tuple[Array, Array, Indices]:
+    """Return the same with derivatives (samples, states or 2, directions), as `trajectory_with_derivatives` does."""
+    torques = problems[0].torques
+    count = torques.states if by_start_only else directions(torques)
+    return _motions(problems, -(-count // VECTOR) * VECTOR, 2 if of_angles_only else torques.states, count)
 
 
 def directions(torques: Torques) -> int:
@@ -126,43 +139,68 @@ def accelerations_at(
     return rates[:, 2:RODS_STATES]
 
 
-def _run(
-    coefficients: Array,
-    start: Array,
-    grid: TimeGrid,
-    u: Array,
-    torques: Torques,
-    begin: float,
-    lanes: int,
-    states: Array,
-    derivatives: Array,
-) -> None:
-    # Compiled once, for arrays that may be written to: processes that keep code for several kinds of arrays at the same
-    # time could take one's for the other's.
-    u = u if u.flags.writeable else u.copy()
-    whole = np.zeros(torques.states)
-    whole[: len(start)] = start
-    computed = _trajectory(
-        coefficients, whole, begin, u, grid.step, grid.first_sample, grid.place,
-        torques.table, torques.values, torques.lanes, torques.constants, lanes, states, derivatives,
+def _motions(
+    problems: Sequence[InitialValueProblem], lanes: int, rows: int, count: int
+) -> tuple[Array, Array, Indices]:
+    """Return the same, derivatives (samples, rows, count) being carried in so many lanes."""
+    torques, laid_out = problems[0].torques, EndToEnd(problems)
+    with_parameters = count > torques.states
+    samples = int(laid_out.grids[-1][-1])
+    states, derivatives = np.empty((samples, torques.states)), np.empty((samples, rows, count))
+    computed = np.empty(len(problems), dtype=np.int64)
+    _trajectories(
+        laid_out.coefficients, laid_out.starts(torques.states), laid_out.begins, *laid_out.grids,
+        torques.table, np.array([problem.torques.values for problem in problems]),
+        torques.lanes if with_parameters else np.full_like(torques.lanes, -1),
+        np.array([problem.torques.constants for problem in problems]),
+        lanes, states, derivatives, computed,
     )  # fmt: skip
-    mark_uncomputed(states, derivatives, computed)
-
-
-def mark_uncomputed(states: Array, derivatives: Array, computed: int) -> None:
-    """Let states and derivatives be no numbers from where on they could not be computed."""
-    states[computed:] = np.nan
-    if not np.all(np.isfinite(states[-1])):
-        # Compiled code cannot tell numbers that are none: it may have gone on with them.
-        computed = int(np.argmin(np.isfinite(states).all(axis=1)))
-        states[computed:], derivatives[computed:] = np.nan, np.nan
+    laid_out.mark_uncomputed(states, derivatives, computed)
+    return states, derivatives, laid_out.grids[-1]
 
 
 @compiled
+def _trajectories(
+    coefficients, starts, begins, step, u, of_u, first_sample, of_steps, place, of_samples, table, values, lanes_of,
+    constants, lanes, states, derivatives, computed,
+):  # fmt: skip
+    """Compute motions with the same effects one after the other, and fill in how many measurements each reaches.
+
+    Args:
+        coefficients: (motions, 7) `COEFFICIENTS` of each.
+        starts: (motions, n) state at the beginning.
+        begins: (motions,) time in the trial then [s].
+        step: (motions,) as `EndToEnd.grids`, like all up to `of_samples`.
+        u: likewise.
+        of_u: likewise.
+        first_sample: likewise.
+        of_steps: likewise.
+        place: likewise.
+        of_samples: likewise.
+        table: the effects, as `Torques` has them.
+        values: (motions, effects, p) their parameters.
+        lanes_of: the lanes of these, as `Torques` has them.
+        constants: (motions, …) of the mechanism.
+        lanes: in so many derivatives are carried.
+        states: (samples, n) takes the states at the measurements of all motions.
+        derivatives: (samples, …, directions) takes the derivatives of the first numbers of the state.
+        computed: (motions,) takes how many measurements are reached.
+    """
+    for m in range(len(starts)):
+        computed[m] = _trajectory(
+            coefficients[m], starts[m], begins[m], u[of_u[m] : of_u[m + 1]], step[m],
+            first_sample[of_steps[m] : of_steps[m + 1]], place[of_samples[m] : of_samples[m + 1]], table, values[m],
+            lanes_of, constants[m], lanes, states[of_samples[m] : of_samples[m + 1]],
+            derivatives[of_samples[m] : of_samples[m + 1]],
+        )  # fmt: skip
+
+
+@with_arrays
 def _trajectory(
     coefficients, start, begin, u, step, first_sample, place, table, values, lanes_of, constants, lanes, states,
     derivatives,
 ):  # fmt: skip
+    """Compute one motion, and return how many measurements it reaches."""
     n, base = len(start), -1
     dry, sought = np.zeros(2, dtype=np.bool_), np.zeros(2, dtype=np.bool_)
     turns_over = False

@@ -7,7 +7,7 @@ projected on its sensitivities, after the part that the model's own unknowns can
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from itertools import combinations
+from itertools import combinations, pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -181,15 +181,26 @@ class _Projection:
         whole, of_scores, lags = np.zeros((size, size)), np.zeros((size, size)), fit.autocorrelation.length
 
         def work(first: int, last: int) -> None:
-            for index in range(begin + first, begin + last):
-                window, root = fit.windows[index], np.sqrt(fit.weights[index]).reshape(-1, 1)
-                sensitivity = window.whitened(model.predict(values, window.start, window)[1]).reshape(-1, states + size)
+            for block in blocks[first:last]:
+                add_block(range(begin, begin + count)[block])
+
+        def add_block(places: range) -> None:
+            windows = fit.windows[places.start : places.stop]
+            starts = [window.start for window in windows]
+            _, by_unknowns, bounds = model.predict_together(values, starts, windows)
+            of_windows = []
+            for index, window, end in zip(places, windows, pairwise(bounds.tolist()), strict=True):
+                sensitivity = window.whitened(by_unknowns[slice(*end)]).reshape(-1, states + size)
                 # A candidate whose sensitivity cannot be computed has zero gain.
                 rows = np.where(np.abs(sensitivity) < _LARGEST, sensitivity, 0.0)
-                rows *= root
-                free, left = rows[:, states:], fit.residuals[index].ravel() * root[:, 0]
+                rows *= np.sqrt(fit.weights[index]).reshape(-1, 1)
+                of_windows.append(rows)
+            known = [window.start_known for window in windows]
+            by_state = [rows[:, :states] for rows in of_windows]
+            of_states = InitialState.of_each(zip(by_state, known, strict=True))
+            for index, rows, state in zip(places, of_windows, of_states, strict=True):
+                free, left = rows[:, states:], (fit.residuals[index] * np.sqrt(fit.weights[index])).ravel()
                 sizes[index] = np.einsum("nk,nk->k", free, free)
-                state = InitialState.of(rows[:, :states], window.start_known)
                 free, left = state.eliminated_from(free), state.eliminated_from(left)
                 squares[index - begin], targets[index], lefts[index] = free.T @ free, free.T @ left, left @ left
                 scores = (free * left[:, None]).reshape(-1, 2, size).sum(axis=1)
@@ -197,7 +208,8 @@ class _Projection:
 
         for begin in range(0, windows, together):
             count = min(together, windows - begin)
-            parallel_for(work, count)
+            blocks = model.blocks(fit.windows[begin : begin + count])
+            parallel_for(work, len(blocks))
             whole += squares[:count].sum(axis=0)
             of_scores += products[:count].sum(axis=0)
         target, size_before = targets.sum(axis=0), sizes.sum(axis=0)

@@ -1,5 +1,6 @@
 """Effects of an instant: when an impulse or lost counts explain a window's residual best."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +12,7 @@ from cdp_ident.fit.refinement import Fit
 from cdp_ident.fit.windows import Window
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.effect import Effect, TorqueEffect
+from cdp_ident.model.parallel import parallel_map
 from cdp_ident.model.trajectory import trajectory_with_derivatives
 from cdp_ident.tracing import thresholds
 from cdp_ident.tracing.candidates import Candidate
@@ -27,11 +29,11 @@ _READINGS = {"inner": np.array([1.0, 1.0]), "outer": np.array([0.0, 1.0])}
 
 def instants(fit: Fit) -> list[Candidate]:
     """Return each effect of an instant at its most likely instant, the largest gain first."""
-    found = []
+    found, motions = [], list(parallel_map(lambda window: _Motion.of(fit, window), fit.windows))
     for effect in CATALOGUE:
         if effect.at_an_instant:
             scan = _scan_impulses if isinstance(effect, TorqueEffect) else _scan_slips
-            best = max(scan(fit, effect), key=lambda instant: instant.gain, default=None)
+            best = max(scan(fit, effect, motions), key=lambda instant: instant.gain, default=None)
             if best is not None and best.gain > 0:
                 active = ActiveEffect(effect, trial=best.trial)
                 found.append(_AtInstant(active, best.gain, np.array([best.strength]), best.time))
@@ -55,22 +57,36 @@ class _Instant:
     time: float
 
 
-def _motion(fit: Fit, window: Window) -> tuple[Array, Array, Array]:
-    """Return the states in a window, and their derivatives by its initial state in orthonormal coordinates.
+@dataclass(frozen=True)
+class _Motion:
+    """The states in a window, and their derivatives by its initial state in orthonormal coordinates.
 
-    Returns:
-        States (n, 4), their derivatives (n, 4, 4) with respect to the coordinates, and those of the whitened angles (n,
-        2, 4), whose columns are an orthonormal basis. In chaotic motion the derivatives by the initial state itself are
-        almost parallel.
+    In chaotic motion the derivatives by the initial state itself are almost parallel.
     """
-    values = fit.model.with_weights(fit.values, window.weights).values
-    states, by_start = trajectory_with_derivatives(
-        fit.model.coefficients(values), fit.model.initial_state(window.start), window.grid, window.u,
-        fit.model.torques(values, window.trial), window.begin, by_start_only=True,
-    )  # fmt: skip
-    count = fit.model.states
-    state = InitialState.of(window.whitened(by_start[:, :2]).reshape(-1, count))
-    return states, by_start @ state.transform, state.basis.reshape(-1, 2, count)
+
+    states: Array
+    """(n, 4)"""
+    transition: Array
+    """(n, 4, 4) their derivatives with respect to the coordinates."""
+    coordinates: Array
+    """(n, 4, 4) those of the coordinates with respect to the state at each sample; none of a window that is too short
+    for an impulse."""
+    basis: Array
+    """(n, 2, 4) those of the whitened angles, whose columns are an orthonormal basis."""
+
+    @classmethod
+    def of(cls, fit: Fit, window: Window) -> "_Motion":
+        values = fit.model.with_weights(fit.values, window.weights).values
+        states, by_start = trajectory_with_derivatives(
+            fit.model.coefficients(values), fit.model.initial_state(window.start), window.grid, window.u,
+            fit.model.torques(values, window.trial), window.begin, by_start_only=True,
+        )  # fmt: skip
+        count = fit.model.states
+        state = InitialState.of(window.whitened(by_start[:, :2]).reshape(-1, count))
+        transition = by_start @ state.transform
+        long = transition if len(states) > 2 * _MARGIN else transition[:0]
+        coordinates = np.asarray(np.linalg.pinv(long, rcond=_SINGULAR), dtype=np.float64)
+        return cls(states, transition, coordinates, state.basis.reshape(-1, 2, count))
 
 
 def _before_each(terms: Array) -> Array:
@@ -83,17 +99,16 @@ def _from_each_on(terms: Array) -> Array:
     return np.flip(np.cumsum(np.flip(terms, axis=0), axis=0), axis=0)
 
 
-def _scan_impulses(fit: Fit, effect: Effect) -> list[_Instant]:
+def _scan_impulses(fit: Fit, effect: Effect, motions: Sequence[_Motion]) -> list[_Instant]:
     found = []
     column = 0 if effect.joint == "inner" else 1
-    for window, residual in zip(fit.windows, fit.residuals, strict=True):
+    for window, residual, motion in zip(fit.windows, fit.residuals, motions, strict=True):
         if len(residual) <= 2 * _MARGIN:
             continue
-        states, transition, basis = _motion(fit, window)
         # A change of speed at sample j moves the angles as changed coordinates `change[j]` would, from j on. The part
         # that the initial state cannot imitate is written in sums before and after j, without subtractions.
-        speed_change = _speed_change(fit, window, states, column)
-        change = (np.linalg.pinv(transition, rcond=_SINGULAR) @ speed_change[..., None])[..., 0]
+        speed_change, basis = _speed_change(fit, window, motion.states, column), motion.basis
+        change = (motion.coordinates @ speed_change[..., None])[..., 0]
         gram = np.einsum("nrk,nrl->nkl", basis, basis)
         product = np.einsum("nrk,nr->nk", basis, residual)
         before, after = (np.einsum("nkl,nl->nk", sums(gram), change) for sums in (_before_each, _from_each_on))
@@ -116,14 +131,14 @@ def _speed_change(fit: Fit, window: Window, states: Array, column: int) -> Array
     return change / weighted.share
 
 
-def _scan_slips(fit: Fit, effect: Effect) -> list[_Instant]:
+def _scan_slips(fit: Fit, effect: Effect, motions: Sequence[_Motion]) -> list[_Instant]:
     found = []
     for trial in sorted({window.trial for window in fit.windows}):
         later_size, later_fitting = 0.0, 0.0
         members = [i for i, window in enumerate(fit.windows) if window.trial == trial]
         for index in reversed(members):
             window, residual = fit.windows[index], fit.residuals[index]
-            _, _, basis = _motion(fit, window)
+            basis = motions[index].basis
             reading = window.whitened(np.tile(_READINGS[effect.joint], (len(residual), 1)))
             imitation = _from_each_on(np.einsum("nrk,nr->nk", basis, reading))
             size = _from_each_on(np.sum(reading**2, axis=1)) - np.einsum("nk,nk->n", imitation, imitation)

@@ -357,19 +357,23 @@ def test_windows_predicted_together_are_what_they_are_alone():
     windows[1] = replace(windows[1], weights=WEIGHTS)
     for derivatives in ("all", "start", "none"):
         starts = [window.start for window in windows]
-        together = model.predict_together(values, starts, windows, derivatives)
-        for (theta, by_unknowns), window in zip(together, windows, strict=True):
+        theta, by_unknowns, bounds = model.predict_together(values, starts, windows, derivatives)
+        for window, first, end in zip(windows, bounds[:-1], bounds[1:], strict=True):
             alone, by_unknowns_alone = model.predict(values, window.start, window, derivatives)
-            np.testing.assert_allclose(theta, alone, rtol=1e-10)
+            np.testing.assert_allclose(theta[first:end], alone, rtol=1e-10)
             np.testing.assert_allclose(
-                by_unknowns, by_unknowns_alone, rtol=0.0, atol=1e-10 * np.abs(by_unknowns).max(initial=0.0)
+                by_unknowns[first:end], by_unknowns_alone, rtol=0.0, atol=1e-10 * np.abs(by_unknowns).max(initial=0.0)
             )
 
 
-@pytest.mark.parametrize(("effects", "sizes"), [((), [6, 6, 7]), (("coulomb_friction.inner",), [1] * 19)])
-def test_windows_are_predicted_together_where_no_torque_acts(effects, sizes):
+@pytest.mark.parametrize(
+    ("effects", "sizes"),
+    [((), [6, 6, 7]), (("coulomb_friction.inner",), [3, 3, 4, 3, 3, 3]), (("encoder_scale.inner",), [6, 6, 7])],
+)
+def test_windows_are_predicted_together_with_their_neighbours(effects, sizes):
+    """Those of one trial, where torques act: the first ten are of the first one."""
     model, _ = with_effects(*effects)
-    windows = [first_window()] * 19
+    windows = [replace(first_window(), trial=int(index >= 10)) for index in range(19)]
     blocks = model.blocks(windows)
     assert [index for block in blocks for index in range(19)[block]] == list(range(19))
     assert [block.stop - block.start for block in blocks] == sizes

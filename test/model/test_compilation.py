@@ -16,7 +16,7 @@ import numba
 import numpy as np
 import pytest
 
-from cdp_ident.model import compilation, lanes, population
+from cdp_ident.model import compilation, lanes, population, weighted_rows
 from cdp_ident.model import tangents as tangents_of_states
 from cdp_ident.model.equations import sine_and_cosine
 
@@ -77,6 +77,22 @@ def test_the_loops_over_windows_move_several_of_them_with_one_instruction():
     assert count["div", "pd"] >= 1, f"not vectorised: {count}"
     packed, scalar = (sum(count[key] for key in count if key[1] == width) for width in ("pd", "sd"))
     assert packed > 0.8 * scalar
+
+
+@reads_assembly
+def test_the_products_of_rows_are_added_up_several_at_a_time():
+    reals, unsigned = numba.float64[::1], numba.uint64
+    options = {name: value for name, value in population._squared_errors.targetoptions.items() if name != "nopython"}
+
+    @numba.njit((reals, reals, unsigned, unsigned, reals), **options)
+    def added(rows, weight, size, width, sums):
+        weighted_rows._add_products(rows, weight, size, width, sums)
+
+    (assembly,) = added.inspect_asm().values()
+    count = _counted(assembly)
+    # Eight rows at a time; a scalar copy remains for arrays that overlap.
+    packed = sum(count[key] for key in count if key[1] == "pd" and key[0].startswith(("fm", "mul")))
+    assert packed >= 8, f"not vectorised: {count}"
 
 
 @reads_assembly

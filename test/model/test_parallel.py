@@ -1,4 +1,5 @@
 import threading
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
@@ -54,36 +55,47 @@ def test_items_are_worked_on_at_the_same_time():
     list(parallel.parallel_map(lambda item: both.wait(), range(2)))
 
 
-def test_what_works_on_one_of_several_items_has_one_core():
-    several = min(parallel.core_count(), 2)
-    assert list(parallel.parallel_map(lambda item: parallel.core_count(), range(2))) == [1, 1]
-    assert list(parallel.parallel_map(lambda item: min(parallel.core_count(), 2), range(1))) == [several]
+@pytest.mark.parametrize("cores", [2, 3])
+def test_what_works_on_one_of_several_items_may_share_it_out_again(monkeypatch, cores):
+    monkeypatch.setattr(parallel, "core_count", lambda: cores)
+
+    def sums(item):
+        return sum(parallel.parallel_map(lambda part: item * sum(parallel.parallel_map(abs, range(part))), range(9)))
+
+    expected = [item * sum(sum(range(part)) for part in range(9)) for item in range(20)]
+    assert list(parallel.parallel_map(sums, range(20))) == expected
 
 
-def test_an_error_is_raised_in_its_turn():
-    def work(item):
-        if item == 2:
-            raise ArithmeticError(f"item {item}")
-        return item
-
-    results, done = parallel.parallel_map(work, range(4)), []
-    with pytest.raises(ArithmeticError, match="item 2"):
-        done.extend(iter(results))
-    assert done == [0, 1]
-
-
-def test_items_that_nobody_waits_for_are_given_up():
-    begun, lock, go_on = [], threading.Lock(), threading.Event()
+def test_a_core_that_has_no_item_left_takes_part_in_the_work_on_another():
+    if parallel.core_count() == 1:
+        pytest.skip("this process may use one core only")
+    both = threading.Barrier(2, timeout=30)
 
     def work(item):
-        with lock:
-            begun.append(item)
-        if item:
-            go_on.wait(30)
+        if item == 1:
+            parallel.parallel_for(lambda first, last: both.wait(), 2)
 
-    results = parallel.parallel_map(work, range(100))
-    next(results)
-    results.close()
-    go_on.set()
-    list(parallel.parallel_map(lambda item: None, range(10)))  # what had begun has ended
-    assert len(begun) < 50
+    list(parallel.parallel_map(work, range(2)))
+
+
+def test_items_that_nobody_asks_for_are_given_up(monkeypatch):
+    monkeypatch.setattr(parallel, "core_count", lambda: 2)
+    begun, go_on = [], threading.Event()
+    with ThreadPoolExecutor(max_workers=1) as pool:
+        monkeypatch.setattr(parallel, "_pool", lambda: pool)
+        results = parallel.parallel_map(
+            lambda item: (begun.append(item), item == 0 or go_on.wait(timeout=30)), range(5)
+        )
+        next(results)
+        results.close()
+        go_on.set()
+    assert begun in ([0], [0, 1])
+
+
+@pytest.mark.parametrize("cores", [1, 2])
+def test_what_a_call_raises_is_raised_in_its_turn(monkeypatch, cores):
+    monkeypatch.setattr(parallel, "core_count", lambda: cores)
+    results = parallel.parallel_map(lambda item: 1 // item, [1, 1, 0])
+    assert [next(results), next(results)] == [1, 1]
+    with pytest.raises(ZeroDivisionError):
+        next(results)

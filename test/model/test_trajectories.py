@@ -8,11 +8,12 @@ import pytest
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.constants import effect_constants
 from cdp_ident.model.equations import runge_kutta_step
+from cdp_ident.model.initial_value_problem import InitialValueProblem
 from cdp_ident.model.lanes import LANES
 from cdp_ident.model.parameters import physical_coefficients
 from cdp_ident.model.time_grid import TimeGrid
 from cdp_ident.model.torques import Torques
-from cdp_ident.model.trajectories import InitialValueProblem, trajectories
+from cdp_ident.model.trajectories import trajectories
 from cdp_ident.model.trajectory import trajectory_with_derivatives
 from reference.pendulum import TABLE_3, TABLE_5
 

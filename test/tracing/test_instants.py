@@ -29,9 +29,10 @@ def test_an_impulse_s_gain_is_that_of_its_projection_even_where_motion_is_chaoti
 
     monkeypatch.setattr(instants, "_best", gains)
     effect = next(e for e in instants.CATALOGUE if e.key == ("impulse.inner", "impulse.outer")[column])
-    instants._scan_impulses(chaotic, effect)
-    for (window, size, fitting), residual in zip(scanned, chaotic.residuals, strict=True):
-        states, transition, basis = instants._motion(chaotic, window)
+    motions = [instants._Motion.of(chaotic, window) for window in chaotic.windows]
+    instants._scan_impulses(chaotic, effect, motions)
+    for (window, size, fitting), residual, motion in zip(scanned, chaotic.residuals, motions, strict=True):
+        states, transition, basis = motion.states, motion.transition, motion.basis
         start = basis.reshape(-1, 4)
         for j in (20, len(states) // 2, len(states) - 20):
             change = instants._speed_change(chaotic, window, states, column)[j]
