@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from cdp_ident.design.candidate_trial import CandidateTrial
 from cdp_ident.errors import IdentificationError
-from cdp_ident.model.parallel import parallel_for
+from cdp_ident.model.parallel import parallel_for, parallel_map
 from cdp_ident.model.weights import Weight
 
 Array = npt.NDArray[np.float64]
@@ -103,18 +103,17 @@ def survey(loss: Callable[[CandidateTrial], float], grid: Grid, weights: tuple[W
     parallel_for(work, losses.size)
     if not np.any(np.isfinite(losses)):
         raise IdentificationError("from no start can the fitted model's motion be computed: identify again")
+    places = [
+        divmod(int(place), len(grid.outer)) for place in np.argsort(losses, axis=None, kind="stable")[:_FINALISTS]
+    ]
+    misses = [(a, b) for a in np.radians([-HAND, HAND]) for b in np.radians([-HAND, HAND])]
+    missed = [
+        _from_hanging(float(grid.inner[i]) + a, float(grid.outer[j]) + b, weights) for i, j in places for a, b in misses
+    ]
+    of_missed = np.array(list(parallel_map(loss, missed))).reshape(len(places), len(misses))
     finalists = []
-    for place in np.argsort(losses, axis=None, kind="stable")[:_FINALISTS]:
-        inner, outer = (
-            float(angles[k])
-            for angles, k in zip((grid.inner, grid.outer), divmod(int(place), losses.shape[1]), strict=True)
-        )
-        near = [
-            loss(_from_hanging(inner + a, outer + b, weights))
-            for a in np.radians([-HAND, HAND])
-            for b in np.radians([-HAND, HAND])
-        ]
-        around = [float(losses.flat[place]), *near]
-        finalists.append((float(np.median(around)), max(around), inner, outer))
+    for (i, j), near in zip(places, of_missed.tolist(), strict=True):
+        around = [float(losses[i, j]), *near]
+        finalists.append((float(np.median(around)), max(around), float(grid.inner[i]), float(grid.outer[j])))
     expected, worst, inner, outer = min(finalists)
     return Survey(grid, losses, inner, outer, expected, worst, weights)
