@@ -65,7 +65,7 @@ def test_it_records_identifies_asks_the_node_and_names_what_is_hidden(tmp_path):
     assert not processes_of(tmp_path / "out")
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.campaign)])
 def test_interrupted_it_stops_all_nodes(tmp_path, number):
     demo = start(tmp_path / "out")
     wait_for_nodes(tmp_path / "out", demo)

@@ -27,7 +27,9 @@ def exactly_there(survey):
     return survey.losses[inner, outer]
 
 
-@pytest.mark.parametrize("names", [("c2_over_A22",), ALL_GROUPS], ids=["one", "all"])
+@pytest.mark.parametrize(
+    "names", [pytest.param(("c2_over_A22",), marks=pytest.mark.campaign), ALL_GROUPS], ids=["one", "all"]
+)
 def test_a_trial_as_advised_brings_what_was_foretold_and_more_than_most_random_starts(names):
     rng = np.random.default_rng(6)
     found = TRIALS.sharpest(names)

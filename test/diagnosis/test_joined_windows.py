@@ -44,6 +44,7 @@ def deviations(values, spread):
     return (values[: len(TRUTH)] - TRUTH) / np.sqrt(np.diag(spread))[: len(TRUTH)]
 
 
+@pytest.mark.campaign
 def test_intervals_become_narrower_and_hold_the_truth():
     ratios = []
     for seed in range(4):

@@ -79,6 +79,7 @@ def test_the_loops_over_windows_move_several_of_them_with_one_instruction():
     assert packed > 0.8 * scalar
 
 
+@pytest.mark.campaign
 @reads_assembly
 def test_the_products_of_rows_are_added_up_several_at_a_time():
     reals, unsigned = numba.float64[::1], numba.uint64
@@ -173,9 +174,9 @@ def test_of_processes_that_lack_the_same_code_one_compiles_it(tmp_path):
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
     processes = [
         subprocess.Popen([sys.executable, "-c", asked], env=environment, stdout=subprocess.PIPE, text=True)
-        for _ in range(3)
+        for _ in range(2)
     ]
-    assert sorted(process.communicate(timeout=300)[0].strip() for process in processes) == ["0", "0", "1"]
+    assert sorted(process.communicate(timeout=300)[0].strip() for process in processes) == ["0", "1"]
 
 
 MOTION_WITH_EACH_TORQUE = """

@@ -98,9 +98,8 @@ def test_friction_over_a_part_of_the_turn_is_found_though_others_explain_most(se
     assert found.after.holdout.rmse() < FIT_TO_THE_NOISE * made.floor
 
 
-@pytest.mark.parametrize(
-    ("kind", "visible"), [("backlash.inner", 0.9), pytest.param("backlash.outer", 9.0, marks=pytest.mark.campaign)]
-)
+@pytest.mark.campaign
+@pytest.mark.parametrize(("kind", "visible"), [("backlash.inner", 0.9), ("backlash.outer", 9.0)])
 def test_play_between_a_joint_and_its_encoder_is_named_and_measured(kind: str, visible: float) -> None:
     found, answer = traced(kind, 1000, visible)
     ((hidden,), (effect,)) = answer.hidden, found.effects

@@ -67,6 +67,7 @@ def test_values_are_those_of_all_of_the_motion_within_their_intervals(friction):
     assert strength.shown == pytest.approx(answer.hidden[0].strength / float(inertia), rel=0.01)
 
 
+@pytest.mark.campaign
 def test_an_impulse_outside_the_share_is_found_in_the_end():
     before, answer = identified("impulse.outer", 1, visible=8.0)
     found, said = traced(before)
