@@ -121,7 +121,7 @@ def refine(
             the zeros of trials that the model does not know where each trial has its own.
 
     Raises:
-        IdentificationError: there is no window, or the motion cannot be computed under the first values.
+        IdentificationError: there is no window, or the motion or a step cannot be computed from the first values.
     """
     if not windows:
         raise IdentificationError("there is nothing to fit: no window of any trial has enough samples")
@@ -139,7 +139,9 @@ def refine(
         iterations += 1
         try:
             step = problem.step(point, damping)
-        except np.linalg.LinAlgError:  # sensitivities so large that their products are no numbers: no step is known
+        except np.linalg.LinAlgError as error:  # sensitivities so large that their products are no numbers
+            if iterations == 1:
+                raise IdentificationError(f"the equations of the fit cannot be solved: {error}") from error
             break
         if step.expected < tolerance * point.cost and damping <= _FIRST_DAMPING:  # not small because it is damped
             candidate: Point | None = problem.moved(point, step)
