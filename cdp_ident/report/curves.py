@@ -138,16 +138,23 @@ def _torques(outcome: Outcome, before: FinalModel, after: FinalModel) -> TorqueC
             # The torque that is missing without an effect, less that missing with it, is the effect's torque.
             others, remain = model.without_effect(index)
             effects[index] = _lacking(rods, others, values[remain]).torque - lacking.torque
+    measured = _weighted_as(before.fit, after.fit), _weighted_as(before.holdout, after.holdout)
     return TorqueCurves(
         trial=lacking.trial,
         held_out=np.arange(len(lacking.time)) >= len(_lacking(rods[:1], model, values).time),
         time=lacking.time,
         angle=lacking.angle,
         speed=lacking.speed,
-        before=inertia * _lacking((before.fit, before.holdout), before.model, before.fit.values).torque,
+        before=inertia * _lacking(measured, before.model, before.fit.values).torque,
         after=inertia * lacking.torque,
         effects=inertia * effects,
     )
+
+
+def _weighted_as(fit: Fit, other: Fit) -> Fit:
+    """Return a fit whose samples count as much as in another one, so that torques are of the same samples."""
+    pairs = zip(fit.windows, other.windows, strict=True)
+    return replace(fit, windows=tuple(replace(one, sample_weights=like.sample_weights) for one, like in pairs))
 
 
 def _lacking(fits: Sequence[Fit], model: MotionModel, values: Array) -> TorqueResidual:

@@ -85,3 +85,14 @@ def test_an_encoder_s_error_is_taken_out_before_torques_are_looked_at(outcome, s
     assert shifted.angle[:, 0] == pytest.approx(shown_curves.torques.angle[:, 0] - offset, abs=SMALLEST_STEP)
     assert shifted.effects.shape[0] == 2
     assert not shifted.effects[1].any()
+
+
+def test_torques_before_and_after_are_of_the_same_samples_though_a_spike_lost_its_weight_in_between(outcome):
+    after = outcome.trace.after
+    window, *others = after.fit.windows
+    weights = window.counts.copy()
+    weights[len(weights) // 2] = 0.1
+    fit = replace(after.fit, windows=(replace(window, sample_weights=weights), *others))
+    shown = curves(replace(outcome, trace=replace(outcome.trace, after=replace(after, fit=fit)))).torques
+    assert len(shown.time) == len(curves(outcome).torques.time) - 1
+    assert len(shown.before) == len(shown.after) == len(shown.time)
