@@ -156,10 +156,8 @@ def _smallest(fit: Fit) -> dict[str, float]:
 
 def _smallest_of_refits(selection: Selection) -> float:
     """Return the family's level at which the best refit would gain enough."""
-    changes = [
-        tried.change for step in selection.steps for tried in step.tried if not _WITH_STATES.intersection(tried.effects)
-    ]
-    return min((_level(c.fit, c.freedom) for c in changes), default=1.0)
+    refits = [tried for step in selection.steps for tried in step.tried if not _WITH_STATES.intersection(tried.effects)]
+    return min((_level(tried.gain, tried.freedom) for tried in refits), default=1.0)
 
 
 def _level(gain: float, freedom: float) -> float:

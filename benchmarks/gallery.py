@@ -168,7 +168,7 @@ def _rivals(found: Trace) -> tuple[tuple[str, float], ...]:
     chosen = {effect.active.effect.key for effect in found.effects}
     best: dict[str, float] = {}
     for tried in (tried for step in found.selection.steps[:1] for tried in step.tried):
-        if len(tried.effects) == 1 and tried.effects[0] not in chosen:
+        if len(tried.effects) == 1 and tried.effects[0] not in chosen and not math.isnan(tried.rmse_validation):
             best[tried.effects[0]] = tried.rmse_validation / found.selection.after.validation.rmse()
     return tuple(sorted(best.items(), key=lambda pair: pair[1])[:3])
 

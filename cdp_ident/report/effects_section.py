@@ -83,7 +83,7 @@ def selection_section(traced: Trace) -> Section:
                         "effects": list(tried.effects),
                         "rmse_fit_rad": tried.rmse_fit,
                         "rmse_validation_rad": tried.rmse_validation,
-                        "delta_bic": tried.change.bic,
+                        "delta_bic": tried.delta_bic,
                     }
                     for tried in step.tried
                 ],

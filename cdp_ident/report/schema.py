@@ -328,7 +328,7 @@ REPORT: Schema = {
                         an_object(
                             effects=a_list(one_of(tuple(effect.key for effect in CATALOGUE))),
                             rmse_fit_rad=number("[rad]"),
-                            rmse_validation_rad=number("[rad]"),
+                            rmse_validation_rad=number("[rad]; null where the fit alone ruled it out"),
                             delta_bic=number(),
                         )
                     ),

@@ -9,7 +9,7 @@ from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.refinement import Fit
 from cdp_ident.model.effects.effect import Effect, SensorEffect, TorqueEffect
 from cdp_ident.tracing import thresholds
-from cdp_ident.tracing.evidence import Attempt, change
+from cdp_ident.tracing.evidence import Attempt, Change, change
 from cdp_ident.tracing.noise_memory import is_structured
 
 
@@ -18,6 +18,16 @@ def is_accepted(before: Attempt, after: Attempt, new: Sequence[int] | None = Non
 
     They are the last ones, or those at the indices `new`.
     """
+    new = range(len(before.model.effects), len(after.model.effects)) if new is None else new
+    if not may_be_accepted(before, after, new):
+        return False
+    if any(after.model.effects[index].effect.at_an_instant for index in new):
+        return change(before, after).validation > -thresholds.VALIDATION_GAIN
+    return improves_enough(before, after)
+
+
+def may_be_accepted(before: Attempt, after: Attempt, new: Sequence[int] | None = None) -> bool:
+    """Return the same before anything is predicted: false where the fit alone rules it out."""
     new = range(len(before.model.effects), len(after.model.effects)) if new is None else new
     if any(after.at_limit(index) for index in new):
         return False
@@ -34,12 +44,12 @@ def is_accepted(before: Attempt, after: Attempt, new: Sequence[int] | None = Non
             apart = not structured or left < thresholds.SLIP_LEAVES * old
         else:
             apart = explains_an_outlier(before.fit, after.fit, thresholds.OUTLIER, thresholds.LIKE_THE_OTHERS)
-        return gained.fit > thresholds.INSTANT_GAIN and gained.validation > -thresholds.VALIDATION_GAIN and apart
+        return gained.fit > thresholds.INSTANT_GAIN and apart
     # So may one harmonic, of another function of position.
     is_a_part = structured and left > thresholds.HARMONIC_LEAVES * old
     if is_a_part and any(isinstance(effect, TorqueEffect) and effect.harmonic for effect in added):
         return False
-    return improves_enough(before, after)
+    return gains_by_more_than_chance(gained)
 
 
 def _least_strength(active: ActiveEffect, freedom: float) -> float:
@@ -61,6 +71,8 @@ def _least_strength(active: ActiveEffect, freedom: float) -> float:
 def improves_enough(before: Attempt, after: Attempt) -> bool:
     """Return whether the errors fall by more than chance does, on the fit and in cross-validation."""
     gained = change(before, after)
+    if not gains_by_more_than_chance(gained):
+        return False
     of_fit, of_validation = (
         1.0 - new.rmse() / old.rmse() for old, new in zip(fits_of(before), fits_of(after), strict=True)
     )
@@ -70,9 +82,12 @@ def improves_enough(before: Attempt, after: Attempt) -> bool:
     enough = of_validation > thresholds.VALIDATION_SHARE and max(of_fit, of_validation) > least
     # In short windows a certain effect may cause only a small share of the error.
     enough = enough or (not structured and gained.validation > thresholds.CERTAIN)
-    return (
-        gained.fit > thresholds.least_gain(gained.freedom) and gained.validation > thresholds.VALIDATION_GAIN and enough
-    )
+    return gained.validation > thresholds.VALIDATION_GAIN and enough
+
+
+def gains_by_more_than_chance(gained: Change) -> bool:
+    """Return whether the error of the fit falls by more than chance does."""
+    return gained.fit > thresholds.least_gain(gained.freedom)
 
 
 def still_helps(with_it: Attempt, without_it: Attempt, effect: Effect) -> bool:

@@ -3,7 +3,9 @@
 At each step all candidates get a score test and the promising ones a full refit; the best is added if it helps.
 """
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterable, Sequence
+from functools import partial
 
 import numpy as np
 
@@ -12,7 +14,7 @@ from cdp_ident.fit.force_balance import ForceBalance
 from cdp_ident.fit.refinement import Fit
 from cdp_ident.model.effects.effect import Form, SensorEffect
 from cdp_ident.tracing import thresholds
-from cdp_ident.tracing.acceptance import fits_of, is_accepted
+from cdp_ident.tracing.acceptance import fits_of, is_accepted, may_be_accepted
 from cdp_ident.tracing.candidates import Candidate, ScoreTest, addable
 from cdp_ident.tracing.evidence import Attempt, change
 from cdp_ident.tracing.exchange import is_better, try_states
@@ -95,7 +97,7 @@ def add_weak_effects(progress: Progress) -> None:
         errors = [float(np.mean(residual**2)) for residual in current.fit.residuals]
         worst = sorted(np.argsort(errors, kind="stable")[-_WORST:].tolist())
         candidates = (*worth[:_WEAK_REFITS], *at_instants(progress, [current.fit.over(worst)]))
-        refitted = progress.tried(current, ((candidate,) for candidate in candidates))
+        refitted = _tried(progress, ((candidate,) for candidate in candidates))
         best = _best(progress, refitted)
         best = best and progress.finished(best)
         _note(progress, best, refitted)
@@ -114,16 +116,16 @@ def _best_addition(progress: Progress) -> Attempt | None:
     test = ScoreTest(current.fit, addable(current.model))
     ranked = promising(current, test, _REFITS)
     once = at_instants(progress, (current.fit, current.closely))
-    refitted = progress.tried(current, ((c,) for c in (*ranked, *once)))
+    refitted = _tried(progress, ((c,) for c in (*ranked, *once)))
     best = _best(progress, refitted)
     if best and best.fit.rmse() > thresholds.ABOVE_NOISE * progress.noise:
         # What oscillates by itself has a minimum at several frequencies.
         chosen = next(candidates for candidates, attempt in refitted if attempt is best)
-        refitted += progress.tried(current, ((other,) for candidate in chosen for other in candidate.elsewhere))
+        refitted += _tried(progress, ((other,) for candidate in chosen for other in candidate.elsewhere))
         best = _best(progress, refitted)
     if best is None:
         pairs = (pair for pair in test.pairs(_REFITS // 2) if gains_enough(current.fit, pair))
-        together = progress.tried(current, (pair.members for pair in pairs))
+        together = _tried(progress, (pair.members for pair in pairs))
         together += _with_seconds(progress, refitted)
         refitted += together
         best = _best(progress, together)
@@ -170,7 +172,14 @@ def _with_seconds(progress: Progress, refitted: Sequence[_Refitted]) -> list[_Re
         for _, _, attempt in strong[:_STRONGEST]
         for second in promising(attempt, ScoreTest(attempt.fit, addable(attempt.model, with_states=False)), _SECONDS)
     ]
-    return [((firsts[id(before)], *second), joined) for before, second, joined in progress.tried_on(seconds)]
+    joined = progress.tried_on(seconds, may_win=partial(may_be_accepted, current))
+    return [((firsts[id(before)], *second), attempt) for before, second, attempt in joined]
+
+
+def _tried(progress: Progress, additions: Iterable[tuple[Candidate, ...]]) -> list[_Refitted]:
+    """Return refits of the present model with each of some additions; those not accepted anyway are not predicted."""
+    current = progress.current
+    return progress.tried(current, additions, may_win=partial(may_be_accepted, current))
 
 
 def _best(progress: Progress, refitted: Sequence[_Refitted]) -> Attempt | None:
@@ -200,13 +209,16 @@ def _best(progress: Progress, refitted: Sequence[_Refitted]) -> Attempt | None:
 
 def _note(progress: Progress, best: Attempt | None, refitted: Sequence[_Refitted]) -> None:
     current = progress.current
-    tried = [
-        Tried(tuple(c.active.effect.key for c in candidates), a.fit.rmse(), a.validation.rmse(), change(current, a))
-        for candidates, a in refitted
-    ]
-    tried.sort(key=lambda attempt: attempt.rmse_validation)
+
+    def tried_with(candidates: Sequence[Candidate], after: Attempt) -> Tried:
+        keys, gained = tuple(candidate.active.effect.key for candidate in candidates), change(current, after)
+        error = after.validation.rmse() if after.is_predicted else math.nan
+        return Tried(keys, after.fit.rmse(), error, gained.fit, gained.freedom, gained.bic)
+
+    tried = [tried_with(*each) for each in refitted]
+    tried.sort(key=lambda of: (math.isnan(of.rmse_validation), of.rmse_validation, of.rmse_fit))
     added = [e.effect.key for e in best.model.effects[len(current.model.effects) :]] if best else []
-    after = best or current
+    chosen = best or current
     action = f"added {' and '.join(added)}" if best else "nothing more helps"
-    before_and_after = f"{1e3 * current.validation.rmse():.3g} -> {1e3 * after.validation.rmse():.3g} mrad"
-    progress.note(action, after, f"{action}: {before_and_after} in cross-validation", tried)
+    before_and_after = f"{1e3 * current.validation.rmse():.3g} -> {1e3 * chosen.validation.rmse():.3g} mrad"
+    progress.note(action, chosen, f"{action}: {before_and_after} in cross-validation", tried)

@@ -8,7 +8,7 @@ from itertools import combinations
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.diagnosis.cross_validation import Folds
+from cdp_ident.diagnosis.cross_validation import Folds, cross_validated
 from cdp_ident.diagnosis.uncertainty import covariance, curvature, effective_unknowns, scaled_inverse, variance_ratio
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.refinement import Fit, refine
@@ -28,11 +28,39 @@ _AT_LIMIT = 1e-3
 
 @dataclass(frozen=True)
 class Attempt:
-    """A refitted model, and its prediction of each fold of the windows by a fit to the others."""
+    """A refitted model, and its prediction of each fold of the windows by a fit to the others.
+
+    The predictions are computed when they are asked for first.
+    """
 
     fit: Fit
-    validation: Fit
     folds: Folds
+    predictions: Fit | None = None
+    """They, where they are there already."""
+
+    @property
+    def validation(self) -> Fit:
+        """The predictions.
+
+        Raises:
+            IdentificationError: they cannot be computed.
+        """
+        return self.predictions or self.predict()
+
+    @property
+    def is_predicted(self) -> bool:
+        """Whether the predictions are there."""
+        return self.predictions is not None
+
+    def predict(self) -> Fit:
+        """Compute the predictions, keep them and return them.
+
+        Raises:
+            IdentificationError: they cannot be computed.
+        """
+        # `validation` is no cached property: before Python 3.12 these let one thread at a time compute any of them.
+        vars(self)["predictions"] = found = cross_validated(self.fit, self.folds)
+        return found
 
     @property
     def model(self) -> MotionModel:
@@ -79,7 +107,7 @@ class Attempt:
     def condensed(self) -> "Attempt":
         """Return the same without derivatives at each sample, which of an hour take hundreds of megabytes."""
         fit, validation = (replace(of, sensitivities=()) for of in (self.fit, self.validation))
-        found = replace(self, fit=fit, validation=validation)
+        found = replace(self, fit=fit, predictions=validation)
         kept = {"unknowns": self.unknowns, "_covariance": self._covariance, "_information": self._information}
         vars(found).update(kept)  # where cached properties are
         return found
@@ -122,12 +150,22 @@ class Change:
     fit: float
     """Fall of the squared error of the fit, over the variance of the residuals' projection on what is new, less what
     additional initial states explain by chance: chi-squared distributed where nothing is new in truth."""
-    validation: float
-    """The same of the predictions, by the residuals of the fit."""
     bic: float
     """Difference of Bayes's information criterion; below zero the new model is the better one."""
     freedom: float
     """Unknowns that the new model has more, 1 at least."""
+    variance: float
+    """Of the residuals' projection on what is new [rad^2]."""
+    by_chance: float
+    """Variances that additional initial states explain by chance."""
+    models: tuple[Attempt, Attempt]
+    """The one before, and the one after."""
+
+    @property
+    def validation(self) -> float:
+        """The same fall of the predictions, by the residuals of the fit; computes them if they are not there yet."""
+        before, after = self.models
+        return (before.validation.squared_error - after.validation.squared_error) / self.variance - self.by_chance
 
 
 def change(before: Attempt, after: Attempt) -> Change:
@@ -148,15 +186,15 @@ def change(before: Attempt, after: Attempt) -> Change:
     windows = len(better.windows)
     more_states = windows * (after.model.states - before.model.states)
 
-    def fall(old: Fit, new: Fit) -> float:
-        return (old.squared_error - new.squared_error) / (better.variance * spread) - more_states
-
+    variance = better.variance * spread
     independent = better.samples / spread
     return Change(
-        fit=fall(before.fit, after.fit),
-        validation=fall(before.validation, after.validation),
+        fit=(before.fit.squared_error - after.fit.squared_error) / variance - more_states,
         bic=independent * float(np.log(after.fit.squared_error / before.fit.squared_error))
         + more * float(np.log(independent))
         + more_states * float(np.log(max(independent / windows, 1.0))),
         freedom=max(more, 1.0),
+        variance=variance,
+        by_chance=more_states,
+        models=(before, after),
     )

@@ -3,6 +3,7 @@
 import math
 import threading
 from collections.abc import Callable, Collection, Sequence
+from functools import partial
 from itertools import combinations
 
 import numpy as np
@@ -12,7 +13,12 @@ from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.effect import Effect, Form, TorqueEffect
 from cdp_ident.model.parallel import parallel_map
 from cdp_ident.tracing import thresholds
-from cdp_ident.tracing.acceptance import improves_enough, is_accepted
+from cdp_ident.tracing.acceptance import (
+    gains_by_more_than_chance,
+    improves_enough,
+    is_accepted,
+    may_be_accepted,
+)
 from cdp_ident.tracing.candidates import ScoreTest, addable
 from cdp_ident.tracing.evidence import Attempt, change
 from cdp_ident.tracing.noise_memory import is_structured
@@ -117,7 +123,7 @@ def _try_richer(progress: Progress, suits: Callable[[TorqueEffect], bool]) -> No
         forms = [effect for effect in _richer_forms(progress, old) if suits(effect)]
         if forms:
             removed = progress.without(progress.current, [progress.current.place_of(old)])
-            best = _better(progress.current, removed, _related(progress, old, forms))
+            best = _better(progress.current, removed, _related(progress, removed, old, forms))
             if best is not None:
                 _take(progress, best, old)
 
@@ -137,11 +143,9 @@ def alternatives(
     found = []
     for rival in rivals:
         effect = rival.model.effects[-1].effect
-        if _is_richer_form(effect, active.effect):
+        if _is_richer_form(effect, active.effect) or (effect.name, effect.joint) in named:
             continue
-        worse = change(rival, current)
-        close = worse.validation < thresholds.INDISTINGUISHABLE
-        if close and (effect.name, effect.joint) not in named and is_accepted(removed, rival):
+        if is_accepted(removed, rival) and change(rival, current).validation < thresholds.INDISTINGUISHABLE:
             found.append(f"{effect.name} {effect.joint}")
     return tuple(dict.fromkeys(found))
 
@@ -161,16 +165,21 @@ def _rivals(progress: Progress, removed: Attempt, *keys: str) -> list[Attempt]:
     # The score test of what oscillates finds its frequency, which the values of the simpler form do not tell.
     besides = {*keys, *(form.key for of_key in forms.values() for form in of_key if not form.brings_states)}
     others = progress.tried(
-        removed, ((c,) for c in promised if c.active.effect.key not in besides), to_beat=progress.current
+        removed,
+        ((c,) for c in promised if c.active.effect.key not in besides),
+        to_beat=current,
+        may_win=partial(may_be_accepted, removed),
     )
-    related = [rival for key in keys for rival in _related(progress, key, forms[key], set(keys) - {key})]
+    related = [rival for key in keys for rival in _related(progress, removed, key, forms[key], set(keys) - {key})]
     return [*(rival for _, rival in others), *related]
 
 
 def _related(
-    progress: Progress, key: str, forms: Sequence[TorqueEffect], besides: Collection[str] = ()
+    progress: Progress, removed: Attempt, key: str, forms: Sequence[TorqueEffect], besides: Collection[str] = ()
 ) -> list[Attempt]:
     """Return models with other forms of an effect in its place, and that of others, fitted from the effect's values.
+
+    `removed` is the model without them.
 
     A score test, which starts from the model without the effect, may not find a richer form, or not be defined for it;
     and a simpler form that begins there may end far from what the richer one led to.
@@ -189,7 +198,13 @@ def _related(
             ]
             others.append((new, np.clip(begin, *_limits(new))))
     left_out = [index, *(current.place_of(other) for other in besides)]
-    return progress.replaced(current, left_out, others, to_beat=current)
+
+    def may_win(rival: Attempt) -> bool:
+        # A richer form that is not better is not named as an alternative either: its predictions are not needed.
+        is_richer = _is_richer_form(rival.model.effects[-1].effect, active.effect)
+        return may_be_accepted(removed, rival) and (may_be_better(rival, current) or not is_richer)
+
+    return progress.replaced(current, left_out, others, to_beat=current, may_win=may_win)
 
 
 def _richer_forms(progress: Progress, label: str) -> list[TorqueEffect]:
@@ -230,14 +245,26 @@ def is_better(rival: Attempt, current: Attempt) -> bool:
     By Bayes's information criterion; beside that, another choice of effects must predict better, and one with more
     values gain enough for them. What an effect contains is better where it explains as much.
     """
+    if not may_be_better(rival, current):
+        return False
+    if _is_richer_model(rival, current):
+        return improves_enough(current, rival)  # a richer form must gain enough for its parameters
+    return _is_simpler(rival, current) or change(current, rival).validation > thresholds.INDISTINGUISHABLE
+
+
+def may_be_better(rival: Attempt, current: Attempt) -> bool:
+    """Return the same before anything is predicted: false where the fit alone rules it out."""
     gained = change(current, rival)
+    if _is_richer_model(rival, current):
+        return gained.bic < 0 and gains_by_more_than_chance(gained)
+    choices = 0.0 if _is_simpler(rival, current) else _choices(rival) - _choices(current)
+    return gained.bic + choices < 0
+
+
+def _is_richer_model(rival: Attempt, current: Attempt) -> bool:
+    """Return whether a rival has more values, and not in the place of more effects."""
     fewer = len(rival.model.effects) < len(current.model.effects)
-    if len(rival.fit.values) > len(current.fit.values) and not fewer:
-        return gained.bic < 0 and improves_enough(current, rival)  # a richer form must gain enough for its parameters
-    if _is_simpler(rival, current):
-        return gained.bic < 0
-    choices = _choices(rival) - _choices(current)
-    return gained.bic + choices < 0 and gained.validation > thresholds.INDISTINGUISHABLE
+    return len(rival.fit.values) > len(current.fit.values) and not fewer
 
 
 def _is_simpler(rival: Attempt, current: Attempt) -> bool:

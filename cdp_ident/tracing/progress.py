@@ -8,7 +8,7 @@ from typing import TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.diagnosis.cross_validation import Folds, cross_validated
+from cdp_ident.diagnosis.cross_validation import Folds
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.astray import with_starts_found_again
@@ -32,6 +32,14 @@ _HOPELESS = 1.5
 """A rival that leaves so many times the squared error of what it is to beat is not better, nor as good."""
 _KEPT = 0.5
 """A refit over whole windows is good if it gains this share of what the score test predicts."""
+_FEW = 10
+"""Iterations of a refit that need not be repeated: those that go astray take some twenty and more."""
+Chance = Callable[[Attempt], bool]
+"""Whether a fit may win as far as it alone tells; where it cannot, its predictions need not be computed."""
+
+
+def _always(attempt: Attempt) -> bool:
+    return True
 
 
 class InterruptedSelectionError(Exception):
@@ -97,22 +105,35 @@ class Progress:
         return self._compared
 
     def tried(
-        self, attempt: Attempt, additions: Iterable[tuple[Candidate, ...]], to_beat: Attempt | None = None
+        self,
+        attempt: Attempt,
+        additions: Iterable[tuple[Candidate, ...]],
+        to_beat: Attempt | None = None,
+        may_win: Chance = _always,
     ) -> list[tuple[tuple[Candidate, ...], Attempt]]:
         """Return refits of a model with each of some additions; those that fail are reported and left out.
 
         So are, without a report, those whose squared error is far above the one that they are to beat.
 
+        Args:
+            attempt: the model.
+            additions: what is added to it, each time.
+            to_beat: a model that they are to beat.
+            may_win: asked of each fit whether its predictions are wanted; it does not ask for them itself.
+
         Raises:
             InterruptedSelectionError: the selection is asked to stop.
         """
         with_each = [(attempt, added) for added in additions]
-        return [(added, after) for _, added, after in self.tried_on(with_each, to_beat)]
+        return [(added, after) for _, added, after in self.tried_on(with_each, to_beat, may_win)]
 
     def tried_on(
-        self, additions: Sequence[tuple[Attempt, tuple[Candidate, ...]]], to_beat: Attempt | None = None
+        self,
+        additions: Sequence[tuple[Attempt, tuple[Candidate, ...]]],
+        to_beat: Attempt | None = None,
+        may_win: Chance = _always,
     ) -> list[tuple[Attempt, tuple[Candidate, ...], Attempt]]:
-        """Return models, what is added to each, and the refit with it; what is left out is as in `tried`.
+        """Return models, what is added to each, and the refit with it; the rest is as in `tried`.
 
         Raises:
             InterruptedSelectionError: the selection is asked to stop.
@@ -122,7 +143,7 @@ class Progress:
             attempt, candidates = addition
             model, values = _with_candidates(attempt.model, attempt.fit.values, candidates)
             expected = attempt.fit.squared_error - sum(candidate.gain for candidate in candidates)
-            return _worth_predicting(_refit(model, values, attempt.fit, expected), attempt.folds, to_beat)
+            return _predicted(_refit(model, values, attempt.fit, expected), attempt.folds, to_beat, may_win)
 
         names = [" and ".join(candidate.active.effect.key for candidate in added) for _, added in additions]
         found = self._refitted(refit, additions, names)
@@ -134,17 +155,18 @@ class Progress:
         indices: Sequence[int],
         others: Sequence[tuple[ActiveEffect, Array]],
         to_beat: Attempt | None = None,
+        may_win: Chance = _always,
     ) -> list[Attempt]:
         """Return models with each of other effects, of given values, in the place of some.
 
-        What is left out is as in `tried`.
+        What is left out, and what is not predicted, is as in `tried`.
 
         Raises:
             InterruptedSelectionError: the selection is asked to stop.
         """
         model, remaining = left_after(attempt, indices)
         begun = [(model.with_effect(active), np.concatenate([remaining, values])) for active, values in others]
-        found = self._refitted(_roughly(attempt, to_beat), begun, [active.effect.key for active, _ in others])
+        found = self._refitted(_roughly(attempt, to_beat, may_win), begun, [active.effect.key for active, _ in others])
         return [after for after in found if after]
 
     def enriched(self, attempt: Attempt, index: int, richer: Candidate) -> list[Attempt]:
@@ -229,9 +251,7 @@ class Progress:
             model, values = model.with_zeros(values, {window.trial for window in fit.windows})
         before = replace(fit, windows=tuple(replace(window, whitening=white) for window in fit.windows))
         expected = found.fit.variance * fit.samples
-        return self.finished(
-            Attempt(_refit(model, values, before, expected), self.current.validation, self.current.folds)
-        )
+        return self.finished(Attempt(_refit(model, values, before, expected), self.current.folds))
 
     def _refitted(
         self, refit: Callable[[Begun], Attempt | None], begun: Sequence[Begun], names: Sequence[str]
@@ -338,12 +358,14 @@ def _with_candidates(model: MotionModel, values: Array, candidates: Iterable[Can
     return model, values
 
 
-def _roughly(attempt: Attempt, to_beat: Attempt | None = None) -> Callable[[tuple[MotionModel, Array]], Attempt | None]:
+def _roughly(
+    attempt: Attempt, to_beat: Attempt | None = None, may_win: Chance = _always
+) -> Callable[[tuple[MotionModel, Array]], Attempt | None]:
     """Return what refits a model over an attempt's windows from given values, well enough to compare it."""
 
     def refit(begun: tuple[MotionModel, Array]) -> Attempt | None:
         fit = refine(*begun, attempt.fit.windows, tolerance=_ROUGHLY)
-        return _worth_predicting(fit, attempt.folds, to_beat)
+        return _predicted(fit, attempt.folds, to_beat, may_win)
 
     return refit
 
@@ -351,6 +373,7 @@ def _roughly(attempt: Attempt, to_beat: Attempt | None = None) -> Callable[[tupl
 def _refit(model: MotionModel, values: Array, before: Fit, expected: float) -> Fit:
     """Refine a model with more effects, over whole windows or, if that fails, over windows of growing length.
 
+    A fit that ends after a few steps has found the minimum that the score test points to, however little that gains.
     What oscillates by itself is fitted over growing windows at once: over whole ones its frequency has many minima.
 
     Args:
@@ -367,21 +390,30 @@ def _refit(model: MotionModel, values: Array, before: Fit, expected: float) -> F
     except IdentificationError:
         pass  # the motion cannot be computed over whole windows; over short ones it can
     else:
-        if at_once.converged and before.squared_error - at_once.squared_error > _KEPT * (
-            before.squared_error - expected
-        ):
+        gained, promised = before.squared_error - at_once.squared_error, before.squared_error - expected
+        is_near = at_once.iterations <= _FEW and gained > 0.0
+        if at_once.converged and (is_near or gained > _KEPT * promised):
             return at_once
     grown = refine_from_afar(model, values, before.windows, tolerance=_ROUGHLY)
     return at_once if at_once is not None and at_once.squared_error < grown.squared_error else grown
 
 
-def _worth_predicting(fit: Fit, folds: Folds, to_beat: Attempt | None) -> Attempt | None:
-    """Return a fitted model with its predictions of each fold; None where it is far from a model that it is to beat."""
+def _predicted(fit: Fit, folds: Folds, to_beat: Attempt | None, may_win: Chance) -> Attempt | None:
+    """Return a fitted model, with its predictions where it may win; None where it is far from what it is to beat."""
     if to_beat is not None and fit.squared_error > _HOPELESS * to_beat.fit.squared_error:
         return None
-    return attempt_of(fit, folds)
+    attempt = Attempt(fit, folds)
+    if may_win(attempt):
+        attempt.predict()
+    return attempt
 
 
 def attempt_of(fit: Fit, folds: Folds) -> Attempt:
-    """Return a fitted model with its predictions of each fold."""
-    return Attempt(fit, cross_validated(fit, folds), folds)
+    """Return a fitted model with its predictions of each fold.
+
+    Raises:
+        IdentificationError: they cannot be computed.
+    """
+    attempt = Attempt(fit, folds)
+    attempt.predict()
+    return attempt

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Literal
 
-from cdp_ident.tracing.evidence import Attempt, Change
+from cdp_ident.tracing.evidence import Attempt
 
 Certainty = Literal["named", "probable", "acts_like"]
 """How sure an effect's name is."""
@@ -18,8 +18,13 @@ class Tried:
     rmse_fit: float
     """[rad]"""
     rmse_validation: float
-    """[rad]"""
-    change: Change
+    """[rad]; not a number where the fit alone ruled it out."""
+    gain: float
+    """Fall of the squared error of the fit [variances]; see `Change.fit`."""
+    freedom: float
+    """Unknowns that it added."""
+    delta_bic: float
+    """Difference of Bayes's information criterion from the model before."""
 
 
 @dataclass(frozen=True)

@@ -39,7 +39,7 @@ def attempt(of_fit: float, of_validation: float) -> Attempt:
         residuals = np.full((len(WINDOW.theta), 2), error * NOISE)
         return Fit(MODEL, np.zeros(5), (WINDOW,), (residuals,), (), (), 1, 1, True)
 
-    return Attempt(leaving(of_fit), leaving(of_validation), folds=())
+    return Attempt(leaving(of_fit), (), leaving(of_validation))
 
 
 def test_what_an_effect_explains_is_compared_with_what_remains_above_the_noise():
@@ -68,10 +68,16 @@ def test_what_one_window_alone_predicts_better_is_not_explained():
         return Fit(MODEL, np.zeros(5), (WINDOW,) * len(errors), residuals, (), (), 1, 1, True)
 
     fitted = leaving(1.2, 1.2, 1.2)
-    after = Attempt(fitted, leaving(1.2, 1.2, 1.2), folds=())
-    astray, better = (Attempt(fitted, leaving(*of), folds=()) for of in ((30.0, 1.2, 1.2), (30.0, 3.0, 3.0)))
+    after = Attempt(fitted, (), leaving(1.2, 1.2, 1.2))
+    astray, better = (Attempt(fitted, (), leaving(*of)) for of in ((30.0, 1.2, 1.2), (30.0, 3.0, 3.0)))
     assert share_explained(after, astray, NOISE) == pytest.approx(0.0)
     assert share_explained(after, better, NOISE) == pytest.approx((3.0**2 - 1.2**2) / (1.2**2 - 1.0))
+
+
+def test_what_gains_nothing_in_the_fit_is_refused_without_predictions(plain):
+    after = Attempt(plain.fit, plain.folds)
+    assert not is_accepted(plain, after)
+    assert not after.is_predicted
 
 
 @pytest.mark.parametrize(("compliance", "accepted"), [(0.0, False), (1e-6, False), (3e-6, True)])

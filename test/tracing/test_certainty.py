@@ -30,7 +30,7 @@ def attempt(model: MotionModel, error: float) -> Attempt:
     """Return a model that leaves an error, over the noise."""
     residuals = np.full((len(WINDOW.theta), 2), error * NOISE)
     fit = Fit(model, np.zeros(len(model.names)), (WINDOW,), (residuals,), (), (), 1, 1, True)
-    return Attempt(fit, fit, folds=())
+    return Attempt(fit, (), fit)
 
 
 def certainty(left, without, also_possible=(), model=MODEL):

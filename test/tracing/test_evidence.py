@@ -23,7 +23,7 @@ GROUPS = np.array([0.08, 0.06, 2.6, 0.07, 0.01])
 def attempt(key: str, values: list[float]) -> Attempt:
     model = MotionModel(Mechanism(0.4, 9.81, 0.4, 0.05), effects=(ActiveEffect(BY_KEY[key], trial=0),))
     fit = Fit(model, np.concatenate([GROUPS, values]), (), (), (), (), 1, 1, True)
-    return Attempt(fit, fit, folds=())
+    return Attempt(fit, (), fit)
 
 
 @pytest.mark.parametrize(
@@ -58,7 +58,7 @@ def test_an_effect_is_found_by_its_key():
     for key in ("air_drag.inner", "coulomb_friction.outer"):
         model = model.with_effect(ActiveEffect(BY_KEY[key]))
     fit = Fit(model, np.concatenate([GROUPS, [0.1, 0.1]]), (), (), (), (), 1, 1, True)
-    assert Attempt(fit, fit, folds=()).place_of("coulomb_friction.outer") == 1
+    assert Attempt(fit, (), fit).place_of("coulomb_friction.outer") == 1
 
 
 def test_initial_states_that_an_effect_brings_explain_noise_alone_by_chance_alone():

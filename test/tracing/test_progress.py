@@ -43,6 +43,15 @@ def test_a_rival_far_behind_what_it_is_to_beat_is_left_out(plain):
     assert progress.failures == []
 
 
+def test_what_its_fit_rules_out_is_predicted_only_where_that_is_asked_for(plain):
+    progress = Progress(plain, 5e-4)
+    additions = [(SPRING,), (DRAG,)]
+    found = progress.tried(plain, additions, may_win=lambda after: after.fit.rmse() < 0.5 * plain.fit.rmse())
+    assert [attempt.is_predicted for _, attempt in found] == [True, False]
+    for (_, attempt), (_, predicted) in zip(found, progress.tried(plain, additions), strict=True):
+        assert attempt.validation.rmse() == predicted.validation.rmse()
+
+
 def test_what_cannot_be_fitted_is_reported_and_left_out(plain, monkeypatch):
     real = progress_module._refit
 

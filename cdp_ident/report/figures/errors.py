@@ -89,8 +89,8 @@ def selection(report: Section) -> Iterator[Figure]:
     before = number(report["before"]["error"]["validation"]["rmse_rad"])
     for index, step in enumerate(report["selection"]["steps"], start=1):
         after = number(step["rmse_validation_rad"])
-        if step["tried"]:
-            panels.append(_step(index, step, before))
+        if predicted := [tried for tried in step["tried"] if tried["rmse_validation_rad"] is not None]:
+            panels.append(_step(index, {**step, "tried": predicted}, before))
             said.append(f"step {index}, {action_words(step)}: {1e3 * before:.3g} to {1e3 * after:.3g}")
         before = after
     if panels:
@@ -99,7 +99,8 @@ def selection(report: Section) -> Iterator[Figure]:
             "selection",
             "What was tried",
             "Validation error with each effect that was tried at a step, everything else fitted again. What lies left "
-            "of the line would have helped; it is added only if it does so beyond chance, with a clear strength.",
+            "of the line would have helped; it is added only if it does so beyond chance, with a clear strength. What "
+            "its fit alone ruled out is in the table only.",
             f"Validation error [mrad]: {'; '.join(said)}.",
             panels,
         )

@@ -175,7 +175,7 @@ def _tried(report: Section) -> list[Row]:
             str(index),
             " and ".join(key_words(key) for key in tried["effects"]),
             milliradians(tried["rmse_fit_rad"]),
-            milliradians(tried["rmse_validation_rad"]),
+            "–" if tried["rmse_validation_rad"] is None else milliradians(tried["rmse_validation_rad"]),
             f"{number(tried['delta_bic']):.4g}",
         )
         for index, step in enumerate(report["selection"]["steps"], start=1)
