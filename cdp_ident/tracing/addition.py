@@ -17,7 +17,7 @@ from cdp_ident.tracing import thresholds
 from cdp_ident.tracing.acceptance import fits_of, is_accepted, may_be_accepted
 from cdp_ident.tracing.candidates import Candidate, ScoreTest, addable
 from cdp_ident.tracing.evidence import Attempt, change
-from cdp_ident.tracing.exchange import is_better, try_states
+from cdp_ident.tracing.exchange import is_better, try_states, try_without_states
 from cdp_ident.tracing.instants import instants
 from cdp_ident.tracing.progress import Progress
 from cdp_ident.tracing.pruning import drop_superfluous, without_superfluous_ones
@@ -73,10 +73,29 @@ def add_effects(progress: Progress) -> None:
     Raises:
         InterruptedSelectionError: the selection is asked to stop.
     """
-    while len(progress.current.model.effects) < _MOST_EFFECTS and (better := _best_addition(progress)) is not None:
-        better = drop_superfluous(progress, better)
-        if better.validation.squared_error >= progress.current.validation.squared_error:
-            break  # an addition made another effect superfluous, without further improvement
+    while len(progress.current.model.effects) < _MOST_EFFECTS:
+        current = progress.current
+        test = ScoreTest(current.fit, addable(current.model, with_states=False))
+        refitted = singly = _one_by_one(progress, test)
+        best = _best(progress, refitted)
+        # The next ones take longer, and imitate more.
+        if best is None and current.fit.rmse() > thresholds.ABOVE_NOISE * progress.noise:
+            try_without_states(progress)  # a simpler form may leave so much that nothing else helps
+            if progress.current is not current:
+                continue
+        if best is None:
+            refitted = [*refitted, *_oscillating(progress)]
+            best = _best(progress, refitted)
+        if best is None:
+            refitted = [*refitted, *_together(progress, test, singly)]
+            best = _best(progress, refitted)
+        best = best and progress.finished(best)
+        _note(progress, best, refitted)
+        if best is None:
+            return
+        better = drop_superfluous(progress, best)
+        if better.validation.squared_error >= current.validation.squared_error:
+            return  # an addition made another effect superfluous, without further improvement
         progress.current = better
         try_states(progress, Form.BASE)
 
@@ -110,28 +129,36 @@ def add_weak_effects(progress: Progress) -> None:
         progress.current = better
 
 
-def _best_addition(progress: Progress) -> Attempt | None:
-    """Return the model with the best addition, or None where nothing helps."""
+def _one_by_one(progress: Progress, test: ScoreTest) -> list[_Refitted]:
+    """Return refits with each of the promising effects, but for those that bring states of their own."""
     current = progress.current
-    test = ScoreTest(current.fit, addable(current.model))
-    ranked = promising(current, test, _REFITS)
     once = at_instants(progress, (current.fit, current.closely))
-    refitted = _tried(progress, ((c,) for c in (*ranked, *once)))
+    return _tried(progress, ((candidate,) for candidate in (*promising(current, test, _REFITS), *once)))
+
+
+def _oscillating(progress: Progress) -> list[_Refitted]:
+    """Return refits with each effect that oscillates by itself."""
+    current = progress.current
+    effects = [active for active in addable(current.model) if active.effect.brings_states]
+    ranked = promising(current, ScoreTest(current.fit, effects), _REFITS) if effects else []
+    refitted = _tried(progress, ((candidate,) for candidate in ranked))
     best = _best(progress, refitted)
     if best and best.fit.rmse() > thresholds.ABOVE_NOISE * progress.noise:
-        # What oscillates by itself has a minimum at several frequencies.
-        chosen = next(candidates for candidates, attempt in refitted if attempt is best)
-        refitted += _tried(progress, ((other,) for candidate in chosen for other in candidate.elsewhere))
-        best = _best(progress, refitted)
-    if best is None:
-        pairs = (pair for pair in test.pairs(_REFITS // 2) if gains_enough(current.fit, pair))
-        together = _tried(progress, (pair.members for pair in pairs))
-        together += _with_seconds(progress, refitted)
-        refitted += together
-        best = _best(progress, together)
-    best = best and progress.finished(best)
-    _note(progress, best, refitted)
-    return best
+        # It has a minimum at several frequencies.
+        refitted += _tried(progress, ((other,) for candidate in ranked for other in candidate.elsewhere))
+    return refitted
+
+
+def _together(progress: Progress, test: ScoreTest, singly: Sequence[_Refitted]) -> list[_Refitted]:
+    """Return refits with two effects, of which none helps alone: those of the best pairs, and others.
+
+    Args:
+        progress: of the selection.
+        test: of the candidates.
+        singly: refits with one of them.
+    """
+    pairs = (pair for pair in test.pairs(_REFITS // 2) if gains_enough(progress.current.fit, pair))
+    return [*_tried(progress, (pair.members for pair in pairs)), *_with_seconds(progress, singly)]
 
 
 def at_instants(progress: Progress, fits: Sequence[Fit]) -> list[Candidate]:
