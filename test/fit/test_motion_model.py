@@ -1,4 +1,4 @@
-"""What the refinement adjusts, and the derivatives of what the encoders show by all of it."""
+"""What the encoders show, and its derivatives by all that a fit adjusts."""
 
 import math
 from dataclasses import replace
@@ -197,42 +197,6 @@ def test_play_shows_in_one_encoder_and_by_half_of_the_gap_at_most(joint):
     off = np.diff(shown - plain, axis=1, prepend=0.0)
     assert np.abs(off[:, joint]).max() == pytest.approx(0.025, abs=1e-9)
     assert off[:, 1 - joint] == pytest.approx(0.0, abs=1e-12)
-
-
-def test_unknowns_are_named_in_the_order_of_their_values():
-    model, values = with_effects("joint_spring.outer", "cogging_torque.inner.3 per turn")
-    model = replace(model, length_free=True)
-    assert model.names == (
-        *(group.symbol for group in GROUPS),
-        "L",
-        "joint_spring.outer.stiffness",
-        "joint_spring.outer.torque",
-        "cogging_torque.inner.3 per turn.sine",
-        "cogging_torque.inner.3 per turn.cosine",
-    )
-    assert len(model.limits[0]) == len(model.limits[1]) == len(model.names) == len(values) + 1
-    assert model.names[model.places(1)] == model.names[-2:]
-
-
-def test_inertias_moments_and_frictions_may_not_be_negative():
-    lower, upper = replace(MODEL, length_free=True, gravity_free=True).limits
-    assert np.all(lower == 0.0)
-    assert np.all(upper == np.inf)
-
-
-def test_two_of_a_kind_have_names_of_their_own():
-    impulse = ActiveEffect(EFFECTS["impulse.inner"], trial=0)
-    model = MODEL.with_effect(impulse).with_effect(impulse)
-    assert model.labels == ("impulse.inner", "impulse.inner.2")
-    assert len(set(model.names)) == len(model.names)
-
-
-def test_without_an_effect_its_unknowns_are_gone():
-    model, values = with_effects("gravity_tilt.base", "joint_spring.outer")
-    less, remain = model.without_effect(0)
-    assert less.names == tuple(np.array(model.names)[remain])
-    assert less.effects[0].effect.key == "joint_spring.outer"
-    assert len(values[remain]) == len(less.names)
 
 
 def test_free_length_and_gravity_enter_the_coefficients():

@@ -1,0 +1,230 @@
+"""The numbers that a fit adjusts."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TypeVar
+
+import numpy as np
+import numpy.typing as npt
+from scipy.linalg import block_diag
+
+from cdp_ident.fit.active_effect import ActiveEffect
+from cdp_ident.fit.mechanism import Mechanism
+from cdp_ident.fit.weighted import Layout, Weighted
+from cdp_ident.model.effects.effect import JOINTS, TorqueEffect
+from cdp_ident.model.parameters import GROUPS, INVERSE_INERTIA
+from cdp_ident.model.weights import ErrorOf, Weight
+
+Array = npt.NDArray[np.float64]
+Model = TypeVar("Model", bound="ModelUnknowns")
+
+_LARGEST_ERROR = 20.0
+"""No weight is further off than so many standard deviations."""
+_LARGEST_ZERO = 0.5
+"""No encoder's zero is off by more than this in a trial [rad]."""
+
+
+@dataclass(frozen=True)
+class ModelUnknowns:
+    """The numbers that are adjusted: which there are, where each is, and what is known of them beforehand.
+
+    They are the five base parameters, on request the length L, gravity g and 1 / A22, errors of weights, the zeros of
+    trials' encoders, and the effects' parameters, torques being relative to A22. They are those of the rig without the
+    weights that some trials may have.
+    """
+
+    mechanism: Mechanism
+    length_free: bool = False
+    gravity_free: bool = False
+    inertia_free: bool = False
+    """Whether 1 / A22 is an unknown, which only trials with different weights determine."""
+    weight_errors: tuple[ErrorOf, ...] = ()
+    """Errors of the weights' masses and places: unknowns, in units of their standard deviations."""
+    penalty_of_errors: float = 0.0
+    """What an error by one standard deviation adds to the cost, of a weight or of a state that an effect brings: the
+    variance of the angles' noise [rad^2]."""
+    effects: tuple[ActiveEffect, ...] = ()
+    zeros: tuple[int, ...] = ()
+    """Trials whose encoders have a zero of their own; none where the zeros are right, or the same for all trials."""
+
+    @cached_property
+    def base_names(self) -> tuple[str, ...]:
+        """Names of the unknowns that do not belong to effects or zeros."""
+        return (
+            *(group.symbol for group in GROUPS),
+            *(("L",) if self.length_free else ()),
+            *(("g",) if self.gravity_free else ()),
+            *((INVERSE_INERTIA.symbol,) if self.inertia_free else ()),
+            *(_name_of(error) for error in self.weight_errors),
+        )
+
+    @cached_property
+    def labels(self) -> tuple[str, ...]:
+        """One name for each effect: its key, with a number from the second of a kind on, such as impulses."""
+        keys = [active.effect.key for active in self.effects]
+        counts = [keys[: index + 1].count(key) for index, key in enumerate(keys)]
+        return tuple(key if count == 1 else f"{key}.{count}" for key, count in zip(keys, counts, strict=True))
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """Names of the unknowns, in the order of their values."""
+        of_effects = (
+            f"{k}.{p.name}" for k, active in zip(self.labels, self.effects, strict=True) for p in active.fitted
+        )
+        of_zeros = (f"zero.{joint}.trial_{trial + 1}" for trial in self.zeros for joint in JOINTS)
+        return (*self.base_names, *of_zeros, *of_effects)
+
+    @cached_property
+    def limits(self) -> tuple[Array, Array]:
+        """Lowest and highest value of each unknown: inertias, moments and frictions are not negative."""
+        base, zeros = len(self.base_names), np.full(len(JOINTS) * len(self.zeros), _LARGEST_ZERO)
+        parameters = [p for active in self.effects for p in active.fitted]
+        lower = np.concatenate([np.zeros(base), -zeros, [p.lower for p in parameters]])
+        upper = np.concatenate([np.full(base, np.inf), zeros, [p.upper for p in parameters]])
+        lower[self.of_weights], upper[self.of_weights] = -_LARGEST_ERROR, _LARGEST_ERROR
+        return lower, upper
+
+    @cached_property
+    def penalty(self) -> Array:
+        """(unknowns, unknowns) what the unknowns add to the cost of a fit, as a quadratic form [rad^2]."""
+        others = len(self.base_names) + len(JOINTS) * len(self.zeros)
+        of_curves = block_diag(np.zeros((others, others)), *(active.penalty for active in self.effects))
+        return np.asarray(of_curves + np.diag(self.penalty_of_errors * self.of_weights))
+
+    @property
+    def of_weights(self) -> npt.NDArray[np.bool_]:
+        """Which of the unknowns are errors of weights."""
+        end = len(self.base_names)
+        of_weights = np.zeros(len(self.names), dtype=bool)
+        of_weights[end - len(self.weight_errors) : end] = True
+        return of_weights
+
+    def initial_values(self, groups: Array, inertia: float | None = None) -> Array:
+        """Return values of the unknowns without effects, for given base parameters (5,) and A22 [kg m^2].
+
+        L and g, and A22 where it is not given, are as known beforehand.
+        """
+        constants = [self.mechanism.length] * self.length_free + [self.mechanism.gravity] * self.gravity_free
+        inverse = [1.0 / (inertia or self.mechanism.inertia)] * self.inertia_free
+        return np.concatenate([groups, constants, inverse, np.zeros(len(self.weight_errors))])
+
+    def with_base_parameters(self, values: Array, groups: Array, inertia: float | None) -> Array:
+        """Return values (unknowns,) with other base parameters (5,) and, where it is given, another A22 [kg m^2]."""
+        values = values.copy()
+        values[: len(GROUPS)] = groups
+        if self.inertia_free and inertia:
+            values[self.base_names.index(INVERSE_INERTIA.symbol)] = 1.0 / inertia
+        return values
+
+    def with_effect(self: Model, effect: ActiveEffect) -> Model:
+        """Return this model with one effect more, whose unknowns come last."""
+        return replace(self, effects=(*self.effects, effect))
+
+    def without_effect(self: Model, index: int) -> tuple[Model, npt.NDArray[np.bool_]]:
+        """Return this model without an effect, and which of the unknowns remain."""
+        remain = np.ones(len(self.names), dtype=bool)
+        remain[self.places(index)] = False
+        return replace(self, effects=self.effects[:index] + self.effects[index + 1 :]), remain
+
+    def with_zeros(self: Model, values: Array, trials: Iterable[int]) -> tuple[Model, Array]:
+        """Return this model and its values with encoders that have a zero of their own in more trials, 0 at first."""
+        more = tuple(trial for trial in sorted(set(trials)) if trial not in self.zeros)
+        end = len(self.base_names) + len(JOINTS) * len(self.zeros)
+        added = np.zeros(len(JOINTS) * len(more))
+        return replace(self, zeros=self.zeros + more), np.concatenate([values[:end], added, values[end:]])
+
+    def without_zeros(self: Model) -> tuple[Model, npt.NDArray[np.bool_]]:
+        """Return this model with encoders whose zeros are right, and which of the unknowns remain."""
+        return replace(self, zeros=()), ~self.of_zeros
+
+    def with_exact_encoders(self: Model) -> tuple[Model, npt.NDArray[np.bool_]]:
+        """Return this model with encoders that show the rods' angles, and which of the unknowns remain."""
+        model, remain = self.without_zeros()
+        for index, active in enumerate(self.effects):
+            remain[self.places(index)] = isinstance(active.effect, TorqueEffect)
+        of_rods = tuple(active for active in self.effects if isinstance(active.effect, TorqueEffect))
+        return replace(model, effects=of_rods), remain
+
+    def zero_places(self, trial: int) -> slice:
+        """Return where the unknowns of a trial's zeros are: empty for a trial that has none of its own."""
+        first = len(self.base_names)
+        if trial not in self.zeros:
+            return slice(first, first)
+        first += len(JOINTS) * self.zeros.index(trial)
+        return slice(first, first + len(JOINTS))
+
+    @property
+    def of_zeros(self) -> npt.NDArray[np.bool_]:
+        """Which of the unknowns are zeros of a trial."""
+        first = len(self.base_names)
+        of_zeros = np.zeros(len(self.names), dtype=bool)
+        of_zeros[first : first + len(JOINTS) * len(self.zeros)] = True
+        return of_zeros
+
+    @property
+    def of_rig(self) -> npt.NDArray[np.bool_]:
+        """Which of the unknowns are the rig's, and neither zeros of a trial nor errors of a weight."""
+        return ~self.of_zeros & ~self.of_weights
+
+    @property
+    def of_curves(self) -> npt.NDArray[np.bool_]:
+        """Which of the unknowns are coefficients of curves, which have no meaning one by one."""
+        of_curves = np.zeros(len(self.names), dtype=bool)
+        for index, active in enumerate(self.effects):
+            of_curves[self.places(index)] = active.effect.curve is not None
+        return of_curves
+
+    def places(self, index: int) -> slice:
+        """Return where the unknowns of an effect are."""
+        return self._places[index]
+
+    @cached_property
+    def _places(self) -> list[slice]:
+        counts = [len(active.fitted) for active in self.effects]
+        ends = len(self.base_names) + len(JOINTS) * len(self.zeros) + np.cumsum(counts, dtype=int)
+        return [slice(int(end) - count, int(end)) for end, count in zip(ends, counts, strict=True)]
+
+    def constants(self, values: Array) -> tuple[float, float]:
+        """Return L [m] and g [m/s^2] under given values of the unknowns."""
+        names = self.base_names
+        length = float(values[names.index("L")]) if self.length_free else self.mechanism.length
+        return length, float(values[names.index("g")]) if self.gravity_free else self.mechanism.gravity
+
+    def inverse_inertia(self, values: Array) -> float:
+        """Return 1 / A22 [1/(kg m^2)] under given values of the unknowns."""
+        if not self.inertia_free:
+            return 1.0 / self.mechanism.inertia
+        return float(values[self.base_names.index(INVERSE_INERTIA.symbol)])
+
+    def with_inertia_known(self: Model, values: Array) -> tuple[Model, npt.NDArray[np.bool_]]:
+        """Return this model with the A22 that values give as one that is known, and which unknowns remain."""
+        remain = np.array([name != INVERSE_INERTIA.symbol for name in self.names])
+        inertia = 1.0 / max(self.inverse_inertia(values), np.finfo(float).tiny)
+        return replace(self, inertia_free=False, mechanism=replace(self.mechanism, inertia=inertia)), remain
+
+    def with_weights(self, values: Array, weights: Sequence[Weight]) -> Weighted:
+        """Return the unknowns as they are in a trial with weights clamped to the rods."""
+        length, _ = self.constants(values)
+        return Weighted(self._layout, values, weights, length, self.inverse_inertia(values))
+
+    @cached_property
+    def _layout(self) -> Layout:
+        powers, carrying = np.zeros(len(self.names)), [""] * len(self.names)
+        powers[: len(GROUPS)] = 1.0
+        for index, active in enumerate(self.effects):
+            powers[self.places(index)] = [p.inertia_power for p in active.fitted]
+            carrying[self.places(index)] = [active.effect.joint if p.includes_weights else "" for p in active.fitted]
+        names = self.base_names
+        return Layout(
+            powers,
+            tuple(carrying),
+            names.index("L") if self.length_free else None,
+            names.index(INVERSE_INERTIA.symbol) if self.inertia_free else None,
+            dict(zip(self.weight_errors, np.flatnonzero(self.of_weights).tolist(), strict=True)),
+        )
+
+
+def _name_of(error: ErrorOf) -> str:
+    kind, rod, value = error
+    return f"weight_error.mass.{1e3 * value:.10g} g" if kind == "mass" else f"weight_error.{rod}.{1e3 * value:.10g} mm"

@@ -1,0 +1,53 @@
+"""The numbers that a fit adjusts: their names, limits and places."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from cdp_ident.fit.active_effect import ActiveEffect
+from cdp_ident.fit.mechanism import Mechanism
+from cdp_ident.fit.model_unknowns import ModelUnknowns
+from cdp_ident.fit.prior import Prior
+from cdp_ident.model.effects.catalogue import CATALOGUE
+from cdp_ident.model.parameters import GROUPS
+
+EFFECTS = {effect.key: effect for effect in CATALOGUE}
+MODEL = ModelUnknowns(Mechanism.of(Prior()))
+
+
+def test_unknowns_are_named_in_the_order_of_their_values():
+    model = replace(MODEL, length_free=True)
+    for key in ("joint_spring.outer", "cogging_torque.inner.3 per turn"):
+        model = model.with_effect(ActiveEffect(EFFECTS[key]))
+    assert model.names == (
+        *(group.symbol for group in GROUPS),
+        "L",
+        "joint_spring.outer.stiffness",
+        "joint_spring.outer.torque",
+        "cogging_torque.inner.3 per turn.sine",
+        "cogging_torque.inner.3 per turn.cosine",
+    )
+    assert len(model.limits[0]) == len(model.limits[1]) == len(model.names)
+    assert model.names[model.places(1)] == model.names[-2:]
+
+
+def test_inertias_moments_and_frictions_may_not_be_negative():
+    lower, upper = replace(MODEL, length_free=True, gravity_free=True).limits
+    assert np.all(lower == 0.0)
+    assert np.all(upper == np.inf)
+
+
+def test_two_of_a_kind_have_names_of_their_own():
+    impulse = ActiveEffect(EFFECTS["impulse.inner"], trial=0)
+    model = MODEL.with_effect(impulse).with_effect(impulse)
+    assert model.labels == ("impulse.inner", "impulse.inner.2")
+    assert len(set(model.names)) == len(model.names)
+
+
+def test_without_an_effect_its_unknowns_are_gone():
+    model = MODEL.with_effect(ActiveEffect(EFFECTS["gravity_tilt.base"]))
+    model = model.with_effect(ActiveEffect(EFFECTS["joint_spring.outer"]))
+    less, remain = model.without_effect(0)
+    assert less.names == tuple(np.array(model.names)[remain])
+    assert less.effects[0].effect.key == "joint_spring.outer"
+    assert len(remain) == len(model.names)
