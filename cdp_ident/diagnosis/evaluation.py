@@ -125,7 +125,13 @@ def start_of(model: MotionModel, values: Array, trial: Trial, index: int, durati
 
 
 def _free_run(model: MotionModel, values: Array, windows: Sequence[Window], trial: Trial) -> float:
-    """Return the squared error [rad^2] over windows of a trial that is simulated as a whole from its first window."""
-    error = trial.theta - free_run(model, values, trial, windows[0].trial, windows[0].duration)
+    """Return the squared error [rad^2] over windows of a trial that is simulated as a whole from its first window.
+
+    It is infinite where no motion can be computed.
+    """
+    try:
+        error = trial.theta - free_run(model, values, trial, windows[0].trial, windows[0].duration)
+    except IdentificationError:
+        return float("inf")
     squared = float(sum(np.sum(error[window.samples] ** 2) for window in windows))
     return squared if np.isfinite(squared) else float("inf")

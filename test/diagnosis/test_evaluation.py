@@ -53,6 +53,13 @@ def test_worse_values_leave_more():
     assert errors.free_run > 10
 
 
+def test_a_trial_whose_whole_motion_cannot_be_computed_leaves_an_infinite_error():
+    """What is known of the windows is not lost for that."""
+    fit = fit_initial_states(MODEL, TRUTH, WINDOWS)
+    senseless = replace(fit, values=np.full_like(TRUTH, 1e150))
+    assert errors_of(senseless, [TWIN]) == replace(errors_of(fit, [TWIN]), free_run=np.inf)
+
+
 def test_a_free_run_counts_only_the_windows_asked_for():
     parts = [errors_over(TRUTH, [window]).free_run for window in WINDOWS]
     assert sum(parts) == pytest.approx(errors_over(TRUTH, WINDOWS).free_run)
