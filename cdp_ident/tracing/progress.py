@@ -34,8 +34,8 @@ _KEPT = 0.5
 """A refit over whole windows is good if it gains this share of what the score test predicts."""
 _FEW = 10
 """Iterations of a refit that need not be repeated: those that go astray take some twenty and more."""
-Chance = Callable[[Attempt], bool]
-"""Whether a fit may win as far as it alone tells; where it cannot, its predictions need not be computed."""
+Condition = Callable[[Attempt], bool]
+"""A condition on a model's fit alone: it does not ask for its predictions."""
 
 
 def _always(attempt: Attempt) -> bool:
@@ -109,7 +109,7 @@ class Progress:
         attempt: Attempt,
         additions: Iterable[tuple[Candidate, ...]],
         to_beat: Attempt | None = None,
-        may_win: Chance = _always,
+        may_win: Condition = _always,
     ) -> list[tuple[tuple[Candidate, ...], Attempt]]:
         """Return refits of a model with each of some additions; those that fail are reported and left out.
 
@@ -119,7 +119,7 @@ class Progress:
             attempt: the model.
             additions: what is added to it, each time.
             to_beat: a model that they are to beat.
-            may_win: asked of each fit whether its predictions are wanted; it does not ask for them itself.
+            may_win: which of them are predicted: the others are compared by their fits alone.
 
         Raises:
             InterruptedSelectionError: the selection is asked to stop.
@@ -131,7 +131,7 @@ class Progress:
         self,
         additions: Sequence[tuple[Attempt, tuple[Candidate, ...]]],
         to_beat: Attempt | None = None,
-        may_win: Chance = _always,
+        may_win: Condition = _always,
     ) -> list[tuple[Attempt, tuple[Candidate, ...], Attempt]]:
         """Return models, what is added to each, and the refit with it; the rest is as in `tried`.
 
@@ -155,7 +155,7 @@ class Progress:
         indices: Sequence[int],
         others: Sequence[tuple[ActiveEffect, Array]],
         to_beat: Attempt | None = None,
-        may_win: Chance = _always,
+        may_win: Condition = _always,
     ) -> list[Attempt]:
         """Return models with each of other effects, of given values, in the place of some.
 
@@ -359,7 +359,7 @@ def _with_candidates(model: MotionModel, values: Array, candidates: Iterable[Can
 
 
 def _roughly(
-    attempt: Attempt, to_beat: Attempt | None = None, may_win: Chance = _always
+    attempt: Attempt, to_beat: Attempt | None = None, may_win: Condition = _always
 ) -> Callable[[tuple[MotionModel, Array]], Attempt | None]:
     """Return what refits a model over an attempt's windows from given values, well enough to compare it."""
 
@@ -398,7 +398,7 @@ def _refit(model: MotionModel, values: Array, before: Fit, expected: float) -> F
     return at_once if at_once is not None and at_once.squared_error < grown.squared_error else grown
 
 
-def _predicted(fit: Fit, folds: Folds, to_beat: Attempt | None, may_win: Chance) -> Attempt | None:
+def _predicted(fit: Fit, folds: Folds, to_beat: Attempt | None, may_win: Condition) -> Attempt | None:
     """Return a fitted model, with its predictions where it may win; None where it is far from what it is to beat."""
     if to_beat is not None and fit.squared_error > _HOPELESS * to_beat.fit.squared_error:
         return None
