@@ -9,7 +9,7 @@ from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.refinement import Fit
 from cdp_ident.model.effects.effect import Effect, SensorEffect, TorqueEffect
 from cdp_ident.tracing import thresholds
-from cdp_ident.tracing.evidence import Attempt, change
+from cdp_ident.tracing.evidence import Attempt, Change, change
 from cdp_ident.tracing.noise_memory import is_structured
 
 
@@ -59,7 +59,7 @@ def _least_strength(active: ActiveEffect, freedom: float) -> float:
 
 
 def improves_enough(before: Attempt, after: Attempt) -> bool:
-    """Return whether the errors fall by more than chance does, on the fit and in cross-validation."""
+    """Return whether the errors fall by more than chance does, on the fit and in cross-validation, and by a share."""
     gained = change(before, after)
     of_fit, of_validation = (
         1.0 - new.rmse() / old.rmse() for old, new in zip(fits_of(before), fits_of(after), strict=True)
@@ -70,9 +70,12 @@ def improves_enough(before: Attempt, after: Attempt) -> bool:
     enough = of_validation > thresholds.VALIDATION_SHARE and max(of_fit, of_validation) > least
     # In short windows a certain effect may cause only a small share of the error.
     enough = enough or (not structured and gained.validation > thresholds.CERTAIN)
-    return (
-        gained.fit > thresholds.least_gain(gained.freedom) and gained.validation > thresholds.VALIDATION_GAIN and enough
-    )
+    return is_no_chance(gained) and enough
+
+
+def is_no_chance(gained: Change) -> bool:
+    """Return whether the errors fall by more than chance does, however small a share of them that is."""
+    return gained.fit > thresholds.least_gain(gained.freedom) and gained.validation > thresholds.VALIDATION_GAIN
 
 
 def still_helps(with_it: Attempt, without_it: Attempt, effect: Effect) -> bool:

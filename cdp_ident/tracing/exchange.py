@@ -12,7 +12,7 @@ from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.effect import Effect, Form, TorqueEffect
 from cdp_ident.model.parallel import parallel_map
 from cdp_ident.tracing import thresholds
-from cdp_ident.tracing.acceptance import improves_enough, is_accepted
+from cdp_ident.tracing.acceptance import improves_enough, is_accepted, is_no_chance
 from cdp_ident.tracing.candidates import ScoreTest, addable
 from cdp_ident.tracing.evidence import Attempt, change
 from cdp_ident.tracing.noise_memory import is_structured
@@ -233,7 +233,9 @@ def is_better(rival: Attempt, current: Attempt) -> bool:
     gained = change(current, rival)
     fewer = len(rival.model.effects) < len(current.model.effects)
     if len(rival.fit.values) > len(current.fit.values) and not fewer:
-        return gained.bic < 0 and improves_enough(current, rival)  # a richer form must gain enough for its parameters
+        return gained.bic < 0 and (  # a richer form must gain enough for its parameters
+            improves_enough(current, rival) or (is_no_chance(gained) and _gains_by_itself(rival, current))
+        )
     if _is_simpler(rival, current):
         return gained.bic < 0
     choices = _choices(rival) - _choices(current)
@@ -245,11 +247,30 @@ def _is_simpler(rival: Attempt, current: Attempt) -> bool:
 
     At the limit of a shape parameter an effect has become something simpler.
     """
-    new = rival.model.effects[-1].effect
-    replaced = [index for index, active in enumerate(current.model.effects) if active not in rival.model.effects]
+    new, replaced = rival.model.effects[-1].effect, _replaced(rival, current)
     if len(rival.fit.values) < len(current.fit.values) and any(map(current.at_limit, replaced)):
         return True
     return any(_is_richer_form(current.model.effects[index].effect, new) for index in replaced)
+
+
+def _gains_by_itself(rival: Attempt, current: Attempt) -> bool:
+    """Return whether what a rival gains can only be due to the richer form that it has in the place of an effect.
+
+    Then it may be a small share of the error. Only noise remains, and no effect that is missing, though too weak to be
+    added, would gain nearly as much. What brings states of its own gains by their initial values, too.
+    """
+    new = rival.model.effects[-1].effect
+    replaced = [current.model.effects[index].effect for index in _replaced(rival, current)]
+    if new.brings_states or is_structured(rival.fit) or not any(_is_richer_form(new, effect) for effect in replaced):
+        return False
+    fall = current.fit.squared_error - rival.fit.squared_error
+    missing = ScoreTest(current.fit, addable(current.model)).ranked()
+    return all(candidate.gain < thresholds.NEAR_A_RIVAL * fall for candidate in missing)
+
+
+def _replaced(rival: Attempt, current: Attempt) -> list[int]:
+    """Return the indices of the effects that a rival does not have."""
+    return [index for index, active in enumerate(current.model.effects) if active not in rival.model.effects]
 
 
 def _choices(attempt: Attempt) -> float:
