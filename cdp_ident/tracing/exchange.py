@@ -114,7 +114,7 @@ def try_without_states(progress: Progress) -> None:
 
 def _try_richer(progress: Progress, suits: Callable[[TorqueEffect], bool]) -> None:
     for old in progress.current.model.labels:
-        forms = [effect for effect in _richer_forms(progress, old) if suits(effect)]
+        forms = [effect for effect in richer_forms(progress, old) if suits(effect)]
         if forms:
             removed = progress.without(progress.current, [progress.current.place_of(old)])
             best = _better(progress.current, removed, _related(progress, old, forms))
@@ -127,6 +127,9 @@ def alternatives(
 ) -> tuple[str, ...]:
     """Return the rivals that the data do not distinguish from the effect that they replaced.
 
+    A richer form with more values, which is the effect itself where they are zero, is one of these only if Bayes's
+    information criterion prefers it while only noise remains, though it was not better by enough to be exchanged.
+
     Args:
         active: the effect.
         current: the model with it.
@@ -137,10 +140,10 @@ def alternatives(
     found = []
     for rival in rivals:
         effect = rival.model.effects[-1].effect
-        if _is_richer_form(effect, active.effect):
-            continue
         worse = change(rival, current)
         close = worse.validation < thresholds.INDISTINGUISHABLE
+        if _is_richer_form(effect, active.effect) and len(rival.fit.values) > len(current.fit.values):
+            close = worse.bic > 0 and not is_structured(rival.fit)
         if close and (effect.name, effect.joint) not in named and is_accepted(removed, rival):
             found.append(f"{effect.name} {effect.joint}")
     return tuple(dict.fromkeys(found))
@@ -157,7 +160,7 @@ def _rivals(progress: Progress, removed: Attempt, *keys: str) -> list[Attempt]:
     candidates = [c for c in addable(removed.model) if not c.effect.brings_states or c.effect.joint in joints]
     test = ScoreTest(removed.fit, candidates)
     promised = promising(removed, test, _RIVALS + len(keys), keys)
-    forms = {key: [*_richer_forms(progress, key), *_contained(progress, key)] for key in keys}
+    forms = {key: [*richer_forms(progress, key), *_contained(progress, key)] for key in keys}
     # The score test of what oscillates finds its frequency, which the values of the simpler form do not tell.
     besides = {*keys, *(form.key for of_key in forms.values() for form in of_key if not form.brings_states)}
     others = progress.tried(
@@ -192,7 +195,7 @@ def _related(
     return progress.replaced(current, left_out, others, to_beat=current)
 
 
-def _richer_forms(progress: Progress, label: str) -> list[TorqueEffect]:
+def richer_forms(progress: Progress, label: str) -> list[TorqueEffect]:
     """Return the effects that contain one; what has a memory takes long, and is tried where more than noise remains."""
     effect = progress.current.model.effects[progress.current.place_of(label)].effect
     structured = is_structured(progress.current.fit)

@@ -106,3 +106,13 @@ def test_a_richer_form_may_gain_a_small_share_where_nothing_that_is_missing_woul
     assert is_better(more, dry) == better
     monkeypatch.setattr(exchange, "is_structured", lambda fit: True)
     assert not is_better(more, dry), "more than noise remains"
+
+
+def test_a_richer_form_that_the_data_prefer_but_not_by_enough_is_another_possibility_where_only_noise_remains(
+    noise_alone: list[Attempt], rubbing: tuple[Identification, Attempt, float], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    more, dry = noise_alone
+    monkeypatch.setattr(exchange, "is_accepted", lambda before, after: True)
+    assert alternatives(dry.model.effects[0], dry, dry, [more]) == ("stribeck_friction outer",)
+    monkeypatch.setattr(exchange, "is_structured", lambda fit: True)
+    assert alternatives(dry.model.effects[0], dry, dry, [more]) == ()
