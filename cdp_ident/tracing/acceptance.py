@@ -49,7 +49,7 @@ def may_be_accepted(before: Attempt, after: Attempt, new: Sequence[int] | None =
     is_a_part = structured and left > thresholds.HARMONIC_LEAVES * old
     if is_a_part and any(isinstance(effect, TorqueEffect) and effect.harmonic for effect in added):
         return False
-    return gains_by_more_than_chance(gained)
+    return fit_gains_by_more_than_chance(gained)
 
 
 def _least_strength(active: ActiveEffect, freedom: float) -> float:
@@ -69,7 +69,7 @@ def _least_strength(active: ActiveEffect, freedom: float) -> float:
 
 
 def improves_enough(before: Attempt, after: Attempt) -> bool:
-    """Return whether the errors fall by more than chance does, on the fit and in cross-validation."""
+    """Return whether the errors fall by more than chance does, on the fit and in cross-validation, and by a share."""
     gained = change(before, after)
     if not gains_by_more_than_chance(gained):
         return False
@@ -81,12 +81,16 @@ def improves_enough(before: Attempt, after: Attempt) -> bool:
     least = thresholds.STRUCTURED_SHARE if structured else thresholds.VALIDATION_SHARE
     enough = of_validation > thresholds.VALIDATION_SHARE and max(of_fit, of_validation) > least
     # In short windows a certain effect may cause only a small share of the error.
-    enough = enough or (not structured and gained.validation > thresholds.CERTAIN)
-    return gained.validation > thresholds.VALIDATION_GAIN and enough
+    return enough or (not structured and gained.validation > thresholds.CERTAIN)
 
 
 def gains_by_more_than_chance(gained: Change) -> bool:
-    """Return whether the error of the fit falls by more than chance does."""
+    """Return whether the errors fall by more than chance does, however small a share of them that is."""
+    return fit_gains_by_more_than_chance(gained) and gained.validation > thresholds.VALIDATION_GAIN
+
+
+def fit_gains_by_more_than_chance(gained: Change) -> bool:
+    """Return the same before anything is predicted: false where the fit alone rules it out."""
     return gained.fit > thresholds.least_gain(gained.freedom)
 
 

@@ -14,6 +14,7 @@ from cdp_ident.model.effects.effect import Effect, Form, TorqueEffect
 from cdp_ident.model.parallel import parallel_map
 from cdp_ident.tracing import thresholds
 from cdp_ident.tracing.acceptance import (
+    fit_gains_by_more_than_chance,
     gains_by_more_than_chance,
     improves_enough,
     is_accepted,
@@ -120,7 +121,7 @@ def try_without_states(progress: Progress) -> None:
 
 def _try_richer(progress: Progress, suits: Callable[[TorqueEffect], bool]) -> None:
     for old in progress.current.model.labels:
-        forms = [effect for effect in _richer_forms(progress, old) if suits(effect)]
+        forms = [effect for effect in richer_forms(progress, old) if suits(effect)]
         if forms:
             removed = progress.without(progress.current, [progress.current.place_of(old)])
             best = _better(progress.current, removed, _related(progress, removed, old, forms))
@@ -133,6 +134,9 @@ def alternatives(
 ) -> tuple[str, ...]:
     """Return the rivals that the data do not distinguish from the effect that they replaced.
 
+    A richer form with more values, which is the effect itself where they are zero, is one of these only if Bayes's
+    information criterion prefers it while only noise remains, though it was not better by enough to be exchanged.
+
     Args:
         active: the effect.
         current: the model with it.
@@ -143,9 +147,13 @@ def alternatives(
     found = []
     for rival in rivals:
         effect = rival.model.effects[-1].effect
-        if _is_richer_form(effect, active.effect) or (effect.name, effect.joint) in named:
+        if (effect.name, effect.joint) in named or not is_accepted(removed, rival):
             continue
-        if is_accepted(removed, rival) and change(rival, current).validation < thresholds.INDISTINGUISHABLE:
+        if _is_richer_form(effect, active.effect) and len(rival.fit.values) > len(current.fit.values):
+            close = change(current, rival).bic < 0 and not is_structured(rival.fit)
+        else:
+            close = change(rival, current).validation < thresholds.INDISTINGUISHABLE
+        if close:
             found.append(f"{effect.name} {effect.joint}")
     return tuple(dict.fromkeys(found))
 
@@ -161,7 +169,7 @@ def _rivals(progress: Progress, removed: Attempt, *keys: str) -> list[Attempt]:
     candidates = [c for c in addable(removed.model) if not c.effect.brings_states or c.effect.joint in joints]
     test = ScoreTest(removed.fit, candidates)
     promised = promising(removed, test, _RIVALS + len(keys), keys)
-    forms = {key: [*_richer_forms(progress, key), *_contained(progress, key)] for key in keys}
+    forms = {key: [*richer_forms(progress, key), *_contained(progress, key)] for key in keys}
     # The score test of what oscillates finds its frequency, which the values of the simpler form do not tell.
     besides = {*keys, *(form.key for of_key in forms.values() for form in of_key if not form.brings_states)}
     others = progress.tried(
@@ -200,14 +208,14 @@ def _related(
     left_out = [index, *(current.place_of(other) for other in besides)]
 
     def may_win(rival: Attempt) -> bool:
-        # A richer form that is not better is not named as an alternative either: its predictions are not needed.
+        # A richer form that the information criterion does not prefer is neither better nor another possibility.
         is_richer = _is_richer_form(rival.model.effects[-1].effect, active.effect)
-        return may_be_accepted(removed, rival) and (may_be_better(rival, current) or not is_richer)
+        return may_be_accepted(removed, rival) and (change(current, rival).bic < 0 or not is_richer)
 
     return progress.replaced(current, left_out, others, to_beat=current, may_win=may_win)
 
 
-def _richer_forms(progress: Progress, label: str) -> list[TorqueEffect]:
+def richer_forms(progress: Progress, label: str) -> list[TorqueEffect]:
     """Return the effects that contain one; what has a memory takes long, and is tried where more than noise remains."""
     effect = progress.current.model.effects[progress.current.place_of(label)].effect
     structured = is_structured(progress.current.fit)
@@ -248,7 +256,10 @@ def is_better(rival: Attempt, current: Attempt) -> bool:
     if not may_be_better(rival, current):
         return False
     if _is_richer_model(rival, current):
-        return improves_enough(current, rival)  # a richer form must gain enough for its parameters
+        # A richer form must gain enough for its parameters.
+        return improves_enough(current, rival) or (
+            gains_by_more_than_chance(change(current, rival)) and _gains_by_itself(rival, current)
+        )
     return _is_simpler(rival, current) or change(current, rival).validation > thresholds.INDISTINGUISHABLE
 
 
@@ -256,7 +267,7 @@ def may_be_better(rival: Attempt, current: Attempt) -> bool:
     """Return the same before anything is predicted: false where the fit alone rules it out."""
     gained = change(current, rival)
     if _is_richer_model(rival, current):
-        return gained.bic < 0 and gains_by_more_than_chance(gained)
+        return gained.bic < 0 and fit_gains_by_more_than_chance(gained)
     choices = 0.0 if _is_simpler(rival, current) else _choices(rival) - _choices(current)
     return gained.bic + choices < 0
 
@@ -272,11 +283,30 @@ def _is_simpler(rival: Attempt, current: Attempt) -> bool:
 
     At the limit of a shape parameter an effect has become something simpler.
     """
-    new = rival.model.effects[-1].effect
-    replaced = [index for index, active in enumerate(current.model.effects) if active not in rival.model.effects]
+    new, replaced = rival.model.effects[-1].effect, _replaced(rival, current)
     if len(rival.fit.values) < len(current.fit.values) and any(map(current.at_limit, replaced)):
         return True
     return any(_is_richer_form(current.model.effects[index].effect, new) for index in replaced)
+
+
+def _gains_by_itself(rival: Attempt, current: Attempt) -> bool:
+    """Return whether what a rival gains can only be due to the richer form that it has in the place of an effect.
+
+    Then it may be a small share of the error. Only noise remains, and no effect that is missing, though too weak to be
+    added, would gain nearly as much. What brings states of its own gains by their initial values, too.
+    """
+    new = rival.model.effects[-1].effect
+    replaced = [current.model.effects[index].effect for index in _replaced(rival, current)]
+    if new.brings_states or is_structured(rival.fit) or not any(_is_richer_form(new, effect) for effect in replaced):
+        return False
+    fall = current.fit.squared_error - rival.fit.squared_error
+    missing = ScoreTest(current.fit, addable(current.model, with_states=False)).ranked()
+    return all(candidate.gain < thresholds.NEAR_A_RIVAL * fall for candidate in missing)
+
+
+def _replaced(rival: Attempt, current: Attempt) -> list[int]:
+    """Return the indices of the effects that a rival does not have."""
+    return [index for index, active in enumerate(current.model.effects) if active not in rival.model.effects]
 
 
 def _choices(attempt: Attempt) -> float:

@@ -22,6 +22,7 @@ from cdp_ident.tracing.expected import ExpectedEffect, begin_with
 from cdp_ident.tracing.progress import InterruptedSelectionError, Progress, attempt_of
 from cdp_ident.tracing.pruning import drop_repeated_impulses, drop_superfluous, drop_without_strength
 from cdp_ident.tracing.selection import Selection
+from cdp_ident.tracing.typical_forms import try_typical_forms
 from cdp_ident.tracing.unknown_torques import add_unknown_torques
 from cdp_ident.tracing.whole import over_all, over_share
 from cdp_ident.tracing.zeros import drop_superfluous_zeros, fit_zeros_by_trial, fit_zeros_by_trial_again
@@ -161,3 +162,4 @@ def _select(progress: Progress) -> None:
         progress.reweigh()
     drop_without_strength(progress)
     drop_repeated_impulses(progress)
+    try_typical_forms(progress)

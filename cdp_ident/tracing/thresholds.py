@@ -95,7 +95,8 @@ with a larger one, they are so because the effect is missing.
 Unit: share. Origin: tuned.
 """
 NEAR_A_RIVAL = 0.5
-"""A rival of an effect is refitted if it gains this share of its gain in the score test.
+"""A rival of an effect is refitted if it gains this share of its gain in the score test; a small gain of a
+richer form is its own if nothing that is missing gains this share of it.
 
 Unit: share. Origin: tuned.
 """
