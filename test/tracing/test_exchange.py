@@ -79,7 +79,7 @@ def test_what_explains_no_more_than_what_it_contains_is_exchanged_for_that(
     assert not exchange_effects(progress)
 
 
-SMALL_SHARE = Change(fit=100.0, validation=20.0, bic=-80.0, freedom=2.0)
+SMALL_SHARE = Mock(spec=Change, fit=100.0, validation=20.0, bic=-80.0, freedom=2.0)
 """Too much for chance, but a small share of the error."""
 
 
@@ -88,7 +88,7 @@ def noise_alone(rubbing: tuple[Identification, Attempt, float], monkeypatch: pyt
     """A model with a richer form of dry friction, that is said to gain a small share of the error, and a plain one."""
     identified, more, _ = rubbing
     dry = with_effects(identified, "coulomb_friction.outer")
-    opposite = Change(-SMALL_SHARE.fit, -SMALL_SHARE.validation, -SMALL_SHARE.bic, 1.0)
+    opposite = Mock(spec=Change, fit=-100.0, validation=-20.0, bic=80.0, freedom=1.0)
     monkeypatch.setattr(exchange, "change", lambda before, after: SMALL_SHARE if after is more else opposite)
     monkeypatch.setattr(exchange, "improves_enough", lambda before, after: False)
     monkeypatch.setattr(exchange, "is_structured", lambda fit: False)
