@@ -101,3 +101,10 @@ def test_who_asks_for_one_value_gets_the_start_that_is_best_for_it():
 def test_the_map_is_as_symmetric_as_the_rig():
     losses = TRIALS.sharpest(("c2_over_A22",)).survey.losses[:-1, :-1]  # without the rods that are upright
     assert losses == pytest.approx(losses[::-1, ::-1])
+
+
+def test_who_asks_for_fewer_starts_gets_one_of_them_and_the_same_of_each():
+    few = TRIALS.grid.thinned
+    found, among_all = TRIALS.sharpest(("c1_over_A22",), grid=few), TRIALS.sharpest(("c1_over_A22",))
+    assert (found.survey.inner, found.survey.outer) in {(i, j) for i in few.inner for j in few.outer}
+    assert np.array_equal(found.survey.losses, among_all.survey.losses[1::2, 1::2])
