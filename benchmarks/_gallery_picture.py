@@ -3,13 +3,13 @@
 import io
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-import matplotlib
 import numpy as np
 import numpy.typing as npt
-from matplotlib.axes import Axes
-from matplotlib.backends.backend_svg import FigureCanvasSVG
-from matplotlib.figure import Figure
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 Array = npt.NDArray[np.float64]
 
@@ -49,6 +49,11 @@ class Shown:
 
 def picture(shown: Shown) -> bytes:
     """Return the picture as an SVG file without a background."""
+    # Only who draws waits for what draws to be loaded.
+    import matplotlib  # noqa: PLC0415
+    from matplotlib.backends.backend_svg import FigureCanvasSVG  # noqa: PLC0415
+    from matplotlib.figure import Figure  # noqa: PLC0415
+
     with matplotlib.rc_context(_SETTINGS):
         figure = Figure(figsize=(8.2, 1.9), layout="constrained")
         left, middle, right = figure.subplots(1, 3, width_ratios=[1.6, 1.0, 1.0])
@@ -71,7 +76,7 @@ def picture(shown: Shown) -> bytes:
     return stream.getvalue()
 
 
-def _label(axes: Axes, x: str, y: str) -> None:
+def _label(axes: "Axes", x: str, y: str) -> None:
     axes.set_xlabel(x)
     axes.set_ylabel(y)
     axes.spines[["top", "right"]].set_visible(False)

@@ -17,10 +17,6 @@ from cdp_ident.model.parameters import SYMBOLS, coefficients_of, groups_of
 from reference.pendulum import TABLE_2, TABLE_3, Array
 from scenarios.start_given import CLOSE, PRIOR, Arrival, StartGiven
 
-with warnings.catch_warnings():
-    warnings.simplefilter("ignore", UserWarning)  # that it cannot plot
-    import cma  # type: ignore[import-untyped]
-
 LOWER, UPPER = PRIOR.box
 MOST_SIMULATIONS = 172_200
 """As many as the paper's improved algorithm makes."""
@@ -76,6 +72,10 @@ def logarithmically(x: Array) -> Array:
 
 def by_pycma(problem: StartGiven, seed: int, spread: Callable[[Array], Array] = evenly) -> Arrival:
     """Restart CMA-ES until it has arrived; `spread` takes the unit box to the parameters'."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # that it cannot plot
+        import cma  # type: ignore[import-untyped]  # noqa: PLC0415 - where it can, it loads all of matplotlib
+
     counted, restart = _Counted(problem), 0
     while not counted.ends:
         restart += 1

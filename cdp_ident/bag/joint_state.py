@@ -4,10 +4,12 @@ import struct
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
+from typing import TYPE_CHECKING
 
 import numpy as np
-from rosbags.typesys import Stores, get_typestore
-from rosbags.typesys.store import Typestore
+
+if TYPE_CHECKING:
+    from rosbags.typesys.store import Typestore
 
 MESSAGE_TYPE = "sensor_msgs/msg/JointState"
 NANOSECONDS = 1_000_000_000
@@ -15,8 +17,13 @@ NANOSECONDS = 1_000_000_000
 
 
 @cache
-def typestore() -> Typestore:
-    """Return the message definitions of the ROS distribution that the package is for."""
+def typestore() -> "Typestore":
+    """Return the message definitions of the ROS distribution that the package is for.
+
+    To load them takes as long as all else of a driver, which reads and writes no bag.
+    """
+    from rosbags.typesys import Stores, get_typestore  # noqa: PLC0415
+
     return get_typestore(Stores.ROS2_JAZZY)
 
 

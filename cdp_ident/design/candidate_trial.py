@@ -48,8 +48,7 @@ class CandidateTrial:
 def fit_to(candidate: CandidateTrial, knowledge: Knowledge) -> Fit:
     """Return the fit that a trial would have, if the model were true and no encoder had noise.
 
-    The trial is cut into windows as a measured one is, each as long as its motion can be followed. Each has an initial
-    state to be fitted; what the trial tells is what no initial state can imitate.
+    What the trial tells is what no window's initial state can imitate.
 
     Args:
         candidate: the trial.
@@ -58,16 +57,8 @@ def fit_to(candidate: CandidateTrial, knowledge: Knowledge) -> Fit:
     Raises:
         IdentificationError: its motion cannot be computed.
     """
-    model, values, sampling = knowledge.model, knowledge.values, knowledge.sampling
-    time = _times(sampling.interval, sampling.duration)
-    states = _states(candidate, knowledge, time)
-    trial = Trial("next", time, states[:, :2])
-    length_at = _lengths(candidate, knowledge)
-    windows = [
-        replace(_window(trial, first, last, states[first], knowledge), weights=candidate.weights)
-        for first, last in pairwise(window_bounds(trial, length_at)[0])
-    ]
-    sensitivities = []
+    model, values, windows = knowledge.model, knowledge.values, windows_of(candidate, knowledge)
+    sensitivities: list[Array] = []
     for block in model.blocks(windows):
         together = windows[block]
         _, by_unknowns, bounds = model.predict_together(values, [window.start for window in together], together)
@@ -89,6 +80,24 @@ def fit_to(candidate: CandidateTrial, knowledge: Knowledge) -> Fit:
     )
 
 
+def windows_of(candidate: CandidateTrial, knowledge: Knowledge) -> list[Window]:
+    """Return a trial's windows, cut as a measured one's are: each as long as its motion can be followed.
+
+    The arguments are those of `fit_to`, and so is what is raised.
+    """
+    sampling = knowledge.sampling
+    unit = time_unit(*knowledge.model.constants(knowledge.values))
+    time = _times(sampling.interval, sampling.duration)
+    followed = _times(_COARSE * GRID * unit, sampling.duration)
+    states, of_followed = _states(candidate, knowledge, time, followed)
+    length_at = _lengths(candidate, knowledge, followed, of_followed)
+    trial = Trial("next", time, states[:, :2])
+    return [
+        replace(_window(trial, first, last, states[first], knowledge), weights=candidate.weights)
+        for first, last in pairwise(window_bounds(trial, length_at)[0])
+    ]
+
+
 def _times(spacing: float, duration: float) -> Array:
     return np.asarray(spacing * np.arange(max(int(duration / spacing), 2)), dtype=np.float64)
 
@@ -98,27 +107,28 @@ def _values(candidate: CandidateTrial, knowledge: Knowledge) -> Array:
     return knowledge.model.with_weights(knowledge.values, candidate.weights).values
 
 
-def _states(candidate: CandidateTrial, knowledge: Knowledge, time: Array) -> Array:
-    """Return the states (n, states) of a trial at times (n,) [s]."""
+def _states(candidate: CandidateTrial, knowledge: Knowledge, *times: Array) -> list[Array]:
+    """Return the states (n, states) of a trial at each of several lists of times (n,) [s]."""
     model, values = knowledge.model, _values(candidate, knowledge)
-    grid = TimeGrid.over(time, knowledge.sampling.step)
+    together = np.concatenate(times)
+    order = np.argsort(together, kind="stable")
+    grid = TimeGrid.over(together[order], knowledge.sampling.step)
     start = model.initial_state(np.array([candidate.theta1, candidate.theta2, 0.0, 0.0]))
     still = np.zeros(2 * grid.steps + 1)
-    states = trajectory(model.coefficients(values), start, grid, still, model.torques(values, NEW))
+    states = np.empty((len(together), model.states))
+    states[order] = trajectory(model.coefficients(values), start, grid, still, model.torques(values, NEW))
     if not np.all(np.isfinite(states)):
         raise IdentificationError("the motion of a trial that is let go there cannot be computed")
-    return states
+    return np.split(states, np.cumsum([len(each) for each in times])[:-1])
 
 
-def _lengths(candidate: CandidateTrial, knowledge: Knowledge) -> Lengths:
-    """Return the length of the window that begins at a time of a trial [s]."""
+def _lengths(candidate: CandidateTrial, knowledge: Knowledge, time: Array, states: Array) -> Lengths:
+    """Return the length of the window that begins at a time of a trial [s], given states (n, states) at times (n,)."""
     sampling = knowledge.sampling
     if sampling.window:
         return lambda time: sampling.window
     length, gravity = knowledge.model.constants(knowledge.values)
     unit = time_unit(length, gravity)
-    time = _times(_COARSE * GRID * unit, sampling.duration)
-    states = _states(candidate, knowledge, time)
     motion = SmoothMotion(
         time=time,
         values=states[None, :, :2],

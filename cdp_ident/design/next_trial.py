@@ -61,10 +61,10 @@ class Apart:
 
 
 class NextTrial:
-    """Starts of a next trial, whose information is computed once for all criteria."""
+    """Starts of a next trial, whose information is computed once for all criteria and grids."""
 
     def __init__(self, knowledge: Knowledge, grid: Grid) -> None:
-        self.knowledge, self._grid = knowledge, grid
+        self.knowledge, self.grid = knowledge, grid
         self._known = knowledge.information
         self._informations: dict[CandidateTrial, Array | None] = {}
         self._symmetric = self._is_symmetric()
@@ -89,10 +89,15 @@ class NextTrial:
             self._informations[trial] = self._computed(trial)
         return self._informations[trial]
 
-    def sharpest(self, names: Sequence[str], loads: Loads = UNLOADED) -> Sharper:
+    def sharpest(self, names: Sequence[str], loads: Loads = UNLOADED, grid: Grid | None = None) -> Sharper:
         """Return the trial that makes the values of these unknowns surest: one of them, or all together.
 
         What the weights of the loads may be wrong by is among the knowledge's unknowns (`Knowledge.with_weights`).
+
+        Args:
+            names: of the unknowns.
+            loads: what the rods may carry.
+            grid: of starts to choose from, if not all.
         """
         criterion = Criterion(tuple(names))
 
@@ -100,7 +105,7 @@ class NextTrial:
             information = self._information(trial)
             return np.inf if information is None else criterion.size(self.knowledge, self._known + information)
 
-        found, unloaded = self._survey(loss, loads)
+        found, unloaded = self._survey(loss, loads, grid or self.grid)
         gained = self._information(found.trial)
         after = self._known if gained is None else self._known + gained
         return Sharper(
@@ -114,11 +119,13 @@ class NextTrial:
 
     def furthest_apart(self, rival: Rival, loads: Loads = UNLOADED) -> Apart:
         """Return the trial that tells an effect of the model and its rival apart best."""
-        return Apart(rival, *self._survey(lambda trial: -rival.deviations(trial), loads))
+        return Apart(rival, *self._survey(lambda trial: -rival.deviations(trial), loads, self.grid))
 
-    def _survey(self, loss: Callable[[CandidateTrial], float], loads: Loads) -> tuple[Survey, Survey | None]:
+    def _survey(
+        self, loss: Callable[[CandidateTrial], float], loads: Loads, grid: Grid
+    ) -> tuple[Survey, Survey | None]:
         """Return the survey with the load that is best, or without where that is hardly worse, and the one without."""
-        surveys = [survey(loss, self._grid, load) for load in loads]
+        surveys = [survey(loss, grid, load) for load in loads]
         unloaded = next((each for each in surveys if not each.weights), None)
         best = min(surveys, key=lambda each: each.expected)
         if unloaded and unloaded.expected <= best.expected + _WORTH_CLAMPING * abs(best.expected):

@@ -124,13 +124,13 @@ def answers(
     showing = loads if knowledge.shows_inertia else loads[1:] or ((telling_weight(knowledge),),)
     knowledge = knowledge.with_weights(weight for load in (*loads, *showing) for weight in load)
     trials = NextTrial(knowledge, grid)
-    of_inertia = trials if showing[0] in loads else NextTrial(knowledge, grid.thinned)
+    of_inertia = grid if showing[0] in loads else grid.thinned
     for question in questions:
         if question.against:
             rival = _nearest_rival(knowledge, windows, question)
             yield None if rival is None else _apart(question, trials.furthest_apart(rival, loads))
         elif question.about == INERTIA.symbol:
-            yield _sharper(question, knowledge, of_inertia.sharpest((INVERSE_INERTIA.symbol,), showing))
+            yield _sharper(question, knowledge, trials.sharpest((INVERSE_INERTIA.symbol,), showing, of_inertia))
         else:
             names = _GROUPS if question.about == ALL else (question.about,)
             yield _sharper(question, knowledge, trials.sharpest(names, loads))

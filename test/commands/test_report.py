@@ -25,15 +25,21 @@ def refusal(folder, capsys):
     return err
 
 
-def test_drawn_again_of_numbers_and_curves_it_is_the_same_to_the_byte_and_old_figures_go(folder, report_folder, capsys):
+@pytest.mark.parametrize("options", [(), pytest.param(("--figures",), marks=pytest.mark.campaign)])
+def test_drawn_again_of_numbers_and_curves_it_is_the_same_to_the_byte_and_old_figures_go(
+    folder, report_folder, capsys, options
+):
     (folder / FIGURES).mkdir()
     (folder / FIGURES / "effect_9_cogging_torque_inner.svg").write_text("of an earlier run")
     (folder / FIGURES / "notes.txt").write_text("mine")
-    assert main([str(folder), "--figures"]) == 0
+    assert main([str(folder), *options]) == 0
     assert str(folder / PAGE) in capsys.readouterr().out
     assert {path.name for path in folder.iterdir()} == {REPORT, CURVES, PAGE, TEXT, FIGURES}
-    for path in (p for p in report_folder.rglob("*") if p.is_file()):
+    drawn = [p for p in report_folder.rglob("*") if p.is_file()] if options else [report_folder / PAGE]
+    for path in drawn:
         assert (folder / path.relative_to(report_folder)).read_bytes() == path.read_bytes(), path.name
+    # The text links to figures where there are any.
+    assert (f"]({FIGURES}/" in (folder / TEXT).read_text()) == bool(options)
     assert not (folder / FIGURES / "effect_9_cogging_torque_inner.svg").exists()
     assert (folder / FIGURES / "notes.txt").exists()
 

@@ -4,28 +4,26 @@ import numpy as np
 import pytest
 
 from cdp_ident.design.criteria import Criterion, covariance_of
-from scenarios.next_swing import ALL_GROUPS, Swings, swing
-
-KNOWN = Swings.of([swing(3.6, 3.9, np.random.default_rng(0))]).knowledge
+from scenarios.next_swing import ALL_GROUPS
 
 
-def test_one_value_is_as_uncertain_as_its_standard_deviation():
+def test_one_value_is_as_uncertain_as_its_standard_deviation(known):
     criterion = Criterion(("c1_over_A22",))
-    std = np.sqrt(KNOWN.covariance[3, 3])
-    assert criterion.size(KNOWN, KNOWN.information) == pytest.approx(std)
-    assert criterion.standard_deviations(KNOWN, KNOWN.information) == pytest.approx([std])
+    std = np.sqrt(known.covariance[3, 3])
+    assert criterion.size(known, known.information) == pytest.approx(std)
+    assert criterion.standard_deviations(known, known.information) == pytest.approx([std])
 
 
-def test_several_are_as_uncertain_as_the_determinant_of_their_covariance_says():
+def test_several_are_as_uncertain_as_the_determinant_of_their_covariance_says(known):
     names = ("A23_over_A22", "c1_over_A22")
-    part = KNOWN.covariance[np.ix_([0, 3], [0, 3])]
-    assert Criterion(names).size(KNOWN, KNOWN.information) == pytest.approx(np.linalg.det(part) ** (1 / 4))
+    part = known.covariance[np.ix_([0, 3], [0, 3])]
+    assert Criterion(names).size(known, known.information) == pytest.approx(np.linalg.det(part) ** (1 / 4))
 
 
-def test_four_times_the_information_halves_it():
+def test_four_times_the_information_halves_it(known):
     criterion = Criterion(ALL_GROUPS)
-    now = criterion.size(KNOWN, KNOWN.information)
-    assert criterion.size(KNOWN, 4 * KNOWN.information) == pytest.approx(now / 2)
+    now = criterion.size(known, known.information)
+    assert criterion.size(known, 4 * known.information) == pytest.approx(now / 2)
 
 
 def test_what_is_not_seen_is_infinitely_uncertain_and_the_rest_is_not():

@@ -14,19 +14,18 @@ from cdp_ident.diagnosis.uncertainty import covariance
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.refinement import refine
 from cdp_ident.model.effects.catalogue import CATALOGUE
-from scenarios.next_swing import MODEL, NOISE, TRUTH, Swings, swing
+from scenarios.next_swing import MODEL, NOISE, TRUTH
 from scenarios.weighted import WEIGHT
 
-KNOWN = Swings.of([swing(3.6, 3.9, np.random.default_rng(0))]).knowledge
 DRAG = next(effect for effect in CATALOGUE if effect.key == "quadratic_friction.outer")
 MODEL_WITH = MODEL.with_effect(ActiveEffect(DRAG))
 VALUES = np.append(TRUTH, 2e-4)
-BEFORE = Knowledge(MODEL_WITH, VALUES, np.eye(6), NOISE, np.eye(2), KNOWN.sampling)
 
 
-def moved(start, seed=None):
+def moved(sampling, start, seed=None):
     """Return windows of a trial as the model with the effect has it, with noise where there is a seed."""
-    windows = fit_to(CandidateTrial(*start), BEFORE).windows
+    before = Knowledge(MODEL_WITH, VALUES, np.eye(6), NOISE, np.eye(2), sampling)
+    windows = fit_to(CandidateTrial(*start), before).windows
     if seed is None:
         return list(windows)
     rng = np.random.default_rng(seed)
@@ -37,53 +36,59 @@ def replaced(window, theta):
     return replace(window, theta=theta)
 
 
-EXACT = moved((np.pi + 0.6, np.pi + 0.4))
-FIT = refine(MODEL_WITH, VALUES, moved((np.pi + 0.6, np.pi + 0.4), 0))
-KNOWLEDGE = Knowledge(MODEL_WITH, VALUES, covariance(FIT), NOISE, np.eye(2), KNOWN.sampling)
+@pytest.fixture(scope="module")
+def exact(known):
+    return moved(known.sampling, (np.pi + 0.6, np.pi + 0.4))
 
 
 @pytest.fixture(scope="module")
-def rival():
-    (found,) = rivals(KNOWLEDGE, EXACT, "quadratic_friction.outer", "coulomb_friction", "outer")
+def knowledge(known):
+    fit = refine(MODEL_WITH, VALUES, moved(known.sampling, (np.pi + 0.6, np.pi + 0.4), 0))
+    return Knowledge(MODEL_WITH, VALUES, covariance(fit), NOISE, np.eye(2), known.sampling)
+
+
+@pytest.fixture(scope="module")
+def rival(knowledge, exact):
+    (found,) = rivals(knowledge, exact, "quadratic_friction.outer", "coulomb_friction", "outer")
     return found
 
 
-def test_a_rival_is_adjusted_to_what_the_fitted_model_says(rival):
+def test_a_rival_is_adjusted_to_what_the_fitted_model_says(rival, exact):
     assert rival.fit.model.labels == ("coulomb_friction.outer",)
-    without = refine(MODEL, TRUTH, EXACT)
+    without = refine(MODEL, TRUTH, exact)
     assert 0 < rival.fit.squared_error <= without.squared_error * (1 + 1e-6)
     assert not can_be_the_same(rival)
 
 
-def test_a_rival_of_long_recordings_is_adjusted_to_a_share_that_stands_for_all(rival):
+def test_a_rival_of_long_recordings_is_adjusted_to_a_share_that_stands_for_all(rival, knowledge, exact):
     times = 30
-    (found,) = rivals(KNOWLEDGE, EXACT * times, "quadratic_friction.outer", "coulomb_friction", "outer")
-    assert len(found.fit.windows) == found.share * times * len(EXACT) < times * len(EXACT)
+    (found,) = rivals(knowledge, exact * times, "quadratic_friction.outer", "coulomb_friction", "outer")
+    assert len(found.fit.windows) == found.share * times * len(exact) < times * len(exact)
     assert found.deviations_now == pytest.approx(np.sqrt(times) * rival.deviations_now, rel=0.1)
     still = CandidateTrial(np.pi, np.pi)
     assert found.deviations(still) == pytest.approx(found.deviations_now)
 
 
-def test_the_deviations_are_those_of_a_rival_that_is_fitted_to_both_trials(rival):
+def test_the_deviations_are_those_of_a_rival_that_is_fitted_to_both_trials(rival, known):
     start = (np.pi + 1.2, np.pi + 0.5)
     foretold = rival.deviations(CandidateTrial(*start))
-    both = refine(rival.fit.model, rival.fit.values, [*rival.fit.windows, *moved(start)])
+    both = refine(rival.fit.model, rival.fit.values, [*rival.fit.windows, *moved(known.sampling, start)])
     assert foretold == pytest.approx(np.sqrt(both.squared_error) / NOISE, rel=0.3)
     assert foretold > rival.deviations_now
 
 
-def test_so_they_are_of_a_trial_with_a_weight_whose_rival_may_have_another_inertia():
-    known = KNOWLEDGE.with_weights([WEIGHT])
-    (found,) = rivals(known, EXACT, "quadratic_friction.outer", "coulomb_friction", "outer")
+def test_so_they_are_of_a_trial_with_a_weight_whose_rival_may_have_another_inertia(knowledge, exact):
+    with_weight = knowledge.with_weights([WEIGHT])
+    (found,) = rivals(with_weight, exact, "quadratic_friction.outer", "coulomb_friction", "outer")
     trial = CandidateTrial(np.pi + 0.6, np.pi + 0.5, (WEIGHT,))
-    both = refine(found.fit.model, found.fit.values, [*found.fit.windows, *fit_to(trial, known).windows])
+    both = refine(found.fit.model, found.fit.values, [*found.fit.windows, *fit_to(trial, with_weight).windows])
     cost = both.squared_error + both.values @ both.model.penalty @ both.values
-    assert found.fit.model.names[5:8] == known.model.names[5:8]
+    assert found.fit.model.names[5:8] == with_weight.model.names[5:8]
     assert found.deviations(trial) == pytest.approx(np.sqrt(cost) / NOISE, rel=0.3)
 
 
-def test_the_trial_that_is_advised_tells_them_apart_better_than_most(rival):
-    found = NextTrial(KNOWLEDGE, Grid.of(60.0)).furthest_apart(rival)
+def test_the_trial_that_is_advised_tells_them_apart_better_than_most(rival, knowledge):
+    found = NextTrial(knowledge, Grid.of(60.0)).furthest_apart(rival)
     assert found.deviations >= np.median(-found.survey.losses)
     assert found.deviations > 2 * rival.deviations_now
 
@@ -92,11 +97,11 @@ def test_rods_that_hang_still_tell_nothing_apart(rival):
     assert rival.deviations(CandidateTrial(np.pi, np.pi)) == pytest.approx(rival.deviations_now)
 
 
-def test_a_richer_form_of_an_effect_can_be_the_same():
+def test_a_richer_form_of_an_effect_can_be_the_same(known):
     coulomb = next(effect for effect in CATALOGUE if effect.key == "coulomb_friction.outer")
     model, values = MODEL.with_effect(ActiveEffect(coulomb)), np.append(TRUTH, 0.01)
-    known = Knowledge(model, values, np.eye(6), NOISE, np.eye(2), KNOWN.sampling)
-    windows = fit_to(CandidateTrial(4.0, 3.8), known).windows
-    found = list(rivals(known, windows, "coulomb_friction.outer", "stribeck_friction", "outer"))
+    with_friction = Knowledge(model, values, np.eye(6), NOISE, np.eye(2), known.sampling)
+    windows = fit_to(CandidateTrial(4.0, 3.8), with_friction).windows
+    found = list(rivals(with_friction, windows, "coulomb_friction.outer", "stribeck_friction", "outer"))
     assert found
     assert all(can_be_the_same(rival) for rival in found)

@@ -7,60 +7,57 @@ import pytest
 
 from cdp_ident.design.knowledge import NEW
 from cdp_ident.diagnosis.uncertainty import covariance
-from scenarios.next_swing import ALL_GROUPS, NOISE, Swings, swing
+from scenarios.next_swing import ALL_GROUPS, NOISE, swing
 from scenarios.weighted import WEIGHT
 
-SWINGS = Swings.of([swing(3.6, 3.9, np.random.default_rng(0))])
-KNOWN = SWINGS.knowledge
+
+def test_the_next_trial_is_recorded_as_those_before(known):
+    assert known.sampling.duration == pytest.approx(10, abs=0.1)
+    assert known.sampling.interval == pytest.approx(1 / 200)
+    assert known.noise == pytest.approx(NOISE, rel=0.05)
+    assert known.asked == (*ALL_GROUPS, "one_over_A22")
 
 
-def test_the_next_trial_is_recorded_as_those_before():
-    assert KNOWN.sampling.duration == pytest.approx(10, abs=0.1)
-    assert KNOWN.sampling.interval == pytest.approx(1 / 200)
-    assert KNOWN.noise == pytest.approx(NOISE, rel=0.05)
-    assert KNOWN.asked == (*ALL_GROUPS, "one_over_A22")
-
-
-def test_the_information_is_the_inverse_of_the_covariance():
-    groups = KNOWN.covariance[:5, :5]
+def test_the_information_is_the_inverse_of_the_covariance(known):
+    groups = known.covariance[:5, :5]
     scale = np.sqrt(np.diag(groups))
-    both = (KNOWN.information[:5, :5] * np.outer(scale, scale)) @ (groups / np.outer(scale, scale))
+    both = (known.information[:5, :5] * np.outer(scale, scale)) @ (groups / np.outer(scale, scale))
     assert both == pytest.approx(np.eye(5), abs=1e-6)
 
 
-def test_of_the_zeros_of_a_trial_that_is_not_there_yet_nothing_is_known():
-    with_zeros = KNOWN.with_zeros_of_its_own(True)
+def test_of_the_zeros_of_a_trial_that_is_not_there_yet_nothing_is_known(known):
+    with_zeros = known.with_zeros_of_its_own(True)
     place = with_zeros.model.zero_places(NEW)
     assert np.all(np.isinf(np.diag(with_zeros.covariance)[place]))
     assert not np.any(with_zeros.information[place])
     rig = with_zeros.model.of_rig
-    assert with_zeros.information[np.ix_(rig, rig)] == pytest.approx(KNOWN.information)
-    assert with_zeros.asked == KNOWN.asked
+    assert with_zeros.information[np.ix_(rig, rig)] == pytest.approx(known.information)
+    assert with_zeros.asked == known.asked
 
 
-def test_of_the_inertia_nothing_is_known_where_no_trial_shows_it():
-    assert KNOWN.model.names[5] == "one_over_A22"
-    assert KNOWN.values[5] == pytest.approx(1 / KNOWN.model.mechanism.inertia)
-    assert not KNOWN.shows_inertia
-    assert not np.any(KNOWN.information[5])
+def test_of_the_inertia_nothing_is_known_where_no_trial_shows_it(known):
+    assert known.model.names[5] == "one_over_A22"
+    assert known.values[5] == pytest.approx(1 / known.model.mechanism.inertia)
+    assert not known.shows_inertia
+    assert not np.any(known.information[5])
 
 
-def test_a_weight_s_errors_are_known_to_be_within_their_standard_deviations():
-    known = KNOWN.with_zeros_of_its_own(True).with_weights([WEIGHT, replace(WEIGHT, rod="inner")])
-    assert known.model.names[6:9] == (
+def test_a_weight_s_errors_are_known_to_be_within_their_standard_deviations(known):
+    with_weights = known.with_zeros_of_its_own(True).with_weights([WEIGHT, replace(WEIGHT, rod="inner")])
+    assert with_weights.model.names[6:9] == (
         "weight_error.mass.50 g",
         "weight_error.outer.300 mm",
         "weight_error.inner.300 mm",
     )
-    assert known.information[6:9, 6:9] == pytest.approx(np.eye(3))
-    assert not np.any(known.values[6:9])
-    assert known.information[:5, :5] == pytest.approx(KNOWN.information[:5, :5])
-    assert known.model.zeros == (NEW,)
-    assert known.asked == KNOWN.asked
+    assert with_weights.information[6:9, 6:9] == pytest.approx(np.eye(3))
+    assert not np.any(with_weights.values[6:9])
+    assert with_weights.information[:5, :5] == pytest.approx(known.information[:5, :5])
+    assert with_weights.model.zeros == (NEW,)
+    assert with_weights.asked == known.asked
 
 
-def test_what_is_known_of_a_weight_that_was_used_stays():
-    both = SWINGS.with_one_more(swing(3.6, 3.0, np.random.default_rng(1), weight=WEIGHT))
+def test_what_is_known_of_a_weight_that_was_used_stays(swings):
+    both = swings.with_one_more(swing(3.6, 3.0, np.random.default_rng(1), weight=WEIGHT))
     again = both.knowledge.with_weights([WEIGHT])
     assert again.shows_inertia
     assert again.model.names == both.fit.model.names

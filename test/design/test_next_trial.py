@@ -12,8 +12,15 @@ from cdp_ident.model.weights import Weight
 from scenarios.next_swing import ALL_GROUPS, Swings, swing
 from scenarios.weighted import INERTIA, WEIGHT
 
-FIRST = Swings.of([swing(np.pi + 0.5, np.pi + 0.7, np.random.default_rng(5))])
-TRIALS = NextTrial(FIRST.knowledge, Grid.of(30.0))
+
+@pytest.fixture(scope="module")
+def first():
+    return Swings.of([swing(np.pi + 0.5, np.pi + 0.7, np.random.default_rng(5))])
+
+
+@pytest.fixture(scope="module")
+def trials(first):
+    return NextTrial(first.knowledge, Grid.of(30.0))
 
 
 def size(swings, names):
@@ -30,16 +37,16 @@ def exactly_there(survey):
 @pytest.mark.parametrize(
     "names", [pytest.param(("c2_over_A22",), marks=pytest.mark.campaign), ALL_GROUPS], ids=["one", "all"]
 )
-def test_a_trial_as_advised_brings_what_was_foretold_and_more_than_most_random_starts(names):
+def test_a_trial_as_advised_brings_what_was_foretold_and_more_than_most_random_starts(first, trials, names):
     rng = np.random.default_rng(6)
-    found = TRIALS.sharpest(names)
-    assert found.now == pytest.approx(FIRST.standard_deviations(names), rel=1e-3)
-    assert found.size_now == pytest.approx(size(FIRST, names), rel=1e-3)
+    found = trials.sharpest(names)
+    assert found.now == pytest.approx(first.standard_deviations(names), rel=1e-3)
+    assert found.size_now == pytest.approx(size(first, names), rel=1e-3)
     trial = found.survey.trial
-    brought = size(FIRST.with_one_more(swing(trial.theta1, trial.theta2, rng)), names)
+    brought = size(first.with_one_more(swing(trial.theta1, trial.theta2, rng)), names)
     assert brought == pytest.approx(exactly_there(found.survey), rel=0.3)
     assert found.ratio < 0.5
-    random = [size(FIRST.with_one_more(swing(*rng.uniform(0, 2 * np.pi, 2), rng)), names) for _ in range(5)]
+    random = [size(first.with_one_more(swing(*rng.uniform(0, 2 * np.pi, 2), rng)), names) for _ in range(5)]
     assert brought < np.median(random)
 
 
@@ -52,52 +59,59 @@ def test_a_trial_as_advised_brings_what_was_foretold_and_more_than_most_random_s
     ],
     ids=["as sure as the noise allows", "as sure as the weight", "on the inner rod"],
 )
-def test_a_trial_with_a_weight_brings_the_interval_of_the_inertia_that_was_foretold(weight):
+def test_a_trial_with_a_weight_brings_the_interval_of_the_inertia_that_was_foretold(first, weight):
     rng = np.random.default_rng(8)
-    knowledge = FIRST.knowledge.with_weights([weight])
+    knowledge = first.knowledge.with_weights([weight])
     found = NextTrial(knowledge, Grid.of(60.0)).sharpest(("one_over_A22",), ((weight,),))
     assert np.all(np.isinf(found.now))
     trial = found.survey.trial
     assert trial.weights == (weight,)
-    both = FIRST.with_one_more(swing(trial.theta1, trial.theta2, rng, weight=weight))
+    both = first.with_one_more(swing(trial.theta1, trial.theta2, rng, weight=weight))
     (std,) = both.standard_deviations(("one_over_A22",))
     assert std == pytest.approx(found.survey.expected, rel=0.3)
     assert abs(both.fit.values[5] - 1.0 / INERTIA) < 3.0 * std < 0.1 / INERTIA
 
 
-def test_each_start_is_tried_with_each_load_and_the_best_is_taken():
+def test_each_start_is_tried_with_each_load_and_the_best_is_taken(first):
     heavy = replace(WEIGHT, mass=0.2, mass_std=1e-9, place_std=1e-9)
     loads = ((), (WEIGHT,), (heavy,))
-    knowledge = FIRST.knowledge.with_weights([WEIGHT, heavy])
-    trials = NextTrial(knowledge, Grid.of(90.0))
-    inertia = trials.sharpest(("one_over_A22",), loads[1:])
+    knowledge = first.knowledge.with_weights([WEIGHT, heavy])
+    weighted_trials = NextTrial(knowledge, Grid.of(90.0))
+    inertia = weighted_trials.sharpest(("one_over_A22",), loads[1:])
     assert inertia.survey.weights == (heavy,)
     assert inertia.unloaded is None
-    groups = trials.sharpest(ALL_GROUPS, loads)
-    bare, *weighted = (trials.sharpest(ALL_GROUPS, (load,)).survey.expected for load in loads)
+    groups = weighted_trials.sharpest(ALL_GROUPS, loads)
+    bare, *weighted = (weighted_trials.sharpest(ALL_GROUPS, (load,)).survey.expected for load in loads)
     assert groups.unloaded.expected == bare
     assert groups.survey.expected == (bare if bare <= 1.05 * min(weighted) else min(weighted))
 
 
-def test_a_weight_that_brings_hardly_more_is_not_advised():
+def test_a_weight_that_brings_hardly_more_is_not_advised(first):
     light = Weight("inner", 1e-4, 0.1)
-    found = NextTrial(FIRST.knowledge, Grid.of(90.0)).sharpest(ALL_GROUPS, ((light,), ()))
+    found = NextTrial(first.knowledge, Grid.of(90.0)).sharpest(ALL_GROUPS, ((light,), ()))
     assert found.survey.weights == ()
     assert found.survey is found.unloaded
 
 
-def test_the_standard_deviations_then_are_those_of_the_values_asked_for():
-    found = TRIALS.sharpest(ALL_GROUPS)
+def test_the_standard_deviations_then_are_those_of_the_values_asked_for(trials):
+    found = trials.sharpest(ALL_GROUPS)
     assert found.then.shape == (5,)
     assert np.all(found.then < found.now)
 
 
-def test_who_asks_for_one_value_gets_the_start_that_is_best_for_it():
-    asked, all_of_them = TRIALS.sharpest(("c1_over_A22",)), TRIALS.sharpest(ALL_GROUPS)
+def test_who_asks_for_one_value_gets_the_start_that_is_best_for_it(trials):
+    asked, all_of_them = trials.sharpest(("c1_over_A22",)), trials.sharpest(ALL_GROUPS)
     there = np.argwhere(all_of_them.survey.losses == all_of_them.survey.losses.min())[0]
     assert asked.survey.losses.min() <= asked.survey.losses[tuple(there)]
 
 
-def test_the_map_is_as_symmetric_as_the_rig():
-    losses = TRIALS.sharpest(("c2_over_A22",)).survey.losses[:-1, :-1]  # without the rods that are upright
+def test_the_map_is_as_symmetric_as_the_rig(trials):
+    losses = trials.sharpest(("c2_over_A22",)).survey.losses[:-1, :-1]  # without the rods that are upright
     assert losses == pytest.approx(losses[::-1, ::-1])
+
+
+def test_who_asks_for_fewer_starts_gets_one_of_them_and_the_same_of_each(trials):
+    few = trials.grid.thinned
+    found, among_all = trials.sharpest(("c1_over_A22",), grid=few), trials.sharpest(("c1_over_A22",))
+    assert (found.survey.inner, found.survey.outer) in {(i, j) for i in few.inner for j in few.outer}
+    assert np.array_equal(found.survey.losses, among_all.survey.losses[1::2, 1::2])

@@ -65,7 +65,11 @@ def test_a_factor_near_one_is_an_effect_with_which_forces_balance():
 
 @pytest.mark.parametrize(
     ("kind", "seed"),
-    [("none", SEED), ("coulomb_friction.inner+coulomb_friction.outer", 31000), ("magnet.outer", 31000)],
+    [
+        ("none", SEED),
+        pytest.param("coulomb_friction.inner+coulomb_friction.outer", 31000, marks=pytest.mark.campaign),
+        ("magnet.outer", 31000),
+    ],
 )
 def test_none_is_found_where_readings_are_right_whatever_else_acts(kind, seed):
     of = made(kind, seed)

@@ -40,6 +40,13 @@ def identified(seed=0):
     return identify(trials(seed)[:2], trials(seed)[2:], IdentifyOptions(window=1.5, join_windows=True))
 
 
+@cache
+def traced():
+    """What was traced in these, and what was said meanwhile."""
+    said = []
+    return trace(identified(), said.append), said
+
+
 def deviations(values, spread):
     return (values[: len(TRUTH)] - TRUTH) / np.sqrt(np.diag(spread))[: len(TRUTH)]
 
@@ -75,8 +82,7 @@ def test_windows_that_do_not_follow_one_another_say_nothing():
 
 
 def test_a_trace_ends_with_the_joined_values_on_request_alone():
-    found, said = identified(), []
-    joined = trace(found, said.append)
+    found, (joined, said) = identified(), traced()
     assert joined.joined
     assert any(line.startswith("windows are joined: p = ") for line in said)
     assert joined.after.fit.values == pytest.approx(jumps(found.fit, covariance(found.fit)).values)
@@ -93,4 +99,4 @@ def test_motion_that_is_held_out_has_no_part_in_it():
     joined = trace(identify(fitted, [disturbed], IdentifyOptions(window=1.5, join_windows=True)))
     assert joined.unexplained.significant
     assert joined.joined
-    assert np.array_equal(joined.after.fit.values, trace(identified()).after.fit.values)
+    assert np.array_equal(joined.after.fit.values, traced()[0].after.fit.values)

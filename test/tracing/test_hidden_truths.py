@@ -16,7 +16,9 @@ pytestmark = pytest.mark.long
 FIT_TO_THE_NOISE = 1.2
 
 
+@pytest.mark.campaign
 def test_a_kind_and_a_seed_always_hide_the_same() -> None:
+    """As in `test/reference/test_truths.py`."""
     (first, *_), answer = hidden_truth("coulomb_friction.outer", 3)
     (again, *_), other_answer = hidden_truth("coulomb_friction.outer", 3)
     (another, *_), _ = hidden_truth("coulomb_friction.outer", 4)

@@ -1,15 +1,20 @@
 """Figures as files."""
 
+import importlib
 import subprocess
 import sys
 from xml.etree import ElementTree
 
-import matplotlib
 import numpy as np
 import pytest
 
 from cdp_ident.report.figures.description import Axis, Figure, Intervals, Line, Panel
-from cdp_ident.report.figures.for_paper import png_and_svg
+
+
+@pytest.fixture(scope="module")
+def png_and_svg():
+    """Loaded here: who draws nothing need not wait for what draws."""
+    return importlib.import_module("cdp_ident.report.figures.for_paper").png_and_svg
 
 
 def figure(text="name"):
@@ -23,25 +28,26 @@ def figure(text="name"):
     return Figure("f", "errors", text, text, text, panels)
 
 
-def test_both_kinds_of_file_come_out():
+def test_both_kinds_of_file_come_out(png_and_svg):
     png, svg = png_and_svg(figure())
     assert png.startswith(b"\x89PNG")
     assert ElementTree.fromstring(svg).tag == "{http://www.w3.org/2000/svg}svg"
 
 
-def test_the_same_figure_gives_the_same_bytes():
+def test_the_same_figure_gives_the_same_bytes(png_and_svg):
     assert png_and_svg(figure()) == png_and_svg(figure())
 
 
 @pytest.mark.parametrize("text", ["$", "$x$ and $\\frac{$", "a_b^c", "\\", "<script>alert(1)</script>&", "%s {0}"])
-def test_text_stays_text(text):
+def test_text_stays_text(png_and_svg, text):
     _, svg = png_and_svg(figure(text))
     assert text in [
         "".join(element.itertext()).strip() for element in ElementTree.fromstring(svg).iter() if element.text
     ]
 
 
-def test_nobody_else_s_settings_are_changed():
+def test_nobody_else_s_settings_are_changed(png_and_svg):
+    matplotlib = importlib.import_module("matplotlib")
     before = dict(matplotlib.rcParams)
     png_and_svg(figure())
     assert dict(matplotlib.rcParams) == before
