@@ -34,6 +34,8 @@ class Score:
     """Root mean square of the measured angles' errors [rad]."""
     hidden: tuple[str, ...] = ()
     named: tuple[str, ...] = ()
+    also_possible: tuple[str, ...] = ()
+    """What is said of each of these to be as possible; what is hidden counts as right there, too."""
     unknown: tuple[str, ...] = ()
     """Torques that were found without a name."""
     right: tuple[str, ...] = ()
@@ -80,7 +82,10 @@ class Score:
         if self.error:
             return f"{begin}: {self.error.splitlines()[-1]}"
         remain = ", more than noise remains" if self.remains else ""
-        answer = ", ".join((*self.named, *(f"unknown {key}" for key in self.unknown))) or "nothing"
+        named = [
+            f"{key} or {others}" if others else key for key, others in zip(self.named, self.also_possible, strict=True)
+        ]
+        answer = ", ".join((*named, *(f"unknown {key}" for key in self.unknown))) or "nothing"
         return (
             f"{begin} ({self.size:.2g} x, {self.rate} Hz): {', '.join(self.hidden) or 'nothing'} -> {answer}; "
             f"{self.before:.2f} -> {self.after:.2f} x {1e3 * self.noise:.2f} mrad{remain}, {self.seconds:.1f} s"
@@ -116,6 +121,7 @@ def score(truth: Truth, found: Found, seconds: float) -> Score:
         noise=truth.floor,
         hidden=tuple(f"{h.strength:.3g} {h.effect.unit} ({h.visible:.1f})" for h in truth.hidden),
         named=tuple(named.key for named in found.named),
+        also_possible=tuple(" or ".join(map(" ".join, named.also_possible)) for named in found.named),
         unknown=found.unknown,
         right=_keys(right),
         missed=_keys([h for h in unnamed if h.known and h not in faint]),

@@ -200,7 +200,7 @@ def _related(
     for form in forms:
         new = ActiveEffect(form)
         is_one = form.form is Form.MEMORY or all(parameter.name in known for parameter in new.fitted)
-        for factor in _ONE_SHAPE if is_one else _SHAPES:
+        for factor in _ONE_SHAPE if is_one or besides else _SHAPES:
             begin = [
                 known.get(p.name, factor * p.typical if p.shape else _SOME * max(known.values())) for p in new.fitted
             ]
@@ -208,11 +208,12 @@ def _related(
     left_out = [index, *(current.place_of(other) for other in besides)]
 
     def may_win(rival: Attempt) -> bool:
-        # A richer form that the information criterion does not prefer is neither better nor another possibility.
+        # A richer form that is not better is another possibility only if the information criterion prefers it.
         is_richer = _is_richer_form(rival.model.effects[-1].effect, active.effect)
-        return may_be_accepted(removed, rival) and (change(current, rival).bic < 0 or not is_richer)
+        may_matter = not is_richer or may_be_better(rival, current) or change(current, rival).bic < 0
+        return may_be_accepted(removed, rival) and may_matter
 
-    return progress.replaced(current, left_out, others, to_beat=current, may_win=may_win)
+    return progress.replaced(current, left_out, others, to_beat=current, may_win=may_win, from_afar=bool(besides))
 
 
 def richer_forms(progress: Progress, label: str) -> list[TorqueEffect]:

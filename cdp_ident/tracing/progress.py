@@ -156,17 +156,21 @@ class Progress:
         others: Sequence[tuple[ActiveEffect, Array]],
         to_beat: Attempt | None = None,
         may_win: Condition = _always,
+        from_afar: bool = False,
     ) -> list[Attempt]:
         """Return models with each of other effects, of given values, in the place of some.
 
-        What is left out, and what is not predicted, is as in `tried`.
+        What is left out, and what is not predicted, is as in `tried`. On request they are fitted over windows of
+        growing length, for values that may be far from those that fit.
 
         Raises:
             InterruptedSelectionError: the selection is asked to stop.
         """
         model, remaining = left_after(attempt, indices)
         begun = [(model.with_effect(active), np.concatenate([remaining, values])) for active, values in others]
-        found = self._refitted(_roughly(attempt, to_beat, may_win), begun, [active.effect.key for active, _ in others])
+        found = self._refitted(
+            _roughly(attempt, to_beat, may_win, from_afar), begun, [active.effect.key for active, _ in others]
+        )
         return [after for after in found if after]
 
     def enriched(self, attempt: Attempt, index: int, richer: Candidate) -> list[Attempt]:
@@ -359,12 +363,12 @@ def _with_candidates(model: MotionModel, values: Array, candidates: Iterable[Can
 
 
 def _roughly(
-    attempt: Attempt, to_beat: Attempt | None = None, may_win: Condition = _always
+    attempt: Attempt, to_beat: Attempt | None = None, may_win: Condition = _always, from_afar: bool = False
 ) -> Callable[[tuple[MotionModel, Array]], Attempt | None]:
     """Return what refits a model over an attempt's windows from given values, well enough to compare it."""
 
     def refit(begun: tuple[MotionModel, Array]) -> Attempt | None:
-        fit = refine(*begun, attempt.fit.windows, tolerance=_ROUGHLY)
+        fit = (refine_from_afar if from_afar else refine)(*begun, attempt.fit.windows, tolerance=_ROUGHLY)
         return _predicted(fit, attempt.folds, to_beat, may_win)
 
     return refit

@@ -70,6 +70,11 @@ def test_a_result_has_the_worst_of_its_verdicts(result, verdict):
     assert json.loads(json.dumps(result.as_json))["verdict"] == verdict
 
 
+def test_what_is_as_possible_as_a_name_is_told_beside_it():
+    found = judged("coulomb_friction.outer", [DRY], [named("air_drag", "outer", ("coulomb_friction", "outer"))])
+    assert "-> air_drag.outer or coulomb_friction outer; " in found.line
+
+
 def test_one_name_does_not_do_for_two_effects():
     twice = [named("coulomb_friction", "outer")] * 2
     assert judged("coulomb_friction.outer", [DRY], twice).false == ("coulomb_friction.outer",)
