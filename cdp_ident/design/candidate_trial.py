@@ -1,5 +1,6 @@
 """A trial that could be recorded next, and what it would show: simulated with the fitted model."""
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -9,6 +10,7 @@ import numpy.typing as npt
 from cdp_ident.design.knowledge import NEW, Knowledge
 from cdp_ident.diagnosis.uncertainty import curvature
 from cdp_ident.errors import IdentificationError
+from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.predictability import predictability
 from cdp_ident.fit.refinement import Fit
 from cdp_ident.fit.scales import GRID, WINDOW, half_width_of, pace_of
@@ -58,12 +60,8 @@ def fit_to(candidate: CandidateTrial, knowledge: Knowledge) -> Fit:
         IdentificationError: its motion cannot be computed.
     """
     model, values, windows = knowledge.model, knowledge.values, windows_of(candidate, knowledge)
-    sensitivities: list[Array] = []
-    for block in model.blocks(windows):
-        together = windows[block]
-        _, by_unknowns, bounds = model.predict_together(values, [window.start for window in together], together)
-        for window, samples in zip(together, pairwise(bounds.tolist()), strict=True):
-            sensitivities.append(window.whitened(by_unknowns[slice(*samples)]))
+    followed = zip(windows, predictions(model, values, windows), strict=True)
+    sensitivities = [window.whitened(by_unknowns) for window, (_, by_unknowns) in followed]
     if not all(np.all(np.isfinite(sensitivity)) for sensitivity in sensitivities):
         raise IdentificationError("the motion of a trial that is let go there cannot be computed")
     shapes = [window.theta.shape for window in windows]
@@ -78,6 +76,15 @@ def fit_to(candidate: CandidateTrial, knowledge: Knowledge) -> Fit:
         simulations=1,
         converged=True,
     )
+
+
+def predictions(model: MotionModel, values: Array, windows: Sequence[Window]) -> Iterator[tuple[Array, Array]]:
+    """Yield what the encoders show in each window from its start on, and the derivatives; see `MotionModel.predict`."""
+    for block in model.blocks(windows):
+        starts = [window.start for window in windows[block]]
+        theta, by_unknowns, bounds = model.predict_together(values, starts, windows[block])
+        for first, end in pairwise(bounds.tolist()):
+            yield theta[first:end], by_unknowns[first:end]
 
 
 def windows_of(candidate: CandidateTrial, knowledge: Knowledge) -> list[Window]:

@@ -7,12 +7,11 @@ are: it is adjusted to their motion, as the fitted model has it, along with the 
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.design.candidate_trial import CandidateTrial, windows_of
+from cdp_ident.design.candidate_trial import CandidateTrial, predictions, windows_of
 from cdp_ident.design.knowledge import Knowledge
 from cdp_ident.diagnosis.uncertainty import curvature, negative_gradient, scaled_inverse
 from cdp_ident.errors import IdentificationError
@@ -76,14 +75,10 @@ class Rival:
 def _followed(rival: Fit, windows: Sequence[Window]) -> Fit | None:
     """Return how a rival follows the motion of windows from their starts; None where it cannot be computed."""
     residuals, sensitivities = [], []
-    for block in rival.model.blocks(windows):
-        together = windows[block]
-        starts = [window.start for window in together]
-        theta, by_unknowns, bounds = rival.model.predict_together(rival.values, starts, together)
-        for window, of_window in zip(together, pairwise(bounds.tolist()), strict=True):
-            own = slice(*of_window)
-            residuals.append(window.whitened(window.theta - theta[own]))
-            sensitivities.append(window.whitened(by_unknowns[own]))
+    predicted = predictions(rival.model, rival.values, windows)
+    for window, (theta, by_unknowns) in zip(windows, predicted, strict=True):
+        residuals.append(window.whitened(window.theta - theta))
+        sensitivities.append(window.whitened(by_unknowns))
     if not all(np.all(np.isfinite(values)) for values in (*residuals, *sensitivities)):
         return None
     weights = tuple(np.ones_like(residual) for residual in residuals)
