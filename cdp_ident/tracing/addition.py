@@ -17,8 +17,9 @@ from cdp_ident.tracing import thresholds
 from cdp_ident.tracing.acceptance import fits_of, is_accepted, may_be_accepted
 from cdp_ident.tracing.candidates import Candidate, ScoreTest, addable
 from cdp_ident.tracing.evidence import Attempt, change
-from cdp_ident.tracing.exchange import is_better, try_states, try_without_states
+from cdp_ident.tracing.exchange import try_states, try_without_states
 from cdp_ident.tracing.instants import instants
+from cdp_ident.tracing.preference import is_better
 from cdp_ident.tracing.progress import Progress
 from cdp_ident.tracing.pruning import drop_superfluous, without_superfluous_ones
 from cdp_ident.tracing.screening import expected_variance, gains_enough, is_worth_a_look, promising

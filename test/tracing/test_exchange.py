@@ -13,7 +13,7 @@ from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.pipeline.identify import identify
 from cdp_ident.tracing import exchange
 from cdp_ident.tracing.evidence import Attempt, Change
-from cdp_ident.tracing.exchange import alternatives, exchange_effects, is_better
+from cdp_ident.tracing.exchange import alternatives, exchange_effects
 from cdp_ident.tracing.progress import Progress, attempt_of
 from scenarios.hidden_truths import FIT_TRIALS, hidden_truth
 
@@ -79,40 +79,13 @@ def test_what_explains_no_more_than_what_it_contains_is_exchanged_for_that(
     assert not exchange_effects(progress)
 
 
-SMALL_SHARE = Mock(spec=Change, fit=100.0, validation=20.0, bic=-80.0, freedom=2.0)
-"""Too much for chance, but a small share of the error."""
-
-
-@pytest.fixture
-def noise_alone(rubbing: tuple[Identification, Attempt, float], monkeypatch: pytest.MonkeyPatch) -> list[Attempt]:
-    """A model with a richer form of dry friction, that is said to gain a small share of the error, and a plain one."""
+def test_a_richer_form_that_the_data_prefer_but_not_by_enough_is_another_possibility_where_only_noise_remains(
+    rubbing: tuple[Identification, Attempt, float], monkeypatch: pytest.MonkeyPatch
+) -> None:
     identified, more, _ = rubbing
     dry = with_effects(identified, "coulomb_friction.outer")
-    opposite = Mock(spec=Change, fit=-100.0, validation=-20.0, bic=80.0, freedom=1.0)
-    monkeypatch.setattr(exchange, "change", lambda before, after: SMALL_SHARE if after is more else opposite)
-    monkeypatch.setattr(exchange, "improves_enough", lambda before, after: False)
-    monkeypatch.setattr(exchange, "is_structured", lambda fit: False)
-    return [more, dry]
-
-
-@pytest.mark.parametrize(("of_the_fall", "better"), [(0.4, True), (0.9, False)])
-def test_a_richer_form_may_gain_a_small_share_where_nothing_that_is_missing_would_gain_as_much(
-    of_the_fall: float, better: bool, noise_alone: list[Attempt], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    more, dry = noise_alone
-    gain = of_the_fall * (dry.fit.squared_error - more.fit.squared_error)
-    missing = Mock(**{"ranked.return_value": [Mock(gain=gain)]})
-    monkeypatch.setattr(exchange, "ScoreTest", lambda fit, candidates: missing)
-    assert is_better(more, dry) == better
-    monkeypatch.setattr(exchange, "is_structured", lambda fit: True)
-    assert not is_better(more, dry), "more than noise remains"
-
-
-def test_a_richer_form_that_the_data_prefer_but_not_by_enough_is_another_possibility_where_only_noise_remains(
-    noise_alone: list[Attempt], rubbing: tuple[Identification, Attempt, float], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    more, dry = noise_alone
     monkeypatch.setattr(exchange, "is_accepted", lambda before, after: True)
-    assert alternatives(dry.model.effects[0], dry, dry, [more]) == ("stribeck_friction outer",)
-    monkeypatch.setattr(exchange, "is_structured", lambda fit: True)
-    assert alternatives(dry.model.effects[0], dry, dry, [more]) == ()
+    monkeypatch.setattr(exchange, "change", lambda before, after: Mock(spec=Change, bic=-80.0))
+    for structured, possible in ((False, ("stribeck_friction outer",)), (True, ())):
+        monkeypatch.setattr(exchange, "is_structured", lambda fit, structured=structured: structured)
+        assert alternatives(dry.model.effects[0], dry, dry, [more]) == possible
