@@ -8,38 +8,33 @@ from typing import TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.diagnosis.cross_validation import Folds
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.astray import with_starts_found_again
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.noise import NO_STEPS
-from cdp_ident.fit.refinement import Fit, refine, refine_from_afar
+from cdp_ident.fit.refinement import refine, refine_from_afar
 from cdp_ident.fit.reweighting import reweighted
 from cdp_ident.model.effects.effect import JOINTS
 from cdp_ident.model.parallel import parallel_map
 from cdp_ident.tracing import thresholds
 from cdp_ident.tracing.candidates import Candidate
 from cdp_ident.tracing.evidence import Attempt
+from cdp_ident.tracing.refits import (
+    Condition,
+    always,
+    attempt_of,
+    left_after,
+    predicted,
+    refit_with,
+    refit_without,
+    roughly,
+    with_candidates,
+)
 from cdp_ident.tracing.selection import Step, Tried
 
 Array = npt.NDArray[np.float64]
 Begun = TypeVar("Begun")
-
-_ROUGHLY = 1e-4
-"""Tolerance of refits that only compare candidates; the accepted model is refined further."""
-_HOPELESS = 1.5
-"""A rival that leaves so many times the squared error of what it is to beat is not better, nor as good."""
-_KEPT = 0.5
-"""A refit over whole windows is good if it gains this share of what the score test predicts."""
-_FEW = 10
-"""Iterations of a refit that need not be repeated: those that go astray take some twenty and more."""
-Condition = Callable[[Attempt], bool]
-"""A condition on a model's fit alone: it does not ask for its predictions."""
-
-
-def _always(attempt: Attempt) -> bool:
-    return True
 
 
 class InterruptedSelectionError(Exception):
@@ -109,7 +104,7 @@ class Progress:
         attempt: Attempt,
         additions: Iterable[tuple[Candidate, ...]],
         to_beat: Attempt | None = None,
-        may_win: Condition = _always,
+        may_win: Condition = always,
     ) -> list[tuple[tuple[Candidate, ...], Attempt]]:
         """Return refits of a model with each of some additions; those that fail are reported and left out.
 
@@ -131,7 +126,7 @@ class Progress:
         self,
         additions: Sequence[tuple[Attempt, tuple[Candidate, ...]]],
         to_beat: Attempt | None = None,
-        may_win: Condition = _always,
+        may_win: Condition = always,
     ) -> list[tuple[Attempt, tuple[Candidate, ...], Attempt]]:
         """Return models, what is added to each, and the refit with it; the rest is as in `tried`.
 
@@ -141,9 +136,9 @@ class Progress:
 
         def refit(addition: tuple[Attempt, tuple[Candidate, ...]]) -> Attempt | None:
             attempt, candidates = addition
-            model, values = _with_candidates(attempt.model, attempt.fit.values, candidates)
+            model, values = with_candidates(attempt.model, attempt.fit.values, candidates)
             expected = attempt.fit.squared_error - sum(candidate.gain for candidate in candidates)
-            return _predicted(_refit(model, values, attempt.fit, expected), attempt.folds, to_beat, may_win)
+            return predicted(refit_with(model, values, attempt.fit, expected), attempt.folds, to_beat, may_win)
 
         names = [" and ".join(candidate.active.effect.key for candidate in added) for _, added in additions]
         found = self._refitted(refit, additions, names)
@@ -155,7 +150,7 @@ class Progress:
         indices: Sequence[int],
         others: Sequence[tuple[ActiveEffect, Array]],
         to_beat: Attempt | None = None,
-        may_win: Condition = _always,
+        may_win: Condition = always,
         from_afar: bool = False,
     ) -> list[Attempt]:
         """Return models with each of other effects, of given values, in the place of some.
@@ -169,7 +164,7 @@ class Progress:
         model, remaining = left_after(attempt, indices)
         begun = [(model.with_effect(active), np.concatenate([remaining, values])) for active, values in others]
         found = self._refitted(
-            _roughly(attempt, to_beat, may_win, from_afar), begun, [active.effect.key for active, _ in others]
+            roughly(attempt, to_beat, may_win, from_afar), begun, [active.effect.key for active, _ in others]
         )
         return [after for after in found if after]
 
@@ -179,11 +174,11 @@ class Progress:
         Raises:
             InterruptedSelectionError: the selection is asked to stop.
         """
-        model, values = _with_candidates(*left_after(attempt, [index]), [richer])
+        model, values = with_candidates(*left_after(attempt, [index]), [richer])
         expected = attempt.fit.squared_error - richer.gain
 
         def refit(begun: Array) -> Attempt:
-            return attempt_of(_refit(model, begun, attempt.fit, expected), attempt.folds)
+            return attempt_of(refit_with(model, begun, attempt.fit, expected), attempt.folds)
 
         return [after for after in self._refitted(refit, [values], [richer.active.effect.key]) if after]
 
@@ -193,7 +188,7 @@ class Progress:
         Raises:
             InterruptedSelectionError: the selection is asked to stop.
         """
-        return self._refitted(_roughly(attempt), [(model, values)], [what])[0]
+        return self._refitted(roughly(attempt), [(model, values)], [what])[0]
 
     def without(self, attempt: Attempt, indices: Sequence[int]) -> Attempt:
         """Return a model without some of its effects, refitted; see `without_each`."""
@@ -210,7 +205,7 @@ class Progress:
         new = [chosen for chosen in dict.fromkeys(map(tuple, leaving_out)) if chosen not in self._without]
 
         def refit(indices: Sequence[int]) -> Attempt | Exception:
-            after = _without_effects(attempt, indices)
+            after = refit_without(attempt, indices)
             return after.condensed() if self._condenses and isinstance(after, Attempt) else after
 
         # Side by side, the derivatives of all windows of several models would not fit into memory.
@@ -255,7 +250,7 @@ class Progress:
             model, values = model.with_zeros(values, {window.trial for window in fit.windows})
         before = replace(fit, windows=tuple(replace(window, whitening=white) for window in fit.windows))
         expected = found.fit.variance * fit.samples
-        return self.finished(Attempt(_refit(model, values, before, expected), self.current.folds))
+        return self.finished(Attempt(refit_with(model, values, before, expected), self.current.folds))
 
     def _refitted(
         self, refit: Callable[[Begun], Attempt | None], begun: Sequence[Begun], names: Sequence[str]
@@ -294,7 +289,7 @@ class Progress:
             InterruptedSelectionError: the selection is asked to stop.
         """
         self.go_on()
-        model, values = _with_candidates(attempt.model, begin, candidates)
+        model, values = with_candidates(attempt.model, begin, candidates)
         try:
             fit = refine_from_afar(model, values, attempt.fit.windows)
             return attempt_of(with_starts_found_again(fit), attempt.folds)
@@ -335,89 +330,3 @@ class Progress:
         """Record a step that ended with the model `after`, and report a line about it."""
         self.steps.append(Step(action, after.fit.rmse(), after.validation.rmse(), tuple(tried)))
         self._say(line)
-
-
-def _without_effects(attempt: Attempt, indices: Sequence[int]) -> Attempt | Exception:
-    """Return a model without some of its effects, refitted, or why that cannot be done."""
-    try:
-        return attempt_of(refine(*left_after(attempt, indices), attempt.fit.windows), attempt.folds)
-    except (IdentificationError, np.linalg.LinAlgError) as error:
-        return error
-
-
-def left_after(attempt: Attempt, indices: Sequence[int]) -> tuple[MotionModel, Array]:
-    """Return a model without some of its effects, and the values that are left."""
-    model: MotionModel = attempt.model
-    values: Array = attempt.fit.values
-    for index in sorted(indices, reverse=True):
-        model, remain = model.without_effect(index)
-        values = values[remain]
-    return model, values
-
-
-def _with_candidates(model: MotionModel, values: Array, candidates: Iterable[Candidate]) -> tuple[MotionModel, Array]:
-    for candidate in candidates:
-        model = model.with_effect(candidate.active)
-        values = np.concatenate([values, candidate.values])
-    return model, values
-
-
-def _roughly(
-    attempt: Attempt, to_beat: Attempt | None = None, may_win: Condition = _always, from_afar: bool = False
-) -> Callable[[tuple[MotionModel, Array]], Attempt | None]:
-    """Return what refits a model over an attempt's windows from given values, well enough to compare it."""
-
-    def refit(begun: tuple[MotionModel, Array]) -> Attempt | None:
-        fit = (refine_from_afar if from_afar else refine)(*begun, attempt.fit.windows, tolerance=_ROUGHLY)
-        return _predicted(fit, attempt.folds, to_beat, may_win)
-
-    return refit
-
-
-def _refit(model: MotionModel, values: Array, before: Fit, expected: float) -> Fit:
-    """Refine a model with more effects, over whole windows or, if that fails, over windows of growing length.
-
-    A fit that ends after a few steps has found the minimum that the score test points to, however little that gains.
-    What oscillates by itself is fitted over growing windows at once: over whole ones its frequency has many minima.
-
-    Args:
-        model: the model.
-        values: (unknowns,) initial values.
-        before: the fit of the model without them.
-        expected: the squared error that score tests predict [rad^2].
-    """
-    if any(active.effect.brings_states for active in model.effects[len(before.model.effects) :]):
-        return refine_from_afar(model, values, before.windows, tolerance=_ROUGHLY)
-    at_once: Fit | None = None
-    try:
-        at_once = refine(model, values, before.windows, tolerance=_ROUGHLY)
-    except IdentificationError:
-        pass  # the motion cannot be computed over whole windows; over short ones it can
-    else:
-        gained, promised = before.squared_error - at_once.squared_error, before.squared_error - expected
-        is_near = at_once.iterations <= _FEW and gained > 0.0
-        if at_once.converged and (is_near or gained > _KEPT * promised):
-            return at_once
-    grown = refine_from_afar(model, values, before.windows, tolerance=_ROUGHLY)
-    return at_once if at_once is not None and at_once.squared_error < grown.squared_error else grown
-
-
-def _predicted(fit: Fit, folds: Folds, to_beat: Attempt | None, may_win: Condition) -> Attempt | None:
-    """Return a fitted model, with its predictions where it may win; None where it is far from what it is to beat."""
-    if to_beat is not None and fit.squared_error > _HOPELESS * to_beat.fit.squared_error:
-        return None
-    attempt = Attempt(fit, folds)
-    if may_win(attempt):
-        attempt.predict()
-    return attempt
-
-
-def attempt_of(fit: Fit, folds: Folds) -> Attempt:
-    """Return a fitted model with its predictions of each fold.
-
-    Raises:
-        IdentificationError: they cannot be computed.
-    """
-    attempt = Attempt(fit, folds)
-    attempt.predict()
-    return attempt

@@ -19,8 +19,9 @@ from cdp_ident.tracing.certainty import certainties
 from cdp_ident.tracing.evidence import Attempt
 from cdp_ident.tracing.exchange import alternatives, exchange_effects, try_states, try_without_states
 from cdp_ident.tracing.expected import ExpectedEffect, begin_with
-from cdp_ident.tracing.progress import InterruptedSelectionError, Progress, attempt_of
+from cdp_ident.tracing.progress import InterruptedSelectionError, Progress
 from cdp_ident.tracing.pruning import drop_repeated_impulses, drop_superfluous, drop_without_strength
+from cdp_ident.tracing.refits import attempt_of
 from cdp_ident.tracing.selection import Selection
 from cdp_ident.tracing.typical_forms import try_typical_forms
 from cdp_ident.tracing.unknown_torques import add_unknown_torques

@@ -21,7 +21,7 @@ from cdp_ident.tracing.expected import ExpectedEffect
 from cdp_ident.tracing.final_model import FinalModel
 from cdp_ident.tracing.found_effects import FoundEffect, found_effects
 from cdp_ident.tracing.in_doubt import InDoubt, added_covariance, effects_in_doubt
-from cdp_ident.tracing.progress import attempt_of
+from cdp_ident.tracing.refits import attempt_of
 from cdp_ident.tracing.selection import Selection
 from cdp_ident.tracing.stepwise import stepwise_selection
 from cdp_ident.tracing.unexplained import Unexplained, leaves_only_noise, unexplained

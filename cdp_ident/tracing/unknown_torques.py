@@ -26,7 +26,8 @@ from cdp_ident.tracing.acceptance import fits_of, is_accepted
 from cdp_ident.tracing.candidates import Candidate, ScoreTest
 from cdp_ident.tracing.evidence import Attempt, change
 from cdp_ident.tracing.preference import is_better
-from cdp_ident.tracing.progress import Progress, left_after
+from cdp_ident.tracing.progress import Progress
+from cdp_ident.tracing.refits import left_after
 from cdp_ident.tracing.screening import expected_variance
 from cdp_ident.tracing.smoothness import Smooth, smooth_curve
 

@@ -4,8 +4,9 @@ from cdp_ident.diagnosis.cross_validation import Folds
 from cdp_ident.fit.refinement import refine
 from cdp_ident.tracing.addition import add_weak_effects
 from cdp_ident.tracing.evidence import Attempt
-from cdp_ident.tracing.progress import Progress, attempt_of
+from cdp_ident.tracing.progress import Progress
 from cdp_ident.tracing.pruning import drop_superfluous
+from cdp_ident.tracing.refits import attempt_of
 
 
 def over_share(whole: Attempt, chosen: tuple[int, ...]) -> Attempt:

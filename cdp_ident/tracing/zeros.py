@@ -16,7 +16,8 @@ from cdp_ident.tracing.addition import at_instants
 from cdp_ident.tracing.candidates import Candidate
 from cdp_ident.tracing.evidence import Attempt, change
 from cdp_ident.tracing.noise_memory import is_structured
-from cdp_ident.tracing.progress import Progress, left_after
+from cdp_ident.tracing.progress import Progress
+from cdp_ident.tracing.refits import left_after
 
 Array = npt.NDArray[np.float64]
 

@@ -9,7 +9,7 @@ from cdp_ident.fit.prior import Prior
 from cdp_ident.fit.refinement import refine
 from cdp_ident.fit.windows import cut_into_windows
 from cdp_ident.model.parameters import SYMBOLS, groups_of
-from cdp_ident.tracing.progress import attempt_of
+from cdp_ident.tracing.refits import attempt_of
 from reference.pendulum import TABLE_5
 from scenarios.twin import TEN_SECONDS, twin
 

@@ -19,7 +19,7 @@ from cdp_ident.model.torques import Torques
 from cdp_ident.tracing import thresholds
 from cdp_ident.tracing.acceptance import improves_enough, is_accepted, share_explained
 from cdp_ident.tracing.evidence import Attempt
-from cdp_ident.tracing.progress import attempt_of
+from cdp_ident.tracing.refits import attempt_of
 from cdp_ident.trial.trial import Trial
 from reference.pendulum import TABLE_5
 from scenarios.twin import TEN_SECONDS, as_measured

@@ -12,7 +12,7 @@ from cdp_ident.fit.windows import cut_into_windows
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.parameters import SYMBOLS, groups_of
 from cdp_ident.tracing.evidence import Attempt, change
-from cdp_ident.tracing.progress import attempt_of
+from cdp_ident.tracing.refits import attempt_of
 from reference.pendulum import TABLE_5
 from scenarios.twin import standard_twin
 

@@ -14,7 +14,8 @@ from cdp_ident.pipeline.identify import identify
 from cdp_ident.tracing import exchange
 from cdp_ident.tracing.evidence import Attempt, Change
 from cdp_ident.tracing.exchange import alternatives, exchange_effects
-from cdp_ident.tracing.progress import Progress, attempt_of
+from cdp_ident.tracing.progress import Progress
+from cdp_ident.tracing.refits import attempt_of
 from scenarios.hidden_truths import FIT_TRIALS, hidden_truth
 
 pytestmark = pytest.mark.long

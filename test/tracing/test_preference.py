@@ -11,7 +11,7 @@ from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.tracing import preference
 from cdp_ident.tracing.evidence import Change
 from cdp_ident.tracing.preference import is_better
-from cdp_ident.tracing.progress import attempt_of
+from cdp_ident.tracing.refits import attempt_of
 
 BY_KEY = {effect.key: effect for effect in CATALOGUE}
 SMALL_SHARE = Mock(spec=Change, fit=100.0, validation=20.0, bic=-80.0, freedom=2.0)

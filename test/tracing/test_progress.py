@@ -8,6 +8,7 @@ from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.parameters import SYMBOLS, groups_of
 from cdp_ident.tracing import progress as progress_module
+from cdp_ident.tracing import refits
 from cdp_ident.tracing.candidates import Candidate
 from cdp_ident.tracing.progress import InterruptedSelectionError, Progress
 from reference.pendulum import TABLE_5
@@ -53,14 +54,14 @@ def test_what_its_fit_rules_out_is_predicted_only_where_that_is_asked_for(plain)
 
 
 def test_what_cannot_be_fitted_is_reported_and_left_out(plain, monkeypatch):
-    real = progress_module._refit
+    real = progress_module.refit_with
 
     def fails_with_drag(model, values, before, expected):
         if model.effects[-1].effect.key == "air_drag.inner":
             raise IdentificationError("it diverged")
         return real(model, values, before, expected)
 
-    monkeypatch.setattr(progress_module, "_refit", fails_with_drag)
+    monkeypatch.setattr(progress_module, "refit_with", fails_with_drag)
     told = []
     progress = Progress(plain, 5e-4, told.append)
     found = progress.tried(plain, ((c,) for c in (DRAG, SPRING)))
@@ -118,14 +119,14 @@ def test_a_model_without_an_effect_is_fitted_once(plain):
 def test_the_papers_model_stands_for_one_that_cannot_be_fitted_without_an_effect(plain, monkeypatch):
     progress = Progress(plain, 5e-4)
     ((_, with_both),) = progress.tried(plain, [(SPRING, DRAG)])
-    real = progress_module.refine
+    real = refits.refine
 
     def fails_without_spring(model, *rest, **named):
         if [active.effect.key for active in model.effects] == ["air_drag.inner"]:
             raise IdentificationError("it diverged")
         return real(model, *rest, **named)
 
-    monkeypatch.setattr(progress_module, "refine", fails_without_spring)
+    monkeypatch.setattr(refits, "refine", fails_without_spring)
     without_spring, without_drag = progress.without_each(with_both, [[0], [1]])
     assert without_spring is plain
     assert [active.effect.key for active in without_drag.model.effects] == ["joint_spring.outer"]
@@ -137,7 +138,7 @@ def test_what_fails_aside_is_not_reported_at_once(plain, monkeypatch):
     def fails(model, values, before, expected):
         raise IdentificationError("it diverged")
 
-    monkeypatch.setattr(progress_module, "_refit", fails)
+    monkeypatch.setattr(progress_module, "refit_with", fails)
     told = []
     progress = Progress(plain, 5e-4, told.append)
     aside = progress.aside(lambda: False)

@@ -13,7 +13,8 @@ from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.parameters import SYMBOLS, groups_of
 from cdp_ident.tracing.evidence import Attempt
 from cdp_ident.tracing.exchange import alternatives
-from cdp_ident.tracing.progress import Progress, attempt_of
+from cdp_ident.tracing.progress import Progress
+from cdp_ident.tracing.refits import attempt_of
 from cdp_ident.tracing.typical_forms import try_typical_forms
 from reference.pendulum import TABLE_5
 from scenarios.twin import TEN_SECONDS, twin

@@ -12,7 +12,8 @@ from cdp_ident.fit.stiffness import penalties
 from cdp_ident.fit.windows import cut_into_windows
 from cdp_ident.model.effects.curves import CURVES
 from cdp_ident.model.parameters import SYMBOLS, groups_of
-from cdp_ident.tracing.progress import Progress, attempt_of
+from cdp_ident.tracing.progress import Progress
+from cdp_ident.tracing.refits import attempt_of
 from cdp_ident.tracing.unknown_torques import _predicts_other_trials
 from reference.pendulum import TABLE_5
 from scenarios.twin import TEN_SECONDS, twin

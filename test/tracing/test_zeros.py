@@ -13,7 +13,8 @@ from cdp_ident.fit.refinement import fit_initial_states, refine
 from cdp_ident.fit.windows import cut_into_windows
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.parameters import SYMBOLS, groups_of
-from cdp_ident.tracing.progress import Progress, attempt_of
+from cdp_ident.tracing.progress import Progress
+from cdp_ident.tracing.refits import attempt_of
 from cdp_ident.tracing.torque_residual import corrected, torque_residual
 from cdp_ident.tracing.zeros import (
     drop_superfluous_zeros,
