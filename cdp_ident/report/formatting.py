@@ -32,9 +32,14 @@ def milliradians(radians: float | None) -> str:
     return f"{1e3 * number(radians):.4g}"
 
 
+def is_known(value: float | None) -> bool:
+    """Return whether a number of the report is one: null and what is not finite say that there is none."""
+    return math.isfinite(number(value))
+
+
 def per_cent(share: float | None) -> str:
     """Write a fit [%], without the unit; a dash where it is not finite."""
-    return "–" if share is None or not math.isfinite(share) else f"{share:.4g}"
+    return f"{share:.4g}" if is_known(share) else "–"
 
 
 def unit(symbol: str) -> str:

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from cdp_ident.report.formatting import interval, milliradians, number, unit, with_std
+from cdp_ident.report.formatting import interval, is_known, milliradians, number, per_cent, unit, with_std
 
 
 @pytest.mark.parametrize(
@@ -30,6 +30,11 @@ def test_null_stands_for_what_is_not_finite():
     assert number(None) == math.inf
     assert milliradians(None) == "inf"
     assert milliradians(0.0045678) == "4.568"
+
+
+def test_what_is_null_or_not_finite_is_no_number():
+    assert [is_known(value) for value in (0.0, None, math.nan, math.inf)] == [True, False, False, False]
+    assert [per_cent(share) for share in (97.123456, None, -math.inf)] == ["97.12", "–", "–"]
 
 
 def test_a_number_without_a_unit_has_none():

@@ -8,7 +8,7 @@ import numpy as np
 from cdp_ident.report.figures.description import Axis, Bars, Figure, Level, Line, Panel
 from cdp_ident.report.figures.models import models
 from cdp_ident.report.figures.palette import Colour
-from cdp_ident.report.formatting import number
+from cdp_ident.report.formatting import is_known, number
 from cdp_ident.report.schema import Section
 from cdp_ident.report.wording import action_words, key_words, noise_floor
 
@@ -89,7 +89,7 @@ def selection(report: Section) -> Iterator[Figure]:
     before = number(report["before"]["error"]["validation"]["rmse_rad"])
     for index, step in enumerate(report["selection"]["steps"], start=1):
         after = number(step["rmse_validation_rad"])
-        if predicted := [tried for tried in step["tried"] if tried["rmse_validation_rad"] is not None]:
+        if predicted := [tried for tried in step["tried"] if is_known(tried["rmse_validation_rad"])]:
             panels.append(_step(index, {**step, "tried": predicted}, before))
             said.append(f"step {index}, {action_words(step)}: {1e3 * before:.3g} to {1e3 * after:.3g}")
         before = after

@@ -7,7 +7,7 @@ from typing import Any
 
 from cdp_ident.model.parameters import CONSTANTS, GROUPS, INERTIA, PARAMETERS
 from cdp_ident.report.figures.models import models
-from cdp_ident.report.formatting import interval, milliradians, number, per_cent, unit, with_std
+from cdp_ident.report.formatting import interval, is_known, milliradians, number, per_cent, unit, with_std
 from cdp_ident.report.schema import Section
 from cdp_ident.report.wording import (
     action_words,
@@ -175,7 +175,7 @@ def _tried(report: Section) -> list[Row]:
             str(index),
             " and ".join(key_words(key) for key in tried["effects"]),
             milliradians(tried["rmse_fit_rad"]),
-            "–" if tried["rmse_validation_rad"] is None else milliradians(tried["rmse_validation_rad"]),
+            milliradians(tried["rmse_validation_rad"]) if is_known(tried["rmse_validation_rad"]) else "–",
             f"{number(tried['delta_bic']):.4g}",
         )
         for index, step in enumerate(report["selection"]["steps"], start=1)
