@@ -117,10 +117,17 @@ class Attempt:
         return self.model.labels.index(label)
 
     def strength(self, index: int) -> float:
-        """Return the strength of an effect in its own standard deviations (the root of Wald's statistic)."""
-        place = self.model.places(index)
-        strong = [place.start + k for k, p in enumerate(self.model.effects[index].fitted) if not p.shape]
-        spread = self._covariance[np.ix_(strong, strong)]
+        """Return the strength of an effect in its own standard deviations (the root of Wald's statistic).
+
+        Its shape parameters are held, for they mean nothing where it has no strength: friction that grows with the
+        bearing's load is as certain as dry friction, though lever and load make up for each other where the load hardly
+        varies. Those of an effect with states of its own are not: its initial values in each window make up for them.
+        """
+        place, active = self.model.places(index), self.model.effects[index]
+        strong = [place.start + k for k, p in enumerate(active.fitted) if not p.shape]
+        shapes = [place.start + k for k, p in enumerate(active.fitted) if p.shape and not active.effect.brings_states]
+        held = [k for k in shapes if np.isfinite(self._covariance[k, k])]
+        spread = _conditional(self._covariance, strong, held)
         values = self.fit.values[strong]
         if not np.all(np.isfinite(spread)):
             return 0.0
@@ -198,3 +205,9 @@ def change(before: Attempt, after: Attempt) -> Change:
         by_chance=more_states,
         models=(before, after),
     )
+
+
+def _conditional(covariance: Array, of: Sequence[int], held: Sequence[int]) -> Array:
+    """Return the covariance of some values (k, k) while others are held (the Schur complement)."""
+    spread, across = covariance[np.ix_(of, of)], covariance[np.ix_(of, held)]
+    return spread - across @ scaled_inverse(covariance[np.ix_(held, held)], _ALIKE)[0] @ across.T

@@ -3,17 +3,20 @@
 import numpy as np
 import pytest
 
+from cdp_ident.diagnosis.uncertainty import covariance
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.mechanism import Mechanism
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.prior import Prior
-from cdp_ident.fit.refinement import Fit, refine
+from cdp_ident.fit.refinement import Fit, refine, refine_from_afar
 from cdp_ident.fit.windows import cut_into_windows
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.parameters import SYMBOLS, groups_of
 from cdp_ident.tracing.evidence import Attempt, change
 from cdp_ident.tracing.refits import attempt_of
+from cdp_ident.trial.trial import Trial
 from reference.pendulum import TABLE_5
+from reference.truths import truth
 from scenarios.twin import standard_twin
 
 BY_KEY = {effect.key: effect for effect in CATALOGUE}
@@ -75,3 +78,20 @@ def test_initial_states_that_an_effect_brings_explain_noise_alone_by_chance_alon
     assert abs(gained.validation) < 0.5 * fall
     assert gained.validation == pytest.approx(-change(oscillating, plain).validation)
     assert gained.bic > 0.0
+
+
+def test_friction_that_grows_with_the_load_is_as_strong_as_what_it_gains_though_lever_and_mass_make_up_for_each_other():
+    made = truth("load_friction.inner", 95001, "equations")
+    nominal = Prior(nominal=made.setting.nominal)
+    trials = [Trial(measured.name, measured.time, measured.theta) for measured in made.trials[:2]]
+    windows = cut_into_windows(trials, 1.9)
+    model = MotionModel(Mechanism.of(nominal))
+    plain = refine_from_afar(model, groups_of(nominal.centre, nominal.length), windows)
+    friction = ActiveEffect(BY_KEY["load_friction.inner"])
+    fit = refine(model.with_effect(friction), np.concatenate([plain.values, [7e-5, 10.0]]), plain.windows)
+    before, found = Attempt(plain, ()), Attempt(fit, ())  # nothing is predicted
+    lever = found.model.places(0).start
+    with_any_mass = fit.values[lever] / np.sqrt(covariance(fit, remembered=False)[lever, lever])
+    gained = change(before, found).fit
+    assert with_any_mass < 0.5 * np.sqrt(gained)
+    assert found.strength(0) == pytest.approx(np.sqrt(gained), rel=0.3)

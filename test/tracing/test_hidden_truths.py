@@ -92,6 +92,16 @@ def test_a_rod_that_bends_is_named_alone_and_beside_a_disc_off_its_axle(kind: st
 
 
 @pytest.mark.campaign
+def test_dry_friction_in_the_place_of_weak_friction_that_grows_with_the_load_is_not_named_alone() -> None:
+    found, _ = traced_truth("load_friction.inner", 95001)
+    (effect,) = found.effects
+    assert effect.certainty == "probable"
+    assert {effect.active.effect.key, *(other.replace(" ", ".") for other in effect.also_possible)} == {
+        "coulomb_friction.inner", "load_friction.inner",
+    }  # fmt: skip
+
+
+@pytest.mark.campaign
 @pytest.mark.parametrize("seed", [25001, 27002, 28000])
 def test_friction_over_a_part_of_the_turn_is_found_though_others_explain_most(seed: int) -> None:
     found, made = traced_truth("partial_rub.inner", seed)
