@@ -67,7 +67,10 @@ def add_unknown_torques(progress: Progress) -> None:
 
 
 def _exchange_harmonics(progress: Progress) -> None:
-    """Exchange all harmonics of a joint for one curve over its angle where that is better; many where it is as good."""
+    """Exchange all harmonics of a joint for one curve over its angle where that is better; many where it is as good.
+
+    Few that leave only noise stay if the score test of the curve beside them shows nothing that they lack.
+    """
     for over_angle in (c for c in CURVES if c.curve and c.curve.over == "angle" and not c.dry):
         current = progress.current
         effects = [active.effect for active in current.model.effects]
@@ -77,6 +80,9 @@ def _exchange_harmonics(progress: Progress) -> None:
             if isinstance(effect, TorqueEffect) and effect.harmonic and effect.joint == over_angle.joint
         ]
         if not places or over_angle in effects:
+            continue
+        few_leave_only_noise = len(places) < _MANY_HARMONICS and _leaves_only_noise(current, progress.noise)
+        if few_leave_only_noise and not _promising(current, [over_angle]):
             continue
         removed = progress.without(current, places)
         for candidate in _promising(removed, [over_angle]):
@@ -96,10 +102,14 @@ def _possible(attempt: Attempt, noise: float) -> list[TorqueEffect]:
     """Return the curves to try; where only noise remains, only those that could replace constant dry friction."""
     effects = [active.effect for active in attempt.model.effects]
     curves = [curve for curve in CURVES if curve not in effects]
-    if max(fit.rmse() for fit in fits_of(attempt)) > thresholds.ABOVE_NOISE * noise:
+    if not _leaves_only_noise(attempt, noise):
         return curves
     even = {effect.joint for effect in effects if _is_even_friction(effect)}
     return [curve for curve in curves if curve.dry and curve.joint in even]
+
+
+def _leaves_only_noise(attempt: Attempt, noise: float) -> bool:
+    return max(fit.rmse() for fit in fits_of(attempt)) <= thresholds.ABOVE_NOISE * noise
 
 
 def _is_even_friction(effect: Effect) -> bool:

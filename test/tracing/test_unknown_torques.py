@@ -10,17 +10,19 @@ from cdp_ident.fit.prior import Prior
 from cdp_ident.fit.refinement import refine
 from cdp_ident.fit.stiffness import penalties
 from cdp_ident.fit.windows import cut_into_windows
+from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.curves import CURVES
 from cdp_ident.model.parameters import SYMBOLS, groups_of
 from cdp_ident.tracing.progress import Progress
 from cdp_ident.tracing.refits import attempt_of
-from cdp_ident.tracing.unknown_torques import _predicts_other_trials
+from cdp_ident.tracing.unknown_torques import _exchange_harmonics, _predicts_other_trials
 from reference.pendulum import TABLE_5
 from scenarios.twin import TEN_SECONDS, twin
 
 NOISE = 5e-4
 MODEL = MotionModel(Mechanism.of(Prior()))
 TRUTH = groups_of([TABLE_5[symbol] for symbol in SYMBOLS], TABLE_5["L"])
+TWO_PER_TURN = next(effect for effect in CATALOGUE if effect.key == "cogging_torque.outer.2 per turn")
 CURVE = next(curve for curve in CURVES if curve.key == "unknown_torque.outer.over_angle")
 
 
@@ -46,3 +48,17 @@ def test_a_curve_must_help_in_a_trial_that_it_is_not_fitted_to(in_the_other, pre
     progress = Progress(attempt_of(plain, folds), NOISE, told.append)
     assert _predicts_other_trials(progress, attempt_of(curved, folds)) is predicts
     assert ("does not help in the other" in "".join(told)) is not predicts
+
+
+@pytest.mark.parametrize(("noise", "is_tried"), [(2.0 * NOISE, False), (0.5 * NOISE, True)])
+def test_a_curve_is_not_tried_in_the_place_of_a_harmonic_that_leaves_only_noise(noise, is_tried):
+    windows = cut_into_windows([swing(0, (2.2, 2.6, 0.0, 0.0), 4e-3)], 1.25)
+    folds = tuple(tuple(range(len(windows))[k::2]) for k in range(2))
+    plain, harmonic = attempt_of(refine(MODEL, TRUTH, windows), folds), MODEL.with_effect(ActiveEffect(TWO_PER_TURN))
+    named = attempt_of(refine(harmonic, np.concatenate([TRUTH, [4e-3, 0.0]]), windows), folds)
+    tried = []
+    progress = Progress(plain, noise, trying=tried.append)
+    progress.current = named
+    _exchange_harmonics(progress)
+    assert bool(tried) is is_tried
+    assert progress.current is named
