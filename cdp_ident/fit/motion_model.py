@@ -31,7 +31,7 @@ Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
 
 _A23, _OUTER_MOMENT, _GRAVITY = (COEFFICIENTS.index(name) for name in ("A23_over_A22", "m2_l2_over_A22", "g"))
-_TOGETHER = 4
+_TOGETHER = 8
 """Most windows that are simulated one after the other in one call of compiled code."""
 LATEST = 0.05
 """No encoder is later or earlier than this [s]."""

@@ -11,11 +11,13 @@ from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.refinement import Fit, refine, refine_from_afar
 from cdp_ident.tracing.candidates import Candidate
 from cdp_ident.tracing.evidence import Attempt
+from cdp_ident.tracing.noise_memory import is_structured
 
 Array = npt.NDArray[np.float64]
 
-_ROUGHLY = 1e-4
-"""Tolerance of refits that only compare candidates; the accepted model is refined further."""
+_ROUGHLY, _CLOSELY = 1e-3, 1e-4
+"""Tolerances of refits that only compare candidates, where more than noise remains and where it does not; the accepted
+model is refined further."""
 _HOPELESS = 1.5
 """A rival that leaves so many times the squared error of what it is to beat is not better, nor as good."""
 _KEPT = 0.5
@@ -61,9 +63,10 @@ def roughly(
     attempt: Attempt, to_beat: Attempt | None = None, may_win: Condition = always, from_afar: bool = False
 ) -> Callable[[tuple[MotionModel, Array]], Attempt | None]:
     """Return what refits a model over an attempt's windows from given values, well enough to compare it."""
+    tolerance = _tolerance(attempt.fit)
 
     def refit(begun: tuple[MotionModel, Array]) -> Attempt | None:
-        fit = (refine_from_afar if from_afar else refine)(*begun, attempt.fit.windows, tolerance=_ROUGHLY)
+        fit = (refine_from_afar if from_afar else refine)(*begun, attempt.fit.windows, tolerance=tolerance)
         return predicted(fit, attempt.folds, to_beat, may_win)
 
     return refit
@@ -81,11 +84,12 @@ def refit_with(model: MotionModel, values: Array, before: Fit, expected: float) 
         before: the fit of the model without them.
         expected: the squared error that score tests predict [rad^2].
     """
+    tolerance = _tolerance(before)
     if any(active.effect.brings_states for active in model.effects[len(before.model.effects) :]):
-        return refine_from_afar(model, values, before.windows, tolerance=_ROUGHLY)
+        return refine_from_afar(model, values, before.windows, tolerance=tolerance)
     at_once: Fit | None = None
     try:
-        at_once = refine(model, values, before.windows, tolerance=_ROUGHLY)
+        at_once = refine(model, values, before.windows, tolerance=tolerance)
     except IdentificationError:
         pass  # the motion cannot be computed over whole windows; over short ones it can
     else:
@@ -93,8 +97,17 @@ def refit_with(model: MotionModel, values: Array, before: Fit, expected: float) 
         is_near = at_once.iterations <= _FEW and gained > 0.0
         if at_once.converged and (is_near or gained > _KEPT * promised):
             return at_once
-    grown = refine_from_afar(model, values, before.windows, tolerance=_ROUGHLY)
+    grown = refine_from_afar(model, values, before.windows, tolerance=tolerance)
     return at_once if at_once is not None and at_once.squared_error < grown.squared_error else grown
+
+
+def _tolerance(before: Fit) -> float:
+    """Return how closely the refits of another model than `before` converge.
+
+    What remains beside noise is much larger than what the last iterations gain; noise is not, and a gain of a few
+    variances decides.
+    """
+    return _ROUGHLY if is_structured(before) else _CLOSELY
 
 
 def predicted(fit: Fit, folds: Folds, to_beat: Attempt | None, may_win: Condition) -> Attempt | None:
