@@ -332,7 +332,7 @@ def test_windows_predicted_together_are_what_they_are_alone():
 
 @pytest.mark.parametrize(
     ("effects", "sizes"),
-    [((), [6, 6, 7]), (("coulomb_friction.inner",), [3, 3, 4, 3, 3, 3]), (("encoder_scale.inner",), [6, 6, 7])],
+    [((), [6, 6, 7]), (("coulomb_friction.inner",), [5, 5, 4, 5]), (("encoder_scale.inner",), [6, 6, 7])],
 )
 def test_windows_are_predicted_together_with_their_neighbours(effects, sizes):
     """Those of one trial, where torques act: the first ten are of the first one."""
