@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import zip_longest
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -18,6 +19,7 @@ from cdp_ident.fit.normal_equations import NormalEquations, Point
 from cdp_ident.fit.windows import Window, split
 
 Array = npt.NDArray[np.float64]
+_Part = TypeVar("_Part")
 
 _MOST_ITERATIONS = 100
 _MOST_FOR_STARTS = 25
@@ -238,8 +240,10 @@ def fit_initial_states(model: MotionModel, values: Array, windows: Sequence[Wind
 def fit_initial_states_near(model: MotionModel, values: Array, windows: Sequence[Window], good_enough: float) -> Fit:
     """Fit the windows' initial states alone, from good initial guesses: those that the windows have.
 
-    Where that leaves an error above `good_enough` [rad], they are also fitted over windows of growing length, and the
-    better are taken.
+    Windows in which that leaves an error above `good_enough` [rad], or all where it does not converge, are also fitted
+    over windows of growing length, and each takes the better of its two initial states: with all values held, windows
+    have nothing to do with each other. A joint that sticks from a wrong place on leaves one window far off, which the
+    others hide. Where zeros of trials are fitted with them, all windows take the same fit.
 
     Raises:
         IdentificationError: as `refine`.
@@ -248,12 +252,46 @@ def fit_initial_states_near(model: MotionModel, values: Array, windows: Sequence
         near = refine(model, values, windows, hold_values=True)
     except IdentificationError:
         return fit_initial_states(model, values, windows)
-    if near.converged and near.rmse() < good_enough:
+    apart = len(near.values) == len(values)
+    every = range(len(windows))
+    far = [index for index in every if not near.converged or near.over([index]).rmse() >= good_enough]
+    if not far:
         return near
+    chosen = far if apart else every
     try:
-        return min(near, fit_initial_states(model, values, windows), key=lambda fit: fit.squared_error)
+        afar = fit_initial_states(model, values, [windows[index] for index in chosen])
     except IdentificationError:
         return near
+    if not apart:
+        return min(near, afar, key=lambda fit: fit.squared_error)
+    return _with_better_windows(near, far, afar)
+
+
+def _with_better_windows(fit: Fit, places: Sequence[int], other: Fit) -> Fit:
+    """Return a fit with those windows of another one, under the same values, that it follows with a smaller error.
+
+    Args:
+        fit: of initial states alone.
+        places: which of its windows those of the other fit are.
+        other: of the initial states of these.
+    """
+    taken = {
+        place: index
+        for index, place in enumerate(places)
+        if np.sum(other.residuals[index] ** 2) < np.sum(fit.residuals[place] ** 2)
+    }
+
+    def of_each(own: Sequence[_Part], others: Sequence[_Part]) -> tuple[_Part, ...]:
+        return tuple(others[taken[place]] if place in taken else own[place] for place in range(len(own)))
+
+    return replace(
+        fit,
+        windows=of_each(fit.windows, other.windows),
+        residuals=of_each(fit.residuals, other.residuals),
+        sensitivities=of_each(fit.sensitivities, other.sensitivities),
+        weights=of_each(fit.weights, other.weights),
+        converged=fit.converged or other.converged,
+    )
 
 
 def with_all_derivatives(fit: Fit) -> Fit:

@@ -5,11 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from cdp_ident.fit import refinement
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.astray import with_starts_found_again
 from cdp_ident.fit.mechanism import Mechanism
 from cdp_ident.fit.motion_model import MotionModel
-from cdp_ident.fit.refinement import refine
+from cdp_ident.fit.refinement import fit_initial_states_near, refine
 from cdp_ident.fit.windows import cut_into_windows
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.parameters import SYMBOLS, groups_of, inertia_about_cart
@@ -55,6 +56,31 @@ def test_a_rod_at_rest_is_found_where_it_is(begun, hold_values):
     lost = refine(model, values, astray(windows), hold_values=hold_values)
     assert lost.rmse() > 3.0 * right.rmse()
     assert with_starts_found_again(lost, hold_values).rmse() < 1.1 * right.rmse()
+
+
+def test_a_window_that_went_astray_is_not_hidden_by_the_others(begun):
+    model, values, windows = begun
+    right = refine(model, values, windows, hold_values=True)
+    lost = refine(model, values, astray(windows), hold_values=True)
+    while not lost.converged:  # a minimum, though not the best one
+        lost = refine(model, values, lost.windows, hold_values=True)
+    assert lost.rmse() > 3.0 * right.rmse()
+    found = fit_initial_states_near(model, values, lost.windows, good_enough=1.1 * lost.rmse())
+    assert found.rmse() < 1.1 * right.rmse()
+
+
+def test_each_window_keeps_the_better_of_two_initial_states(begun, monkeypatch):
+    model, values, windows = begun
+    right = refine(model, values, windows, hold_values=True)
+    # Found from afar: the first window's is worse, the last one's is better.
+    first, *others = right.windows
+    worse = refine(model, values, [first], hold_values=True)
+    worse = replace(worse, residuals=(2.0 * worse.residuals[0],))
+    afar = {len(windows): lambda: replace(right, residuals=(*worse.residuals, *right.residuals[1:]))}
+    monkeypatch.setattr(refinement, "fit_initial_states", lambda model, values, windows: afar[len(windows)]())
+    found = fit_initial_states_near(model, values, astray(windows), 0.0)
+    assert found.rmse() < 1.1 * right.rmse()
+    assert [len(of) for of in (found.residuals, found.sensitivities, found.weights)] == [1 + len(others)] * 3
 
 
 def test_where_none_went_astray_the_fit_is_as_it_was(begun):
