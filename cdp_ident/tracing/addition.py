@@ -14,7 +14,7 @@ from cdp_ident.fit.force_balance import ForceBalance
 from cdp_ident.fit.refinement import Fit
 from cdp_ident.model.effects.effect import Form, SensorEffect
 from cdp_ident.tracing import thresholds
-from cdp_ident.tracing.acceptance import fits_of, is_accepted, may_be_accepted
+from cdp_ident.tracing.acceptance import fit_gains_by_more_than_chance, fits_of, is_accepted, may_be_accepted
 from cdp_ident.tracing.candidates import Candidate, ScoreTest, addable
 from cdp_ident.tracing.evidence import Attempt, change
 from cdp_ident.tracing.exchange import try_states, try_without_states
@@ -153,13 +153,34 @@ def _oscillating(progress: Progress) -> list[_Refitted]:
 def _together(progress: Progress, test: ScoreTest, singly: Sequence[_Refitted]) -> list[_Refitted]:
     """Return refits with two effects, of which none helps alone: those of the best pairs, and others.
 
+    The stronger effect of each is tried alone as well: one that fits far from where its score test points, or that the
+    test does not show at all, may be found beside another one that it then does not need.
+
     Args:
         progress: of the selection.
         test: of the candidates.
         singly: refits with one of them.
     """
     pairs = (pair for pair in test.pairs(_REFITS // 2) if gains_enough(progress.current.fit, pair))
-    return [*_tried(progress, (pair.members for pair in pairs)), *_with_seconds(progress, singly)]
+    refitted = [*_tried(progress, (pair.members for pair in pairs)), *_with_seconds(progress, singly)]
+    return [*refitted, *_stronger_alone(progress, refitted)]
+
+
+def _stronger_alone(progress: Progress, pairs: Sequence[_Refitted]) -> list[_Refitted]:
+    """Return refits with the stronger effect of each of some pairs, from the values that it has beside the other.
+
+    Of pairs with the same stronger effect the one that explains most is taken.
+    """
+    current = progress.current
+    first = len(current.model.effects)
+    found: dict[str, tuple[Candidate, tuple[Attempt, int]]] = {}
+    for members, attempt in sorted(pairs, key=lambda pair: pair[1].fit.squared_error):
+        if fit_gains_by_more_than_chance(change(current, attempt)):
+            stronger = max((0, 1), key=lambda place: attempt.strength(first + place))
+            of_both = members[stronger], (attempt, first + 1 - stronger)
+            found.setdefault(members[stronger].active.effect.key, of_both)
+    alone = progress.reduced([pair for _, pair in found.values()], may_win=partial(may_be_accepted, current))
+    return [((member,), after) for (member, _), after in zip(found.values(), alone, strict=True) if after]
 
 
 def at_instants(progress: Progress, fits: Sequence[Fit]) -> list[Candidate]:

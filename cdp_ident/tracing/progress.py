@@ -168,6 +168,24 @@ class Progress:
         )
         return [after for after in found if after]
 
+    def reduced(self, leaving_out: Sequence[tuple[Attempt, int]], may_win: Condition = always) -> list[Attempt | None]:
+        """Return models without one of their effects each, refitted from the values of the others; None as in `tried`.
+
+        Args:
+            leaving_out: the models, and the index of the effect that each is left without.
+            may_win: which of the refits are predicted.
+
+        Raises:
+            InterruptedSelectionError: the selection is asked to stop.
+        """
+
+        def refit(of: tuple[Attempt, int]) -> Attempt | None:
+            attempt, index = of
+            return roughly(attempt, may_win=may_win)(left_after(attempt, [index]))
+
+        names = [" and ".join(left_after(attempt, [index])[0].labels) for attempt, index in leaving_out]
+        return self._refitted(refit, leaving_out, names)
+
     def enriched(self, attempt: Attempt, index: int, richer: Candidate) -> list[Attempt]:
         """Return a model with an effect that contains the one in whose place it is; none where it cannot be fitted.
 

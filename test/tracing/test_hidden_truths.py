@@ -74,6 +74,14 @@ def test_an_effect_that_could_take_the_part_of_another_does_not_stay() -> None:
 
 
 @pytest.mark.campaign
+def test_an_effect_that_its_score_test_does_not_show_is_found_beside_another_one() -> None:
+    """Friction that grows with the bearing's load, in a motion that is too chaotic for a test of it alone."""
+    found, made = traced_truth("load_friction.outer", 95000)
+    assert named(found) == {("load_friction", "outer")}
+    assert found.after.holdout.rmse() < FIT_TO_THE_NOISE * made.floor
+
+
+@pytest.mark.campaign
 def test_an_effect_that_imitates_a_part_of_something_else_is_not_named() -> None:
     found, answer = traced("magnet.inner", 1000, 3.0, named_effects_only=True)
     assert named(found) == set()
