@@ -9,7 +9,7 @@ import numpy as np
 
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.model.effects.catalogue import CATALOGUE
-from cdp_ident.model.effects.effect import Form, TorqueEffect
+from cdp_ident.model.effects.effect import Form, TorqueEffect, exclude_each_other
 from cdp_ident.model.parallel import parallel_map
 from cdp_ident.tracing import thresholds
 from cdp_ident.tracing.acceptance import is_accepted, may_be_accepted
@@ -155,7 +155,7 @@ def alternatives(
 def _rivals(progress: Progress, removed: Attempt, *keys: str) -> list[Attempt]:
     """Return the models that have another effect in the place of some.
 
-    They are those whose score test gains nearly as much, and the richer forms of each. What brings states of its own
+    They are those whose score test gains nearly as much, and the other forms of each. What brings states of its own
     is a rival of what is at the same joint only: its initial values in each window imitate a part of anything.
     """
     current = progress.current
@@ -164,6 +164,10 @@ def _rivals(progress: Progress, removed: Attempt, *keys: str) -> list[Attempt]:
     test = ScoreTest(removed.fit, candidates)
     promised = promising(removed, test, _RIVALS + len(keys), keys)
     forms = {key: [*richer_forms(progress, key), *_contained(progress, key)] for key in keys}
+    # Those of the same name, too, that a score test in the model without the effect does not show.
+    shown = {candidate.active.effect.key for candidate in promised}
+    for key in keys:
+        forms[key] += [form for form in _of_the_same_name(progress, key) if form.key not in shown]
     # The score test of what oscillates finds its frequency, which the values of the simpler form do not tell.
     besides = {*keys, *(form.key for of_key in forms.values() for form in of_key if not form.brings_states)}
     others = progress.tried(
@@ -222,6 +226,19 @@ def _contained(progress: Progress, label: str) -> list[TorqueEffect]:
     """Return the effects that one contains."""
     effect = progress.current.model.effects[progress.current.place_of(label)].effect
     return [form for form in CATALOGUE if isinstance(form, TorqueEffect) and is_richer_form(effect, form)]
+
+
+def _of_the_same_name(progress: Progress, label: str) -> list[TorqueEffect]:
+    """Return the variants of an effect that neither contain it nor are contained: drag by strips, or by rotation alone.
+
+    Those that bring states of their own are left out.
+    """
+    effect = progress.current.model.effects[progress.current.place_of(label)].effect
+    if effect.harmonic or effect.curve or not isinstance(effect, TorqueEffect):
+        return []
+    same = [form for form in CATALOGUE if isinstance(form, TorqueEffect) and exclude_each_other(form, effect)]
+    contained = {label, *(form.key for form in same if is_richer_form(form, effect) or is_richer_form(effect, form))}
+    return [form for form in same if form.key not in contained and not form.brings_states]
 
 
 def _limits(active: ActiveEffect) -> tuple[list[float], list[float]]:

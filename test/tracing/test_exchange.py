@@ -90,3 +90,14 @@ def test_a_richer_form_that_the_data_prefer_but_not_by_enough_is_another_possibi
     for structured, possible in ((False, ("stribeck_friction outer",)), (True, ())):
         monkeypatch.setattr(exchange, "is_structured", lambda fit, structured=structured: structured)
         assert alternatives(dry.model.effects[0], dry, dry, [more]) == possible
+
+
+def test_a_variant_of_an_effect_is_a_rival_whatever_its_score_test_says(
+    plain: Attempt, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(exchange, "promising", lambda *of: [])
+    model = plain.model.with_effect(ActiveEffect(BY_KEY["air_drag.outer.rotation"]))
+    fit = refine_from_afar(model, np.append(plain.fit.values, 1e-4), plain.fit.windows)
+    tried: list[str] = []
+    exchange_effects(Progress(attempt_of(fit, plain.folds), 5e-4, trying=tried.append))
+    assert {line.split(",")[0] for line in tried} == {"trying air_drag.outer.strips"}

@@ -82,6 +82,14 @@ def test_an_effect_that_its_score_test_does_not_show_is_found_beside_another_one
 
 
 @pytest.mark.campaign
+def test_one_form_of_a_drag_does_not_stay_for_another_one_where_its_joint_stops() -> None:
+    """Each was tested in the model without a drag, which leaves far too much for a test."""
+    found, made = traced_truth("stopping.outer+air_drag.outer+encoder_offset.outer", 101000)
+    assert named(found) == {("coulomb_friction", "outer"), ("air_drag", "outer"), ("encoder_offset", "outer")}
+    assert found.after.holdout.rmse() < FIT_TO_THE_NOISE * made.floor
+
+
+@pytest.mark.campaign
 def test_an_effect_that_imitates_a_part_of_something_else_is_not_named() -> None:
     found, answer = traced("magnet.inner", 1000, 3.0, named_effects_only=True)
     assert named(found) == set()
