@@ -31,6 +31,11 @@ _PROBE = 0.1
 _MOST_ACCELERATION = 0.75
 """A step whose acceleration is larger, over its velocity, is too long; the value is that of the method's authors."""
 
+FIRST_DAMPING, LEAST_DAMPING, LARGEST_DAMPING = 1e-3, 1e-12, 1e8
+DAMPING_FACTOR = 4.0
+"""By which the damping changes after each step: down after a good one, up after a bad one."""
+OUTLIER = 6.0
+"""Residuals beyond so many robust standard deviations lose weight (Huber, Robust Statistics, 1981)."""
 _HIDDEN = 1e-3
 """A part of an initial state is damped as if it moved the angles by at least this share of what another one does: a
 joint that stops at once hides the speed that it begins with."""
@@ -122,6 +127,11 @@ class NormalEquations:
 
         Residuals beyond `limit` [rad] enter the cost with their absolute value only (Huber).
         """
+        point, costs = self.evaluate_each(values, starts, limit)
+        return point if np.all(np.isfinite(costs)) else None
+
+    def evaluate_each(self, values: Array, starts: Sequence[Array], limit: float) -> tuple[Point, Array]:
+        """Return the same, and each window's part of the cost (windows,): infinite where there is no motion."""
         self.simulations += 1
         size = self._model.states + len(values)
         starts = [self._model.initial_state(start) for start in starts]
@@ -131,7 +141,6 @@ class NormalEquations:
         weights = list(residuals)
         sensitivities, normal = Sensitivities(windows, size), Normals(windows, size)
         right, costs = np.empty((windows, size)), np.empty(windows)
-        finite = np.zeros(len(self._blocks), dtype=bool)
         penalty, of_start = self._model.start_penalty, np.arange(self._model.states)
 
         def evaluate_block(index: int) -> None:
@@ -141,10 +150,11 @@ class NormalEquations:
             )
             theta = np.ascontiguousarray(theta)  # compiled code is for such arrays alone
             rows = WeightedRows.of(block.theta, theta, derivatives, self._columns, block.whitening, bounds, limit)
-            finite[index] = np.all(np.isfinite(rows.normal))
+            finite = np.all(np.isfinite(rows.normal), axis=(1, 2)) & np.isfinite(rows.costs)
             begin = np.array(starts[block.windows])
             rows.normal[:, of_start, of_start] += penalty
-            right[block.windows], costs[block.windows] = rows.right, rows.costs + begin**2 @ penalty
+            right[block.windows] = rows.right
+            costs[block.windows] = np.where(finite, rows.costs + begin**2 @ penalty, np.inf)
             right[block.windows, of_start] -= penalty * begin
             samples = [slice(first, end) for first, end in pairwise(bounds.tolist())]
             for window, own, matrix in zip(range(windows)[block.windows], samples, rows.normal, strict=True):
@@ -159,10 +169,8 @@ class NormalEquations:
                     evaluate_block(index)
 
         parallel_for(work, len(self._blocks))
-        if not np.all(np.isfinite(costs)) or not np.all(finite):
-            return None
         cost = float(costs.sum() + values @ self._penalty @ values)
-        return Point(values, starts, cost, residuals, sensitivities, weights, normal, right)
+        return Point(values, starts, cost, residuals, sensitivities, weights, normal, right), costs
 
     def residuals_at(self, values: Array, starts: Sequence[Array]) -> list[Array] | None:
         """Return each window's residuals (n, 2) [rad], or None where the motion cannot be computed."""
@@ -239,13 +247,10 @@ class NormalEquations:
         Returns:
             Change of the unknowns (unknowns,), and of the windows' initial states (windows, states).
         """
-        diagonal, states = np.arange(right.shape[1]), self._model.states
+        states = self._model.states
         matrices, sides, of_starts = [], [], []
         for part, whole in normal.parts():
-            scales = whole[:, diagonal, diagonal]
-            of_states = scales[:, :states]
-            scales[:, :states] = np.maximum(of_states, _HIDDEN**2 * of_states.max(axis=1, keepdims=True))
-            whole[:, diagonal, diagonal] += damping * scales
+            damp(whole, states, damping)
             by_state, mixed = whole[:, :states, :states], whole[:, :states, states:]
             factor = np.where(self._known_start[part, None, None], 0.0, inverse_factor(by_state))
             both = np.concatenate([mixed, right[part, :states, None]], axis=2)
@@ -265,13 +270,31 @@ class NormalEquations:
         """Return the root mean square residual [rad]."""
         return float(np.sqrt(sum(np.sum(r**2) for r in point.residuals) / sum(r.size for r in point.residuals)))
 
-    def robust_scale(self, point: Point) -> float:
-        """Return a robust standard deviation of the residuals, from their median size [rad]."""
-        return 1.4826 * float(np.median(np.abs(np.concatenate([r.ravel() for r in point.residuals]))))
 
-    def any_beyond(self, point: Point, limit: float) -> bool:
-        """Return whether a residual is beyond a limit [rad]."""
-        return any(bool(np.any(np.abs(residual) > limit)) for residual in point.residuals)
+def outlier_limit(residuals: Sequence[Array]) -> float:
+    """Return the residual [rad] beyond which they lose weight, by a robust standard deviation: their median size."""
+    median = float(np.median(np.abs(np.concatenate([r.ravel() for r in residuals]))))
+    return max(OUTLIER * 1.4826 * median, np.finfo(float).tiny)
+
+
+def any_beyond(residuals: Array, limit: float) -> bool:
+    """Return whether a residual is beyond a limit [rad]."""
+    return bool(np.any(np.abs(residuals) > limit))
+
+
+def damp(matrices: Array, states: int, damping: Array | float) -> None:
+    """Increase the diagonals of windows' matrices (windows, states + unknowns, states + unknowns), in place.
+
+    Args:
+        matrices: J^T W J of each window.
+        states: how many of their columns are those of the initial state.
+        damping: relative increase, of all or of each (windows, 1).
+    """
+    diagonal = np.arange(matrices.shape[1])
+    scales = matrices[:, diagonal, diagonal]
+    of_states = scales[:, :states]
+    scales[:, :states] = np.maximum(of_states, _HIDDEN**2 * of_states.max(axis=1, keepdims=True))
+    matrices[:, diagonal, diagonal] += damping * scales
 
 
 def _moves(point: Point, step: Step) -> Array:

@@ -14,8 +14,18 @@ import numpy.typing as npt
 
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.autocorrelation import Autocorrelation
+from cdp_ident.fit.held_values import HeldValues, fit_each_window
 from cdp_ident.fit.motion_model import MotionModel
-from cdp_ident.fit.normal_equations import NormalEquations, Point
+from cdp_ident.fit.normal_equations import (
+    DAMPING_FACTOR,
+    FIRST_DAMPING,
+    LARGEST_DAMPING,
+    LEAST_DAMPING,
+    NormalEquations,
+    Point,
+    any_beyond,
+    outlier_limit,
+)
 from cdp_ident.fit.windows import Window, split
 
 Array = npt.NDArray[np.float64]
@@ -28,10 +38,6 @@ _GROWTH = (4, 2)
 """Windows are first fitted in so many parts, one after the other, and then whole."""
 _ROUGHLY = 1e-3
 """Tolerance of the fits of parts."""
-_FIRST_DAMPING, _LARGEST_DAMPING = 1e-3, 1e8
-_DAMPING_FACTOR = 4.0
-OUTLIER = 6.0
-"""Residuals beyond so many robust standard deviations lose weight (Huber, Robust Statistics, 1981)."""
 
 
 @dataclass(frozen=True)
@@ -131,13 +137,15 @@ def refine(
         model, values, free = _zeros_of_new_trials(model, values, windows)
     else:
         values, free = np.clip(values, *model.limits), np.arange(len(values))
+    if not len(free):
+        return _fit_of_each(fit_each_window(model, values, windows, tolerance), model, values, windows)
     problem = NormalEquations(model, windows, free, values)
     begin = values[free]
     point = problem.evaluate(begin, [window.start for window in windows], np.inf)
     if point is None:
         raise IdentificationError("the model's motion cannot be computed from the parameters to begin with")
-    damping, iterations, converged, limit, curved = _FIRST_DAMPING, 0, False, np.inf, False
-    while iterations < (_MOST_FOR_STARTS if hold_values else _MOST_ITERATIONS) and damping < _LARGEST_DAMPING:
+    damping, iterations, converged, limit, curved = FIRST_DAMPING, 0, False, np.inf, False
+    while iterations < (_MOST_FOR_STARTS if hold_values else _MOST_ITERATIONS) and damping < LARGEST_DAMPING:
         iterations += 1
         try:
             step = problem.step(point, damping)
@@ -145,7 +153,7 @@ def refine(
             if iterations == 1:
                 raise IdentificationError(f"the equations of the fit cannot be solved: {error}") from error
             break
-        if step.expected < tolerance * point.cost and damping <= _FIRST_DAMPING:  # not small because it is damped
+        if step.expected < tolerance * point.cost and damping <= FIRST_DAMPING:  # not small because it is damped
             candidate: Point | None = problem.moved(point, step)
         else:
             path = problem.accelerated(point, step, damping) if curved else step
@@ -155,17 +163,17 @@ def refine(
             if step.expected < tolerance * point.cost:
                 converged = True
                 break
-            damping *= _DAMPING_FACTOR
+            damping *= DAMPING_FACTOR
             curved = True
             continue
         gained = point.cost - candidate.cost
-        point, damping = candidate, max(damping / _DAMPING_FACTOR, 1e-12)
+        point, damping = candidate, max(damping / DAMPING_FACTOR, LEAST_DAMPING)
         if stop(problem.rmse(point)):
             break
         if gained < tolerance * point.cost:
             # Converged under the present limit for outliers: are there residuals beyond a lower one?
-            lower = max(OUTLIER * problem.robust_scale(point), np.finfo(float).tiny)
-            if limit < np.inf or not problem.any_beyond(point, lower):
+            lower = outlier_limit(point.residuals)
+            if limit < np.inf or not any(any_beyond(residual, lower) for residual in point.residuals):
                 converged = True
                 break
             limit = lower
@@ -183,6 +191,20 @@ def refine(
         iterations=iterations,
         simulations=problem.simulations,
         converged=converged,
+    )
+
+
+def _fit_of_each(held: HeldValues, model: MotionModel, values: Array, windows: Sequence[Window]) -> Fit:
+    return Fit(
+        model=model,
+        values=values,
+        windows=tuple(replace(w, start=s) for w, s in zip(windows, held.starts, strict=True)),
+        residuals=tuple(held.residuals),
+        sensitivities=held.sensitivities,
+        weights=tuple(held.weights),
+        iterations=held.iterations,
+        simulations=-(-held.simulated // len(windows)),
+        converged=bool(np.all(held.converged)),
     )
 
 

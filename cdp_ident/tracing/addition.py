@@ -63,7 +63,7 @@ def add_balanced(progress: Progress, balances: Sequence[ForceBalance]) -> None:
         fewer = (without_superfluous_ones(progress, attempt) for _, attempt in refitted)
         accepted = [attempt for attempt in fewer if attempt.model.effects and is_accepted(current, attempt)]
     if accepted:
-        best = min(accepted, key=lambda attempt: change(current, attempt).bic)
+        best = progress.finished(min(accepted, key=lambda attempt: change(current, attempt).bic))
         _note(progress, best, refitted)
         progress.current = best
 

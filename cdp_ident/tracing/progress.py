@@ -29,6 +29,7 @@ from cdp_ident.tracing.refits import (
     refit_with,
     refit_without,
     roughly,
+    tolerance_of,
     with_candidates,
 )
 from cdp_ident.tracing.selection import Step, Tried
@@ -309,7 +310,7 @@ class Progress:
         self.go_on()
         model, values = with_candidates(attempt.model, begin, candidates)
         try:
-            fit = refine_from_afar(model, values, attempt.fit.windows)
+            fit = refine_from_afar(model, values, attempt.fit.windows, tolerance=tolerance_of(attempt.fit))
             return attempt_of(with_starts_found_again(fit), attempt.folds)
         except (IdentificationError, np.linalg.LinAlgError) as error:
             self.fail(f"what the balance of forces shows could not be fitted: {error}")

@@ -36,7 +36,8 @@ def always(attempt: Attempt) -> bool:
 def refit_without(attempt: Attempt, indices: Sequence[int]) -> Attempt | Exception:
     """Return a model without some of its effects, refitted, or why that cannot be done."""
     try:
-        return attempt_of(refine(*left_after(attempt, indices), attempt.fit.windows), attempt.folds)
+        fit = refine(*left_after(attempt, indices), attempt.fit.windows, tolerance=_CLOSELY)
+        return attempt_of(fit, attempt.folds)
     except (IdentificationError, np.linalg.LinAlgError) as error:
         return error
 
@@ -63,7 +64,7 @@ def roughly(
     attempt: Attempt, to_beat: Attempt | None = None, may_win: Condition = always, from_afar: bool = False
 ) -> Callable[[tuple[MotionModel, Array]], Attempt | None]:
     """Return what refits a model over an attempt's windows from given values, well enough to compare it."""
-    tolerance = _tolerance(attempt.fit)
+    tolerance = tolerance_of(attempt.fit)
 
     def refit(begun: tuple[MotionModel, Array]) -> Attempt | None:
         fit = (refine_from_afar if from_afar else refine)(*begun, attempt.fit.windows, tolerance=tolerance)
@@ -84,7 +85,7 @@ def refit_with(model: MotionModel, values: Array, before: Fit, expected: float) 
         before: the fit of the model without them.
         expected: the squared error that score tests predict [rad^2].
     """
-    tolerance = _tolerance(before)
+    tolerance = tolerance_of(before)
     if any(active.effect.brings_states for active in model.effects[len(before.model.effects) :]):
         return refine_from_afar(model, values, before.windows, tolerance=tolerance)
     at_once: Fit | None = None
@@ -101,7 +102,7 @@ def refit_with(model: MotionModel, values: Array, before: Fit, expected: float) 
     return at_once if at_once is not None and at_once.squared_error < grown.squared_error else grown
 
 
-def _tolerance(before: Fit) -> float:
+def tolerance_of(before: Fit) -> float:
     """Return how closely the refits of another model than `before` converge.
 
     What remains beside noise is much larger than what the last iterations gain; noise is not, and a gain of a few
