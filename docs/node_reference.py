@@ -3,6 +3,7 @@
 python docs/node_reference.py > docs/reference/nodes.md
 """
 
+import os
 import sys
 import tempfile
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -175,7 +176,9 @@ def main() -> None:
     rclpy.init()
     rclpy.logging.set_logger_level(NAMESPACE.strip("/"), rclpy.logging.LoggingSeverity.FATAL)
     with tempfile.TemporaryDirectory() as folder:
+        os.chdir(folder)  # a recorder makes its folder where it is started
         text = page(Path(folder))
+        os.chdir(ROOT)
     rclpy.try_shutdown()
     sys.stdout.write(text)
 

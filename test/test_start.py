@@ -53,3 +53,19 @@ def test_garbage_of_a_running_executable_is_found_though_none_is_looked_for_whil
     module = "import gc\nloading = gc.isenabled()\ndef main():\n    print(loading, gc.isenabled())\n    return 0\n"
     done = start_slow(tmp_path, module)
     assert (done.returncode, done.stdout) == (0, "False True\n")
+
+
+OF_NO_USE = ["scipy.signal", "scipy.stats", "scipy.integrate", "matplotlib", "plotly"]
+"""What takes long to load, and is loaded where it is needed if at all."""
+OF_A_RIG = {"driver": "scipy", "recorder": "scipy", "emulator": "scipy.linalg"}
+"""Where samples wait; numba looks whether there is a scipy."""
+
+
+def test_nothing_that_takes_long_to_load_is_loaded_before_it_is_needed():
+    others = [name for name in EXECUTABLES if name not in OF_A_RIG]
+    script = "import sys\n"
+    for name in (*OF_A_RIG, *others):
+        script += f"import {EXECUTABLES[name]}\n"
+        script += f"print('{name}', *(n for n in {[*OF_NO_USE, OF_A_RIG.get(name)]} if n in sys.modules))\n"
+    said = subprocess.run([sys.executable, "-c", script], check=True, capture_output=True, text=True).stdout
+    assert said.split() == [*OF_A_RIG, *others]

@@ -53,18 +53,20 @@ class _Alike:
     layout: Layout
     rows: array[int] = field(default_factory=lambda: array("q"))
     stamps: array[int] = field(default_factory=lambda: array("q"))
-    positions: array[float] = field(default_factory=lambda: array("d"))
+    positions: bytearray = field(default_factory=bytearray)
+    """As they are in the messages."""
 
     def take(self, row: int, raw: bytes) -> bool:
         """Add a message if it has this layout, and say whether it had."""
         layout = self.layout
         fits = raw.startswith(layout.head, HEAD_OFFSET) and raw[:2] == layout.byte_order
-        if not fits or len(raw) < layout.offset + layout.positions.size:
+        end = layout.offset + layout.positions.size
+        if not fits or len(raw) < end:
             return False
         seconds, nanoseconds = layout.stamp.unpack_from(raw, STAMP_OFFSET)
         if seconds < 0 or nanoseconds >= NANOSECONDS:
             raise ValueError("not a time")
-        self.positions.extend(layout.positions.unpack_from(raw, layout.offset))
+        self.positions += raw[layout.offset : end]
         self.stamps.append(seconds * NANOSECONDS + nanoseconds)
         self.rows.append(row)
         return True
@@ -121,7 +123,8 @@ class JointStates:
         for group in self._groups:
             rows = np.array(group.rows, dtype=np.int64)
             stamps[rows] = group.stamps
-            values = np.array(group.positions).reshape(len(rows), len(group.layout.names))
+            values = np.frombuffer(group.positions, f"{group.layout.positions.format[0]}f8")
+            values = values.reshape(len(rows), len(group.layout.names))
             positions[rows[:, None], [column[joint] for joint in group.layout.names]] = values
         notes = list(notes)
         if self._garbled:

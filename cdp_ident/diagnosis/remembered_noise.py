@@ -12,7 +12,8 @@ from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
-from scipy.signal import lfilter
+
+from cdp_ident.fit.linear_filter import carried_on, new_in
 
 Array = npt.NDArray[np.float64]
 
@@ -54,13 +55,9 @@ class Process:
         return float(kept @ products[: len(kept), : len(kept)] @ kept)
 
     @cached_property
-    def _poles(self) -> Array:
-        return np.concatenate([[1.0], -self.coefficients])
-
-    @cached_property
     def slowest(self) -> float:
         """Share of what the process keeps from one sample to the next, in the end."""
-        return float(np.max(np.abs(np.roots(self._poles)), initial=0.0))
+        return float(np.max(np.abs(np.roots(np.concatenate([[1.0], -self.coefficients]))), initial=0.0))
 
     @cached_property
     def lead(self) -> int:
@@ -69,16 +66,16 @@ class Process:
 
     def new_in(self, rows: Array) -> Array:
         """Return what is new in each sample (n, …), which is not known of the first p."""
-        return np.asarray(lfilter(self._poles, [1.0], rows, axis=0)[len(self.coefficients) :])
+        return new_in(self.coefficients, rows)
 
     def spread_back(self, rows: Array) -> Array:
         """Return the weights (lead + n, …) with which what was new in each sample is in the sum of noise times rows."""
         before = np.zeros((self.lead, *rows.shape[1:]))
-        return np.asarray(lfilter([1.0], self._poles, np.concatenate([before, rows])[::-1], axis=0)[::-1])
+        return carried_on(self.coefficients, np.concatenate([before, rows])[::-1])[::-1]
 
     def covariance_times(self, rows: Array) -> Array:
         """Return the noise's covariance times rows (n, …) [rad^2]."""
-        carried = lfilter([1.0], self._poles, self.spread_back(rows), axis=0)
+        carried = carried_on(self.coefficients, self.spread_back(rows))
         return np.asarray(self.variance * carried[self.lead :])
 
 

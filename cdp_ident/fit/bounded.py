@@ -29,6 +29,9 @@ def minimum_within_limits(matrix: Array, right: Array, lower: Array, upper: Arra
     scale = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
     eigenvalues, vectors = np.linalg.eigh(matrix * np.outer(scale, scale))
     kept = eigenvalues > _CUT_OFF * max(eigenvalues[-1], np.finfo(float).tiny)
+    free = (vectors[:, kept] / eigenvalues[kept]) @ (vectors[:, kept].T @ (right * scale)) * scale
+    if np.all((free >= lower) & (free <= upper)):
+        return np.asarray(free)
     # A square root of the matrix makes a least-squares problem of the quadratic function.
     root = np.sqrt(eigenvalues[kept])
     rows, target = root[:, None] * vectors[:, kept].T, (vectors[:, kept].T @ (right * scale)) / root

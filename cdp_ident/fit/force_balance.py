@@ -179,15 +179,18 @@ def balance_of_pieces(
     whole = Unknowns((*effects, *optional), length_free, inertia_free)
     # Torques on the rods may depend on the base parameters, which the others show.
     plain = replace(whole, effects=tuple(effect for effect in whole.effects if effect.form is not Form.RODS))
-    groups: Array = np.zeros(len(GROUPS))
-    inverse_inertia = 0.0
-    if half_width is None or plain != whole:
-        half_width, fit = _in_windows_of_their_width(mechanism, pieces, plain, half_width)
-        groups = fit.values[: len(GROUPS)]
-        inverse_inertia = fit.values[plain.names.index(INVERSE_INERTIA.symbol)] if inertia_free else 0.0
-    rows = mechanism.rows(pieces, whole, half_width, groups, inverse_inertia)
     choices = [replace(whole, effects=(*effects, *subset)) for subset in _subsets(optional)]
-    regressions = [_fit(_only(rows, whole, unknowns), unknowns) for unknowns in choices]
+    known = dict[Unknowns, Regression]()
+    if half_width is not None and plain == whole:
+        rows = mechanism.rows(pieces, whole, half_width, np.zeros(len(GROUPS)))
+    else:
+        half_width, rows, fit = _in_windows_of_their_width(mechanism, pieces, plain, half_width)
+        if plain == whole:
+            known[whole] = fit
+        else:
+            inverse_inertia = fit.values[plain.names.index(INVERSE_INERTIA.symbol)] if inertia_free else 0.0
+            rows = mechanism.rows(pieces, whole, half_width, fit.values[: len(GROUPS)], inverse_inertia)
+    regressions = [known.get(unknowns) or _fit(_only(rows, whole, unknowns), unknowns) for unknowns in choices]
     criteria = [_criterion(regression, rows) for regression in regressions]
     chosen = int(np.argmin(criteria))
     unknowns, fit = choices[chosen], regressions[chosen]
@@ -209,8 +212,8 @@ def balance_of_pieces(
 
 def _in_windows_of_their_width(
     mechanism: Mechanism, pieces: Sequence[Piece], unknowns: Unknowns, given: float | None
-) -> tuple[float, Regression]:
-    """Return the half width [s] that is given or suits the noise, and the fit with it."""
+) -> tuple[float, Rows, Regression]:
+    """Return the half width [s] that is given or suits the noise, and rows and fit with it."""
     unit = mechanism.time_unit
     fits = []
     for half_width in (given,) if given else (width * unit for width in _HALF_WIDTHS):
@@ -218,15 +221,15 @@ def _in_windows_of_their_width(
         enough = rows.holds.mean(axis=1).sum() >= STEPS_BETWEEN * _FEWEST_ROWS * len(unknowns.names)
         if not enough or not rows.holds.any(axis=0).all():
             continue
-        fits.append((half_width, _fit(rows, unknowns)))
-        if fits[-1][1].noise_share < _LITTLE_NOISE:
+        fits.append((half_width, rows, _fit(rows, unknowns)))
+        if fits[-1][2].noise_share < _LITTLE_NOISE:
             break
     if not fits:
         raise IdentificationError(
             f"there is too little motion for a balance of forces: with L = {mechanism.length:g} m, some "
             f"{_HALF_WIDTHS[0] * _FEWEST_ROWS * len(unknowns.names) * unit:.1f} s are needed in which both joints move"
         )
-    return min(fits, key=lambda pair: pair[1].noise_share)
+    return min(fits, key=lambda found: found[2].noise_share)
 
 
 def _refuse_a_joint_that_rests(pieces: Sequence[Piece]) -> None:

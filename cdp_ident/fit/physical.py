@@ -20,6 +20,7 @@ Array = npt.NDArray[np.float64]
 
 _FRICTIONS = np.array([symbol in ("c1", "c2") for symbol in SYMBOLS])
 _FRICTION_GROUPS = np.array([group.symbol.startswith("c") for group in GROUPS])
+_PLACES = {symbol: place for place, symbol in enumerate(SYMBOLS)}
 _FARTHEST = 20.0
 """No value lies further from what was known before than so many of its standard deviations."""
 _VAGUE = 100.0
@@ -84,6 +85,19 @@ def nearest_physical_values(shown: Array, covariance: Array, prior: Prior, lengt
         outer_length = outer_rod_length(length, l2)
         return np.array([np.log(m1 * l1 * max(length - l1, 1e-9) / J1), np.log(m2 * l2 * (outer_length - l2) / J2)])
 
+    def slopes_of_mismatch(logarithms: Array) -> Array:
+        # What trials show of the inertias does not depend on the frictions.
+        return logarithmic_derivatives(physical(logarithms), length, with_inertia)[inertial][:, searched]
+
+    def slopes_of_room(logarithms: Array) -> Array:
+        _, _, _, l1, l2, *_ = physical(logarithms)
+        slopes = np.zeros((2, len(SYMBOLS)))
+        slopes[0, _PLACES["m1"]] = slopes[1, _PLACES["m2"]] = 1.0
+        slopes[0, _PLACES["J1"]] = slopes[1, _PLACES["J2"]] = -1.0
+        slopes[0, _PLACES["l1"]] = 1.0 - (l1 / (length - l1) if length - l1 > 1e-9 else 0.0)
+        slopes[1, _PLACES["l2"]] = 1.0 - l2 / (length - l2) if length > 2.0 * l2 else 2.0
+        return slopes[:, searched]
+
     scale = deviations[searched]
     count = int(searched.sum())
     with warnings.catch_warnings():
@@ -96,8 +110,16 @@ def nearest_physical_values(shown: Array, covariance: Array, prior: Prior, lengt
             method="SLSQP",
             bounds=[(-_FARTHEST, _FARTHEST)] * count,
             constraints=[
-                {"type": "eq", "fun": lambda z: mismatch(z * scale)},
-                {"type": "ineq", "fun": lambda z: room_for_inertia(z * scale)},
+                {
+                    "type": "eq",
+                    "fun": lambda z: mismatch(z * scale),
+                    "jac": lambda z: slopes_of_mismatch(z * scale) * scale,
+                },
+                {
+                    "type": "ineq",
+                    "fun": lambda z: room_for_inertia(z * scale),
+                    "jac": lambda z: slopes_of_room(z * scale) * scale,
+                },
             ],
             options={"maxiter": 300, "ftol": 1e-12},
         )

@@ -63,39 +63,38 @@ def regress(
             Unknowns that are all zero would fit it exactly.
     """
     any_holds: Mask = np.asarray(holds.any(axis=1))
-    columns, target, holds = columns[:, any_holds], target[:, any_holds], holds[any_holds]
-    columns, target = columns * holds[..., None], target * holds
-    size: Array = np.sqrt(np.sum(columns[0] ** 2, axis=(0, 1)))
+    holds = holds[any_holds]
+    # Component by component, so that each is one array.
+    columns, target = np.moveaxis(columns[:, any_holds], 2, 0), np.moveaxis(target[:, any_holds], 2, 0)
+    columns, target = columns * holds.T[:, None, :, None], target * holds.T[:, None]
+    size: Array = np.sqrt(np.sum(columns[:, 0] ** 2, axis=(0, 1)))
     determined = size > 0
     size[~determined] = 1.0
-    columns = columns / size
-    copies = len(columns) - 1
+    columns /= size
+    noisy = _Equations(columns[:, 1:] - columns[:, :1], target[:, 1:] - target[:, :1])
+    measured = _Equations(columns[:, 0].copy(), target[:, 0].copy())
+    copies = max(target.shape[1] - 1, 1)
     values: Array = np.zeros(len(size))
     weights: Array = np.ones(len(holds))
     scatter: Array = np.eye(2)
     usual = np.where(holds.all(axis=1), _MEDIAN_OF_TWO, _MEDIAN_OF_ONE)
     for _ in range(_ROUNDS):
         unweighted = _precisions(scatter, holds)
-        precision = unweighted * weights[:, None, None]
-        linear, wanted = _relative_to(columns, target, values, unit)
-        normal, moment = _normal_equations(linear[0], wanted[0], precision)
-        noise, noise_moment = np.zeros_like(normal), np.zeros_like(moment)
-        for change, its_target in zip(linear[1:] - linear[0], wanted[1:] - wanted[0], strict=True):
-            of_copy, its_moment = _normal_equations(change, its_target, precision)
-            noise, noise_moment = noise + of_copy / copies, noise_moment + its_moment / copies
+        precision = unweighted * weights
+        normal, moment = measured.relative_to(values, unit).normal(precision)
+        noise, noise_moment = (of / copies for of in noisy.relative_to(values, unit).normal(precision))
         corrected, share = _take_off(normal, noise)
         before = values
         values = minimum_within_limits(corrected, moment - noise_moment, lower * size, upper * size)
-        residuals = columns[0] @ values - target[0]
-        distance = np.sqrt(np.einsum("ki,kij,kj->k", residuals, unweighted, residuals))
+        residuals = (measured.columns @ values - measured.target).T
+        distance = np.sqrt(_squares(residuals, unweighted))
         median = np.median(distance / usual)
         weights = np.minimum(1.0, _OUTLIER / np.maximum(distance / max(median, 1e-300), 1e-300))
         scatter = _covariance_of(residuals, holds, weights)
         if np.allclose(values, before, rtol=1e-6, atol=1e-9 * np.abs(values).max()):
             break
     inside = (values > lower * size) & (values < upper * size)
-    whitening = np.linalg.cholesky(_precisions(scatter, holds) + 1e-300 * np.eye(2))
-    whitened = np.einsum("kij,ki->kj", whitening, residuals) * np.sqrt(weights)[:, None]
+    whitened = _whitened(residuals, _precisions(scatter, holds)) * np.sqrt(weights)[:, None]
     covariance = _covariance(corrected, whitened, inside, overlap)
     covariance[np.ix_(~determined, ~determined)] = np.diag(np.full(np.count_nonzero(~determined), np.inf))
     left = np.zeros((len(any_holds), 2))
@@ -105,31 +104,57 @@ def regress(
     return Regression(values / size, covariance / np.outer(size, size), left, weight, scatter, share)
 
 
-def _relative_to(columns: Array, target: Array, values: Array, unit: int | None) -> tuple[Array, Array]:
-    """Return columns and target that are linear in the values near some, the second component over one of them."""
-    if unit is None or not values[unit]:
-        return columns, target
-    left = columns[..., 1, :] @ values
-    columns, target = columns.copy(), target.copy()
-    columns[..., 1, unit] -= left / values[unit]
-    target[..., 1] = -left
-    return columns, target
+@dataclass(frozen=True)
+class _Equations:
+    """Columns and target, of one or several measurements."""
 
+    columns: Array
+    """(2, …, k, n) of either component."""
+    target: Array
+    """(2, …, k)."""
 
-def _normal_equations(columns: Array, target: Array, precision: Array) -> tuple[Array, Array]:
-    """Return columns' precision columns (n, n) and columns' precision target (n,), summed over rows."""
-    count = columns.shape[-1]
-    heavy = np.matmul(precision, columns).reshape(-1, count)
-    return np.asarray(columns.reshape(-1, count).T @ heavy), np.asarray(heavy.T @ target.ravel())
+    def relative_to(self, values: Array, unit: int | None) -> "_Equations":
+        """Return what is linear in the values near some (n,), the second component over one of them."""
+        if unit is None or not values[unit]:
+            return self
+        left = self.columns[1] @ values
+        columns, target = self.columns.copy(), self.target.copy()
+        columns[1, ..., unit] -= left / values[unit]
+        target[1] = -left
+        return _Equations(columns, target)
+
+    def normal(self, precision: Array) -> tuple[Array, Array]:
+        """Return columns' precision columns (n, n) and columns' precision target (n,), summed over rows."""
+        count = self.columns.shape[-1]
+        of_one, of_both, of_other = precision[..., None]
+        one, other = self.columns
+        heavy = np.stack([of_one * one + of_both * other, of_both * one + of_other * other]).reshape(-1, count)
+        return np.asarray(self.columns.reshape(-1, count).T @ heavy), np.asarray(heavy.T @ self.target.ravel())
 
 
 def _precisions(scatter: Array, holds: Mask) -> Array:
-    """Return the inverse covariance (k, 2, 2) of each row, of the components that hold."""
-    precision = np.zeros((len(holds), 2, 2))
-    for k in range(2):
-        precision[holds[:, k], k, k] = 1.0 / scatter[k, k]
-    precision[holds.all(axis=1)] = np.linalg.inv(scatter)
-    return precision
+    """Return the inverse covariance of each row, of the components that hold.
+
+    It is (3, k): of the first component, of both together, and of the second one.
+    """
+    inverse = np.linalg.inv(scatter)
+    both = holds.all(axis=1)
+    of_one, of_other = (np.where(both, inverse[k, k], holds[:, k] / scatter[k, k]) for k in range(2))
+    return np.stack([of_one, np.where(both, inverse[0, 1], 0.0), of_other])
+
+
+def _squares(residuals: Array, precision: Array) -> Array:
+    """Return the squares (k,) of residuals (k, 2) in standard deviations."""
+    (one, other), (of_one, of_both, of_other) = residuals.T, precision
+    return np.asarray(of_one * one**2 + 2.0 * of_both * one * other + of_other * other**2)
+
+
+def _whitened(residuals: Array, precision: Array) -> Array:
+    """Return residuals (k, 2) in standard deviations, made independent of each other."""
+    (one, other), (of_one, of_both, of_other) = residuals.T, precision
+    first = np.sqrt(of_one + 1e-300)
+    slope = of_both / first
+    return np.column_stack([first * one + slope * other, np.sqrt(of_other + 1e-300 - slope**2) * other])
 
 
 def _covariance_of(residuals: Array, holds: Mask, weights: Array) -> Array:

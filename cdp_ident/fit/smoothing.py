@@ -21,6 +21,7 @@ from scipy.interpolate import BSpline, make_lsq_spline
 
 from cdp_ident.errors import TrialError
 from cdp_ident.fit.autocorrelation import Autocorrelation
+from cdp_ident.fit.linear_filter import carried_on
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -94,10 +95,8 @@ def smooth(time: Array, samples: Array, spacing: float, copies: int, rng: np.ran
     at = np.arange(time[0], time[-1], spacing)
     again = rng.multivariate_normal(np.zeros(len(noise)), noise, (copies, len(time)), method="svd")
     if memory:
-        # Loading it takes as long as all of numba.
-        from scipy.signal import lfilter  # noqa: PLC0415
-
-        again = lfilter([np.sqrt(1.0 - memory**2)], [1.0, -memory], again, axis=1)
+        new = np.sqrt(1.0 - memory**2) * np.moveaxis(again, 1, 0)
+        again = np.moveaxis(carried_on(np.array([memory]), new), 0, 1)
     sheets = [spline] if copies == 0 else [spline, _fit(time, np.moveaxis(again, 0, 1), per_knot)]
     at_grid = [(sheet(at), sheet.derivative()(at)) for sheet in sheets]
     values, rates = (own[None] for own in at_grid[0])

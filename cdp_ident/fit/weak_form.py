@@ -190,21 +190,43 @@ class Windows:
         slope = 6.0 * x * (1.0 - x**2) ** 2 / (half * spacing)
         return cls(bump / bump.sum(), slope / bump.sum(), half // STEPS_BETWEEN)
 
-    def integrate(self, term: Term, shape: tuple[int, int]) -> Array:
-        """Return a term (copies, windows, 2) integrated over each window of a motion (copies, m)."""
-        rows = []
-        for momentum, torque in zip(term.momentum, term.torque, strict=True):
-            parts = [
-                self._apply(np.broadcast_to(values, shape), weights)
-                for values, weights in ((momentum, self.slope), (torque, self.value))
-                if np.ndim(values)
-            ]
-            rows.append(sum(parts) if parts else np.zeros((shape[0], self.count(shape[1]))))
-        return np.stack(rows, axis=-1)
+    def integrate(self, terms: Sequence[Term], shape: tuple[int, int]) -> Array:
+        """Return terms (copies, windows, 2, terms) integrated over each window of a motion (copies, m)."""
+        integrated = np.zeros((shape[0], self.count(shape[1]), 2, len(terms)))
+        for weights, parts in (
+            (self.slope, [term.momentum for term in terms]),
+            (self.value, [term.torque for term in terms]),
+        ):
+            # Both equations have many a part in common.
+            places: dict[int, list[tuple[int, int]]] = {}
+            series = dict[int, Array]()
+            for place, both in enumerate(parts):
+                for equation, values in enumerate(both):
+                    if isinstance(values, np.ndarray):
+                        series[id(values)] = values
+                        places.setdefault(id(values), []).append((equation, place))
+            if not series:
+                continue
+            of_series = self._apply(np.stack([np.broadcast_to(values, shape) for values in series.values()]), weights)
+            for of_one, wanted in zip(of_series, places.values(), strict=True):
+                for equation, place in wanted:
+                    integrated[:, :, equation, place] += of_one
+        return integrated
 
     def _apply(self, values: Array, weights: Array) -> Array:
-        view = np.lib.stride_tricks.sliding_window_view(values, len(weights), axis=-1)
-        return np.asarray(view[:, :: self.stride] @ weights)
+        """Return weighted sums (…, windows) of values (…, m) over each window."""
+        # What a window has in common with its neighbours is gone through once: stretches from centre to centre.
+        stretches, count = -(-len(weights) // self.stride), self.count(values.shape[-1])
+        if not count:
+            return np.zeros((*values.shape[:-1], 0))
+        by_stretch = np.zeros((stretches, self.stride))
+        by_stretch.ravel()[: len(weights)] = weights
+        points = (count - 1 + stretches) * self.stride
+        cut = np.zeros((*values.shape[:-1], points))
+        kept = min(points, values.shape[-1])
+        cut[..., :kept] = values[..., :kept]
+        sums = cut.reshape(*values.shape[:-1], -1, self.stride) @ by_stretch.T
+        return np.asarray(sum(sums[..., k : k + count, k] for k in range(stretches)))
 
     def count(self, points: int) -> int:
         """Return how many windows there are on so many grid points."""
@@ -251,8 +273,8 @@ def rows(windows: Windows, known: Mask, terms: Sequence[Term], fixed: Term, rest
     """
     copies, points = next(np.shape(part) for part in (*fixed.momentum, *fixed.torque) if np.ndim(part))
     shape = (copies, points)
-    columns = np.stack([windows.integrate(term, shape) for term in terms], axis=-1)
-    target = -windows.integrate(fixed, shape)
+    integrated = windows.integrate([*terms, fixed], shape)
+    columns, target = integrated[..., :-1], -integrated[..., -1]
     holds = np.stack([windows.within(known & ~still) for still in resting], axis=-1)
     return Rows(columns, target, holds)
 

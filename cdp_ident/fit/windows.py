@@ -11,7 +11,6 @@ from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
-from scipy.interpolate import make_smoothing_spline
 
 from cdp_ident.fit.noise import NO_STEPS
 from cdp_ident.fit.rest import READINGS, weights_at_rest
@@ -188,7 +187,7 @@ def cut_at(
         encoder_steps: (2,) of the inner and the outer encoder [rad].
     """
     windows = []
-    acceleration = cart_acceleration(trial)
+    acceleration = trial.cart_acceleration
     for first, last in pairwise(bounds):
         if last - first < FEWEST_SAMPLES:
             continue
@@ -252,14 +251,3 @@ def split(window: Window, parts: int) -> list[Window]:
             )
         )
     return pieces
-
-
-def cart_acceleration(trial: Trial) -> Array | None:
-    """Return the cart's acceleration u at each sample [m/s^2], or None where the cart is at rest.
-
-    It is the second derivative of a smoothing spline through the measured positions; how smooth is decided by
-    generalised cross-validation (Wahba, Spline Models for Observational Data, 1990).
-    """
-    if trial.cart is None or np.ptp(trial.cart) == 0.0:
-        return None
-    return np.asarray(make_smoothing_spline(trial.time, trial.cart).derivative(2)(trial.time))

@@ -11,7 +11,7 @@ from scipy.interpolate import CubicSpline
 from cdp_ident.configuration.fitted_model import FittedModel
 from cdp_ident.diagnosis.evaluation import start_of
 from cdp_ident.errors import SimulationError
-from cdp_ident.fit.windows import DEFAULT_WINDOW, cart_acceleration
+from cdp_ident.fit.windows import DEFAULT_WINDOW
 from cdp_ident.replay.stream import MotionStream
 from cdp_ident.trial.trial import Trial
 
@@ -68,7 +68,7 @@ class Replay:
         cart = np.zeros_like(trial.time) if trial.cart is None else trial.cart
         # Through every sample; measured angles are as smooth as the motion, but for noise.
         self._measured = CubicSpline(trial.time, np.column_stack([cart, trial.theta]))
-        acceleration = cart_acceleration(trial)
+        acceleration = trial.cart_acceleration
         self._acceleration = None if acceleration is None else (trial.time, acceleration)
         self.take_model(model, 0.0)
 

@@ -6,6 +6,7 @@ from itertools import pairwise
 import numpy as np
 
 from cdp_ident.bag.diagnostics import ClockRate
+from cdp_ident.rig.theil_sen import median_slope
 
 ROLL_OVER_US = 2**32
 
@@ -37,7 +38,6 @@ _RATE_BUCKETS = 4
 """The reported rate is from the least delayed arrivals of so many buckets together …"""
 _FEWEST_FOR_RATE = 6
 """… and of so many such arrivals at least."""
-_ONE_SIGMA = 0.6827
 
 Point = tuple[float, float]
 
@@ -131,12 +131,9 @@ class DeviceClock:
         ]
         if len(least) < _FEWEST_FOR_RATE:
             return None
-        # Loading it takes half as long as a driver takes to start, and no rate is known in the first seconds.
-        from scipy.stats import theilslopes  # noqa: PLC0415
-
         device, delay = np.array(least).T
-        slope, _, low, high = theilslopes(delay, device, _ONE_SIGMA)
-        return ClockRate(float(-slope / (1.0 + slope)), float(high - low) / 2.0)
+        slope, low, high = median_slope(device, delay)
+        return ClockRate(-slope / (1.0 + slope), (high - low) / 2.0)
 
     def _since_first(self, time_us: int) -> int:
         """Return the time since the first observed sample [us]."""

@@ -21,7 +21,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy import stats
+from scipy.special import fdtrc
 
 Array = npt.NDArray[np.float64]
 
@@ -88,7 +88,7 @@ def _clearest(values: Array, weights: Array) -> tuple[int, float]:
         return index + 1, 1.0
     freedom = len(values) - 2
     remaining = max(total - float(between[index]), np.finfo(float).eps * total)
-    return index + 1, float(stats.f.sf(between[index] / (remaining / freedom), 1, freedom))
+    return index + 1, float(fdtrc(1, freedom, between[index] / (remaining / freedom)))
 
 
 def appearance(found: Sequence[bool], level: float, tests: int = 1) -> Change | None:
@@ -101,7 +101,10 @@ def appearance(found: Sequence[bool], level: float, tests: int = 1) -> Change | 
     if count < FEWEST:
         return None
     before = np.cumsum(found)[:-1]
-    drawn = stats.hypergeom(count, sum(found), np.arange(1, count))
+    # Loading it takes as long as all else of a survey.
+    from scipy.stats import hypergeom  # noqa: PLC0415
+
+    drawn = hypergeom(count, sum(found), np.arange(1, count))
     p_values = 2.0 * np.minimum(drawn.cdf(before), drawn.sf(before - 1))
     index = int(np.argmin(p_values))
     p_value = min(1.0, float(p_values[index]) * (count - 1) * tests)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy import stats
+from scipy.special import stdtr
 
 Array = npt.NDArray[np.float64]
 
@@ -52,7 +52,7 @@ def differing(series: Mapping[str, tuple[Array, Array]], level: float, tests: in
         compared = [_against_others(rig, left, means, weights, scatter) for rig in left]
         farthest = max(reversed(compared), key=lambda difference: abs(_deviations(difference)))
         pairs = len(left) if len(left) > 2 else 1
-        p_value = min(1.0, 2.0 * float(stats.t.sf(abs(_deviations(farthest)), freedom)) * pairs * tests)
+        p_value = min(1.0, 2.0 * float(stdtr(freedom, -abs(_deviations(farthest)))) * pairs * tests)
         if p_value >= level:
             break
         found.append(Difference(*farthest, p_value))

@@ -59,7 +59,16 @@ def _fit_cubics(time: Array, theta: Array, at: Array, first: Indices, last: Indi
     # Times relative to the place asked for and scaled to about one keep the normal equations well conditioned.
     offset = np.where(inside, time[index] - at[:, None], 0.0)
     scale = np.abs(offset).max(axis=1)
-    basis = inside[..., None] * (offset / scale[:, None])[..., None] ** np.arange(_COEFFICIENTS)
+    basis = inside[..., None] * cubic_basis(offset / scale[:, None])
     transposed = basis.transpose(0, 2, 1)
-    solution = np.linalg.solve(transposed @ basis, transposed @ theta[index])
-    return solution[:, 0], solution[:, 1] / scale[:, None]
+    solution = np.asarray(np.linalg.solve(transposed @ basis, transposed @ theta[index]))
+    return solution[:, 0], np.asarray(solution[:, 1] / scale[:, None])
+
+
+def cubic_basis(x: Array) -> Array:
+    """Return 1, x, x^2 and x^3 (..., 4) of numbers (...)."""
+    basis = np.empty((*x.shape, _COEFFICIENTS))
+    basis[..., 0], basis[..., 1] = 1.0, x
+    for power in range(2, _COEFFICIENTS):
+        np.multiply(basis[..., power - 1], x, out=basis[..., power])
+    return basis

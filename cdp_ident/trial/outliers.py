@@ -17,6 +17,7 @@ import numpy.typing as npt
 from scipy.ndimage import maximum_filter1d
 
 from cdp_ident.trial.differences import MEDIAN_OF_SIZE, SAMPLES, encoder_step, fourth_differences
+from cdp_ident.trial.kinematics import cubic_basis
 
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
@@ -139,9 +140,7 @@ class _Samples:
         others = index[~is_member].reshape(len(starts), size - len(places))
         measured = np.unwrap(values[others], period=period, axis=1) if period else values[others]
         begin, end = time[first][:, None], time[first + size - 1][:, None]
-        basis, at_members = (
-            ((2.0 * time[at] - begin - end) / (end - begin))[..., None] ** np.arange(4) for at in (others, members)
-        )
+        basis, at_members = (cubic_basis((2.0 * time[at] - begin - end) / (end - begin)) for at in (others, members))
         transposed = basis.transpose(0, 2, 1)
         fit = np.linalg.solve(transposed @ basis + _RIDGE * np.eye(4), transposed)
         left = measured - (basis @ fit @ measured[..., None])[..., 0]

@@ -10,6 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from cdp_ident.trial.spectrum import power_spectrum
+
 Array = npt.NDArray[np.float64]
 
 PER_UNIT = 20
@@ -48,10 +50,7 @@ def time_scale(time: Array, angles: Array) -> float:
     if len(time) < _FEWEST or spacing <= 0:
         return _NO_MOTION
     signals = np.concatenate([np.sin(angles), np.cos(angles)], axis=1)
-    # Loading it takes as long as all of numba, and only who looks at a trial needs it.
-    from scipy.signal import welch  # noqa: PLC0415
-
-    frequency, power = welch(signals, 1 / spacing, nperseg=min(len(time), _SEGMENT), axis=0)
+    frequency, power = power_spectrum(signals, 1 / spacing, min(len(time), _SEGMENT))
     power = power.sum(axis=1)
     noise = np.median(power[int(_NOISE_BAND * len(power)) :])
     of_speed = np.cumsum(np.where(power > _ABOVE_NOISE * noise, frequency**2 * (power - noise), 0.0))

@@ -2,10 +2,12 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
+from scipy.interpolate import make_smoothing_spline
 
 from cdp_ident.bag.diagnostics import ClockRate
 from cdp_ident.model.weights import Weight
@@ -46,6 +48,17 @@ class Trial:
     def duration(self) -> float:
         """Time from the first to the last sample [s]."""
         return float(self.time[-1] - self.time[0])
+
+    @cached_property
+    def cart_acceleration(self) -> Array | None:
+        """The cart's acceleration u at each sample (n,) [m/s^2], or None where the cart is at rest.
+
+        It is the second derivative of a smoothing spline through the measured positions; how smooth is decided by
+        generalised cross-validation (Wahba, Spline Models for Observational Data, 1990).
+        """
+        if self.cart is None or np.ptp(self.cart) == 0.0:
+            return None
+        return np.asarray(make_smoothing_spline(self.time, self.cart).derivative(2)(self.time))
 
     @property
     def bounds(self) -> tuple[tuple[int, int], ...]:

@@ -24,8 +24,8 @@ def test_a_derivative_is_integrated_by_parts():
     windows = Windows.of(0.5, 0.01)
     time = np.arange(500) * 0.01
     (of_sine, of_cosine), shape = (np.sin(time)[None], np.cos(time)[None]), (1, 500)
-    by_parts = windows.integrate(Term(momentum=(of_sine, 0.0)), shape)
-    directly = windows.integrate(Term(torque=(of_cosine, 0.0)), shape)
+    by_parts = windows.integrate([Term(momentum=(of_sine, 0.0))], shape)
+    directly = windows.integrate([Term(torque=(of_cosine, 0.0))], shape)
     assert by_parts == pytest.approx(directly, abs=1e-5)
 
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cdp_ident.fit.windows import cart_acceleration, cut_into_windows, split
+from cdp_ident.fit.windows import cut_into_windows, split
 from cdp_ident.model.simulation import simulate
 from cdp_ident.trial.trial import Trial
 from reference.pendulum import TABLE_3
@@ -69,17 +69,10 @@ def test_a_start_is_estimated_from_its_own_window_alone():
         assert np.array_equal(before.start, after.start) == (before.begin != 2.5)
 
 
-def test_the_cart_s_acceleration_is_the_second_derivative_of_its_position():
-    time = np.arange(2000) / 200
-    position = 0.1 * np.sin(3 * time) + np.random.default_rng(0).normal(0, 2e-5, 2000)
-    found = cart_acceleration(Trial("cart", time, np.zeros((2000, 2)), position))
-    assert np.abs(found - -0.9 * np.sin(3 * time))[100:-100].max() < 0.1
-
-
 @pytest.mark.parametrize("cart", [None, np.full(2000, 0.2)])
 def test_a_cart_that_rests_has_no_acceleration(cart):
     trial = replace(TWIN, cart=cart)
-    assert cart_acceleration(trial) is None
+    assert trial.cart_acceleration is None
     assert not np.any(cut_into_windows([trial])[0].u)
 
 

@@ -15,6 +15,9 @@ from cdp_ident.nodes.driver import main
 pytestmark = pytest.mark.waits
 
 OK, WARN, ERROR, STALE = range(4)
+HANGING = "{rate: 100, script: [wait: 1000]}"
+"""What is asked of most nodes does not depend on the rate, and each message takes its time."""
+PERIOD_NS = 1e7
 SWING = "{rate: 200, script: [hold: {theta1: 2.0, theta2: 2.0, within: 0.5}, wait: 0.5, let_go, wait: 1000]}"
 Start = Callable[..., Any]
 
@@ -39,13 +42,13 @@ def test_the_drivers_life_with_a_good_rig(
     listener.wait_for(lambda: listener.level() == ERROR)
     assert "no port" in listener.diagnostics[-1].message
 
-    start_emulator("--delay", "0.015")
-    listener.wait_for(lambda: len(listener.joint_states) > 600)
+    start_emulator("--delay", "0.015", rig=HANGING)
+    listener.wait_for(lambda: len(listener.joint_states) > 300)
     state = listener.joint_states[0]
     assert list(state.name) == ["cart_joint", "inner_joint", "outer_joint"]
     assert list(state.position) == pytest.approx([0.0, math.pi, 0.0])
     assert (len(state.velocity), len(state.effort)) == (0, 0)
-    assert uneven(listener, 5e6) <= 0
+    assert uneven(listener, PERIOD_NS) <= 0
     assert abs(stamps(listener)[-1] * 1e-9 - time.time()) < 60.0
     listener.wait_for(lambda: listener.level() == WARN)
     assert "zero_hanging" in listener.diagnostics[-1].message
@@ -57,7 +60,7 @@ def test_the_drivers_life_with_a_good_rig(
     assert listener.value("counts per turn") == "8000, 8000"
     assert listener.count("lost") == 0
     # A busy computer brings samples late and then many at once.
-    listener.wait_for(lambda: float(listener.value("rate [Hz]")) == pytest.approx(200, rel=0.2))
+    listener.wait_for(lambda: float(listener.value("rate [Hz]")) == pytest.approx(100, rel=0.2))
     assert "closed" not in driver.said
 
     changed, reason = listener.set_parameter("/driver", "baud", 9600)
@@ -94,15 +97,15 @@ def test_resets_roll_over_and_replugging_under_another_name_are_lived_through_an
     start_emulator(
         *("--first-count", "2147483600", "--first-time", "4294000000", "--reset-at", "5", "--unplug-at", "9"),
         *("--unplugged-for", "1.5", "--replug-as", str(tmp_path / "ttyB")),
-        rig=SWING.replace("theta1: 2.0", "theta1: 3.6"),
+        rig=SWING.replace("theta1: 2.0", "theta1: 3.6").replace("rate: 200", "rate: 100"),
     )
     listener.wait_for(lambda: listener.count("device resets") == 1)
     listener.wait_for(
         lambda: listener.value("times unplugged") == "1" and listener.value("port") == str(tmp_path / "ttyB")
     )
     seen = len(listener.joint_states)
-    listener.wait_for(lambda: len(listener.joint_states) > seen + 300)
-    assert listener.count("lost") > 200  # while it was unplugged
+    listener.wait_for(lambda: len(listener.joint_states) > seen + 150)
+    assert listener.count("lost") > 100  # while it was unplugged
     positions = np.array([state.position for state in listener.joint_states])
     assert np.sum(np.abs(np.diff(positions, axis=0)).max(axis=1) > 0.3) <= 2  # the reset; being unplugged
     assert np.all(np.diff(stamps(listener)) > 0)
@@ -113,9 +116,9 @@ def test_resets_roll_over_and_replugging_under_another_name_are_lived_through_an
 
 def test_a_silent_rig_is_stale(listener: Any, start_driver: Start, start_emulator: Start) -> None:
     start_driver()
-    start_emulator("--stall-every", "4", "--stall-for", "3")
+    start_emulator("--stall-every", "4", "--stall-for", "3", rig=HANGING)
     listener.wait_for(lambda: any(status.level[0] == STALE for status in listener.diagnostics))
-    listener.wait_for(lambda: len(listener.joint_states) > 1200)
+    listener.wait_for(lambda: len(listener.joint_states) > 600)
     assert listener.count("lost") == 0
     assert listener.count("clock fits begun anew") == 0
 
@@ -138,9 +141,9 @@ def test_faster_than_real_time_stamps_are_the_rigs_time(
     listener: Any, start_driver: Start, start_emulator: Start
 ) -> None:
     start_driver("use_sim_time:=true")
-    start_emulator("--speed", "4")
-    listener.wait_for(lambda: len(listener.joint_states) > 2000)
-    assert uneven(listener, 5e6) <= 0
+    start_emulator("--speed", "4", rig=HANGING)
+    listener.wait_for(lambda: len(listener.joint_states) > 1000)
+    assert uneven(listener, PERIOD_NS) <= 0
     assert listener.count("lost") == 0
 
 

@@ -35,7 +35,9 @@ Start = Callable[..., Any]
 Array = NDArray[np.float64]
 
 BAG = Path(__file__).parents[2] / "bags/swing_folded"
-PERIOD_NS = 5_000_000
+SLOWLY = ("-p", "frequency:=100.0")
+"""What is shown when matters in most tests, not how smoothly, and each message takes its time."""
+PERIOD_NS = 10_000_000
 FITTED = NOMINAL | {
     "std.m1": 0.01,
     "determined.m1": False,
@@ -130,7 +132,7 @@ def test_a_replay_beside_a_running_identify_is_the_library_s_own_simulation(
 ) -> None:
     write_clean_bags(tmp_path / "bags", swing=6.0)
     bag, out = tmp_path / "bags/swing_wide", tmp_path / "out"
-    start("simulator", "--bag", str(bag), "--ros-args", "-p", "source:=/identify", "-p", "rate:=4.0")
+    start("simulator", "--bag", str(bag), "--ros-args", "-p", "source:=/identify", "-p", "rate:=4.0", *SLOWLY)
     viewer.wait_for_state("waiting for the parameters of /identify")
     assert viewer.simulated == []  # nothing is shown before there are parameters
     (tmp_path / "quick.yaml").write_text(
@@ -139,7 +141,7 @@ def test_a_replay_beside_a_running_identify_is_the_library_s_own_simulation(
     start("identify", "--bag", str(bag), "--out", str(out), "--config", str(tmp_path / "quick.yaml"))
     viewer.wait_for_state("playing")
     trial, model = load_trial(bag), read_fitted_model(out / "fitted.yaml", "simulator")
-    viewer.new_frames(400)
+    viewer.new_frames(200)
     count = min(len(viewer.simulated), len(viewer.measured), len(viewer.errors))
     simulated, measured, errors = (m[:count] for m in (viewer.simulated, viewer.measured, viewer.errors))
 
@@ -149,13 +151,13 @@ def test_a_replay_beside_a_running_identify_is_the_library_s_own_simulation(
         assert np.all(np.diff(stamps(messages)) == PERIOD_NS)
         assert np.array_equal(stamps(messages), stamps(simulated))
     # At four times the speed the trial takes fewer frames than were waited for at least; then it begins anew.
-    whole = int(trial.duration * 200 / 4) + 1
-    times = np.arange(count) % whole * 4 * 0.005
+    whole = int(trial.duration * 100 / 4) + 1
+    times = np.arange(count) % whole * 4 * 0.01
     expected = library_s_own(model, trial, times[:whole])[np.arange(count) % whole]
     assert np.abs(positions(simulated)[:, 1:] - expected).max() < 1e-9
     assert np.abs(positions(measured)[:, 1:] - measured_at(trial, times)).max() < 1e-3
     assert np.array_equal(positions(errors), positions(simulated)[:, 1:] - positions(measured)[:, 1:])
-    assert np.abs(positions(errors)[:100]).max() < 0.01
+    assert np.abs(positions(errors)[:50]).max() < 0.01
 
 
 def test_it_follows_another_node_s_parameters_and_takes_none_from_elsewhere(
@@ -217,7 +219,7 @@ def test_it_pauses_resumes_begins_anew_loops_and_changes_its_rate(
     def beginnings(frames: list[JointState]) -> int:
         return sum(np.allclose(frame, beginning, rtol=0, atol=1e-9) for frame in positions(frames)[:, 1:])
 
-    start("simulator", "--bag", str(BAG), "--ros-args", "--params-file", str(fitted), "-p", "rate:=0.5")
+    start("simulator", "--bag", str(BAG), "--ros-args", "--params-file", str(fitted), "-p", "rate:=0.5", *SLOWLY)
     slow = stamps(viewer.new_frames(20))
     assert np.all(np.diff(slow) == PERIOD_NS)
     assert listener.call("/simulator/pause") == (True, "paused")
@@ -229,7 +231,7 @@ def test_it_pauses_resumes_begins_anew_loops_and_changes_its_rate(
     assert listener.call("/simulator/resume") == (True, "playing")
     viewer.new_frames()
     before, after = positions(viewer.simulated)[shown - 1 : shown + 1]
-    assert np.abs(after - before).max() < 0.05  # goes on from where it was
+    assert np.abs(after - before).max() < 0.15  # goes on from where it was: a frame on, and not a third of a second
 
     begun = len(viewer.simulated)
     assert listener.call("/simulator/reset") == (True, "playing")
@@ -239,7 +241,7 @@ def test_it_pauses_resumes_begins_anew_loops_and_changes_its_rate(
 
     fast = len(viewer.simulated)
     assert listener.set_parameter("/simulator", "rate", 50.0) == (True, "")
-    viewer.new_frames(150)
+    viewer.new_frames(75)
     assert beginnings(viewer.simulated[fast:]) >= 2
     assert np.all(np.diff(stamps(viewer.simulated[fast:])) == PERIOD_NS)  # from end to beginning too
     assert listener.set_parameter("/simulator", "loop", False) == (True, "")
@@ -290,6 +292,7 @@ def test_a_free_motion_goes_on_with_new_parameters_and_begins_anew_from_a_new_st
 # Shadow
 
 RIG = """
+rate: 100
 parameters: {c1: 0.05, c2: 0.01}
 script: [wait: 3, hold: {theta1: 1.8, theta2: 1.8, within: 0.6}, wait: 0.8, let_go, wait: 4,
          hold: {theta1: 2.0, theta2: 2.0, within: 0.6}, wait: 20]
@@ -308,18 +311,19 @@ def test_a_shadow_runs_beside_the_rig_from_the_release_until_it_is_caught(
     listener.wait_for(lambda: listener.call("/driver/zero_hanging")[0])
     viewer.wait_for_state("runs beside the rig: the pendulum was let go")
     viewer.wait_for_state("waits for a release: the pendulum was caught")
-    listener.wait_for(lambda: min(len(viewer.simulated), len(viewer.errors)) > 500)
+    listener.wait_for(lambda: min(len(viewer.simulated), len(viewer.errors)) > 250)
     count = min(len(viewer.simulated), len(viewer.errors))  # more may be on the way
     simulated, errors = viewer.simulated[:count], viewer.errors[:count]
     beside = stamps(simulated)
     assert np.array_equal(beside, stamps(errors))
     listener.wait_for(lambda: set(beside.tolist()) <= set(stamps(listener.joint_states).tolist()))
     rig = {nanoseconds(message.header.stamp): message.position for message in listener.joint_states}
-    assert np.abs(np.diff(beside) - PERIOD_NS).max() < 10_000  # the rig's own spacing, and no sample is left out
+    # The rig's own spacing, and no sample is left out.
+    assert np.abs(np.diff(beside) - PERIOD_NS).max() < 0.002 * PERIOD_NS
     measured = np.array([rig[stamp] for stamp in beside.tolist()])
     difference = positions(simulated)[:, 1:] - measured[:, 1:]
     assert np.abs(positions(errors) - difference).max() < 1e-12
-    assert np.abs(difference[:600]).max() < 0.01
+    assert np.abs(difference[:300]).max() < 0.01
 
 
 # What is wrong is told

@@ -46,3 +46,10 @@ def test_outliers_stay_with_the_stretch_that_they_were_in(stretches):
     trial = joined([replace(stretch, outliers=at) for stretch, at in zip(stretches, spikes, strict=True)])
     assert trial.outliers == (5.3, 7.6, 7.9)
     assert [apart.outliers for apart in trial.stretches] == spikes
+
+
+def test_the_cart_s_acceleration_is_the_second_derivative_of_its_position():
+    time = np.arange(2000) / 200
+    position = 0.1 * np.sin(3 * time) + np.random.default_rng(0).normal(0, 2e-5, 2000)
+    found = Trial("cart", time, np.zeros((2000, 2)), position).cart_acceleration
+    assert np.abs(found - -0.9 * np.sin(3 * time))[100:-100].max() < 0.1

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy.interpolate import CubicHermiteSpline
 
 from cdp_ident.errors import OptionError
 from cdp_ident.model.effects.bending import bends, turned_along
@@ -119,5 +118,19 @@ class Readings:
         stamps = time[0] + (np.arange(len(past)) - begin) * self._period
         if len(past) < 2:
             return of_joint(states, joint)
-        angle = CubicHermiteSpline(stamps, of_joint(past, joint), of_joint(past[:, 2:], joint))
-        return np.asarray(angle(np.maximum(time - delay, stamps[0])), dtype=np.float64)
+        at = np.maximum(time - delay, stamps[0])
+        return _between(stamps, of_joint(past, joint), of_joint(past[:, 2:], joint), at)
+
+
+def _between(stamps: Array, angle: Array, speed: Array, at: Array) -> Array:
+    """Return an angle [rad] at times between stamps (n,) [s], at which it and its speed (n,) [rad/s] are known.
+
+    It is Hermite's cubic. To load scipy's takes a third of the time that an emulator takes to start.
+    """
+    before = np.clip(np.searchsorted(stamps, at, side="right") - 1, 0, len(stamps) - 2)
+    step = stamps[before + 1] - stamps[before]
+    share = (at - stamps[before]) / step
+    rise = angle[before + 1] - angle[before]
+    first, last = speed[before] * step, speed[before + 1] * step
+    bend = (1.0 - share) * (first - rise) + share * (rise - last)
+    return np.asarray(angle[before] + share * (rise + (1.0 - share) * bend), dtype=np.float64)

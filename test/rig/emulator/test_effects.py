@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.interpolate import CubicHermiteSpline
 
 from cdp_ident.model.parameters import NOMINAL, physical_coefficients
 from cdp_ident.rig.emulator.effects import Readings, parse_effects
@@ -86,8 +87,9 @@ def test_a_late_encoder_shows_the_past(piece: int) -> None:
     motion = states({})
     shown = readings({"time_offset": {"outer": {"delay": 0.0125}}}, motion, piece)
     outer = motion[:, 1] - motion[:, 0]
-    between = 0.5 * (outer[197:-3] + outer[198:-2])
-    assert shown[200:, 1] == pytest.approx(between, abs=2e-3)
+    time = np.arange(len(motion)) * PERIOD
+    before = CubicHermiteSpline(time, outer, motion[:, 3] - motion[:, 2])(time[200:] - 0.0125)
+    assert shown[200:, 1] == pytest.approx(before, abs=1e-9)
     assert np.abs(shown[200:, 1] - outer[200:]).max() > 0.05
 
 

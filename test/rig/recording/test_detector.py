@@ -17,11 +17,10 @@ COEFFICIENTS = physical_coefficients(NOMINAL)
 
 def joints(*script: Command, tremor: float = 0.0) -> NDArray[np.float64]:
     """Return inner and outer joint [rad] at 200 Hz for a script, with a hand's slow tremor added before the end."""
-    motion = Motion(COEFFICIENTS, script, PERIOD)
-    parts = []
-    while not motion.finished:
-        parts.append(motion.advance(1))
-    samples = np.concatenate(parts)
+    lasting = sum(
+        command.seconds if isinstance(command, Wait) else getattr(command, "within", 0.0) for command in script
+    )
+    samples = Motion(COEFFICIENTS, script, PERIOD).advance(round(lasting / PERIOD))
     shake = tremor * np.sin(np.arange(len(samples)) * PERIOD * 2 * math.pi * 3.0)
     return np.column_stack([samples[:, 1] + shake, samples[:, 2] - samples[:, 1]])
 
