@@ -5,20 +5,20 @@
 
 import numpy as np
 import numpy.typing as npt
-from scipy.linalg.lapack import dtbtrs
+from scipy.linalg import solve_banded
 
 Array = npt.NDArray[np.float64]
 
 
 def carried_on(coefficients: Array, new: Array) -> Array:
     """Return the process x (n, …) with coefficients (p,) that is zero before what is new in each sample, e (n, …)."""
-    if not new.size or not len(coefficients):
-        return new.copy()  # LAPACK asks for a column at least
+    order = len(coefficients)
+    if not new.size or not order:
+        return new.copy()  # there is nothing to solve
     # What is new is a lower triangle with few diagonals times the process.
-    diagonals = np.empty((len(coefficients) + 1, len(new)), order="F")
+    diagonals = np.empty((order + 1, len(new)))
     diagonals[0], diagonals[1:] = 1.0, -coefficients[:, None]
-    process, _ = dtbtrs(diagonals, new.reshape(len(new), -1), uplo="L", diag="U")
-    return np.asarray(process).reshape(new.shape)
+    return np.asarray(solve_banded((order, 0), diagonals, new.reshape(len(new), -1))).reshape(new.shape)
 
 
 def new_in(coefficients: Array, process: Array) -> Array:
