@@ -61,7 +61,7 @@ class Hidden:
     strength: float
     """In the effect's unit."""
     visible: float
-    """What the paper's model and the truth's other effects cannot imitate of it, over the noise."""
+    """What the paper's model and the truth's other effects cannot imitate of it, over the noise; see `visibility`."""
 
     @property
     def known(self) -> bool:
@@ -133,13 +133,13 @@ def _of_strengths(
     # theta2 is the sum of both encoders' angles.
     noise = setting.counter.error * math.sqrt(1.5)
     durations = [float(moments[-1]) for moments in setting.times[:FIT_TRIALS]]
-    units = visibility(setting.values, present, setting.starts[:FIT_TRIALS], durations)
+    units, visible_units = visibility(setting.values, present, setting.starts[:FIT_TRIALS], durations)
     hidden = []
-    for effect, moved in zip(present, units, strict=True):
+    for effect, moved, seen in zip(present, units, visible_units, strict=True):
         drawn = float(np.exp(rng.uniform(*np.log(VISIBLE))))
         strength = min((drawn if visible is None else visible) * noise / moved, effect.largest)
         if effect.stopping is not None:
             strength = effect.stopping
         direction = rng.choice([-1.0, 1.0]) if effect.signed else 1.0
-        hidden.append(Hidden(effect, float(direction * strength), float(strength * moved / noise)))
+        hidden.append(Hidden(effect, float(direction * strength), float(strength * seen / noise)))
     return tuple(hidden)

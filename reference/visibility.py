@@ -28,12 +28,17 @@ _START_STEP = 1e-5
 
 def visibility(
     values: Mapping[str, float], effects: Sequence[Effect], starts: Sequence[Array], durations: Sequence[float]
-) -> Array:
+) -> tuple[Array, Array]:
     """Return by how much each effect moves theta1 and theta2 beyond imitation, for a unit of its strength [rad].
 
     Imitation is by the paper's parameters, by the start of each window, and by the other effects. It is the root mean
     square in the middle one of the windows, for some are so chaotic that anything moves them; of what happens once, in
     the window where it is most.
+
+    The first (k,) are what is left where least squares over all windows imitate; strengths are drawn by these. The
+    most chaotic windows decide there, and what imitates an effect in these may move all others by more than the effect
+    does. So it is visible by no more than what it moves the middle window by where nothing but the windows' starts
+    imitates it, which is an imitation, too: the smaller ones are the second (k,).
 
     Args:
         values: the rig's physical values.
@@ -53,14 +58,21 @@ def visibility(
             owners += [len(tables)] * len(block)
             tables.append(block)
     table, owner = np.concatenate(tables), np.array(owners)
-    seen = []
+    drawn_by, visible = [], []
     for k, effect in enumerate(effects):
         column, others = table[:, len(_FREE) + k], np.delete(table, len(_FREE) + k, axis=1)
         others = others / np.maximum(np.linalg.norm(others, axis=0), 1e-300)
         left = column - others @ np.linalg.lstsq(others, column, rcond=1e-10)[0]
-        powers = np.bincount(owner, left**2) / np.bincount(owner)
-        seen.append(np.sqrt(np.median(powers) if effect.trial is None else powers.max()))
-    return np.array(seen)
+        of_all, alone = (_in_the_middle_window(moves, owner, effect) for moves in (left, column))
+        drawn_by.append(of_all)
+        visible.append(min(of_all, alone))
+    return np.array(drawn_by), np.array(visible)
+
+
+def _in_the_middle_window(moves: Array, owner: npt.NDArray[np.int64], effect: Effect) -> float:
+    """Return the root mean square of moves (m,) in the middle one of the windows that own them, or in the worst one."""
+    powers = np.bincount(owner, moves**2) / np.bincount(owner)
+    return float(np.sqrt(np.median(powers) if effect.trial is None else powers.max()))
 
 
 def _one(effect: Effect, trial: int) -> Effect | None:

@@ -146,19 +146,26 @@ def _promising(attempt: Attempt, curves: Sequence[TorqueEffect]) -> list[Candida
 def _fitted(progress: Progress, before: Attempt, candidate: Candidate) -> list[Attempt]:
     """Return a model with a curve more; none where it cannot be fitted.
 
-    Its stiffness is first that of the score test and then that of the fit, as long as that lowers the validation error.
-    A fit that is worse than without the curve, or than the friction that it replaces, has failed.
+    Its stiffness is first that of the score test and then that of the fit, as long as that lowers the validation error,
+    by a share or, where most of it is noise, by more than chance does. A fit that is worse than without the curve, or
+    than the friction that it replaces, has failed.
     """
     best: Attempt | None = None
     attempts = _begun(progress, before, candidate)
     while attempts and attempts[-1].fit.squared_error < before.fit.squared_error:
-        if best is not None and attempts[-1].validation.rmse() > best.validation.rmse() / thresholds.AS_GOOD:
+        if best is not None and not _predicts_better(best, attempts[-1]):
             break
         best = attempts[-1]
         last = len(best.model.effects) - 1
         changed = replace(best.model.effects[last], stiffness=_smoothed(best.fit).stiffness)
         attempts = progress.replaced(best, [last], [(changed, best.fit.values[best.model.places(last)])])
     return [best] if best else []
+
+
+def _predicts_better(before: Attempt, after: Attempt) -> bool:
+    """Return whether a curve of another stiffness predicts better, by a share or by more than chance."""
+    by_a_share = after.validation.rmse() <= before.validation.rmse() / thresholds.AS_GOOD
+    return by_a_share or change(before, after).validation > thresholds.VALIDATION_GAIN
 
 
 def _without_compensating(progress: Progress, current: Attempt, best: Attempt, candidate: Candidate) -> Attempt:

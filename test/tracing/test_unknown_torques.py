@@ -1,5 +1,7 @@
 """Torques without a name are accepted by what they predict."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -13,9 +15,11 @@ from cdp_ident.fit.windows import cut_into_windows
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.curves import CURVES
 from cdp_ident.model.parameters import SYMBOLS, groups_of
+from cdp_ident.tracing import unknown_torques
+from cdp_ident.tracing.candidates import Candidate
 from cdp_ident.tracing.progress import Progress
 from cdp_ident.tracing.refits import attempt_of
-from cdp_ident.tracing.unknown_torques import _exchange_harmonics, _predicts_other_trials
+from cdp_ident.tracing.unknown_torques import _exchange_harmonics, _fitted, _predicts_other_trials
 from reference.pendulum import TABLE_5
 from scenarios.twin import TEN_SECONDS, twin
 
@@ -62,3 +66,24 @@ def test_a_curve_is_not_tried_in_the_place_of_a_harmonic_that_leaves_only_noise(
     _exchange_harmonics(progress)
     assert bool(tried) is is_tried
     assert progress.current is named
+
+
+@pytest.mark.parametrize(("variances", "is_smoothed_again"), [(20.0, True), (4.0, False)])
+def test_a_curve_is_as_smooth_as_its_fit_says_where_that_predicts_better_by_more_than_chance(
+    variances, is_smoothed_again, monkeypatch
+):
+    # Of many samples that are mostly noise, what a stiffness gains beyond chance is a small share of the error.
+    before, first, second = (
+        SimpleNamespace(
+            fit=SimpleNamespace(squared_error=error, values=np.zeros(1)),
+            validation=SimpleNamespace(rmse=lambda error=error: error),
+            model=SimpleNamespace(effects=[ActiveEffect(CURVE)], places=lambda index: slice(0, 1)),
+        )
+        for error in (2.0, 1.0, 0.999)
+    )
+    outcomes = iter([[second], []])
+    progress = SimpleNamespace(tried=lambda attempt, additions: [(None, first)], replaced=lambda *of: next(outcomes))
+    monkeypatch.setattr(unknown_torques, "_smoothed", lambda fit: SimpleNamespace(stiffness=(1.0,)))
+    monkeypatch.setattr(unknown_torques, "change", lambda old, new: SimpleNamespace(validation=variances))
+    (best,) = _fitted(progress, before, Candidate(ActiveEffect(CURVE), 1.0, np.zeros(1)))
+    assert (best is second) is is_smoothed_again
