@@ -3,8 +3,10 @@
 import struct
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache, lru_cache
+from functools import cache
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 if TYPE_CHECKING:
     from rosbags.typesys.store import Typestore
@@ -33,40 +35,18 @@ def serialize_joint_state(names: Sequence[str], positions: Sequence[float], stam
     """
     if len(names) != len(positions):
         raise ValueError(f"{len(names)} names but {len(positions)} positions")
-    before, behind = _parts(tuple(names))
+    types = typestore().types
     seconds, nanoseconds = divmod(stamp_ns, NANOSECONDS)
-    return b"".join(
-        (_ENCAPSULATION, _STAMP.pack(seconds, nanoseconds), before, struct.pack(f"<{len(names)}d", *positions), behind)
+    stamp = types["builtin_interfaces/msg/Time"](sec=seconds, nanosec=nanoseconds)
+    empty = np.empty(0)
+    message = types[MESSAGE_TYPE](
+        header=types["std_msgs/msg/Header"](stamp=stamp, frame_id=""),
+        name=list(names),
+        position=np.asarray(positions, dtype=np.float64),
+        velocity=empty,
+        effort=empty,
     )
-
-
-_ENCAPSULATION = b"\0\1\0\0"
-"""Plain CDR, the least significant byte first."""
-_STAMP = struct.Struct("<iI")
-_COUNT = struct.Struct("<I")
-
-
-@lru_cache(maxsize=16)
-def _parts(names: tuple[str, ...]) -> tuple[bytes, bytes]:
-    """Return what stands before the positions and what behind, in all messages of these names."""
-    before = _text("")  # the frame
-    before += _aligned(before) + _COUNT.pack(len(names))
-    for name in names:
-        before += _aligned(before) + _text(name)
-    before += _aligned(before) + _COUNT.pack(len(names))
-    if names:
-        before += _aligned(before, 8)  # the stamp before it has eight bytes
-    return bytes(before), bytes(2 * _COUNT.size)  # no velocities, no efforts
-
-
-def _text(words: str) -> bytes:
-    encoded = words.encode() + b"\0"
-    return _COUNT.pack(len(encoded)) + encoded
-
-
-def _aligned(before: bytes, size: int = 4) -> bytes:
-    """Return what fills up to a multiple of a size."""
-    return bytes(-len(before) % size)
+    return bytes(typestore().serialize_cdr(message, MESSAGE_TYPE))
 
 
 @dataclass(frozen=True)

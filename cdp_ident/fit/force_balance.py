@@ -28,6 +28,8 @@ _HALF_WIDTHS = (0.5, 1.0, 2.0)
 """Half widths of the test functions that are tried, in time units; the period of a small swing is some 2 pi units."""
 _LITTLE_NOISE = 0.01
 """Largest share of an unknown's information that may be noise; the narrowest windows that keep to it are taken."""
+_NO_TORQUE = 1e-150
+"""Stands for a torque of gravity that is found to be zero, over A22 [rad/s^2]: shares of it are huge, and finite."""
 _FEWEST_ROWS = 1
 """Independent windows for each unknown that are needed at least."""
 CLEARLY_BETTER = 20.0
@@ -194,7 +196,7 @@ def balance_of_pieces(
     criteria = [_criterion(regression, rows) for regression in regressions]
     chosen = int(np.argmin(criteria))
     unknowns, fit = choices[chosen], regressions[chosen]
-    gravity_torque = np.maximum(mechanism.gravity_torque(unknowns, fit.values, pieces), 1e-300)
+    gravity_torque = np.maximum(mechanism.gravity_torque(unknowns, fit.values, pieces), _NO_TORQUE)
     return ForceBalance(
         unknowns=unknowns,
         values=fit.values,

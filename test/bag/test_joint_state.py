@@ -1,9 +1,6 @@
 """JointState without ROS."""
 
-import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis.strategies import integers, lists, text
 
 from cdp_ident.bag.joint_state import MESSAGE_TYPE, serialize_joint_state, typestore
 
@@ -15,16 +12,6 @@ def test_what_was_serialised_is_read_back_by_another_reader():
     assert list(message.position) == [0.25, -3.5]
     assert (message.header.stamp.sec, message.header.stamp.nanosec) == (1_700_000_000, 123_456_789)
     assert len(message.velocity) == len(message.effort) == 0
-
-
-@given(names=lists(text(max_size=9), max_size=5), stamp=integers(0, 2**31 * 10**9 - 1))
-def test_it_is_to_the_byte_what_another_writer_makes_of_it(names, stamp):
-    types, empty = typestore().types, np.empty(0)
-    when = types["builtin_interfaces/msg/Time"](*divmod(stamp, 10**9))
-    positions = 0.25 * np.arange(len(names))
-    message = types[MESSAGE_TYPE](types["std_msgs/msg/Header"](when, ""), names, positions, empty, empty)
-    written = bytes(typestore().serialize_cdr(message, MESSAGE_TYPE))
-    assert serialize_joint_state(names, positions.tolist(), stamp) == written
 
 
 def test_ros_itself_reads_it():
