@@ -16,6 +16,7 @@ from cdp_ident.model.effects.naming import effect_of
 from cdp_ident.model.effects.play import Turned
 from cdp_ident.model.effects.readings import added_by, of_joint
 from cdp_ident.model.parameters import SYMBOLS, inertia_about_cart, physical_coefficients
+from cdp_ident.model.runge_kutta import hermite
 from cdp_ident.model.torques import NO_TORQUES, Torques
 from cdp_ident.user_input import quoted
 
@@ -129,8 +130,5 @@ def _between(stamps: Array, angle: Array, speed: Array, at: Array) -> Array:
     """
     before = np.clip(np.searchsorted(stamps, at, side="right") - 1, 0, len(stamps) - 2)
     step = stamps[before + 1] - stamps[before]
-    share = (at - stamps[before]) / step
-    rise = angle[before + 1] - angle[before]
-    first, last = speed[before] * step, speed[before + 1] * step
-    bend = (1.0 - share) * (first - rise) + share * (rise - last)
-    return np.asarray(angle[before] + share * (rise + (1.0 - share) * bend), dtype=np.float64)
+    old, new, first, last = hermite((at - stamps[before]) / step, step)
+    return np.asarray(old * angle[before] + new * angle[before + 1] + first * speed[before] + last * speed[before + 1])
