@@ -28,8 +28,8 @@ Array = npt.NDArray[np.float64]
 Flags = npt.NDArray[np.bool_]
 Indices = npt.NDArray[np.int64]
 
-_MOST_ITERATIONS = 25
-"""They need few, unless the held values do not fit."""
+MOST_FOR_STARTS = 25
+"""The most iterations where only initial states are fitted: they need few, unless the held values do not fit."""
 _NOTHING = np.empty(0)
 
 
@@ -47,7 +47,7 @@ def fit_each_window(model: MotionModel, values: Array, windows: Sequence[Window]
     """
     fits, limit = HeldValues(model, values, windows), np.inf
     left: Indices = np.arange(len(windows))
-    while fits.iterations < _MOST_ITERATIONS:
+    while fits.iterations < MOST_FOR_STARTS:
         if not len(left):
             # All have ended under the present limit for outliers: are there residuals beyond a lower one?
             if limit < np.inf:

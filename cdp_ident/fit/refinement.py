@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.autocorrelation import Autocorrelation
-from cdp_ident.fit.held_values import HeldValues, fit_each_window
+from cdp_ident.fit.held_values import MOST_FOR_STARTS, HeldValues, fit_each_window
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.normal_equations import (
     DAMPING_FACTOR,
@@ -32,8 +32,6 @@ Array = npt.NDArray[np.float64]
 _Part = TypeVar("_Part")
 
 _MOST_ITERATIONS = 100
-_MOST_FOR_STARTS = 25
-"""The most where only initial states are fitted: they need few, unless the held values do not fit."""
 _GROWTH = (4, 2)
 """Windows are first fitted in so many parts, one after the other, and then whole."""
 _ROUGHLY = 1e-3
@@ -145,7 +143,7 @@ def refine(
     if point is None:
         raise IdentificationError("the model's motion cannot be computed from the parameters to begin with")
     damping, iterations, converged, limit, curved = FIRST_DAMPING, 0, False, np.inf, False
-    while iterations < (_MOST_FOR_STARTS if hold_values else _MOST_ITERATIONS) and damping < LARGEST_DAMPING:
+    while iterations < (MOST_FOR_STARTS if hold_values else _MOST_ITERATIONS) and damping < LARGEST_DAMPING:
         iterations += 1
         try:
             step = problem.step(point, damping)
