@@ -12,11 +12,12 @@ from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.prior import Prior
 from cdp_ident.fit.refinement import Fit
 from cdp_ident.pipeline.identify import identify
+from cdp_ident.pipeline.identify_and_trace import identify_and_trace
 from cdp_ident.tracing.certainty import confirmed
 from cdp_ident.tracing.final_model import FinalModel
 from cdp_ident.tracing.found_effects import found_effects
 from cdp_ident.tracing.selection import Selection
-from cdp_ident.tracing.trace import Trace, select_effects, trace
+from cdp_ident.tracing.trace import Trace, select_effects
 from cdp_ident.tracing.unexplained import Unexplained, unexplained
 from cdp_ident.trial.trial import Trial
 from reference.truths import FIT_TRIALS, Measured, Truth
@@ -60,14 +61,12 @@ class Found:
 
 def identified(truth: Truth) -> Identification:
     """Identify the paper's model from a truth's first trials."""
-    trials = _trials(truth.trials)
-    options = IdentifyOptions(prior=Prior(nominal=truth.setting.nominal))
-    return identify(trials[:FIT_TRIALS], trials[FIT_TRIALS:], options)
+    return identify(*_given(truth))
 
 
 def traced(truth: Truth) -> Trace:
     """Identify a truth's rig from its first trials, and trace what is left to effects."""
-    return trace(identified(truth))
+    return identify_and_trace(*_given(truth))[1]
 
 
 def found(truth: Truth) -> Found:
@@ -114,6 +113,12 @@ def _answer(selection: Selection, before: FinalModel, after: FinalModel, left: U
 def error_of_samples(fit: Fit) -> float:
     """Return the root mean square error of both angles [rad]; readings that a joint at rest repeats count, too."""
     return float(np.sqrt(np.mean(np.concatenate(fit.errors) ** 2)))
+
+
+def _given(truth: Truth) -> tuple[list[Trial], list[Trial], IdentifyOptions]:
+    """Return a truth's trials to fit and to hold out, and the options with its nominal values."""
+    trials = _trials(truth.trials)
+    return trials[:FIT_TRIALS], trials[FIT_TRIALS:], IdentifyOptions(prior=Prior(nominal=truth.setting.nominal))
 
 
 def _trials(measured: Sequence[Measured]) -> list[Trial]:

@@ -53,13 +53,14 @@ def noise_over(trials: Sequence[Trial]) -> Array:
     return np.asarray(np.sqrt(np.mean([noise_of(trial) ** 2 for trial in trials], axis=0)))
 
 
-def prepare(parted: Sequence[PartedTrial], lengths: Sequence[Lengths], scales: Scales) -> Data:
+def prepare(parted: Sequence[PartedTrial], lengths: Sequence[Lengths], scales: Scales, longest: float = np.inf) -> Data:
     """Cut trials into windows, and give each its role.
 
     Args:
         parted: the trials, with what is held out of them.
         lengths: of the windows of each trial; shorter where there would be too few otherwise.
         scales: of the rig.
+        longest: no window is longer [s].
 
     Raises:
         IdentificationError: the trials are too short.
@@ -75,7 +76,7 @@ def prepare(parted: Sequence[PartedTrial], lengths: Sequence[Lengths], scales: S
     fit: list[Window] = []
     holdout: list[Window] = []
     for index, (trial, length_at) in enumerate(zip(parted, lengths, strict=True)):
-        bounds_of_stretches = window_bounds(trial.trial, length_at, total / _FEWEST_WINDOWS)
+        bounds_of_stretches = window_bounds(trial.trial, length_at, min(total / _FEWEST_WINDOWS, longest))
         for stretch, bounds in enumerate(bounds_of_stretches):
             windows = cut_at(trial.trial, index, bounds, scales.step, scales.half_width, scales.encoder_steps)
             (holdout if stretch in trial.held_out else fit).extend(windows)

@@ -99,6 +99,11 @@ class Scales:
         return ENOUGH * self.time_unit
 
     @property
+    def half_swing(self) -> float:
+        """Half a small swing of a pendulum of length L [s]."""
+        return np.pi * self.time_unit
+
+    @property
     def left_out(self) -> int:
         """By how many samples averaging reduces the trials."""
         return self.samples - self.samples // self.together

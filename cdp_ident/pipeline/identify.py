@@ -37,6 +37,7 @@ def identify(
     holdout: Sequence[Trial],
     options: IdentifyOptions,
     stop: Callable[[Progress], str | None] = lambda progress: None,
+    longest: float = np.inf,
 ) -> Identification:
     """Identify the paper's model from trials.
 
@@ -46,6 +47,7 @@ def identify(
         options: how.
         stop: called after each generation of the search; a sentence that it returns ends the search, of which the
             best so far is then refined.
+        longest: no window is longer [s].
 
     Raises:
         IdentificationError: the trials do not suffice.
@@ -73,7 +75,7 @@ def identify(
     parted = [replace(part, trial=thinned(part.trial, scales.together)) for part in parted]
     noise = noise_over([part.shown for part in parted if part.is_fitted])
     lengths = [_lengths(part.trial, scales, balanced, options, noise) for part in parted]
-    data = prepare(parted, lengths, scales)
+    data = prepare(parted, lengths, scales, longest)
     rng = np.random.default_rng(options.seed)
     level = float(np.sqrt(np.mean(data.noise**2)))
     model = replace(

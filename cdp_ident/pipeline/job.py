@@ -11,17 +11,13 @@ from cdp_ident.model.compile_ahead import compile_ahead
 from cdp_ident.model.parameters import SYMBOLS
 from cdp_ident.model.weight_settings import ADDED, refuse_misplaced
 from cdp_ident.model.weights import RODS, Rod, Weight
-from cdp_ident.pipeline.identify import identify
+from cdp_ident.pipeline.identify_and_trace import identify_and_trace
 from cdp_ident.report.outcome import Job, LoadedJob, Outcome
 from cdp_ident.report.provenance import bag_checksums
 from cdp_ident.search.genetic_search import Progress
-from cdp_ident.tracing.trace import trace
 from cdp_ident.trial.load import load_trial
 from cdp_ident.trial.trial import Trial
 from cdp_ident.user_input import refuse_unknown
-
-_MOST_ATTEMPTS, _SHORTER = 3, 0.5
-"""Where a fit fails, windows are shortened by this factor, and it is begun anew."""
 
 
 def load(job: Job, more_to_come: bool = False) -> LoadedJob:
@@ -104,8 +100,6 @@ def run(
         stop_tracing: asked repeatedly; true ends the tracing with the effects found so far.
         trying: called with what the tracing tries next.
 
-    Where the fit fails, shorter windows are tried, unless their length is given; in the end `failure` says so.
-
     Raises:
         IdentificationError: the trials do not suffice.
     """
@@ -116,13 +110,8 @@ def run(
         searched = time.monotonic()
         return stop(progress)
 
-    options = loaded.job.settings.identify
-    attempts = 1 if options.window else _MOST_ATTEMPTS
-    while True:
-        found = identify(loaded.fit, loaded.holdout, options, clocked)
-        traced = trace(found, say, stop_tracing, trying, loaded.job.expected)
-        attempts -= 1
-        if not traced.failure or found.failure or not attempts:
-            return Outcome(loaded, found, traced, searched - began, time.monotonic() - began)
-        options = replace(options, window=_SHORTER * found.data.window)
-        say(f"the model does not follow the motion: windows of {options.window:.2g} s are tried")
+    job = loaded.job
+    found, traced = identify_and_trace(
+        loaded.fit, loaded.holdout, job.settings.identify, clocked, say, stop_tracing, trying, job.expected
+    )
+    return Outcome(loaded, found, traced, searched - began, time.monotonic() - began)

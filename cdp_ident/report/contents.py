@@ -4,6 +4,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from datetime import datetime, timezone
 from typing import Any
 
+import numpy as np
+
 from cdp_ident.diagnosis.identifiability import Identifiability, Tradeoff, identifiability
 from cdp_ident.diagnosis.identification import Identification
 from cdp_ident.diagnosis.new_trial import NewTrialCheck
@@ -116,6 +118,7 @@ def _report(
             for warning in (
                 *_doubts(new_trials),
                 *_failures(outcome.trace, failures),
+                *_not_followed(outcome),
                 *outlier_warnings(_loaded(outcome)),
                 *find_warnings(completed),
             )
@@ -224,6 +227,20 @@ def _failures(traced: Trace, failures: Sequence[str]) -> Iterator[FitWarning]:
         yield FitWarning("fit_failed", (), traced.failure)
     if failures:
         yield FitWarning("not_computed", (), f"what could not be computed is left out: {'; '.join(failures)}")
+
+
+def _not_followed(outcome: Outcome) -> Iterator[FitWarning]:
+    longer, data = outcome.trace.longer, outcome.identification.data
+    if longer:
+        times = longer.error / float(np.sqrt(np.mean(data.noise**2)))
+        yield FitWarning(
+            "not_followed",
+            (),
+            f"the motion is followed for half a swing only: over windows of {longer.duration:.3g} s, the best model "
+            f"left {1e3 * longer.error:.3g} mrad of held-out motion, {times:.0f} times the noise. So everything here, "
+            f"errors included, is over windows of {data.window:.2g} s; simulations that go on for longer are off by "
+            "more",
+        )
 
 
 def _identifiability(found: Identifiability) -> Section:

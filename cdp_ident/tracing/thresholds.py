@@ -141,8 +141,8 @@ LEAST_STEPS = 0.75
 Unit: steps. Origin: half a step is rounding.
 """
 LARGE_SHARE = 0.1
-"""Least fall of the validation error by a torque without a name and, where more than noise would remain, by zeros of
-each trial.
+"""Least fall of the validation error by a torque without a name, by effects other than those that longer windows showed
+and, where more than noise would remain, by zeros of each trial.
 
 Unit: share of it. Origin: tuned: a smaller one may be one of many small effects.
 """

@@ -21,8 +21,10 @@ from cdp_ident.tracing.expected import ExpectedEffect
 from cdp_ident.tracing.final_model import FinalModel
 from cdp_ident.tracing.found_effects import FoundEffect, found_effects
 from cdp_ident.tracing.in_doubt import InDoubt, added_covariance, effects_in_doubt
+from cdp_ident.tracing.progress import Progress
 from cdp_ident.tracing.refits import attempt_of
 from cdp_ident.tracing.selection import Selection
+from cdp_ident.tracing.shorter_windows import LongerWindows, fitted_over_shorter, preferred
 from cdp_ident.tracing.stepwise import stepwise_selection
 from cdp_ident.tracing.unexplained import Unexplained, leaves_only_noise, unexplained
 
@@ -53,6 +55,8 @@ class Trace:
     """Why no parameter means anything, in words; empty where the fit did not fail."""
     failures: tuple[str, ...]
     """What could not be computed, in words."""
+    longer: LongerWindows | None
+    """Windows over which the motion could not be followed, before these."""
 
     @property
     def covariance(self) -> Array:
@@ -71,6 +75,7 @@ def trace(
     stop: Callable[[], bool] = lambda: False,
     trying: Callable[[str], None] = lambda line: None,
     expected: Sequence[ExpectedEffect] = (),
+    longer: LongerWindows | None = None,
 ) -> Trace:
     """Trace the residual of an identification to effects that the paper's model lacks.
 
@@ -80,11 +85,12 @@ def trace(
         stop: asked repeatedly; true ends the tracing with the effects found so far.
         trying: called with what is tried next.
         expected: effects found on the rig before, which are tried first.
+        longer: windows over which the motion could not be followed, and what they showed.
 
     Where the model does not follow the motion, no effects are tried, and `failure` says so.
     """
     data = found.data
-    selection, failure = select_effects(found, say, stop, trying, expected)
+    selection, failure = select_effects(found, say, stop, trying, expected, longer)
     joined = None
     if found.options.join_windows and not failure:
         joined = _joined(selection.after.fit, data.noise, say)
@@ -111,6 +117,7 @@ def trace(
         joined=joined is not None,
         failure=failure,
         failures=(*selection.failures, *completed.failures, *not_computed),
+        longer=longer,
     )
 
 
@@ -120,15 +127,21 @@ def select_effects(
     stop: Callable[[], bool] = lambda: False,
     trying: Callable[[str], None] = lambda line: None,
     expected: Sequence[ExpectedEffect] = (),
+    longer: LongerWindows | None = None,
 ) -> tuple[Selection, str]:
     """Return the selection of effects, and why there is none, where the fit failed; arguments are those of `trace`."""
     data, failure = found.data, found.failure
+    before, level = attempt_of(found.fit, data.folds), float(np.sqrt(np.mean(data.noise**2)))
+    as_before = None
+    if longer:
+        progress = Progress(before, level, say, stop, data.scales.encoder_steps, trying)
+        as_before = fitted_over_shorter(longer.selection, progress)
     if not failure:
         try:
             selected = stepwise_selection(
                 found.fit,
                 data.folds,
-                float(np.sqrt(np.mean(data.noise**2))),
+                level,
                 say,
                 stop,
                 found.balances,
@@ -141,8 +154,8 @@ def select_effects(
         except FitFailedError as error:
             failure = str(error)
         else:
-            return selected, ""
-    return Selection.nothing(attempt_of(found.fit, data.folds)), failure
+            return preferred(as_before, selected), ""
+    return (as_before, "") if as_before else (Selection.nothing(before), failure)
 
 
 def _holdout_error(like: FinalModel, fit: Fit) -> float:

@@ -102,7 +102,8 @@ def test_what_was_asked_for_stands_in_the_report(content, outcome):
 @pytest.mark.campaign
 def test_a_run_can_be_repeated_from_its_report(content):
     again = report(run(load(job_in(content)), lambda progress: None))
-    assert without_times(again) == without_times(content)
+    # As text, since numbers that are none differ from themselves.
+    assert json_text(without_times(again)) == json_text(without_times(content))
 
 
 def without_times(content):

@@ -7,8 +7,7 @@ import pytest
 from cdp_ident.commands.import_csv import main
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.prior import Prior
-from cdp_ident.pipeline.identify import identify
-from cdp_ident.tracing.trace import trace
+from cdp_ident.pipeline.identify_and_trace import identify_and_trace
 from cdp_ident.trial.load import load_trial
 
 DROPS = Path(__file__).parents[3] / "shared" / "data" / "dfki_drops"
@@ -24,7 +23,17 @@ def test_dry_friction_in_both_joints_and_the_geared_rotor_are_found_in_two_drops
         given = [str(DROPS / f"drop{bag.name}.csv.gz"), "--zero", "hanging", "--length", "0.3"]
         assert main([*given, "--out", str(bag)]) == 0
     first, second, third = (load_trial(bag) for bag in bags)
-    traced = trace(identify([first, second], [third], IdentifyOptions(prior=Prior(nominal=NOMINAL))))
-    found = {effect.active.effect.key for effect in traced.effects}
-    assert {"coulomb_friction.inner", "coulomb_friction.outer", "geared_rotor.outer"} <= found
-    assert traced.errors["effects"].holdout.rmse < 28e-3
+    found, traced = identify_and_trace([first, second], [third], IdentifyOptions(prior=Prior(nominal=NOMINAL)))
+    certainty = {effect.active.effect.key: effect.certainty for effect in traced.effects}
+    assert certainty == {
+        "geared_rotor.outer": "named",
+        "coulomb_friction.outer": "named",
+        "coulomb_friction.inner": "probable",
+    }
+    assert traced.errors["effects"].holdout.rmse < 10e-3
+    # The outer joint breaks loose at a torque that varies by chance, so that nothing follows it for long.
+    assert traced.longer.error > 20e-3
+    assert found.data.window < 0.25 * traced.longer.duration
+    friction = {effect.active.effect.key: effect.parameters[0] for effect in traced.effects}
+    for key, elsewhere in (("coulomb_friction.inner", 0.093), ("coulomb_friction.outer", 0.09)):
+        assert abs(friction[key].value - elsewhere) < 2.0 * friction[key].std
