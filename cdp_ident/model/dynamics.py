@@ -25,7 +25,7 @@ from cdp_ident.model.compilation import inlined, part
 from cdp_ident.model.effects.catalogue import joint_law, memory_law, rods_law
 from cdp_ident.model.effects.constants import CARRIED
 from cdp_ident.model.effects.effect import Form
-from cdp_ident.model.equations import RODS_STATES, acceleration_derivatives, accelerations, sines_and_cosines, solved
+from cdp_ident.model.equations import RODS_STATES, acceleration_derivatives, accelerations, response, sines_and_cosines, solved
 from cdp_ident.model.parameters import COEFFICIENTS
 
 _RODS, _COUPLING, _BASE, MEMORY = (int(form) for form in (Form.RODS, Form.COUPLING, Form.BASE, Form.MEMORY))
@@ -149,20 +149,6 @@ def _add_torques(
 
 
 @inlined
-def _held(d1, d2, i11, i12, i22, inner_sticks, outer_sticks):
-    """Return accelerations as the sticking joints let them be."""
-    if inner_sticks and outer_sticks:
-        return 0.0, 0.0
-    if inner_sticks:
-        return 0.0, d2 - d1 * i12 / i11
-    if outer_sticks:
-        share = (d2 - d1) / (i11 - 2.0 * i12 + i22)
-        common = d1 - share * (i12 - i11)
-        return common, common
-    return d1, d2
-
-
-@inlined
 def rates_of(
     state, time, u, modes, coefficients, table, values, lanes_of, constants, base, slopes, by_own, by_lane, sums,
     by_state, direct, rates, row,
@@ -213,8 +199,6 @@ def rates_of(
     push1, push2, give1, give2 = 0.0, 0.0, 0.0, 0.0
     if inner_sticks or outer_sticks or base >= 0:
         s, m = sin1 * cos2 - cos1 * sin2, A23 * (cos1 * cos2 + sin1 * sin2) + coupled
-        inverse_determinant = 1.0 / (A33 - m * m)
-        j11, j12, j22 = A33 * inverse_determinant, -m * inverse_determinant, inverse_determinant
         push1, push2 = a1 * cos1, m2_l2 * cos2
         joint_friction = c2 * (omega1 - omega2)
         n1 = a1 * g * sin1 - push1 * u - A23 * s * omega2 * omega2 - c1 * omega1 - joint_friction + torque1
@@ -223,10 +207,8 @@ def rates_of(
             compliance, frequency, damping_ratio = values[base, 0], values[base, 1], values[base, 2]
             squared, carried = frequency * frequency, constants[CARRIED]
             mobility, damping = compliance * squared, 2.0 * damping_ratio * frequency
-            free1, free2 = _held(j11 * n1 + j12 * n2, j12 * n1 + j22 * n2, j11, j12, j22, inner_sticks, outer_sticks)
-            give1, give2 = _held(
-                j11 * push1 + j12 * push2, j12 * push1 + j22 * push2, j11, j12, j22, inner_sticks, outer_sticks
-            )
+            by_torques = response(A33, m, inner_sticks, outer_sticks)
+            (free1, free2), (give1, give2) = solved(by_torques, n1, n2), solved(by_torques, push1, push2)
             outwards = a1 * sin1 * omega1 * omega1 + m2_l2 * sin2 * omega2 * omega2
             given = push1 * give1 + push2 * give2
             reduced = 1.0 + mobility * (carried - given)
@@ -238,9 +220,9 @@ def rates_of(
         if inner_sticks and outer_sticks:
             sums[HOLDS], sums[HOLDS + 1] = -n1 - n2, -n2
         elif inner_sticks:
-            sums[HOLDS] = -(j11 * n1 + j12 * n2) / j11
+            sums[HOLDS] = m / A33 * n2 - n1
         elif outer_sticks:
-            sums[HOLDS + 1] = -((j12 - j11) * n1 + (j22 - j12) * n2) / (j11 - 2.0 * j12 + j22)
+            sums[HOLDS + 1] = ((A33 + m) * n1 - (1.0 + m) * n2) / (1.0 + A33 + 2.0 * m)
         if inner_sticks:
             torque1 += sums[HOLDS]
         if outer_sticks:
@@ -253,14 +235,15 @@ def rates_of(
         )
     else:
         with_parameters = lanes >= n + _COEFFICIENTS
-        alpha1, alpha2, (i11, i12, i22), by_rods, by_coefficient = acceleration_derivatives(
-            turned, omega1, omega2, acceleration, A23, A33, a1, c1, c2, m2_l2, g, torque1, torque2, coupled
-        )
+        alpha1, alpha2, by_torques, by_rods, by_coefficient = acceleration_derivatives(
+            turned, omega1, omega2, acceleration, A23, A33, a1, c1, c2, m2_l2, g, torque1, torque2, coupled,
+            inner_sticks, outer_sticks,
+        )  # fmt: skip
         for k in range(RODS_STATES):
-            (d1, d2), (e1, e2) = by_rods[k], solved(i11, i12, i22, of_torque1[k], of_torque2[k])
+            (d1, d2), (e1, e2) = by_rods[k], solved(by_torques, of_torque1[k], of_torque2[k])
             by_state[row, 0, k], by_state[row, 1, k] = d1 + e1, d2 + e2
         for k in range(RODS_STATES, n):
-            by_state[row, 0, k], by_state[row, 1, k] = solved(i11, i12, i22, by_own[0, k], by_own[1, k])
+            by_state[row, 0, k], by_state[row, 1, k] = solved(by_torques, by_own[0, k], by_own[1, k])
         if with_parameters:
             if len(table) > 0:
                 for e in range(len(table)):
@@ -270,22 +253,13 @@ def rates_of(
                 # Vectorised with unsigned indices only: negative ones would count from the end. It comes first and only
                 # assigns: vectors of what was just written number by number are slow to read.
                 for k in range(np.uint64(lanes)):
-                    direct[row, 0, k], direct[row, 1, k] = solved(i11, i12, i22, by_lane[0, k], by_lane[1, k])
+                    direct[row, 0, k], direct[row, 1, k] = solved(by_torques, by_lane[0, k], by_lane[1, k])
                 for k in range(_COEFFICIENTS):
                     direct[row, 0, n + k] += by_coefficient[k][0]
                     direct[row, 1, n + k] += by_coefficient[k][1]
             else:
                 for k in range(_COEFFICIENTS):
                     direct[row, 0, n + k], direct[row, 1, n + k] = by_coefficient[k]
-        if inner_sticks or outer_sticks:
-            for k in range(n):
-                by_state[row, 0, k], by_state[row, 1, k] = _held(
-                    by_state[row, 0, k], by_state[row, 1, k], i11, i12, i22, inner_sticks, outer_sticks
-                )
-            for k in range(np.uint64(n), np.uint64(lanes)):
-                direct[row, 0, k], direct[row, 1, k] = _held(
-                    direct[row, 0, k], direct[row, 1, k], i11, i12, i22, inner_sticks, outer_sticks
-                )
         if base >= 0:
             # The base's equation, differentiated; then the rods follow the base.
             along1, along2 = cos1 * alpha1 - sin1 * omega1 * omega1, cos2 * alpha2 - sin2 * omega2 * omega2

@@ -79,49 +79,70 @@ def accelerations(turned, omega1, omega2, u, A23, A33, a1, c1, c2, m2_l2, g, ext
 
 
 @inlined
-def acceleration_derivatives(turned, omega1, omega2, u, A23, A33, a1, c1, c2, m2_l2, g, extra1, extra2, coupled=0.0):
-    """Return omega1', omega2', the inverse of the inertia matrix, and the accelerations' derivatives.
+def acceleration_derivatives(
+    turned, omega1, omega2, u, A23, A33, a1, c1, c2, m2_l2, g, extra1, extra2, coupled=0.0, inner_sticks=False,
+    outer_sticks=False,
+):  # fmt: skip
+    """Return omega1', omega2', the response to torques, and the accelerations' derivatives.
 
-    The inverse is three numbers: omega1' by a torque on the inner rod, either one by one on the other rod, omega2' by
-    one on the outer rod. Then come four pairs, omega1' and omega2' by theta1, theta2, omega1, omega2, and seven by the
-    coefficients A23 to g, all at constant extra torques. The equations are M omega' = N, where M has 1 and A33 on its
-    diagonal and m = A23 c + coupled beside it; a derivative solves M d(omega') = dN - dM omega'.
+    The response is as `response` returns it. Then come four pairs, omega1' and omega2' by theta1, theta2, omega1,
+    omega2, and seven by the coefficients A23 to g, all at constant extra torques. The equations are M omega' = N, where
+    M has 1 and A33 on its diagonal and m = A23 c + coupled beside it; a derivative solves M d(omega') = dN - dM omega'.
+    What holds a joint that sticks is in neither, for it follows.
     """
     sin1, cos1, sin2, cos2 = turned
     s, c = sin1 * cos2 - cos1 * sin2, cos1 * cos2 + sin1 * sin2
-    m = A23 * c + coupled
-    inverse_determinant = 1.0 / (A33 - m * m)
-    # The elements of the inverse of M.
-    i11, i12, i22 = A33 * inverse_determinant, -m * inverse_determinant, inverse_determinant
+    by_torques = response(A33, A23 * c + coupled, inner_sticks, outer_sticks)
+    i11, i12, i21, i22 = by_torques
     relative = omega1 - omega2
     push1, push2 = g * sin1 - u * cos1, g * sin2 - u * cos2
     n1 = a1 * push1 - A23 * s * omega2 * omega2 - c1 * omega1 - c2 * relative + extra1
     n2 = m2_l2 * push2 + A23 * s * omega1 * omega1 + c2 * relative + extra2
-    alpha1, alpha2 = i11 * n1 + i12 * n2, i12 * n1 + i22 * n2
+    alpha1, alpha2 = i11 * n1 + i12 * n2, i21 * n1 + i22 * n2
     # By theta1, dm = -A23 s, by theta2, dm = A23 s; by A23, dm = c; by A33, dM has one element, 1.
     inner, outer = A23 * c * omega2 * omega2 - A23 * s * alpha2, A23 * c * omega1 * omega1 + A23 * s * alpha1
     by_state = (
-        solved(i11, i12, i22, a1 * (g * cos1 + u * sin1) - inner, outer),
-        solved(i11, i12, i22, inner, m2_l2 * (g * cos2 + u * sin2) - outer),
-        solved(i11, i12, i22, -c1 - c2, 2.0 * A23 * s * omega1 + c2),
-        solved(i11, i12, i22, c2 - 2.0 * A23 * s * omega2, -c2),
+        solved(by_torques, a1 * (g * cos1 + u * sin1) - inner, outer),
+        solved(by_torques, inner, m2_l2 * (g * cos2 + u * sin2) - outer),
+        solved(by_torques, -c1 - c2, 2.0 * A23 * s * omega1 + c2),
+        solved(by_torques, c2 - 2.0 * A23 * s * omega2, -c2),
     )
     by_coefficient = (
-        solved(i11, i12, i22, -s * omega2 * omega2 - c * alpha2, s * omega1 * omega1 - c * alpha1),
+        solved(by_torques, -s * omega2 * omega2 - c * alpha2, s * omega1 * omega1 - c * alpha1),
         (-i12 * alpha2, -i22 * alpha2),
-        (i11 * push1, i12 * push1),
-        (-i11 * omega1, -i12 * omega1),
-        ((i12 - i11) * relative, (i22 - i12) * relative),
+        (i11 * push1, i21 * push1),
+        (-i11 * omega1, -i21 * omega1),
+        ((i12 - i11) * relative, (i22 - i21) * relative),
         (i12 * push2, i22 * push2),
-        solved(i11, i12, i22, a1 * sin1, m2_l2 * sin2),
+        solved(by_torques, a1 * sin1, m2_l2 * sin2),
     )
-    return alpha1, alpha2, (i11, i12, i22), by_state, by_coefficient
+    return alpha1, alpha2, by_torques, by_state, by_coefficient
 
 
 @inlined
-def solved(i11, i12, i22, n1, n2):
-    """Return what two torques are of the rods' accelerations, by the inverse of the inertia matrix."""
-    return i11 * n1 + i12 * n2, i12 * n1 + i22 * n2
+def response(A33, m, inner_sticks=False, outer_sticks=False):
+    """Return the rods' accelerations by torques on them: omega1' by one on either rod, then omega2'.
+
+    It is the inverse of the inertia matrix, of 1, A33 and m beside its diagonal. Where a joint sticks, the torque in it
+    lets no other motion be: with the inner joint the outer rod turns alone, with the outer one both rods turn as one.
+    """
+    inverse_determinant = 1.0 / (A33 - m * m)
+    free = not (inner_sticks or outer_sticks)
+    as_one = 1.0 / (1.0 + A33 + 2.0 * m) if outer_sticks and not inner_sticks else 0.0
+    alone = 1.0 / A33 if inner_sticks and not outer_sticks else as_one
+    return (
+        A33 * inverse_determinant if free else as_one,
+        -m * inverse_determinant if free else as_one,
+        -m * inverse_determinant if free else as_one,
+        inverse_determinant if free else alone,
+    )
+
+
+@inlined
+def solved(by_torques, n1, n2):
+    """Return what two torques are of the rods' accelerations, by the response to them."""
+    i11, i12, i21, i22 = by_torques
+    return i11 * n1 + i12 * n2, i21 * n1 + i22 * n2
 
 
 @inlined
