@@ -18,7 +18,7 @@ from cdp_ident.model.effects.play import Turned
 from cdp_ident.model.effects.readings import encoder_readings
 from cdp_ident.model.equations import RODS_STATES
 from cdp_ident.model.initial_value_problem import InitialValueProblem
-from cdp_ident.model.lanes import LANES
+from cdp_ident.model.lane_rows import LANES
 from cdp_ident.model.parameters import COEFFICIENTS, GROUPS, coefficients_of
 from cdp_ident.model.time_grid import TimeGrid
 from cdp_ident.model.torques import NO_TORQUES, Torques
@@ -157,11 +157,14 @@ class MotionModel(ModelUnknowns):
     def blocks(self, windows: Sequence[Window]) -> list[slice]:
         """Return which windows are best predicted together: neighbours, which are mostly of one length.
 
-        With torques they are of one trial, in which these are laid out alike, and fewer: cores share the blocks.
+        Of twice as many as there are lanes, few lanes are idle at the end. Where windows are simulated one by one,
+        blocks are of one trial and smaller: cores share them. What happens in one trial alone sets trials apart, too.
         """
-        if any(isinstance(active.effect, TorqueEffect) for active in self.effects):
-            return [piece for part in _alike(windows) for piece in _divided(part, _TOGETHER)]
-        return _divided(slice(0, len(windows)), LANES)
+        one_by_one = any(active.effect.brings_states or active.effect.curve for active in self.effects)
+        if one_by_one or any(active.trial is not None for active in self.effects):
+            most = _TOGETHER if one_by_one else 2 * LANES
+            return [piece for part in _alike(windows) for piece in _divided(part, most)]
+        return _divided(slice(0, len(windows)), 2 * LANES)
 
     @cached_property
     def _looks_around(self) -> bool:

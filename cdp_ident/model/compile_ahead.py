@@ -10,19 +10,22 @@ import threading
 
 import numpy as np
 
-from cdp_ident.model import trajectory
+from cdp_ident.model import lane_loop, trajectory
 from cdp_ident.model.compilation import is_to_be_kept
+from cdp_ident.model.effects.constants import effect_constants
 from cdp_ident.model.effects.encoders import ENCODERS
+from cdp_ident.model.effects.friction import FRICTION
 from cdp_ident.model.effects.play import follow
 from cdp_ident.model.effects.readings import added_by
 from cdp_ident.model.error_growth import steps_until
 from cdp_ident.model.initial_value_problem import InitialValueProblem
-from cdp_ident.model.lanes import LANES
+from cdp_ident.model.lane_rows import LANES
 from cdp_ident.model.linear import linearize
 from cdp_ident.model.parallel import core_count
 from cdp_ident.model.parameters import NOMINAL, physical_coefficients
 from cdp_ident.model.population import Population, Segment
 from cdp_ident.model.time_grid import TimeGrid
+from cdp_ident.model.torques import Torques
 from cdp_ident.model.trajectories import trajectories
 from cdp_ident.model.unknowns import ChainRule
 from cdp_ident.model.weighted_rows import WeightedRows
@@ -30,7 +33,7 @@ from cdp_ident.model.weighted_rows import WeightedRows
 
 def compile_ahead() -> None:
     """Begin to compile what no earlier run has kept; whoever needs it before it is done waits for it."""
-    if core_count() > 1 and is_to_be_kept(trajectory._trajectories):
+    if core_count() > 1 and is_to_be_kept(lane_loop.in_lanes_with_torques):
         threading.Thread(target=_compile_apart, name="compile ahead", daemon=True).start()
 
 
@@ -46,6 +49,9 @@ def _compile() -> None:
     coefficients, at_rest, times = physical_coefficients(NOMINAL), np.zeros(4), np.array([0.0, 0.01])
     grid = TimeGrid.over(times)
     u = np.zeros(2 * grid.steps + 1)
+    constants = effect_constants(coefficients, NOMINAL["L"], NOMINAL["L"])
+    torques = Torques.of([(FRICTION[0], [p.typical for p in FRICTION[0].parameters])], constants)
+    trajectories([InitialValueProblem(coefficients, at_rest, grid, u, torques)] * LANES)
     trajectory.trajectory(coefficients, at_rest, grid, u)
     trajectories([InitialValueProblem(coefficients, at_rest, grid, u)] * LANES)
     trajectory.accelerations_at(coefficients, at_rest[None], np.zeros(1))

@@ -22,21 +22,31 @@ import math
 import numpy as np
 
 from cdp_ident.model.compilation import inlined, part
-from cdp_ident.model.effects.catalogue import joint_law, memory_law, rods_law
+from cdp_ident.model.effects.catalogue import curve_law, joint_law, memory_law, rods_law
 from cdp_ident.model.effects.constants import CARRIED
 from cdp_ident.model.effects.effect import Form
-from cdp_ident.model.equations import RODS_STATES, acceleration_derivatives, accelerations, response, sines_and_cosines, solved
+from cdp_ident.model.equations import (
+    RODS_STATES,
+    acceleration_derivatives,
+    accelerations,
+    holding,
+    inertia_between,
+    response,
+    sines_and_cosines,
+    solved,
+    torques_on_rods,
+)
 from cdp_ident.model.parameters import COEFFICIENTS
 
-_RODS, _COUPLING, _BASE, MEMORY = (int(form) for form in (Form.RODS, Form.COUPLING, Form.BASE, Form.MEMORY))
+RODS, COUPLING, _BASE, MEMORY, CURVE = (
+    int(form) for form in (Form.RODS, Form.COUPLING, Form.BASE, Form.MEMORY, Form.CURVE)
+)
 STICKS = 0
 """The mode of a joint that stands still."""
 SIZES, HOLDS = 0, 2
 """Where in the sums the joints' dry friction begins, and the torques that hold sticking joints."""
 COUNT_OF_SUMS = 4
 _COEFFICIENTS = len(COEFFICIENTS)
-BEFORE_PARAMETERS = 11
-"""Where in a rods law's slopes the parameters begin."""
 
 
 @inlined
@@ -45,8 +55,32 @@ def joint_speed(state, joint):
     return state[2] if joint == 0 else state[3] - state[2]
 
 
+@inlined
+def onto_rods(joint):
+    """Return what a torque between a joint's two bodies is on the rods; likewise the joint's speed is of theirs."""
+    return (1.0, 0.0) if joint == 0 else (-1.0, 1.0)
+
+
+@inlined
+def times3(factor, of):
+    """Return three numbers times a factor."""
+    return factor * of[0], factor * of[1], factor * of[2]
+
+
+@inlined
+def times4(factor, of):
+    """Return four numbers times a factor."""
+    return factor * of[0], factor * of[1], factor * of[2], factor * of[3]
+
+
+@inlined
+def times7(factor, of):
+    """Return seven numbers times a factor."""
+    return (*times4(factor, of), factor * of[4], factor * of[5], factor * of[6])
+
+
 @part
-def _add_torques(
+def add_torques(
     state, turned, time, modes, table, values, lanes_of, constants, slopes, by_own, by_lane, sums, by_state, direct,
     rates, row,
 ):  # fmt: skip
@@ -70,39 +104,38 @@ def _add_torques(
             by_lane[0, k], by_lane[1, k] = 0.0, 0.0
     for e in range(len(table)):
         kind, form, joint, dry = table[e, 0], table[e, 1], table[e, 2], table[e, 3]
-        if form == _COUPLING:
+        if form == COUPLING:
             coupled += values[e, 0]
         elif form == _BASE:
             pass
-        elif form == _RODS:
-            for k in range(slopes.shape[1]):
-                slopes[0, k], slopes[1, k] = 0.0, 0.0
-            added1, added2 = rods_law(kind, state, turned, time, values, e, constants, slopes)
+        elif form == RODS:
+            added1, added2, x, y, to1, to2, by1, by2 = rods_law(
+                kind, (state[0], state[1], state[2], state[3]), turned, time,
+                (values[e, 0], values[e, 1], values[e, 2]), constants,
+            )  # fmt: skip
             if dry:
-                sums[SIZES + joint] += added1
                 # The size is of a torque between two bodies, against the motion; while the joint sticks, it is not it.
-                against = -float(modes[joint])
-                for k in range(slopes.shape[1]):
-                    size = against * slopes[0, k]
-                    slopes[0, k], slopes[1, k] = (size, 0.0) if joint == 0 else (-size, size)
-                size = against * added1
-                added1, added2 = (size, 0.0) if joint == 0 else (-size, size)
+                sums[SIZES + joint] += added1
+                onto1, onto2 = onto_rods(joint)
+                onto1, onto2 = -float(modes[joint]) * onto1, -float(modes[joint]) * onto2
+                x, y, to1, to2 = times4(onto1, x), times4(onto2, x), times7(onto1, to1), times7(onto2, to1)
+                by1, by2 = times3(onto1, by1), times3(onto2, by1)
+                added1, added2 = onto1 * added1, onto2 * added1
             torque1 += added1
             torque2 += added2
-            x1, x2, x3, x4 = x1 + slopes[0, 0], x2 + slopes[0, 1], x3 + slopes[0, 2], x4 + slopes[0, 3]
-            y1, y2, y3, y4 = y1 + slopes[1, 0], y2 + slopes[1, 1], y3 + slopes[1, 2], y4 + slopes[1, 3]
+            x1, x2, x3, x4 = x1 + x[0], x2 + x[1], x3 + x[2], x4 + x[3]
+            y1, y2, y3, y4 = y1 + y[0], y2 + y[1], y3 + y[2], y4 + y[3]
             if with_parameters:
                 for k in range(_COEFFICIENTS):
-                    by_lane[0, n + k] += slopes[0, 4 + k]
-                    by_lane[1, n + k] += slopes[1, 4 + k]
-                for p in range(lanes_of.shape[1]):
+                    by_lane[0, n + k] += to1[k]
+                    by_lane[1, n + k] += to2[k]
+                for p in range(3):
                     lane = lanes_of[e, p]
                     if lane >= 0:
-                        by_lane[0, first + lane] = slopes[0, BEFORE_PARAMETERS + p]
-                        by_lane[1, first + lane] = slopes[1, BEFORE_PARAMETERS + p]
+                        by_lane[0, first + lane], by_lane[1, first + lane] = by1[p], by2[p]
         else:
             # A torque between two bodies: a joint's angle and speed are of its rods' what the torque is on them.
-            onto1, onto2 = (1.0, 0.0) if joint == 0 else (-1.0, 1.0)
+            onto1, onto2 = onto_rods(joint)
             speed = onto1 * state[2] + onto2 * state[3]
             if form == MEMORY:
                 own = table[e, 5]
@@ -118,11 +151,17 @@ def _add_torques(
                 by_state[row, own - 2, own] = slopes[1, 1]
             else:
                 angle = state[0] - math.pi if joint == 0 else state[1] - state[0]
-                torque = joint_law(kind, angle, speed, values, e, slopes)
+                if form == CURVE:
+                    torque = curve_law(kind, angle, speed, values, e, slopes)
+                    by_angle, by_speed = slopes[0, 0], slopes[0, 1]
+                else:
+                    torque, by_angle, by_speed, by = joint_law(
+                        kind, angle, speed, (values[e, 0], values[e, 1], values[e, 2])
+                    )
+                    slopes[0, 2], slopes[0, 3], slopes[0, 4] = by
                 if dry:
                     sums[SIZES + joint] += torque
                     onto1, onto2 = -float(modes[joint]) * onto1, -float(modes[joint]) * onto2
-                by_angle, by_speed = slopes[0, 0], slopes[0, 1]
             torque1 += onto1 * torque
             torque2 += onto2 * torque
             if joint == 0:
@@ -166,7 +205,7 @@ def rates_of(
         lanes_of: the lanes of these.
         constants: of the mechanism.
         base: row of the effect of form BASE, -1 without one.
-        slopes: (2, 11 + parameters) scratch for laws.
+        slopes: (2, 2 + parameters) scratch for laws.
         by_own: (2, n) scratch for the derivatives of the effects' torques by states of their own.
         by_lane: (2, lanes) scratch for those by the lanes.
         sums: (4,) takes the size of the joints' dry friction (2) and the torques that hold the sticking joints (2), all
@@ -190,7 +229,7 @@ def rates_of(
     torque1, torque2, coupled = 0.0, 0.0, 0.0
     of_torque1, of_torque2 = (0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0)
     if len(table) > 0:
-        torque1, torque2, coupled, of_torque1, of_torque2 = _add_torques(
+        torque1, torque2, coupled, of_torque1, of_torque2 = add_torques(
             state, turned, time, modes, table, values, lanes_of, constants, slopes, by_own, by_lane, sums, by_state,
             direct, rates, row,
         )  # fmt: skip
@@ -198,11 +237,9 @@ def rates_of(
     acceleration, reduced = u, 1.0
     push1, push2, give1, give2 = 0.0, 0.0, 0.0, 0.0
     if inner_sticks or outer_sticks or base >= 0:
-        s, m = sin1 * cos2 - cos1 * sin2, A23 * (cos1 * cos2 + sin1 * sin2) + coupled
+        m = inertia_between(turned, A23, coupled)
         push1, push2 = a1 * cos1, m2_l2 * cos2
-        joint_friction = c2 * (omega1 - omega2)
-        n1 = a1 * g * sin1 - push1 * u - A23 * s * omega2 * omega2 - c1 * omega1 - joint_friction + torque1
-        n2 = m2_l2 * g * sin2 - push2 * u + A23 * s * omega1 * omega1 + joint_friction + torque2
+        n1, n2 = torques_on_rods(turned, omega1, omega2, u, A23, a1, c1, c2, m2_l2, g, torque1, torque2)
         if base >= 0:
             compliance, frequency, damping_ratio = values[base, 0], values[base, 1], values[base, 2]
             squared, carried = frequency * frequency, constants[CARRIED]
@@ -217,17 +254,9 @@ def rates_of(
             acceleration = u + (pulled - damping * state[position + 1] - squared * state[position]) / reduced
             n1 -= push1 * (acceleration - u)
             n2 -= push2 * (acceleration - u)
-        if inner_sticks and outer_sticks:
-            sums[HOLDS], sums[HOLDS + 1] = -n1 - n2, -n2
-        elif inner_sticks:
-            sums[HOLDS] = m / A33 * n2 - n1
-        elif outer_sticks:
-            sums[HOLDS + 1] = ((A33 + m) * n1 - (1.0 + m) * n2) / (1.0 + A33 + 2.0 * m)
-        if inner_sticks:
-            torque1 += sums[HOLDS]
-        if outer_sticks:
-            torque1 -= sums[HOLDS + 1]
-            torque2 += sums[HOLDS + 1]
+        sums[HOLDS], sums[HOLDS + 1] = holding(n1, n2, A33, m, inner_sticks, outer_sticks)
+        torque1 += sums[HOLDS] - sums[HOLDS + 1]
+        torque2 += sums[HOLDS + 1]
     rates[row, 0], rates[row, 1] = omega1, omega2
     if lanes == 0:
         alpha1, alpha2 = accelerations(
@@ -247,7 +276,7 @@ def rates_of(
         if with_parameters:
             if len(table) > 0:
                 for e in range(len(table)):
-                    if table[e, 1] == _COUPLING and lanes_of[e, 0] >= 0:
+                    if table[e, 1] == COUPLING and lanes_of[e, 0] >= 0:
                         by_lane[0, n + _COEFFICIENTS + lanes_of[e, 0]] = -alpha2
                         by_lane[1, n + _COEFFICIENTS + lanes_of[e, 0]] = -alpha1
                 # Vectorised with unsigned indices only: negative ones would count from the end. It comes first and only
@@ -308,3 +337,15 @@ def rates_of(
     rates[row, 2], rates[row, 3] = alpha1, alpha2
     if base >= 0:
         rates[row, position], rates[row, position + 1] = state[position + 1], acceleration - u
+
+
+@part
+def rates_at(
+    state, time, u, modes, coefficients, table, values, lanes_of, constants, base, slopes, by_own, by_lane, sums,
+    by_state, direct, rates, row,
+):  # fmt: skip
+    """Do what `rates_of` does, as a call: for what is not done in every step."""
+    rates_of(
+        state, time, u, modes, coefficients, table, values, lanes_of, constants, base, slopes, by_own, by_lane, sums,
+        by_state, direct, rates, row,
+    )  # fmt: skip

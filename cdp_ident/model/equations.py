@@ -58,6 +58,25 @@ def sines_and_cosines(theta1, theta2):
 
 
 @inlined
+def torques_on_rods(turned, omega1, omega2, u, A23, a1, c1, c2, m2_l2, g, extra1, extra2):
+    """Return what turns the rods over A22, the right-hand sides of the equations above, with extra torques."""
+    sin1, cos1, sin2, cos2 = turned
+    s = sin1 * cos2 - cos1 * sin2
+    joint_friction = c2 * (omega1 - omega2)
+    return (
+        a1 * (g * sin1 - u * cos1) - A23 * s * omega2 * omega2 - c1 * omega1 - joint_friction + extra1,
+        m2_l2 * (g * sin2 - u * cos2) + A23 * s * omega1 * omega1 + joint_friction + extra2,
+    )
+
+
+@inlined
+def inertia_between(turned, A23, coupled):
+    """Return what is beside the diagonal of the inertia matrix, over A22."""
+    sin1, cos1, sin2, cos2 = turned
+    return A23 * (cos1 * cos2 + sin1 * sin2) + coupled
+
+
+@inlined
 def accelerations(turned, omega1, omega2, u, A23, A33, a1, c1, c2, m2_l2, g, extra1=0.0, extra2=0.0, coupled=0.0):
     """Return omega1', omega2' [rad/s^2] by the equations of motion above.
 
@@ -65,17 +84,8 @@ def accelerations(turned, omega1, omega2, u, A23, A33, a1, c1, c2, m2_l2, g, ext
     extra1 and extra2 are the generalised torques of effects that the paper's model lacks, and coupled what adds to the
     inertia between the rods, relative to A22 too.
     """
-    sin1, cos1, sin2, cos2 = turned
-    s = sin1 * cos2 - cos1 * sin2
-    coupling = A23 * (cos1 * cos2 + sin1 * sin2) + coupled
-    joint_friction = c2 * (omega1 - omega2)
-    torque1 = a1 * (g * sin1 - u * cos1) - A23 * s * omega2 * omega2 - c1 * omega1 - joint_friction + extra1
-    torque2 = m2_l2 * (g * sin2 - u * cos2) + A23 * s * omega1 * omega1 + joint_friction + extra2
-    inverse_determinant = 1.0 / (A33 - coupling * coupling)
-    return (
-        (A33 * torque1 - coupling * torque2) * inverse_determinant,
-        (torque2 - coupling * torque1) * inverse_determinant,
-    )
+    n1, n2 = torques_on_rods(turned, omega1, omega2, u, A23, a1, c1, c2, m2_l2, g, extra1, extra2)
+    return solved(response(A33, inertia_between(turned, A23, coupled)), n1, n2)
 
 
 @inlined
@@ -96,8 +106,7 @@ def acceleration_derivatives(
     i11, i12, i21, i22 = by_torques
     relative = omega1 - omega2
     push1, push2 = g * sin1 - u * cos1, g * sin2 - u * cos2
-    n1 = a1 * push1 - A23 * s * omega2 * omega2 - c1 * omega1 - c2 * relative + extra1
-    n2 = m2_l2 * push2 + A23 * s * omega1 * omega1 + c2 * relative + extra2
+    n1, n2 = torques_on_rods(turned, omega1, omega2, u, A23, a1, c1, c2, m2_l2, g, extra1, extra2)
     alpha1, alpha2 = i11 * n1 + i12 * n2, i21 * n1 + i22 * n2
     # By theta1, dm = -A23 s, by theta2, dm = A23 s; by A23, dm = c; by A33, dM has one element, 1.
     inner, outer = A23 * c * omega2 * omega2 - A23 * s * alpha2, A23 * c * omega1 * omega1 + A23 * s * alpha1
@@ -136,6 +145,15 @@ def response(A33, m, inner_sticks=False, outer_sticks=False):
         -m * inverse_determinant if free else as_one,
         inverse_determinant if free else alone,
     )
+
+
+@inlined
+def holding(n1, n2, A33, m, inner_sticks, outer_sticks):
+    """Return the torques in both joints that hold those that stick, over A22; zero in one that does not."""
+    of_outer = ((A33 + m) * n1 - (1.0 + m) * n2) / (1.0 + A33 + 2.0 * m)
+    held2 = (-n2 if inner_sticks else of_outer) if outer_sticks else 0.0
+    held1 = (-n1 - n2 if outer_sticks else m / A33 * n2 - n1) if inner_sticks else 0.0
+    return held1, held2
 
 
 @inlined

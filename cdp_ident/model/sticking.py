@@ -6,10 +6,9 @@ carried across by the saltation matrix (Leine and Nijmeijer, Dynamics and Bifurc
 Systems, 2004, chapter 7; Hiskens and Pai, IEEE Trans. Circuits and Systems I 47, 2000).
 """
 
-import numpy as np
-
 from cdp_ident.model.compilation import inlined, part
-from cdp_ident.model.dynamics import HOLDS, SIZES, STICKS, joint_speed, rates_of
+from cdp_ident.model.dynamics import COUPLING, HOLDS, SIZES, STICKS, joint_speed, rates_at
+from cdp_ident.model.equations import inertia_between, sines_and_cosines
 from cdp_ident.model.tangents import OLD, blocks_of, row_of, width_of
 
 
@@ -70,7 +69,7 @@ def settle(
         else:
             modes[0] = (-1 if inner == 2 else inner) if given_inner == STICKS else given_inner
             modes[1] = (-1 if outer == 2 else outer) if given_outer == STICKS else given_outer
-        rates_of(
+        rates_at(
             state, time, u, modes, coefficients, table, values, lanes_of, constants, base, slopes, by_own,
             by_lane, sums, by_state, direct, rates, row,
         )  # fmt: skip
@@ -107,6 +106,31 @@ def dip(joint, modes, rates):
     return first / (first - last) if mode * first < 0.0 and mode * last > 0.0 else 0.0
 
 
+@inlined
+def lateness(speed1, speed2, joint, towards):
+    """Return by how much later a joint's speed is zero, by the derivatives of both rods' speeds."""
+    return -(speed1 if joint == 0 else speed2 - speed1) / towards
+
+
+@inlined
+def held_speeds(speed1, speed2, joint, A33, m):
+    """Return derivatives of both rods' speeds as a sticking joint allows them, by an impulse in it."""
+    if joint == 0:
+        return 0.0, speed2 + m / A33 * speed1
+    common = ((1.0 + m) * speed1 + (A33 + m) * speed2) / (1.0 + A33 + 2.0 * m)
+    return common, common
+
+
+@inlined
+def inertia_of_both(state, coefficients, table, values):
+    """Return what is beside the diagonal of the inertia matrix in a state, over A22."""
+    coupled = 0.0
+    for e in range(len(table)):
+        if table[e, 1] == COUPLING:
+            coupled += values[e, 0]
+    return inertia_between(sines_and_cosines(state[0], state[1]), coefficients[0], coupled)
+
+
 @part
 def carry_across(tangents, lanes, joint, before, after):
     """Carry derivatives across the instant at which a joint's speed is zero.
@@ -125,22 +149,17 @@ def carry_across(tangents, lanes, joint, before, after):
     for block in range(blocks_of(lanes)):
         omega1, omega2 = row_of(n, block, 2, OLD), row_of(n, block, 3, OLD)
         for i in range(width_of(block, lanes)):
-            late = -(tangents[omega1 + i] if joint == 0 else tangents[omega2 + i] - tangents[omega1 + i]) / towards
+            late = lateness(tangents[omega1 + i], tangents[omega2 + i], joint, towards)
             for r in range(2, n):
                 tangents[row_of(n, block, r, OLD) + i] += (before[r] - after[0, r]) * late
 
 
 @part
-def hold(tangents, lanes, joint, state, coefficients):
+def hold(tangents, states, lanes, joint, A33, m):
     """Project derivatives on motions that a sticking joint allows, by an impulse in it that keeps its speed at zero."""
-    A23, A33 = coefficients[0], coefficients[1]
-    m = A23 * np.cos(state[0] - state[1])
     for block in range(blocks_of(lanes)):
-        omega1, omega2 = row_of(len(state), block, 2, OLD), row_of(len(state), block, 3, OLD)
+        omega1, omega2 = row_of(states, block, 2, OLD), row_of(states, block, 3, OLD)
         for i in range(width_of(block, lanes)):
-            speed1, speed2 = tangents[omega1 + i], tangents[omega2 + i]
-            if joint == 0:
-                tangents[omega1 + i], tangents[omega2 + i] = 0.0, speed2 + m / A33 * speed1
-            else:
-                common = ((1.0 + m) * speed1 + (A33 + m) * speed2) / (1.0 + A33 + 2.0 * m)
-                tangents[omega1 + i], tangents[omega2 + i] = common, common
+            tangents[omega1 + i], tangents[omega2 + i] = held_speeds(
+                tangents[omega1 + i], tangents[omega2 + i], joint, A33, m
+            )

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from cdp_ident.model.effects.catalogue import kind_of
 from cdp_ident.model.effects.constants import COUNT
-from cdp_ident.model.effects.effect import JOINTS, Form, TorqueEffect
+from cdp_ident.model.effects.effect import JOINTS, MOST_OF_A_LAW, Form, TorqueEffect
 from cdp_ident.model.equations import RODS_STATES
 from cdp_ident.model.tangents import MOST_STATES
 
@@ -53,7 +53,8 @@ class Torques:
         Raises:
             ValueError: the effects bring more states of their own than there is room for.
         """
-        width = max((len(parameters) for _, parameters in effects), default=1)
+        width = max((len(parameters) for _, parameters in effects), default=0)
+        width = max(width, MOST_OF_A_LAW)
         values, lanes = np.zeros((len(effects), width)), np.full((len(effects), width), -1, dtype=np.int64)
         for row, (_, parameters) in zip(values, effects, strict=True):
             row[: len(parameters)] = parameters
@@ -71,6 +72,11 @@ class Torques:
                 f"a state of {states} numbers: compiled code has room for {MOST_STATES} (model/tangents.py)"
             )
         return cls(np.array(table, dtype=np.int64).reshape(-1, 6), values, constants, lanes, states)
+
+    @cached_property
+    def layout(self) -> tuple[bytes, bytes, int]:
+        """What is the same for all torques that are simulated together: effects and directions, but no values."""
+        return self.table.tobytes(), self.lanes.tobytes(), self.values.shape[1]
 
     @cached_property
     def directions(self) -> int:

@@ -13,14 +13,14 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.model.compilation import compiled, part, with_arrays
-from cdp_ident.model.dynamics import BEFORE_PARAMETERS, COUNT_OF_SUMS, STICKS
+from cdp_ident.model.dynamics import COUNT_OF_SUMS, STICKS
 from cdp_ident.model.effects.effect import Form
 from cdp_ident.model.equations import RODS_STATES
 from cdp_ident.model.events import AT_ONCE, SMALLEST, instant_of, share_by_speed
 from cdp_ident.model.initial_value_problem import EndToEnd, InitialValueProblem
 from cdp_ident.model.parameters import COEFFICIENTS
 from cdp_ident.model.runge_kutta import copy, hermite, input_at, is_rough, step_on
-from cdp_ident.model.sticking import carry_across, dip, hold, settle, stop, violation
+from cdp_ident.model.sticking import carry_across, dip, hold, inertia_of_both, settle, stop, violation
 from cdp_ident.model.tangents import (
     BLOCK,
     OLD,
@@ -45,7 +45,7 @@ Indices = npt.NDArray[np.int64]
 
 _COEFFICIENTS = len(COEFFICIENTS)
 _BASE = int(Form.BASE)
-_MOST_EVENTS = 32
+MOST_EVENTS = 32
 """Most events in one step; further ones are ignored."""
 _MOST_PARTS = 4096
 """A step that needs more parts, of 1/256 or up to an event, has a motion that cannot be computed: it is given up."""
@@ -214,7 +214,7 @@ def _trajectory(
     modes = np.ones(2, dtype=np.int64)
     state, end, at, trial_end, first_row = start.copy(), np.empty(n), np.empty(n), np.empty(n), np.empty(n)
     rates, before, inputs, violations = np.zeros((5, n)), np.empty(n), np.empty(3), np.zeros(2)
-    slopes, sums = np.zeros((2, BEFORE_PARAMETERS + values.shape[1])), np.zeros(COUNT_OF_SUMS)
+    slopes, sums = np.zeros((2, 2 + values.shape[1])), np.zeros(COUNT_OF_SUMS)
     room = room_for(n)
     by_own, by_state = np.zeros((2, n)), np.zeros((STAGES, room - 2, room))
     by_lane, direct, no_torques, no_direct = (
@@ -261,7 +261,8 @@ def _steps(
                         carry_across(tangents, lanes, crossed, before, rates)
                     for joint in range(2):
                         if modes[joint] == STICKS:
-                            hold(tangents, lanes, joint, state, coefficients)
+                            m = inertia_of_both(state, coefficients, table, values)
+                            hold(tangents, n, lanes, joint, coefficients[1], m)
                     restart(tangents, n, by_state, direct)
                 fresh, loose, crossed = False, -1, -1
             if not located:
@@ -276,7 +277,7 @@ def _steps(
                 if share > SMALLEST and is_rough(rates, share * step):
                     longest = 0.5 * share
                     continue
-                if (dry[0] or dry[1]) and events < _MOST_EVENTS:
+                if (dry[0] or dry[1]) and events < MOST_EVENTS:
                     looks = False
                     for joint in range(2):
                         violations[joint] = violation(end, joint, modes, sums) if dry[joint] else -1.0
@@ -346,7 +347,7 @@ def _accelerations_at(coefficients, states, u, times, table, values, lanes_of, c
             base = e
         if table[e, 3]:
             dry[table[e, 2]] = True
-    slopes, sums = np.zeros((2, BEFORE_PARAMETERS + values.shape[1])), np.zeros(COUNT_OF_SUMS)
+    slopes, sums = np.zeros((2, 2 + values.shape[1])), np.zeros(COUNT_OF_SUMS)
     modes = np.ones(2, dtype=np.int64)
     by_own, no_torques, by_state, no_direct = (
         np.zeros((2, n)), np.zeros((2, 0)), np.zeros((len(states), n - 2, n)), np.zeros((1, n - 2, 0)),

@@ -114,7 +114,7 @@ def _leaves_only_noise(attempt: Attempt, noise: float) -> bool:
 
 def _is_even_friction(effect: Effect) -> bool:
     """Return whether an effect is dry friction that does not depend on the joint's angle."""
-    return _is_dry(effect) and effect.form is Form.JOINT and effect.curve is None
+    return _is_dry(effect) and effect.form is Form.JOINT
 
 
 def _is_dry(effect: Effect) -> TypeGuard[TorqueEffect]:

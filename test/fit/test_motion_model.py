@@ -332,10 +332,10 @@ def test_windows_predicted_together_are_what_they_are_alone():
 
 @pytest.mark.parametrize(
     ("effects", "sizes"),
-    [((), [6, 6, 7]), (("coulomb_friction.inner",), [5, 5, 4, 5]), (("encoder_scale.inner",), [6, 6, 7])],
+    [((), [9, 10]), (("coulomb_friction.inner",), [9, 10]), (("presliding_friction.inner",), [5, 5, 4, 5])],
 )
 def test_windows_are_predicted_together_with_their_neighbours(effects, sizes):
-    """Those of one trial, where torques act: the first ten are of the first one."""
+    """Those of one trial, where they are simulated one by one: the first ten are of the first one."""
     model, _ = with_effects(*effects)
     windows = [replace(first_window(), trial=int(index >= 10)) for index in range(19)]
     blocks = model.blocks(windows)

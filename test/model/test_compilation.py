@@ -66,17 +66,19 @@ def test_the_loops_over_windows_move_several_of_them_with_one_instruction():
     reals, whole, unsigned = numba.float64[::1], numba.int64, numba.uint64
     options = {name: value for name, value in population._squared_errors.targetoptions.items() if name != "nopython"}
 
-    @numba.njit((reals, reals, reals, reals, whole, unsigned), **options)
-    def stepped(motion, stages, old, new, directions, width):
-        lanes.step_lanes(motion, stages, width)
+    table = numba.int64[:, ::1]
+
+    @numba.njit((reals, reals, reals, reals, whole, unsigned, table, table), **options)
+    def stepped(motion, stages, old, new, directions, width, table, lanes_of):
+        lanes.step_lanes(motion, stages, directions, width, table, lanes_of)
         lanes.advance_lanes(motion, stages, old, new, directions, width)
 
     (assembly,) = stepped.inspect_asm().values()
     count = _counted(assembly)
-    # As many scalar operations remain for a part of the lanes and for arrays that overlap.
+    # As many scalar operations remain for a part of the lanes, for arrays that overlap, and for exponentials.
     assert count["div", "pd"] >= 1, f"not vectorised: {count}"
     packed, scalar = (sum(count[key] for key in count if key[1] == width) for width in ("pd", "sd"))
-    assert packed > 0.8 * scalar
+    assert packed > 0.7 * scalar
 
 
 @pytest.mark.campaign
@@ -197,15 +199,13 @@ effects = [effect for effect in CATALOGUE if isinstance(effect, TorqueEffect)]
 typical = {
     effect: [parameter.typical for parameter in effect.parameters] for effect in effects
 }
-most = max(map(len, typical.values()))
 if sys.argv[1] == "each torque alone first":
     for effect in effects:
-        values, slopes = np.array([typical[effect] + most * [0.0]]), np.zeros((2, 11 + most))
+        values = (*typical[effect], 0.0, 0.0)[:3]
         if effect.form is Form.JOINT:
-            joint_law(kind_of(effect), start[0], start[2], values, 0, slopes)
+            joint_law(kind_of(effect), start[0], start[2], values)
         if effect.form is Form.RODS:
-            turned = sines_and_cosines(start[0], start[1])
-            rods_law(kind_of(effect), start, turned, 0.3, values, 0, constants, slopes)
+            rods_law(kind_of(effect), tuple(start), sines_and_cosines(*start[:2]), 0.3, values, tuple(constants))
 grid = TimeGrid.over(np.arange(50) / 200.0)
 for effect in effects:
     torques = Torques.of([(effect, typical[effect])], constants)

@@ -16,7 +16,7 @@ BAG = Path(__file__).parents[2] / "bags/swing_wide"
 USED = f"""
 from pathlib import Path
 from cdp_ident.fit.options import IdentifyOptions
-from cdp_ident.model import error_growth, linear, population, trajectories, trajectory, unknowns, weighted_rows
+from cdp_ident.model import error_growth, lane_loop, linear, population, trajectory, unknowns, weighted_rows
 from cdp_ident.pipeline.identify import identify
 from cdp_ident.tracing.trace import trace
 from cdp_ident.trial.load import load_trial
@@ -24,7 +24,7 @@ found = identify([load_trial(Path({str(BAG)!r}))], [], IdentifyOptions())
 trace(found)
 loops = (
     trajectory._trajectories, trajectory._accelerations_at, population._squared_errors, error_growth._steps_until,
-    linear._paper_derivatives, trajectories._trajectories_in_lanes, unknowns._by_unknowns,
+    linear._paper_derivatives, lane_loop.in_lanes_alone, lane_loop.in_lanes_with_torques, unknowns._by_unknowns,
     weighted_rows._weighted_rows,
 )
 linear.linearize(found.fit.model.coefficients(found.fit.values), (0.0, 0.0))
@@ -54,4 +54,4 @@ def test_what_is_compiled_ahead_is_what_an_identification_uses(tmp_path):
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
     subprocess.run([sys.executable, "-m", "cdp_ident.model.compile_ahead"], env=environment, check=True)
     used = subprocess.run([sys.executable, "-c", USED], env=environment, check=True, capture_output=True, text=True)
-    assert used.stdout == "0 0 0 0 0 0 0 0\n"
+    assert used.stdout == "0 0 0 0 0 0 0 0 0\n"

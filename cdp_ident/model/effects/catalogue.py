@@ -1,6 +1,6 @@
 """All effects that are searched for. Adding one here adds it to the fit, the report, the simulation and ROS."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from cdp_ident.model.compilation import Compilable, part
 from cdp_ident.model.effects.bending import ROD_FLEX
@@ -20,7 +20,7 @@ _LAWS = {
             if isinstance(effect, TorqueEffect) and effect.form is form and effect.law is not None
         )
     )
-    for form in (Form.JOINT, Form.RODS, Form.MEMORY)
+    for form in (Form.JOINT, Form.RODS, Form.MEMORY, Form.CURVE)
 }
 """Each compiled law of torques once, though several effects may share it."""
 _SENSOR_LAWS = tuple(
@@ -72,11 +72,26 @@ def _named(function: Compilable, name: str) -> Compilable:
     return function
 
 
+def in_loops(form: Form, loop_of: Callable[[Compilable, bool], Compilable], name: str) -> Compilable:
+    """Return a compiled function that calls a loop of one of the laws of a form by the law's number.
+
+    Args:
+        form: of the laws.
+        loop_of: makes a loop of a law, given that and whether it is the size of a dry friction.
+        name: what the loops are loops of.
+    """
+    dry = {effect.law: effect.dry for effect in CATALOGUE if isinstance(effect, TorqueEffect)}
+    loops = [part(_named(loop_of(law, dry[law]), f"{name}_loop_{k}")) for k, law in enumerate(_LAWS[form])]
+    return _dispatcher(loops, f"{name}_loop_of")
+
+
 joint_law = _dispatcher(_LAWS[Form.JOINT], "joint")
 """Compiled: the number of a law (`kind_of`), then what every law of form JOINT takes."""
 rods_law = _dispatcher(_LAWS[Form.RODS], "rods")
 """Compiled: the number of a law (`kind_of`), then what every law of form RODS takes."""
 memory_law = _dispatcher(_LAWS[Form.MEMORY], "memory")
 """Compiled: the number of a law (`kind_of`), then what every law of form MEMORY takes."""
+curve_law = _dispatcher(_LAWS[Form.CURVE], "curve")
+"""Compiled: the number of a law (`kind_of`), then what every law of form CURVE takes."""
 sensor_law = _dispatcher(_SENSOR_LAWS, "sensor")
 """Compiled: the number of a law (`kind_of`), then what every law of an encoder takes."""

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.model.compilation import Compilable, inlined, part
-from cdp_ident.model.effects.effect import JOINTS, Curve, EffectParameter, TorqueEffect
+from cdp_ident.model.effects.effect import JOINTS, Curve, EffectParameter, Form, TorqueEffect
 
 Array = npt.NDArray[np.float64]
 
@@ -100,6 +100,7 @@ def _in_both(
             source,
             parameters,
             law,
+            Form.CURVE,
             dry=dry,
             linear=not dry,
             curve=curve,

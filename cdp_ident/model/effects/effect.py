@@ -10,6 +10,11 @@ Joint = Literal["inner", "outer", "base"]
 JOINTS: tuple[Joint, Joint] = ("inner", "outer")
 """The joints between bodies, in the order of the angles."""
 
+MOST_OF_A_LAW = 3
+"""Parameters of an effect that is no curve, at most."""
+NOT_BY_STATE, NOT_BY_COEFFICIENTS, NOT_BY_ANY = (0.0,) * 4, (0.0,) * 7, (0.0,) * MOST_OF_A_LAW
+"""Derivatives of what does not depend on the state, on the coefficients, or on parameters."""
+
 
 @dataclass(frozen=True)
 class EffectParameter:
@@ -46,18 +51,18 @@ class EffectParameter:
 class Form(IntEnum):
     """How a torque enters the equations of motion, and so what its compiled `law` is called with.
 
-    Laws return values over A22 and fill in their derivatives, all those that they are asked for: in closed form, but
-    for those of the quasi-static base by the state, which are differences.
+    Laws return values over A22 and their derivatives: in closed form, but for those of the quasi-static base by the
+    state, which are differences. Laws of forms JOINT and RODS are functions of numbers alone, so that they can be
+    computed for many motions at a time; they have up to three parameters, of which those that they lack are zero.
     """
 
     JOINT = 0
-    """A torque between the two bodies of its joint. `law(angle, speed, values, row, slopes)` returns it; angle from
-    hanging and speed are the joint's, the parameters are `values[row]`, and `slopes[0]` takes the derivatives by angle,
-    by speed, and by each parameter."""
+    """A torque between the two bodies of its joint. `law(angle, speed, parameters)` returns it, and its derivatives by
+    angle, by speed, and (three numbers) by the parameters; angle from hanging and speed are the joint's."""
     RODS = 1
-    """Torques on the rods. `law(state, turned, time, values, row, constants, slopes)` returns the generalised ones on
-    theta1 and theta2; `turned` are these angles' sines and cosines, and `slopes` (2, …), all zeros before, takes the
-    torques' derivatives by the four numbers of the state, by the seven `COEFFICIENTS`, and by each parameter."""
+    """Torques on the rods. `law(state, turned, time, parameters, constants)` returns the generalised ones on theta1 and
+    theta2, and for each its derivatives by the four numbers of the state, by the seven `COEFFICIENTS`, and by three
+    parameters; `turned` are both angles' sines and cosines."""
     COUPLING = 2
     """A constant that adds to the inertia between the rods, A23 cos(theta1 - theta2); it has no law, its one parameter
     is that constant."""
@@ -66,9 +71,12 @@ class Form(IntEnum):
     parameters compliance, natural frequency and damping ratio (see `dynamics`)."""
     MEMORY = 4
     """A torque between the two bodies of its joint that depends on a state of its own, which has a rate. `law(speed,
-    direction, own, values, row, slopes)` returns torque and rate; the direction, 1 or -1, is that of the speed, and
-    changes between steps only; `slopes[0]` takes the torque's derivatives by the joint's speed,
-    by its own state, and by each parameter, `slopes[1]` the rate's."""
+    direction, own, values, row, slopes)` returns torque and rate; the parameters are `values[row]`, the direction, 1 or
+    -1, is that of the speed, and changes between steps only; `slopes[0]` takes the torque's derivatives by the joint's
+    speed, by its own state, and by each parameter, `slopes[1]` the rate's."""
+    CURVE = 5
+    """A torque between the two bodies of its joint that is a curve. `law(angle, speed, values, row, slopes)` returns
+    it; the coefficients are `values[row]`, and `slopes[0]` takes the derivatives by angle, by speed, and by each."""
 
 
 @dataclass(frozen=True)

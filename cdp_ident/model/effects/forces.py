@@ -7,13 +7,20 @@ import numpy as np
 
 from cdp_ident.model.compilation import inlined, part
 from cdp_ident.model.effects.constants import LENGTH, OUTER_LENGTH
-from cdp_ident.model.effects.effect import JOINTS, EffectParameter, Form, TorqueEffect
+from cdp_ident.model.effects.effect import (
+    JOINTS,
+    NOT_BY_ANY,
+    NOT_BY_COEFFICIENTS,
+    NOT_BY_STATE,
+    EffectParameter,
+    Form,
+    TorqueEffect,
+)
 from cdp_ident.model.equations import accelerations, sine_and_cosine, sines_and_cosines
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
-_STRIPS = tuple(float(node) for node in 0.5 * (_NODES + 1.0))
-_SHARES = tuple(float(weight) for weight in 0.5 * _WEIGHTS)
-"""Gauss-Legendre quadrature along a rod of unit length."""
+_STRIPS = tuple((0.5 * (float(node) + 1.0), 0.5 * float(weight)) for node, weight in zip(_NODES, _WEIGHTS, strict=True))
+"""Gauss-Legendre quadrature along a rod of unit length: strips, and their shares."""
 _AHEAD = 2e-3
 """Step of the differences along the motion [s]."""
 _NUDGE = 1e-5
@@ -24,114 +31,130 @@ COGGING_PERIODS = tuple(range(2, 17))
 """How often in a turn a cogging torque may repeat. Once a turn is an unbalance, which gravity's terms hold already."""
 
 
-@part
-def _drag_inner(state, turned, time, values, row, constants, slopes):
-    squared = -state[2] * abs(state[2])
-    slopes[0, 2], slopes[0, 11] = -2.0 * values[row, 0] * abs(state[2]), squared
-    return values[row, 0] * squared, 0.0
+@inlined
+def _drag_inner(state, turned, time, parameters, constants):
+    size, speed = parameters[0], state[2]
+    squared = -speed * abs(speed)
+    x = (0.0, 0.0, -2.0 * size * abs(speed), 0.0)
+    return (
+        size * squared, 0.0, x, NOT_BY_STATE, NOT_BY_COEFFICIENTS, NOT_BY_COEFFICIENTS, (squared, 0.0, 0.0), NOT_BY_ANY,
+    )  # fmt: skip
 
 
-@part
-def _drag_outer_strips(state, turned, time, values, row, constants, slopes):
+@inlined
+def _drag_outer_strips(state, turned, time, parameters, constants):
     # Across the outer rod, its lower joint carries it along at L omega1 cos(theta1 - theta2).
-    ratio, omega1, omega2 = values[row, 1], state[2], state[3]
+    size, ratio, _ = parameters
+    _, _, omega1, omega2 = state
     reach = constants[LENGTH] / (ratio * constants[OUTER_LENGTH])
     sin1, cos1, sin2, cos2 = turned
     lever, lever_turns = reach * (cos1 * cos2 + sin1 * sin2), -reach * (sin1 * cos2 - cos1 * sin2)
     # Sums over the strips of the force, of its derivative by a strip's speed (steepness), and of their moments.
     unit, moment, steepness, first, second = 0.0, 0.0, 0.0, 0.0, 0.0
-    for k in range(len(_STRIPS)):
-        speed = lever * omega1 + _STRIPS[k] * omega2
+    for strip, share in _STRIPS:
+        speed = lever * omega1 + strip * omega2
         # Four times the mean over strips gives -coefficient omega2 |omega2| where the joint is at rest.
-        weight = -4.0 * _SHARES[k] * abs(speed)
+        weight = -4.0 * share * abs(speed)
         unit += weight * speed
-        moment += _STRIPS[k] * weight * speed
+        moment += strip * weight * speed
         steepness += 2.0 * weight
-        first += 2.0 * _STRIPS[k] * weight
-        second += 2.0 * _STRIPS[k] * _STRIPS[k] * weight
-    size = values[row, 0]
+        first += 2.0 * strip * weight
+        second += 2.0 * strip * strip * weight
     by_lever1, by_lever2 = size * (unit + lever * steepness * omega1), size * first * omega1
-    slopes[0, 0], slopes[0, 1] = lever_turns * by_lever1, -lever_turns * by_lever1
-    slopes[1, 0], slopes[1, 1] = lever_turns * by_lever2, -lever_turns * by_lever2
-    slopes[0, 2], slopes[0, 3] = size * lever * lever * steepness, size * lever * first
-    slopes[1, 2], slopes[1, 3] = size * lever * first, size * second
-    slopes[0, 11], slopes[1, 11] = lever * unit, moment
-    slopes[0, 12], slopes[1, 12] = -lever / ratio * by_lever1, -lever / ratio * by_lever2
-    return size * lever * unit, size * moment
+    turns1, turns2, across = lever_turns * by_lever1, lever_turns * by_lever2, size * lever * first
+    return (
+        size * lever * unit, size * moment,
+        (turns1, -turns1, size * lever * lever * steepness, across), (turns2, -turns2, across, size * second),
+        NOT_BY_COEFFICIENTS, NOT_BY_COEFFICIENTS,
+        (lever * unit, -lever / ratio * by_lever1, 0.0), (moment, -lever / ratio * by_lever2, 0.0),
+    )  # fmt: skip
 
 
-@part
-def _drag_outer_rotation(state, turned, time, values, row, constants, slopes):
-    squared = -state[3] * abs(state[3])
-    slopes[1, 3], slopes[1, 11] = -2.0 * values[row, 0] * abs(state[3]), squared
-    return 0.0, values[row, 0] * squared
+@inlined
+def _drag_outer_rotation(state, turned, time, parameters, constants):
+    size, speed = parameters[0], state[3]
+    squared = -speed * abs(speed)
+    y = (0.0, 0.0, 0.0, -2.0 * size * abs(speed))
+    return (
+        0.0, size * squared, NOT_BY_STATE, y, NOT_BY_COEFFICIENTS, NOT_BY_COEFFICIENTS, NOT_BY_ANY, (squared, 0.0, 0.0),
+    )  # fmt: skip
 
 
-@part
-def _spring(angle, speed, values, row, slopes):
-    slopes[0, 0], slopes[0, 1], slopes[0, 2], slopes[0, 3] = -values[row, 0], 0.0, -angle, 1.0
-    return values[row, 1] - values[row, 0] * angle
+@inlined
+def _spring(angle, speed, parameters):
+    stiffness, torque, _ = parameters
+    return torque - stiffness * angle, -stiffness, 0.0, (-angle, 1.0, 0.0)
 
 
-@part
-def _cogging(angle, speed, values, row, slopes):
-    periods = values[row, 2]
+@inlined
+def _cogging(angle, speed, parameters):
+    of_sine, of_cosine, periods = parameters
     sine, cosine = sine_and_cosine(periods * angle)
-    slopes[0, 0], slopes[0, 1] = periods * (values[row, 0] * cosine - values[row, 1] * sine), 0.0
-    slopes[0, 2], slopes[0, 3], slopes[0, 4] = sine, cosine, 0.0  # the number of periods is given, not fitted
-    return values[row, 0] * sine + values[row, 1] * cosine
+    # The number of periods is given, not fitted.
+    slope = periods * (of_sine * cosine - of_cosine * sine)
+    return of_sine * sine + of_cosine * cosine, slope, 0.0, (sine, cosine, 0.0)
 
 
-@part
-def _tilt(state, turned, time, values, row, constants, slopes):
-    tilt, a1, m2_l2, g = values[row, 0], constants[2], constants[5], constants[6]
+@inlined
+def _tilt(state, turned, time, parameters, constants):
+    tilt, a1, m2_l2, g = parameters[0], constants[2], constants[5], constants[6]
     sin1, cos1, sin2, cos2 = turned
     sine, cosine = sine_and_cosine(tilt)
     level = 2.0 * sine_and_cosine(0.5 * tilt)[0] ** 2  # 1 - cosine, without a difference
     cosine1, cosine2 = cos1 * cosine + sin1 * sine, cos2 * cosine + sin2 * sine
     sine1, sine2 = -sin1 * level - cos1 * sine, -sin2 * level - cos2 * sine
-    slopes[0, 0], slopes[1, 1] = a1 * g * (cosine1 - cos1), m2_l2 * g * (cosine2 - cos2)
-    slopes[0, 6], slopes[1, 9] = g * sine1, g * sine2
-    slopes[0, 10], slopes[1, 10] = a1 * sine1, m2_l2 * sine2
-    slopes[0, 11], slopes[1, 11] = -a1 * g * cosine1, -m2_l2 * g * cosine2
-    return a1 * g * sine1, m2_l2 * g * sine2
+    return (
+        a1 * g * sine1, m2_l2 * g * sine2,
+        (a1 * g * (cosine1 - cos1), 0.0, 0.0, 0.0), (0.0, m2_l2 * g * (cosine2 - cos2), 0.0, 0.0),
+        (0.0, 0.0, g * sine1, 0.0, 0.0, 0.0, a1 * sine1), (0.0, 0.0, 0.0, 0.0, 0.0, g * sine2, m2_l2 * sine2),
+        (-a1 * g * cosine1, 0.0, 0.0), (-m2_l2 * g * cosine2, 0.0, 0.0),
+    )  # fmt: skip
 
 
-@part
-def _quasi_static_base(state, turned, time, values, row, constants, slopes):
-    a1, m2_l2 = constants[2], constants[5]
-    u = _acceleration_of_pull(state, turned, constants)
+@inlined
+def _quasi_static_base(state, turned, time, parameters, constants):
+    compliance, a1, m2_l2 = parameters[0], constants[2], constants[5]
+    theta1, theta2, omega1, omega2 = state
+    u = _acceleration_of_pull(theta1, theta2, omega1, omega2, constants)
     sin1, cos1, sin2, cos2 = turned
     cosine1, cosine2 = a1 * cos1, m2_l2 * cos2
-    compliance = values[row, 0]
-    slopes[0, 11], slopes[1, 11] = cosine1 * u, cosine2 * u
-    if compliance != 0.0:
-        for k in range(4):
-            kept = state[k]
-            state[k] = kept + _NUDGE
-            by_state = _acceleration_of_pull(state, sines_and_cosines(state[0], state[1]), constants)
-            state[k] = kept - _NUDGE
-            by_state -= _acceleration_of_pull(state, sines_and_cosines(state[0], state[1]), constants)
-            state[k] = kept
-            by_state *= 0.5 * compliance / _NUDGE
-            slopes[0, k], slopes[1, k] = cosine1 * by_state, cosine2 * by_state
-        slopes[0, 0] -= compliance * a1 * sin1 * u
-        slopes[1, 1] -= compliance * m2_l2 * sin2 * u
-        slopes[0, 6] += compliance * cos1 * u
-        slopes[1, 9] += compliance * cos2 * u
-    return compliance * cosine1 * u, compliance * cosine2 * u
+    scale = 0.5 * compliance / _NUDGE
+    by_theta1 = scale * (
+        _acceleration_of_pull(theta1 + _NUDGE, theta2, omega1, omega2, constants)
+        - _acceleration_of_pull(theta1 - _NUDGE, theta2, omega1, omega2, constants)
+    )
+    by_theta2 = scale * (
+        _acceleration_of_pull(theta1, theta2 + _NUDGE, omega1, omega2, constants)
+        - _acceleration_of_pull(theta1, theta2 - _NUDGE, omega1, omega2, constants)
+    )
+    by_omega1 = scale * (
+        _acceleration_of_pull(theta1, theta2, omega1 + _NUDGE, omega2, constants)
+        - _acceleration_of_pull(theta1, theta2, omega1 - _NUDGE, omega2, constants)
+    )
+    by_omega2 = scale * (
+        _acceleration_of_pull(theta1, theta2, omega1, omega2 + _NUDGE, constants)
+        - _acceleration_of_pull(theta1, theta2, omega1, omega2 - _NUDGE, constants)
+    )
+    along = compliance * u
+    return (
+        cosine1 * along, cosine2 * along,
+        (cosine1 * by_theta1 - a1 * sin1 * along, cosine1 * by_theta2, cosine1 * by_omega1, cosine1 * by_omega2),
+        (cosine2 * by_theta1, cosine2 * by_theta2 - m2_l2 * sin2 * along, cosine2 * by_omega1, cosine2 * by_omega2),
+        (0.0, 0.0, cos1 * along, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, cos2 * along, 0.0),
+        (cosine1 * u, 0.0, 0.0), (cosine2 * u, 0.0, 0.0),
+    )  # fmt: skip
 
 
 @part
-def _acceleration_of_pull(state, turned, constants):
+def _acceleration_of_pull(theta1, theta2, omega1, omega2, constants):
     """Return the second derivative of the rods' horizontal pull along the paper's motion, by differences.
 
     The base moves by minus compliance times the pull; as the rods see it, that is an acceleration of the cart.
     """
-    omega1, omega2 = state[2], state[3]
+    turned = sines_and_cosines(theta1, theta2)
     alpha1, alpha2 = _paper_accelerations(turned, omega1, omega2, constants)
     speeding, half = 2.0 * _AHEAD, 0.5 * _AHEAD * _AHEAD
-    angle1, angle2 = state[0] + half * alpha1, state[1] + half * alpha2
+    angle1, angle2 = theta1 + half * alpha1, theta2 + half * alpha2
     before = sines_and_cosines(angle1 - _AHEAD * omega1, angle2 - _AHEAD * omega2)
     after = sines_and_cosines(angle1 + _AHEAD * omega1, angle2 + _AHEAD * omega2)
     old1, old2 = omega1 - _AHEAD * alpha1, omega2 - _AHEAD * alpha2
@@ -162,25 +185,28 @@ def _pull(turned, omega1, omega2, constants):
 
 
 @inlined
-def _bell(time, values, row):
-    """Return an impulse's torque of unit impulse, and its derivative by the instant."""
-    late = (time - values[row, 1]) / _PULSE
+def _bell(time, parameters):
+    """Return an impulse's torque, and its derivatives by the impulse and by the instant."""
+    impulse, at, _ = parameters
+    late = (time - at) / _PULSE
     bell = math.exp(-0.5 * late * late) / (_PULSE * math.sqrt(2.0 * math.pi))
-    return bell, bell * late / _PULSE
+    return impulse * bell, (bell, impulse * bell * late / _PULSE, 0.0)
 
 
-@part
-def _impulse_inner(state, turned, time, values, row, constants, slopes):
-    bell, later = _bell(time, values, row)
-    slopes[0, 11], slopes[0, 12] = bell, values[row, 0] * later
-    return values[row, 0] * bell, 0.0
+@inlined
+def _impulse_inner(state, turned, time, parameters, constants):
+    torque, slopes = _bell(time, parameters)
+    return (
+        torque, 0.0, NOT_BY_STATE, NOT_BY_STATE, NOT_BY_COEFFICIENTS, NOT_BY_COEFFICIENTS, slopes, NOT_BY_ANY,
+    )  # fmt: skip
 
 
-@part
-def _impulse_outer(state, turned, time, values, row, constants, slopes):
-    bell, later = _bell(time, values, row)
-    slopes[1, 11], slopes[1, 12] = bell, values[row, 0] * later
-    return 0.0, values[row, 0] * bell
+@inlined
+def _impulse_outer(state, turned, time, parameters, constants):
+    torque, slopes = _bell(time, parameters)
+    return (
+        0.0, torque, NOT_BY_STATE, NOT_BY_STATE, NOT_BY_COEFFICIENTS, NOT_BY_COEFFICIENTS, NOT_BY_ANY, slopes,
+    )  # fmt: skip
 
 
 def _cogging_of(periods: int) -> tuple[TorqueEffect, ...]:

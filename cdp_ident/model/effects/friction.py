@@ -7,35 +7,43 @@ of its own, and nothing sticks.
 
 import math
 
-from cdp_ident.model.compilation import Compilable, part
-from cdp_ident.model.effects.effect import JOINTS, EffectParameter, Form, Joint, TorqueEffect
+from cdp_ident.model.compilation import Compilable, inlined, part
+from cdp_ident.model.effects.effect import (
+    JOINTS,
+    NOT_BY_ANY,
+    NOT_BY_COEFFICIENTS,
+    NOT_BY_STATE,
+    EffectParameter,
+    Form,
+    Joint,
+    TorqueEffect,
+)
 from cdp_ident.model.equations import acceleration_derivatives
 
 _SLIPPING = 1e-11
 """What is elastic before it slips has slipped when its state is so close to its limit."""
 
 
-@part
-def _coulomb(angle, speed, values, row, slopes):
-    slopes[0, 0], slopes[0, 1], slopes[0, 2] = 0.0, 0.0, 1.0
-    return values[row, 0]
+@inlined
+def _coulomb(angle, speed, parameters):
+    return parameters[0], 0.0, 0.0, (1.0, 0.0, 0.0)
 
 
-@part
-def _stribeck(angle, speed, values, row, slopes):
-    relative = speed / values[row, 2]
+@inlined
+def _stribeck(angle, speed, parameters):
+    torque, more, width = parameters
+    relative = speed / width
     near_rest = math.exp(-relative * relative)
-    extra = values[row, 1] * near_rest
-    slopes[0, 0], slopes[0, 1] = 0.0, -2.0 * extra * relative / values[row, 2]
-    slopes[0, 2], slopes[0, 3], slopes[0, 4] = 1.0, near_rest, 2.0 * extra * relative * relative / values[row, 2]
-    return values[row, 0] + extra
+    extra = more * near_rest
+    by_width = 2.0 * extra * relative * relative / width
+    return torque + extra, 0.0, -2.0 * extra * relative / width, (1.0, near_rest, by_width)
 
 
-@part
-def _quadratic(angle, speed, values, row, slopes):
+@inlined
+def _quadratic(angle, speed, parameters):
+    coefficient, _, _ = parameters
     squared = -speed * abs(speed)
-    slopes[0, 0], slopes[0, 1], slopes[0, 2] = 0.0, -2.0 * values[row, 0] * abs(speed), squared
-    return values[row, 0] * squared
+    return coefficient * squared, 0.0, -2.0 * coefficient * abs(speed), (squared, 0.0, 0.0)
 
 
 @part
@@ -52,18 +60,18 @@ def _dahl(speed, direction, own, values, row, slopes):
     return -torque * own, rate
 
 
-@part
-def _load(state, turned, values, row, constants, slopes, inner_moment, outer_moment, carries_inner_rod):
+@inlined
+def _load(state, turned, parameters, constants, inner_moment, outer_moment, carries_inner_rod):
     """Return lever times the bearing's load over A22, from the mass and the first moments that it carries.
 
     Its acceleration is that of the paper's model: friction changes the load too little to matter to itself.
     """
-    lever, mass = values[row, 0], values[row, 1]
+    lever, mass, _ = parameters
     A23, A33, a1, c1, c2, m2_l2, g = (
         constants[0], constants[1], constants[2], constants[3], constants[4], constants[5], constants[6],
     )  # fmt: skip
-    omega1, omega2 = state[2], state[3]
-    alpha1, alpha2, _, by_state, by_coefficient = acceleration_derivatives(
+    _, _, omega1, omega2 = state
+    alpha1, alpha2, _, by_rods, by_coefficient = acceleration_derivatives(
         turned, omega1, omega2, 0.0, A23, A33, a1, c1, c2, m2_l2, g, 0.0, 0.0
     )
     sin1, cos1, sin2, cos2 = turned
@@ -73,39 +81,46 @@ def _load(state, turned, values, row, constants, slopes, inner_moment, outer_mom
     up = mass * g - inner_moment * down1 - outer_moment * down2
     load = math.sqrt(across * across + up * up) + 1e-300
     by_across, by_up = lever * across / load, lever * up / load
-    for k in range(11):
-        d1, d2 = by_state[k] if k < 4 else by_coefficient[k - 4]
-        slopes[0, k] = by_across * (inner_moment * cos1 * d1 + outer_moment * cos2 * d2) - by_up * (
-            inner_moment * sin1 * d1 + outer_moment * sin2 * d2
-        )
-        slopes[1, k] = 0.0
-    slopes[0, 0] += inner_moment * (-by_across * down1 - by_up * along1)
-    slopes[0, 1] += outer_moment * (-by_across * down2 - by_up * along2)
-    slopes[0, 2] += 2.0 * inner_moment * omega1 * (-by_across * sin1 - by_up * cos1)
-    slopes[0, 3] += 2.0 * outer_moment * omega2 * (-by_across * sin2 - by_up * cos2)
+    by_alpha1 = inner_moment * (by_across * cos1 - by_up * sin1)
+    by_alpha2 = outer_moment * (by_across * cos2 - by_up * sin2)
     by_inner, by_outer = by_across * along1 - by_up * down1, by_across * along2 - by_up * down2
-    slopes[0, 9] += by_outer
-    slopes[0, 10] += by_up * mass
-    slopes[0, 11], slopes[0, 12] = load, by_up * g
+    by_A23, by_a1, by_m2_l2, by_mass = 0.0, 0.0, by_outer, by_up * g
     if carries_inner_rod:
-        slopes[0, 6] += by_inner
+        by_a1 = by_inner
     else:
-        slopes[0, 4] += by_inner * mass / m2_l2
-        slopes[0, 9] -= by_inner * mass * A23 / (m2_l2 * m2_l2)
-        slopes[0, 12] += by_inner * A23 / m2_l2
-    return lever * load, 0.0
+        by_A23 = by_inner * mass / m2_l2
+        by_m2_l2 -= by_inner * mass * A23 / (m2_l2 * m2_l2)
+        by_mass += by_inner * A23 / m2_l2
+    x = (
+        by_alpha1 * by_rods[0][0] + by_alpha2 * by_rods[0][1] - inner_moment * (by_across * down1 + by_up * along1),
+        by_alpha1 * by_rods[1][0] + by_alpha2 * by_rods[1][1] - outer_moment * (by_across * down2 + by_up * along2),
+        by_alpha1 * by_rods[2][0] + by_alpha2 * by_rods[2][1]
+        - 2.0 * inner_moment * omega1 * (by_across * sin1 + by_up * cos1),
+        by_alpha1 * by_rods[3][0] + by_alpha2 * by_rods[3][1]
+        - 2.0 * outer_moment * omega2 * (by_across * sin2 + by_up * cos2),
+    )  # fmt: skip
+    by_coefficients = (
+        by_alpha1 * by_coefficient[0][0] + by_alpha2 * by_coefficient[0][1] + by_A23,
+        by_alpha1 * by_coefficient[1][0] + by_alpha2 * by_coefficient[1][1],
+        by_alpha1 * by_coefficient[2][0] + by_alpha2 * by_coefficient[2][1] + by_a1,
+        by_alpha1 * by_coefficient[3][0] + by_alpha2 * by_coefficient[3][1],
+        by_alpha1 * by_coefficient[4][0] + by_alpha2 * by_coefficient[4][1],
+        by_alpha1 * by_coefficient[5][0] + by_alpha2 * by_coefficient[5][1] + by_m2_l2,
+        by_alpha1 * by_coefficient[6][0] + by_alpha2 * by_coefficient[6][1] + by_up * mass,
+    )
+    return lever * load, 0.0, x, NOT_BY_STATE, by_coefficients, NOT_BY_COEFFICIENTS, (load, by_mass, 0.0), NOT_BY_ANY
 
 
-@part
-def _load_inner(state, turned, time, values, row, constants, slopes):
-    return _load(state, turned, values, row, constants, slopes, constants[2], constants[5], True)
+@inlined
+def _load_inner(state, turned, time, parameters, constants):
+    return _load(state, turned, parameters, constants, constants[2], constants[5], True)
 
 
-@part
-def _load_outer(state, turned, time, values, row, constants, slopes):
+@inlined
+def _load_outer(state, turned, time, parameters, constants):
     # The outer rod hangs on a point that moves on a circle of radius L = A23 / (m2 l2).
-    carried = values[row, 1] * constants[0] / constants[5]
-    return _load(state, turned, values, row, constants, slopes, carried, constants[5], False)
+    carried = parameters[1] * constants[0] / constants[5]
+    return _load(state, turned, parameters, constants, carried, constants[5], False)
 
 
 def _both(

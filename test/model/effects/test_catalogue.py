@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cdp_ident.model.effects.catalogue import CATALOGUE, joint_law, kind_of, memory_law, rods_law
+from cdp_ident.model.effects.catalogue import CATALOGUE, curve_law, joint_law, kind_of, memory_law, rods_law
 from cdp_ident.model.effects.constants import effect_constants
 from cdp_ident.model.effects.effect import Form, TorqueEffect, exclude_each_other
 from cdp_ident.model.equations import sines_and_cosines
@@ -33,7 +33,7 @@ STATES = np.random.default_rng(1).normal(scale=[3.0, 3.0, 6.0, 6.0], size=(40, 4
 JOINTS = ("inner", "outer")
 
 
-LAWS = [effect for effect in TORQUES if effect.form in (Form.JOINT, Form.RODS)]
+LAWS = [effect for effect in TORQUES if effect.form in (Form.JOINT, Form.RODS, Form.CURVE)]
 WITH_MEMORY = [effect for effect in TORQUES if effect.form is Form.MEMORY]
 MOST = max(len(effect.parameters) for effect in TORQUES)
 BY_STATE, BY_COEFFICIENTS, BY_PARAMETERS = slice(0, 4), slice(4, 11), 11
@@ -51,24 +51,38 @@ def test_there_is_room_for_the_states_of_all_effects_that_may_be_together():
         Torques.of([*chosen, *chosen], CONSTANTS)
 
 
+def three(values):
+    """Return the parameters that a law takes which is no curve."""
+    return tuple([*values, 0.0, 0.0, 0.0][:3])
+
+
+def of_joint(effect, angle, speed, values):
+    """Return the torque of an effect of form JOINT or CURVE, and its slopes (2 + parameters,)."""
+    if effect.form is Form.CURVE:
+        values = np.pad(values, (0, effect.curve.count - len(values)))
+        slopes = np.zeros((2, 2 + len(values)))
+        return curve_law(kind_of(effect), angle, speed, values[None], 0, slopes), slopes[0]
+    torque, by_angle, by_speed, by = joint_law(kind_of(effect), angle, speed, three(values))
+    return torque, np.array([by_angle, by_speed, *by])
+
+
 def law_of(effect, state, values, time=0.0, constants=CONSTANTS):
     """Return the generalised torques (2,) of an effect, dry ones against the motion, and their slopes (2, …)."""
-    state = np.array(state, dtype=float)
-    row, slopes = np.zeros((1, MOST)), np.zeros((2, BY_PARAMETERS + MOST))
-    row[0, : len(values)] = values
     inner = effect.joint == "inner"
     angle, speed = (state[0] - math.pi, state[2]) if inner else (state[1] - state[0], state[3] - state[2])
     onto = np.array([1.0, 0.0] if inner else [-1.0, 1.0])
     factor = -np.sign(speed) if effect.dry else 1.0
     if effect.form is Form.RODS:
-        torques = rods_law(kind_of(effect), state, sines_and_cosines(*state[:2]), time, row, 0, constants, slopes)
+        torque1, torque2, x, y, to1, to2, by1, by2 = rods_law(
+            kind_of(effect), tuple(state), sines_and_cosines(*state[:2]), time, three(values), tuple(constants)
+        )
+        slopes = np.array([[*x, *to1, *by1], [*y, *to2, *by2]])
         if not effect.dry:
-            return np.array(torques), slopes
-        return factor * torques[0] * onto, factor * np.outer(onto, slopes[0])
-    torque = joint_law(kind_of(effect), angle, speed, row, 0, slopes)
-    by = slopes[0]
+            return np.array([torque1, torque2]), slopes
+        return factor * torque1 * onto, factor * np.outer(onto, slopes[0])
+    torque, by = of_joint(effect, angle, speed, values)
     turned = np.concatenate([by[0] * onto if not inner else [by[0], 0.0], by[1] * onto if not inner else [by[1], 0.0]])
-    whole = np.concatenate([turned, np.zeros(7), by[2 : 2 + MOST]])
+    whole = np.concatenate([turned, np.zeros(7), by[2:]])
     return factor * torque * onto, factor * np.outer(onto, whole)
 
 
@@ -121,21 +135,19 @@ def test_effects_that_need_no_law_are_those_that_dynamics_states():
 
 @pytest.mark.parametrize("effect", LAWS, ids=lambda effect: effect.key)
 def test_a_law_is_found_by_its_number(effect):
-    values, scratch = np.array([typical(effect) + [0.0] * MOST])[:, :MOST], np.zeros((2, BY_PARAMETERS + MOST))
+    values = typical(effect)
     for state in STATES[:5]:
         if effect.form is Form.RODS:
-            scratch[:] = 0.0
-            own = effect.law(state, sines_and_cosines(*state[:2]), 0.3, values, 0, CONSTANTS, scratch)
-            slopes = scratch.copy()
-            scratch[:] = 0.0
-            found = rods_law(kind_of(effect), state, sines_and_cosines(*state[:2]), 0.3, values, 0, CONSTANTS, scratch)
+            given = tuple(state), sines_and_cosines(*state[:2]), 0.3, three(values), tuple(CONSTANTS)
+            found, own = rods_law(kind_of(effect), *given), effect.law(*given)
+        elif effect.form is Form.JOINT:
+            given = state[0], state[2], three(values)
+            found, own = joint_law(kind_of(effect), *given), effect.law(*given)
         else:
-            own = effect.law(state[0], state[2], values, 0, scratch)
-            slopes = scratch.copy()
-            found = joint_law(kind_of(effect), state[0], state[2], values, 0, scratch)
-        assert found == pytest.approx(own, rel=1e-9)
-        # Slopes that are taken by differences differ by rounding, as one of the two is compiled into the other loop.
-        assert scratch == pytest.approx(slopes, rel=1e-6, abs=1e-12)
+            found = of_joint(effect, state[0], state[2], values)
+            slopes = np.zeros((2, 2 + len(values)))
+            own = effect.law(state[0], state[2], np.array([values]), 0, slopes), slopes[0]
+        assert all(np.all(np.asarray(one) == other) for one, other in zip(found, own, strict=True))
 
 
 @pytest.mark.parametrize("effect", LAWS, ids=lambda effect: effect.key)

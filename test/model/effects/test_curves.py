@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from cdp_ident.model.effects.catalogue import joint_law, kind_of
+from cdp_ident.model.effects.catalogue import curve_law, kind_of
 from cdp_ident.model.effects.curves import CURVES, basis
 
 EACH = pytest.mark.parametrize("effect", CURVES, ids=lambda effect: effect.key)
@@ -17,9 +17,9 @@ def along(effect, at):
     values = np.random.default_rng(1).normal(size=(1, count))
     torques, slopes = np.empty(len(at)), np.empty((len(at), 2 + count))
     for k, x in enumerate(at):
-        scratch = np.full((2, 11 + count), np.nan)
+        scratch = np.full((2, 2 + count), np.nan)
         state = (x, 1.0) if effect.curve.over == "angle" else (1.0, x)
-        torques[k] = joint_law(kind_of(effect), *state, values, 0, scratch)
+        torques[k] = curve_law(kind_of(effect), *state, values, 0, scratch)
         slopes[k] = scratch[0, : 2 + count]
     return values[0], torques, slopes
 
