@@ -224,8 +224,7 @@ def derivatives(rounds: int = 25) -> list[Table]:
             f"{len(STARTS)} windows of {WINDOW.steps} steps, with derivatives",
             ("", "directions", "CPU time of a step [ns]", "times as long"),
             [*rows, *missing],
-            f"Effects: {', '.join(f'`{key}`' for key in EFFECTS[-1])}; of one, the first. With effects the "
-            "package simulates one window after the other. The C divides no step.",
+            f"Effects: {', '.join(f'`{key}`' for key in EFFECTS[-1])}; of one, the first. The C divides no step.",
         )
     ]
 

@@ -31,6 +31,7 @@ STICKING = {
     "inner stands": [("coulomb_friction.inner", 20.0), ("coulomb_friction.outer", 3.0)],
     "where it rubs": [("unknown_torque.outer.friction_over_angle", *(1.5 + np.sin(np.arange(128) * np.pi / 8)))],
     "stribeck and load": [("stribeck_friction.inner", 1.0, 0.5, 0.4), ("load_friction.outer", 0.02, 2.0)],
+    "behind a gear": [("coulomb_friction.outer", 4.0), ("geared_rotor.outer", -0.1)],
     "on a base that swings": [
         ("coulomb_friction.inner", 3.0),
         ("pivot_compliance.base.oscillating", 1e-4, 18.0, 0.1),
