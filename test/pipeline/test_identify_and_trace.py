@@ -14,7 +14,7 @@ NOISE = 5e-4
 INERTIAS = slice(0, 3)
 
 
-def by_chance(rng, size=1e-3):
+def by_chance(rng, size=3e-3):
     """Return a torque in the outer joint [N m] that goes up and down by chance, 0.3 to 4 times a second."""
     waves = 30
     frequency, phase = rng.uniform(0.3, 4.0, waves), rng.uniform(0.0, 2.0 * np.pi, waves)
@@ -49,15 +49,15 @@ def test_a_motion_with_chance_in_it_is_followed_for_half_a_swing_and_values_are_
     found, traced = identify_and_trace(trials[:2], trials[2:], options, say=said.append)
     assert any("are too long for this motion" in line for line in said)
     assert traced.longer.duration > 1.5 * found.data.scales.half_swing >= 1.2 * found.data.window
-    assert traced.errors["effects"].holdout.rmse < 0.5 * traced.longer.error
+    assert traced.errors["effects"].holdout.rmse < 0.6 * traced.longer.error
     assert not traced.effects  # chance is none of them
     truth = groups_of([TABLE_5[symbol] for symbol in SYMBOLS], TABLE_5["L"])
     long, short = (
         np.abs(values[INERTIAS] / truth[INERTIAS] - 1.0).max()
         for values in (traced.longer.selection.after.fit.values, traced.completed.fit.values)
     )
-    assert short < 0.2 * long
-    assert short < 1e-3
+    assert short < 0.5 * long
+    assert short < 2e-3
 
 
 @pytest.mark.campaign
