@@ -132,7 +132,7 @@ def _zeros(found: Identification) -> Iterator[FitWarning]:
 
 
 def _above_noise(found: Identification) -> Iterator[FitWarning]:
-    noise = float(np.sqrt(np.mean(found.data.noise**2)))
+    noise = found.data.noise_level
     error = found.fit.rmse()
     if error > _ABOVE_NOISE * noise:
         yield FitWarning(

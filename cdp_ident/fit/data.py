@@ -43,6 +43,11 @@ class Data:
     """Times and speeds that suit the rig."""
 
     @property
+    def noise_level(self) -> float:
+        """Root mean square of both angles' noise [rad]."""
+        return float(np.sqrt(np.mean(self.noise**2)))
+
+    @property
     def names(self) -> list[str]:
         """Names of the trials."""
         return [trial.name for trial in self.trials]

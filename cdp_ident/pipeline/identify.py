@@ -77,7 +77,7 @@ def identify(
     lengths = [_lengths(part.trial, scales, balanced, options, noise) for part in parted]
     data = prepare(parted, lengths, scales, longest)
     rng = np.random.default_rng(options.seed)
-    level = float(np.sqrt(np.mean(data.noise**2)))
+    level = data.noise_level
     model = replace(
         options.model,
         inertia_free=inertia_free,

@@ -72,15 +72,18 @@ def identify_and_trace(
     )
     try:
         shorter = identify(fit, holdout, options, stop, half_swing)
-        return shorter, trace(shorter, say, stop_tracing, trying, expected, longer)
+        over_shorter = trace(shorter, say, stop_tracing, trying, expected, longer)
     except (IdentificationError, np.linalg.LinAlgError) as error:
-        say(f"they cannot be fitted: {error}")
+        say(f"they cannot be fitted, the longer ones stand: {error}")
         return found, traced
+    if over_shorter.failure:
+        say(f"the fit over them failed, the longer ones stand: {over_shorter.failure}")
+        return found, traced
+    return shorter, over_shorter
 
 
 def _is_followed(found: Identification, traced: Trace) -> bool:
     """Return whether a model follows the motion over its windows, or these are as short as half a swing."""
     if traced.failure or found.data.window <= _LONG * found.data.scales.half_swing:
         return True
-    noise = float(np.sqrt(np.mean(found.data.noise**2)))
-    return traced.selection.after.validation.rmse() < _NOT_FOLLOWED * noise
+    return traced.selection.after.validation.rmse() < _NOT_FOLLOWED * found.data.noise_level

@@ -4,8 +4,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from datetime import datetime, timezone
 from typing import Any
 
-import numpy as np
-
 from cdp_ident.diagnosis.identifiability import Identifiability, Tradeoff, identifiability
 from cdp_ident.diagnosis.identification import Identification
 from cdp_ident.diagnosis.new_trial import NewTrialCheck
@@ -232,7 +230,7 @@ def _failures(traced: Trace, failures: Sequence[str]) -> Iterator[FitWarning]:
 def _not_followed(outcome: Outcome) -> Iterator[FitWarning]:
     longer, data = outcome.trace.longer, outcome.identification.data
     if longer:
-        times = longer.error / float(np.sqrt(np.mean(data.noise**2)))
+        times = longer.error / data.noise_level
         yield FitWarning(
             "not_followed",
             (),

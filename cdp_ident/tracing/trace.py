@@ -131,17 +131,17 @@ def select_effects(
 ) -> tuple[Selection, str]:
     """Return the selection of effects, and why there is none, where the fit failed; arguments are those of `trace`."""
     data, failure = found.data, found.failure
-    before, level = attempt_of(found.fit, data.folds), float(np.sqrt(np.mean(data.noise**2)))
     as_before = None
     if longer:
-        progress = Progress(before, level, say, stop, data.scales.encoder_steps, trying)
+        before = attempt_of(found.fit, data.folds)
+        progress = Progress(before, data.noise_level, say, stop, data.scales.encoder_steps, trying)
         as_before = fitted_over_shorter(longer.selection, progress)
     if not failure:
         try:
             selected = stepwise_selection(
                 found.fit,
                 data.folds,
-                level,
+                data.noise_level,
                 say,
                 stop,
                 found.balances,
@@ -155,7 +155,7 @@ def select_effects(
             failure = str(error)
         else:
             return preferred(as_before, selected), ""
-    return (as_before, "") if as_before else (Selection.nothing(before), failure)
+    return (as_before, "") if as_before else (Selection.nothing(attempt_of(found.fit, data.folds)), failure)
 
 
 def _holdout_error(like: FinalModel, fit: Fit) -> float:
