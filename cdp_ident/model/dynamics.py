@@ -24,7 +24,7 @@ import numpy as np
 from cdp_ident.model.compilation import inlined, part
 from cdp_ident.model.effects.catalogue import curve_law, joint_law, memory_law, rods_law
 from cdp_ident.model.effects.constants import CARRIED
-from cdp_ident.model.effects.effect import Form
+from cdp_ident.model.effects.effect import MOST_OF_A_LAW, Form
 from cdp_ident.model.equations import (
     RODS_STATES,
     acceleration_derivatives,
@@ -68,15 +68,31 @@ def times3(factor, of):
 
 
 @inlined
-def times4(factor, of):
-    """Return four numbers times a factor."""
+def between_bodies(to1, to2, size, x, to, by):
+    """Return what a law of form RODS does, of a torque between a joint's two bodies.
+
+    Args:
+        to1: times it, it is a torque on theta1.
+        to2: likewise on theta2.
+        size: the torque.
+        x: its derivatives by the state.
+        to: those by the coefficients.
+        by: those by the law's parameters.
+    """
+    return (
+        to1 * size, to2 * size, _times4(to1, x), _times4(to2, x), _times7(to1, to), _times7(to2, to), times3(to1, by),
+        times3(to2, by),
+    )  # fmt: skip
+
+
+@inlined
+def _times4(factor, of):
     return factor * of[0], factor * of[1], factor * of[2], factor * of[3]
 
 
 @inlined
-def times7(factor, of):
-    """Return seven numbers times a factor."""
-    return (*times4(factor, of), factor * of[4], factor * of[5], factor * of[6])
+def _times7(factor, of):
+    return (*_times4(factor, of), factor * of[4], factor * of[5], factor * of[6])
 
 
 @part
@@ -117,10 +133,10 @@ def add_torques(
                 # The size is of a torque between two bodies, against the motion; while the joint sticks, it is not it.
                 sums[SIZES + joint] += added1
                 onto1, onto2 = onto_rods(joint)
-                onto1, onto2 = -float(modes[joint]) * onto1, -float(modes[joint]) * onto2
-                x, y, to1, to2 = times4(onto1, x), times4(onto2, x), times7(onto1, to1), times7(onto2, to1)
-                by1, by2 = times3(onto1, by1), times3(onto2, by1)
-                added1, added2 = onto1 * added1, onto2 * added1
+                against = -float(modes[joint])
+                added1, added2, x, y, to1, to2, by1, by2 = between_bodies(
+                    against * onto1, against * onto2, added1, x, to1, by1
+                )
             torque1 += added1
             torque2 += added2
             x1, x2, x3, x4 = x1 + x[0], x2 + x[1], x3 + x[2], x4 + x[3]
@@ -129,7 +145,7 @@ def add_torques(
                 for k in range(_COEFFICIENTS):
                     by_lane[0, n + k] += to1[k]
                     by_lane[1, n + k] += to2[k]
-                for p in range(3):
+                for p in range(MOST_OF_A_LAW):
                     lane = lanes_of[e, p]
                     if lane >= 0:
                         by_lane[0, first + lane], by_lane[1, first + lane] = by1[p], by2[p]

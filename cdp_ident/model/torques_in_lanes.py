@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable
 
 from cdp_ident.model.compilation import Compilable, part
-from cdp_ident.model.dynamics import COUPLING, RODS, onto_rods, times3, times4, times7
+from cdp_ident.model.dynamics import COUPLING, RODS, between_bodies, onto_rods, times3
 from cdp_ident.model.effects.catalogue import in_loops
 from cdp_ident.model.effects.constants import COUNT
 from cdp_ident.model.effects.effect import MOST_OF_A_LAW, Form
@@ -94,10 +94,9 @@ def _loop_of_rods_law(law: Compilable, dry: bool) -> Callable[..., None]:
             if dry:
                 motion[row(SIZES + joint) + i] += torque1
                 against = -motion[row(MODES + joint) + i]
-                s1, s2 = against * onto1, against * onto2
-                torque1, torque2 = s1 * torque1, s2 * torque1
-                x, y, to1, to2 = times4(s1, x), times4(s2, x), times7(s1, to1), times7(s2, to1)
-                by1, by2 = times3(s1, by1), times3(s2, by1)
+                torque1, torque2, x, y, to1, to2, by1, by2 = between_bodies(
+                    against * onto1, against * onto2, torque1, x, to1, by1
+                )
             to = row(TORQUES) + i
             motion[to] += torque1
             motion[to + row(1)] += torque2
