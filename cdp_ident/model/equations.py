@@ -50,6 +50,27 @@ def sine_and_cosine(angle):
 
 
 @inlined
+def exponential_decay(x):
+    """Return exp(-x) for x >= 0, to 1e-11 of itself, without a branch or a call; 1e-304 where that is less.
+
+    A 1024th of x goes into the Taylor series, and ten squarings bring it back.
+    """
+    y = -min(x, 700.0) * (1.0 / 1024)
+    y2 = y * y
+    y4 = y2 * y2
+    low = ((1.0 + y) + y2 * (1.0 / 2 + y * (1.0 / 6))) + y4 * (
+        (1.0 / 24 + y * (1.0 / 120)) + y2 * (1.0 / 720 + y * (1.0 / 5040))
+    )
+    high = ((1.0 / 40320 + y * (1.0 / 362880)) + y2 * (1.0 / 3628800 + y * (1.0 / 39916800))) + y4 * (
+        (1.0 / 479001600 + y * (1.0 / 6227020800.0)) + y2 * (1.0 / 87178291200.0)
+    )
+    power = low + y4 * y4 * high
+    for _ in range(10):
+        power = power * power
+    return power
+
+
+@inlined
 def sines_and_cosines(theta1, theta2):
     """Return sine and cosine of theta1, and of theta2."""
     sin1, cos1 = sine_and_cosine(theta1)

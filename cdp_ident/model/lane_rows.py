@@ -58,7 +58,12 @@ BY_COEFFICIENTS = BY_STATE + 2 * RODS_STATES
 """Likewise by the coefficients."""
 BY_PARAMETERS = BY_COEFFICIENTS + 2 * _COEFFICIENTS
 """One effect's torques' derivatives by its parameters: those of the first one, then of the second one."""
-RESPONSE = BY_PARAMETERS + 2 * MOST_OF_A_LAW
+ACTING = BY_PARAMETERS + 2 * MOST_OF_A_LAW
+"""Its parameters: which of the rows below they are in, the compiler does not know."""
+SIZE = ACTING + MOST_OF_A_LAW
+"""If it is dry friction, its size, and what the joint does: see `dynamics`."""
+MODE = SIZE + 1
+RESPONSE = MODE + 1
 """The rods' response to torques."""
 CONSTANTS = RESPONSE + 4
 """What laws know of the mechanism."""

@@ -13,6 +13,7 @@ from cdp_ident.model.effects.constants import COUNT
 from cdp_ident.model.effects.effect import MOST_OF_A_LAW, Form
 from cdp_ident.model.equations import RODS_STATES, sines_and_cosines
 from cdp_ident.model.lane_rows import (
+    ACTING,
     BEFORE_PARAMETERS,
     BY_COEFFICIENTS,
     BY_PARAMETERS,
@@ -22,7 +23,9 @@ from cdp_ident.model.lane_rows import (
     DIRECT,
     HERE,
     LENGTH,
+    MODE,
     MODES,
+    SIZE,
     SIZES,
     STAGE,
     TIME,
@@ -38,14 +41,14 @@ _SUMS = 2 + 2 + 1 + 2 * RODS_STATES + 2 * _COEFFICIENTS
 """Rows that effects add to, from `TORQUES` on."""
 
 
-def _loop_of_joint_law(law: Compilable, dry: bool) -> Callable[..., None]:
+def loop_of_joint_law(law: Compilable, dry: bool) -> Callable[..., None]:
     """Return a loop that adds the torques by a law of form JOINT to all lanes."""
 
-    def add(motion, e, joint, along, width):
+    def add(motion, joint, along, width):
         onto1, onto2 = onto_rods(joint)
         hanging = math.pi if joint == 0 else 0.0
         for i in range(width):
-            at, v, to = row(HERE) + i, row(VALUES + MOST_OF_A_LAW * e) + i, row(TORQUES) + i
+            at, v, to = row(HERE) + i, row(ACTING) + i, row(TORQUES) + i
             torque, by_angle, by_speed, by = law(
                 onto1 * motion[at] + onto2 * motion[at + row(1)] - hanging,
                 onto1 * motion[at + row(2)] + onto2 * motion[at + row(3)],
@@ -53,8 +56,8 @@ def _loop_of_joint_law(law: Compilable, dry: bool) -> Callable[..., None]:
             )
             against = 1.0
             if dry:
-                motion[row(SIZES + joint) + i] += torque
-                against = -motion[row(MODES + joint) + i]
+                motion[row(SIZE) + i] = torque
+                against = -motion[row(MODE) + i]
             to1, to2 = against * onto1, against * onto2
             motion[to] += to1 * torque
             motion[to + row(1)] += to2 * torque
@@ -74,13 +77,13 @@ def _loop_of_joint_law(law: Compilable, dry: bool) -> Callable[..., None]:
     return add
 
 
-def _loop_of_rods_law(law: Compilable, dry: bool) -> Callable[..., None]:
+def loop_of_rods_law(law: Compilable, dry: bool) -> Callable[..., None]:
     """Return a loop that adds the torques by a law of form RODS to all lanes."""
 
-    def add(motion, e, joint, along, width):
+    def add(motion, joint, along, width):
         onto1, onto2 = onto_rods(joint)
         for i in range(width):
-            at, t, v, c = row(HERE) + i, row(TURNED) + i, row(VALUES + MOST_OF_A_LAW * e) + i, row(CONSTANTS) + i
+            at, t, v, c = row(HERE) + i, row(TURNED) + i, row(ACTING) + i, row(CONSTANTS) + i
             torque1, torque2, x, y, to1, to2, by1, by2 = law(
                 (motion[at], motion[at + row(1)], motion[at + row(2)], motion[at + row(3)]),
                 (motion[t], motion[t + row(1)], motion[t + row(2)], motion[t + row(3)]),
@@ -92,8 +95,8 @@ def _loop_of_rods_law(law: Compilable, dry: bool) -> Callable[..., None]:
                 ),
             )  # fmt: skip
             if dry:
-                motion[row(SIZES + joint) + i] += torque1
-                against = -motion[row(MODES + joint) + i]
+                motion[row(SIZE) + i] = torque1
+                against = -motion[row(MODE) + i]
                 torque1, torque2, x, y, to1, to2, by1, by2 = between_bodies(
                     against * onto1, against * onto2, torque1, x, to1, by1
                 )
@@ -132,8 +135,8 @@ def _loop_of_rods_law(law: Compilable, dry: bool) -> Callable[..., None]:
 
 
 assert COUNT == 10, "the constants are counted out above"
-_add_by_joint_law = in_loops(Form.JOINT, _loop_of_joint_law, "joint")
-_add_by_rods_law = in_loops(Form.RODS, _loop_of_rods_law, "rods")
+_add_by_joint_law = in_loops(Form.JOINT, loop_of_joint_law, "joint")
+_add_by_rods_law = in_loops(Form.RODS, loop_of_rods_law, "rods")
 
 
 @part
@@ -162,10 +165,20 @@ def fill_in_torques(motion, stages, stage, directions, width, table, lanes_of):
             for i in range(width):
                 motion[row(COUPLED) + i] += motion[row(VALUES + MOST_OF_A_LAW * e) + i]
             continue
+        for p in range(MOST_OF_A_LAW):
+            for i in range(width):
+                motion[row(ACTING + p) + i] = motion[row(VALUES + MOST_OF_A_LAW * e + p) + i]
+        dry = table[e, 3] != 0
+        if dry:
+            for i in range(width):
+                motion[row(MODE) + i] = motion[row(MODES + joint) + i]
         if form == RODS:
-            _add_by_rods_law(kind, motion, e, joint, along, width)
+            _add_by_rods_law(kind, motion, joint, along, width)
         else:
-            _add_by_joint_law(kind, motion, e, joint, along, width)
+            _add_by_joint_law(kind, motion, joint, along, width)
+        if dry:
+            for i in range(width):
+                motion[row(SIZES + joint) + i] += motion[row(SIZE) + i]
         if directions > BEFORE_PARAMETERS:
             for p in range(MOST_OF_A_LAW):
                 if lanes_of[e, p] >= 0:

@@ -28,6 +28,14 @@ def compiled_accelerations(state, u, coefficients):
     return equations.accelerations(turned, omega1, omega2, u, A23, A33, a1, c1, c2, m2_l2, g)
 
 
+@numba.njit
+def exponential_decays(exponents):
+    result = np.empty(len(exponents))
+    for i in range(len(exponents)):
+        result[i] = equations.exponential_decay(exponents[i])
+    return result
+
+
 @pytest.mark.parametrize(("range_of_angles", "limit"), [(4.0, 1e-14), (1e2, 3e-14), (1e4, 3e-12), (1e6, 3e-10)])
 def test_sine_and_cosine_are_right_to_the_last_digits_that_the_angle_has(range_of_angles, limit):
     angles = np.concatenate(
@@ -44,6 +52,13 @@ def test_sine_and_cosine_are_right_to_the_last_digits_that_the_angle_has(range_o
 @given(angle=st.floats(-1e3, 1e3))
 def test_sine_and_cosine_lie_on_the_unit_circle(angle):
     assert np.hypot(*sines_and_cosines(np.array([angle]))[0]) == pytest.approx(1.0, abs=1e-14)
+
+
+def test_an_exponential_decay_is_right_to_eleven_digits():
+    exponents = np.concatenate([np.linspace(0.0, 1.0, 10_001), np.linspace(1.0, 700.0, 100_001)])
+    np.testing.assert_allclose(exponential_decays(exponents), np.exp(-exponents), rtol=1e-11)
+    assert exponential_decays(np.array([0.0]))[0] == 1.0
+    assert np.all(np.abs(exponential_decays(np.array([701.0, 1e300, np.inf]))) < 1e-303)
 
 
 @given(values=pendulums(), state=starts(speed=30.0), u=st.floats(-20, 20))

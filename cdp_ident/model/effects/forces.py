@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from cdp_ident.model.compilation import inlined, part
+from cdp_ident.model.compilation import inlined
 from cdp_ident.model.effects.constants import LENGTH, OUTER_LENGTH
 from cdp_ident.model.effects.effect import (
     JOINTS,
@@ -16,15 +16,15 @@ from cdp_ident.model.effects.effect import (
     Form,
     TorqueEffect,
 )
-from cdp_ident.model.equations import accelerations, sine_and_cosine, sines_and_cosines
+from cdp_ident.model.equations import exponential_decay, response, sine_and_cosine, solved, torques_on_rods
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
 _STRIPS = tuple((0.5 * (float(node) + 1.0), 0.5 * float(weight)) for node, weight in zip(_NODES, _WEIGHTS, strict=True))
 """Gauss-Legendre quadrature along a rod of unit length: strips, and their shares."""
-_AHEAD = 2e-3
-"""Step of the differences along the motion [s]."""
 _NUDGE = 1e-5
-"""Step of the differences of the pull's acceleration [rad], [rad/s]."""
+"""Step of the differences of the pull's acceleration [rad], [rad/s] …"""
+_NUDGED = math.sin(_NUDGE), math.cos(_NUDGE)
+"""… and its sine and cosine."""
 _PULSE = 0.01
 """Standard deviation in time of an impulse [s]."""
 COGGING_PERIODS = tuple(range(2, 17))
@@ -114,28 +114,27 @@ def _tilt(state, turned, time, parameters, constants):
 @inlined
 def _quasi_static_base(state, turned, time, parameters, constants):
     compliance, a1, m2_l2 = parameters[0], constants[2], constants[5]
-    theta1, theta2, omega1, omega2 = state
-    u = _acceleration_of_pull(theta1, theta2, omega1, omega2, constants)
+    _, _, omega1, omega2 = state
     sin1, cos1, sin2, cos2 = turned
-    cosine1, cosine2 = a1 * cos1, m2_l2 * cos2
+    u = _acceleration_of_pull(turned, omega1, omega2, constants)
     scale = 0.5 * compliance / _NUDGE
     by_theta1 = scale * (
-        _acceleration_of_pull(theta1 + _NUDGE, theta2, omega1, omega2, constants)
-        - _acceleration_of_pull(theta1 - _NUDGE, theta2, omega1, omega2, constants)
+        _acceleration_of_pull((*_nudged(sin1, cos1, 1.0), sin2, cos2), omega1, omega2, constants)
+        - _acceleration_of_pull((*_nudged(sin1, cos1, -1.0), sin2, cos2), omega1, omega2, constants)
     )
     by_theta2 = scale * (
-        _acceleration_of_pull(theta1, theta2 + _NUDGE, omega1, omega2, constants)
-        - _acceleration_of_pull(theta1, theta2 - _NUDGE, omega1, omega2, constants)
+        _acceleration_of_pull((sin1, cos1, *_nudged(sin2, cos2, 1.0)), omega1, omega2, constants)
+        - _acceleration_of_pull((sin1, cos1, *_nudged(sin2, cos2, -1.0)), omega1, omega2, constants)
     )
     by_omega1 = scale * (
-        _acceleration_of_pull(theta1, theta2, omega1 + _NUDGE, omega2, constants)
-        - _acceleration_of_pull(theta1, theta2, omega1 - _NUDGE, omega2, constants)
+        _acceleration_of_pull(turned, omega1 + _NUDGE, omega2, constants)
+        - _acceleration_of_pull(turned, omega1 - _NUDGE, omega2, constants)
     )
     by_omega2 = scale * (
-        _acceleration_of_pull(theta1, theta2, omega1, omega2 + _NUDGE, constants)
-        - _acceleration_of_pull(theta1, theta2, omega1, omega2 - _NUDGE, constants)
+        _acceleration_of_pull(turned, omega1, omega2 + _NUDGE, constants)
+        - _acceleration_of_pull(turned, omega1, omega2 - _NUDGE, constants)
     )
-    along = compliance * u
+    cosine1, cosine2, along = a1 * cos1, m2_l2 * cos2, compliance * u
     return (
         cosine1 * along, cosine2 * along,
         (cosine1 * by_theta1 - a1 * sin1 * along, cosine1 * by_theta2, cosine1 * by_omega1, cosine1 * by_omega2),
@@ -145,43 +144,61 @@ def _quasi_static_base(state, turned, time, parameters, constants):
     )  # fmt: skip
 
 
-@part
-def _acceleration_of_pull(theta1, theta2, omega1, omega2, constants):
-    """Return the second derivative of the rods' horizontal pull along the paper's motion, by differences.
-
-    The base moves by minus compliance times the pull; as the rods see it, that is an acceleration of the cart.
-    """
-    turned = sines_and_cosines(theta1, theta2)
-    alpha1, alpha2 = _paper_accelerations(turned, omega1, omega2, constants)
-    speeding, half = 2.0 * _AHEAD, 0.5 * _AHEAD * _AHEAD
-    angle1, angle2 = theta1 + half * alpha1, theta2 + half * alpha2
-    before = sines_and_cosines(angle1 - _AHEAD * omega1, angle2 - _AHEAD * omega2)
-    after = sines_and_cosines(angle1 + _AHEAD * omega1, angle2 + _AHEAD * omega2)
-    old1, old2 = omega1 - _AHEAD * alpha1, omega2 - _AHEAD * alpha2
-    new1, new2 = omega1 + _AHEAD * alpha1, omega2 + _AHEAD * alpha2
-    # The speeds' curvature is that of the accelerations without it.
-    first1, first2 = _paper_accelerations(before, old1, old2, constants)
-    last1, last2 = _paper_accelerations(after, new1, new2, constants)
-    bend1, bend2 = half * (last1 - first1) / speeding, half * (last2 - first2) / speeding
-    pulls = _pull(before, old1 + bend1, old2 + bend2, constants) + _pull(after, new1 + bend1, new2 + bend2, constants)
-    return (pulls - 2.0 * _pull(turned, omega1, omega2, constants)) / (_AHEAD * _AHEAD)
+@inlined
+def _nudged(sine, cosine, sign):
+    """Return sine and cosine of an angle that is `_NUDGE` larger, or by sign -1 smaller."""
+    by, of = sign * _NUDGED[0], _NUDGED[1]
+    return sine * of + cosine * by, cosine * of - sine * by
 
 
 @inlined
-def _paper_accelerations(turned, omega1, omega2, constants):
-    return accelerations(
-        turned, omega1, omega2, 0.0,
+def _acceleration_of_pull(turned, omega1, omega2, constants):
+    """Return the second derivative in time of the rods' horizontal pull, over A22, along the paper's motion.
+
+    The base moves by minus compliance times the pull; as the rods see it, that is an acceleration of the cart. The pull
+    is the second derivative of a1 sin theta1 + m2 l2 sin theta2, so that it takes the fourth one of the angles. These
+    follow from the equations of motion M alpha = N, derived once and twice: M jerk = N' - M' alpha and
+    M snap = N'' - 2 M' jerk - M'' alpha.
+    """
+    A23, A33, a1, c1, c2, m2_l2, g = (
         constants[0], constants[1], constants[2], constants[3], constants[4], constants[5], constants[6],
     )  # fmt: skip
+    sin1, cos1, sin2, cos2 = turned
+    # What is beside the diagonal of M, and what turns the one rod by the other's speed squared, and their rates.
+    m, n = A23 * (cos1 * cos2 + sin1 * sin2), A23 * (sin1 * cos2 - cos1 * sin2)
+    apart = omega1 - omega2
+    m_rate, n_rate = -n * apart, m * apart
+    inverse = response(A33, m)
+    push1, push2 = torques_on_rods(turned, omega1, omega2, 0.0, A23, a1, c1, c2, m2_l2, g, 0.0, 0.0)
+    alpha1, alpha2 = solved(inverse, push1, push2)
+    parting = alpha1 - alpha2
+    m_bend, n_bend = -n_rate * apart - n * parting, m_rate * apart + m * parting
+    rate1, rate2 = cos1 * omega1, cos2 * omega2
+    bend1, bend2 = cos1 * alpha1 - sin1 * omega1 * omega1, cos2 * alpha2 - sin2 * omega2 * omega2
+    jerk1, jerk2 = solved(
+        inverse,
+        a1 * g * rate1 - n_rate * omega2 * omega2 - 2.0 * n * omega2 * alpha2 - c1 * alpha1 - c2 * parting
+        - m_rate * alpha2,
+        m2_l2 * g * rate2 + n_rate * omega1 * omega1 + 2.0 * n * omega1 * alpha1 + c2 * parting - m_rate * alpha1,
+    )  # fmt: skip
+    friction = c2 * (jerk1 - jerk2)
+    snap1, snap2 = solved(
+        inverse,
+        a1 * g * bend1 - n_bend * omega2 * omega2 - 4.0 * n_rate * omega2 * alpha2
+        - 2.0 * n * (alpha2 * alpha2 + omega2 * jerk2) - c1 * jerk1 - friction - 2.0 * m_rate * jerk2 - m_bend * alpha2,
+        m2_l2 * g * bend2 + n_bend * omega1 * omega1 + 4.0 * n_rate * omega1 * alpha1
+        + 2.0 * n * (alpha1 * alpha1 + omega1 * jerk1) + friction - 2.0 * m_rate * jerk1 - m_bend * alpha1,
+    )  # fmt: skip
+    return a1 * _fourth_of_sine(sin1, cos1, omega1, alpha1, jerk1, snap1) + m2_l2 * _fourth_of_sine(
+        sin2, cos2, omega2, alpha2, jerk2, snap2
+    )
 
 
 @inlined
-def _pull(turned, omega1, omega2, constants):
-    """Return the rate of change of the rods' horizontal momentum over A22 [m/s^2 / m]."""
-    sin1, cos1, sin2, cos2 = turned
-    alpha1, alpha2 = _paper_accelerations(turned, omega1, omega2, constants)
-    inner, outer = cos1 * alpha1 - sin1 * omega1 * omega1, cos2 * alpha2 - sin2 * omega2 * omega2
-    return constants[2] * inner + constants[5] * outer
+def _fourth_of_sine(sine, cosine, rate, bend, jerk, snap):
+    """Return the fourth derivative in time of the sine of an angle, of the first four ones of which are given."""
+    squared = rate * rate
+    return cosine * (snap - 6.0 * squared * bend) + sine * (squared * squared - 3.0 * bend * bend - 4.0 * rate * jerk)
 
 
 @inlined
@@ -189,7 +206,7 @@ def _bell(time, parameters):
     """Return an impulse's torque, and its derivatives by the impulse and by the instant."""
     impulse, at, _ = parameters
     late = (time - at) / _PULSE
-    bell = math.exp(-0.5 * late * late) / (_PULSE * math.sqrt(2.0 * math.pi))
+    bell = exponential_decay(0.5 * late * late) / (_PULSE * math.sqrt(2.0 * math.pi))
     return impulse * bell, (bell, impulse * bell * late / _PULSE, 0.0)
 
 

@@ -18,7 +18,7 @@ from cdp_ident.model.effects.effect import (
     Joint,
     TorqueEffect,
 )
-from cdp_ident.model.equations import acceleration_derivatives
+from cdp_ident.model.equations import acceleration_derivatives, exponential_decay
 
 _SLIPPING = 1e-11
 """What is elastic before it slips has slipped when its state is so close to its limit."""
@@ -33,7 +33,7 @@ def _coulomb(angle, speed, parameters):
 def _stribeck(angle, speed, parameters):
     torque, more, width = parameters
     relative = speed / width
-    near_rest = math.exp(-relative * relative)
+    near_rest = exponential_decay(relative * relative)
     extra = more * near_rest
     by_width = 2.0 * extra * relative * relative / width
     return torque + extra, 0.0, -2.0 * extra * relative / width, (1.0, near_rest, by_width)
