@@ -6,6 +6,7 @@ from functools import partial
 from itertools import combinations
 
 import numpy as np
+import numpy.typing as npt
 
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.model.effects.catalogue import CATALOGUE
@@ -19,6 +20,8 @@ from cdp_ident.tracing.noise_memory import is_structured
 from cdp_ident.tracing.preference import is_better, is_richer_form, is_simpler, may_be_better
 from cdp_ident.tracing.progress import Progress
 from cdp_ident.tracing.screening import promising
+
+Array = npt.NDArray[np.float64]
 
 _RIVALS = 3
 """Number of rivals that each effect is compared with."""
@@ -194,9 +197,14 @@ def _related(
     index = current.place_of(key)
     active, values = current.model.effects[index], current.fit.values[current.model.places(index)]
     known = {p.name: float(value) for p, value in zip(active.fitted, values, strict=True)}
-    others = []
+    others: list[tuple[ActiveEffect, Array]] = []
+    from_afar: list[tuple[ActiveEffect, Array]] = []
     for form in forms:
         new = ActiveEffect(form)
+        if form.begins:
+            coefficients = current.model.coefficients(current.fit.values)
+            from_afar += [(new, np.clip(begin, *_limits(new))) for begin in form.begins(float(values[0]), coefficients)]
+            continue
         is_one = form.form is Form.MEMORY or all(parameter.name in known for parameter in new.fitted)
         for factor in _ONE_SHAPE if is_one or besides else _SHAPES:
             begin = [
@@ -211,7 +219,13 @@ def _related(
         may_matter = not is_richer or may_be_better(rival, current) or change(current, rival).bic < 0
         return may_be_accepted(removed, rival) and may_matter
 
-    return progress.replaced(current, left_out, others, to_beat=current, may_win=may_win, from_afar=bool(besides))
+    if besides:
+        others, from_afar = [], [*from_afar, *others]
+    return [
+        rival
+        for begun, afar in ((others, False), (from_afar, True))
+        for rival in progress.replaced(current, left_out, begun, to_beat=current, may_win=may_win, from_afar=afar)
+    ]
 
 
 def richer_forms(progress: Progress, label: str) -> list[TorqueEffect]:

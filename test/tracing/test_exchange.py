@@ -10,13 +10,20 @@ from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.refinement import refine_from_afar
 from cdp_ident.model.effects.catalogue import CATALOGUE
+from cdp_ident.model.effects.effect import Form
 from cdp_ident.pipeline.identify import identify
 from cdp_ident.tracing import exchange
 from cdp_ident.tracing.evidence import Attempt, Change
-from cdp_ident.tracing.exchange import alternatives, exchange_effects
+from cdp_ident.tracing.exchange import alternatives, exchange_effects, try_states
 from cdp_ident.tracing.progress import Progress
 from cdp_ident.tracing.refits import attempt_of
+from cdp_ident.trial.trial import Trial
+from reference.mechanics import Cart, Rig
+from reference.pendulum import TABLE_5
+from reference.plant import Plant
+from reference.sticking import path
 from scenarios.hidden_truths import FIT_TRIALS, hidden_truth
+from scenarios.twin import as_measured
 
 pytestmark = pytest.mark.long
 
@@ -50,6 +57,30 @@ def test_two_effects_of_a_joint_that_imitate_one_are_exchanged_for_it() -> None:
     tried.clear()
     assert not exchange_effects(progress)
     assert tried == [], "compared again in the same model"
+
+
+def test_a_light_cart_that_swings_is_found_from_one_that_only_gives_way() -> None:
+    frequency = 45.0
+    rods = TABLE_5["m1"] + TABLE_5["m2"] + TABLE_5["m0"]
+    cart = Cart(rods, 2.0 * rods * frequency**2, 0.1 * rods * frequency)
+    times, rng, noise = np.arange(1600) * 0.005, np.random.default_rng(0), 3e-4
+    trials = [
+        Trial(
+            f"swing_{k}",
+            times,
+            as_measured(path(Plant(Rig(TABLE_5, cart=cart)), start, times).states[:, :2], rng, noise),
+        )
+        for k, start in enumerate(([np.pi + 0.7, np.pi - 0.5, 0.0, 0.0], [np.pi - 1.1, np.pi + 0.8, 0.0, 0.0]))
+    ]
+    identified = identify(trials, [], IdentifyOptions())
+    progress = Progress(with_effects(identified, "pivot_compliance.base"), noise)
+    before = progress.current.fit.rmse()
+    assert before > 2.0 * noise
+    try_states(progress, Form.BASE)
+    (active,), values = progress.current.model.effects, progress.current.fit.values
+    assert active.effect.key == "pivot_compliance.base.oscillating"
+    assert progress.current.fit.rmse() < 1.5 * noise  # of both encoders in theta2
+    assert values[-2] == pytest.approx(frequency, rel=0.02)
 
 
 @pytest.fixture(scope="module")

@@ -1,11 +1,15 @@
 """The description of an effect, from which it is searched, fitted, reported, simulated and served."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any, Literal
 
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
 Joint = Literal["inner", "outer", "base"]
 JOINTS: tuple[Joint, Joint] = ("inner", "outer")
 """The joints between bodies, in the order of the angles."""
@@ -130,6 +134,9 @@ class TorqueEffect:
     integrator's steps resolve it."""
     contains: str = ""
     """Name of a simpler effect of the same joint that this one is where some of its parameters are zero, if any."""
+    begins: Callable[[float, Array], Sequence[Sequence[float]]] | None = None
+    """Parameters to begin fits with that go on from the simpler effect: `begins(strength, coefficients)`, given its
+    first parameter and the model's coefficients (7,). Where that is none, their typical values do."""
     curve: Curve | None = None
     """What its parameters are the coefficients of, where it is a torque without a name; they are fitted smoothly."""
 

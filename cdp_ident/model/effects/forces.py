@@ -4,6 +4,7 @@ import math
 from dataclasses import replace
 
 import numpy as np
+import numpy.typing as npt
 
 from cdp_ident.model.compilation import inlined
 from cdp_ident.model.effects.constants import LENGTH, OUTER_LENGTH
@@ -18,6 +19,8 @@ from cdp_ident.model.effects.effect import (
 )
 from cdp_ident.model.equations import exponential_decay, response, sine_and_cosine, solved, torques_on_rods
 
+Array = npt.NDArray[np.float64]
+
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
 _STRIPS = tuple((0.5 * (float(node) + 1.0), 0.5 * float(weight)) for node, weight in zip(_NODES, _WEIGHTS, strict=True))
 """Gauss-Legendre quadrature along a rod of unit length: strips, and their shares."""
@@ -25,6 +28,10 @@ _NUDGE = 1e-5
 """Step of the differences of the pull's acceleration [rad], [rad/s] …"""
 _NUDGED = math.sin(_NUDGE), math.cos(_NUDGE)
 """… and its sine and cosine."""
+_HEAVIER = 1.5, 4.0, 12.0
+"""Masses of what moves along with a cart that gives way, over the rods' share, to begin fits with."""
+_DAMPING_RATIO = 0.05
+"""Damping ratio of such a cart, to begin fits with."""
 _PULSE = 0.01
 """Standard deviation in time of an impulse [s]."""
 COGGING_PERIODS = tuple(range(2, 17))
@@ -201,6 +208,17 @@ def _fourth_of_sine(sine, cosine, rate, bend, jerk, snap):
     return cosine * (snap - 6.0 * squared * bend) + sine * (squared * squared - 3.0 * bend * bend - 4.0 * rate * jerk)
 
 
+def _on_carts(compliance: float, coefficients: Array) -> list[tuple[float, float, float]]:
+    """Return the parameters of a compliance under carts of several masses.
+
+    What moves along is heavier than the rods' share, which turns them and not the cart: a lighter one has no inertia.
+    """
+    _, A33, a1, _, _, m2_l2, _ = coefficients
+    share = a1**2 + m2_l2**2 / A33
+    stiffness = 1.0 / max(compliance, np.finfo(float).tiny)
+    return [(compliance, math.sqrt(stiffness / (times * share)), _DAMPING_RATIO) for times in _HEAVIER]
+
+
 @inlined
 def _bell(time, parameters):
     """Return an impulse's torque, and its derivatives by the impulse and by the instant."""
@@ -303,8 +321,8 @@ FORCES: tuple[TorqueEffect, ...] = (
         (
             replace(_COMPLIANCE, upper=10.0),
             EffectParameter("natural_frequency", "rad/s", 0.3, 1000.0, 15.0, shape=True),
-            EffectParameter("damping_ratio", "1", 0.0, 5.0, 0.05, shape=True),
-        ), None, Form.BASE, states=2, contains="pivot_compliance",
+            EffectParameter("damping_ratio", "1", 0.0, 5.0, _DAMPING_RATIO, shape=True),
+        ), None, Form.BASE, states=2, contains="pivot_compliance", begins=_on_carts,
     ),
     *(effect for periods in COGGING_PERIODS for effect in _cogging_of(periods)),
     TorqueEffect(
