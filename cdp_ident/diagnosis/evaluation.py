@@ -69,7 +69,7 @@ def _errors_over(
     share = [windows[index] for index in share_of(windows, enough)]
     try:
         return errors_of(fit_initial_states(model, values, share), trials, windows)
-    except IdentificationError:  # under values that were not fitted there may be no motion to compute
+    except (IdentificationError, np.linalg.LinAlgError):  # under values that were not fitted there may be no motion
         worst = float("inf")
         return Errors(worst, worst, worst, free_run=worst, fit_theta1=-worst, fit_theta2=-worst)
 

@@ -58,10 +58,11 @@ class Identification:
         failure: str = "",
     ) -> "Identification":
         """Diagnose an estimate."""
-        fit = estimate.fit
-        spread = covariance(fit)
+        fit, failures = estimate.fit, list[str]()
+        spread = _if_possible("how sure the values are", lambda: covariance(fit), failures)
+        if spread is None:  # then none of them is
+            spread = np.diag(np.full(len(fit.values), np.inf))
         physical = _physical(options, fit, spread)
-        failures: list[str] = []
         return cls(
             options=options,
             data=data,

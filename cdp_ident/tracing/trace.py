@@ -12,6 +12,7 @@ from cdp_ident.diagnosis.identification import Identification
 from cdp_ident.diagnosis.joined_windows import jumps
 from cdp_ident.diagnosis.uncertainty import covariance
 from cdp_ident.errors import FitFailedError, IdentificationError
+from cdp_ident.fit.data import Data
 from cdp_ident.fit.physical import PhysicalValues
 from cdp_ident.fit.refinement import Fit, fit_initial_states_near, with_all_derivatives
 from cdp_ident.model.parameters import groups_of, inertia_about_cart
@@ -96,8 +97,7 @@ def trace(
         joined = _joined(selection.after.fit, data.noise, say)
     fit = joined[0] if joined else selection.after.fit
     # Held-out motion is used from here on, when everything is decided.
-    before = FinalModel.of(selection.before.fit, data)
-    after = before if fit is selection.before.fit else before.like_this(fit)
+    before, after = _final_models(selection.before.fit, fit, data)
     selection = confirmed(selection, before, after)
     without = [_holdout_error(after, attempt.fit) for attempt in selection.without]
     completed = _completed(found, fit)
@@ -105,6 +105,7 @@ def trace(
     if joined or in_doubt:
         spread = joined[1] if joined else completed.covariance
         completed = completed.with_covariance(spread + added_covariance(in_doubt))
+    left, not_described = _left(after, completed)
     return Trace(
         selection=selection,
         before=before,
@@ -112,11 +113,11 @@ def trace(
         effects=found_effects(selection, after, without, completed.covariance, completed.inertia),
         completed=completed,
         errors=_errors(found, selection, before, after),
-        unexplained=unexplained(after, data.noise, data.names, completed.inertia.value, completed.covariance),
+        unexplained=left,
         in_doubt=in_doubt,
         joined=joined is not None,
         failure=failure,
-        failures=(*selection.failures, *completed.failures, *not_computed),
+        failures=(*selection.failures, *completed.failures, *not_computed, *not_described),
         longer=longer,
     )
 
@@ -156,6 +157,33 @@ def select_effects(
         else:
             return preferred(as_before, selected), ""
     return (as_before, "") if as_before else (Selection.nothing(attempt_of(found.fit, data.folds)), failure)
+
+
+def _final_models(before: Fit, after: Fit, data: Data) -> tuple[FinalModel, FinalModel]:
+    """Return the paper's model and the one with the effects; initial states of either are fitted from the other's.
+
+    The paper's model comes first. Where it cannot follow the motion that is held out, the other one may lead there.
+
+    Raises:
+        IdentificationError, LinAlgError: neither can be evaluated.
+    """
+    try:
+        first = FinalModel.of(before, data)
+    except (IdentificationError, np.linalg.LinAlgError):
+        if after is before:
+            raise
+        last = FinalModel.of(after, data)
+        return last.like_this(before), last
+    return first, first if after is before else first.like_this(after)
+
+
+def _left(after: FinalModel, completed: Identification) -> tuple[Unexplained, tuple[str, ...]]:
+    """Return what the model with the effects does not explain, and why that could not be computed."""
+    data = completed.data
+    try:
+        return unexplained(after, data.noise, data.names, completed.inertia.value, completed.covariance), ()
+    except (IdentificationError, np.linalg.LinAlgError) as error:
+        return Unexplained.not_examined(after, data.noise), (f"what remains: {error}",)
 
 
 def _holdout_error(like: FinalModel, fit: Fit) -> float:

@@ -35,6 +35,14 @@ class Unexplained:
     description: str
     """Where it is and how large, in words."""
 
+    @classmethod
+    def not_examined(cls, final: FinalModel, noise: Array) -> "Unexplained":
+        """Return what is known where it cannot be examined: its size; arguments are those of `unexplained`."""
+        fits = (final.fit, final.holdout)
+        worst = JOINTS[int(np.argmax(_errors(fits) / noise))]
+        times = final.holdout.rmse() / float(np.sqrt(np.mean(noise**2)))
+        return cls(not leaves_only_noise(fits, noise), worst, times, "what remains could not be examined")
+
 
 def unexplained(
     final: FinalModel, noise: Array, trials: Sequence[str], inertia: float, covariance: Array

@@ -18,3 +18,14 @@ def test_a_trial_that_cannot_be_fitted_alone_costs_that_comparison_and_nothing_e
     assert np.all(np.isfinite(diagnosed.covariance))
     (failure,) = (line for line in diagnosed.failures if line.startswith("each trial alone: "))
     assert failure.endswith("cannot be computed from the parameters to begin with")
+
+
+def test_values_are_not_determined_where_their_uncertainty_cannot_be_computed(outcome):
+    found = outcome.trace.completed
+    # Products of sensitivities so large are no numbers.
+    fit = replace(found.fit, sensitivities=[1e200 * of_window for of_window in found.fit.sensitivities])
+    estimate = replace(found.estimate, fit=fit)
+    with np.errstate(over="ignore", invalid="ignore"):
+        diagnosed = Identification.of(found.options, found.data, found.balances, found.length, estimate)
+    assert np.all(np.isinf(np.diag(diagnosed.covariance)))
+    assert any(line.startswith("how sure the values are: ") for line in diagnosed.failures)

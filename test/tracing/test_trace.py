@@ -6,8 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.pipeline.identify import identify
+from cdp_ident.tracing.final_model import FinalModel
 from cdp_ident.tracing.trace import trace
 from scenarios.twin import TEN_SECONDS, twin
 
@@ -115,6 +117,34 @@ def test_a_selection_that_is_stopped_at_once_has_none(identified):
 
 
 @pytest.mark.campaign
+def test_what_cannot_be_computed_of_the_motion_held_out_costs_that_and_nothing_else(identified, monkeypatch):
+    def fails(*of):
+        raise np.linalg.LinAlgError("SVD did not converge")
+
+    monkeypatch.setattr("cdp_ident.tracing.trace.unexplained", fails)
+    found = trace(identified, stop=lambda: True)
+    assert "what remains: SVD did not converge" in found.failures
+    assert found.unexplained.significant
+    assert found.unexplained.times_noise > 2.0
+    assert found.errors["refined"].holdout.rmse == pytest.approx(found.before.holdout.rmse())
+
+
+def test_held_out_motion_that_the_paper_s_model_cannot_follow_is_led_to_by_the_one_with_effects(
+    identified, traced, monkeypatch
+):
+    evaluate = FinalModel.of
+
+    def of(fit, data):
+        if not fit.model.effects:
+            raise IdentificationError("the model's motion cannot be computed")
+        return evaluate(fit, data)
+
+    monkeypatch.setattr(FinalModel, "of", of)
+    found = trace(identified)
+    assert found.errors["effects"].holdout.rmse == pytest.approx(traced.errors["effects"].holdout.rmse, rel=1e-3)
+    assert found.errors["refined"].holdout.rmse == pytest.approx(traced.errors["refined"].holdout.rmse, rel=0.1)
+
+
 def test_a_spring_so_strong_that_the_papers_model_cannot_follow_is_begun_with():
     stiffness = 0.05
 
