@@ -1,12 +1,13 @@
 """Compile the loops before they are used: when the package is built, or else beside the first steps of a first run.
 
 Compiled code is kept, so that this matters once for each user and version. Run, this module compiles all loops that are
-not kept yet.
+not kept yet; a second process, called with `backwards`, does half of them.
 """
 
 import subprocess
 import sys
 import threading
+from collections.abc import Callable
 
 import numpy as np
 
@@ -44,26 +45,38 @@ def _compile_apart() -> None:
     subprocess.run(command, stdin=nowhere, stdout=nowhere, stderr=nowhere, check=False)
 
 
-def _compile() -> None:
-    """Use every loop once, the longest first: a first run that goes on meanwhile needs the others before it."""
+def _compile(backwards: bool) -> None:
+    """Use every loop once, the longest first: a first run that goes on meanwhile needs the others before it.
+
+    Backwards, it is for a second core: of two processes that lack the same code one compiles it (`compilation`).
+    """
     coefficients, at_rest, times = physical_coefficients(NOMINAL), np.zeros(4), np.array([0.0, 0.01])
     grid = TimeGrid.over(times)
     u = np.zeros(2 * grid.steps + 1)
     constants = effect_constants(coefficients, NOMINAL["L"], NOMINAL["L"])
     torques = Torques.of([(FRICTION[0], [p.typical for p in FRICTION[0].parameters])], constants)
-    trajectories([InitialValueProblem(coefficients, at_rest, grid, u, torques)] * LANES)
-    trajectory.trajectory(coefficients, at_rest, grid, u)
-    trajectories([InitialValueProblem(coefficients, at_rest, grid, u)] * LANES)
-    trajectory.accelerations_at(coefficients, at_rest[None], np.zeros(1))
-    Population([Segment(at_rest, times, np.zeros((2, 2)))]).squared_errors(coefficients[None])
-    steps_until(np.zeros((2, 4)), coefficients, 0.01, np.zeros(1, dtype=np.int64), np.ones(4), np.ones(2), 1)
-    linearize(coefficients, (np.pi, np.pi))
+    rubbing = InitialValueProblem(coefficients, at_rest, grid, u, torques)
+    plain = InitialValueProblem(coefficients, at_rest, grid, u)
     none, angles = np.empty(0, dtype=np.int64), np.zeros((2, 2))
-    rows = ChainRule(np.zeros(1, dtype=np.int64), none, none, np.empty(0)).by_unknowns(np.zeros((2, 2, 1)), 1)
-    WeightedRows.of(angles, angles, rows, np.zeros(1, dtype=np.int64), np.zeros((2, 2, 2)), np.array([0, 2]), np.inf)
-    follow(times, 0.0)
-    added_by(ENCODERS[0], [0.0], times, times)
+    first, growth = np.zeros(1, dtype=np.int64), (np.zeros(1, dtype=np.int64), np.ones(4), np.ones(2), 1)
+    chain_rule, whitening = ChainRule(first, none, none, np.empty(0)), np.zeros((2, 2, 2))
+    uses: list[Callable[[], object]] = [
+        lambda: trajectories([rubbing] * LANES),
+        lambda: trajectory.trajectory(coefficients, at_rest, grid, u),
+        lambda: trajectories([plain] * LANES),
+        lambda: trajectory.accelerations_at(coefficients, at_rest[None], np.zeros(1)),
+        lambda: Population([Segment(at_rest, times, angles)]).squared_errors(coefficients[None]),
+        lambda: steps_until(np.zeros((2, 4)), coefficients, 0.01, *growth),
+        lambda: linearize(coefficients, (np.pi, np.pi)),
+        lambda: WeightedRows.of(
+            angles, angles, chain_rule.by_unknowns(np.zeros((2, 2, 1)), 1), first, whitening, np.array([0, 2]), np.inf
+        ),
+        lambda: follow(times, 0.0),
+        lambda: added_by(ENCODERS[0], [0.0], times, times),
+    ]
+    for use in reversed(uses) if backwards else uses:
+        use()
 
 
 if __name__ == "__main__":
-    _compile()
+    _compile(backwards="backwards" in sys.argv[1:])

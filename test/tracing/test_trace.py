@@ -116,7 +116,6 @@ def test_a_selection_that_is_stopped_at_once_has_none(identified):
     assert stopped.effects == ()
 
 
-@pytest.mark.campaign
 def test_what_cannot_be_computed_of_the_motion_held_out_costs_that_and_nothing_else(identified, monkeypatch):
     def fails(*of):
         raise np.linalg.LinAlgError("SVD did not converge")
@@ -145,6 +144,7 @@ def test_held_out_motion_that_the_paper_s_model_cannot_follow_is_led_to_by_the_o
     assert found.errors["refined"].holdout.rmse == pytest.approx(traced.errors["refined"].holdout.rmse, rel=0.1)
 
 
+@pytest.mark.campaign
 def test_a_spring_so_strong_that_the_papers_model_cannot_follow_is_begun_with():
     stiffness = 0.05
 
