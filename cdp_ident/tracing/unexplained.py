@@ -38,10 +38,10 @@ class Unexplained:
     @classmethod
     def not_examined(cls, final: FinalModel, noise: Array) -> "Unexplained":
         """Return what is known where it cannot be examined: its size; arguments are those of `unexplained`."""
-        fits = (final.fit, final.holdout)
-        worst = JOINTS[int(np.argmax(_errors(fits) / noise))]
+        ratios = _errors((final.fit, final.holdout)) / noise
         times = final.holdout.rmse() / float(np.sqrt(np.mean(noise**2)))
-        return cls(not leaves_only_noise(fits, noise), worst, times, "what remains could not be examined")
+        is_large = bool(np.any(ratios >= thresholds.ABOVE_NOISE))
+        return cls(is_large, JOINTS[int(np.argmax(ratios))], times, "what remains could not be examined")
 
 
 def unexplained(

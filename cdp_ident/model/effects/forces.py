@@ -173,20 +173,20 @@ def _acceleration_of_pull(turned, omega1, omega2, constants):
     sin1, cos1, sin2, cos2 = turned
     # What is beside the diagonal of M, and what turns the one rod by the other's speed squared, and their rates.
     m, n = A23 * (cos1 * cos2 + sin1 * sin2), A23 * (sin1 * cos2 - cos1 * sin2)
-    apart = omega1 - omega2
-    m_rate, n_rate = -n * apart, m * apart
+    relative = omega1 - omega2
+    m_rate, n_rate = -n * relative, m * relative
     inverse = response(A33, m)
     push1, push2 = torques_on_rods(turned, omega1, omega2, 0.0, A23, a1, c1, c2, m2_l2, g, 0.0, 0.0)
     alpha1, alpha2 = solved(inverse, push1, push2)
-    parting = alpha1 - alpha2
-    m_bend, n_bend = -n_rate * apart - n * parting, m_rate * apart + m * parting
+    relative_rate = alpha1 - alpha2
+    m_bend, n_bend = -n_rate * relative - n * relative_rate, m_rate * relative + m * relative_rate
     rate1, rate2 = cos1 * omega1, cos2 * omega2
     bend1, bend2 = cos1 * alpha1 - sin1 * omega1 * omega1, cos2 * alpha2 - sin2 * omega2 * omega2
     jerk1, jerk2 = solved(
         inverse,
-        a1 * g * rate1 - n_rate * omega2 * omega2 - 2.0 * n * omega2 * alpha2 - c1 * alpha1 - c2 * parting
+        a1 * g * rate1 - n_rate * omega2 * omega2 - 2.0 * n * omega2 * alpha2 - c1 * alpha1 - c2 * relative_rate
         - m_rate * alpha2,
-        m2_l2 * g * rate2 + n_rate * omega1 * omega1 + 2.0 * n * omega1 * alpha1 + c2 * parting - m_rate * alpha1,
+        m2_l2 * g * rate2 + n_rate * omega1 * omega1 + 2.0 * n * omega1 * alpha1 + c2 * relative_rate - m_rate * alpha1,
     )  # fmt: skip
     friction = c2 * (jerk1 - jerk2)
     snap1, snap2 = solved(

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
 
 from cdp_ident.model.effects.catalogue import CATALOGUE, curve_law, joint_law, kind_of, memory_law, rods_law
 from cdp_ident.model.effects.constants import effect_constants
@@ -16,7 +17,7 @@ from cdp_ident.model.effects.effect import Form, TorqueEffect, exclude_each_othe
 from cdp_ident.model.equations import sines_and_cosines
 from cdp_ident.model.parameters import SYMBOLS, inertia_about_cart, physical_coefficients
 from cdp_ident.model.torques import Torques
-from reference import hidden_effects
+from reference import hidden_effects, pendulum
 from reference.pendulum import TABLE_5
 
 EFFECTS = {effect.key: effect for effect in CATALOGUE}
@@ -148,6 +149,25 @@ def test_a_law_is_found_by_its_number(effect):
             slopes = np.zeros((2, 2 + len(values)))
             own = effect.law(state[0], state[2], np.array([values]), 0, slopes), slopes[0]
         assert all(np.all(np.asarray(one) == other) for one, other in zip(found, own, strict=True))
+
+
+def test_a_base_that_gives_way_is_accelerated_by_the_fourth_derivative_of_what_the_rods_carry():
+    _, _, a1, _, _, m2_l2, _ = COEFFICIENTS
+    effect, compliance, near = EFFECTS["pivot_compliance.base"], 1e-5, 0.05
+    for state in STATES[:5]:
+        (moved, _), _ = law_of(effect, state, [compliance])
+        nodes = near * np.polynomial.chebyshev.chebpts1(41)
+        ways = [
+            solve_ivp(
+                lambda t, y: [*y[2:], *pendulum.accelerations(TABLE_5, y, 0.0)], (0.0, side[-1]), state,
+                method="DOP853", t_eval=side, rtol=1e-12, atol=1e-12,
+            ).y[:2].T
+            for side in (nodes[nodes < 0.0][::-1], nodes[nodes >= 0.0])
+        ]  # fmt: skip
+        theta = np.concatenate([ways[0][::-1], ways[1]])
+        carried = np.sin(theta) @ [a1, m2_l2]
+        fourth = np.polynomial.Chebyshev.fit(nodes, carried, 24, domain=[-near, near]).deriv(4)(0.0)
+        assert moved == pytest.approx(compliance * fourth * a1 * math.cos(state[0]), rel=1e-4)
 
 
 @pytest.mark.parametrize("effect", LAWS, ids=lambda effect: effect.key)
