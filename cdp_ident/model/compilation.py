@@ -155,6 +155,11 @@ class _Kept(FunctionCache):  # type: ignore[misc]
                 self._unlock()
         return kept
 
+    def _index_key(self, signature: Any, codegen: Any) -> Any:
+        # By itself numba adds the pickle of what a function closes over. That is in our sources, too, which the folder
+        # stands for; but its pickle is another one in each program, so that each would compile the same again.
+        return signature, codegen.magic_tuple(), self._py_func.__code__.co_code
+
     def save_overload(self, *arguments: Any) -> None:
         with contextlib.suppress(Exception):
             super().save_overload(*arguments)
