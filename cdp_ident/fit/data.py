@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.errors import IdentificationError
-from cdp_ident.fit.noise import noise_of
+from cdp_ident.fit.noise import noise_of, rounding_of_averages
 from cdp_ident.fit.roles import PartedTrial
 from cdp_ident.fit.scales import Scales
 from cdp_ident.fit.window_lengths import Lengths, window_bounds
@@ -58,20 +58,37 @@ def noise_over(trials: Sequence[Trial]) -> Array:
     return np.asarray(np.sqrt(np.mean([noise_of(trial) ** 2 for trial in trials], axis=0)))
 
 
-def prepare(parted: Sequence[PartedTrial], lengths: Sequence[Lengths], scales: Scales, longest: float = np.inf) -> Data:
+def noise_over_averages(trials: Sequence[Trial], thinned: Sequence[Trial], together: int) -> Array:
+    """Return the same (2,) over trials in which so many samples are averaged into one [rad].
+
+    Args:
+        trials: as they were measured.
+        thinned: the same, averaged: these do not show the encoders' steps.
+        together: how many samples.
+    """
+    of_each = [
+        np.maximum(noise_of(average), rounding_of_averages(trial, together))
+        for trial, average in zip(trials, thinned, strict=True)
+    ]
+    return np.asarray(np.sqrt(np.mean(np.square(of_each), axis=0)))
+
+
+def prepare(
+    parted: Sequence[PartedTrial], lengths: Sequence[Lengths], scales: Scales, noise: Array, longest: float = np.inf
+) -> Data:
     """Cut trials into windows, and give each its role.
 
     Args:
         parted: the trials, with what is held out of them.
         lengths: of the windows of each trial; shorter where there would be too few otherwise.
         scales: of the rig.
+        noise: (2,) of theta1 and theta2 over the trials to fit [rad].
         longest: no window is longer [s].
 
     Raises:
         IdentificationError: the trials are too short.
     """
-    shown = [trial.shown for trial in parted if trial.is_fitted]
-    total = sum(_duration(trial) for trial in shown)
+    total = sum(_duration(trial.shown) for trial in parted if trial.is_fitted)
     least = _FEWEST_WINDOWS * scales.shortest_piece
     if total < least:
         raise IdentificationError(
@@ -89,7 +106,7 @@ def prepare(parted: Sequence[PartedTrial], lengths: Sequence[Lengths], scales: S
         raise IdentificationError("the trials have too few samples to fit and to evaluate the fit: record longer ones")
     typical = float(np.median([window.duration for window in (*fit, *holdout)]))
     trials = tuple(trial.trial for trial in parted)
-    return Data(trials, tuple(fit), _folds(fit), tuple(holdout), noise_over(shown), typical, scales)
+    return Data(trials, tuple(fit), _folds(fit), tuple(holdout), noise, typical, scales)
 
 
 def _folds(windows: Sequence[Window]) -> tuple[tuple[int, ...], ...]:

@@ -22,20 +22,47 @@ def noise_of(trial: Trial) -> Array:
 
     It is that of fourth divided differences, scaled so that white noise of standard deviation 1 gives 1, without those
     that are not noise. Where the motion is slow, an encoder repeats its readings and the differences are zero;
-    therefore the noise is never estimated below that of quantisation, the step over the square root of 12. Nor is it
-    below that about a smooth motion where it is remembered from one sample to the next, which differences do not show.
+    therefore the noise is never estimated below that of quantisation, the step over the square root of 12, of which
+    theta2 has both encoders'. Nor is it below that about a smooth motion where it is remembered from one sample to the
+    next, which differences do not show.
     """
     sizes = np.abs(fourth_differences(trial.time, trial.theta))
-    steps = np.array([encoder_step(column) for column in trial.theta.T])
     longest = max(trial.stretches, key=lambda stretch: len(stretch.time))
-    least = np.maximum(steps / np.sqrt(12.0), remembered_noise(longest.time, longest.theta))
+    least = np.maximum(_rounding(encoder_steps(trial)), remembered_noise(longest.time, longest.theta))
     return np.maximum([_trimmed_deviation(column) for column in sizes.T], least)
+
+
+def rounding_of_averages(trial: Trial, together: int) -> Array:
+    """Return a lower limit (2,) of the root mean square error that rounding leaves in averages [rad].
+
+    Where an encoder repeats its reading over two averages, both have its whole error, and their differences do not show
+    it; where readings change, errors average out, and differences show the rest.
+
+    Args:
+        trial: as it was measured.
+        together: how many of its samples are averaged into one.
+    """
+    span = 2 * together
+    count = len(trial.time) // span
+    angles = _encoder_angles(trial)[: count * span].reshape(count, span, 2)
+    repeats = np.all(np.abs(np.diff(angles, axis=1)) <= _NOTHING, axis=1)
+    return _rounding(encoder_steps(trial) * np.sqrt(np.mean(repeats, axis=0)))
 
 
 def encoder_steps(trial: Trial) -> Array:
     """Return the steps (2,) of the inner and the outer encoder, 0 where none shows [rad]."""
+    return np.array([encoder_step(angle) for angle in _encoder_angles(trial).T])
+
+
+def _encoder_angles(trial: Trial) -> Array:
+    """Return the angles (n, 2) of the inner and the outer encoder [rad]."""
     theta1, theta2 = trial.theta.T
-    return np.array([encoder_step(theta1), encoder_step(theta2 - theta1)])
+    return np.column_stack([theta1, theta2 - theta1])
+
+
+def _rounding(steps: Array) -> Array:
+    """Return the root mean square error (2,) of theta1 and theta2 by encoders' steps (2,): theta2 has both [rad]."""
+    return np.asarray(np.sqrt(np.cumsum(steps**2) / 12.0))
 
 
 def _trimmed_deviation(sizes: Array) -> float:

@@ -11,7 +11,7 @@ from cdp_ident.diagnosis.identification import Identification
 from cdp_ident.diagnosis.length import length_by_balance, says_another_length
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.balance_unknowns import DRY, NOT_DRY, Mechanism, Piece
-from cdp_ident.fit.data import noise_over, prepare
+from cdp_ident.fit.data import noise_over, noise_over_averages, prepare
 from cdp_ident.fit.estimation import estimate
 from cdp_ident.fit.force_balance import CLEARLY_BETTER, ForceBalance, balance_of_pieces, pieces_of
 from cdp_ident.fit.options import IdentifyOptions
@@ -73,9 +73,9 @@ def identify(
     balanced = balances[0] if balances else None
     scales = scales_of(shown, prior.length, prior.gravity, noise, balanced.groups_of if balanced else None)
     parted = [replace(part, trial=thinned(part.trial, scales.together)) for part in parted]
-    noise = noise_over([part.shown for part in parted if part.is_fitted])
+    noise = noise_over_averages(shown, [part.shown for part in parted if part.is_fitted], scales.together)
     lengths = [_lengths(part.trial, scales, balanced, options, noise) for part in parted]
-    data = prepare(parted, lengths, scales, longest)
+    data = prepare(parted, lengths, scales, noise, longest)
     rng = np.random.default_rng(options.seed)
     level = data.noise_level
     model = replace(

@@ -23,7 +23,8 @@ def lasting(seconds, trials=1):
     return [lambda time: seconds] * trials
 
 
-SCALES = scales_of([TRIAL], 0.4, 9.81, np.full(2, 2e-3))
+NOISE = np.full(2, 2e-3)
+SCALES = scales_of([TRIAL], 0.4, 9.81, NOISE)
 
 
 def whole(*trials):
@@ -35,7 +36,7 @@ HELD_OUT = PartedTrial(TRIAL, frozenset([0]))
 
 def test_windows_are_shorter_where_a_trial_is_too_short_for_four():
     short = Trial("short", TEN_SECONDS[:800], THETA[:800])
-    data = prepare([*whole(short), HELD_OUT], lasting(2.5, 2), SCALES)
+    data = prepare([*whole(short), HELD_OUT], lasting(2.5, 2), SCALES, NOISE)
     assert len(data.fit) == 4
     assert data.folds == ((0,), (1,), (2,), (3,))
     assert data.fit[0].duration == pytest.approx(1.0, abs=0.02)
@@ -43,32 +44,33 @@ def test_windows_are_shorter_where_a_trial_is_too_short_for_four():
 
 def test_every_window_of_what_is_held_out_and_no_other_is_held_out():
     parted = PartedTrial(replace(TRIAL, breaks=(1000, 1400)), frozenset([1]))
-    data = prepare([parted, HELD_OUT], lasting(1.0, 2), SCALES)
+    data = prepare([parted, HELD_OUT], lasting(1.0, 2), SCALES, NOISE)
     places = {(window.trial, window.first) for window in data.holdout}
     assert places == {(0, 1000), (0, 1200), *((1, first) for first in range(0, 2000, 200))}
     assert all(window.trial == 0 for window in data.fit)
 
 
 def test_the_window_the_step_and_the_half_width_are_the_rig_s():
-    data = prepare([*whole(TRIAL), HELD_OUT], lasting(SCALES.window, 2), SCALES)
+    data = prepare([*whole(TRIAL), HELD_OUT], lasting(SCALES.window, 2), SCALES, NOISE)
     assert data.window == pytest.approx(SCALES.window, rel=1e-3)  # the trial is a sample too short for four
     assert data.scales is SCALES
+    assert data.noise is NOISE
     assert {window.grid.step for window in (*data.fit, *data.holdout)} == {SCALES.step}
     assert {window.half_width for window in (*data.fit, *data.holdout)} == {SCALES.half_width}
 
 
 def test_every_fourth_window_of_a_trial_is_of_the_same_fold():
-    data = prepare([*whole(TRIAL), HELD_OUT], lasting(1.25, 2), SCALES)
+    data = prepare([*whole(TRIAL), HELD_OUT], lasting(1.25, 2), SCALES, NOISE)
     assert data.folds == tuple(tuple(range(first, 8, 4)) for first in range(4))
 
 
 def test_the_first_windows_of_two_trials_are_in_different_folds():
-    data = prepare([*whole(TRIAL, TRIAL), HELD_OUT], lasting(1.25, 3), SCALES)
+    data = prepare([*whole(TRIAL, TRIAL), HELD_OUT], lasting(1.25, 3), SCALES, NOISE)
     assert data.folds == ((0, 4, 10, 14), (1, 5, 11, 15), (2, 6, 8, 12), (3, 7, 9, 13))
 
 
 def test_each_of_three_trials_is_a_fold():
-    data = prepare([*whole(TRIAL, TRIAL, TRIAL), HELD_OUT], lasting(1.25, 4), SCALES)
+    data = prepare([*whole(TRIAL, TRIAL, TRIAL), HELD_OUT], lasting(1.25, 4), SCALES, NOISE)
     assert [{data.fit[index].trial for index in fold} for fold in data.folds] == [{0}, {1}, {2}]
     assert sorted(index for fold in data.folds for index in fold) == list(range(24))
 
@@ -93,5 +95,6 @@ def test_trials_that_do_not_suffice_are_refused(fit, holdout, message):
             [*whole(*(cut(*each) for each in fit)), *(PartedTrial(cut(*each), frozenset([0])) for each in holdout)],
             lasting(2.5, len(fit) + len(holdout)),
             SCALES,
+            NOISE,
         )
     assert message in str(caught.value)

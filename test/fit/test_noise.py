@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from cdp_ident.fit.noise import noise_of
+from cdp_ident.fit.data import noise_over_averages
+from cdp_ident.fit.noise import noise_of, rounding_of_averages
+from cdp_ident.fit.thinning import thinned
 from cdp_ident.model.parameters import physical_coefficients
 from cdp_ident.model.simulation import simulate
 from cdp_ident.trial.trial import Trial
@@ -66,12 +68,28 @@ def test_outliers_do_not_count():
 def test_an_encoder_that_hardly_moves_has_at_least_the_noise_of_its_steps():
     step = 2 * np.pi / 2000
     theta = np.round(np.column_stack([0.02 * np.sin(TEN_SECONDS)] * 2) / step) * step
+    # theta2, whose encoder does not move at all, has the inner encoder's.
     assert np.all(noise_of(Trial("slow", TEN_SECONDS, theta)) >= step / np.sqrt(12) * 0.999)
 
 
-@pytest.mark.parametrize("size", [0.1, 1.0])
-def test_outliers_do_not_count_where_most_steps_repeat(size):
-    step = 2 * np.pi / 2000
-    theta = np.round(np.column_stack([0.02 * np.sin(TEN_SECONDS)] * 2) / step) * step
-    theta[100::300] += size
-    assert np.all(noise_of(Trial("slow", TEN_SECONDS, theta)) < 2 * step / np.sqrt(12))
+@pytest.mark.parametrize("together", [2, 5])
+@pytest.mark.parametrize(("speed", "share"), [(0.02, 0.9), (0.3, 0.3), (40.0, 0.0)])
+def test_rounding_that_does_not_average_out_is_most_of_the_averages_error_where_a_joint_is_slow(together, speed, share):
+    step, time = 2 * np.pi / 2000, np.arange(40_000) * 0.001
+    inner, outer = speed * time, 0.7 * speed * time + 0.3 * speed * np.sin(time)
+    true = np.column_stack([inner, inner + outer])
+    read = np.column_stack([np.round(inner / step), np.round(inner / step) + np.round(outer / step)]) * step
+    error = (read - true).reshape(-1, together, 2).mean(axis=1).std(axis=0)
+    found = rounding_of_averages(Trial("averaged", time, read), together)
+    assert np.all(found <= 1.05 * error)
+    assert np.all(found >= share * error)
+
+
+def test_the_rounding_of_a_joint_that_soon_stops_is_part_of_the_noise_of_averages():
+    step, time = 2 * np.pi / 4000, np.arange(10_000) * 0.001
+    inner, outer = 0.5 * np.sin(3.0 * np.minimum(time, 0.5)), 3.0 * np.sin(3.0 * time)
+    read = np.cumsum(np.round(np.column_stack([inner, outer]) / step), axis=1) * step
+    trial = Trial("stops", time, read)
+    averaged = thinned(trial, 3)
+    assert noise_of(averaged)[0] < 0.3 * step / np.sqrt(12), "differences do not show it"
+    assert noise_over_averages([trial], [averaged], 3)[0] == pytest.approx(step / np.sqrt(12), rel=0.1)
