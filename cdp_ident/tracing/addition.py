@@ -17,7 +17,7 @@ from cdp_ident.tracing import thresholds
 from cdp_ident.tracing.acceptance import fit_gains_by_more_than_chance, fits_of, is_accepted, may_be_accepted
 from cdp_ident.tracing.candidates import Candidate, ScoreTest, addable
 from cdp_ident.tracing.evidence import Attempt, change
-from cdp_ident.tracing.exchange import try_states, try_without_states
+from cdp_ident.tracing.exchange import try_states, try_without_memory, try_without_states
 from cdp_ident.tracing.instants import instants
 from cdp_ident.tracing.preference import is_better
 from cdp_ident.tracing.progress import Progress
@@ -98,6 +98,7 @@ def add_effects(progress: Progress) -> None:
         if better.validation.squared_error >= current.validation.squared_error:
             return  # an addition made another effect superfluous, without further improvement
         progress.current = better
+        try_without_memory(progress)
         try_states(progress, Form.BASE)
 
 

@@ -14,7 +14,7 @@ from cdp_ident.model.effects.effect import Form, TorqueEffect, exclude_each_othe
 from cdp_ident.model.parallel import parallel_map
 from cdp_ident.tracing import thresholds
 from cdp_ident.tracing.acceptance import is_accepted, may_be_accepted
-from cdp_ident.tracing.candidates import ScoreTest, addable
+from cdp_ident.tracing.candidates import Candidate, ScoreTest, addable
 from cdp_ident.tracing.evidence import Attempt, change
 from cdp_ident.tracing.noise_memory import is_structured
 from cdp_ident.tracing.preference import is_better, is_richer_form, is_simpler, may_be_better
@@ -25,6 +25,8 @@ Array = npt.NDArray[np.float64]
 
 _RIVALS = 3
 """Number of rivals that each effect is compared with."""
+_SECONDS = 3
+"""So many effects are tried beside what a richer form contains, in its place."""
 _SHAPES = (0.3, 1.0, 4.0)
 """A richer form is fitted from initial values of its shape parameters at so many times the typical ones."""
 _ONE_SHAPE = (1.0,)
@@ -116,14 +118,31 @@ def try_without_states(progress: Progress) -> None:
     _try_richer(progress, lambda effect: not effect.brings_states)
 
 
+def try_without_memory(progress: Progress) -> None:
+    """Exchange effects that have a memory for what they contain where that explains the motion as well.
+
+    While other effects are missing, friction with a memory may have taken over a part of what they do. It takes long to
+    compute, and stands in the way of what is to be added next.
+
+    Raises:
+        InterruptedSelectionError: the selection is asked to stop.
+    """
+    for active, old in zip(progress.current.model.effects, progress.current.model.labels, strict=True):
+        if isinstance(active.effect, TorqueEffect) and active.effect.form is Form.MEMORY:
+            _try_forms(progress, old, _contained(progress, old))
+
+
 def _try_richer(progress: Progress, suits: Callable[[TorqueEffect], bool]) -> None:
     for old in progress.current.model.labels:
-        forms = [effect for effect in richer_forms(progress, old) if suits(effect)]
-        if forms:
-            removed = progress.without(progress.current, [progress.current.place_of(old)])
-            best = _better(progress.current, removed, _related(progress, removed, old, forms))
-            if best is not None:
-                _take(progress, best, old)
+        _try_forms(progress, old, [effect for effect in richer_forms(progress, old) if suits(effect)])
+
+
+def _try_forms(progress: Progress, old: str, forms: Sequence[TorqueEffect]) -> None:
+    if forms:
+        removed = progress.without(progress.current, [progress.current.place_of(old)])
+        best = _better(progress.current, removed, _related(progress, removed, old, forms))
+        if best is not None:
+            _take(progress, best, old)
 
 
 def alternatives(
@@ -144,7 +163,8 @@ def alternatives(
     found = []
     for rival in rivals:
         effect = rival.model.effects[-1].effect
-        if (effect.name, effect.joint) in named or not is_accepted(removed, rival):
+        is_one = len(rival.model.effects) <= len(current.model.effects)
+        if not is_one or (effect.name, effect.joint) in named or not is_accepted(removed, rival):
             continue
         if is_richer_form(effect, active.effect) and len(rival.fit.values) > len(current.fit.values):
             close = change(current, rival).bic < 0 and not is_structured(rival.fit)
@@ -180,7 +200,43 @@ def _rivals(progress: Progress, removed: Attempt, *keys: str) -> list[Attempt]:
         may_win=partial(may_be_accepted, removed),
     )
     related = [rival for key in keys for rival in _related(progress, removed, key, forms[key], set(keys) - {key})]
-    return [*(rival for _, rival in others), *related]
+    in_two = _in_two(progress, removed, keys[0], related) if len(keys) == 1 else []
+    return [*(rival for _, rival in others), *related, *in_two]
+
+
+def _in_two(progress: Progress, removed: Attempt, key: str, rivals: Sequence[Attempt]) -> list[Attempt]:
+    """Return models that have two effects in the place of one: what it contains, and another torque of its joint.
+
+    What a richer form gains may be what another effect does, which was still missing when it was taken.
+
+    Args:
+        progress: of the selection.
+        removed: the model without the effect.
+        key: of the effect.
+        rivals: models with other forms of it in its place, but for those that leave far more.
+    """
+    current, known = progress.current, _values_of(progress, key)
+    fitted = {rival.model.effects[-1].effect: rival for rival in rivals}
+    beside: list[tuple[Attempt, tuple[Candidate, ...]]] = []
+    for simpler in _contained(progress, key):
+        begun = [_begun(simpler, known)]
+        with_simpler = (
+            [fitted[simpler]]
+            if simpler in fitted
+            else progress.replaced(current, [current.place_of(key)], begun, may_win=lambda _: False)
+        )
+        for attempt in with_simpler:
+            candidates = [
+                active
+                for active in addable(attempt.model, with_states=False)
+                if isinstance(active.effect, TorqueEffect)
+                and active.effect.joint == simpler.joint
+                and not is_richer_form(active.effect, simpler)
+            ]
+            ranked = ScoreTest(attempt.fit, candidates).ranked() if candidates else []
+            beside += [(attempt, (second,)) for second in ranked[:_SECONDS]]
+    joined = progress.tried_on(beside, to_beat=current, may_win=partial(may_be_accepted, removed))
+    return [after for _, _, after in joined]
 
 
 def _related(
@@ -195,22 +251,17 @@ def _related(
     """
     current = progress.current
     index = current.place_of(key)
-    active, values = current.model.effects[index], current.fit.values[current.model.places(index)]
-    known = {p.name: float(value) for p, value in zip(active.fitted, values, strict=True)}
+    active, known = current.model.effects[index], _values_of(progress, key)
     others: list[tuple[ActiveEffect, Array]] = []
     from_afar: list[tuple[ActiveEffect, Array]] = []
     for form in forms:
-        new = ActiveEffect(form)
         if form.begins:
-            coefficients = current.model.coefficients(current.fit.values)
-            from_afar += [(new, np.clip(begin, *_limits(new))) for begin in form.begins(float(values[0]), coefficients)]
+            new, coefficients = ActiveEffect(form), current.model.coefficients(current.fit.values)
+            begins = form.begins(next(iter(known.values())), coefficients)
+            from_afar += [(new, np.clip(begin, *_limits(new))) for begin in begins]
             continue
-        is_one = form.form is Form.MEMORY or all(parameter.name in known for parameter in new.fitted)
-        for factor in _ONE_SHAPE if is_one or besides else _SHAPES:
-            begin = [
-                known.get(p.name, factor * p.typical if p.shape else _SOME * max(known.values())) for p in new.fitted
-            ]
-            others.append((new, np.clip(begin, *_limits(new))))
+        is_one = form.form is Form.MEMORY or all(p.name in known for p in ActiveEffect(form).fitted)
+        others += [_begun(form, known, factor) for factor in (_ONE_SHAPE if is_one or besides else _SHAPES)]
     left_out = [index, *(current.place_of(other) for other in besides)]
 
     def may_win(rival: Attempt) -> bool:
@@ -226,6 +277,27 @@ def _related(
         for begun, afar in ((others, False), (from_afar, True))
         for rival in progress.replaced(current, left_out, begun, to_beat=current, may_win=may_win, from_afar=afar)
     ]
+
+
+def _values_of(progress: Progress, label: str) -> dict[str, float]:
+    """Return the values of an effect's parameters in the present model, by their names."""
+    model, values = progress.current.model, progress.current.fit.values
+    index = progress.current.place_of(label)
+    of_effect = zip(model.effects[index].fitted, values[model.places(index)], strict=True)
+    return {parameter.name: float(value) for parameter, value in of_effect}
+
+
+def _begun(form: TorqueEffect, known: dict[str, float], shape: float = 1.0) -> tuple[ActiveEffect, Array]:
+    """Return another form of an effect, and the values from which it is fitted.
+
+    Args:
+        form: which.
+        known: values of the effect's parameters, by name: those with the same name keep theirs.
+        shape: the others of shape begin at so many times the typical values.
+    """
+    new = ActiveEffect(form)
+    begin = [known.get(p.name, shape * p.typical if p.shape else _SOME * max(known.values())) for p in new.fitted]
+    return new, np.clip(begin, *_limits(new))
 
 
 def richer_forms(progress: Progress, label: str) -> list[TorqueEffect]:
@@ -267,7 +339,9 @@ def _better(current: Attempt, removed: Attempt, rivals: Sequence[Attempt]) -> At
 
 def _take(progress: Progress, rival: Attempt, old: str) -> None:
     best, simpler = progress.finished(rival), is_simpler(rival, progress.current)
-    new = best.model.effects[-1].effect.key
+    present = progress.current.model.effects
+    new = [active.effect.key for active in best.model.effects if active not in present]
     progress.current = best
     how = f"as well as {old}, which contains it" if simpler else f"better than {old}"
-    progress.note(f"exchanged {old} for {new}", best, f"{new} explains the motion {how}")
+    names, explain = " and ".join(new), "explains" if len(new) == 1 else "explain"
+    progress.note(f"exchanged {old} for {names}", best, f"{names} {explain} the motion {how}")

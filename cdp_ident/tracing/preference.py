@@ -50,6 +50,8 @@ def is_simpler(rival: Attempt, current: Attempt) -> bool:
 
     At the limit of a shape parameter an effect has become something simpler.
     """
+    if len(rival.model.effects) > len(current.model.effects):
+        return False
     new, replaced = rival.model.effects[-1].effect, _replaced(rival, current)
     if len(rival.fit.values) < len(current.fit.values) and any(map(current.at_limit, replaced)):
         return True

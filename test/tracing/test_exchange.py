@@ -1,5 +1,6 @@
 """Exchanges that whole truths rarely show one by one."""
 
+import re
 from unittest.mock import Mock
 
 import numpy as np
@@ -14,7 +15,7 @@ from cdp_ident.model.effects.effect import Form
 from cdp_ident.pipeline.identify import identify
 from cdp_ident.tracing import exchange
 from cdp_ident.tracing.evidence import Attempt, Change
-from cdp_ident.tracing.exchange import alternatives, exchange_effects, try_states
+from cdp_ident.tracing.exchange import alternatives, exchange_effects, try_states, try_without_memory
 from cdp_ident.tracing.progress import Progress
 from cdp_ident.tracing.refits import attempt_of
 from cdp_ident.trial.trial import Trial
@@ -57,6 +58,28 @@ def test_two_effects_of_a_joint_that_imitate_one_are_exchanged_for_it() -> None:
     tried.clear()
     assert not exchange_effects(progress)
     assert tried == [], "compared again in the same model"
+
+
+@pytest.mark.parametrize(
+    ("hidden", "seed"),
+    [("coulomb_friction.inner+air_drag.inner", 1), ("coulomb_friction.inner+quadratic_friction.inner", 0)],
+)
+def test_one_effect_that_imitates_what_it_contains_beside_another_is_exchanged_for_both(hidden: str, seed: int) -> None:
+    trials, answer = hidden_truth(hidden, seed, 1.5)
+    identified = identify(trials[:FIT_TRIALS], trials[FIT_TRIALS:], IdentifyOptions())
+    one = with_effects(identified, "stribeck_friction.inner")
+    assert one.fit.rmse() > 1.1 * answer.floor
+    told: list[str] = []
+    progress = Progress(one, answer.floor, told.append)
+    assert exchange_effects(progress)
+    # Drag and quadratic friction of the inner joint are one law.
+    names = "coulomb_friction.inner and (air_drag|quadratic_friction).inner"
+    assert len(told) == 1
+    assert re.fullmatch(f"{names} explain the motion better than stribeck_friction.inner", told[0])
+    assert progress.current.fit.rmse() < 1.05 * answer.floor
+    assert [step.action for step in progress.steps] == [
+        f"exchanged stribeck_friction.inner for {told[0].partition(' explain')[0]}"
+    ]
 
 
 def test_a_light_cart_that_swings_is_found_from_one_that_only_gives_way() -> None:
@@ -109,6 +132,21 @@ def test_what_explains_no_more_than_what_it_contains_is_exchanged_for_that(
     assert exchange_effects(progress)
     assert told == ["coulomb_friction.outer explains the motion as well as stribeck_friction.outer, which contains it"]
     assert not exchange_effects(progress)
+
+
+def test_friction_with_a_memory_that_explains_no_more_than_dry_friction_is_exchanged_for_that(
+    rubbing: tuple[Identification, Attempt, float],
+) -> None:
+    identified, more, floor = rubbing
+    told: list[str] = []
+    progress = Progress(with_effects(identified, "presliding_friction.outer"), floor, told.append)
+    try_without_memory(progress)
+    assert told == [
+        "coulomb_friction.outer explains the motion as well as presliding_friction.outer, which contains it"
+    ]
+    progress.current = more
+    try_without_memory(progress)
+    assert progress.current is more, "it has no memory"
 
 
 def test_a_richer_form_that_the_data_prefer_but_not_by_enough_is_another_possibility_where_only_noise_remains(
