@@ -168,6 +168,41 @@ def test_copies_of_the_package_share_compiled_code(monkeypatch, tmp_path):
     assert hits == [0, 1]
 
 
+LOOP_THAT_CLOSES_OVER_ANOTHER = """
+import sys
+from cdp_ident.model.compilation import compiled
+
+@compiled
+def doubled(angle):
+    return 2.0 * angle
+
+def loop_of(step, name):
+    def loop(angle):
+        return step(angle) + 1.0
+    loop.__name__ = loop.__qualname__ = name
+    return compiled(loop)
+
+first, second = loop_of(doubled, "first"), loop_of(doubled, "second")
+if sys.argv[1:]:
+    first(0.5)
+second(0.5)
+print(sum(second.stats.cache_hits.values()))
+"""
+
+
+def test_a_loop_that_closes_over_another_is_found_again_whatever_else_a_program_compiles(tmp_path):
+    program = tmp_path / "closure.py"
+    program.write_text(LOOP_THAT_CLOSES_OVER_ANOTHER)
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path), "PYTHONPATH": os.pathsep.join(sys.path)}
+    found = [
+        subprocess.run(
+            [sys.executable, str(program), *first], env=environment, capture_output=True, text=True, check=True
+        ).stdout
+        for first in ([], ["another first"])
+    ]
+    assert [line.strip() for line in found] == ["0", "1"]
+
+
 def test_of_processes_that_lack_the_same_code_one_compiles_it(tmp_path):
     """Several nodes are started at once, and tests on several cores."""
     asked = "from cdp_ident.model import error_growth as e; import numpy as np; e.steps_until(np.zeros((3, 4)), "
