@@ -17,7 +17,7 @@ from cdp_ident.trial.kinematics import local_motion
 
 Array = npt.NDArray[np.float64]
 
-_ASTRAY = 3.0
+_ASTRAY = 1.5
 """A window is looked at whose error is so many times the median of all windows' …"""
 _BETTER = 0.8
 """… and has a better initial state if that leaves at most this share of its squared error."""

@@ -59,6 +59,18 @@ def test_a_rod_at_rest_is_found_where_it_is(begun, hold_values):
     assert with_starts_found_again(lost, hold_values).rmse() < 1.1 * right.rmse()
 
 
+def test_a_rod_at_rest_that_was_taken_for_moving_is_found_though_noise_hides_most_of_its_error(begun):
+    model, values, quiet = begun
+    rng, noise = np.random.default_rng(0), 0.012
+    windows = [replace(w, theta=w.theta + rng.normal(0.0, noise, w.theta.shape), sample_weights=None) for w in quiet]
+    right = refine(model, values, windows, hold_values=True)
+    *others, last = windows
+    moving = replace(last, start=last.start + np.array([0.0, 0.0, 0.3, 0.9]))
+    lost = refine(model, values, [*others, moving], hold_values=True)
+    assert 1.5 * noise < lost.over([len(others)]).rmse() < 3.0 * noise
+    assert with_starts_found_again(lost, hold_values=True).rmse() < 1.01 * right.rmse()
+
+
 def test_a_window_that_went_astray_is_not_hidden_by_the_others(begun):
     model, values, windows = begun
     right = refine(model, values, windows, hold_values=True)
