@@ -49,12 +49,16 @@ def add_unknown_torques(progress: Progress) -> None:
     _exchange_harmonics(progress)
     for _ in range(_MOST_CURVES):
         current = progress.current
-        found = [
-            (candidate, attempt)
-            for candidate in _promising(current, _possible(current, progress.noise))
-            for attempt in _fitted(progress, current, candidate)
-        ]
-        accepted = [(c, a) for c, a in found if _is_accepted(current, a) and _predicts_other_trials(progress, a)]
+        accepted: list[tuple[Candidate, Attempt]] = []
+        for candidate in _promising(current, _possible(current, progress.noise)):
+            fitted = _fitted(progress, current, candidate)
+            accepted += [
+                (candidate, attempt)
+                for attempt in fitted
+                if _is_accepted(current, attempt) and _predicts_other_trials(progress, attempt)
+            ]
+            if any(_leaves_only_noise(attempt, progress.noise) for _, attempt in accepted):
+                break  # nothing is missing
         if not accepted:
             return
         candidate, best = min(accepted, key=lambda found: change(current, found[1]).bic)
