@@ -73,33 +73,46 @@ def add_unknown_torques(progress: Progress) -> None:
 def _exchange_harmonics(progress: Progress) -> None:
     """Exchange all harmonics of a joint for one curve over its angle where that is better; many where it is as good.
 
-    Few that leave only noise stay if the score test of the curve beside them shows nothing that they lack.
+    Few that leave only noise stay if the score test of the curve beside them shows nothing that they lack. Where a
+    curve is no better beside a spring, another torque over the angle, it may be in the place of both.
     """
     for over_angle in (c for c in CURVES if c.curve and c.curve.over == "angle" and not c.dry):
-        current = progress.current
-        effects = [active.effect for active in current.model.effects]
-        places = [
-            place
+        effects = [active.effect for active in progress.current.model.effects]
+        torques = [
+            (place, effect.harmonic)
             for place, effect in enumerate(effects)
-            if isinstance(effect, TorqueEffect) and effect.harmonic and effect.joint == over_angle.joint
+            if isinstance(effect, TorqueEffect) and effect.of_angle and effect.joint == over_angle.joint
         ]
-        if not places or over_angle in effects:
+        harmonics, all_places = (
+            [place for place, is_harmonic in torques if is_harmonic],
+            [place for place, _ in torques],
+        )
+        if not harmonics or over_angle in effects:
             continue
-        few_leave_only_noise = len(places) < _MANY_HARMONICS and _leaves_only_noise(current, progress.noise)
-        if few_leave_only_noise and not _promising(current, [over_angle]):
-            continue
-        removed = progress.without(current, places)
-        for candidate in _promising(removed, [over_angle]):
-            for attempt in _fitted(progress, removed, candidate):
-                better = is_better(attempt, current)
-                as_good = attempt.validation.rmse() < thresholds.AS_GOOD * current.validation.rmse()
-                preferred = better or (as_good and len(places) >= _MANY_HARMONICS)
-                if preferred and is_accepted(removed, attempt, [len(attempt.model.effects) - 1]):
-                    best, old = progress.finished(attempt), " and ".join(current.model.labels[k] for k in places)
-                    how = "better than" if better else "as well as"
-                    line = f"{over_angle.key} explains the motion {how} {old}"
-                    progress.note(f"exchanged {old} for {over_angle.key}", best, line)
-                    progress.current = _without_imitations(progress, best)
+        if not _exchange_for_curve(progress, harmonics, over_angle) and all_places != harmonics:
+            _exchange_for_curve(progress, all_places, over_angle)
+
+
+def _exchange_for_curve(progress: Progress, places: Sequence[int], over_angle: TorqueEffect) -> bool:
+    """Exchange torques of a joint for one curve over its angle, as `_exchange_harmonics` does; return success."""
+    current = progress.current
+    few_leave_only_noise = len(places) < _MANY_HARMONICS and _leaves_only_noise(current, progress.noise)
+    if few_leave_only_noise and not _promising(current, [over_angle]):
+        return False
+    removed = progress.without(current, places)
+    many = len(places) >= _MANY_HARMONICS and all(current.model.effects[place].effect.harmonic for place in places)
+    for candidate in _promising(removed, [over_angle]):
+        for attempt in _fitted(progress, removed, candidate):
+            better = is_better(attempt, current)
+            as_good = many and attempt.validation.rmse() < thresholds.AS_GOOD * current.validation.rmse()
+            if (better or as_good) and is_accepted(removed, attempt, [len(attempt.model.effects) - 1]):
+                best, old = progress.finished(attempt), " and ".join(current.model.labels[k] for k in places)
+                how = "better than" if better else "as well as"
+                line = f"{over_angle.key} explains the motion {how} {old}"
+                progress.note(f"exchanged {old} for {over_angle.key}", best, line)
+                progress.current = _without_imitations(progress, best)
+                return True
+    return False
 
 
 def _possible(attempt: Attempt, noise: float) -> list[TorqueEffect]:

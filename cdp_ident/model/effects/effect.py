@@ -117,6 +117,8 @@ class TorqueEffect:
     harmonic: bool = False
     """Whether it is one of many harmonics of a turn, which can imitate a part of any function of position. A joint may
     have several of them."""
+    of_angle: bool = False
+    """Whether its torque is a function of the joint's angle alone, as a curve over the angle is."""
     states: int = 0
     """How many numbers it adds to those of the rods' state."""
     start_std: float = math.inf

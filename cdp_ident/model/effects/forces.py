@@ -260,6 +260,7 @@ def _cogging_of(periods: int) -> tuple[TorqueEffect, ...]:
             ),
             _cogging,
             harmonic=True,
+            of_angle=True,
         )
         for joint in JOINTS
     )
@@ -299,6 +300,7 @@ FORCES: tuple[TorqueEffect, ...] = (
         TorqueEffect(
             "joint_spring", joint, "", "a spring across the joint", "torque - stiffness angle, angle from hanging",
             "Hooke; a cable across the joint or a seal that does not slip", _SPRING, _spring, in_balance=True,
+            of_angle=True,
         )
         for joint in JOINTS
     ),
