@@ -55,7 +55,7 @@ class Data:
 
 def noise_over(trials: Sequence[Trial]) -> Array:
     """Return the standard deviation (2,) of the noise of theta1 and theta2 over trials [rad]."""
-    return np.asarray(np.sqrt(np.mean([noise_of(trial) ** 2 for trial in trials], axis=0)))
+    return _mean([noise_of(trial) for trial in trials])
 
 
 def noise_over_averages(trials: Sequence[Trial], thinned: Sequence[Trial], together: int) -> Array:
@@ -66,11 +66,17 @@ def noise_over_averages(trials: Sequence[Trial], thinned: Sequence[Trial], toget
         thinned: the same, averaged: these do not show the encoders' steps.
         together: how many samples.
     """
-    of_each = [
-        np.maximum(noise_of(average), rounding_of_averages(trial, together))
-        for trial, average in zip(trials, thinned, strict=True)
-    ]
-    return np.asarray(np.sqrt(np.mean(np.square(of_each), axis=0)))
+    return _mean(
+        [
+            np.maximum(noise_of(average), rounding_of_averages(trial, together))
+            for trial, average in zip(trials, thinned, strict=True)
+        ]
+    )
+
+
+def _mean(deviations: Sequence[Array]) -> Array:
+    """Return the root mean square (2,) of standard deviations (2,)."""
+    return np.asarray(np.sqrt(np.mean(np.square(deviations), axis=0)))
 
 
 def prepare(

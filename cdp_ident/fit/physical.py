@@ -121,7 +121,8 @@ def nearest_physical_values(shown: Array, covariance: Array, prior: Prior, lengt
                     "jac": lambda z: slopes_of_room(z * scale) * scale,
                 },
             ],
-            options={"maxiter": 300, "ftol": 1e-11},  # less is rounding: it would take all iterations
+            # A smaller change is rounding, below which the method goes on until it has made all its iterations.
+            options={"maxiter": 300, "ftol": 1e-11},
         )
     # Not by whether the method says that it has converged: at the minimum, rounding may keep it from noticing.
     found = result.x * scale

@@ -138,6 +138,7 @@ def _try_richer(progress: Progress, suits: Callable[[TorqueEffect], bool]) -> No
 
 
 def _try_forms(progress: Progress, old: str, forms: Sequence[TorqueEffect]) -> None:
+    """Exchange an effect for the best of its other forms that are better, if there is one."""
     if forms:
         removed = progress.without(progress.current, [progress.current.place_of(old)])
         best = _better(progress.current, removed, _related(progress, removed, old, forms))
@@ -163,8 +164,8 @@ def alternatives(
     found = []
     for rival in rivals:
         effect = rival.model.effects[-1].effect
-        is_one = len(rival.model.effects) <= len(current.model.effects)
-        if not is_one or (effect.name, effect.joint) in named or not is_accepted(removed, rival):
+        in_two = len(rival.model.effects) > len(current.model.effects)
+        if in_two or (effect.name, effect.joint) in named or not is_accepted(removed, rival):
             continue
         if is_richer_form(effect, active.effect) and len(rival.fit.values) > len(current.fit.values):
             close = change(current, rival).bic < 0 and not is_structured(rival.fit)

@@ -48,7 +48,7 @@ def _is_richer_model(rival: Attempt, current: Attempt) -> bool:
 def is_simpler(rival: Attempt, current: Attempt) -> bool:
     """Return whether a rival has what an effect contains in its place, or fewer values than one at its limit.
 
-    At the limit of a shape parameter an effect has become something simpler.
+    At the limit of a shape parameter an effect has become something simpler. A model with more effects never is.
     """
     if len(rival.model.effects) > len(current.model.effects):
         return False

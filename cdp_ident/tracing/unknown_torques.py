@@ -78,23 +78,26 @@ def _exchange_harmonics(progress: Progress) -> None:
     """
     for over_angle in (c for c in CURVES if c.curve and c.curve.over == "angle" and not c.dry):
         effects = [active.effect for active in progress.current.model.effects]
-        torques = [
-            (place, effect.harmonic)
+        of_angle = [
+            place
             for place, effect in enumerate(effects)
             if isinstance(effect, TorqueEffect) and effect.of_angle and effect.joint == over_angle.joint
         ]
-        harmonics, all_places = (
-            [place for place, is_harmonic in torques if is_harmonic],
-            [place for place, _ in torques],
-        )
+        harmonics = [place for place in of_angle if effects[place].harmonic]
         if not harmonics or over_angle in effects:
             continue
-        if not _exchange_for_curve(progress, harmonics, over_angle) and all_places != harmonics:
-            _exchange_for_curve(progress, all_places, over_angle)
+        if not _exchange_for_curve(progress, harmonics, over_angle) and of_angle != harmonics:
+            _exchange_for_curve(progress, of_angle, over_angle)
 
 
 def _exchange_for_curve(progress: Progress, places: Sequence[int], over_angle: TorqueEffect) -> bool:
-    """Exchange torques of a joint for one curve over its angle, as `_exchange_harmonics` does; return success."""
+    """Exchange torques of a joint for one curve over its angle; return whether that was better, or as good for many.
+
+    Args:
+        progress: of the selection.
+        places: indices of the torques.
+        over_angle: the curve.
+    """
     current = progress.current
     few_leave_only_noise = len(places) < _MANY_HARMONICS and _leaves_only_noise(current, progress.noise)
     if few_leave_only_noise and not _promising(current, [over_angle]):

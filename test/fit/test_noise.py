@@ -72,6 +72,14 @@ def test_an_encoder_that_hardly_moves_has_at_least_the_noise_of_its_steps():
     assert np.all(noise_of(Trial("slow", TEN_SECONDS, theta)) >= step / np.sqrt(12) * 0.999)
 
 
+@pytest.mark.parametrize("size", [0.1, 1.0])
+def test_outliers_do_not_count_where_most_steps_repeat(size):
+    step = 2 * np.pi / 2000
+    theta = np.round(np.column_stack([0.02 * np.sin(TEN_SECONDS)] * 2) / step) * step
+    theta[100::300] += size
+    assert np.all(noise_of(Trial("slow", TEN_SECONDS, theta)) < 2 * step / np.sqrt(12))
+
+
 @pytest.mark.parametrize("together", [2, 5])
 @pytest.mark.parametrize(("speed", "share"), [(0.02, 0.9), (0.3, 0.3), (40.0, 0.0)])
 def test_rounding_that_does_not_average_out_is_most_of_the_averages_error_where_a_joint_is_slow(together, speed, share):
