@@ -1,7 +1,8 @@
 """Build script of the ROS 2 package, called by colcon.
 
-Building compiles the inner loops for this machine and user, beside all else, so that the first run need not: one to
-two minutes of CPU time. Where that fails (numba is not installed when it is built), the first run compiles.
+Building makes the laws' formulas into code, with their derivatives, and compiles the inner loops for this machine and
+user, beside all else, so that the first run need not: about a minute of CPU time. Where that fails (sympy or numba is
+not installed when it is built), the first run does it.
 """
 
 import runpy
@@ -30,11 +31,13 @@ def shared(folder: str) -> tuple[str, list[str]]:
 
 
 def compiling(command: type[Command]) -> type[Command]:
-    """Return a build command during which the inner loops are compiled."""
+    """Return a build command before which the laws' code is made, and during which the inner loops are compiled."""
 
     def run(self: Command) -> None:
         nowhere = subprocess.DEVNULL
-        loops = [sys.executable, "-m", f"{NAME}.model.compile_ahead"]
+        laws = [sys.executable, "-m", f"{NAME}.model.formulas.generated"]
+        subprocess.run(laws, cwd=ROOT, stdin=nowhere, stdout=nowhere, stderr=nowhere, check=False)
+        loops = [sys.executable, "-m", f"{NAME}.fit.compile_ahead"]
         with ExitStack() as stack:
             for way in ([], ["backwards"]):  # for two cores
                 stack.enter_context(
@@ -62,6 +65,8 @@ setup(
         "numpy",
         "scipy",
         "numba",
+        "llvmlite",
+        "sympy",
         "pyyaml",
         "rich",
         "matplotlib",
@@ -75,7 +80,7 @@ setup(
         "pyserial",
         "cobs",
     ],
-    extras_require={"test": ["pytest", "hypothesis", "sympy", "playwright"], "cluster": ["distributed"]},
+    extras_require={"test": ["pytest", "hypothesis", "playwright"], "cluster": ["distributed"]},
     zip_safe=True,
     maintainer="cdp_ident maintainers",
     maintainer_email="maintainers@example.com",

@@ -74,11 +74,12 @@ def _errors(
 
 def windows(coefficients: Array, starts: Array, grid: TimeGrid) -> tuple[Array, Array]:
     """Return the angles (8, samples, 2) [rad] from eight starts (8, 4), and their derivatives (8, samples, 2, 11)."""
-    samples = len(grid.place)
+    samples, first_sample = len(grid.place), grid.first_sample
+    within = grid.place - np.repeat(np.arange(grid.steps), np.diff(first_sample))
     angles, derivatives = np.empty((WINDOWS, samples, 2)), np.empty((WINDOWS, samples, 2, DIRECTIONS))
     _library().windows(
         _pointer(coefficients), _pointer(starts), ctypes.c_int(grid.steps), ctypes.c_double(grid.step),
-        _pointer(grid.first_sample), _pointer(grid.place), ctypes.c_int(samples), _pointer(angles),
+        _pointer(first_sample), _pointer(within), ctypes.c_int(samples), _pointer(angles),
         _pointer(derivatives),
     )  # fmt: skip
     return angles, derivatives

@@ -8,6 +8,7 @@ from typing import Any
 
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.effect import Effect
+from cdp_ident.report.typesetting import Formula
 
 
 @dataclass(frozen=True)
@@ -210,7 +211,7 @@ def _description(forms: Sequence[Effect]) -> str:
     rows = dict.fromkeys(
         (
             _variant(effect),
-            effect.formula,
+            Formula(effect.formula).latex,
             ", ".join(f"{p.name} [{p.unit}]" for p in effect.parameters if not p.fixed),
             effect.source,
         )

@@ -19,7 +19,7 @@ from pathlib import Path
 import benchmarks
 from benchmarks import _compiled_c
 from benchmarks._tables import Table
-from cdp_ident.model.parallel import core_count
+from cdp_ident.machine.parallel import core_count
 
 PAGE = Path(__file__).parents[1] / "docs" / "benchmarks.md"
 COMPARISONS = ("search", "bag", "simulation", "cost", "start_up")

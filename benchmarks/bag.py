@@ -24,7 +24,7 @@ from benchmarks._tables import Table, number
 from benchmarks._workers import LIMIT, each
 from benchmarks.simulation import by_scipy
 from cdp_ident.fit.options import IdentifyOptions
-from cdp_ident.model.parallel import core_count
+from cdp_ident.machine.parallel import core_count
 from cdp_ident.model.parameters import GROUPS, SYMBOLS, groups_of
 from cdp_ident.pipeline.identify import identify
 from cdp_ident.tracing.trace import trace

@@ -15,8 +15,7 @@ from rich.table import Table
 from scipy.interpolate import CubicHermiteSpline
 
 from cdp_ident.errors import IdentificationError
-from cdp_ident.fit.balance_unknowns import DRY
-from cdp_ident.fit.force_balance import ForceBalance, balance_of_forces
+from cdp_ident.fit.force_balance import DRY, ForceBalance, Pieces, balances_of
 from cdp_ident.trial.trial import Trial
 from reference.own_units import Rig, motion
 
@@ -90,7 +89,7 @@ def moved(rig: str, start: str, until: float) -> CubicHermiteSpline:
 def found(case: Case) -> ForceBalance | None:
     """Return the balance of a case, or None where it says that there is too little motion."""
     try:
-        return balance_of_forces([case.trial()], case.length, GRAVITY)
+        return balances_of(Pieces.of([case.trial()], case.length, GRAVITY))[0]
     except IdentificationError:
         return None
 
@@ -107,7 +106,7 @@ def sweep(cases: Sequence[Case]) -> Table:
         if result is None:
             table.add_row(*known, f"{case.duration / unit:.0f}", "too little motion")
             continue
-        dry = [float(result.strengths(effect).sum()) for effect in DRY]
+        dry = [float(sum(values.sum() for effect, values in result.found if effect is one)) for one in DRY]
         table.add_row(
             *known,
             f"{case.duration / unit:.0f}",

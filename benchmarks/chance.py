@@ -8,6 +8,7 @@ noise; results are kept in `--out`, and a run that was interrupted goes on from 
 
 import argparse
 import functools
+import math
 import sys
 import zlib
 from collections.abc import Callable, Mapping, Sequence
@@ -27,7 +28,7 @@ from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.prior import Prior
 from cdp_ident.fit.refinement import Fit
 from cdp_ident.model.effects.catalogue import CATALOGUE
-from cdp_ident.model.simulation import simulate
+from cdp_ident.model.motions import simulate
 from cdp_ident.pipeline.identify import identify
 from cdp_ident.tracing import thresholds
 from cdp_ident.tracing.candidates import ScoreTest, addable
@@ -162,7 +163,7 @@ def _smallest_of_refits(selection: Selection) -> float:
 
 def _level(gain: float, freedom: float) -> float:
     """Return the family's level at which a gain [variances] is what chance gains."""
-    return 2.0 * (thresholds.FORMS + thresholds.PAIRS) * float(chi2.sf(gain, freedom))
+    return 2.0 * math.comb(thresholds.forms() + 1, 2) * float(chi2.sf(gain, freedom))
 
 
 def summary(results: Sequence[Kept]) -> Table:

@@ -21,9 +21,9 @@ from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.prior import Prior
 from cdp_ident.fit.refinement import refine_from_afar
 from cdp_ident.fit.windows import cut_into_windows
+from cdp_ident.machine.parallel import core_count
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.curves import CURVES
-from cdp_ident.model.parallel import core_count
 from cdp_ident.pipeline.identify import identify
 from cdp_ident.tracing.trace import trace
 from cdp_ident.trial.trial import Trial

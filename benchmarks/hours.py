@@ -25,7 +25,7 @@ from benchmarks._tables import Table, number, whole
 from cdp_ident.bag.joint_state import MESSAGE_TYPE, serialize_joint_state
 from cdp_ident.bag.writer import BagWriter
 from cdp_ident.configuration.settings import Settings
-from cdp_ident.model.parallel import core_count
+from cdp_ident.machine.parallel import core_count
 from cdp_ident.pipeline.identify import identify
 from cdp_ident.pipeline.job import load
 from cdp_ident.report.contents import report

@@ -1,7 +1,7 @@
 /* What the package computes, written by hand for a C compiler: the paper's model by the classical Runge-Kutta method.
- * `population` and `windows` are the arithmetic of cdp_ident.model.population and of cdp_ident.model.trajectory without
+ * `population` and `windows` are the arithmetic of cdp_ident.model.population and of cdp_ident.model.motions without
  * effects, several motions side by side in vector lanes; `one_by_one` is what one writes without thinking of lanes.
- * The coefficients are A23, A33, a1, c1, c2, m2 l2, each over A22, and g. */
+ * The coefficients are A23, A33, a1, c1, c2, each over A22, L and g; m2 l2 over A22 is A23 / L. */
 #include <math.h>
 #include <string.h>
 
@@ -36,7 +36,8 @@ void population(const double *coefficients, int blocks, const double *start, int
                 const double *measured, double *errors) {
     for (int block = 0; block < blocks; block++) {
         const double *k = coefficients + block * 7 * LANES;
-        double x1[LANES], x2[LANES], v1[LANES], v2[LANES], total[LANES];
+        double x1[LANES], x2[LANES], v1[LANES], v2[LANES], total[LANES], m2l2[LANES];
+        OVER(LANES) m2l2[i] = k[i] / k[5 * LANES + i];
         OVER(LANES) x1[i] = start[0], x2[i] = start[1], v1[i] = start[2], v2[i] = start[3], total[i] = 0;
         for (int step = 0; step <= steps; step++) {
             const double measured1 = measured[2 * step], measured2 = measured[2 * step + 1];
@@ -48,7 +49,7 @@ void population(const double *coefficients, int blocks, const double *start, int
 #define STAGE(weight, offset)                                                                                    \
     sine_cosine(t1, &s1, &c1), sine_cosine(t2, &s2, &c2);                                                        \
     accelerations(s1, c1, s2, c2, w1, w2, k[i], k[LANES + i], k[2 * LANES + i], k[3 * LANES + i],                \
-                  k[4 * LANES + i], k[5 * LANES + i], k[6 * LANES + i], &f1, &f2);                               \
+                  k[4 * LANES + i], m2l2[i], k[6 * LANES + i], &f1, &f2);                                         \
     sum_t1 += weight * w1, sum_t2 += weight * w2, sum_w1 += weight * f1, sum_w2 += weight * f2;                  \
     t1 = x1[i] + offset * w1, t2 = x2[i] + offset * w2, w1 = v1[i] + offset * f1, w2 = v2[i] + offset * f2;
                 STAGE(1, 0.5 * h) STAGE(2, 0.5 * h) STAGE(2, h) STAGE(1, h)
@@ -64,7 +65,7 @@ void one_by_one(const double *coefficients, int members, const double *start, in
                 const double *measured, double *errors) {
     for (int member = 0; member < members; member++) {
         const double *k = coefficients + 7 * member;
-        double x[4], at[4], sum[4], total = 0;
+        double x[4], at[4], sum[4], total = 0, m2l2 = k[0] / k[5];
         memcpy(x, start, sizeof x);
         for (int step = 0; step <= steps; step++) {
             double e1 = x[0] - measured[2 * step], e2 = x[1] - measured[2 * step + 1];
@@ -74,7 +75,7 @@ void one_by_one(const double *coefficients, int members, const double *start, in
                 double weight = stage == 0 || stage == 3 ? 1 : 2, offset = stage < 2 ? 0.5 * h : h;
                 double f[4] = {at[2], at[3]};
                 accelerations(sin(at[0]), cos(at[0]), sin(at[1]), cos(at[1]), f[0], f[1], k[0], k[1], k[2], k[3], k[4],
-                              k[5], k[6], f + 2, f + 3);
+                              m2l2, k[6], f + 2, f + 3);
                 for (int r = 0; r < 4; r++) sum[r] += weight * f[r], at[r] = x[r] + offset * f[r];
             }
             for (int r = 0; r < 4; r++) x[r] += h / 6 * sum[r];
@@ -86,7 +87,8 @@ void one_by_one(const double *coefficients, int members, const double *start, in
 typedef double row[WINDOWS];
 
 static void rates(const double *k, row *x, row *out, row *by, row (*direct)[2]) {
-    const double A23 = k[0], A33 = k[1], a1 = k[2], c1 = k[3], c2 = k[4], m2l2 = k[5], g = k[6];
+    const double A23 = k[0], A33 = k[1], a1 = k[2], c1 = k[3], c2 = k[4], L = k[5], g = k[6];
+    const double m2l2 = A23 / L;
     OVER(WINDOWS) {
         double sin1, cos1, sin2, cos2, w1 = x[2][i], w2 = x[3][i];
         sine_cosine(x[0][i], &sin1, &cos1), sine_cosine(x[1][i], &sin2, &cos2);
@@ -98,8 +100,8 @@ static void rates(const double *k, row *x, row *out, row *by, row (*direct)[2]) 
         double b1 = m * w2 * w2 - s * al2, b2 = m * w1 * w1 + s * al1;
         double d[N][2] = {
             {a1 * g * cos1 - b1, b2}, {b1, m2l2 * g * cos2 - b2}, {-c1 - c2, 2 * s * w1 + c2}, {c2 - 2 * s * w2, -c2},
-            {-sd * w2 * w2 - c * al2, sd * w1 * w1 - c * al1}, {0, -al2}, {p1, 0}, {-w1, 0}, {-r, r}, {0, p2},
-            {a1 * sin1, m2l2 * sin2}};
+            {-sd * w2 * w2 - c * al2, sd * w1 * w1 - c * al1 + p2 / L}, {0, -al2}, {p1, 0}, {-w1, 0}, {-r, r},
+            {0, -m2l2 * p2 / L}, {a1 * sin1, m2l2 * sin2}};
         out[0][i] = w1, out[1][i] = w2, out[2][i] = al1, out[3][i] = al2;
         for (int j = 0; j < 4; j++) {
             by[j][i] = i11 * d[j][0] + i12 * d[j][1];

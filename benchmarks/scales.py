@@ -14,7 +14,7 @@ from rich.table import Table
 
 from benchmarks.balance import GRAVITY, RIGS, Array, Case, moved
 from cdp_ident.errors import IdentificationError
-from cdp_ident.fit.force_balance import balance_of_forces
+from cdp_ident.fit.force_balance import Pieces, balances_of
 from cdp_ident.fit.scales import Scales, scales_of
 from cdp_ident.fit.thinning import thinned
 from cdp_ident.trial.kinematics import local_motion
@@ -61,7 +61,7 @@ def sweep(cases: Sequence[Case]) -> Table:
             fewer = thinned(trial, scales.together)
             errors = [
                 f"{100 * float(np.max(np.abs(balance.groups[:3] / case.truth[:3] - 1))):.3f}"
-                for balance in (balance_of_forces([of], case.length, GRAVITY) for of in (trial, fewer))
+                for balance in (balances_of(Pieces.of([of], case.length, GRAVITY))[0] for of in (trial, fewer))
             ]
         except IdentificationError as error:
             table.add_row(*known, str(error))

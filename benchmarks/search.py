@@ -24,7 +24,7 @@ from benchmarks import _mujoco, _rivals
 from benchmarks._tables import Table, number, whole
 from benchmarks._workers import LIMIT, each
 from benchmarks.simulation import by_scipy
-from cdp_ident.model.parallel import core_count
+from cdp_ident.machine.parallel import core_count
 from cdp_ident.search.genetic_search import genetic_search
 from cdp_ident.search.options import IGA, TGA, GeneticOptions
 from reference.pendulum import TABLE_3

@@ -17,18 +17,14 @@ from benchmarks import _compiled_c, _mujoco
 from benchmarks._tables import Table, number
 from benchmarks._timing import taking_turns
 from benchmarks._workers import alone
+from cdp_ident.model.acting import NO_EFFECTS, ActingEffects
+from cdp_ident.model.circular import sine_and_cosine
 from cdp_ident.model.effects.catalogue import CATALOGUE
-from cdp_ident.model.effects.constants import effect_constants
-from cdp_ident.model.effects.effect import TorqueEffect
-from cdp_ident.model.equations import accelerations, sines_and_cosines
-from cdp_ident.model.initial_value_problem import InitialValueProblem
+from cdp_ident.model.formulas.compiled import pushes
+from cdp_ident.model.motions import InitialValueProblem, Motions, motions, simulate
 from cdp_ident.model.parameters import SYMBOLS, coefficients_of, groups_of, physical_coefficients
 from cdp_ident.model.population import Population, Segment
-from cdp_ident.model.simulation import simulate
 from cdp_ident.model.time_grid import DEFAULT_STEP, TimeGrid
-from cdp_ident.model.torques import NO_TORQUES, Torques
-from cdp_ident.model.trajectories import Derivatives, trajectories
-from cdp_ident.model.trajectory import trajectory_with_derivatives
 from reference.pendulum import TABLE_3, TABLE_5, motion
 from scenarios.search_problem import LOWER, UPPER
 from scenarios.twin import TEN_SECONDS
@@ -52,12 +48,12 @@ NO_COMPILER = "no C compiler"
 
 @numba.njit
 def derivative(time, state, coefficients):  # type: ignore[no-untyped-def]
-    A23, A33, a1, c1, c2, m2_l2, g = coefficients
+    A23, A33, a1, c1, c2, L, g = coefficients
     theta1, theta2, omega1, omega2 = state
-    alpha1, alpha2 = accelerations(
-        sines_and_cosines(theta1, theta2), omega1, omega2, 0.0, A23, A33, a1, c1, c2, m2_l2, g
-    )
-    return np.array([omega1, omega2, alpha1, alpha2])
+    (sin1, cos1), (sin2, cos2) = sine_and_cosine(theta1), sine_and_cosine(theta2)
+    n1, n2, m = pushes(sin1, cos1, sin2, cos2, omega1, omega2, 0.0, A23, A33, a1, c1, c2, L, g)
+    inverse = 1.0 / (A33 - m * m)
+    return np.array([omega1, omega2, (A33 * n1 - m * n2) * inverse, (n2 - m * n1) * inverse])
 
 
 def by_scipy(coefficients: Array, start: Array, times: Array, method: str = "RK45", tolerance: float = 1e-6) -> Array:
@@ -70,7 +66,8 @@ def by_scipy(coefficients: Array, start: Array, times: Array, method: str = "RK4
 
 def by_numpy(coefficients: Array, start: Array, step: float, measured: Array) -> Array:
     """Return the squared errors (members,) of pendulums that are simulated side by side in numpy's arrays."""
-    A23, A33, a1, c1, c2, m2_l2, g = coefficients.T
+    A23, A33, a1, c1, c2, L, g = coefficients.T
+    m2_l2 = A23 / L
 
     def rates(state: Array) -> Array:
         theta1, theta2, omega1, omega2 = state
@@ -185,35 +182,30 @@ def derivatives(rounds: int = 25) -> list[Table]:
     """Return the table of windows with their derivatives by the start, the coefficients and parameters of effects."""
     u = np.zeros(2 * WINDOW.steps + 1)
 
-    def simulated(torques: Torques = NO_TORQUES, wanted: Derivatives = "all") -> list[tuple[Array, Array]]:
-        return trajectories([InitialValueProblem(COEFFICIENTS, start, WINDOW, u, torques) for start in STARTS], wanted)
-
-    def one_by_one() -> list[tuple[Array, Array]]:
-        return [trajectory_with_derivatives(COEFFICIENTS, start, WINDOW, u, of_angles_only=True) for start in STARTS]
+    def simulated(effects: ActingEffects = NO_EFFECTS, derive: bool = True) -> Motions:
+        return motions([InitialValueProblem(COEFFICIENTS, start, WINDOW, u, effects) for start in STARTS], derive)
 
     ours = "this package, no effect"
     works: Mapping[str, tuple[int, Callable[[], object]]] = {
         ours: (_compiled_c.DIRECTIONS, simulated),
-        "the same, window by window": (_compiled_c.DIRECTIONS, one_by_one),
-        "the same without derivatives": (0, lambda: simulated(wanted="none")),
+        "the same without derivatives": (0, lambda: simulated(derive=False)),
         "finite differences of it": (
-            _compiled_c.DIRECTIONS, lambda: [simulated(wanted="none") for _ in range(1 + _compiled_c.DIRECTIONS)],
+            _compiled_c.DIRECTIONS, lambda: [simulated(derive=False) for _ in range(1 + _compiled_c.DIRECTIONS)],
         ),
     }  # fmt: skip
     missing = [] if _compiled_c.is_there() else [("C", NO_COMPILER, "", "")]
     if _compiled_c.is_there():
         in_c = functools.partial(_compiled_c.windows, COEFFICIENTS, STARTS, WINDOW)
-        for k, (states, by) in enumerate(simulated()):
-            angles, by_c = in_c()
-            _agree(angles[k], states[:, :2])
-            _agree(by_c[k], by[:, :2])
+        # Both absolute angles contain the inner joint's.
+        ours_found = simulated()
+        for of_c, found in zip(in_c(), (ours_found.readings, ours_found.by), strict=True):
+            _agree(of_c.reshape(found.shape), np.cumsum(found, axis=1))
         works = {**works, "C, windows in lanes, no effect": (_compiled_c.DIRECTIONS, in_c)}
     for keys in EFFECTS:
-        torques = _torques_of(keys)
-        count = _compiled_c.DIRECTIONS + torques.directions
+        effects = _effects_of(keys)
         names = f"this package, {'one effect' if len(keys) == 1 else f'{len(keys)} effects'}"
-        works = {**works, names: (count, functools.partial(simulated, torques))}
-        works |= {f"{names}, without derivatives": (0, functools.partial(simulated, torques, "none"))}
+        works = {**works, names: (effects.directions, functools.partial(simulated, effects))}
+        works |= {f"{names}, without derivatives": (0, functools.partial(simulated, effects, False))}
     taken = taking_turns({name: work for name, (_, work) in works.items()}, rounds)
     rows = [
         (name, str(count), number(1e9 * taken[name] / (len(STARTS) * WINDOW.steps)), number(taken[name] / taken[ours]))
@@ -229,12 +221,11 @@ def derivatives(rounds: int = 25) -> list[Table]:
     ]
 
 
-def _torques_of(keys: tuple[str, ...]) -> Torques:
+def _effects_of(keys: tuple[str, ...]) -> ActingEffects:
     """Return effects of typical strength, all of whose fitted parameters are directions."""
-    by_key = {effect.key: effect for effect in CATALOGUE if isinstance(effect, TorqueEffect)}
+    by_key = {effect.key: effect for effect in CATALOGUE}
     chosen = [(by_key[key], [p.typical for p in by_key[key].parameters]) for key in keys]
-    fitted = [(e, k) for e, (effect, _) in enumerate(chosen) for k, p in enumerate(effect.parameters) if not p.fixed]
-    return Torques.of(chosen, effect_constants(COEFFICIENTS, TABLE_5["L"], TABLE_5["L"]), fitted)
+    return ActingEffects.of(chosen, TABLE_5["L"], fitted=True)
 
 
 def _agree(computed: Array, expected: Array) -> None:

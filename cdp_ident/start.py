@@ -2,9 +2,9 @@
 
 Its modules take a second to be loaded. Ctrl-C in that time ends the program in one line like at any other.
 
-The package divides its work among the cores itself (`cdp_ident.model.parallel`); the threads of numpy's linear algebra
-would compete with ours for them, and small matrices take twenty times as long then. They are counted when numpy is
-loaded, so it is set here.
+The package divides its work among the cores itself (`cdp_ident.machine.parallel`); the threads of numpy's linear
+algebra would compete with ours for them, and small matrices take twenty times as long then. They are counted when numpy
+is loaded, so it is set here.
 
 What loading makes stays until the end: to search it for garbage, meanwhile and ever after, would take a sixth of the
 time that it takes to load, and find nothing.

@@ -17,7 +17,7 @@ from scipy.linalg import solve_continuous_are
 from cdp_ident.configuration.fitted_model import FittedModel, read_fitted_model
 from cdp_ident.errors import CdpIdentError
 from cdp_ident.model.linear import EQUILIBRIA, LinearModel, linearize
-from cdp_ident.model.simulation import simulate
+from cdp_ident.model.motions import simulate
 
 Array = npt.NDArray[np.float64]
 
@@ -46,7 +46,7 @@ def balance(fitted: FittedModel, model: LinearModel, gain: Array, lean: float, s
     Returns:
         The deviations (n, 6) at each command, and the cart's accelerations (n,) [m/s^2]; both end where it falls.
     """
-    torques = fitted.motion.torques(fitted.values, fitted.trial())
+    torques = fitted.motion.acting(fitted.values, fitted.trial())
     cart, rods = np.zeros(2), np.array([*(model.theta + lean), 0.0, 0.0])
     deviations, inputs = [], []
     for _ in range(round(seconds / PERIOD)):
@@ -74,7 +74,7 @@ def main(arguments: list[str]) -> int:
         parser.error(f"--seconds must be {PERIOD} or more")
     try:
         fitted = read_fitted_model(options.fitted, "lqr")
-        torques = fitted.motion.torques(fitted.values, fitted.trial())
+        torques = fitted.motion.acting(fitted.values, fitted.trial())
         model = linearize(fitted.coefficients, EQUILIBRIA["upright"], torques)
     except CdpIdentError as error:
         parser.error(str(error))

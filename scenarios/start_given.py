@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cdp_ident.fit.estimation import SHORT_IGA, search_objective
-from cdp_ident.fit.force_balance import balance_of_forces
+from cdp_ident.fit.force_balance import Pieces, balances_of
 from cdp_ident.fit.mechanism import Mechanism
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.prior import Prior
@@ -72,7 +72,7 @@ def search_and_refine(problem: StartGiven, rng: np.random.Generator) -> Arrival:
 
 def balance_and_refine(problem: StartGiven) -> Arrival:
     """Refine from a balance of forces, which simulates nothing, as `search_and_refine` does from the search's best."""
-    balance = balance_of_forces([problem.trial], PRIOR.length, PRIOR.gravity)
+    balance, *_ = balances_of(Pieces.of([problem.trial], PRIOR.length, PRIOR.gravity))
     return _refined(problem, cut_into_windows([problem.trial]), balance.groups, 0)
 
 

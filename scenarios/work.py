@@ -5,7 +5,7 @@ import os
 import signal
 from pathlib import Path
 
-from cdp_ident.model.parallel import core_count
+from cdp_ident.machine.parallel import core_count
 
 
 def root_or_death(job: tuple[float, Path]) -> float:

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from cdp_ident.model.effects.catalogue import CATALOGUE
+from cdp_ident.model.formulas.generated import BUILT
 
 ROOT = Path(__file__).parents[1]
 DOCUMENT = (ROOT / "docs" / "explanation" / "architecture.md").read_text(encoding="utf-8")
@@ -52,7 +53,7 @@ def test_no_effect_is_known_by_its_name_outside_its_entry() -> None:
     names = {name for effect in CATALOGUE for name in (effect.name, effect.key)}
     entries = package / "model" / "effects"
     for path in package.rglob("*.py"):
-        if entries in path.parents:
+        if entries in path.parents or path == BUILT:
             continue
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if isinstance(node, ast.Constant) and isinstance(node.value, str):

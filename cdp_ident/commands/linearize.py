@@ -5,7 +5,7 @@ from pathlib import Path
 from cdp_ident.command_line import ArgumentParser, entry_point
 from cdp_ident.configuration.fitted_model import read_fitted_model
 from cdp_ident.errors import OptionError
-from cdp_ident.model.linear import EQUILIBRIA, has_linear_part, linearize
+from cdp_ident.model.linear import EQUILIBRIA, linearize, without_linear_part
 from cdp_ident.report.folder import json_text, write_files
 from cdp_ident.report.linear_model import linear_model_content, linear_model_text
 
@@ -29,9 +29,9 @@ def main(arguments: list[str]) -> int:
     if options.out is not None and options.out.exists() and not options.force:
         raise OptionError(f"{options.out} is there already: give another --out, or --force to replace it")
     fitted = read_fitted_model(options.fitted, "linearize")
-    torques = fitted.motion.torques(fitted.values, fitted.trial())
-    model = linearize(fitted.coefficients, EQUILIBRIA[options.at], torques)
-    left_out = [active.effect for active in fitted.motion.effects if not has_linear_part(active.effect)]
+    effects = fitted.motion.acting(fitted.values, fitted.trial())
+    model = linearize(fitted.coefficients, EQUILIBRIA[options.at], effects)
+    left_out = without_linear_part(fitted.coefficients, EQUILIBRIA[options.at], effects)
     print(linear_model_text(model, options.at, left_out))
     if options.out is not None:
         text = json_text(linear_model_content(model, options.at, left_out))

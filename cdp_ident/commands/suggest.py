@@ -9,7 +9,7 @@ from cdp_ident.command_line import ArgumentParser, entry_point
 from cdp_ident.design.knowledge import Knowledge
 from cdp_ident.design.starts import Grid
 from cdp_ident.errors import IdentificationError, OptionError, ReportError
-from cdp_ident.model.effects.catalogue import CATALOGUE
+from cdp_ident.model.effects.catalogue import known_effects
 from cdp_ident.model.parameters import GROUPS, INERTIA, INVERSE_INERTIA, SYMBOLS
 from cdp_ident.model.weight_settings import refuse_misplaced, weight_of
 from cdp_ident.model.weights import RODS, Rod, Weight
@@ -146,7 +146,7 @@ def _questions(report: Section, knowledge: Knowledge, wanted: list[str], between
 
 def _between(knowledge: Knowledge, first: str, second: str) -> Question:
     """Return the question which of two effects it is; one of them is the fitted model's."""
-    places = {f"{effect.name}.{effect.joint}" for effect in CATALOGUE if not effect.at_an_instant}
+    places = {f"{effect.name}.{effect.joint}" for effect in known_effects() if not effect.at_an_instant}
     refuse_unknown([first, second], places, "effect of --between")
     own = {
         f"{a.effect.name}.{a.effect.joint}": label

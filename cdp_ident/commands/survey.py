@@ -10,7 +10,7 @@ from rich.progress import Progress
 from cdp_ident.command_line import ArgumentParser, entry_point
 from cdp_ident.configuration.settings import Settings
 from cdp_ident.errors import FitFailedError, OptionError, ReportError
-from cdp_ident.model.parallel import core_count
+from cdp_ident.machine.parallel import core_count
 from cdp_ident.outside_text import shown
 from cdp_ident.pipeline.identifier import read_configuration
 from cdp_ident.report.folder import check_folder, clean_folder, json_text, write_files

@@ -18,7 +18,8 @@ from cdp_ident.errors import OptionError
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.mechanism import Mechanism
 from cdp_ident.fit.motion_model import MotionModel
-from cdp_ident.model.effects.constants import outer_rod_length
+from cdp_ident.model.acting import outer_rod_length
+from cdp_ident.model.effects import own
 from cdp_ident.model.effects.naming import COEFFICIENTS, VARIANT, effect_of
 from cdp_ident.model.parameters import (
     CONSTANTS,
@@ -46,7 +47,7 @@ ABOUT_THE_FIT = ("std.", "determined.")
 """What `fitted.yaml` says of the values beside them begins so."""
 
 _GROUP_NAMES = tuple(f"{GROUP_PREFIX}{group.symbol}" for group in GROUPS)
-_NAMES = (*NOMINAL, INERTIA.symbol, *_GROUP_NAMES, OUTER_ROD_LENGTH)
+_NAMES = (*NOMINAL, INERTIA.symbol, *_GROUP_NAMES, OUTER_ROD_LENGTH, own.OWN_EFFECTS)
 _ELSEWHERE = -1
 """Number of every trial in which no effect happens that happens once."""
 
@@ -123,6 +124,9 @@ def fitted_parameters(report: Mapping[str, Any]) -> Iterator[FittedParameter]:
     yield FittedParameter(
         OUTER_ROD_LENGTH, fit["outer_rod_length_m"], "taken to be: length of the outer rod, for air drag along it", "m"
     )
+    if report["own_effects"]:
+        text = own.as_text(report["own_effects"])
+        yield FittedParameter(own.OWN_EFFECTS, text, "definitions of the user's own effects", "", None)
     seen: Counter[str] = Counter()
     for effect in report["effects"]:
         prefix = f"{EFFECT_PREFIX}{effect['name']}.{effect['joint']}"
@@ -193,11 +197,13 @@ def fitted_model(given: Mapping[str, Any], where: str) -> FittedModel:
         raise OptionError(f"{where}: the inertia about the cart's joint is 0; a mass must be above 0")
     length = outer_rod_length(physical["L"], physical["l2"])
     length = number(given.get(OUTER_ROD_LENGTH, length), f"{where}: {OUTER_ROD_LENGTH}", 1e-6)
+    if text := given.get(own.OWN_EFFECTS):
+        own.use(own.of_text(text, where), inertia, where)
     motion, values = MotionModel(Mechanism(physical["L"], physical["g"], length, inertia)), groups
     trials: list[str] = []
     for name, joint, parameters in _effects(given, where):
         trial = parameters.pop(TRIAL, None)
-        effect, own = effect_of(name, joint, parameters, inertia, where)
+        effect, of_effect = effect_of(name, joint, parameters, inertia, where)
         if effect.at_an_instant and not (isinstance(trial, str) and trial):
             raise OptionError(
                 f"{where}: {name}: {joint}: {TRIAL}, the name of the trial that it happened in, is missing"
@@ -205,7 +211,7 @@ def fitted_model(given: Mapping[str, Any], where: str) -> FittedModel:
         if effect.at_an_instant and trial not in trials:
             trials.append(trial)
         active = ActiveEffect(effect, trials.index(trial) if effect.at_an_instant else None)
-        fitted = [value for p, value in zip(effect.parameters, own, strict=True) if not p.fixed]
+        fitted = [value for p, value in zip(effect.parameters, of_effect, strict=True) if not p.fixed]
         motion, values = motion.with_effect(active), np.concatenate([values, fitted])
     model = FittedModel(physical, motion, values, tuple(trials))
     if not np.all(np.abs(model.coefficients) <= LARGEST):

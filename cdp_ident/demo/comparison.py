@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from cdp_ident.model.effects.catalogue import CATALOGUE
+from cdp_ident.model.effects.catalogue import known_effects
 from cdp_ident.model.parameters import GROUPS, SYMBOLS, groups_of, inertia_about_cart
 from cdp_ident.rig.emulator.configuration import load_rig
 from cdp_ident.yaml_file import read_yaml
@@ -56,7 +56,7 @@ def _found_effects(report: dict[str, Any]) -> _Effects:
 
 
 def _over_inertia(effects: _Effects, inertia: float) -> dict[tuple[str, str], float]:
-    known = {(str(effect.joint), effect.name, p.name): p for effect in CATALOGUE for p in effect.parameters}
+    known = {(str(effect.joint), effect.name, p.name): p for effect in known_effects() for p in effect.parameters}
     values = {}
     for name, joint, parameter, value in effects:
         description = known.get((joint, name, parameter))

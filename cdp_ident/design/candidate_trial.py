@@ -17,9 +17,9 @@ from cdp_ident.fit.scales import GRID, WINDOW, half_width_of, pace_of
 from cdp_ident.fit.smoothing import SmoothMotion
 from cdp_ident.fit.window_lengths import Lengths, window_bounds
 from cdp_ident.fit.windows import Window
+from cdp_ident.model.motions import InitialValueProblem, motions
 from cdp_ident.model.parameters import GROUPS, time_unit
 from cdp_ident.model.time_grid import TimeGrid
-from cdp_ident.model.trajectory import trajectory
 from cdp_ident.model.weights import Weight
 from cdp_ident.trial.trial import Trial
 
@@ -123,7 +123,8 @@ def _states(candidate: CandidateTrial, knowledge: Knowledge, *times: Array) -> l
     start = model.initial_state(np.array([candidate.theta1, candidate.theta2, 0.0, 0.0]))
     still = np.zeros(2 * grid.steps + 1)
     states = np.empty((len(together), model.states))
-    states[order] = trajectory(model.coefficients(values), start, grid, still, model.torques(values, NEW))
+    problem = InitialValueProblem(model.coefficients(values), start, grid, still, model.acting(values, NEW))
+    states[order] = motions([problem], shown=False).states
     if not np.all(np.isfinite(states)):
         raise IdentificationError("the motion of a trial that is let go there cannot be computed")
     return np.split(states, np.cumsum([len(each) for each in times])[:-1])

@@ -21,7 +21,7 @@ from cdp_ident.fit.refinement import Fit, fit_initial_states, refine
 from cdp_ident.fit.scales import ENOUGH
 from cdp_ident.fit.share import share_of
 from cdp_ident.fit.windows import Window
-from cdp_ident.model.effects.catalogue import CATALOGUE
+from cdp_ident.model.effects.catalogue import known_effects
 from cdp_ident.model.effects.effect import Effect
 from cdp_ident.model.parameters import time_unit
 from cdp_ident.tracing.candidates import ScoreTest
@@ -115,7 +115,7 @@ def rivals(knowledge: Knowledge, windows: Sequence[Window], label: str, name: st
         removed = refine(model, knowledge.values[remain], known.windows)
     except IdentificationError:
         return
-    for form in CATALOGUE:
+    for form in known_effects():
         if (form.name, form.joint) != (name, joint) or form.at_an_instant:
             continue
         new = ActiveEffect(form)

@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from cdp_ident.design.candidate_trial import CandidateTrial
 from cdp_ident.errors import IdentificationError
-from cdp_ident.model.parallel import parallel_for, parallel_map
+from cdp_ident.machine.parallel import parallel_for, parallel_map
 from cdp_ident.model.weights import Weight
 
 Array = npt.NDArray[np.float64]

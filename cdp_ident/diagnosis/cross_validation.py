@@ -17,8 +17,7 @@ from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.refinement import Fit, fit_initial_states_near, refine
 from cdp_ident.fit.windows import Window
-from cdp_ident.model.effects.effect import TorqueEffect
-from cdp_ident.model.parallel import parallel_map
+from cdp_ident.machine.parallel import parallel_map
 
 Array = npt.NDArray[np.float64]
 Folds = tuple[tuple[int, ...], ...]
@@ -91,7 +90,7 @@ def _kept(model: MotionModel) -> npt.NDArray[np.bool_]:
     which say next to nothing of it.
     """
     kept = [
-        p.shape or (isinstance(active.effect, TorqueEffect) and active.effect.at_an_instant)
+        p.shape or (active.effect.moves and active.effect.at_an_instant)
         for active in model.effects
         for p in active.fitted
     ]

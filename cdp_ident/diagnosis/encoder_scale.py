@@ -9,10 +9,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cdp_ident.errors import IdentificationError
-from cdp_ident.fit.balance_unknowns import DRY, NOT_DRY, Mechanism, Piece
-from cdp_ident.fit.force_balance import CLEARLY_BETTER, ForceBalance, balance_of_pieces
+from cdp_ident.fit.force_balance import CLEARLY_BETTER, DRY, NOT_DRY, ForceBalance, Pieces, balance_of_forces
 from cdp_ident.model.effects.catalogue import CATALOGUE
-from cdp_ident.model.effects.effect import JOINTS, SensorEffect, TorqueEffect
+from cdp_ident.model.effects.effect import JOINTS, Effect, Law
 from cdp_ident.trial.encoder_scale import Joints, least_misfit, refine
 
 _WELL_BALANCED = 0.03
@@ -25,9 +24,8 @@ _NEAREST = 0.01
 """Factors nearer to one may imitate a zero that is off, after some turns; the selection of effects tells them apart."""
 _CHANGE = 0.003
 """Change of the factor's logarithm by which the misfit's curvature is taken."""
-_SCALES: Mapping[str, SensorEffect] = {
-    effect.joint: effect for effect in CATALOGUE if isinstance(effect, SensorEffect) and effect.is_scale
-}
+_OF_SCALE = Law(reading="scale*angle")
+_SCALES: Mapping[str, Effect] = {effect.joint: effect for effect in CATALOGUE if effect.law == _OF_SCALE}
 
 
 @dataclass(frozen=True)
@@ -56,65 +54,46 @@ class EncoderScale:
         )
 
 
-def encoder_scale(
-    pieces: Sequence[Piece], mechanism: Mechanism, balances: Sequence[ForceBalance]
-) -> EncoderScale | None:
+def encoder_scale(pieces: Pieces, balances: Sequence[ForceBalance]) -> EncoderScale | None:
     """Look for a factor with which forces balance that do not balance without; None where there is none.
 
     Args:
         pieces: the motion, by the readings.
-        mechanism: what is known of the pendulum.
         balances: of the readings as they are, the most likely first.
     """
     given = balances[0]
     balances_well = np.all(given.unexplained <= np.maximum(_WELL_BALANCED, _BESIDE_NOISE * given.noise_share))
     if balances_well and not any(effect in NOT_DRY for effect in given.effects):
         return None
-    roughly = _Balances([piece.without_copies() for piece in pieces], mechanism, given.half_width)
-    _, joints, near = least_misfit(roughly.misfit)
-    closely = _Balances(pieces, mechanism, given.half_width, DRY)
-    _, _, logarithm = refine(closely.misfit, joints, near)
+    _, joints, near = least_misfit(lambda joints, logarithm: _misfit(_turned(pieces, joints, logarithm, ())))
+
+    def closely(logarithm: float) -> ForceBalance | None:
+        return _turned(pieces, joints, logarithm, DRY)
+
+    _, _, logarithm = refine(lambda _, at: _misfit(closely(at)), joints, near)
     factor = float(np.exp(logarithm))
-    found = closely.balance(joints, logarithm) if abs(factor - 1.0) > _NEAREST else None
+    found = closely(logarithm) if abs(factor - 1.0) > _NEAREST else None
     if found is None or found.misfit > min(other.misfit for other in balances) - CLEARLY_BETTER:
         return None
     if found.beyond_noise.max() > min(_LARGEST_LEFT, _HALF * min(other.beyond_noise.max() for other in balances)):
         return None
+    below, least, above = (_misfit(closely(logarithm + change)) for change in (-_CHANGE, 0.0, _CHANGE))
+    # Minus twice the logarithm of the likelihood: its second derivative is two over the variance.
+    curvature = (below - 2.0 * least + above) / _CHANGE**2
+    std = float(np.sqrt(2.0 / curvature)) if curvature > 0.0 else np.inf
     of_readings = tuple((_SCALES[joint], np.array([factor - 1.0])) for joint in joints)
-    return EncoderScale(
-        joints, factor, factor * closely.std(joints, logarithm), replace(found, of_readings=of_readings)
-    )
+    return EncoderScale(joints, factor, factor * std, replace(found, found=(*of_readings, *found.found)))
 
 
-@dataclass(frozen=True)
-class _Balances:
-    """Balances of forces by the logarithm of a factor."""
+def _turned(pieces: Pieces, joints: Joints, logarithm: float, effects: tuple[Effect, ...]) -> ForceBalance | None:
+    """Return the balance with the angles put right by a factor; None where it cannot be computed."""
+    inner, outer = (float(np.exp(-logarithm)) if joint in joints else 1.0 for joint in JOINTS)
+    try:
+        return balance_of_forces(pieces.with_joints_turned(inner, outer), effects)
+    except (IdentificationError, np.linalg.LinAlgError):
+        return None
 
-    pieces: Sequence[Piece]
-    mechanism: Mechanism
-    half_width: float
-    """Of the windows [s]."""
-    effects: tuple[TorqueEffect, ...] = ()
 
-    def balance(self, joints: Joints, logarithm: float) -> ForceBalance | None:
-        """Return it with the angles put right; None where it cannot be computed."""
-        inner, outer = (float(np.exp(-logarithm)) if joint in joints else 1.0 for joint in JOINTS)
-        turned = [piece.with_joints_turned(inner, outer) for piece in self.pieces]
-        try:
-            return balance_of_pieces(
-                turned, self.mechanism, effects=self.effects, optional=(), half_width=self.half_width
-            )
-        except (IdentificationError, np.linalg.LinAlgError):
-            return None
-
-    def misfit(self, joints: Joints, logarithm: float) -> float:
-        """Return what is left, infinite where it cannot be computed."""
-        found = self.balance(joints, logarithm)
-        return found.misfit if found and np.isfinite(found.misfit) else np.inf
-
-    def std(self, joints: Joints, logarithm: float) -> float:
-        """Return the standard deviation of the logarithm where the misfit is least."""
-        below, least, above = (self.misfit(joints, logarithm + change) for change in (-_CHANGE, 0.0, _CHANGE))
-        # Minus twice the logarithm of the likelihood: its second derivative is two over the variance.
-        curvature = (below - 2.0 * least + above) / _CHANGE**2
-        return float(np.sqrt(2.0 / curvature)) if curvature > 0.0 else np.inf
+def _misfit(found: ForceBalance | None) -> float:
+    """Return what is left, infinite where it cannot be computed."""
+    return found.misfit if found and np.isfinite(found.misfit) else np.inf

@@ -12,7 +12,7 @@ from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.refinement import Fit, fit_initial_states
 from cdp_ident.fit.share import share_of
 from cdp_ident.fit.windows import Window, as_one_window, beginning_of
-from cdp_ident.model.parallel import parallel_map
+from cdp_ident.machine.parallel import parallel_map
 from cdp_ident.trial.trial import Trial
 
 Array = npt.NDArray[np.float64]

@@ -15,7 +15,7 @@ from scipy.special import chdtrc
 from cdp_ident.diagnosis.continuity import at_times, followed, initial_state
 from cdp_ident.diagnosis.uncertainty import scaled_inverse
 from cdp_ident.fit.refinement import Fit
-from cdp_ident.model.equations import RODS_STATES
+from cdp_ident.model.layout import RODS_STATES
 
 Array = npt.NDArray[np.float64]
 

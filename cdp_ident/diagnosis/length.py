@@ -8,8 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cdp_ident.fit.balance_unknowns import MOMENT
-from cdp_ident.fit.force_balance import CLEARLY_BETTER, ForceBalance
+from cdp_ident.fit.force_balance import CLEARLY_BETTER, MOMENT, ForceBalance
 
 _OFF = 3e-3
 """Relative error of L that matters: it changes every frequency by half of that, as much as friction does in a few
@@ -18,9 +17,8 @@ _CLEARLY = 4.0
 """Standard deviations."""
 _ANOTHER = 0.2
 """Relative difference from which on the given length must be wrong."""
-_NO_BALANCE = 0.3
-"""Share of gravity's torque that no free swing leaves unexplained: the strongest dry friction leaves a fifth."""
-
+_MOST_LEFT = 1.0 / 3.0
+"""With the right length at most this share of what the wrong one leaves of gravity's torque is unexplained."""
 _BESIDE_NOISE = 2.0
 """The unexplained share counts only where it is so many times that of noise."""
 
@@ -36,7 +34,7 @@ class LengthByBalance:
     std: float
     """[m]"""
     balances: bool
-    """Whether less of gravity's torque is unexplained with it than with the given one."""
+    """Whether much less of gravity's torque is unexplained with it than with the given one."""
 
     @property
     def words(self) -> str:
@@ -46,8 +44,8 @@ class LengthByBalance:
         return f"by the balance of forces L is {found}, {share:+.2g} % from the {self.given:g} m given"
 
 
-def length_by_balance(given: ForceBalance, free: ForceBalance) -> LengthByBalance | None:
-    """Compare a balance of forces with L as given to the same with L free; None where they agree about L."""
+def length_by_balance(given: ForceBalance, free: ForceBalance, length: float) -> LengthByBalance | None:
+    """Compare a balance of forces with L as given [m] to the same with L free; None where they agree about L."""
     place = [free.names.index(name) for name in ("A23_over_A22", MOMENT)]
     coupling, moment = free.values[place]
     spread = free.covariance[np.ix_(place, place)]
@@ -55,11 +53,12 @@ def length_by_balance(given: ForceBalance, free: ForceBalance) -> LengthByBalanc
         return None
     slope = np.array([1.0 / coupling, -1.0 / moment])
     std = free.length * float(np.sqrt(slope @ spread @ slope))
-    off = abs(free.length - given.length)
+    off = abs(free.length - length)
     better = free.criterion < given.criterion - CLEARLY_BETTER
-    if off < max(_OFF * given.length, _CLEARLY * std) or not better:
+    if off < max(_OFF * length, _CLEARLY * std) or not better:
         return None
-    return LengthByBalance(given.length, free.length, std, float(free.unexplained.max()) < given.unexplained.max())
+    balances = float(free.unexplained.max()) < _MOST_LEFT * given.unexplained.max()
+    return LengthByBalance(length, free.length, std, balances)
 
 
 def says_another_length(balance: ForceBalance, length: LengthByBalance | None) -> str:
@@ -70,7 +69,7 @@ def says_another_length(balance: ForceBalance, length: LengthByBalance | None) -
     """
     if length is None or not length.balances or abs(length.found / length.given - 1.0) < _ANOTHER:
         return ""
-    if np.any(balance.unexplained > np.maximum(_BESIDE_NOISE * balance.noise_share, _NO_BALANCE)):
+    if np.any(balance.unexplained > _BESIDE_NOISE * balance.noise_share):
         return (
             f"the fit failed: gravity, friction and inertia do not balance; {length.words}. Check L, g and what the "
             "angles mean (trial.zero, trial.outer_angle, trial.inner_sign, trial.outer_sign), and that all bags are of "

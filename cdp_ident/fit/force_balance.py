@@ -1,90 +1,154 @@
-"""The base parameters and dry friction from measured angles alone, without initial values, a box or a simulation.
+"""The base parameters and strong effects from measured angles alone, without initial values, a box or a simulation.
 
-The balance of forces (`weak_form`) is linear in the base parameters once L and g are known, for A23 = m2 l2 L. Its
-regressors come from smoothed angles (`smoothing`), whose noise is allowed for (`robust_regression`). All times are
-multiples of the rig's sqrt(L / g).
+The balance of forces in weak form (`trial/weak_form.py`) is linear in the base parameters once L and g are known, for
+A23 = m2 l2 L. It is where a fit begins, and it shows effects that are so strong that the paper's model fits too badly
+for its residual to show them.
 """
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.errors import IdentificationError
-from cdp_ident.fit.balance_unknowns import DRY, Mechanism, Piece, Unknowns
-from cdp_ident.fit.robust_regression import Regression, regress
-from cdp_ident.fit.smoothing import FEWEST
-from cdp_ident.fit.weak_form import STEPS_BETWEEN, Rows
-from cdp_ident.model.effects.effect import JOINTS, Effect, Form, SensorEffect, TorqueEffect
-from cdp_ident.model.parameters import GROUPS, INVERSE_INERTIA
-from cdp_ident.model.weights import added_by
+from cdp_ident.fit.bounded import minimum_within_limits
+from cdp_ident.model.effects.catalogue import CATALOGUE
+from cdp_ident.model.effects.effect import JOINTS, Effect, Law
+from cdp_ident.model.parameters import GROUPS, INVERSE_INERTIA, time_unit
+from cdp_ident.model.weights import Weight, added_by
+from cdp_ident.trial.balance import WINDOW, Motion, motion_on_grid
+from cdp_ident.trial.scales import PER_UNIT, Scales
 from cdp_ident.trial.trial import Trial
+from cdp_ident.trial.weak_form import COLUMNS, Kinematics, Windows, integrated
 
 Array = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
 
-_HALF_WIDTHS = (0.5, 1.0, 2.0)
-"""Half widths of the test functions that are tried, in time units; the period of a small swing is some 2 pi units."""
-_LITTLE_NOISE = 0.01
-"""Largest share of an unknown's information that may be noise; the narrowest windows that keep to it are taken."""
-_NO_TORQUE = 1e-150
-"""Stands for a torque of gravity that is found to be zero, over A22 [rad/s^2]: shares of it are huge, and finite."""
-_FEWEST_ROWS = 1
-"""Independent windows for each unknown that are needed at least."""
-CLEARLY_BETTER = 20.0
-"""A balance with one more unknown is clearly the better one where it lowers the information criterion by so much."""
+_COLUMNS_OF: Mapping[Law, Mapping[str, str]] = {
+    Law(friction="torque"): {"torque": "k"},
+    Law(torque="torque - stiffness*angle"): {"stiffness": "s", "torque": "t"},
+    Law(torques=("-coupling*alpha2", "-coupling*alpha1")): {"coupling": "D"},
+}
+"""The laws that are looked for, and for each parameter the lumped number that it is."""
+_LOOKED_FOR = tuple(effect for effect in CATALOGUE if effect.law in _COLUMNS_OF)
+DRY = tuple(effect for effect in _LOOKED_FOR if effect.dry)
+"""The dry friction that is looked for, which may be in several joints together."""
+NOT_DRY = tuple(effect for effect in _LOOKED_FOR if not effect.dry)
+"""What else is looked for, one at a time."""
+MOMENT = "m2_l2_over_A22"
+"""Name of the unknown by which L is sought: it is A23 over this."""
+
+STRIDE = 3
+"""Grid points between neighbouring windows: a quarter of a half width."""
+_FEWEST = 10 * STRIDE
+"""Windows in which both joints move that are needed at least."""
+_STICKS = 0.1
+"""A joint sticks in a window where the direction of its friction is uncertain by more than this share."""
+_OUTLIER = 6.0
+"""Rows beyond so many robust standard deviations do not count."""
+_ROUNDS = 3
+_MEDIAN_OF_SIZE = 0.6745
+"""Median size of a standard normal number."""
+_NO_TORQUE = 1e-9
+"""Gravity's torque over A22 that is none [rad/s^2]."""
 _MARGIN = 1.02
 """Least ratio of A33 A22 to A23^2: the rods' masses are not points."""
-_ROUNDS = 5
-_LARGEST = 1e6
-"""No outer rod has so many times the inertia of all that turns about the cart's joint."""
-_A23, _A33 = 0, 1
+LEAVES = 0.7
+"""A coupling or a spring leaves at most this share of what a joint's balance does not explain without it: a smaller
+part may be that of several weak effects, which the selection tells apart."""
+CLEARLY_BETTER = 20.0
+"""A balance with one effect more is clearly the better one where it lowers the information criterion by so much."""
+
+
+@dataclass(frozen=True)
+class Pieces:
+    """The motion of some trials, of a pendulum of which some lengths and gravity are known."""
+
+    length: float
+    """L [m]."""
+    gravity: float
+    """g [m/s^2]."""
+    motions: tuple[Motion, ...]
+    weights: tuple[tuple[Weight, ...], ...]
+    """On the rods in each motion."""
+
+    @classmethod
+    def of(cls, trials: Sequence[Trial], length: float, gravity: float) -> "Pieces":
+        """Take the motion of the trials' stretches between gaps that are longer than a rig's time unit."""
+        unit = time_unit(length, gravity)
+        motions, weights = list[Motion](), list[tuple[Weight, ...]]()
+        for trial in trials:
+            for stretch in trial.stretches:
+                scales = Scales.at_least(unit, stretch.time)
+                if stretch.duration > 2 * WINDOW / PER_UNIT * scales.unit:
+                    motions.append(motion_on_grid(stretch.time, stretch.theta, stretch.cart, scales))
+                    weights.append(trial.weights)
+        return cls(length, gravity, tuple(motions), tuple(weights))
+
+    def with_joints_turned(self, inner: float, outer: float) -> "Pieces":
+        """Return the motion as if the joints had turned so many times as far from where the rods hang."""
+        change = np.array([[inner, 0.0], [inner - outer, outer]])
+        turned = (
+            replace(
+                motion,
+                angles=np.pi + (motion.angles - np.pi) @ change.T,
+                rates=motion.rates @ change.T,
+                angle_noise=np.sqrt(motion.angle_noise**2 @ (change**2).T),
+                noise=motion.noise @ (change**2).T,
+            )
+            for motion in self.motions
+        )
+        return replace(self, motions=tuple(turned))
+
+    @property
+    def inertia_free(self) -> bool:
+        """Whether weights show A22."""
+        return len(set(self.weights)) > 1
 
 
 @dataclass(frozen=True)
 class ForceBalance:
     """What the balance of forces says about a pendulum."""
 
-    unknowns: Unknowns
+    names: tuple[str, ...]
+    """Base parameters, on request m2 l2, 1 / A22, then parameters of effects."""
     values: Array
-    """(n,) values of `names`, over A22."""
+    """(n,) their values, over A22."""
     covariance: Array
-    """(n, n) of the values; zero for one at a limit, infinite for one of which the trials say nothing."""
+    """(n, n) of these."""
+    found: tuple[tuple[Effect, Array], ...]
+    """The effects that were found, and the values (k,) of their parameters."""
     criterion: float
-    """Bayesian information criterion, the least of the choices of effects that were compared."""
+    """Bayesian information criterion (Schwarz, 1978)."""
     unexplained: Array
-    """(2,) what is left of the inner and of the outer joint's balance, as a share of gravity's torque in it (robust
-    standard deviation over root mean square)."""
+    """(2,) what is left of the sum's and of the outer rod's balance, as a share of gravity's torque in it; infinite
+    where there is none of that, of an outer rod without mass."""
     noise_share: Array
     """(2,) what the angles' noise alone leaves, as the same share."""
-    used: Array
-    """(2,) share of the windows in which either balance counts: none where its joint rests, or near ends and gaps."""
-    windows: int
-    """Windows altogether; neighbours overlap."""
-    half_width: float
-    """Of the windows [s]."""
-    noise: Array
-    """(2,) standard deviation of what theta1 and theta2 scatter by about a smooth motion [rad]."""
+    rows: Array
+    """(2,) independent windows in which either balance counts."""
     length: float
     """L [m], as known or as found."""
-    of_readings: tuple[tuple[SensorEffect, Array], ...] = ()
-    """Errors of encoders that were taken out of the angles before, and their values (k,)."""
 
     @property
-    def names(self) -> tuple[str, ...]:
-        """Base parameters, on request m2 l2 and 1 / A22, then parameters of effects."""
-        return self.unknowns.names
+    def groups(self) -> Array:
+        """(5,) the base parameters, in the order of `GROUPS`."""
+        return self.values[: len(GROUPS)]
 
     @property
-    def effects(self) -> tuple[TorqueEffect, ...]:
+    def effects(self) -> tuple[Effect, ...]:
         """The effects that were found."""
-        return self.unknowns.effects
+        return tuple(effect for effect, _ in self.found)
 
     @property
-    def found(self) -> tuple[tuple[Effect, Array], ...]:
-        """The effects that were found, errors of encoders first, and the values (k,) of what each is linear in."""
-        return (*self.of_readings, *((effect, self.strengths(effect)) for effect in self.effects))
+    def inertia(self) -> float | None:
+        """A22 [kg m^2]; None where no weights show it."""
+        if INVERSE_INERTIA.symbol not in self.names:
+            return None
+        inverse = float(self.values[self.names.index(INVERSE_INERTIA.symbol)])
+        return 1.0 / inverse if inverse > 0.0 else None
 
     @property
     def beyond_noise(self) -> Array:
@@ -94,189 +158,167 @@ class ForceBalance:
     @property
     def misfit(self) -> float:
         """Minus twice the logarithm of the likelihood, but for a constant, of what is left as a share of gravity's."""
-        independent = self.used * self.windows / STEPS_BETWEEN
-        return float(2.0 * independent @ np.log(np.maximum(self.unexplained, np.finfo(float).tiny)))
-
-    def strengths(self, effect: TorqueEffect) -> Array:
-        """Return the values (k,) of what an effect's torque is linear in; empty where it was not found."""
-        first = len(self.names) - len(self.unknowns.of_effects)
-        return self.values[first:][[found == effect for found, _, _ in self.unknowns.of_effects]]
-
-    @property
-    def groups(self) -> Array:
-        """(5,) the base parameters, in the order of `GROUPS`."""
-        return self.values[: len(GROUPS)]
-
-    @property
-    def inertia(self) -> float | None:
-        """A22 [kg m^2]; None where no weights show it."""
-        inverse = self.value(INVERSE_INERTIA.symbol) if self.unknowns.inertia_free else 0.0
-        return 1.0 / inverse if inverse > 0.0 else None
+        return float(2.0 * self.rows @ np.log(np.maximum(self.unexplained, np.finfo(float).tiny)))
 
     def groups_of(self, trial: Trial) -> Array:
         """Return the base parameters (5,) as a trial shows them, whose rods may have weights."""
         added = added_by(trial.weights, self.length) / (self.inertia or np.inf)
         return (self.groups + added[1:]) / (1.0 + added[0])
 
-    @property
-    def std(self) -> Array:
-        """(n,) standard deviations of the values."""
-        return np.sqrt(np.diag(self.covariance))
 
-    def value(self, name: str) -> float:
-        """Return the value of one unknown."""
-        return float(self.values[self.names.index(name)])
-
-
-def balance_of_forces(
-    trials: Sequence[Trial],
-    length: float,
-    gravity: float,
-    *,
-    effects: Sequence[TorqueEffect] = (),
-    optional: Sequence[TorqueEffect] = DRY,
-    length_free: bool = False,
-    outer_length: float | None = None,
-) -> ForceBalance:
-    """Fit the balance of forces to trials, with L [m] and g [m/s^2]: see `balance_of_pieces`."""
-    mechanism = Mechanism(length, gravity, outer_length or length)
-    pieces = pieces_of(trials, mechanism.time_unit)
-    return balance_of_pieces(pieces, mechanism, effects=effects, optional=optional, length_free=length_free)
-
-
-def pieces_of(trials: Sequence[Trial], time_unit: float) -> list[Piece]:
-    """Return the smooth motion of the trials' stretches between gaps that are longer than a rig's time unit [s]."""
-    stretches = [stretch for trial in trials for stretch in trial.stretches]
-    return [
-        Piece.of(trial, time_unit) for trial in stretches if len(trial.time) >= FEWEST and trial.duration > time_unit
-    ]
-
-
-def balance_of_pieces(
-    pieces: Sequence[Piece],
-    mechanism: Mechanism,
-    *,
-    effects: Sequence[TorqueEffect] = (),
-    optional: Sequence[TorqueEffect] = DRY,
-    length_free: bool = False,
-    half_width: float | None = None,
-) -> ForceBalance:
-    """Fit the balance of forces to smooth motion.
-
-    Args:
-        pieces: the motion.
-        mechanism: what is known of the pendulum.
-        effects: torques of the catalogue to be found too.
-        optional: more of them, of which the Bayesian information criterion chooses.
-        length_free: whether L is sought too; the given one still sets the scale of time.
-        half_width: of the windows [s]; by default what suits the noise.
-
-    Where weights differ from trial to trial, A22 is found as well.
+def balance_of_forces(pieces: Pieces, effects: Sequence[Effect] = (), length_free: bool = False) -> ForceBalance:
+    """Fit the balance of forces with given effects of those that are looked for.
 
     Raises:
         IdentificationError: there is too little motion.
     """
-    _refuse_a_joint_that_rests(pieces)
-    inertia_free = len({piece.weights for piece in pieces}) > 1
-    whole = Unknowns((*effects, *optional), length_free, inertia_free)
-    # Torques on the rods may depend on the base parameters, which the others show.
-    plain = replace(whole, effects=tuple(effect for effect in whole.effects if effect.form is not Form.RODS))
-    choices = [replace(whole, effects=(*effects, *subset)) for subset in _subsets(optional)]
-    known = dict[Unknowns, Regression]()
-    if half_width is not None and plain == whole:
-        rows = mechanism.rows(pieces, whole, half_width, np.zeros(len(GROUPS)))
-    else:
-        half_width, rows, fit = _in_windows_of_their_width(mechanism, pieces, plain, half_width)
-        if plain == whole:
-            known[whole] = fit
-        else:
-            inverse_inertia = fit.values[plain.names.index(INVERSE_INERTIA.symbol)] if inertia_free else 0.0
-            rows = mechanism.rows(pieces, whole, half_width, fit.values[: len(GROUPS)], inverse_inertia)
-    regressions = [known.get(unknowns) or _fit(_only(rows, whole, unknowns), unknowns) for unknowns in choices]
-    criteria = [_criterion(regression, rows) for regression in regressions]
-    chosen = int(np.argmin(criteria))
-    unknowns, fit = choices[chosen], regressions[chosen]
-    gravity_torque = np.maximum(mechanism.gravity_torque(unknowns, fit.values, pieces), _NO_TORQUE)
+    names, basis = _unknowns(pieces, effects, length_free)
+    needed = [COLUMNS.index("A22"), *np.flatnonzero(basis(()).any(axis=1)).tolist()]
+    parts = [_rows(motion, pieces.gravity, [COLUMNS[place] for place in needed]) for motion in pieces.motions]
+    lumped = [part.lumped @ basis(weights)[needed] for part, weights in zip(parts, pieces.weights, strict=True)]
+    columns = np.concatenate(lumped or [np.zeros((0, 2, len(names)))])
+    target = np.concatenate([-part.lumped[..., 0] for part in parts] or [np.zeros((0, 2))])
+    holds = np.concatenate([part.holds for part in parts] or [np.zeros((0, 2), dtype=bool)])
+    if np.any(holds.sum(axis=0) < _FEWEST):
+        joint = JOINTS[int(np.argmin(holds.sum(axis=0)))]
+        raise IdentificationError(f"there is too little motion of the {joint} joint for a balance of forces")
+    bounds = _bounds(names, effects)
+    counts = holds.copy()
+    for _ in range(_ROUNDS):
+        values, normal = _least_squares(columns, target, counts, bounds)
+        left = columns @ values - target
+        spread = np.array([np.median(np.abs(left[counts[:, k], k])) / _MEDIAN_OF_SIZE for k in range(2)])
+        counts = holds & (np.abs(left) <= _OUTLIER * np.maximum(spread, 1e-300))
+    values[1] = max(values[1], _MARGIN * values[0] ** 2)
+    numbers = dict(zip(COLUMNS, basis(()) @ values, strict=True))
+    angles = np.concatenate([motion.angles for motion in pieces.motions])
+    moments = np.sin(angles) * [numbers["G1"], numbers["G2"]]
+    gravity = np.sqrt([np.mean(moments.sum(axis=1) ** 2), np.mean(moments[:, 1] ** 2)])
+    coupling = values[0] * np.cos(angles[:, 0] - angles[:, 1])
+    by_accelerations = [[1.0 + coupling, coupling + values[1]], [coupling, np.full(len(coupling), values[1])]]
+    of_noise = np.mean(np.square(by_accelerations), axis=-1) @ np.mean([m.noise for m in pieces.motions], axis=0)
+    is_heavy = gravity > _NO_TORQUE
+    rows = counts.sum(axis=0) / (WINDOW // (2 * STRIDE))
+    misfit = rows @ (np.log(np.maximum(spread, 1e-150) ** 2) - [0.0, np.log(max(values[1] ** 2, 1e-300))])
+    first = len(names) - sum(len(effect.parameters) for effect in effects)
+    ends = first + np.cumsum([len(effect.parameters) for effect in effects], dtype=int)
     return ForceBalance(
-        unknowns=unknowns,
-        values=fit.values,
-        covariance=fit.covariance,
-        criterion=criteria[chosen],
-        unexplained=np.sqrt(np.diag(fit.scatter)) / gravity_torque,
-        noise_share=_only(rows, whole, unknowns).noise(fit.values) / gravity_torque,
-        used=rows.holds.mean(axis=0),
-        windows=len(rows.holds),
-        half_width=half_width,
-        noise=np.sqrt(np.mean([np.diag(piece.motion.noise)[:2] for piece in pieces], axis=0)),
-        length=mechanism.length_of(unknowns, fit.values),
+        names=names,
+        values=values,
+        covariance=np.asarray(np.linalg.pinv(normal, hermitian=True) * (WINDOW // (2 * STRIDE)), dtype=float),
+        found=tuple((e, values[end - len(e.parameters) : end]) for e, end in zip(effects, ends, strict=True)),
+        criterion=float(misfit + len(names) * np.log(max(rows.sum(), 2.0))),
+        unexplained=np.divide(spread, gravity, out=np.full(2, np.inf), where=is_heavy),
+        noise_share=np.divide(np.sqrt(of_noise), gravity, out=np.zeros(2), where=is_heavy),
+        rows=rows,
+        length=values[0] / values[names.index(MOMENT)]
+        if length_free and values[names.index(MOMENT)]
+        else pieces.length,
     )
 
 
-def _in_windows_of_their_width(
-    mechanism: Mechanism, pieces: Sequence[Piece], unknowns: Unknowns, given: float | None
-) -> tuple[float, Rows, Regression]:
-    """Return the half width [s] that is given or suits the noise, and rows and fit with it."""
-    unit = mechanism.time_unit
-    fits = []
-    for half_width in (given,) if given else (width * unit for width in _HALF_WIDTHS):
-        rows = mechanism.rows(pieces, unknowns, half_width, np.zeros(len(GROUPS)))
-        enough = rows.holds.mean(axis=1).sum() >= STEPS_BETWEEN * _FEWEST_ROWS * len(unknowns.names)
-        if not enough or not rows.holds.any(axis=0).all():
-            continue
-        fits.append((half_width, rows, _fit(rows, unknowns)))
-        if fits[-1][2].noise_share < _LITTLE_NOISE:
-            break
-    if not fits:
-        raise IdentificationError(
-            f"there is too little motion for a balance of forces: with L = {mechanism.length:g} m, some "
-            f"{_HALF_WIDTHS[0] * _FEWEST_ROWS * len(unknowns.names) * unit:.1f} s are needed in which both joints move"
-        )
-    return min(fits, key=lambda found: found[2].noise_share)
+@dataclass(frozen=True)
+class _Rows:
+    """The balance in windows of a motion: the sum of both rods' equations, and the outer rod's."""
+
+    lumped: Array
+    """(windows, 2, columns) what the lumped numbers are multiplied by."""
+    holds: Mask
+    """(windows, 2) where each holds: the sum is free of the outer joint's torque, and the outer rod's equation of the
+    inner joint's, which while a joint sticks is as large as it needs to be."""
 
 
-def _refuse_a_joint_that_rests(pieces: Sequence[Piece]) -> None:
-    for joint, name in enumerate(JOINTS):
-        if pieces and not any(np.any(piece.motion.known & ~piece.resting[joint]) for piece in pieces):
-            raise IdentificationError(
-                f"the {name} joint does not move: its friction and the rods' inertias cannot be told apart; record "
-                "trials in which it does"
-            )
+def _rows(motion: Motion, gravity: float, columns: Sequence[str]) -> _Rows:
+    k = Kinematics(motion.scales.spacing, motion.angles, motion.rates, motion.cart_velocity)
+    windows = Windows.of(WINDOW // 2, motion.scales.spacing, STRIDE)
+    directions = k.directions([motion.scales.slow] * 2)
+    lumped = integrated(k, windows, directions, gravity, columns)
+    lumped[:, 0] += lumped[:, 1]
+    uncertain = windows.values_of(1.0 - np.abs(directions.T)).T
+    return _Rows(lumped, uncertain < _STICKS)
 
 
-def _subsets(effects: Sequence[TorqueEffect]) -> list[tuple[TorqueEffect, ...]]:
-    return [subset for count in range(len(effects) + 1) for subset in itertools.combinations(effects, count)]
+def _unknowns(
+    pieces: Pieces, effects: Sequence[Effect], length_free: bool
+) -> tuple[tuple[str, ...], Callable[[Sequence[Weight]], Array]]:
+    """Return the names of what is sought, and a function from weights on the rods to the lumped numbers that they are.
 
-
-def _only(rows: Rows, whole: Unknowns, part: Unknowns) -> Rows:
-    """Return the rows with the columns of a part of the unknowns."""
-    return replace(rows, columns=rows.columns[..., [whole.names.index(name) for name in part.names]])
-
-
-def _fit(rows: Rows, unknowns: Unknowns) -> Regression:
-    """Fit within limits; A33 is raised above what makes a mechanism with the A23 that was found."""
-    lower, upper = unknowns.limits
-    overlap = 2 * STEPS_BETWEEN
-    fit = regress(rows.columns, rows.target, rows.holds, lower, upper, overlap, _A33)
-    for _ in range(_ROUNDS):
-        least = _MARGIN * fit.values[_A23] ** 2
-        if fit.values[_A33] >= least * (1 - 1e-6):
-            break
-        if least > _LARGEST:
-            raise IdentificationError("the balance of forces bounds no inertia: too little motion of the inner joint")
-        lower[_A33] = least
-        fit = regress(rows.columns, rows.target, rows.holds, lower, upper, overlap, _A33)
-    return fit
-
-
-def _criterion(fit: Regression, rows: Rows) -> float:
-    """Return the Bayesian information criterion (Schwarz, 1978) of a fit, of rows that overlap.
-
-    The outer rod's rows, whose target is zero, count as errors of its acceleration.
+    These are (columns, names).
     """
-    count = rows.holds.sum(axis=0) / STEPS_BETWEEN
-    both = np.count_nonzero(rows.holds.all(axis=1)) / STEPS_BETWEEN
-    variance = np.diag(fit.scatter)
-    alike = fit.scatter[0, 1] ** 2 / np.prod(variance)
-    of_acceleration = np.log(variance) - [0.0, np.log(max(fit.values[_A33] ** 2, np.finfo(float).tiny))]
-    misfit = count @ of_acceleration + both * np.log(1.0 - alike)
-    return float(misfit + len(fit.values) * np.log(max(count.sum(), 2.0)))
+    g, length = pieces.gravity, pieces.length
+    of_effects = [(effect, parameter.name) for effect in effects for parameter in effect.parameters]
+    names = (
+        *(group.symbol for group in GROUPS),
+        *((MOMENT,) if length_free else ()),
+        *((INVERSE_INERTIA.symbol,) if pieces.inertia_free else ()),
+        *(f"{effect.key}.{name}" for effect, name in of_effects),
+    )
+
+    def basis(weights: Sequence[Weight]) -> Array:
+        found: list[dict[str, float]] = [{"A23": 1.0}, {"A33": 1.0}, {"G1": g}, {"c1": 1.0}, {"c2": 1.0}]
+        if length_free:
+            found.append({"G2": g})
+        else:
+            found[0]["G2"] = g / length
+        if pieces.inertia_free:
+            A22, A23, A33, a1, *_ = added_by(weights, length).tolist()
+            found.append({"A22": A22, "A23": A23, "A33": A33, "G1": g * a1, "G2": g / length * A23})
+        for effect, name in of_effects:
+            column = _COLUMNS_OF[effect.law][name]
+            found.append({column if column in COLUMNS else f"{column}{1 + JOINTS.index(effect.joint)}": 1.0})
+        return np.array([[of_one.get(column, 0.0) for of_one in found] for column in COLUMNS])
+
+    return names, basis
+
+
+def _bounds(names: Sequence[str], effects: Sequence[Effect]) -> tuple[Array, Array]:
+    """Return the lowest and the highest value of each unknown: inertias, moments and frictions are not negative."""
+    parameters = [parameter for effect in effects for parameter in effect.parameters]
+    plain = len(names) - len(parameters)
+    lower = np.array([0.0] * plain + [parameter.lower for parameter in parameters])
+    return lower, np.array([np.inf] * plain + [parameter.upper for parameter in parameters])
+
+
+def _least_squares(columns: Array, target: Array, counts: Mask, bounds: tuple[Array, Array]) -> tuple[Array, Array]:
+    """Return the values that fit rows best, and the normal matrix over the variance of what is left.
+
+    The outer rod's rows, whose target is zero, count as errors of its acceleration: else, nothing at all would fit
+    best.
+    """
+    outer = 0.1
+    for _ in range(2):
+        weights = counts * [1.0, 1.0 / outer]
+        rows, right = (columns * weights[..., None]).reshape(-1, columns.shape[-1]), (target * weights).ravel()
+        size = np.maximum(np.linalg.norm(rows, axis=0), 1e-300)
+        normal, moment = (rows / size).T @ (rows / size), (rows / size).T @ right
+        values = minimum_within_limits(normal, moment, bounds[0] * size, bounds[1] * size) / size
+        outer = max(float(values[1]), 1e-3)
+    variance = np.mean((rows @ values - right) ** 2) + np.finfo(float).tiny
+    return values, normal * np.outer(size, size) / variance
+
+
+def balances_of(pieces: Pieces) -> tuple[ForceBalance, ...]:
+    """Return the balances of forces, the one with the best choice of effects first.
+
+    Where that has any, the one with dry friction in both joints follows, as friction in one may hide that in the other.
+
+    Raises:
+        IdentificationError: there is too little motion.
+    """
+    subsets = [subset for count in range(len(DRY) + 1) for subset in itertools.combinations(DRY, count)]
+
+    def best(besides: tuple[Effect, ...]) -> ForceBalance:
+        found = [balance_of_forces(pieces, (*besides, *dry)) for dry in subsets]
+        return min(found, key=lambda one: one.criterion + CLEARLY_BETTER * len(one.effects))
+
+    plain = preferred = best(())
+    besides: tuple[Effect, ...] = ()
+    for effect in NOT_DRY:
+        other = best((effect,))
+        if np.all(other.beyond_noise > LEAVES * plain.beyond_noise):
+            continue
+        if other.criterion < min(preferred.criterion, plain.criterion - CLEARLY_BETTER):
+            preferred, besides = other, (effect,)
+    if not preferred.effects or preferred.effects == (*besides, *DRY):
+        return (preferred,)
+    return preferred, balance_of_forces(pieces, (*besides, *DRY))

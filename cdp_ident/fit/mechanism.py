@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from cdp_ident.fit.prior import Prior
-from cdp_ident.model.effects.constants import outer_rod_length
+from cdp_ident.model.acting import outer_rod_length
 from cdp_ident.model.parameters import SYMBOLS, inertia_about_cart
 
 

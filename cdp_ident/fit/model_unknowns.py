@@ -12,7 +12,7 @@ from scipy.linalg import block_diag
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.mechanism import Mechanism
 from cdp_ident.fit.weighted import Layout, Weighted
-from cdp_ident.model.effects.effect import JOINTS, TorqueEffect
+from cdp_ident.model.effects.effect import JOINTS
 from cdp_ident.model.parameters import GROUPS, INVERSE_INERTIA
 from cdp_ident.model.weights import ErrorOf, Weight
 
@@ -47,6 +47,8 @@ class ModelUnknowns:
     effects: tuple[ActiveEffect, ...] = ()
     zeros: tuple[int, ...] = ()
     """Trials whose encoders have a zero of their own; none where the zeros are right, or the same for all trials."""
+    exact_encoders: bool = False
+    """Whether encoders show the rods' angles, whatever effects they have."""
 
     @cached_property
     def base_names(self) -> tuple[str, ...]:
@@ -141,10 +143,7 @@ class ModelUnknowns:
     def with_exact_encoders(self: Model) -> tuple[Model, npt.NDArray[np.bool_]]:
         """Return this model with encoders that show the rods' angles, and which of the unknowns remain."""
         model, remain = self.without_zeros()
-        for index, active in enumerate(self.effects):
-            remain[self.places(index)] = isinstance(active.effect, TorqueEffect)
-        of_rods = tuple(active for active in self.effects if isinstance(active.effect, TorqueEffect))
-        return replace(model, effects=of_rods), remain
+        return replace(model, exact_encoders=True), remain
 
     def zero_places(self, trial: int) -> slice:
         """Return where the unknowns of a trial's zeros are: empty for a trial that has none of its own."""

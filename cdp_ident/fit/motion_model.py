@@ -4,33 +4,24 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import groupby
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.fit.model_unknowns import ModelUnknowns
-from cdp_ident.fit.weighted import Weighted
 from cdp_ident.fit.windows import Window
-from cdp_ident.model.effects.bending import Load
-from cdp_ident.model.effects.constants import effect_constants
-from cdp_ident.model.effects.effect import TorqueEffect
-from cdp_ident.model.effects.play import Turned
-from cdp_ident.model.effects.readings import encoder_readings
-from cdp_ident.model.equations import RODS_STATES
-from cdp_ident.model.initial_value_problem import InitialValueProblem
-from cdp_ident.model.lane_rows import LANES
+from cdp_ident.model.acting import ActingEffects
+from cdp_ident.model.layout import RODS_STATES
+from cdp_ident.model.motions import InitialValueProblem, motions
 from cdp_ident.model.parameters import COEFFICIENTS, GROUPS, coefficients_of
 from cdp_ident.model.time_grid import TimeGrid
-from cdp_ident.model.torques import NO_TORQUES, Torques
-from cdp_ident.model.trajectories import Derivatives, end_to_end
-from cdp_ident.model.trajectory import accelerations_at
-from cdp_ident.model.unknowns import ChainRule
-from cdp_ident.model.weights import Weight
 
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
+Derivatives = Literal["all", "start", "none"]
+"""Which are wanted: by everything, by the initial state and the encoders' zeros alone, or none."""
 
-_A23, _OUTER_MOMENT, _GRAVITY = (COEFFICIENTS.index(name) for name in ("A23_over_A22", "m2_l2_over_A22", "g"))
 _TOGETHER = 8
 """Most windows that are simulated one after the other in one call of compiled code."""
 LATEST = 0.05
@@ -43,14 +34,13 @@ class MotionModel(ModelUnknowns):
 
     @cached_property
     def states(self) -> int:
-        """Size of a state: theta1, theta2, omega1, omega2, and those that effects add; see `Torques.states`."""
-        return RODS_STATES + sum(a.effect.states for a in self.effects if isinstance(a.effect, TorqueEffect))
+        """Size of a state: theta1, theta2, omega1, omega2, and those that effects add."""
+        return RODS_STATES + sum(active.effect.states for active in self.effects)
 
     @cached_property
     def start_penalty(self) -> Array:
         """(states,) what the square of each number of a window's initial state adds to the cost [rad^2]."""
-        own = [1.0 / a.effect.start_std**2 for a in self.effects if isinstance(a.effect, TorqueEffect)
-               for _ in range(a.effect.states)]  # fmt: skip
+        own = [1.0 / state.start_std**2 for active in self.effects for state in active.effect.law.states]
         return self.penalty_of_errors * np.array([0.0] * RODS_STATES + own)
 
     def initial_state(self, start: Array) -> Array:
@@ -63,46 +53,41 @@ class MotionModel(ModelUnknowns):
         """Return the model's coefficients (7,) under given values of the unknowns."""
         return coefficients_of(values[: len(GROUPS)], *self.constants(values))
 
-    def torques(self, values: Array, trial: int, carried: float = 0.0) -> Torques:
-        """Return the torques of the effects in a trial, and as directions their fitted parameters.
+    def acting(self, values: Array, trial: int, carried: float = 0.0) -> ActingEffects:
+        """Return the effects in a trial, with the unknowns as directions: coefficients that are free, then parameters.
 
         The mass of the rods' weights in it, over the inertia about the cart's joint, is `carried` [1/m^2].
         """
-        if trial not in self._torques_in:
-            self._torques_in[trial] = self._lay_out_torques(trial)
-        laid_out, places, fitted = self._torques_in[trial]
+        laid_out, fitted, _ = self._in_trial(trial)
         parameters = laid_out.values.copy()
-        parameters[places] = values[fitted]
-        length, _ = self.constants(values)
-        constants = effect_constants(self.coefficients(values), length, self.mechanism.outer_length, carried)
-        return replace(laid_out, values=parameters, constants=constants)
+        parameters[list(laid_out.parameters)] = values[fitted]
+        return replace(laid_out, values=parameters, carried=carried)
+
+    def _in_trial(self, trial: int) -> tuple[ActingEffects, Indices, Indices]:
+        """Return the effects in a trial, the unknowns that their fitted parameters are, and which each direction is."""
+        if trial not in self._layouts:
+            there = [k for k, active in enumerate(self.effects) if active.trial in (None, trial)]
+            chosen = [(e, [p.typical for p in e.parameters]) for e in (self.effects[k].effect for k in there)]
+            constants = [name for name in ("L", "g") if name in self.base_names]
+            free = (*range(len(GROUPS)), *(COEFFICIENTS.index(name) for name in constants))
+            acting = replace(
+                ActingEffects.of(chosen, self.mechanism.outer_length, fitted=True),
+                coefficients=free,
+                exact_encoders=self.exact_encoders,
+            )
+            fitted = np.array([at for k in there for at in range(*self.places(k).indices(len(self.names)))], dtype=int)
+            unknowns = [*range(len(GROUPS)), *(self.base_names.index(name) for name in constants), *fitted]
+            columns = np.concatenate([np.arange(self.states), self.states + np.array(unknowns)])
+            self._layouts[trial] = acting, fitted, columns
+        return self._layouts[trial]
 
     @cached_property
-    def _torques_in(self) -> dict[int, tuple[Torques, tuple[Indices, Indices], Indices]]:
-        """What `torques` has laid out, by trial: their layout does not depend on the values of the unknowns."""
+    def _layouts(self) -> dict[int, tuple[ActingEffects, Indices, Indices]]:
+        """What `_in_trial` has laid out, by trial: it does not depend on the values of the unknowns."""
         return {}
 
-    def _lay_out_torques(self, trial: int) -> tuple[Torques, tuple[Indices, Indices], Indices]:
-        """Return the torques in a trial, where among their parameters the fitted ones are, and these unknowns."""
-        chosen: list[tuple[TorqueEffect, Sequence[float]]] = []
-        directions: list[tuple[int, int]] = []
-        fitted: list[int] = []
-        for index, active in enumerate(self.effects):
-            if isinstance(active.effect, TorqueEffect) and active.trial in (None, trial):
-                place, parameters = self.places(index), active.effect.parameters
-                directions += [(len(chosen), k) for k, p in enumerate(parameters) if not p.fixed]
-                fitted += range(place.start, place.stop)
-                chosen.append((active.effect, [p.typical for p in parameters]))
-        rows, columns = np.array(directions, dtype=np.int64).reshape(-1, 2).T
-        return Torques.of(chosen, NO_TORQUES.constants, directions), (rows, columns), np.array(fitted, dtype=np.int64)
-
     def predict(
-        self,
-        values: Array,
-        start: Array,
-        window: Window,
-        derivatives: Derivatives = "all",
-        turned: Turned | None = None,
+        self, values: Array, start: Array, window: Window, derivatives: Derivatives = "all"
     ) -> tuple[Array, Array]:
         """Return the angles that the encoders show in a window, and their derivatives.
 
@@ -110,175 +95,80 @@ class MotionModel(ModelUnknowns):
             values: (unknowns,) values of the unknowns.
             start: state at the window's beginning.
             window: gives the trial and the times.
-            derivatives: which are wanted: "start" for those by the initial state and the encoders' zeros, for which
-                less is computed.
-            turned: by what encoders with play were turned before, where the window goes on from another one.
+            derivatives: which are wanted.
 
         Returns:
             Angles (n, 2) [rad] and their derivatives (n, 2, states + unknowns) by the initial state and the unknowns,
             zero where they are not wanted; (n, 2, 0) where none are.
         """
-        theta, by_unknowns, _ = self.predict_together(values, [start], [window], derivatives, turned)
+        theta, by_unknowns, _ = self.predict_together(values, [start], [window], derivatives)
         return theta, by_unknowns
 
     def predict_together(
-        self,
-        values: Array,
-        starts: Sequence[Array],
-        windows: Sequence[Window],
-        derivatives: Derivatives = "all",
-        turned: Turned | None = None,
+        self, values: Array, starts: Sequence[Array], windows: Sequence[Window], derivatives: Derivatives = "all"
     ) -> tuple[Array, Array, Indices]:
         """Return what `predict` does of each of several windows, their samples end to end: see `blocks`.
 
         The third array says where each window's samples begin, and the last one's end.
         """
-        runs = _alike(windows)
-        weighted = [self._weighted(values, windows[run.start].weights) for run in runs]
-        problems = [
-            problem
-            for run, of_run in zip(runs, weighted, strict=True)
-            for problem in self._problems(values, of_run, starts[run], windows[run])
-        ]
-        states, by_directions, bounds = end_to_end(problems, derivatives)
-        shown = []
-        for run, of_run in zip(runs, weighted, strict=True):
-            # What an encoder shows may depend on the window's other samples, as of one with play or a delay.
-            parts = [run] if not self._looks_around else [slice(k, k + 1) for k in range(run.start, run.stop)]
-            for part in parts:
-                samples = slice(int(bounds[part.start]), int(bounds[part.stop]))
-                motion = states[samples], by_directions[samples]
-                shown.append(self._as_shown(values, of_run, problems[part], motion, windows[part], derivatives, turned))
-        if len(shown) == 1:
-            return (*shown[0], bounds)
-        thetas, by_unknowns = zip(*shown, strict=True)
-        return np.concatenate(thetas), np.concatenate(by_unknowns), bounds
+        thetas, by_unknowns, bounds = list[Array](), list[Array](), [0]
+        for run in _alike(windows):
+            theta, by, of_run = self._predict_run(values, starts[run], windows[run], derivatives)
+            thetas.append(theta)
+            by_unknowns.append(by)
+            bounds += (bounds[-1] + of_run[1:]).tolist()
+        if len(thetas) == 1:
+            return thetas[0], by_unknowns[0], np.array(bounds)
+        return np.concatenate(thetas), np.concatenate(by_unknowns), np.array(bounds)
 
-    def blocks(self, windows: Sequence[Window]) -> list[slice]:
-        """Return which windows are best predicted together: neighbours, which are mostly of one length.
-
-        Of twice as many as there are lanes, few lanes are idle at the end. Where windows are simulated one by one,
-        blocks are of one trial and smaller: cores share them. What happens in one trial alone sets trials apart, too.
-        """
-        one_by_one = any(active.effect.brings_states or active.effect.curve for active in self.effects)
-        if one_by_one or any(active.trial is not None for active in self.effects):
-            most = _TOGETHER if one_by_one else 2 * LANES
-            return [piece for part in _alike(windows) for piece in _divided(part, most)]
-        return _divided(slice(0, len(windows)), 2 * LANES)
-
-    @cached_property
-    def _looks_around(self) -> bool:
-        """Whether what an encoder shows at one sample depends on the motion at other instants."""
-        sensors = [active.effect for active in self.effects if not isinstance(active.effect, TorqueEffect)]
-        return any(effect.delays or effect.has_play or effect.bends for effect in sensors)
-
-    def _weighted(self, values: Array, weights: tuple[Weight, ...]) -> Weighted | None:
-        """Return the unknowns as weights change them, if there are any."""
-        return self.with_weights(values, weights) if weights else None
-
-    def _problems(
-        self, values: Array, weighted: Weighted | None, starts: Sequence[Array], windows: Sequence[Window]
-    ) -> list[InitialValueProblem]:
-        """Return what gives the motion in windows of one trial."""
-        if weighted:
-            values = weighted.values
-        coefficients = self.coefficients(values)
-        torques = self.torques(values, windows[0].trial, weighted.carried if weighted else 0.0)
-        return [
-            InitialValueProblem(coefficients, self.initial_state(start), window.grid, window.u, torques, window.begin)
-            for start, window in zip(starts, windows, strict=True)
-        ]
-
-    def _as_shown(
-        self,
-        values: Array,
-        weighted: Weighted | None,
-        problems: Sequence[InitialValueProblem],
-        undelayed: tuple[Array, Array],
-        windows: Sequence[Window],
-        derivatives: Derivatives,
-        turned: Turned | None = None,
-    ) -> tuple[Array, Array]:
-        """Return what the encoders show of a motion that is given with its derivatives, as `predict` does.
-
-        Windows are of one trial; of encoders that look around there is one.
-        """
-        if weighted:
-            values = weighted.values
-        window, trial = windows[0], windows[0].trial
-
-        def motion(delay: float) -> tuple[Array, Array]:
-            states, by_directions = undelayed
-            if delay:
-                grid = TimeGrid.over(window.time - delay, window.grid.step, earliest=-LATEST)
-                u = np.pad(window.u, (0, max(2 * grid.steps + 1 - len(window.u), 0)), mode="edge")
-                states, by_directions, _ = end_to_end([replace(problems[0], grid=grid, u=u)], derivatives)
-            if derivatives == "none":
-                return states, by_directions
-            chain_rule = self._chain_rule(values, trial)
-            return states, chain_rule.by_unknowns(by_directions, self.states + len(self.names))
-
-        def accelerations(states: Array, delay: float) -> tuple[Array, Array]:
-            times = window.time - delay
-            u = np.interp(times, window.grid.half_step_times(), window.u)
-            given = problems[0]
-            return accelerations_at(given.coefficients, states, u, given.torques, window.begin + times), u
-
-        sensors = [
-            (active.effect, active.all_values(values[self.places(index)]), self.places(index))
-            for index, active in enumerate(self.effects)
-            if not isinstance(active.effect, TorqueEffect) and active.trial in (None, trial)
-        ]
-        place = self.zero_places(trial)
+    def _predict_run(
+        self, values: Array, starts: Sequence[Array], windows: Sequence[Window], derivatives: Derivatives
+    ) -> tuple[Array, Array, Indices]:
+        """Do the same for windows of one trial with the same weights."""
+        trial = windows[0].trial
+        weighted = self.with_weights(values, windows[0].weights) if windows[0].weights else None
+        acting = self.acting(weighted.values if weighted else values, trial, weighted.carried if weighted else 0.0)
+        if derivatives != "all":
+            acting = acting.without_directions()
+        coefficients = self.coefficients(weighted.values if weighted else values)
+        found = motions(
+            [
+                InitialValueProblem(coefficients, self.initial_state(start), *self._times(window), acting, window.begin)
+                for start, window in zip(starts, windows, strict=True)
+            ],
+            derive=derivatives != "none",
+        )
         # Both absolute angles contain the inner encoder's.
-        zeros = np.cumsum(values[place]) if place.start < place.stop else np.zeros(2)
-        shown = window.theta[0] - zeros if len(window.theta) else None
-        load = Load(*self.constants(values), accelerations)
-        time = np.concatenate([window.begin + window.time for window in windows])
-        theta, by_unknowns = encoder_readings(motion, sensors, time, self.states, load, shown, turned)
-        if place.start < place.stop:
-            theta = theta + zeros
-            if derivatives != "none":
-                by_unknowns[:, :, self.states + place.start] = 1.0
-                by_unknowns[:, 1, self.states + place.start + 1] = 1.0
+        place = self.zero_places(trial)
+        has_zeros = place.start < place.stop
+        theta = np.cumsum(found.readings + values[place], axis=1) if has_zeros else np.cumsum(found.readings, axis=1)
+        if derivatives == "none":
+            return theta, np.empty((len(theta), 2, 0)), found.bounds
+        by_unknowns = np.zeros((len(theta), 2, self.states + len(self.names)))
+        columns = self._in_trial(trial)[2][: found.by.shape[2]]
+        by_unknowns[:, :, columns] = np.cumsum(found.by, axis=1)
         if derivatives == "all" and weighted:
             by_unknowns[:, :, self.states :] = by_unknowns[:, :, self.states :] @ weighted.by_rig
-        return theta, by_unknowns
-
-    def _chain_rule(self, values: Array, trial: int) -> ChainRule:
-        """Return how the angles' derivatives by the unknowns follow from those by the directions, in a trial.
-
-        Of the coefficients, the outer moment m2 l2 is A23 / L.
-        """
-        if trial not in self._unknowns_in:
-            self._unknowns_in[trial] = self._lay_out_unknowns(trial)
-        unknown_of, direction, unknown = self._unknowns_in[trial]
-        length, _ = self.constants(values)
-        factor = np.array([1.0 / length, -values[_A23] / length**2])
-        return ChainRule(unknown_of, direction, unknown, factor[: len(unknown)])
+        if has_zeros:
+            by_unknowns[:, :, self.states + place.start] = 1.0
+            by_unknowns[:, 1, self.states + place.start + 1] = 1.0
+        return theta, by_unknowns, found.bounds
 
     @cached_property
-    def _unknowns_in(self) -> dict[int, tuple[Indices, Indices, Indices]]:
-        """What `_chain_rule` has laid out, by trial."""
-        return {}
+    def _earliest(self) -> float:
+        """By how much an encoder may be read before its time [s]."""
+        return LATEST if any(active.effect.law.lateness for active in self.effects) else 0.0
 
-    def _lay_out_unknowns(self, trial: int) -> tuple[Indices, Indices, Indices]:
-        """Return the unknown of each direction, and where the outer moment contributes to others, by which one each."""
-        states, names = self.states, self.base_names
-        of_coefficients = np.full(len(COEFFICIENTS), -1)
-        of_coefficients[: len(GROUPS)] = np.arange(len(GROUPS))
-        if self.gravity_free:
-            of_coefficients[_GRAVITY] = names.index("g")
-        of_effects = [
-            place
-            for index, active in enumerate(self.effects)
-            if isinstance(active.effect, TorqueEffect) and active.trial in (None, trial)
-            for place in range(*self.places(index).indices(len(self.names)))
-        ]
-        unknowns = np.concatenate([of_coefficients, np.array(of_effects, dtype=np.int64)])
-        unknown_of = np.concatenate([np.arange(states), np.where(unknowns < 0, -1, states + unknowns)])
-        unknown = states + np.array([_A23, *([names.index("L")] if self.length_free else [])])
-        return unknown_of, np.full(len(unknown), states + _OUTER_MOMENT), unknown
+    def _times(self, window: Window) -> tuple[TimeGrid, Array]:
+        """Return a window's steps, up to what an early encoder sees, and the cart's acceleration at their halves."""
+        if not self._earliest:
+            return window.grid, window.u
+        grid = window.grid.extended(self._earliest)
+        return grid, np.pad(window.u, (0, 2 * grid.steps + 1 - len(window.u)), mode="edge")
+
+    def blocks(self, windows: Sequence[Window]) -> list[slice]:
+        """Return which windows are predicted together: neighbours of one trial, so that cores can share them out."""
+        return [piece for part in _alike(windows) for piece in _divided(part, _TOGETHER)]
 
 
 def _alike(windows: Sequence[Window]) -> list[slice]:

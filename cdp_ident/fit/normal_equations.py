@@ -19,9 +19,9 @@ from cdp_ident.fit.bounded import minimum_within_limits
 from cdp_ident.fit.initial_states import inverse_factor
 from cdp_ident.fit.kept_columns import Normals, Sensitivities
 from cdp_ident.fit.motion_model import MotionModel
+from cdp_ident.fit.weighted_rows import WeightedRows
 from cdp_ident.fit.windows import Window
-from cdp_ident.model.parallel import parallel_for
-from cdp_ident.model.weighted_rows import WeightedRows
+from cdp_ident.machine.parallel import parallel_for
 
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]

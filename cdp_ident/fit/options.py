@@ -34,6 +34,8 @@ class IdentifyOptions:
     """Whether torques without a name are left unexplained, instead of being identified as curves."""
     join_windows: bool = False
     """Whether windows are joined in the end, where the model leaves nothing but noise: intervals become narrower."""
+    effects_file: str = ""
+    """YAML file of effects that are looked for beside the catalogue's; as --effects."""
     motion_for_effects: float = 0.0
     """Length of the motion in which effects are looked for, in windows spread evenly over all of it [s]; 0 for as much
     as suffices."""

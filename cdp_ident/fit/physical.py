@@ -13,7 +13,7 @@ import numpy.typing as npt
 from scipy.optimize import minimize
 
 from cdp_ident.fit.prior import Prior
-from cdp_ident.model.effects.constants import outer_rod_length
+from cdp_ident.model.acting import outer_rod_length
 from cdp_ident.model.parameters import GROUPS, SYMBOLS, groups_of, inertia_about_cart
 
 Array = npt.NDArray[np.float64]

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from cdp_ident.fit.error_growth import steps_until
 from cdp_ident.fit.smoothing import SmoothMotion
-from cdp_ident.model.error_growth import steps_until
 from cdp_ident.model.parameters import coefficients_of
 
 Array = npt.NDArray[np.float64]

@@ -1,8 +1,7 @@
 """The linear model for small motions about an equilibrium, for controller design.
 
 The equations of motion about angles at which the rods can rest, in the form x' = A x + B u, y = C x + D u, where u is
-the cart's acceleration. The paper's part is the derivative from `equations`; the effects' part is a difference of their
-torques.
+the cart's acceleration.
 """
 
 from dataclasses import dataclass
@@ -12,13 +11,10 @@ import numpy.typing as npt
 from scipy import optimize
 
 from cdp_ident.errors import OptionError
-from cdp_ident.model.compilation import compiled
-from cdp_ident.model.effects.catalogue import CATALOGUE, kind_of
-from cdp_ident.model.effects.effect import Effect, TorqueEffect
-from cdp_ident.model.equations import acceleration_derivatives, sines_and_cosines
+from cdp_ident.model.acting import NO_EFFECTS, ActingEffects
+from cdp_ident.model.effects.effect import Effect
+from cdp_ident.model.motions import accelerations_at, jacobians_at
 from cdp_ident.model.parameters import COEFFICIENTS
-from cdp_ident.model.torques import NO_TORQUES, Torques
-from cdp_ident.model.trajectory import accelerations_at
 
 Array = npt.NDArray[np.float64]
 
@@ -37,10 +33,10 @@ EQUILIBRIA = {
 }
 """Angles theta1, theta2 [rad] at which the paper's model rests, by name: the inner rod's direction comes first."""
 
-_NUDGE = 1e-4
-"""Step of the symmetric differences of effects' torques [rad], [rad/s]."""
 _NEAR = 0.3
 """How far effects may shift an equilibrium before it is another one [rad]."""
+_ROUNDING = 1e-12
+"""Less than this is rounding [rad/s^2]."""
 _AT_REST = 1e-9
 """Acceleration at which a rod counts as resting, as a share of g a1 / A22, which is near the largest there is."""
 
@@ -111,12 +107,7 @@ class LinearModel:
         return self.controllability > 1e-9 * float(np.linalg.norm(self.A, 2))
 
 
-def has_linear_part(effect: Effect) -> bool:
-    """Return whether an effect can change a linear model: neither errors of encoders nor dry friction, for example."""
-    return isinstance(effect, TorqueEffect) and effect.linear
-
-
-def linearize(coefficients: Array, near: tuple[float, float], torques: Torques = NO_TORQUES) -> LinearModel:
+def linearize(coefficients: Array, near: tuple[float, float], effects: ActingEffects = NO_EFFECTS) -> LinearModel:
     """Return the linear model about the equilibrium near given angles.
 
     Effects may shift the equilibrium (a base that is not level, a spring): it is then found anew.
@@ -124,39 +115,49 @@ def linearize(coefficients: Array, near: tuple[float, float], torques: Torques =
     Args:
         coefficients: (7,) `COEFFICIENTS` of the pendulum.
         near: theta1, theta2 [rad], one of `EQUILIBRIA`.
-        torques: of effects; those without a linear part (see `has_linear_part`) are left out.
+        effects: that act; those without a part in small motions are left out, see `without_linear_part`.
 
     Raises:
         OptionError: the rods have no equilibrium near these angles.
     """
-    torques = _linear(torques)
-    theta = _equilibrium(coefficients, near, torques)
+    left_out = without_linear_part(coefficients, near, effects)
+    linear = effects.only(lambda effect: effect not in left_out)
+    theta = _equilibrium(coefficients, near, linear)
     rest = np.array([*theta, 0.0, 0.0])
-    by_state = np.empty((2, 4))
-    _paper_derivatives(coefficients, rest, by_state)
     A = np.zeros((len(STATES), len(STATES)))
     A[:3, 3:] = np.eye(3)
-    A[np.ix_([4, 5], [1, 2, 4, 5])] = by_state + _derivatives_of_effects(coefficients, rest, torques)
-    pushed = accelerations_at(coefficients, np.stack([rest, rest]), np.array([0.0, 1.0]), torques)
+    A[np.ix_([4, 5], [1, 2, 4, 5])] = jacobians_at(coefficients, rest[None], linear)[0]
+    pushed = accelerations_at(coefficients, np.stack([rest, rest]), np.array([0.0, 1.0]), linear)
     B = np.zeros((len(STATES), len(INPUTS)))
     B[3:, 0] = 1.0, *(pushed[1] - pushed[0])
     return LinearModel(theta, A, B)
 
 
-def _linear(torques: Torques) -> Torques:
-    nonlinear = {
-        (kind_of(effect), int(effect.form), effect.dry)
-        for effect in CATALOGUE
-        if isinstance(effect, TorqueEffect) and not effect.linear
-    }
-    return torques.of_rods(
-        np.array([(kind, form, bool(dry)) not in nonlinear for kind, form, _, dry, *_ in torques.table.tolist()], bool)
-    )
+def without_linear_part(coefficients: Array, near: tuple[float, float], effects: ActingEffects) -> list[Effect]:
+    """Return the effects that have no part in small motions near given angles.
+
+    Errors of encoders and dry friction are such, and drag, which grows with the square of a speed: at rest they change
+    neither the accelerations nor their derivatives.
+    """
+    return [effect for effect, _ in effects.each() if not _has_linear_part(coefficients, near, effects, effect)]
 
 
-def _equilibrium(coefficients: Array, near: tuple[float, float], torques: Torques) -> Array:
+def _has_linear_part(coefficients: Array, near: tuple[float, float], effects: ActingEffects, effect: Effect) -> bool:
+    if not effect.moves or effect.dry or effect.at_an_instant or effect.states:
+        return False
+    states = np.array([[*near, 0.0, 0.0]])
+
+    def felt(acting: ActingEffects) -> Array:
+        rates = accelerations_at(coefficients, states, np.zeros(1), acting)
+        return np.concatenate([rates.ravel(), jacobians_at(coefficients, states, acting).ravel()])
+
+    change = felt(effects.only(lambda other: other == effect)) - felt(effects.only(lambda other: False))
+    return bool(np.abs(change).max() > _ROUNDING)
+
+
+def _equilibrium(coefficients: Array, near: tuple[float, float], effects: ActingEffects) -> Array:
     def at_rest(theta: Array) -> Array:
-        return accelerations_at(coefficients, np.array([[*theta, 0.0, 0.0]]), np.zeros(1), torques)[0]
+        return accelerations_at(coefficients, np.array([[*theta, 0.0, 0.0]]), np.zeros(1), effects)[0]
 
     gravity = coefficients[COEFFICIENTS.index("g")] * coefficients[COEFFICIENTS.index("a1_over_A22")]
     solution = optimize.root(at_rest, near, tol=1e-13)
@@ -167,27 +168,3 @@ def _equilibrium(coefficients: Array, near: tuple[float, float], torques: Torque
             "effects in the model are stronger than gravity there; look at effects.* in the file of the fitted model"
         )
     return np.asarray(solution.x)
-
-
-def _derivatives_of_effects(coefficients: Array, rest: Array, torques: Torques) -> Array:
-    """Return what effects add to the accelerations' derivatives (2, 4) with respect to the rods' state.
-
-    The differences are symmetric, so that terms of second order, such as drag, add nothing.
-    """
-    nudged = rest + _NUDGE * np.vstack([np.eye(4), -np.eye(4)])
-    still = np.zeros(len(nudged))
-    added = accelerations_at(coefficients, nudged, still, torques) - accelerations_at(coefficients, nudged, still)
-    return np.asarray(added[:4] - added[4:]).T / (2.0 * _NUDGE)
-
-
-@compiled
-def _paper_derivatives(coefficients: Array, state: Array, by_state: Array) -> None:
-    A23, A33, a1, c1, c2, m2_l2, g = (
-        coefficients[0], coefficients[1], coefficients[2], coefficients[3], coefficients[4], coefficients[5],
-        coefficients[6],
-    )  # fmt: skip
-    derivatives = acceleration_derivatives(
-        sines_and_cosines(state[0], state[1]), state[2], state[3], 0.0, A23, A33, a1, c1, c2, m2_l2, g, 0.0, 0.0
-    )
-    for k in range(4):
-        by_state[0, k], by_state[1, k] = derivatives[3][k]

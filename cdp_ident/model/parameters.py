@@ -90,7 +90,7 @@ GROUPS = (
 INVERSE_INERTIA = Group("one_over_A22", "1 / A22", "1/(kg m^2)")
 """What trials with and without a known weight determine beside the base parameters."""
 
-COEFFICIENTS = (*(group.symbol for group in GROUPS), "m2_l2_over_A22", "g")
+COEFFICIENTS = (*(group.symbol for group in GROUPS), "L", "g")
 """Parameters of the equations of motion, in the order in which compiled code takes them."""
 
 
@@ -110,8 +110,8 @@ def groups_of(physical: Array, length: float) -> Array:
 def coefficients_of(groups: Array, length: float, gravity: float) -> Array:
     """Return the coefficients (..., 7) of base parameters (..., 5), for the length L [m] and gravity g [m/s^2]."""
     groups = np.asarray(groups, dtype=float)
-    moment_of_outer_rod = groups[..., :1] / length
-    return np.concatenate([groups, moment_of_outer_rod, np.full_like(moment_of_outer_rod, gravity)], axis=-1)
+    constants = np.broadcast_to([length, gravity], (*groups.shape[:-1], 2))
+    return np.concatenate([groups, constants], axis=-1)
 
 
 def physical_coefficients(values: Mapping[str, float]) -> Array:

@@ -11,10 +11,11 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.errors import OptionError
-from cdp_ident.model.compilation import compiled
-from cdp_ident.model.equations import runge_kutta_step
-from cdp_ident.model.parallel import parallel_for
-from cdp_ident.model.runge_kutta import copy
+from cdp_ident.machine.compilation import compiled, inlined
+from cdp_ident.machine.parallel import parallel_for
+from cdp_ident.model.circular import sine_and_cosine
+from cdp_ident.model.formulas.compiled import pushes
+from cdp_ident.model.rates import copy
 from cdp_ident.model.time_grid import DEFAULT_STEP, TimeGrid
 
 Array = npt.NDArray[np.float64]
@@ -107,6 +108,35 @@ def input_at_half_steps(segment: Segment, grid: TimeGrid) -> Array:
     return np.interp(times, segment.time, segment.cart_acceleration)
 
 
+@inlined
+def _accelerations(theta1, theta2, omega1, omega2, u, A23, A33, a1, c1, c2, L, g):
+    sin1, cos1 = sine_and_cosine(theta1)
+    sin2, cos2 = sine_and_cosine(theta2)
+    n1, n2, m = pushes(sin1, cos1, sin2, cos2, omega1, omega2, u, A23, A33, a1, c1, c2, L, g)
+    inverse = 1.0 / (A33 - m * m)
+    return (A33 * n1 - m * n2) * inverse, (n2 - m * n1) * inverse
+
+
+@inlined
+def _runge_kutta_step(theta1, theta2, omega1, omega2, step, inputs, pendulum):
+    """Return the state after one step, given the cart's accelerations at its beginning, middle and end."""
+    half, (u0, u1, u2) = 0.5 * step, inputs
+    k1, j1 = _accelerations(theta1, theta2, omega1, omega2, u0, *pendulum)
+    p1, q1 = omega1 + half * k1, omega2 + half * j1
+    k2, j2 = _accelerations(theta1 + half * omega1, theta2 + half * omega2, p1, q1, u1, *pendulum)
+    p2, q2 = omega1 + half * k2, omega2 + half * j2
+    k3, j3 = _accelerations(theta1 + half * p1, theta2 + half * q1, p2, q2, u1, *pendulum)
+    p3, q3 = omega1 + step * k3, omega2 + step * j3
+    k4, j4 = _accelerations(theta1 + step * p2, theta2 + step * q2, p3, q3, u2, *pendulum)
+    sixth = step / 6.0
+    return (
+        theta1 + sixth * (omega1 + 2.0 * p1 + 2.0 * p2 + p3),
+        theta2 + sixth * (omega2 + 2.0 * q1 + 2.0 * q2 + q3),
+        omega1 + sixth * (k1 + 2.0 * k2 + 2.0 * k3 + k4),
+        omega2 + sixth * (j1 + 2.0 * j2 + 2.0 * j3 + j4),
+    )
+
+
 @compiled
 def _squared_errors(lanes, start, u, step, first_sample, weights, theta, errors):
     theta1, theta2 = np.empty(_LANES), np.empty(_LANES)
@@ -114,16 +144,16 @@ def _squared_errors(lanes, start, u, step, first_sample, weights, theta, errors)
     before1, before2 = np.empty(_LANES), np.empty(_LANES)
     speed1, speed2 = np.empty(_LANES), np.empty(_LANES)
     sums = np.zeros(_LANES)
-    A23, A33, a1, c1, c2, m2_l2, g = lanes[0], lanes[1], lanes[2], lanes[3], lanes[4], lanes[5], lanes[6]
+    A23, A33, a1, c1, c2, L, g = lanes[0], lanes[1], lanes[2], lanes[3], lanes[4], lanes[5], lanes[6]
     for i in range(_LANES):
         theta1[i], theta2[i], omega1[i], omega2[i] = start[0], start[1], start[2], start[3]
     for k in range(len(first_sample) - 1):
         u0, u1, u2 = u[2 * k], u[2 * k + 1], u[2 * k + 2]
         for i in range(_LANES):
             before1[i], before2[i], speed1[i], speed2[i] = theta1[i], theta2[i], omega1[i], omega2[i]
-            theta1[i], theta2[i], omega1[i], omega2[i] = runge_kutta_step(
-                theta1[i], theta2[i], omega1[i], omega2[i], step, u0, u1, u2,
-                A23[i], A33[i], a1[i], c1[i], c2[i], m2_l2[i], g[i],
+            theta1[i], theta2[i], omega1[i], omega2[i] = _runge_kutta_step(
+                theta1[i], theta2[i], omega1[i], omega2[i], step, (u0, u1, u2),
+                (A23[i], A33[i], a1[i], c1[i], c2[i], L[i], g[i]),
             )  # fmt: skip
         for j in range(first_sample[k], first_sample[k + 1]):
             begin, end, begin_slope, end_slope = weights[j, 0], weights[j, 1], weights[j, 2], weights[j, 3]

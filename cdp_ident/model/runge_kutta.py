@@ -1,73 +1,91 @@
-"""One step of the integrator."""
+"""One step of the integrator, and the derivatives of the state carried along (compiled).
 
-from cdp_ident.model.compilation import inlined, part
-from cdp_ident.model.dynamics import STICKS, rates_of
-from cdp_ident.model.sticking import stop
-from cdp_ident.model.tangents import STAGES
+The derivatives, by the state at the beginning, by coefficients and by parameters, go through the same steps as the
+state (the tangent linear model of the integrator), all directions side by side.
+"""
+
+import numpy as np
+from numba import float64, int64, void
+
+from cdp_ident.machine.calls import INDICES, NUMBERS, call
+from cdp_ident.machine.compilation import inlined, part
+from cdp_ident.model import layout as at
+from cdp_ident.model.layout import unfolded
+from cdp_ident.model.rates import STICKS
 
 _ROUGH = 3e-6
-"""Largest error estimate of a step: see `is_rough`."""
+"""Largest error estimate of a step: see `roughness`."""
 
 
 @inlined
-def copy(source, target):
-    """Copy numbers; numba's assignment of slices would bring its formatting of error messages, seconds to compile."""
-    for i in range(len(target)):
-        target[i] = source[i]
-
-
-@part
-def input_at(inputs, share):
+def input_at(work, share):
     """Return the cart's acceleration at a share of the step, from those at its beginning, middle and end."""
-    return inputs[0] * (1.0 - share) * (1.0 - 2.0 * share) + share * (
-        4.0 * inputs[1] * (1.0 - share) + inputs[2] * (2.0 * share - 1.0)
+    first, middle, last = (
+        work.numbers[at.CART_INPUTS], work.numbers[at.CART_INPUTS + 1], work.numbers[at.CART_INPUTS + 2]
+    )  # fmt: skip
+    return first * (1.0 - share) * (1.0 - 2.0 * share) + share * (
+        4.0 * middle * (1.0 - share) + last * (2.0 * share - 1.0)
     )
 
 
-@inlined
-def step_on(
-    state, done, share, step, time, inputs, modes, coefficients, table, values, lanes_of, constants, base, slopes,
-    by_own, by_lane, sums, by_state, direct, at, rates, end,
-):  # fmt: skip
-    """Make one Runge-Kutta step of a share of the grid's, from the share `done` on; row 4 of the rates is at its end.
+@part
+def stop(state, joint):
+    """Set a joint's speed to exactly zero."""
+    if joint == 0:
+        state[2] = 0.0
+    else:
+        state[3] = state[2]
 
-    The rates at its beginning are there already. Where there are lanes, what the derivatives are carried on with is
-    left for each stage.
+
+def step_on(plan, motion, room, begin, step, done, share, end, derive):
+    """Make one Runge-Kutta step of a share of the grid's, from the share `done` on.
+
+    The rates at its beginning are in row 0 already; the last row is at its end.
+
+    Args:
+        plan: memory with the laws.
+        motion: what gives the motion.
+        room: memory to work in.
+        begin: time in the trial at the beginning of the grid's step [s].
+        step: its length [s].
+        done: share of it that is done.
+        share: that is to be done.
+        end: the row of the states that takes the state at its end.
+        derive: whether the jacobians of derivatives are wanted.
     """
-    h, n = share * step, len(state)
-    for stage in range(1, STAGES):
+    _, work = unfolded(plan, room)
+    states = work.states
+    h, n = share * step, states.shape[1]
+    for stage in range(1, at.STAGES):
         there = done + (0.5 * share if stage < 3 else share)
-        offset = h if stage == 3 else 0.5 * h
+        row = at.HERE
         if stage < 4:
+            offset = h if stage == 3 else 0.5 * h
             for r in range(n):
-                at[r] = state[r] + offset * rates[stage - 1, r]
+                states[at.HERE, r] = states[at.BEGIN, r] + offset * states[at.RATES_AT + stage - 1, r]
         else:
             # The rates at the end are the next step's first, and give the measurements in this one their slopes.
+            row = end
             for r in range(n):
-                end[r] = state[r] + h / 6.0 * (rates[0, r] + 2.0 * rates[1, r] + 2.0 * rates[2, r] + rates[3, r])
+                states[end, r] = states[at.BEGIN, r] + h / 6.0 * (
+                    states[at.RATES_AT, r]
+                    + states[at.RATES_AT + 3, r]
+                    + 2.0 * (states[at.RATES_AT + 1, r] + states[at.RATES_AT + 2, r])
+                )
             for joint in range(2):
-                if modes[joint] == STICKS:
-                    stop(end, joint)
-            copy(end, at)
-        rates_of(
-            at, time + there * step, input_at(inputs, there), modes, coefficients, table, values, lanes_of, constants,
-            base, slopes, by_own, by_lane, sums, by_state, direct, rates, stage,
-        )  # fmt: skip
-
-
-@part
-def is_rough(rates, h):
-    """Return whether a step is too long: the rates at its last stage and its end differ by a term of fourth order."""
-    largest = 0.0
-    for r in range(rates.shape[1]):
-        largest = max(largest, abs(rates[4, r] - rates[3, r]))
-    return is_too_rough(largest, h)
+                if work.modes[at.MODE, joint] == STICKS:
+                    stop(states[end], joint)
+        t, u = begin + there * step, input_at(work, there)
+        call(plan[at.FILL_RATES], (plan, motion, room, row, t, u, stage, derive))
 
 
 @inlined
-def is_too_rough(difference, h):
-    """Return whether a step is too long whose rates at its last stage and its end differ by so much at most."""
-    return h * difference > 6.0 * _ROUGH
+def roughness(work, h):
+    """Return the error of a step over the largest allowed: the rates at its last stage and its end differ by it."""
+    largest = 0.0
+    for r in range(work.states.shape[1]):
+        largest = max(largest, abs(work.states[at.RATES_AT + 4, r] - work.states[at.RATES_AT + 3, r]))
+    return h * largest / (6.0 * _ROUGH)
 
 
 @inlined
@@ -75,3 +93,30 @@ def hermite(s, h):
     """Return the weights of both ends' values, and of both ends' slopes, at a share of a step of a length [s]."""
     square = (1.0 - s) * (1.0 - s)
     return (1.0 + 2.0 * s) * square, s * s * (3.0 - 2.0 * s), h * s * square, h * s * s * (s - 1.0)
+
+
+@part
+def fill_first_slopes(work):
+    """Fill in the slopes of the derivatives at a step's beginning."""
+    slopes, matrices, n = work.slopes, work.matrices, work.states.shape[1]
+    for d in range(work.directions):
+        slopes[0, at.OLD_SLOPE, d], slopes[1, at.OLD_SLOPE, d] = slopes[2, at.OLD, d], slopes[3, at.OLD, d]
+        for r in range(2, n):
+            total = slopes[r, at.DIRECT, d]
+            for k in range(n):
+                total += matrices[0, r, k] * slopes[k, at.OLD, d]
+            slopes[r, at.OLD_SLOPE, d] = total
+
+
+@part
+def accept(work):
+    """Let a step's end be the next one's beginning."""
+    for r in range(work.states.shape[1]):
+        work.states[at.BEGIN, r] = work.states[at.END, r]
+        for d in range(np.uint64(work.directions)):
+            work.slopes[r, at.OLD, d] = work.slopes[r, at.NEW, d]
+            work.slopes[r, at.OLD_SLOPE, d] = work.slopes[r, at.NEW_SLOPE, d]
+
+
+OF_STEP_ON = void(INDICES, NUMBERS, NUMBERS, float64, float64, float64, float64, int64, int64)
+"""Signature of `step_on`."""

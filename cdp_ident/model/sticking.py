@@ -1,165 +1,282 @@
-"""When joints with dry friction stop, stick and break loose, and what that does to derivatives (compiled).
+"""When joints stop, stick and break loose, and states reach a limit, and what that does to derivatives (compiled).
 
-A step of the integrator ends where a joint's speed passes through zero, or where the torque that holds a sticking
-joint reaches its friction. There the rate of change may jump by what friction does: derivatives of the motion are
-carried across by the saltation matrix (Leine and Nijmeijer, Dynamics and Bifurcations of Non-smooth Mechanical
+A step of the integrator ends where a joint's speed passes through zero, where the torque that holds a sticking joint
+reaches its friction, or where a state reaches its limit. There the rate of change may jump: derivatives of the motion
+are carried across by the saltation matrix (Leine and Nijmeijer, Dynamics and Bifurcations of Non-smooth Mechanical
 Systems, 2004, chapter 7; Hiskens and Pai, IEEE Trans. Circuits and Systems I 47, 2000).
 """
 
-from cdp_ident.model.compilation import inlined, part
-from cdp_ident.model.dynamics import COUPLING, HOLDS, SIZES, STICKS, joint_speed, rates_at
-from cdp_ident.model.equations import inertia_between, sines_and_cosines
-from cdp_ident.model.tangents import OLD, blocks_of, row_of, width_of
+import math
+
+import numpy as np
+from numba import float64, int64, void
+
+from cdp_ident.machine.calls import INDICES, NUMBERS, call
+from cdp_ident.machine.compilation import inlined, part
+from cdp_ident.model import layout as at
+from cdp_ident.model.layout import unfolded
+from cdp_ident.model.rates import STICKS, joint_speed
+from cdp_ident.model.runge_kutta import fill_first_slopes
+
+_AT_LIMIT = 1e-11
+"""A state so close to its limit, as a share of that, has reached it."""
+_TURNED_OVER, _RESOLVED = 4.0, 0.15
+"""A law that changes within a small speed v is constant beyond so many times v; below, a step changes the joint's speed
+by at most this share of v."""
+SMALLEST = 1.0 / 256.0
+"""Smallest share of a step into which it is divided."""
+_MOST_ITERATIONS = 50
+AT_ONCE = 1e-13
+"""Resolution of instants, as a share of the step."""
+_NEAREST = 1e-9
+"""A joint that begins to move and stops again within this share of a step counts as not having moved."""
+_CLOSE = 1e-15
+"""An instant is located when a speed [rad/s] or a torque over A22 [rad/s^2] is so close to its limit."""
 
 
-@part
-def stop(state, joint):
-    """Set a joint's speed to exactly zero."""
-    if joint == 0:
-        state[2] = 0.0
-    else:
-        state[3] = state[2]
+def settle(plan, motion, room, t, u, loose, crossed):
+    """Decide which joints at rest stick and where others go, and which states are held; fill in the rates after that.
 
-
-@part
-def settle(
-    state, time, u, modes, dry, loose, coefficients, table, values, lanes_of, constants, base, slopes, by_own,
-    by_lane, sums, by_state, direct, rates, row,
-):  # fmt: skip
-    """Decide which of the joints at rest stick and where the others go; the rates are those after that.
+    Derivatives are carried across the instant.
 
     Args:
-        state: (n,) the state.
-        time: time in the trial [s].
+        plan: memory with the laws and modes.
+        motion: what gives the motion.
+        room: memory to work in.
+        t: time in the trial [s].
         u: the cart's acceleration [m/s^2].
-        modes: (2,) takes the joints' modes.
-        dry: (2,) which joints have dry friction.
-        loose: the joint that has just broken loose, whose holding torque is in `sums`; -1 for none.
-        coefficients: as `rates_of` takes them, like all that follow.
-        table: likewise.
-        values: likewise.
-        lanes_of: likewise.
-        constants: likewise.
-        base: likewise.
-        slopes: likewise.
-        by_own: likewise.
-        by_lane: likewise.
-        sums: likewise.
-        by_state: likewise.
-        direct: likewise.
-        rates: likewise.
-        row: likewise.
+        loose: the joint that has just broken loose, whose holding torque is among the numbers; -1 for none.
+        crossed: the joint whose speed has just become zero, the rates before which are those of the trial; -1 for none.
     """
+    laws, work = unfolded(plan, room)
+    state, modes, derive = work.states[at.BEGIN], work.modes, int(plan[at.DIRECTIONS] > 0)
     for joint in range(2):
-        if dry[joint]:
+        if work.modes[at.IS_TURNED, joint]:
             speed = joint_speed(state, joint)
-            modes[joint] = 1 if speed > 0.0 else (-1 if speed < 0.0 else STICKS)
+            modes[at.MODE, joint] = 1 if speed > 0.0 else (-1 if speed < 0.0 else STICKS)
     if loose >= 0:
         # It moves against the torque that held it.
-        modes[loose] = -1 if sums[HOLDS + loose] > 0.0 else 1
+        modes[at.MODE, loose] = -1 if work.numbers[at.HOLDS + loose] > 0.0 else 1
+    for k in range(at.RODS_STATES, len(state)):
+        modes[at.MODE, 2 + k] = 0
+    _settle_joints(plan, motion, room, work, t, u, derive)
+    held = False
+    for law in range(len(laws.table)):
+        for k in range(laws.table[law, at.OWN_AT], laws.table[law, at.OWN_AT] + laws.table[law, at.OWNS]):
+            side = 1 if state[k] > 0.0 else -1
+            outwards = side * work.states[at.RATES_AT, k]
+            # At rest, its joint's mode tells which way it will go.
+            goes = outwards > 0.0 or (
+                outwards == 0.0
+                and laws.table[law, at.JOINT] < 2
+                and side * modes[at.MODE, laws.table[law, at.JOINT]] >= 0
+            )
+            if is_at_limit(laws, state, k) and goes:
+                modes[at.MODE, 2 + k], held = side, True
+                state[k] = side * laws.limits[k]
+    if held:
+        call(plan[at.FILL_RATES], (plan, motion, room, at.BEGIN, t, u, 0, derive))
+    if derive:
+        _carry_derivatives(work, crossed)
+
+
+@part
+def _carry_derivatives(work, crossed):
+    if crossed >= 0:
+        _carry_across(work, crossed, work.states[at.TRIAL])
+    for joint in range(2):
+        if work.modes[at.MODE, joint] == STICKS:
+            _hold_derivatives(work, joint)
+    for r in range(at.RODS_STATES, work.states.shape[1]):
+        if work.modes[at.MODE, 2 + r] != 0:
+            _hold_state(work, r)
+    fill_first_slopes(work)
+
+
+@part
+def _settle_joints(plan, motion, room, work, t, u, derive):
     # The modes of two joints at rest depend on each other: all combinations are tried until one is consistent.
-    given_inner, given_outer = modes[0], modes[1]
+    state, modes, rates = work.states[at.BEGIN], work.modes, work.states[at.RATES_AT]
+    given_inner, given_outer = modes[at.MODE, 0], modes[at.MODE, 1]
     best, best_inner, best_outer = 1e300, given_inner, given_outer
     for attempt in range(10):
         inner, outer = attempt // 3, attempt % 3
         if attempt == 9:
-            modes[0], modes[1] = best_inner, best_outer
+            modes[at.MODE, 0], modes[at.MODE, 1] = best_inner, best_outer
         elif (given_inner != STICKS and inner > 0) or (given_outer != STICKS and outer > 0):
             continue
         else:
-            modes[0] = (-1 if inner == 2 else inner) if given_inner == STICKS else given_inner
-            modes[1] = (-1 if outer == 2 else outer) if given_outer == STICKS else given_outer
-        rates_at(
-            state, time, u, modes, coefficients, table, values, lanes_of, constants, base, slopes, by_own,
-            by_lane, sums, by_state, direct, rates, row,
-        )  # fmt: skip
+            modes[at.MODE, 0] = (-1 if inner == 2 else inner) if given_inner == STICKS else given_inner
+            modes[at.MODE, 1] = (-1 if outer == 2 else outer) if given_outer == STICKS else given_outer
+        call(plan[at.FILL_RATES], (plan, motion, room, at.BEGIN, t, u, 0, derive))
         wrong = 0.0
         if given_inner == STICKS:
-            excess = violation(state, 0, modes, sums) if modes[0] == STICKS else -float(modes[0]) * rates[row, 2]
+            excess = (
+                _joint_violation(work, state, 0)
+                if modes[at.MODE, 0] == STICKS
+                else -float(modes[at.MODE, 0]) * rates[2]
+            )
             wrong += max(excess, 0.0)
         if given_outer == STICKS:
-            onward = rates[row, 3] - rates[row, 2]
-            excess = violation(state, 1, modes, sums) if modes[1] == STICKS else -float(modes[1]) * onward
+            onward = rates[3] - rates[2]
+            excess = (
+                _joint_violation(work, state, 1) if modes[at.MODE, 1] == STICKS else -float(modes[at.MODE, 1]) * onward
+            )
             wrong += max(excess, 0.0)
         if wrong == 0.0:
             return
         if wrong < best:
-            best, best_inner, best_outer = wrong, modes[0], modes[1]
+            best, best_inner, best_outer = wrong, modes[at.MODE, 0], modes[at.MODE, 1]
 
 
 @inlined
-def violation(state, joint, modes, sums):
-    """Return by how much a joint violates the condition of its mode: above zero, the mode has ended."""
-    if modes[joint] == STICKS:
-        return abs(sums[HOLDS + joint]) - max(sums[SIZES + joint], 0.0)
-    return -float(modes[joint]) * joint_speed(state, joint)
+def _joint_violation(work, state, joint):
+    if work.modes[at.MODE, joint] == STICKS:
+        return abs(work.numbers[at.HOLDS + joint]) - max(work.numbers[at.SIZES + joint], 0.0)
+    return -float(work.modes[at.MODE, joint]) * joint_speed(state, joint)
 
 
 @inlined
-def dip(joint, modes, rates):
-    """Return where in a step a slipping joint is slowest, as a share, if it slows down and speeds up again; else 0.
+def violation(laws, work, state, mode):
+    """Return by how much the condition of a mode is violated in a state: above zero, the mode has ended.
 
-    `rates` has the step's beginning in row 0 and its end in row 4.
+    The first two modes are those of the joints, the others those of each number of the state.
     """
-    first, last = (rates[0, 2], rates[4, 2]) if joint == 0 else (rates[0, 3] - rates[0, 2], rates[4, 3] - rates[4, 2])
-    mode = float(modes[joint])
+    if mode < 2:
+        return _joint_violation(work, state, mode) if work.modes[at.IS_TURNED, mode] else -1.0
+    limit = laws.limits[mode - 2]
+    return abs(state[mode - 2]) - limit if work.modes[at.MODE, mode] == 0 and limit < math.inf else -1.0
+
+
+@inlined
+def is_at_limit(laws, state, k):
+    """Return whether a number of the state has reached its limit."""
+    return abs(state[k]) >= (1.0 - _AT_LIMIT) * laws.limits[k]
+
+
+@inlined
+def dip(work, joint):
+    """Return where in a step a slipping joint is slowest, as a share, if it slows down and speeds up again; else 0."""
+    first, last, mode = work.states[at.RATES_AT], work.states[at.RATES_AT + 4], float(work.modes[at.MODE, joint])
+    first, last = joint_speed(first, joint), joint_speed(last, joint)
     return first / (first - last) if mode * first < 0.0 and mode * last > 0.0 else 0.0
 
 
-@inlined
-def lateness(speed1, speed2, joint, towards):
-    """Return by how much later a joint's speed is zero, by the derivatives of both rods' speeds."""
-    return -(speed1 if joint == 0 else speed2 - speed1) / towards
+def instant_of(plan, motion, room, begin, step, done, share, mode):
+    """Return after which share of the grid's step, up to `share`, a mode ends; 2 where it does not.
 
-
-@inlined
-def held_speeds(speed1, speed2, joint, A33, m):
-    """Return derivatives of both rods' speeds as a sticking joint allows them, by an impulse in it."""
-    if joint == 0:
-        return 0.0, speed2 + m / A33 * speed1
-    common = ((1.0 + m) * speed1 + (A33 + m) * speed2) / (1.0 + A33 + 2.0 * m)
-    return common, common
-
-
-@inlined
-def inertia_of_both(state, coefficients, table, values):
-    """Return what is beside the diagonal of the inertia matrix in a state, over A22."""
-    coupled = 0.0
-    for e in range(len(table)):
-        if table[e, 1] == COUPLING:
-            coupled += values[e, 0]
-    return inertia_between(sines_and_cosines(state[0], state[1]), coefficients[0], coupled)
+    Its violation at the end of that share is in `work.end`; if that is not above zero, it is a joint whose speed has a
+    minimum on the way. The rates at the beginning are there; the others are overwritten.
+    """
+    laws, work = unfolded(plan, room)
+    low, high, low_value, high_value = 0.0, share, 0.0, work.numbers[at.VIOLATIONS + mode]
+    state = work.states[at.BEGIN]
+    dips, bracketed, reach = high_value <= 0.0, False, share
+    if dips:
+        reach = share * dip(work, mode)
+    else:
+        sticks = mode < 2 and work.modes[at.MODE, mode] == STICKS
+        low_value = -high_value if sticks else violation(laws, work, state, mode)
+        bracketed = low_value < 0.0
+    side = 0
+    for _ in range(_MOST_ITERATIONS):
+        if bracketed:
+            # Regula falsi, kept from creeping by halving the value of the end that stays (Illinois).
+            reach = (low * high_value - high * low_value) / (high_value - low_value)
+            if not low < reach < high or high - low < AT_ONCE:
+                return min(max(reach, low), high)
+        elif not dips:
+            # A joint that has just begun to move has no speed yet: look for an instant at which it has.
+            reach *= 0.25
+            if reach < _NEAREST:
+                return 2.0
+        call(plan[at.STEP_ON], (plan, motion, room, begin, step, done, reach, at.TRIAL, 0))
+        value = violation(laws, work, work.states[at.TRIAL], mode)
+        if dips:
+            if value <= 0.0:
+                return 2.0
+            dips, high, high_value = False, reach, value
+            low_value = violation(laws, work, state, mode)
+            bracketed = low_value < 0.0
+        elif not bracketed:
+            if value < 0.0:
+                low, low_value, bracketed = reach, value, True
+        elif value > 0.0:
+            high, high_value = reach, value
+            if side == 1:
+                low_value *= 0.5
+            side = 1
+        else:
+            low, low_value = reach, value
+            if side == -1:
+                high_value *= 0.5
+            side = -1
+        if bracketed and abs(value) < _CLOSE:
+            break
+    return reach
 
 
 @part
-def carry_across(tangents, lanes, joint, before, after):
-    """Carry derivatives across the instant at which a joint's speed is zero.
+def resolving_share(laws, motion, work, step):
+    """Return the largest share of a step that resolves every law that changes within a small speed or angle."""
+    share, rates, state = 1.0, work.states[at.RATES_AT], work.states[at.BEGIN]
+    for law in range(len(laws.table)):
+        if laws.table[law, at.RESOLVES] < 0:
+            continue
+        scale = motion[at.VALUES + laws.table[law, at.VALUES_AT] + laws.table[law, at.RESOLVES]]
+        joint = laws.table[law, at.JOINT]
+        change = abs(joint_speed(rates, joint)) * step
+        speed = abs(joint_speed(state, joint))
+        if laws.table[law, at.KIND] & at.WITHIN_ANGLE:
+            if laws.table[law, at.OWNS] > 0 and work.modes[at.MODE, 2 + laws.table[law, at.OWN_AT]] != 0:
+                continue  # what it remembers stays as it is until the joint turns back
+            # A step turns a joint by at most about that angle.
+            share = min(share, scale / max(speed * step, math.sqrt(scale * change * step), 1e-300))
+        else:
+            beyond = speed - _TURNED_OVER * scale
+            share = min(share, max(beyond, _RESOLVED * scale) / max(change, 1e-300))
+    return max(share, SMALLEST)
 
-    Args:
-        tangents: derivatives of the state, in so many lanes.
-        lanes: so many.
-        joint: 0 inner, 1 outer.
-        before: (n,) rates of change before.
-        after: (…, n) rates of change after, in row 0.
+
+@part
+def _carry_across(work, joint, before):
+    """Carry derivatives across the instant at which a joint's speed is zero, given the rates of change before it.
+
+    Those after it are in row 0.
     """
     towards = before[2] if joint == 0 else before[3] - before[2]
     if towards == 0.0:
         return
-    n = len(before)
-    for block in range(blocks_of(lanes)):
-        omega1, omega2 = row_of(n, block, 2, OLD), row_of(n, block, 3, OLD)
-        for i in range(width_of(block, lanes)):
-            late = lateness(tangents[omega1 + i], tangents[omega2 + i], joint, towards)
-            for r in range(2, n):
-                tangents[row_of(n, block, r, OLD) + i] += (before[r] - after[0, r]) * late
+    slopes = work.slopes
+    for d in range(np.uint64(work.directions)):
+        one, two = slopes[2, at.OLD, d], slopes[3, at.OLD, d]
+        late = -(one if joint == 0 else two - one) / towards
+        for r in range(2, work.states.shape[1]):
+            slopes[r, at.OLD, d] += (before[r] - work.states[at.RATES_AT, r]) * late
 
 
 @part
-def hold(tangents, states, lanes, joint, A33, m):
+def _hold_derivatives(work, joint):
     """Project derivatives on motions that a sticking joint allows, by an impulse in it that keeps its speed at zero."""
-    for block in range(blocks_of(lanes)):
-        omega1, omega2 = row_of(states, block, 2, OLD), row_of(states, block, 3, OLD)
-        for i in range(width_of(block, lanes)):
-            tangents[omega1 + i], tangents[omega2 + i] = held_speeds(
-                tangents[omega1 + i], tangents[omega2 + i], joint, A33, m
-            )
+    slopes, sums = work.slopes, work.numbers
+    i11, i12, i21, i22 = sums[at.INERTIAS], sums[at.INERTIAS + 1], sums[at.INERTIAS + 2], sums[at.INERTIAS + 3]
+    for d in range(np.uint64(work.directions)):
+        one, two = slopes[2, at.OLD, d], slopes[3, at.OLD, d]
+        if joint == 0:
+            slopes[2, at.OLD, d], slopes[3, at.OLD, d] = 0.0, two + i21 / i22 * one
+        else:
+            common = ((i11 + i21) * one + (i12 + i22) * two) / (i11 + i12 + i21 + i22)
+            slopes[2, at.OLD, d], slopes[3, at.OLD, d] = common, common
+
+
+@part
+def _hold_state(work, k):
+    """Let a number of the state, which is at its limit, depend on nothing."""
+    for d in range(np.uint64(work.directions)):
+        work.slopes[k, at.OLD, d] = 0.0
+
+
+OF_SETTLE = void(INDICES, NUMBERS, NUMBERS, float64, float64, int64, int64)
+"""Signature of `settle`."""
+OF_INSTANT_OF = float64(INDICES, NUMBERS, NUMBERS, float64, float64, float64, float64, int64)
+"""Signature of `instant_of`."""

@@ -1,6 +1,7 @@
 """The integrator's own steps, and how to read a motion at measurement times that are not on them."""
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -17,22 +18,17 @@ DEFAULT_STEP = 0.005
 
 @dataclass(frozen=True)
 class TimeGrid:
-    """Fixed steps from time 0 to the last measurement, and where among them each measurement lies.
+    """Fixed steps from time 0 on, and where among them each measurement lies.
 
     A motion between two steps is the cubic Hermite polynomial through both ends' angles and velocities, whose error
     of order step^4 stays below the integrator's own.
     """
 
     step: float
-    first_sample: Indices
-    """(steps + 1,) index of the first measurement in each step; the last one is the number of measurements."""
+    """[s]"""
+    steps: int
     place: Array
-    """(n,) how far into its step each measurement lies: 0 at its beginning, 1 at its end."""
-
-    @property
-    def steps(self) -> int:
-        """Number of steps."""
-        return len(self.first_sample) - 1
+    """(n,) when each measurement is made, in steps."""
 
     @classmethod
     def over(cls, times: Array, step: float = DEFAULT_STEP, earliest: float = 0.0) -> "TimeGrid":
@@ -51,11 +47,17 @@ class TimeGrid:
             raise OptionError("a simulation needs a list of finite times at which to give the motion")
         if times[0] < earliest or np.any(np.diff(times) < 0):
             raise OptionError("the times of a simulation must ascend and not lie before its start at 0 s")
-        # A measurement at the end of a step, give or take rounding, belongs to that step: none is made for it alone.
-        index = np.maximum(np.ceil(times / step - 1e-9).astype(np.int64) - 1, 0)
-        steps = int(index[-1]) + 1
-        first_sample = np.searchsorted(index, np.arange(steps + 1)).astype(np.int64)
-        return cls(float(step), first_sample, times / step - index)
+        place = times / step
+        return cls(float(step), int(_index(place)[-1]) + 1, place)
+
+    def extended(self, duration: float) -> "TimeGrid":
+        """Return it with as many more steps as a duration [s] takes."""
+        return replace(self, steps=self.steps + math.ceil(duration / self.step))
+
+    @property
+    def first_sample(self) -> Indices:
+        """(steps + 1,) index of the first measurement in each step; the last one is the number of measurements."""
+        return np.searchsorted(_index(self.place), np.arange(self.steps + 1)).astype(np.int64)
 
     @property
     def weights(self) -> Array:
@@ -63,8 +65,13 @@ class TimeGrid:
 
         The last two contain the step [s].
         """
-        return np.stack(hermite(self.place, self.step), axis=1)
+        return np.stack(hermite(self.place - _index(self.place), self.step), axis=1)
 
     def half_step_times(self) -> Array:
         """Return the times (2 steps + 1,) [s] at which the integrator looks at an input."""
         return np.asarray(np.arange(2 * self.steps + 1) * (0.5 * self.step), dtype=float)
+
+
+def _index(place: Array) -> Indices:
+    """Return in which step each of some places lies; one at the end of a step, give or take rounding, is in that."""
+    return np.maximum(np.ceil(place - 1e-9).astype(np.int64) - 1, 0)

@@ -64,6 +64,7 @@ def main(arguments: list[str]) -> int:
         options.watch,
         options.figures,
         options.like,
+        options.effects,
     )
     if options.watch and options.once:
         raise OptionError("--watch goes on until Ctrl-C, so --once cannot go with it")
@@ -121,6 +122,9 @@ def _parser() -> ArgumentParser:
     )
     parser.add_argument(
         "--like", type=Path, metavar="DIR", help="an earlier report of this rig: its effects are tried first"
+    )
+    parser.add_argument(
+        "--effects", metavar="FILE", help="YAML file of your own effects, to be looked for beside the catalogue's"
     )
     parser.add_argument("--out", type=Path, metavar="DIR", help="where the report goes (identification/<bag name>)")
     parser.add_argument("--figures", action="store_true", help="draw the figures as PNG and SVG files, too")

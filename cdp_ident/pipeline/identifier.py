@@ -14,6 +14,8 @@ from cdp_ident.configuration.parameter_file import read_parameter_file
 from cdp_ident.configuration.settings import Settings
 from cdp_ident.diagnosis.new_trial import NewTrialCheck, check_new_trial
 from cdp_ident.errors import CdpIdentError, FitFailedError, OptionError
+from cdp_ident.model.effects import own
+from cdp_ident.model.effects.catalogue import forget_own
 from cdp_ident.outside_text import shown
 from cdp_ident.pipeline.interruption import GivenUpError, Interruption
 from cdp_ident.pipeline.job import load, load_with_weights, refuse_copies, run
@@ -41,6 +43,7 @@ from cdp_ident.report.schema import Section
 from cdp_ident.report.terminal import print_report
 from cdp_ident.search.genetic_search import Progress
 from cdp_ident.trial.trial import Trial
+from cdp_ident.user_input import user_path
 
 NODE_NAME = "identify"
 DEFAULT_FOLDER = Path("identification")
@@ -75,6 +78,8 @@ class Request:
     """Whether figures are drawn as files, too."""
     like: Path | None = None
     """Folder of an earlier report of the rig, whose effects are expected."""
+    effects_file: str | None = None
+    """YAML file of the user's own effects."""
 
 
 def read_configuration(config: Path | None) -> dict[str, Any]:
@@ -108,7 +113,9 @@ class Identifier:
         """
         request = self._request
         values = {**read_configuration(request.config), **given}
-        values |= {name: value for name in ("method", "seed") if (value := getattr(request, name)) is not None}
+        values |= {
+            name: value for name in ("method", "seed", "effects_file") if (value := getattr(request, name)) is not None
+        }
         return Settings.of(values)
 
     @property
@@ -130,9 +137,14 @@ class Identifier:
         if self._watched:
             self._leave_out_vanished()
             self._take_new(self._watched, settings)
-        like = self._request.like
-        expected = expected_effects(read_report(like / REPORT)) if like else ()
-        job = Job((*self._request.bags, *self._came), self._request.holdout, settings, expected)
+        forget_own()
+        earlier = read_report(self._request.like / REPORT) if self._request.like else None
+        own_effects = dict(earlier["own_effects"]) if earlier else {}
+        if file := settings.identify.effects_file:
+            own_effects |= own.read_own_effects(user_path(file))
+        own.use(own_effects, settings.identify.model.mechanism.inertia, file or "--like")
+        expected = expected_effects(earlier) if earlier else ()
+        job = Job((*self._request.bags, *self._came), self._request.holdout, settings, expected, own_effects)
         loaded = load(job, more_to_come=self._watched is not None)
         name = self._request.watch.resolve().name if self._request.watch else loaded.fit[0].name
         self._folder = self._folder or DEFAULT_FOLDER / name

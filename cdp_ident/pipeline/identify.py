@@ -8,28 +8,22 @@ import numpy.typing as npt
 
 from cdp_ident.diagnosis.encoder_scale import encoder_scale
 from cdp_ident.diagnosis.identification import Identification
-from cdp_ident.diagnosis.length import length_by_balance, says_another_length
+from cdp_ident.diagnosis.length import LengthByBalance, length_by_balance, says_another_length
 from cdp_ident.errors import IdentificationError
-from cdp_ident.fit.balance_unknowns import DRY, NOT_DRY, Mechanism, Piece
 from cdp_ident.fit.data import noise_over, noise_over_averages, prepare
 from cdp_ident.fit.estimation import estimate
-from cdp_ident.fit.force_balance import CLEARLY_BETTER, ForceBalance, balance_of_pieces, pieces_of
+from cdp_ident.fit.force_balance import ForceBalance, Pieces, balance_of_forces, balances_of
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.reweighting import reweighted
 from cdp_ident.fit.roles import assign_roles
 from cdp_ident.fit.scales import Scales, scales_of
 from cdp_ident.fit.thinning import thinned
 from cdp_ident.fit.window_lengths import Lengths, predictable_lengths
-from cdp_ident.model.effects.effect import TorqueEffect
 from cdp_ident.model.parameters import time_unit
 from cdp_ident.search.genetic_search import Progress
 from cdp_ident.trial.trial import Trial
 
 Array = npt.NDArray[np.float64]
-
-_LEAVES = 0.7
-"""A coupling or a spring leaves at most this share of what a joint's balance does not explain without it: a smaller
-part may be that of several weak effects, which the selection tells apart."""
 
 
 def identify(
@@ -58,18 +52,7 @@ def identify(
     parted = assign_roles(fit, holdout, time_unit(prior.length, prior.gravity))
     shown = [part.shown for part in parted if part.is_fitted]
     noise = noise_over(shown)
-    mechanism = Mechanism(prior.length, prior.gravity, options.model.mechanism.outer_length or prior.length)
-    pieces = _pieces(shown, mechanism)
-    balances = _balances(pieces, mechanism)
-    length, failure = None, ""
-    if balances:
-        free = _balance(pieces, mechanism, balances[0].effects, (), length_free=True)
-        scale = encoder_scale(pieces, mechanism, [*balances, *([free] if free else [])])
-        if scale:
-            failure, balances = scale.failure, (scale.balance, *balances)
-        elif free and not options.length_free:
-            length = length_by_balance(balances[0], free)
-            failure = says_another_length(balances[0], length)
+    balances, length, failure = _balances(shown, options)
     balanced = balances[0] if balances else None
     scales = scales_of(shown, prior.length, prior.gravity, noise, balanced.groups_of if balanced else None)
     parted = [replace(part, trial=thinned(part.trial, scales.together)) for part in parted]
@@ -123,46 +106,18 @@ def _lengths(
     return predictable_lengths(trial, scales, groups, options.prior.length, options.prior.gravity, noise)
 
 
-def _pieces(trials: Sequence[Trial], mechanism: Mechanism) -> list[Piece]:
-    """Return the trials' smooth motion; none where it cannot be computed."""
+def _balances(
+    trials: Sequence[Trial], options: IdentifyOptions
+) -> tuple[tuple[ForceBalance, ...], LengthByBalance | None, str]:
+    """Return the balances of forces, what they say of L, and why the fit fails by them; none with too little motion."""
     try:
-        return pieces_of(trials, mechanism.time_unit)
+        pieces = Pieces.of(trials, options.prior.length, options.prior.gravity)
+        balances = balances_of(pieces)
+        free = balance_of_forces(pieces, balances[0].effects, length_free=True)
     except (IdentificationError, np.linalg.LinAlgError):
-        return []
-
-
-def _balances(pieces: Sequence[Piece], mechanism: Mechanism) -> tuple[ForceBalance, ...]:
-    """Return the balances of forces, the one with the best choice of effects first.
-
-    Where that has any, the one with dry friction in both joints follows, as friction in one may hide that in the other.
-    Where the motion is too little for a balance, there is none.
-    """
-    plain = _balance(pieces, mechanism)
-    if plain is None:
-        return ()
-    preferred, besides = plain, tuple[TorqueEffect, ...]()
-    for effect in NOT_DRY:
-        other = _balance(pieces, mechanism, (effect,))
-        if other is None or np.all(other.beyond_noise > _LEAVES * plain.beyond_noise):
-            continue
-        if other.criterion < min(preferred.criterion, plain.criterion - CLEARLY_BETTER):
-            preferred, besides = other, (effect,)
-    with_all_dry = (*besides, *DRY)
-    if not preferred.effects or preferred.effects == with_all_dry:
-        return (preferred,)
-    both = _balance(pieces, mechanism, with_all_dry, ())
-    return (preferred,) if both is None else (preferred, both)
-
-
-def _balance(
-    pieces: Sequence[Piece],
-    mechanism: Mechanism,
-    effects: Sequence[TorqueEffect] = (),
-    optional: Sequence[TorqueEffect] = DRY,
-    length_free: bool = False,
-) -> ForceBalance | None:
-    """Return the balance of forces, or None where it cannot be computed: the search begins without it then."""
-    try:
-        return balance_of_pieces(pieces, mechanism, effects=effects, optional=optional, length_free=length_free)
-    except (IdentificationError, np.linalg.LinAlgError):
-        return None
+        return (), None, ""
+    scale = encoder_scale(pieces, [*balances, free])
+    if scale:
+        return (scale.balance, *balances), None, scale.failure
+    length = None if options.length_free else length_by_balance(balances[0], free, options.prior.length)
+    return balances, length, says_another_length(balances[0], length)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from cdp_ident.configuration.settings import Settings
 from cdp_ident.errors import OptionError
-from cdp_ident.model.compile_ahead import compile_ahead
+from cdp_ident.fit.compile_ahead import compile_ahead
 from cdp_ident.model.parameters import SYMBOLS
 from cdp_ident.model.weight_settings import ADDED, refuse_misplaced
 from cdp_ident.model.weights import RODS, Rod, Weight

@@ -6,11 +6,8 @@ import numpy.typing as npt
 from cdp_ident.configuration.fitted_model import FittedModel
 from cdp_ident.fit.motion_model import LATEST
 from cdp_ident.fit.windows import Window
-from cdp_ident.model.effects.effect import SensorEffect
-from cdp_ident.model.effects.play import Turned
-from cdp_ident.model.simulation import simulate
+from cdp_ident.model.motions import InitialValueProblem, motions, simulate
 from cdp_ident.model.time_grid import DEFAULT_STEP, TimeGrid
-from cdp_ident.model.trajectory import trajectory
 from cdp_ident.model.weights import Weight
 
 Array = npt.NDArray[np.float64]
@@ -45,14 +42,8 @@ class MotionStream:
         self._weights = weights
         weighted = model.motion.with_weights(model.values, weights)
         self._coefficients = model.motion.coefficients(weighted.values)
-        self._torques = model.motion.torques(weighted.values, self._trial, weighted.carried)
+        self._effects = model.motion.acting(weighted.values, self._trial, weighted.carried)
         self._step, self._state = 0, np.ascontiguousarray(start, dtype=float)
-        self._turned, self._seen = Turned(), 0.0
-        self._has_play = any(
-            isinstance(active.effect, SensorEffect) and active.effect.has_play for active in model.motion.effects
-        )
-        if self._has_play:
-            self.readings(np.array([0.0, DEFAULT_STEP]))  # where in its gap the encoder begins
 
     def readings(self, times: Array) -> Array:
         """Return theta1 and theta2 (n, 2) [rad] as the encoders show them at ascending times (n,) [s].
@@ -60,25 +51,20 @@ class MotionStream:
         The first time must not be before the first one of the call before.
         """
         times = np.asarray(times, dtype=float)
-        # What encoders with play show depends on the motion since the last piece, too.
-        steps = np.ceil((times[0] - self._seen) / DEFAULT_STEP - 1e-9) if self._has_play else 1.0
-        skipped = self._seen + DEFAULT_STEP * np.arange(1.0, steps)
-        self._seen = float(times[-1])
-        every = np.concatenate([skipped, times])
-        self._advance(float(every[0]) - LATEST)
-        since = every - self._now
+        self._advance(float(times[0]) - LATEST)
+        since = times - self._now
         grid = TimeGrid.over(since)
         window = Window(
             self._trial, 0, self._now, since, np.empty((0, 2)), grid, self._u(grid), self._state, weights=self._weights
         )
-        theta, _ = self._model.motion.predict(self._model.values, self._state, window, "none", self._turned)
-        return theta[len(skipped) :]
+        theta, _ = self._model.motion.predict(self._model.values, self._state, window, "none")
+        return theta
 
     def state(self, time: float) -> Array:
         """Return the rods' state (4,) at a time [s] from the first one on that was last asked for."""
         since = np.array([time - self._now])
         u = self._u(TimeGrid.over(since))
-        return simulate(self._coefficients, self._state, since, u, DEFAULT_STEP, self._torques, self._now)[0, :4]
+        return simulate(self._coefficients, self._state, since, u, DEFAULT_STEP, self._effects, self._now)[0, :4]
 
     @property
     def _now(self) -> float:
@@ -89,10 +75,9 @@ class MotionStream:
         steps = int(time / DEFAULT_STEP) - self._step
         if steps <= 0:
             return
-        # The state at the end of the last step as it is, not read from the polynomial through it.
-        grid = TimeGrid(DEFAULT_STEP, np.append(np.zeros(steps, dtype=np.int64), 1), np.ones(1))
-        u = self._u(grid)
-        self._state = trajectory(self._coefficients, self._state, grid, u, self._torques, self._now)[0]
+        grid = TimeGrid(DEFAULT_STEP, steps, np.empty(0))
+        problem = InitialValueProblem(self._coefficients, self._state, grid, self._u(grid), self._effects, self._now)
+        self._state = motions([problem]).ends[0]
         self._step += steps
 
     def _u(self, grid: TimeGrid) -> Array:

@@ -107,6 +107,7 @@ def _report(
         "selection": selection_section(outcome.trace),
         "continuity": _continuity(completed, outcome.trace.joined),
         "repeatability": _repeatability(completed),
+        "own_effects": dict(outcome.loaded.job.own_effects),
         "expected": compared(expected, outcome.trace.effects) if expected else [],
         "new_trials": [_new_trial(check) for check in new_trials],
         "identifiability": _identifiability(determined),

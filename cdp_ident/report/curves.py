@@ -9,8 +9,7 @@ import numpy.typing as npt
 from cdp_ident.diagnosis.evaluation import free_run
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.refinement import Fit
-from cdp_ident.model.effects.effect import TorqueEffect
-from cdp_ident.model.parallel import parallel_map
+from cdp_ident.machine.parallel import parallel_map
 from cdp_ident.report.outcome import Outcome
 from cdp_ident.tracing.final_model import FinalModel
 from cdp_ident.tracing.torque_residual import TorqueResidual, corrected, torque_residual
@@ -134,7 +133,7 @@ def _torques(outcome: Outcome, before: FinalModel, after: FinalModel) -> TorqueC
     lacking = _lacking(rods, model, values)
     effects = np.zeros((len(model.effects), *lacking.torque.shape))
     for index, active in enumerate(model.effects):
-        if isinstance(active.effect, TorqueEffect):
+        if active.effect.moves:
             # The torque that is missing without an effect, less that missing with it, is the effect's torque.
             others, remain = model.without_effect(index)
             effects[index] = _lacking(rods, others, values[remain]).torque - lacking.torque

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from cdp_ident.fit.active_effect import ActiveEffect
-from cdp_ident.model.effects.catalogue import CATALOGUE
+from cdp_ident.model.effects.catalogue import known_effects
 from cdp_ident.model.effects.effect import Effect
 from cdp_ident.report.formatting import number
 from cdp_ident.report.schema import Section
@@ -23,7 +23,7 @@ def expected_effects(report: Section) -> tuple[ExpectedEffect, ...]:
     """
     sections = {(section["name"], section["joint"], section["variant"]): section for section in report["effects"]}
     found = []
-    for effect in CATALOGUE:
+    for effect in known_effects():
         section = sections.get((effect.name, effect.joint, effect.variant))
         if section is None or effect.at_an_instant or effect.curve is not None:
             continue

@@ -1,8 +1,9 @@
 """What a report is made of: the bags, how they were identified, and the result."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from cdp_ident.configuration.settings import Settings
 from cdp_ident.diagnosis.identification import Identification
@@ -22,6 +23,8 @@ class Job:
     settings: Settings
     expected: tuple[ExpectedEffect, ...] = ()
     """Effects found on the rig before."""
+    own_effects: Mapping[str, Any] = field(default_factory=dict)
+    """Definitions of the user's own effects, which are looked for beside the catalogue's."""
 
 
 @dataclass(frozen=True)

@@ -5,10 +5,15 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from cdp_ident.errors import ReportError
+from cdp_ident.model.effects import own
+from cdp_ident.model.effects.catalogue import known_effects
+from cdp_ident.model.parameters import INERTIA
 from cdp_ident.outside_text import shown
 from cdp_ident.regular_file import read_regular
 from cdp_ident.report.contents import shown_texts
+from cdp_ident.report.formatting import number
 from cdp_ident.report.schema import SCHEMA, Section, problem
+from cdp_ident.user_input import refuse_unknown
 
 _LARGEST = 1 << 24
 """Bytes; identify writes some 30 000, and 20 for each generation of a search."""
@@ -19,6 +24,7 @@ def read_report(path: Path) -> Section:
 
     Raises:
         ReportError: the file is not there, is no JSON, is of another schema, or contradicts it.
+        OptionError: it has an effect that is not known, or an own one whose definition is wrong.
     """
     try:
         content = json.loads(read_regular(path, _LARGEST).decode(), parse_constant=_refuse)
@@ -32,6 +38,10 @@ def read_report(path: Path) -> Section:
         raise ReportError(f"{path} is of the schema {_short(schema)}, not {SCHEMA!r}: identify again with this version")
     if wrong := problem(content):
         raise ReportError(f"{path}: {wrong}; was it changed, or written by another version? identify again")
+    own.use(content["own_effects"], number(content["after"]["physical"][INERTIA.symbol]["value"]), str(path))
+    for section in ("effects", "expected"):
+        known = {effect.name for effect in known_effects()}
+        refuse_unknown((effect["name"] for effect in content[section]), known, f"effect in {path}")
     return dict(shown_texts(content))
 
 

@@ -1,7 +1,7 @@
 """The schema of `report.json`: the one statement of what it holds, for writing, reading and documentation.
 
 It is a JSON Schema (draft 2020-12). `null` stands for a number that is not finite. Everything that is repeated has a
-size, since a report may come from anyone; effects have the catalogue's names.
+size, since a report may come from anyone.
 """
 
 import re
@@ -11,7 +11,6 @@ from jsonschema import Draft202012Validator
 
 from cdp_ident.configuration.keys import KEYS, WEIGHTS
 from cdp_ident.diagnosis.prediction import POINTS as AHEAD
-from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.effect import Joint
 from cdp_ident.model.parameters import CONSTANTS, GROUPS, NOMINAL, SYMBOLS
 from cdp_ident.model.weights import RODS
@@ -116,11 +115,13 @@ _CURVE = an_object(
     coefficients_std=a_list(number(), "their standard deviations [N m]"),
     likeness=text("what has such a torque; empty where it is like nothing known"),
 )
+_NAMES = {"pattern": "^[a-z][a-z0-9_]{0,60}$"}
+_NAME = text("in the catalogue, or of the user's own effects") | _NAMES
 _EFFECT = an_object(
     "an effect that was added to the model",
-    name=one_of(tuple(effect.name for effect in CATALOGUE), "by the catalogue"),
+    name=_NAME,
     joint=one_of(get_args(Joint)),
-    variant=one_of(("", *(effect.variant for effect in CATALOGUE)), "which form of it"),
+    variant=text("which form of it"),
     trial=or_null(text("the trial that it happened in, of an effect that happens once")),
     description=text(),
     summary=text("the effect with its place and strength, and what else it may be"),
@@ -134,7 +135,7 @@ _EFFECT = an_object(
             as_fitted=_ESTIMATE | {"description": "the torque over A22, which is what motion shows"},
         ),
         "by name",
-        {"pattern": "^[a-z][a-z0-9_]{0,60}$"},
+        _NAMES,
     ),
     evidence=an_object(
         "what it brings",
@@ -146,9 +147,7 @@ _EFFECT = an_object(
     ),
     curve=or_null(_CURVE),
     certainty=one_of(get_args(Certainty), "how sure its name is"),
-    also_possible=a_list(
-        one_of(tuple(f"{effect.name} {effect.joint}" for effect in CATALOGUE)), "what could stand in its place"
-    ),
+    also_possible=a_list(text("name and joint"), "what could stand in its place"),
 )
 _PREDICTION = an_object(
     "error of the prediction, the larger one of both angles'",
@@ -326,7 +325,7 @@ REPORT: Schema = {
                     rmse_validation_rad=number("[rad]"),
                     tried=a_list(
                         an_object(
-                            effects=a_list(one_of(tuple(effect.key for effect in CATALOGUE))),
+                            effects=a_list(text("name, joint and form")),
                             rmse_fit_rad=number("[rad]"),
                             rmse_validation_rad=number("[rad]; null where the fit alone ruled it out"),
                             delta_bic=number(),
@@ -356,7 +355,7 @@ REPORT: Schema = {
         ),
         expected=a_list(
             an_object(
-                name=one_of(tuple(effect.name for effect in CATALOGUE), "by the catalogue"),
+                name=_NAME,
                 joint=one_of(get_args(Joint)),
                 variant=text(),
                 state=one_of(("confirmed", "withdrawn", "new"), "in these trials"),
@@ -400,6 +399,7 @@ REPORT: Schema = {
             to_measure=a_list(text(), "what would determine more"),
             words=a_list(text(), "the same for people"),
         ),
+        own_effects=a_map({"type": "object"}, "the user's own effects, defined as in the file of --effects", _NAMES),
         in_doubt=a_list(
             an_object(
                 effect=text("its key, as in the selection"),

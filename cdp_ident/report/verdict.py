@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from cdp_ident.model.effects.effect import Form, SensorEffect
 from cdp_ident.report.formatting import CERTAINTY, with_std
 from cdp_ident.tracing.found_effects import FoundEffect, FoundParameter
 from cdp_ident.tracing.trace import Trace
@@ -46,9 +45,9 @@ def _in_words(found: FoundEffect) -> str:
     effect = found.active.effect
     if effect.joint == "base":
         place = ""
-    elif isinstance(effect, SensorEffect) and not effect.bends:
+    elif not effect.moves and not effect.of_both_encoders:
         place = f" (the {effect.joint} encoder)"
-    elif isinstance(effect, SensorEffect) or (effect.form is Form.RODS and not effect.dry):
+    elif not effect.moves or (any(effect.law.torques) and not effect.uses_accelerations):
         place = f" ({effect.joint})"
     else:
         place = f" in the {effect.joint} joint"

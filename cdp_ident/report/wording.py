@@ -9,13 +9,11 @@ import numpy.typing as npt
 
 from cdp_ident.design.starts import HAND
 from cdp_ident.diagnosis.identifiability import CONFIDENCE
-from cdp_ident.model.effects.catalogue import CATALOGUE
-from cdp_ident.model.effects.effect import SensorEffect
+from cdp_ident.model.effects.catalogue import known_effects
 from cdp_ident.model.parameters import CONSTANTS, GROUPS, INERTIA, SYMBOLS, Group, groups_of, inertia_about_cart
 from cdp_ident.report.formatting import CERTAINTY, number, per_cent, with_std
 from cdp_ident.report.schema import Section
 
-_OF_ENCODERS = frozenset(effect.name for effect in CATALOGUE if isinstance(effect, SensorEffect) and not effect.bends)
 _HARDLY_LESS = 0.95
 """What leaves intervals as wide as that share of what they are is not worth a trial."""
 _FELT, _MOST_IN_DOUBT = 0.5, 3
@@ -86,12 +84,16 @@ def effect_name(effect: Section) -> str:
 
 def effect_title(effect: Section) -> str:
     """Name an effect for people: what it is, and where."""
-    part = "encoder" if effect["name"] in _OF_ENCODERS else "joint"
+    part = "encoder" if effect["name"] in _of_encoders() else "joint"
     place = "base" if effect["joint"] == "base" else f"{effect['joint']} {part}"
     variant = f", {effect['variant']}" if effect["variant"] and not effect["curve"] else ""
     trial = f", in {effect['trial']}" if effect["trial"] else ""
     doubt = "" if effect["curve"] else CERTAINTY[effect["certainty"]]
     return f"{doubt}{effect['description']} ({place}{variant}{trial})"
+
+
+def _of_encoders() -> set[str]:
+    return {effect.name for effect in known_effects() if not effect.moves and not effect.of_both_encoders}
 
 
 def key_words(key: str) -> str:
@@ -103,7 +105,7 @@ def key_words(key: str) -> str:
 def action_words(step: Section) -> str:
     """Say what was done at a step of the selection."""
     said = str(step["action"])
-    for key in sorted((effect.key for effect in CATALOGUE), key=len, reverse=True):
+    for key in sorted((effect.key for effect in known_effects()), key=len, reverse=True):
         said = said.replace(key, key_words(key))
     return said
 

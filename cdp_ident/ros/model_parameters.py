@@ -15,13 +15,15 @@ from cdp_ident.configuration.fitted_model import (
     follows_from_physical_values,
 )
 from cdp_ident.errors import OptionError
-from cdp_ident.model.effects.catalogue import CATALOGUE
+from cdp_ident.model.effects.catalogue import known_effects
+from cdp_ident.model.effects.own import OWN_EFFECTS
 from cdp_ident.model.parameters import CONSTANTS, GROUPS, INERTIA, NOMINAL, PARAMETERS
 from cdp_ident.ros.parameters import Parameters, Shown
 
 _OF_MECHANISM = {
     **{parameter.symbol: (parameter.description, parameter.unit) for parameter in (*PARAMETERS, *CONSTANTS, INERTIA)},
     **{f"{GROUP_PREFIX}{group.symbol}": (group.formula, group.unit) for group in GROUPS},
+    OWN_EFFECTS: ("definitions of the user's own effects", ""),
     OUTER_ROD_LENGTH: ("what the outer rod's length is taken to be, for air drag along it", "m"),
 }
 
@@ -46,7 +48,7 @@ class ModelParameters:
 
     def _show(self, values: Mapping[str, Any], model: FittedModel) -> None:
         groups = {f"{GROUP_PREFIX}{group.symbol}": float(x) for group, x in zip(GROUPS, model.values, strict=False)}
-        effects = {name: value for name, value in values.items() if name.startswith(EFFECT_PREFIX)}
+        effects = {name: value for name, value in values.items() if name.startswith((EFFECT_PREFIX, OWN_EFFECTS))}
         new: dict[str, Any] = {**model.physical, **groups, OUTER_ROD_LENGTH: model.motion.mechanism.outer_length}
         new[INERTIA.symbol] = model.motion.mechanism.inertia
         new |= {name: _of_ros(value) for name, value in effects.items()}
@@ -109,6 +111,6 @@ def _described(name: str) -> tuple[str, str]:
     if name in _OF_MECHANISM:
         return _OF_MECHANISM[name]
     effect_name, joint, *_, parameter_name = name.removeprefix(EFFECT_PREFIX).split(".")
-    effect = next(effect for effect in CATALOGUE if (effect.name, effect.joint) == (effect_name, joint))
+    effect = next(effect for effect in known_effects() if (effect.name, effect.joint) == (effect_name, joint))
     unit = next((parameter.unit for parameter in effect.parameters if parameter.name == parameter_name), "")
     return f"{effect.description}: {parameter_name}", unit

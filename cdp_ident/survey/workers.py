@@ -15,8 +15,8 @@ from queue import SimpleQueue
 from typing import Any, TypeVar
 
 from cdp_ident.errors import OptionError
+from cdp_ident.machine.parallel import use_one_core
 from cdp_ident.memory import keep_freed_memory
-from cdp_ident.model.parallel import use_one_core
 from cdp_ident.outside_text import shown
 
 Job = TypeVar("Job")

@@ -7,7 +7,7 @@ import numpy as np
 from cdp_ident.diagnosis.outlier_windows import explains_an_outlier
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.refinement import Fit
-from cdp_ident.model.effects.effect import Effect, SensorEffect, TorqueEffect
+from cdp_ident.model.effects.effect import Effect
 from cdp_ident.tracing import thresholds
 from cdp_ident.tracing.evidence import Attempt, Change, change
 from cdp_ident.tracing.noise_memory import is_structured
@@ -40,14 +40,14 @@ def may_be_accepted(before: Attempt, after: Attempt, new: Sequence[int] | None =
     if once:
         # An impulse affects one window, which must be an outlier. Lost counts affect all windows from then on; where
         # more than noise would remain, they may imitate a part of something else unless they explain most of it.
-        if all(isinstance(effect, SensorEffect) for effect in once):
+        if all(not effect.moves for effect in once):
             apart = not structured or left < thresholds.SLIP_LEAVES * old
         else:
             apart = explains_an_outlier(before.fit, after.fit, thresholds.OUTLIER, thresholds.LIKE_THE_OTHERS)
         return gained.fit > thresholds.INSTANT_GAIN and apart
     # So may one harmonic, of another function of position.
     is_a_part = structured and left > thresholds.HARMONIC_LEAVES * old
-    if is_a_part and any(isinstance(effect, TorqueEffect) and effect.harmonic for effect in added):
+    if is_a_part and any(effect.moves and effect.harmonic for effect in added):
         return False
     return fit_gains_by_more_than_chance(gained)
 

@@ -12,7 +12,6 @@ import numpy as np
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.force_balance import ForceBalance
 from cdp_ident.fit.refinement import Fit
-from cdp_ident.model.effects.effect import Form, SensorEffect
 from cdp_ident.tracing import thresholds
 from cdp_ident.tracing.acceptance import fit_gains_by_more_than_chance, fits_of, is_accepted, may_be_accepted
 from cdp_ident.tracing.candidates import Candidate, ScoreTest, addable
@@ -99,7 +98,7 @@ def add_effects(progress: Progress) -> None:
             return  # an addition made another effect superfluous, without further improvement
         progress.current = better
         try_without_memory(progress)
-        try_states(progress, Form.BASE)
+        try_states(progress, lambda effect: effect.swings)
 
 
 def add_weak_effects(progress: Progress) -> None:
@@ -195,7 +194,7 @@ def at_instants(progress: Progress, fits: Sequence[Fit]) -> list[Candidate]:
         for candidate in large[:2]:
             size, time = candidate.values
             effect = candidate.active.effect
-            if isinstance(effect, SensorEffect) and progress.is_rounding(effect.joint, size):
+            if not effect.moves and progress.is_rounding(effect.joint, size):
                 continue
             found.setdefault((candidate.active.effect.key, candidate.active.trial, round(time, 1)), candidate)
     return list(found.values())

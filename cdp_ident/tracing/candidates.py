@@ -20,9 +20,9 @@ from cdp_ident.fit.initial_states import InitialState
 from cdp_ident.fit.kept_columns import TOGETHER
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.refinement import Fit
-from cdp_ident.model.effects.catalogue import CATALOGUE
+from cdp_ident.machine.parallel import parallel_for
+from cdp_ident.model.effects.catalogue import known_effects
 from cdp_ident.model.effects.effect import exclude_each_other
-from cdp_ident.model.parallel import parallel_for
 from cdp_ident.tracing import thresholds
 
 Array = npt.NDArray[np.float64]
@@ -89,7 +89,7 @@ def addable(model: MotionModel, with_states: bool = True) -> list[ActiveEffect]:
     present = [active.effect for active in model.effects]
     return [
         ActiveEffect(effect)
-        for effect in CATALOGUE
+        for effect in known_effects()
         if effect.has_score
         and (with_states or not effect.brings_states)
         and not any(exclude_each_other(effect, other) for other in present)

@@ -1,7 +1,7 @@
 """Exchange steps: every effect is compared with its rivals, in the model with all other effects."""
 
 import threading
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import partial
 from itertools import combinations
 
@@ -9,9 +9,11 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.fit.active_effect import ActiveEffect
-from cdp_ident.model.effects.catalogue import CATALOGUE
-from cdp_ident.model.effects.effect import Form, TorqueEffect, exclude_each_other
-from cdp_ident.model.parallel import parallel_map
+from cdp_ident.machine.parallel import parallel_map
+from cdp_ident.model.effects.catalogue import known_effects
+from cdp_ident.model.effects.effect import Effect, exclude_each_other
+from cdp_ident.model.formulas import language
+from cdp_ident.model.formulas.syntax import evaluated
 from cdp_ident.tracing import thresholds
 from cdp_ident.tracing.acceptance import is_accepted, may_be_accepted
 from cdp_ident.tracing.candidates import Candidate, ScoreTest, addable
@@ -47,9 +49,7 @@ def exchange_effects(progress: Progress) -> bool:
     left: Sequence[tuple[str, ...]] = [(label,) for label in before.model.labels]
     while left:
         left = _exchange_first(progress, left)
-    kinds = [
-        (isinstance(active.effect, TorqueEffect), active.effect.joint) for active in progress.current.model.effects
-    ]
+    kinds = [(active.effect.moves, active.effect.joint) for active in progress.current.model.effects]
     of_kinds = zip(progress.current.model.labels, kinds, strict=True)
     left = [(one, two) for (one, kind), (two, other_kind) in combinations(of_kinds, 2) if kind == other_kind]
     while left:
@@ -93,8 +93,8 @@ def _exchange_first(progress: Progress, together: Sequence[tuple[str, ...]]) -> 
     return []
 
 
-def try_states(progress: Progress, form: Form) -> None:
-    """Exchange effects for their richer forms with states of their own, of one form, where those are better.
+def try_states(progress: Progress, suits: Callable[[Effect], bool]) -> None:
+    """Exchange effects for their richer forms with states of their own, of one kind, where those are better.
 
     What a simpler form leaves (a cart that gives way but does not oscillate, friction that is not elastic before it
     slips) is small and follows the motion: other effects would take it over before all of them stand against their
@@ -103,7 +103,7 @@ def try_states(progress: Progress, form: Form) -> None:
     Raises:
         InterruptedSelectionError: the selection is asked to stop.
     """
-    _try_richer(progress, lambda effect: effect.brings_states and effect.form is form)
+    _try_richer(progress, lambda effect: effect.brings_states and suits(effect))
 
 
 def try_without_states(progress: Progress) -> None:
@@ -128,16 +128,16 @@ def try_without_memory(progress: Progress) -> None:
         InterruptedSelectionError: the selection is asked to stop.
     """
     for active, old in zip(progress.current.model.effects, progress.current.model.labels, strict=True):
-        if isinstance(active.effect, TorqueEffect) and active.effect.form is Form.MEMORY:
+        if active.effect.remembers:
             _try_forms(progress, old, _contained(progress, old))
 
 
-def _try_richer(progress: Progress, suits: Callable[[TorqueEffect], bool]) -> None:
+def _try_richer(progress: Progress, suits: Callable[[Effect], bool]) -> None:
     for old in progress.current.model.labels:
         _try_forms(progress, old, [effect for effect in richer_forms(progress, old) if suits(effect)])
 
 
-def _try_forms(progress: Progress, old: str, forms: Sequence[TorqueEffect]) -> None:
+def _try_forms(progress: Progress, old: str, forms: Sequence[Effect]) -> None:
     """Exchange an effect for the best of its other forms that are better, if there is one."""
     if forms:
         removed = progress.without(progress.current, [progress.current.place_of(old)])
@@ -230,7 +230,7 @@ def _in_two(progress: Progress, removed: Attempt, key: str, rivals: Sequence[Att
             candidates = [
                 active
                 for active in addable(attempt.model, with_states=False)
-                if isinstance(active.effect, TorqueEffect)
+                if active.effect.moves
                 and active.effect.joint == simpler.joint
                 and not is_richer_form(active.effect, simpler)
             ]
@@ -241,7 +241,7 @@ def _in_two(progress: Progress, removed: Attempt, key: str, rivals: Sequence[Att
 
 
 def _related(
-    progress: Progress, removed: Attempt, key: str, forms: Sequence[TorqueEffect], besides: Collection[str] = ()
+    progress: Progress, removed: Attempt, key: str, forms: Sequence[Effect], besides: Collection[str] = ()
 ) -> list[Attempt]:
     """Return models with other forms of an effect in its place, and that of others, fitted from the effect's values.
 
@@ -256,12 +256,11 @@ def _related(
     others: list[tuple[ActiveEffect, Array]] = []
     from_afar: list[tuple[ActiveEffect, Array]] = []
     for form in forms:
-        if form.begins:
-            new, coefficients = ActiveEffect(form), current.model.coefficients(current.fit.values)
-            begins = form.begins(next(iter(known.values())), coefficients)
-            from_afar += [(new, np.clip(begin, *_limits(new))) for begin in begins]
+        if any(parameter.begins for parameter in form.parameters):
+            coefficients = current.model.coefficients(current.fit.values)
+            from_afar += _by_formulas(form, known, coefficients)
             continue
-        is_one = form.form is Form.MEMORY or all(p.name in known for p in ActiveEffect(form).fitted)
+        is_one = form.remembers or all(p.name in known for p in ActiveEffect(form).fitted)
         others += [_begun(form, known, factor) for factor in (_ONE_SHAPE if is_one or besides else _SHAPES)]
     left_out = [index, *(current.place_of(other) for other in besides)]
 
@@ -280,6 +279,19 @@ def _related(
     ]
 
 
+def _by_formulas(form: Effect, known: Mapping[str, float], coefficients: Array) -> list[tuple[ActiveEffect, Array]]:
+    """Return another form of an effect, and the values from which it is fitted as its parameters' formulas say."""
+    new = ActiveEffect(form)
+    given = {**dict(zip(language.COEFFICIENTS, coefficients.tolist(), strict=True)), **known}
+    given["m2_l2"] = given["A23"] / given["L"]
+    count = max(len(parameter.begins) for parameter in form.parameters)
+    begun = [
+        [evaluated(p.begins[k], given) if p.begins else known.get(p.name, p.typical) for p in new.fitted]
+        for k in range(count)
+    ]
+    return [(new, np.clip(begin, *_limits(new))) for begin in begun]
+
+
 def _values_of(progress: Progress, label: str) -> dict[str, float]:
     """Return the values of an effect's parameters in the present model, by their names."""
     model, values = progress.current.model, progress.current.fit.values
@@ -288,7 +300,7 @@ def _values_of(progress: Progress, label: str) -> dict[str, float]:
     return {parameter.name: float(value) for parameter, value in of_effect}
 
 
-def _begun(form: TorqueEffect, known: dict[str, float], shape: float = 1.0) -> tuple[ActiveEffect, Array]:
+def _begun(form: Effect, known: dict[str, float], shape: float = 1.0) -> tuple[ActiveEffect, Array]:
     """Return another form of an effect, and the values from which it is fitted.
 
     Args:
@@ -301,29 +313,29 @@ def _begun(form: TorqueEffect, known: dict[str, float], shape: float = 1.0) -> t
     return new, np.clip(begin, *_limits(new))
 
 
-def richer_forms(progress: Progress, label: str) -> list[TorqueEffect]:
+def richer_forms(progress: Progress, label: str) -> list[Effect]:
     """Return the effects that contain one; what has a memory takes long, and is tried where more than noise remains."""
     effect = progress.current.model.effects[progress.current.place_of(label)].effect
     structured = is_structured(progress.current.fit)
-    richer = [form for form in CATALOGUE if isinstance(form, TorqueEffect) and is_richer_form(form, effect)]
-    return [form for form in richer if structured or form.form is not Form.MEMORY]
+    richer = [form for form in known_effects() if form.moves and is_richer_form(form, effect)]
+    return [form for form in richer if structured or not form.remembers]
 
 
-def _contained(progress: Progress, label: str) -> list[TorqueEffect]:
+def _contained(progress: Progress, label: str) -> list[Effect]:
     """Return the effects that one contains."""
     effect = progress.current.model.effects[progress.current.place_of(label)].effect
-    return [form for form in CATALOGUE if isinstance(form, TorqueEffect) and is_richer_form(effect, form)]
+    return [form for form in known_effects() if form.moves and is_richer_form(effect, form)]
 
 
-def _of_the_same_name(progress: Progress, label: str) -> list[TorqueEffect]:
+def _of_the_same_name(progress: Progress, label: str) -> list[Effect]:
     """Return the variants of an effect that neither contain it nor are contained: drag by strips, or by rotation alone.
 
     Those that bring states of their own are left out.
     """
     effect = progress.current.model.effects[progress.current.place_of(label)].effect
-    if effect.harmonic or effect.curve or not isinstance(effect, TorqueEffect):
+    if effect.harmonic or effect.curve or not effect.moves:
         return []
-    same = [form for form in CATALOGUE if isinstance(form, TorqueEffect) and exclude_each_other(form, effect)]
+    same = [form for form in known_effects() if form.moves and exclude_each_other(form, effect)]
     contained = {label, *(form.key for form in same if is_richer_form(form, effect) or is_richer_form(effect, form))}
     return [form for form in same if form.key not in contained and not form.brings_states]
 

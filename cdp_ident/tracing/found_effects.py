@@ -10,7 +10,7 @@ from cdp_ident.diagnosis.inertia import Inertia
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.refinement import Fit
 from cdp_ident.model.effects.curves import basis
-from cdp_ident.model.effects.effect import JOINTS, Curve, EffectParameter, TorqueEffect
+from cdp_ident.model.effects.effect import JOINTS, Curve, EffectParameter
 from cdp_ident.tracing.evidence import change
 from cdp_ident.tracing.final_model import FinalModel
 from cdp_ident.tracing.likeness import likeness
@@ -165,7 +165,7 @@ def _curve(fit: Fit, index: int, over: Curve, spread: Array, inertia: float) -> 
         std=inertia * np.sqrt(np.maximum(variances, 0.0)),
         coefficients=inertia * coefficients,
         coefficients_std=inertia * np.sqrt(np.diag(of_coefficients)),
-        likeness=likeness(over.over, isinstance(effect, TorqueEffect) and effect.dry, at, torque),
+        likeness=likeness(over.over, effect.moves and effect.dry, at, torque),
     )
 
 

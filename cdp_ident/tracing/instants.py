@@ -10,10 +10,10 @@ from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.initial_states import InitialState
 from cdp_ident.fit.refinement import Fit
 from cdp_ident.fit.windows import Window
-from cdp_ident.model.effects.catalogue import CATALOGUE
-from cdp_ident.model.effects.effect import Effect, TorqueEffect
-from cdp_ident.model.parallel import parallel_map
-from cdp_ident.model.trajectory import trajectory_with_derivatives
+from cdp_ident.machine.parallel import parallel_map
+from cdp_ident.model.effects.catalogue import known_effects
+from cdp_ident.model.effects.effect import Effect
+from cdp_ident.model.motions import InitialValueProblem, motions
 from cdp_ident.tracing import thresholds
 from cdp_ident.tracing.candidates import Candidate
 
@@ -29,11 +29,11 @@ _READINGS = {"inner": np.array([1.0, 1.0]), "outer": np.array([0.0, 1.0])}
 
 def instants(fit: Fit) -> list[Candidate]:
     """Return each effect of an instant at its most likely instant, the largest gain first."""
-    found, motions = [], list(parallel_map(lambda window: _Motion.of(fit, window), fit.windows))
-    for effect in CATALOGUE:
+    found, of_windows = [], list(parallel_map(lambda window: _Motion.of(fit, window), fit.windows))
+    for effect in known_effects():
         if effect.at_an_instant:
-            scan = _scan_impulses if isinstance(effect, TorqueEffect) else _scan_slips
-            best = max(scan(fit, effect, motions), key=lambda instant: instant.gain, default=None)
+            scan = _scan_impulses if effect.moves else _scan_slips
+            best = max(scan(fit, effect, of_windows), key=lambda instant: instant.gain, default=None)
             if best is not None and best.gain > 0:
                 active = ActiveEffect(effect, trial=best.trial)
                 found.append(_AtInstant(active, best.gain, np.array([best.strength]), best.time))
@@ -77,10 +77,12 @@ class _Motion:
     @classmethod
     def of(cls, fit: Fit, window: Window) -> "_Motion":
         values = fit.model.with_weights(fit.values, window.weights).values
-        states, by_start = trajectory_with_derivatives(
-            fit.model.coefficients(values), fit.model.initial_state(window.start), window.grid, window.u,
-            fit.model.torques(values, window.trial), window.begin, by_start_only=True,
-        )  # fmt: skip
+        acting = fit.model.acting(values, window.trial).without_directions()
+        start = fit.model.initial_state(window.start)
+        coefficients = fit.model.coefficients(values)
+        problem = InitialValueProblem(coefficients, start, window.grid, window.u, acting, window.begin)
+        motion = motions([problem], derive=True, shown=False)
+        states, by_start = motion.states, motion.by
         count = fit.model.states
         state = InitialState.of(window.whitened(by_start[:, :2]).reshape(-1, count))
         transition = by_start @ state.transform
@@ -99,10 +101,10 @@ def _from_each_on(terms: Array) -> Array:
     return np.flip(np.cumsum(np.flip(terms, axis=0), axis=0), axis=0)
 
 
-def _scan_impulses(fit: Fit, effect: Effect, motions: Sequence[_Motion]) -> list[_Instant]:
+def _scan_impulses(fit: Fit, effect: Effect, of_windows: Sequence[_Motion]) -> list[_Instant]:
     found = []
     column = 0 if effect.joint == "inner" else 1
-    for window, residual, motion in zip(fit.windows, fit.residuals, motions, strict=True):
+    for window, residual, motion in zip(fit.windows, fit.residuals, of_windows, strict=True):
         if len(residual) <= 2 * _MARGIN:
             continue
         # A change of speed at sample j moves the angles as changed coordinates `change[j]` would, from j on. The part
@@ -131,14 +133,14 @@ def _speed_change(fit: Fit, window: Window, states: Array, column: int) -> Array
     return change / weighted.share
 
 
-def _scan_slips(fit: Fit, effect: Effect, motions: Sequence[_Motion]) -> list[_Instant]:
+def _scan_slips(fit: Fit, effect: Effect, of_windows: Sequence[_Motion]) -> list[_Instant]:
     found = []
     for trial in sorted({window.trial for window in fit.windows}):
         later_size, later_fitting = 0.0, 0.0
         members = [i for i, window in enumerate(fit.windows) if window.trial == trial]
         for index in reversed(members):
             window, residual = fit.windows[index], fit.residuals[index]
-            basis = motions[index].basis
+            basis = of_windows[index].basis
             reading = window.whitened(np.tile(_READINGS[effect.joint], (len(residual), 1)))
             imitation = _from_each_on(np.einsum("nrk,nr->nk", basis, reading))
             size = _from_each_on(np.sum(reading**2, axis=1)) - np.einsum("nk,nk->n", imitation, imitation)

@@ -2,7 +2,7 @@
 
 import math
 
-from cdp_ident.model.effects.effect import Effect, TorqueEffect
+from cdp_ident.model.effects.effect import Effect
 from cdp_ident.tracing import thresholds
 from cdp_ident.tracing.acceptance import (
     fit_gains_by_more_than_chance,
@@ -83,9 +83,9 @@ def _choices(attempt: Attempt) -> float:
 
     All models with as many share one prior probability (Chen and Chen, Biometrika 95, 2008).
     """
-    return 2.0 * math.log(math.comb(thresholds.FORMS, len(attempt.model.effects)))
+    return 2.0 * math.log(math.comb(thresholds.forms(), len(attempt.model.effects)))
 
 
 def is_richer_form(effect: Effect, other: Effect) -> bool:
     """Return whether an effect contains another one of the same joint as a special case."""
-    return isinstance(effect, TorqueEffect) and (effect.joint, effect.contains) == (other.joint, other.name)
+    return effect.moves and (effect.joint, effect.contains) == (other.joint, other.name)

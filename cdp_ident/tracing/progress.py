@@ -15,8 +15,8 @@ from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.noise import NO_STEPS
 from cdp_ident.fit.refinement import refine, refine_from_afar
 from cdp_ident.fit.reweighting import reweighted
+from cdp_ident.machine.parallel import parallel_map
 from cdp_ident.model.effects.effect import JOINTS
-from cdp_ident.model.parallel import parallel_map
 from cdp_ident.tracing import thresholds
 from cdp_ident.tracing.candidates import Candidate
 from cdp_ident.tracing.evidence import Attempt

@@ -1,6 +1,5 @@
 """Backward steps: effects that no longer improve the model are dropped."""
 
-from cdp_ident.model.effects.effect import SensorEffect, TorqueEffect
 from cdp_ident.tracing import thresholds
 from cdp_ident.tracing.acceptance import is_accepted, still_helps
 from cdp_ident.tracing.evidence import Attempt
@@ -30,7 +29,7 @@ def drop_superfluous(progress: Progress, attempt: Attempt, also_last: bool = Fal
 def _is_rounding(progress: Progress, attempt: Attempt, index: int) -> bool:
     """Return whether counts that an encoder lost are less than one, beside the other effects."""
     effect, place = attempt.model.effects[index].effect, attempt.model.places(index)
-    lost = isinstance(effect, SensorEffect) and effect.at_an_instant
+    lost = not effect.moves and effect.at_an_instant
     return lost and progress.is_rounding(effect.joint, float(attempt.fit.values[place][0]))
 
 
@@ -61,7 +60,7 @@ def drop_repeated_impulses(progress: Progress) -> None:
     for index in reversed(range(len(progress.current.model.effects))):
         current = progress.current
         effect = current.model.effects[index].effect
-        if not (isinstance(effect, TorqueEffect) and effect.at_an_instant):
+        if not (effect.moves and effect.at_an_instant):
             continue
         removed = progress.without(current, [index])
         gain = removed.fit.squared_error - current.fit.squared_error

@@ -12,7 +12,6 @@ from cdp_ident.fit.force_balance import ForceBalance
 from cdp_ident.fit.noise import NO_STEPS
 from cdp_ident.fit.refinement import Fit
 from cdp_ident.fit.share import share_of
-from cdp_ident.model.effects.effect import Form
 from cdp_ident.tracing.acceptance import fits_of
 from cdp_ident.tracing.addition import add_balanced, add_effects
 from cdp_ident.tracing.certainty import certainties
@@ -148,7 +147,7 @@ def _without_each(progress: Progress) -> list[Attempt]:
 
 
 def _select(progress: Progress) -> None:
-    try_states(progress, Form.MEMORY)
+    try_states(progress, lambda effect: effect.remembers)
     for _ in range(_MOST_ROUNDS):
         add_effects(progress)
         progress.reweigh()

@@ -10,9 +10,11 @@ inequality over all that is tried at a step. The other constants are tuned on hi
 with other seeds than those whose results are stated, or are conventions.
 """
 
+import math
+
 from scipy.special import chdtri
 
-from cdp_ident.model.effects.catalogue import CATALOGUE
+from cdp_ident.model.effects.catalogue import known_effects
 
 FAMILY_LEVEL = 0.01
 """Probability that chance gains enough anywhere among all that is tried: half of it for effects and pairs of effects,
@@ -26,20 +28,20 @@ INSTANT_GAIN = 60.0
 Unit: variances. Origin: tuned; by chi-squared over all instants it would be 30, but correlated noise gains 55.
 """
 
-FORMS = sum(effect.has_score for effect in CATALOGUE)
-"""Effects that a score test is defined for, each form of one counted."""
-PAIRS = FORMS * (FORMS - 1) // 2
-"""Pairs of them."""
+
+def forms() -> int:
+    """Return how many effects a score test is defined for, each form of one counted."""
+    return sum(effect.has_score for effect in known_effects())
 
 
 def least_gain(freedom: float) -> float:
     """Return what an effect of so many parameters, or a pair, must gain [variances]."""
-    return float(chdtri(freedom, 0.5 * FAMILY_LEVEL / (FORMS + PAIRS)))
+    return float(chdtri(freedom, 0.5 * FAMILY_LEVEL / math.comb(forms() + 1, 2)))
 
 
 def least_score(freedom: float) -> float:
     """Return what an effect of so many parameters must gain in the score test to be refitted [variances]."""
-    return float(chdtri(freedom, FAMILY_LEVEL / FORMS))
+    return float(chdtri(freedom, FAMILY_LEVEL / forms()))
 
 
 VALIDATION_GAIN = 8.0

@@ -7,8 +7,8 @@ import numpy.typing as npt
 
 from cdp_ident.fit.refinement import Fit
 from cdp_ident.fit.windows import Window
-from cdp_ident.model.equations import RODS_STATES
-from cdp_ident.model.trajectory import accelerations_at, trajectory
+from cdp_ident.model.layout import RODS_STATES
+from cdp_ident.model.motions import InitialValueProblem, accelerations_at, motions
 from cdp_ident.trial.kinematics import HALF_WIDTH
 
 Array = npt.NDArray[np.float64]
@@ -47,15 +47,14 @@ def torque_residual(fit: Fit) -> TorqueResidual:
         states = measured[middle]
         times = window.begin + window.time[middle]
         u = window.cart_acceleration[middle]
-        torques = fit.model.torques(weighted.values, window.trial, weighted.carried)
-        if torques.states > RODS_STATES:
+        acting = fit.model.acting(weighted.values, window.trial, weighted.carried)
+        if acting.states > RODS_STATES:
             # What effects bring into the state is not measured: it is that of the model's motion.
             start = fit.model.initial_state(window.start)
-            motion = trajectory(coefficients, start, window.grid, window.u, torques, window.begin)
+            problem = InitialValueProblem(coefficients, start, window.grid, window.u, acting, window.begin)
+            motion = motions([problem], shown=False).states
             states = np.concatenate([states, motion[middle, RODS_STATES:]], axis=1)
-        lacking = accelerations[middle] - accelerations_at(
-            coefficients, np.ascontiguousarray(states), u, torques, times
-        )
+        lacking = accelerations[middle] - accelerations_at(coefficients, np.ascontiguousarray(states), u, acting, times)
         coupling = A23 * np.cos(states[:, 0] - states[:, 1])
         on_inner = lacking[:, 0] + coupling * lacking[:, 1]
         on_outer = coupling * lacking[:, 0] + A33 * lacking[:, 1]

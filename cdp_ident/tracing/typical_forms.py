@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from cdp_ident.fit.active_effect import ActiveEffect
-from cdp_ident.model.effects.effect import EffectParameter, TorqueEffect
+from cdp_ident.model.effects.effect import Effect, EffectParameter
 from cdp_ident.tracing.exchange import richer_forms
 from cdp_ident.tracing.progress import Progress
 
@@ -37,7 +37,7 @@ def try_typical_forms(progress: Progress) -> None:
             progress.rivals[label] = (*progress.rivals.get(label, ()), *typical)
 
 
-def _held(form: TorqueEffect, known: Mapping[str, float]) -> TorqueEffect:
+def _held(form: Effect, known: Mapping[str, float]) -> Effect:
     """Return a richer form of which only the values that its simpler form has are fitted."""
 
     def fitted_or_held(parameter: EffectParameter) -> EffectParameter:

@@ -18,9 +18,9 @@ from cdp_ident.diagnosis.uncertainty import curvature, negative_gradient
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.refinement import Fit, fit_initial_states_near, with_all_derivatives
-from cdp_ident.model.effects.catalogue import CATALOGUE
+from cdp_ident.model.effects.catalogue import NAMED
 from cdp_ident.model.effects.curves import CURVES
-from cdp_ident.model.effects.effect import Effect, Form, TorqueEffect
+from cdp_ident.model.effects.effect import Effect
 from cdp_ident.tracing import thresholds
 from cdp_ident.tracing.acceptance import fits_of, is_accepted
 from cdp_ident.tracing.candidates import Candidate, ScoreTest
@@ -81,7 +81,7 @@ def _exchange_harmonics(progress: Progress) -> None:
         of_angle = [
             place
             for place, effect in enumerate(effects)
-            if isinstance(effect, TorqueEffect) and effect.of_angle and effect.joint == over_angle.joint
+            if effect.moves and effect.of_angle and effect.joint == over_angle.joint
         ]
         harmonics = [place for place in of_angle if effects[place].harmonic]
         if not harmonics or over_angle in effects:
@@ -90,7 +90,7 @@ def _exchange_harmonics(progress: Progress) -> None:
             _exchange_for_curve(progress, of_angle, over_angle)
 
 
-def _exchange_for_curve(progress: Progress, places: Sequence[int], over_angle: TorqueEffect) -> bool:
+def _exchange_for_curve(progress: Progress, places: Sequence[int], over_angle: Effect) -> bool:
     """Exchange torques of a joint for one curve over its angle; return whether that was better, or as good for many.
 
     Args:
@@ -118,7 +118,7 @@ def _exchange_for_curve(progress: Progress, places: Sequence[int], over_angle: T
     return False
 
 
-def _possible(attempt: Attempt, noise: float) -> list[TorqueEffect]:
+def _possible(attempt: Attempt, noise: float) -> list[Effect]:
     """Return the curves to try; where only noise remains, only those that could replace constant dry friction."""
     effects = [active.effect for active in attempt.model.effects]
     curves = [curve for curve in CURVES if curve not in effects]
@@ -134,14 +134,14 @@ def _leaves_only_noise(attempt: Attempt, noise: float) -> bool:
 
 def _is_even_friction(effect: Effect) -> bool:
     """Return whether an effect is dry friction that does not depend on the joint's angle."""
-    return _is_dry(effect) and effect.form is Form.JOINT
+    return _is_dry(effect) and effect.of_joint
 
 
-def _is_dry(effect: Effect) -> TypeGuard[TorqueEffect]:
-    return isinstance(effect, TorqueEffect) and effect.dry
+def _is_dry(effect: Effect) -> TypeGuard[Effect]:
+    return effect.moves and effect.dry
 
 
-def _promising(attempt: Attempt, curves: Sequence[TorqueEffect]) -> list[Candidate]:
+def _promising(attempt: Attempt, curves: Sequence[Effect]) -> list[Candidate]:
     """Return the best curves by score tests over the windows and over short pieces of them."""
     found: dict[str, Candidate] = {}
     for fit in (attempt.closely, attempt.fit) if curves else ():
@@ -214,7 +214,7 @@ def _even_instead(progress: Progress, attempt: Attempt) -> Attempt:
     if not _is_dry(curve):
         return attempt
     mean = np.array([np.mean(attempt.fit.values[attempt.model.places(last)])])
-    even = next(e for e in CATALOGUE if _is_even_friction(e) and e.joint == curve.joint and len(e.parameters) == 1)
+    even = next(e for e in NAMED if _is_even_friction(e) and e.joint == curve.joint and len(e.parameters) == 1)
     named = progress.replaced(attempt, [last], [(ActiveEffect(even), mean)])
     as_good = [model for model in named if model.validation.rmse() < thresholds.AS_GOOD * attempt.validation.rmse()]
     return as_good[0] if as_good else attempt

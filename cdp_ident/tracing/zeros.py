@@ -8,8 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.fit.active_effect import ActiveEffect
-from cdp_ident.model.effects.catalogue import CATALOGUE
-from cdp_ident.model.effects.effect import JOINTS, SensorEffect
+from cdp_ident.model.effects.catalogue import NAMED
+from cdp_ident.model.effects.effect import JOINTS
 from cdp_ident.tracing import thresholds
 from cdp_ident.tracing.acceptance import improves_enough, is_accepted
 from cdp_ident.tracing.addition import at_instants
@@ -21,8 +21,8 @@ from cdp_ident.tracing.refits import left_after
 
 Array = npt.NDArray[np.float64]
 
-_FOR_ALL = tuple(effect for effect in CATALOGUE if effect.acts_as_zero)
-_OFFSETS = tuple(effect for effect in _FOR_ALL if isinstance(effect, SensorEffect))
+_FOR_ALL = tuple(effect for effect in NAMED if effect.acts_as_zero)
+_OFFSETS = tuple(effect for effect in _FOR_ALL if not effect.moves)
 
 
 def fit_zeros_by_trial(progress: Progress) -> None:
@@ -100,7 +100,7 @@ def _are_lost_counts(progress: Progress, own: Attempt) -> bool:
     All windows after that instant are off by the same, as if the trial had a zero of its own.
     """
     current = progress.current
-    slips = [c for c in at_instants(progress, (current.fit,)) if isinstance(c.active.effect, SensorEffect)]
+    slips = [c for c in at_instants(progress, (current.fit,)) if not c.active.effect.moves]
     tried = [attempt for _, attempt in progress.tried(current, ((candidate,) for candidate in slips))]
     return any(is_accepted(current, slip) and change(own, slip).bic < 0 for slip in tried)
 

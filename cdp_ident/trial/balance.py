@@ -1,37 +1,28 @@
 """The balance of forces of the recorded motion, without any parameter known beforehand.
 
-The equations of motion of a zero-input double pendulum are linear in lumped numbers (all relative to A22): A = A23,
-B = A33, c1, c2, the gravity terms G1 = a1 g, G2 = m2 l2 g, the joints' dry friction k1, k2, and the constant coupling D
-of a geared rotor that turns with the outer joint. Multiplied with a test function that vanishes at the ends of a short
-window and integrated by parts they need no accelerations (the weak form: Messenger and Bortz, J. Comput. Phys. 443,
-2021). With s, c the sine and cosine of theta1 - theta2, w1, w2 the angular velocities, and d1, d2 the directions in
-which the joints turn, the signs of w1 and w2 - w1,
-
-    w1' + A [(c w2)' + s w1 w2] + D w2' + c1 w1 + c2 (w1 - w2) + k1 d1 - k2 d2 = G1 (sin theta1 - cos theta1 u / g)
-    A [(c w1)' - s w1 w2] + D w1' + B w2' + c2 (w2 - w1) + k2 d2               = G2 (sin theta2 - cos theta2 u / g)
-
-holds in every window in which nothing but gravity, the joints' friction and the cart's measured acceleration u acts.
-Errors e1, e2 of the angles' zeros add, to first order, the derivatives of the terms with A, G1 and G2 by the angles,
-times E12 = A (e1 - e2), E1 = G1 e1 and E2 = G2 e2. A joint that stands still is held by any friction. Where the balance
-does not hold with the numbers of the other windows, a hand acted on the rods, or the angles have another meaning than
-assumed.
+It holds, in weak form (`weak_form`), in every window in which nothing but gravity, the joints' friction and the cart's
+measured acceleration acts. A joint that stands still is held by any friction. Where the balance does not hold with the
+numbers of the other windows, a hand acted on the rods, or the angles have another meaning than assumed.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.model.parameters import NOMINAL
+from cdp_ident.trial import weak_form
 from cdp_ident.trial.kinematics import local_motion
 from cdp_ident.trial.scales import Scales, sampling_step
+from cdp_ident.trial.weak_form import Kinematics
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
 WINDOW = 25
 """Grid points of a window: 1.2 units of the motion's time scale from its first to its last."""
-COLUMNS = ("A", "B", "c1", "c2", "G1", "G2", "k1", "k2", "D", "E12", "E1", "E2")
+COLUMNS = ("A23", "A33", "c1", "c2", "G1", "G2", "k1", "k2", "D", "E12", "E1", "E2")
 """The lumped numbers in their order."""
 _STICKS = 0.5
 """A joint sticks where the direction of its friction is uncertain by more than this share."""
@@ -104,47 +95,12 @@ def motion_on_grid(time: Array, angles: Array, cart: Array | None, scales: Scale
 
 def windows(motion: Motion) -> Windows:
     """Return the balance of each window of WINDOW grid points that fits into a motion given in theta1 and theta2."""
-    theta1, theta2 = motion.angles.T
-    w1, w2 = motion.rates.T
-    v, g = motion.cart_velocity, NOMINAL["g"]
-    s, c = np.sin(theta1 - theta2), np.cos(theta1 - theta2)
-    direction1, direction2 = np.tanh(w1 / motion.scales.slow), np.tanh((w2 - w1) / motion.scales.slow)
-    value, slope = _test_function(motion.scales.spacing)
-
-    def integral(values: Array) -> Array:
-        return np.asarray(np.convolve(values, value, mode="valid"), dtype=float)
-
-    def derivative(values: Array) -> Array:
-        """Integrate the time derivative of values against the test function, by parts."""
-        return np.asarray(np.convolve(values, slope, mode="valid"), dtype=float)
-
-    def gravity(theta: Array, w: Array) -> Array:
-        falls = -integral(np.sin(theta))
-        # cos(theta) u = (cos(theta) v)' + sin(theta) w v
-        return falls + (derivative(np.cos(theta) * v) + integral(np.sin(theta) * w * v)) / g if np.any(v) else falls
-
-    count = max(0, len(motion.time) - WINDOW + 1)
-    coefficients, target, slack = np.zeros((count, 2, len(COLUMNS))), np.zeros((count, 2)), np.empty((count, 2))
-    noise = np.tile(motion.noise, (count, 1))
-    if not count:
-        return Windows(coefficients, target, slack, noise)
-    of_w1, of_w2, friction = derivative(w1), derivative(w2), integral(direction2)
-    coupled, turned, between = integral(s * w1 * w2), integral(c * w1 * w2), integral(w1 - w2)
-    inner, outer = np.moveaxis(coefficients, 0, -1)
-    A, B, c1, c2, G1, G2, k1, k2, D, E12, E1, E2 = range(len(COLUMNS))
-    inner[A], outer[A] = derivative(c * w2) + coupled, derivative(c * w1) - coupled
-    outer[B] = of_w2
-    inner[c1] = integral(w1)
-    inner[c2], outer[c2] = between, -between
-    inner[G1], outer[G2] = gravity(theta1, w1), gravity(theta2, w2)
-    inner[k1] = integral(direction1)
-    inner[k2], outer[k2] = -friction, friction
-    inner[D], outer[D] = of_w2, of_w1
-    inner[E12], outer[E12] = turned - derivative(s * w2), -turned - derivative(s * w1)
-    inner[E1], outer[E2] = -integral(np.cos(theta1)), -integral(np.cos(theta2))
-    target[:, 0] = -of_w1
-    slack[:, 0], slack[:, 1] = (integral(1 - np.abs(direction)) for direction in (direction1, direction2))
-    return Windows(coefficients, target, slack, noise)
+    k = Kinematics(motion.scales.spacing, motion.angles, motion.rates, motion.cart_velocity)
+    functions = weak_form.Windows.of(WINDOW // 2, motion.scales.spacing)
+    directions = k.directions([math.sqrt(2.0 / math.pi) * motion.scales.slow] * 2)
+    balance = weak_form.integrated(k, functions, directions, NOMINAL["g"], ("A22", *COLUMNS))
+    slack = functions.values_of(1.0 - np.abs(directions.T)).T
+    return Windows(balance[..., 1:], -balance[..., 0], slack, np.tile(motion.noise, (len(balance), 1)))
 
 
 def residual(balance: Windows, values: Array) -> Array:
@@ -170,15 +126,6 @@ def torques(balance: Windows, values: Array, smallest_gravity: float = 0.1) -> A
     return np.asarray(np.maximum(np.abs(on_inner) / gravity[0], np.abs(on_outer) / gravity[1]))
 
 
-def _test_function(spacing: float) -> tuple[Array, Array]:
-    """Return weights that integrate a value, and its derivative by parts, against (1 - x^2)^3 scaled to one."""
-    x = np.linspace(-1, 1, WINDOW)
-    bump = (1 - x**2) ** 3
-    slope = -6 * x * (1 - x**2) ** 2 / (spacing * (WINDOW - 1) / 2)
-    # By parts, a derivative is minus the value against the slope; np.convolve reverses the odd slope: minus once more.
-    return bump / bump.sum(), slope / bump.sum()
-
-
 def _noise(time: Array, angles: Array, scales: Scales) -> Array:
     """Return the standard deviation of each angle about smooth motion (k,) [rad], by its median."""
     every = max(1, len(time) // _NOISE_SAMPLES)
@@ -195,4 +142,4 @@ def _gain(time: Array, scales: Scales) -> float:
     beside = max(6, round((at[-1] + scales.half_width) / step) + 1)
     times = np.arange(-beside, beside + 1) * step
     _, slopes = local_motion(times, np.eye(len(times)), at, scales.half_width)
-    return float(np.sum((_test_function(scales.spacing)[1] @ slopes) ** 2))
+    return float(np.sum((weak_form.Windows.of(WINDOW // 2, scales.spacing).slope @ slopes) ** 2))

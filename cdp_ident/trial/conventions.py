@@ -66,12 +66,12 @@ def check_conventions(
     ]
     fits = [(other, balance.lumped) for other in others if (balance := balance_of(motions, moving, other))]
     best, fit = min(
-        ((other, fit) for other, fit in fits if _is_possible(fit)),
+        ((other, fit) for other, fit in fits if fit.turned is not None),
         key=lambda pair: pair[1].unexplained,
         default=(options, given.lumped),
     )
     unexplained = given.lumped.unexplained
-    possible = _is_possible(given.lumped)
+    possible = given.lumped.turned is not None
     factor = _MUCH_BETTER if possible else 1.0
     least = min(unexplained, fit.unexplained)
     scaled = best_scale(motions, moving, options) if least > GOOD else None
@@ -117,25 +117,19 @@ def _is_locked(motions: Sequence[Motion], moving: Sequence[Mask], options: Trial
 
 def _stands(fit: Lumped) -> bool:
     """Return whether the fit is a pendulum with a common error of both zeros."""
-    return fit.is_mechanism or fit.is_mechanism_upside_down
-
-
-def _is_possible(fit: Lumped) -> bool:
-    return _stands(fit) or fit.is_mechanism_with_outer_rod_turned or fit.is_mechanism_with_inner_rod_turned
+    return fit.turned in ("", "both")
 
 
 def _changes(options: TrialOptions, other: TrialOptions, fit: Lumped, wording: Wording) -> str:
     """Return which options would have to be set to what, for another meaning of the outer angle."""
-    if fit.is_mechanism_upside_down:
+    if fit.turned == "both":
         other = replace(other, zero=_opposite(other.zero))
     names = ("outer_angle", "outer_sign", "zero")
     changes = [
         wording.setting(name, getattr(other, name)) for name in names if getattr(other, name) != getattr(options, name)
     ]
-    if fit.is_mechanism_with_outer_rod_turned:
-        changes.append("the outer joint's zero half a turn on")
-    if fit.is_mechanism_with_inner_rod_turned:
-        changes.append("the inner joint's zero half a turn on")
+    if fit.turned in ("inner", "outer"):
+        changes.append(f"the {fit.turned} joint's zero half a turn on")
     return " and ".join(changes)
 
 
@@ -185,7 +179,7 @@ def _wrong_signs(options: TrialOptions, given: Lumped, wording: Wording) -> str:
     """Say what half a turn of one zero would put right."""
     A, _, _, _, G1, G2, *_ = given.values
     evidence = f"gravity terms of the rods {G1:+.1f} and {G2:+.1f} 1/s^2, coupling {A:+.2f}; all must be positive"
-    if given.is_mechanism_upside_down:
+    if given.turned == "both":
         right = wording.setting("zero", _opposite(options.zero))
         return f"the data contradict {wording.setting('zero', options.zero)} ({evidence}): set {right}"
     is_clear = A < -_CLEAR and min(abs(G1), abs(G2)) > _CLEAR * max(abs(G1), abs(G2), 1.0)

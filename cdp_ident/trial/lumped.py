@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -38,6 +39,9 @@ _VISCOUS = (0, 1, 2, 3, 4, 5)
 _FRICTION = (6, 7)
 _ROTOR = 8
 _OFFSETS = (9, 10, 11)
+
+
+Turned = Literal["", "both", "inner", "outer"]
 
 
 @dataclass(frozen=True)
@@ -80,28 +84,22 @@ class Lumped:
         return np.asarray(self.values[10:12] / self.values[4:6])
 
     @property
-    def is_mechanism(self) -> bool:
-        """Whether there is a double pendulum with these numbers: positive inertias, and gravity that pulls down."""
+    def turned(self) -> Turned | None:
+        """Which rods' zeros are half a turn off, for there to be a double pendulum with these numbers; None for none.
+
+        Its inertias are positive, and gravity pulls down: half a turn of a rod changes the signs of its terms.
+        """
         A, B, _, _, G1, G2, *_ = self.values
-        return bool(A > 0 and A**2 < B and G1 > 0 and G2 > 0)
+        signs: dict[tuple[bool, bool, bool], Turned] = {
+            (True, True, True): "", (True, False, False): "both",
+            (False, True, False): "outer", (False, False, True): "inner",
+        }  # fmt: skip
+        return signs.get((A > 0, G1 > 0, G2 > 0)) if A**2 < B and A and G1 and G2 else None
 
     @property
-    def is_mechanism_upside_down(self) -> bool:
-        """Whether there is one if gravity pulls up: half a turn of both rods changes the sign of its terms alone."""
-        return self._with_signs(A=1, G1=-1, G2=-1).is_mechanism
-
-    @property
-    def is_mechanism_with_outer_rod_turned(self) -> bool:
-        """Whether there is one if the outer rod alone is half a turn on: that changes the signs of A and G2."""
-        return self._with_signs(A=-1, G1=1, G2=-1).is_mechanism
-
-    @property
-    def is_mechanism_with_inner_rod_turned(self) -> bool:
-        """Whether there is one if the inner rod alone is half a turn on: that changes the signs of A and G1."""
-        return self._with_signs(A=-1, G1=-1, G2=1).is_mechanism
-
-    def _with_signs(self, A: int, G1: int, G2: int) -> "Lumped":
-        return replace(self, values=self.values * (A, 1, 1, 1, G1, G2, *[1] * 6))
+    def is_mechanism(self) -> bool:
+        """Whether there is a double pendulum with these numbers."""
+        return self.turned == ""
 
 
 def fit_lumped(balance: Windows, trusted: Mask) -> Lumped:

@@ -77,8 +77,13 @@ class Scales:
         """Return the scales of samples at `time` (n,) [s] of `angles` (n, k) [rad]."""
         step = sampling_step(time)
         duration = step * len(time)
-        of_motion = min(time_scale(time, angles), duration / _FEWEST_UNITS)
-        return cls(max(of_motion, _FEWEST_STEPS * step, PER_UNIT * duration / _MOST_POINTS) or _NO_MOTION)
+        return cls.at_least(min(time_scale(time, angles), duration / _FEWEST_UNITS), time)
+
+    @classmethod
+    def at_least(cls, unit: float, time: Array) -> "Scales":
+        """Return the scales of a time scale [s], or of what samples at `time` (n,) [s] resolve if that is longer."""
+        step = sampling_step(time)
+        return cls(max(unit, _FEWEST_STEPS * step, PER_UNIT * step * len(time) / _MOST_POINTS) or _NO_MOTION)
 
     @property
     def half_width(self) -> float:

@@ -28,7 +28,7 @@ SPEC.loader.exec_module(make_bags)
 def emulated_counts():
     """Return what the joints' encoders count at each sample of the rig's script (n, 2)."""
     rig = load_rig(RIG)
-    samples = Motion(rig.coefficients(), rig.script, 1 / rig.rate, rig.effects.torques).advance(round(60 * rig.rate))
+    samples = Motion(rig.coefficients(), rig.script, 1 / rig.rate, rig.effects).advance(round(60 * rig.rate))
     joints = np.column_stack([samples[:, 1], samples[:, 2] - samples[:, 1]])
     counts = np.array([rig.encoders.inner_counts_per_turn, rig.encoders.outer_counts_per_turn])
     return np.round(joints * counts / math.tau)

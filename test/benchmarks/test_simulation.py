@@ -5,10 +5,10 @@ import pytest
 
 from benchmarks import _compiled_c, _mujoco
 from benchmarks.simulation import COEFFICIENTS, START, by_numpy, by_scipy
+from cdp_ident.model.motions import InitialValueProblem, motions
 from cdp_ident.model.parameters import coefficients_of, groups_of
 from cdp_ident.model.population import Population, Segment
 from cdp_ident.model.time_grid import TimeGrid
-from cdp_ident.model.trajectory import trajectory_with_derivatives
 from reference.pendulum import TABLE_3, TABLE_5, motion
 from scenarios.search_problem import LOWER, UPPER
 
@@ -50,10 +50,10 @@ def test_windows_with_derivatives():
     grid = TimeGrid.over(np.arange(50) / 130.0)
     starts = START + np.random.default_rng(0).normal(scale=0.05, size=(_compiled_c.WINDOWS, 4))
     angles, derivatives = _compiled_c.windows(COEFFICIENTS, starts, grid)
-    for k, start in enumerate(starts):
-        states, by = trajectory_with_derivatives(COEFFICIENTS, start, grid, np.zeros(2 * grid.steps + 1))
-        np.testing.assert_allclose(angles[k], states[:, :2], atol=1e-12)
-        np.testing.assert_allclose(derivatives[k], by[:, :2], atol=1e-9)
+    u = np.zeros(2 * grid.steps + 1)
+    found = motions([InitialValueProblem(COEFFICIENTS, start, grid, u) for start in starts], derive=True, shown=False)
+    np.testing.assert_allclose(angles.reshape(-1, 2), found.states[:, :2], atol=1e-12)
+    np.testing.assert_allclose(derivatives.reshape(-1, 2, 11), found.by[:, :2], atol=1e-9)
 
 
 def test_the_motion_of_scipy_and_mujoco(measured):

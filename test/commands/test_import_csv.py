@@ -12,8 +12,8 @@ from rosbags.highlevel import AnyReader
 
 from cdp_ident.bag.reader import read_joint_states
 from cdp_ident.commands.import_csv import main
+from cdp_ident.model.motions import simulate
 from cdp_ident.model.parameters import NOMINAL, physical_coefficients
-from cdp_ident.model.simulation import simulate
 from cdp_ident.trial.load import load_trial
 
 SHARED = Path(__file__).parents[3] / "shared/data"
@@ -24,7 +24,7 @@ DROPS = SHARED / "dfki_drops"
 def swing(length=0.4, rate=200.0, seconds=4.0, start=(2.0, 2.5)):
     """Times (n,) and absolute angles from upright (n, 2) of Table 2's pendulum at another size."""
     size = length / NOMINAL["L"]
-    of_size = np.array([1, 1, 1 / size, size**-0.5, size**-0.5, 1 / size, 1])
+    of_size = np.array([1, 1, 1 / size, size**-0.5, size**-0.5, size, 1])
     coefficients = physical_coefficients({**NOMINAL, "c1": 0.002, "c2": 0.0005}) * of_size
     time = np.arange(round(seconds * rate)) / rate
     return time, simulate(coefficients, np.array([*start, 0, 0]), time)[:, :2]

@@ -31,7 +31,7 @@ def test_the_file_holds_the_linear_model_of_the_fitted_one(fitted, tmp_path, cap
     assert main([str(fitted), "--at", at, "--out", str(tmp_path / "new/linear.json")]) == 0
     content = json.loads((tmp_path / "new/linear.json").read_text())
     model = read_fitted_model(fitted, "linearize")
-    expected = linearize(model.coefficients, EQUILIBRIA[at], model.motion.torques(model.values, model.trial()))
+    expected = linearize(model.coefficients, EQUILIBRIA[at], model.motion.acting(model.values, model.trial()))
     system = StateSpace(*(np.array(content[name]) for name in "ABCD"))
     np.testing.assert_array_equal(system.A, expected.A)
     np.testing.assert_array_equal(system.B, expected.B)
@@ -48,7 +48,7 @@ def test_the_matrices_are_printed_and_what_was_left_out(fitted, capsys):
     assert main([str(fitted)]) == 0
     printed = capsys.readouterr().out
     model = read_fitted_model(fitted, "linearize")
-    expected = linearize(model.coefficients, EQUILIBRIA["upright"], model.motion.torques(model.values, model.trial()))
+    expected = linearize(model.coefficients, EQUILIBRIA["upright"], model.motion.acting(model.values, model.trial()))
     for value in (*expected.A[4:, 1:3].flat, *expected.B[4:].flat):
         assert f"{value:.6g}" in printed
     left_out = [line for line in printed.splitlines() if line.startswith("Left out")]

@@ -18,7 +18,8 @@ from cdp_ident.configuration.fitted_model import (
     read_fitted_model,
 )
 from cdp_ident.errors import OptionError
-from cdp_ident.model.effects.catalogue import CATALOGUE
+from cdp_ident.model.effects import own
+from cdp_ident.model.effects.catalogue import CATALOGUE, forget_own
 from cdp_ident.model.parameters import (
     GROUPS,
     NOMINAL,
@@ -48,7 +49,22 @@ def test_physical_values_alone_are_the_model():
 def test_groups_win_over_the_physical_values_that_they_may_not_belong_to():
     model = model_of(GIVEN_GROUPS)
     assert model.values.tolist() == list(GIVEN_GROUPS.values())
-    assert model.coefficients[5] == model.values[0] / NOMINAL["L"]
+    assert model.coefficients.tolist() == [*GIVEN_GROUPS.values(), NOMINAL["L"], NOMINAL["g"]]
+
+
+def test_an_effect_of_one_s_own_comes_with_its_definition():
+    strength = {"unit": "N m", "limits": [0, 1], "typical": 0.1}
+    spring = {"joint": "inner", "torque": "-k*angle^3", "parameters": {"k": strength}}
+    given = {own.OWN_EFFECTS: own.as_text({"hardening": spring}), "effects.hardening.inner.k": 0.02}
+    try:
+        model = model_of(given)
+        (active,) = model.motion.effects
+    finally:
+        forget_own()
+    assert active.effect.law.torque == "-k*angle^3"
+    assert model.values[-1] == pytest.approx(0.02 / A22)
+    with pytest.raises(OptionError, match="hardening"):
+        model_of({name: value for name, value in given.items() if name != own.OWN_EFFECTS})
 
 
 def test_what_is_said_about_the_fit_is_passed_over():
@@ -82,8 +98,8 @@ def test_what_happened_once_is_in_its_trial_only():
     model = model_of(names | {f"effects.impulse.inner.2.{name}": value for name, value in again.items()})
     assert model.trials == ("one", "two")
     for name, strengths in {"one": [0.01], "two": [0.02], "three": [], None: []}.items():
-        torques = model.motion.torques(model.values, model.trial(name))
-        assert (A22 * torques.values[:, 0]).tolist() == pytest.approx(strengths)
+        acting = model.motion.acting(model.values, model.trial(name))
+        assert [A22 * strength for _, (strength, _) in acting.each()] == pytest.approx(strengths)
 
 
 def test_the_outer_rod_is_as_long_as_the_identification_took_it_to_be():

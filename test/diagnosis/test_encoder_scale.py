@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from cdp_ident.diagnosis.encoder_scale import encoder_scale
-from cdp_ident.fit.balance_unknowns import DRY, Mechanism
-from cdp_ident.fit.force_balance import balance_of_pieces, pieces_of
+from cdp_ident.fit.force_balance import Pieces, balances_of
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.prior import Prior
 from cdp_ident.pipeline.identify import identify
@@ -34,9 +33,8 @@ def read_with(inner, outer, of):
 
 
 def found_in(trials, of):
-    mechanism = Mechanism(of.setting.nominal["L"], 9.81, of.setting.nominal["L"])
-    pieces = pieces_of(trials[:2], mechanism.time_unit)
-    return encoder_scale(pieces, mechanism, [balance_of_pieces(pieces, mechanism)])
+    pieces = Pieces.of(trials[:2], of.setting.nominal["L"], 9.81)
+    return encoder_scale(pieces, balances_of(pieces))
 
 
 @pytest.mark.parametrize(
@@ -76,25 +74,17 @@ def test_none_is_found_where_readings_are_right_whatever_else_acts(kind, seed):
     assert found_in(read_with(1.0, 1.0, of), of) is None
 
 
-def test_a_piece_with_joints_turned_otherwise_is_what_would_have_been_measured():
-    mechanism = Mechanism(made().setting.nominal["L"], 9.81, made().setting.nominal["L"])
-    right, twice = (pieces_of(read_with(factor, factor, made())[:1], mechanism.time_unit)[0] for factor in (1.0, 2.0))
-    mended = twice.with_joints_turned(0.5, 0.5)
-    assert mended.motion.values[0] == pytest.approx(right.motion.values[0], abs=1e-9)
-    assert mended.motion.rates[0] == pytest.approx(right.motion.rates[0], abs=1e-7)
-    assert mended.motion.noise == pytest.approx(right.motion.noise, rel=1e-6)
-    other = right.with_joints_turned(1.0, 3.0)
-    assert other.kinematics.joint_angles[0] == pytest.approx(right.kinematics.joint_angles[0])
-    assert other.kinematics.joint_angles[1] == pytest.approx(3.0 * right.kinematics.joint_angles[1])
-    assert other.kinematics.joint_speeds[1] == pytest.approx(3.0 * right.kinematics.joint_speeds[1])
+def test_pieces_with_joints_turned_otherwise_are_what_would_have_been_measured():
+    def motion(inner, outer):
+        return Pieces.of(read_with(inner, outer, made())[:1], made().setting.nominal["L"], 9.81)
 
-
-def test_without_copies_noise_is_not_allowed_for():
-    mechanism = Mechanism(made().setting.nominal["L"], 9.81, made().setting.nominal["L"])
-    pieces = pieces_of(read_with(1.0, 1.0, made())[:1], mechanism.time_unit)
-    alone = balance_of_pieces([piece.without_copies() for piece in pieces], mechanism, effects=DRY, optional=())
-    assert alone.noise_share == pytest.approx([0.0, 0.0])
-    assert balance_of_pieces(pieces, mechanism).noise_share.min() > 0.0
+    right, twice = motion(1.0, 1.0), motion(2.0, 2.0)
+    mended, three = twice.with_joints_turned(0.5, 0.5), right.with_joints_turned(1.0, 3.0)
+    for found, expected in ((mended, right), (three, motion(1.0, 3.0))):
+        assert len(found.motions) == len(expected.motions) > 0
+        for one, other in zip(found.motions, expected.motions, strict=True):
+            assert one.angles == pytest.approx(other.angles, abs=1e-9)
+            assert one.rates == pytest.approx(other.rates, abs=1e-6)
 
 
 @pytest.mark.campaign

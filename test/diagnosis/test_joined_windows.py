@@ -9,8 +9,8 @@ import pytest
 from cdp_ident.diagnosis.joined_windows import jumps
 from cdp_ident.diagnosis.uncertainty import covariance
 from cdp_ident.fit.options import IdentifyOptions
+from cdp_ident.model.motions import simulate
 from cdp_ident.model.parameters import SYMBOLS, groups_of, physical_coefficients
-from cdp_ident.model.simulation import simulate
 from cdp_ident.pipeline.identify import identify
 from cdp_ident.tracing.trace import trace
 from cdp_ident.trial.trial import Trial

@@ -11,8 +11,8 @@ from cdp_ident.fit.prior import Prior
 from cdp_ident.fit.refinement import refine
 from cdp_ident.fit.windows import cut_into_windows
 from cdp_ident.model.effects.catalogue import CATALOGUE
+from cdp_ident.model.motions import simulate
 from cdp_ident.model.parameters import SYMBOLS, groups_of, physical_coefficients
-from cdp_ident.model.simulation import simulate
 from cdp_ident.trial.trial import Trial
 from reference.pendulum import TABLE_3, TABLE_5
 from scenarios.twin import TEN_SECONDS, as_measured

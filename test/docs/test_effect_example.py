@@ -16,7 +16,7 @@ DOCUMENT = (ROOT / "docs/how_to/effect.md").read_text(encoding="utf-8")
 def copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return a copy of what the example needs, with the effect added as the document says."""
     folder = tmp_path_factory.mktemp("copy")
-    for name in ("cdp_ident", "reference", "scenarios", "test/model/effects"):
+    for name in ("cdp_ident", "reference", "scenarios", "test/model"):
         shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__"))
     shutil.copy(ROOT / "pyproject.toml", folder)
     effects = folder / "cdp_ident/model/effects"

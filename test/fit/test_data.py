@@ -9,8 +9,8 @@ from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.data import prepare
 from cdp_ident.fit.roles import PartedTrial
 from cdp_ident.fit.scales import scales_of
+from cdp_ident.model.motions import simulate
 from cdp_ident.model.parameters import physical_coefficients
-from cdp_ident.model.simulation import simulate
 from cdp_ident.trial.trial import Trial
 from reference.pendulum import TABLE_3, TABLE_5
 from scenarios.twin import TEN_SECONDS

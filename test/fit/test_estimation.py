@@ -12,8 +12,8 @@ from cdp_ident.fit.mechanism import Mechanism
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.prior import Prior
 from cdp_ident.fit.windows import cut_into_windows
+from cdp_ident.model.motions import simulate
 from cdp_ident.model.parameters import SYMBOLS, groups_of, physical_coefficients
-from cdp_ident.model.simulation import simulate
 from reference.pendulum import TABLE_5
 from scenarios.start_given import CLOSE, StartGiven, balance_and_refine, search_and_refine
 from scenarios.twin import standard_twin

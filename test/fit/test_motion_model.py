@@ -12,7 +12,7 @@ from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.prior import Prior
 from cdp_ident.fit.windows import cut_into_windows
 from cdp_ident.model.effects.catalogue import CATALOGUE
-from cdp_ident.model.effects.effect import JOINTS, SensorEffect
+from cdp_ident.model.effects.effect import JOINTS
 from cdp_ident.model.parameters import GROUPS, SYMBOLS, coefficients_of, groups_of, inertia_about_cart
 from cdp_ident.model.weights import Weight
 from cdp_ident.trial.trial import Trial
@@ -21,7 +21,7 @@ from reference.weights import with_weight
 from scenarios.twin import standard_twin
 
 EFFECTS = {effect.key: effect for effect in CATALOGUE}
-SENSORS = [effect.key for effect in CATALOGUE if isinstance(effect, SensorEffect)]
+SENSORS = [effect.key for effect in CATALOGUE if not effect.moves]
 MODEL = MotionModel(Mechanism.of(Prior()))
 TRUTH = groups_of([TABLE_5[symbol] for symbol in SYMBOLS], TABLE_5["L"])
 PHYSICAL = np.array([TABLE_5[symbol] for symbol in SYMBOLS])
@@ -46,7 +46,8 @@ def with_effects(*keys):
     return model, np.array(values)
 
 
-def assert_derivatives_are_differences(model, values, window, without=()):
+def assert_derivatives_are_differences(model, values, window, without=(), kinks=0):
+    """Compare derivatives by all directions; at as many samples as there are kinks, differences may be none."""
     _, sensitivity = model.predict(values, window.start, window)
     states = model.states
     assert sensitivity.shape == (len(window.time), 2, states + len(values))
@@ -58,8 +59,8 @@ def assert_derivatives_are_differences(model, values, window, without=()):
             moved[direction] += step
             sides.append(model.predict(moved[states:], moved[:states], window)[0])
         expected = (sides[0] - sides[1]) / (2 * STEP)
-        found = sensitivity[:, :, direction]
-        assert np.abs(found - expected).max() <= 1e-4 * np.abs(expected).max() + 1e-12
+        away = np.sort(np.abs(sensitivity[:, :, direction] - expected).max(axis=1))
+        assert away[len(away) - 1 - kinks] <= 1e-4 * np.abs(expected).max() + 1e-12
 
 
 @pytest.mark.parametrize("key", SENSORS)
@@ -68,7 +69,8 @@ def test_readings_of_an_encoder_s_effect_have_the_derivatives_of_differences(key
     window = first_window()
     # When counts were lost enters as a step, of which no derivative says anything.
     steps = [model.states + model.names.index(f"{key}.time")] if key.startswith("encoder_slip") else []
-    assert_derivatives_are_differences(model, values, window, without=steps)
+    # An encoder with play follows from one instant on to the next.
+    assert_derivatives_are_differences(model, values, window, without=steps, kinks=key.startswith("backlash"))
     assert np.all(model.predict(values, window.start, window)[1][:, :, steps] == 0.0)
 
 
@@ -76,7 +78,7 @@ def test_effects_of_both_encoders_a_late_one_and_a_torque_have_the_derivatives_o
     of_outer = ("joint_spring.outer", "time_offset.outer", "encoder_eccentricity.outer", "backlash.outer")
     keys = ("encoder_scale.inner", *of_outer)
     model, values = with_effects(*keys)
-    assert_derivatives_are_differences(model, values, first_window())
+    assert_derivatives_are_differences(model, values, first_window(), kinks=1)
 
 
 def test_derivatives_with_a_base_that_swings_and_a_late_encoder_are_those_of_differences():
@@ -178,25 +180,23 @@ def test_what_happens_in_one_trial_is_not_in_another(key):
     assert np.array_equal(shown, plain)
 
 
-def test_an_encoder_with_play_sets_out_from_what_it_showed_beside_its_other_effects():
+def test_an_encoder_with_play_sets_out_from_where_it_is_in_the_gap_beside_its_other_effects():
     model, values = with_effects("backlash.outer", "encoder_scale.outer", "encoder_offset.outer")
     model, values = model.with_zeros(values, [0])
     values[model.of_zeros] = [0.02, -0.03]
     values[model.places(0)] = 0.1
     window = first_window()
     joint, scale, offset = window.start[1] - window.start[0], 0.01, 0.01 - 0.03
-    within = joint * (1.0 + scale) + offset + 0.04
-    window.theta[0] = np.cumsum([window.start[0] + 0.02, within])
-    shown, _ = model.predict(values, window.start, window)
-    assert shown[0, 1] - shown[0, 0] == pytest.approx(within, abs=1e-3)
+    shown, _ = model.predict(values, np.append(window.start, -0.8), window)
+    assert shown[0, 1] - shown[0, 0] == pytest.approx(joint * (1.0 + scale) + offset + 0.04, abs=1e-9)
 
 
 @pytest.mark.parametrize("joint", [0, 1])
 def test_play_shows_in_one_encoder_and_by_half_of_the_gap_at_most(joint):
     _, plain, shown = readings(f"backlash.{JOINTS[joint]}", 0.05)
     off = np.diff(shown - plain, axis=1, prepend=0.0)
-    assert np.abs(off[:, joint]).max() == pytest.approx(0.025, abs=1e-9)
-    assert off[:, 1 - joint] == pytest.approx(0.0, abs=1e-12)
+    assert np.abs(off[:, joint]).max() == pytest.approx(0.025, abs=1e-6)
+    assert off[:, 1 - joint] == pytest.approx(0.0, abs=1e-6)
 
 
 def test_free_length_and_gravity_enter_the_coefficients():
@@ -330,14 +330,10 @@ def test_windows_predicted_together_are_what_they_are_alone():
             )
 
 
-@pytest.mark.parametrize(
-    ("effects", "sizes"),
-    [((), [9, 10]), (("coulomb_friction.inner",), [9, 10]), (("presliding_friction.inner",), [5, 5, 4, 5])],
-)
-def test_windows_are_predicted_together_with_their_neighbours(effects, sizes):
-    """Those of one trial, where they are simulated one by one: the first ten are of the first one."""
+@pytest.mark.parametrize("effects", [(), ("coulomb_friction.inner",), ("presliding_friction.inner",)])
+def test_windows_are_predicted_together_with_their_neighbours_of_the_same_trial(effects):
     model, _ = with_effects(*effects)
     windows = [replace(first_window(), trial=int(index >= 10)) for index in range(19)]
     blocks = model.blocks(windows)
     assert [index for block in blocks for index in range(19)[block]] == list(range(19))
-    assert [block.stop - block.start for block in blocks] == sizes
+    assert [block.stop - block.start for block in blocks] == [5, 5, 4, 5]

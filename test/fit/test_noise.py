@@ -7,8 +7,8 @@ from scipy.signal import lfilter
 from cdp_ident.fit.data import noise_over_averages
 from cdp_ident.fit.noise import noise_of, rounding_of_averages
 from cdp_ident.fit.thinning import thinned
+from cdp_ident.model.motions import simulate
 from cdp_ident.model.parameters import physical_coefficients
-from cdp_ident.model.simulation import simulate
 from cdp_ident.trial.trial import Trial
 from reference.pendulum import TABLE_3, TABLE_5
 from scenarios.twin import TEN_SECONDS, as_measured, standard_motion

@@ -15,8 +15,8 @@ from cdp_ident.fit.refinement import fit_initial_states, refine, refine_from_afa
 from cdp_ident.fit.windows import cut_into_windows
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.curves import CURVES
+from cdp_ident.model.motions import simulate
 from cdp_ident.model.parameters import SYMBOLS, groups_of, physical_coefficients
-from cdp_ident.model.simulation import simulate
 from cdp_ident.trial.trial import Trial
 from reference.pendulum import TABLE_3, TABLE_5, motion
 from scenarios.hidden_truths import hidden_truth
@@ -140,7 +140,7 @@ def test_the_same_trials_give_the_same_result_to_the_last_bit():
 def test_the_number_of_cores_changes_nothing(monkeypatch):
     windows = cut_into_windows([TWIN])
     several = refine(MODEL, NOMINAL, windows)
-    monkeypatch.setattr("cdp_ident.model.parallel.core_count", lambda: 1)
+    monkeypatch.setattr("cdp_ident.machine.parallel.core_count", lambda: 1)
     assert np.array_equal(refine(MODEL, NOMINAL, windows).values, several.values)
 
 

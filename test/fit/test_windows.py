@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cdp_ident.fit.windows import cut_into_windows, split
-from cdp_ident.model.simulation import simulate
+from cdp_ident.model.motions import simulate
 from cdp_ident.trial.trial import Trial
 from reference.pendulum import TABLE_3
 from scenarios.twin import standard_twin

@@ -4,13 +4,11 @@ from hypothesis import given
 from scipy.signal import StateSpace
 
 from cdp_ident.errors import OptionError
+from cdp_ident.model.acting import ActingEffects
 from cdp_ident.model.effects.catalogue import CATALOGUE
-from cdp_ident.model.effects.constants import effect_constants
-from cdp_ident.model.effects.effect import TorqueEffect
-from cdp_ident.model.linear import EQUILIBRIA, STATES, Mode, has_linear_part, linearize
+from cdp_ident.model.linear import EQUILIBRIA, STATES, Mode, linearize, without_linear_part
+from cdp_ident.model.motions import accelerations_at
 from cdp_ident.model.parameters import SYMBOLS, inertia_about_cart, physical_coefficients
-from cdp_ident.model.torques import Torques
-from cdp_ident.model.trajectory import accelerations_at
 from reference import pendulum
 from reference.pendulum import TABLE_2
 from reference.strategies import pendulums
@@ -31,11 +29,10 @@ def differences(accelerations, theta, step=1e-5):
     return np.column_stack(columns) / (2.0 * step)
 
 
-def torques(*effects):
-    """Return the torques of effects of the catalogue, given as key and values over A22."""
+def acting(*effects):
+    """Return effects of the catalogue, given as key and values over A22."""
     by_key = {effect.key: effect for effect in CATALOGUE}
-    chosen = [(by_key[key], values) for key, *values in effects]
-    return Torques.of(chosen, effect_constants(COEFFICIENTS, TABLE_2["L"], 0.4))
+    return ActingEffects.of([(by_key[key], values) for key, *values in effects], 0.4)
 
 
 @equilibria
@@ -64,21 +61,21 @@ def test_scipy_takes_its_matrices_and_sees_the_measured_positions():
 
 def test_springs_add_their_stiffness():
     inner, outer = 3.0, 5.0
-    given_torques = torques(("joint_spring.inner", inner, 0.0), ("joint_spring.outer", outer, 0.0))
+    springs = acting(("joint_spring.inner", inner, 0.0), ("joint_spring.outer", outer, 0.0))
 
     def accelerations(state, u):
         across = -outer * (state[1] - state[0]) * A22
         torque = (-inner * (state[0] - np.pi) * A22 - across, across)
         return np.array(pendulum.accelerations(TABLE_2, state, u, torque))
 
-    model = linearize(COEFFICIENTS, EQUILIBRIA["hanging"], given_torques)
+    model = linearize(COEFFICIENTS, EQUILIBRIA["hanging"], springs)
     found = np.column_stack([model.A[4:, RODS], model.B[4:]])
     np.testing.assert_allclose(found, differences(accelerations, model.theta), rtol=1e-6, atol=1e-6)
 
 
 @pytest.mark.parametrize("near", [EQUILIBRIA["upright"], EQUILIBRIA["hanging"]])
 def test_a_base_that_is_not_level_shifts_the_equilibrium_and_nothing_of_the_rods(near):
-    tilted, level = linearize(COEFFICIENTS, near, torques(("gravity_tilt.base", 0.05))), linearize(COEFFICIENTS, near)
+    tilted, level = linearize(COEFFICIENTS, near, acting(("gravity_tilt.base", 0.05))), linearize(COEFFICIENTS, near)
     np.testing.assert_allclose(tilted.theta, np.array(near) + 0.05, atol=1e-10)
     np.testing.assert_allclose(tilted.A, level.A, atol=1e-5)
 
@@ -87,11 +84,11 @@ def test_a_cart_that_gives_way_adds_its_acceleration_to_the_rods():
     compliance = 1e-4
     at = EQUILIBRIA["hanging"]
     stiff = linearize(COEFFICIENTS, at)
-    soft = linearize(COEFFICIENTS, at, torques(("pivot_compliance.base", compliance)))
+    soft = linearize(COEFFICIENTS, at, acting(("pivot_compliance.base", compliance)))
     # The cart moves by x = -compliance h theta'' under the rods' horizontal pull, theta the deviations from hanging.
     rods = stiff.A[np.ix_(RODS, RODS)]
-    _, _, a1, _, _, m2_l2, _ = COEFFICIENTS
-    pull = -np.array([a1, m2_l2]) @ rods[2:]
+    A23, _, a1, _, _, L, _ = COEFFICIENTS
+    pull = -np.array([a1, A23 / L]) @ rods[2:]
     x_second = -compliance * pull @ rods @ rods
     np.testing.assert_allclose(
         soft.A[4:, RODS] - rods[2:], stiff.B[4:] * x_second, rtol=2e-5, atol=2e-5 * np.abs(x_second).max()
@@ -100,13 +97,13 @@ def test_a_cart_that_gives_way_adds_its_acceleration_to_the_rods():
 
 @pytest.mark.parametrize(
     "effect",
-    # A base with states of its own makes no torque.
-    [e for e in CATALOGUE if isinstance(e, TorqueEffect) and e.key != "pivot_compliance.base.oscillating"],
+    # What has states of its own has no part in a linear model of the rods alone.
+    [e for e in CATALOGUE if not e.brings_states],
     ids=lambda effect: effect.key,
 )
 def test_an_effect_has_a_linear_part_just_where_the_smallest_motions_feel_it_in_proportion(effect):
     typical = [parameter.typical for parameter in effect.parameters]
-    alone = Torques.of([(effect, typical)], effect_constants(COEFFICIENTS, TABLE_2["L"], 0.4))
+    alone = ActingEffects.of([(effect, typical)], 0.4)
 
     def added(state):
         at, late = state[None], np.full(1, 10.0)
@@ -118,7 +115,8 @@ def test_an_effect_has_a_linear_part_just_where_the_smallest_motions_feel_it_in_
     rest = np.array([*EQUILIBRIA["hanging"], 0.0, 0.0])
     towards = np.array([1.0, 2.0, 1.0, 2.0])
     change = np.abs(added(rest + size * towards) - added(rest - size * towards)).max()
-    assert has_linear_part(effect) == (not effect.dry and change > 1e-3 * size * abs(typical[0]))
+    is_linear = effect not in without_linear_part(COEFFICIENTS, EQUILIBRIA["hanging"], alone)
+    assert is_linear == (not effect.dry and change > 1e-3 * size * abs(typical[0]))
 
 
 @pytest.mark.parametrize(
@@ -130,17 +128,19 @@ def test_an_effect_has_a_linear_part_just_where_the_smallest_motions_feel_it_in_
         ("quadratic_friction.outer", 0.1),
         ("air_drag.outer.strips", 0.1, 1.0),
         ("impulse.inner", 0.1, 0.0),
+        ("presliding_friction.outer", 0.5, 0.02),
+        ("encoder_scale.inner", 0.1),
     ],
     ids=lambda effect: effect[0],
 )
 def test_what_has_no_linear_part_changes_nothing(effect):
     plain = linearize(COEFFICIENTS, EQUILIBRIA["upright"])
-    np.testing.assert_array_equal(linearize(COEFFICIENTS, EQUILIBRIA["upright"], torques(effect)).A, plain.A)
+    np.testing.assert_array_equal(linearize(COEFFICIENTS, EQUILIBRIA["upright"], acting(effect)).A, plain.A)
 
 
 def test_a_spring_that_is_stronger_than_gravity_leaves_nothing_upright():
     with pytest.raises(OptionError, match="do not rest"):
-        linearize(COEFFICIENTS, EQUILIBRIA["upright"], torques(("joint_spring.inner", 40.0, 0.0)))
+        linearize(COEFFICIENTS, EQUILIBRIA["upright"], acting(("joint_spring.inner", 40.0, 0.0)))
 
 
 @given(values=pendulums())
@@ -160,7 +160,8 @@ def test_a_swinging_mode_tells_its_frequency_and_damping():
 
 def test_frequencies_are_those_of_the_frictionless_determinant():
     free = TABLE_2 | {"c1": 0.0, "c2": 0.0}
-    A23, A33, a1, _, _, m2_l2, g = physical_coefficients(free)
+    A23, A33, a1, _, _, L, g = physical_coefficients(free)
+    m2_l2 = A23 / L
     # det(K - w^2 M) = 0 about hanging, with K = diag(a1 g, m2 l2 g) and M = [[1, A23], [A23, A33]].
     squares = np.roots([A33 - A23**2, -(a1 * g * A33 + m2_l2 * g), a1 * g * m2_l2 * g])
     modes = linearize(physical_coefficients(free), EQUILIBRIA["hanging"]).modes

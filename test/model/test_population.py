@@ -3,10 +3,10 @@ import pytest
 import sympy
 
 from cdp_ident.errors import OptionError
-from cdp_ident.model import parallel
+from cdp_ident.machine import parallel
+from cdp_ident.model.motions import simulate
 from cdp_ident.model.parameters import PARAMETERS, coefficients_of, groups_of, physical_coefficients
 from cdp_ident.model.population import Population, Segment, input_at_half_steps
-from cdp_ident.model.simulation import simulate
 from cdp_ident.model.time_grid import TimeGrid
 from reference.pendulum import TABLE_3, TABLE_5, TIME, cart_acceleration
 from scenarios.twin import twin

@@ -5,12 +5,12 @@ import math
 import numpy as np
 import pytest
 
+from cdp_ident.model.acting import ActingEffects
 from cdp_ident.model.effects.catalogue import CATALOGUE
-from cdp_ident.model.effects.constants import effect_constants
+from cdp_ident.model.motions import InitialValueProblem, motions, simulate
 from cdp_ident.model.parameters import SYMBOLS, inertia_about_cart, physical_coefficients
 from cdp_ident.model.time_grid import DEFAULT_STEP, TimeGrid
-from cdp_ident.model.torques import Torques
-from cdp_ident.model.trajectory import trajectory, trajectory_with_derivatives
+from reference import torques
 from reference.dry_friction import NO_FRICTION, DryFriction
 from reference.mechanics import Rig
 from reference.pendulum import TABLE_2, TABLE_5, energy
@@ -38,13 +38,8 @@ def friction_of(joint, values):
     return [(EFFECTS[f"stribeck_friction.{joint}"], values)], friction
 
 
-def torques_of(effects, coefficients=COEFFICIENTS, values=TABLE_5):
-    return Torques.of(effects, effect_constants(coefficients, values["L"], 0.4))
-
-
-def simulated(effects, start=START, times=TIMES, step=DEFAULT_STEP):
-    grid = TimeGrid.over(times, step)
-    return trajectory(COEFFICIENTS, start, grid, np.zeros(2 * grid.steps + 1), torques_of(effects))
+def simulated(effects, start=START, times=TIMES, step=DEFAULT_STEP, u=None):
+    return simulate(COEFFICIENTS, start, times, u, step, ActingEffects.of(effects, 0.4))
 
 
 def both(inner, outer):
@@ -147,8 +142,8 @@ def test_once_both_joints_stick_nothing_moves_any_more():
 def test_a_rod_that_is_let_go_within_its_static_friction_stays_and_else_breaks_loose(share, stays):
     angle = 0.1
     start = np.array([math.pi + angle, math.pi + angle, 0.0, 0.0])
-    _, _, a1, _, _, m2_l2, g = COEFFICIENTS
-    needed = (a1 + m2_l2) * g * math.sin(angle)
+    A23, _, a1, _, _, L, g = COEFFICIENTS
+    needed = (a1 + A23 / L) * g * math.sin(angle)
     last = simulated(both((share * needed,), (100.0,))[0], start, TIMES[:20])[-1]
     assert np.array_equal(last, start) == stays
     assert last[0] <= start[0]
@@ -159,8 +154,8 @@ def test_a_rod_that_is_let_go_within_its_static_friction_stays_and_else_breaks_l
 
 def test_a_joint_holds_while_the_other_one_goes_though_it_would_not_hold_both():
     # Let go at rest, the inner joint could not hold both rods, but can hold its own.
-    (_, _, a1, _, _, m2_l2, g), friction = COEFFICIENTS, 20.0
-    assert g * (a1 * math.sin(WIDE[0]) + m2_l2 * math.sin(WIDE[1])) > friction
+    (A23, _, a1, _, _, L, g), friction = COEFFICIENTS, 20.0
+    assert g * (a1 * math.sin(WIDE[0]) + A23 / L * math.sin(WIDE[1])) > friction
     effects, dry1, dry2 = both((friction,), (0.1,))
     states = simulated(effects, WIDE, TIMES[:20])
     assert np.all(states[:, 0] == WIDE[0])
@@ -171,9 +166,8 @@ def test_a_joint_holds_while_the_other_one_goes_though_it_would_not_hold_both():
 def test_a_cart_that_shakes_breaks_a_joint_loose():
     effects, _, _ = both((3.0,), (3.0,))
     hanging = np.array([math.pi, math.pi, 0.0, 0.0])
-    grid = TimeGrid.over(TIMES[:400])
-    shake = np.sin(5.0 * grid.half_step_times())
-    gently, hard = (trajectory(COEFFICIENTS, hanging, grid, size * shake, torques_of(effects)) for size in (0.1, 10.0))
+    shake = np.sin(5.0 * TimeGrid.over(TIMES[:400]).half_step_times())
+    gently, hard = (simulated(effects, hanging, TIMES[:400], u=size * shake) for size in (0.1, 10.0))
     assert np.all(gently == hanging)
     assert np.ptp(hard[:, 0]) > 0.01
 
@@ -193,9 +187,21 @@ def test_the_motion_is_the_same_with_and_without_derivatives(values, start):
     grid = TimeGrid.over(TIMES[:600])
     u = np.zeros(2 * grid.steps + 1)
     for inner, outer in ((0.3, 0.1), (8.0, 4.0), (20.0, 0.1)):
-        chosen = both((inner,), (outer,))[0]
-        torques = Torques.of(chosen, effect_constants(coefficients, values["L"], 0.4), [(0, 0), (1, 0)])
-        states, derivatives = trajectory_with_derivatives(coefficients, start, grid, u, torques)
-        alone = trajectory(coefficients, start, grid, u, torques)
-        np.testing.assert_allclose(states, alone, rtol=0, atol=1e-9)
-        assert np.all(np.isfinite(derivatives))
+        acting = ActingEffects.of(both((inner,), (outer,))[0], 0.4, fitted=True)
+        problem = InitialValueProblem(coefficients, start, grid, u, acting)
+        found, alone = motions([problem], derive=True, shown=False), motions([problem], shown=False)
+        np.testing.assert_allclose(found.states, alone.states, rtol=0, atol=1e-9)
+        assert np.all(np.isfinite(found.by))
+
+
+@pytest.mark.parametrize("joint", ["inner", "outer"])
+@pytest.mark.parametrize("give", [5e-4, 1e-3, 0.01, 0.05])
+@pytest.mark.parametrize("over", [0.1, 0.6])
+def test_friction_that_gives_way_before_it_slips_is_the_reference_s(joint, give, over):
+    times = TIMES[:300]
+    found = simulated([(EFFECTS[f"presliding_friction.{joint}"], [over, give])], WIDE, times)
+    given = torques.dahl(joint, over * A22, over * A22 / give)
+    expected = motion(TABLE_5, WIDE, times, torques=[given])
+    assert np.abs(found[:, :4] - simulated([], WIDE, times)).max() > 1e-2
+    np.testing.assert_allclose(found[:, :2], expected[:, :2], rtol=0, atol=3e-7)
+    assert np.all(np.abs(found[:, 4]) <= 1.0 + 1e-9)

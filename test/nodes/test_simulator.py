@@ -19,8 +19,8 @@ from cdp_ident.configuration.fitted_model import FittedModel, fitted_model, read
 from cdp_ident.configuration.parameter_file import parameter_file
 from cdp_ident.diagnosis.evaluation import start_of
 from cdp_ident.fit.windows import DEFAULT_WINDOW
+from cdp_ident.model.motions import simulate
 from cdp_ident.model.parameters import NOMINAL
-from cdp_ident.model.simulation import simulate
 from cdp_ident.model.time_grid import DEFAULT_STEP
 from cdp_ident.nodes.simulator import main
 from cdp_ident.replay.stream import MotionStream
@@ -264,7 +264,7 @@ def test_a_free_motion_goes_on_with_new_parameters_and_begins_anew_from_a_new_st
     assert listener.call("/simulator/reset") == (True, "playing")
     viewer.new_frames(150)
     model = fitted_model(NOMINAL | {"effects.air_drag.inner.coefficient": 0.001}, "test")
-    torques = model.motion.torques(model.values, model.trial())
+    torques = model.motion.acting(model.values, model.trial())
     states = simulate(
         model.coefficients, np.array([1.0, 1.0, 0.0, 0.5]), np.arange(100) * 0.005, None, DEFAULT_STEP, torques
     )

@@ -44,7 +44,7 @@ def test_two_swings_of_ten_seconds_with_and_without_50_g_give_the_inertia_within
 
 
 def test_the_balance_of_forces_finds_it_too(weighted):
-    assert weighted.balances[0].inertia == pytest.approx(INERTIA, rel=0.03)
+    assert weighted.balances[0].inertia == pytest.approx(INERTIA, rel=0.06)
 
 
 def test_frictions_are_determined_and_what_shares_the_rest_is_not(weighted):

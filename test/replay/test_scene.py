@@ -9,8 +9,8 @@ import pytest
 from cdp_ident.configuration.fitted_model import fitted_model
 from cdp_ident.diagnosis.evaluation import free_run
 from cdp_ident.errors import SimulationError
+from cdp_ident.model.motions import simulate
 from cdp_ident.model.parameters import NOMINAL
-from cdp_ident.model.simulation import simulate
 from cdp_ident.model.weights import Weight
 from cdp_ident.replay.scene import Free, Replay, Start
 from cdp_ident.trial.load import load_trial

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from cdp_ident.configuration.fitted_model import FittedModel, fitted_model
 from cdp_ident.fit.windows import cut_into_windows
+from cdp_ident.model.motions import simulate
 from cdp_ident.model.parameters import NOMINAL
-from cdp_ident.model.simulation import simulate
 from cdp_ident.replay.stream import MotionStream
 from cdp_ident.trial.trial import Trial
 

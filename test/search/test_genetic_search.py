@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cdp_ident.errors import OptionError
-from cdp_ident.model import parallel
+from cdp_ident.machine import parallel
 from cdp_ident.search.genetic_search import genetic_search
 from cdp_ident.search.options import IGA, METHODS, TGA
 from scenarios.search_problem import LOWER, PAPER_IGA_ERROR, UPPER, twin_objective

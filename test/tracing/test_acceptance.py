@@ -11,11 +11,10 @@ from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.prior import Prior
 from cdp_ident.fit.refinement import Fit, refine
 from cdp_ident.fit.windows import cut_into_windows
+from cdp_ident.model.acting import ActingEffects
 from cdp_ident.model.effects.catalogue import CATALOGUE
-from cdp_ident.model.effects.constants import effect_constants
+from cdp_ident.model.motions import simulate
 from cdp_ident.model.parameters import SYMBOLS, groups_of, physical_coefficients
-from cdp_ident.model.simulation import simulate
-from cdp_ident.model.torques import Torques
 from cdp_ident.tracing import thresholds
 from cdp_ident.tracing.acceptance import improves_enough, is_accepted, share_explained
 from cdp_ident.tracing.evidence import Attempt
@@ -83,10 +82,9 @@ def test_what_gains_nothing_in_the_fit_is_refused_without_predictions(plain):
 @pytest.mark.parametrize(("compliance", "accepted"), [(0.0, False), (1e-6, False), (3e-6, True)])
 def test_a_cart_that_oscillates_by_itself_is_not_taken_for_one_that_the_rods_move(compliance, accepted):
     coefficients = physical_coefficients(TABLE_5)
-    constants = effect_constants(coefficients, TABLE_5["L"], 0.4)
-    torques = Torques.of([(OSCILLATING, (compliance, 11.0, 0.02))], constants)
+    acting = ActingEffects.of([(OSCILLATING, (compliance, 11.0, 0.02))], 0.4)
     pushed = np.array([np.pi + 0.9, np.pi + 0.5, 0.0, 0.0, 2e-3, 0.0])
-    theta = simulate(coefficients, pushed, TEN_SECONDS, torques=torques)[:, :2]
+    theta = simulate(coefficients, pushed, TEN_SECONDS, effects=acting)[:, :2]
     trial = Trial("swing", TEN_SECONDS, as_measured(theta, np.random.default_rng(3), noise=5e-4))
     windows = cut_into_windows([trial], 1.25)
     folds = tuple(tuple(range(len(windows))[k::4]) for k in range(4))

@@ -11,7 +11,6 @@ from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.refinement import refine_from_afar
 from cdp_ident.model.effects.catalogue import CATALOGUE
-from cdp_ident.model.effects.effect import Form
 from cdp_ident.pipeline.identify import identify
 from cdp_ident.tracing import exchange
 from cdp_ident.tracing.evidence import Attempt, Change
@@ -99,7 +98,7 @@ def test_a_light_cart_that_swings_is_found_from_one_that_only_gives_way() -> Non
     progress = Progress(with_effects(identified, "pivot_compliance.base"), noise)
     before = progress.current.fit.rmse()
     assert before > 2.0 * noise
-    try_states(progress, Form.BASE)
+    try_states(progress, lambda effect: effect.swings)
     (active,), values = progress.current.model.effects, progress.current.fit.values
     assert active.effect.key == "pivot_compliance.base.oscillating"
     assert progress.current.fit.rmse() < 1.5 * noise  # of both encoders in theta2

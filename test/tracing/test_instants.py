@@ -8,6 +8,7 @@ import pytest
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.refinement import Fit
 from cdp_ident.fit.reweighting import reweighted
+from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.pipeline.identify import identify
 from cdp_ident.tracing import instants
 from scenarios.hidden_truths import hidden_truth
@@ -28,7 +29,7 @@ def test_an_impulse_s_gain_is_that_of_its_projection_even_where_motion_is_chaoti
         return instants._Instant(0.0, 0.0, 0, 0.0)
 
     monkeypatch.setattr(instants, "_best", gains)
-    effect = next(e for e in instants.CATALOGUE if e.key == ("impulse.inner", "impulse.outer")[column])
+    effect = next(e for e in CATALOGUE if e.key == ("impulse.inner", "impulse.outer")[column])
     motions = [instants._Motion.of(chaotic, window) for window in chaotic.windows]
     instants._scan_impulses(chaotic, effect, motions)
     for (window, size, fitting), residual, motion in zip(scanned, chaotic.residuals, motions, strict=True):

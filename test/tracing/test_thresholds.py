@@ -1,5 +1,7 @@
 """What chance alone gains, by the number of parameters and of what is tried."""
 
+import math
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -11,7 +13,7 @@ from cdp_ident.tracing.thresholds import least_gain, least_score
 
 @given(st.floats(1.0, 60.0))
 def test_chance_gains_enough_anywhere_no_more_often_than_half_the_level(freedom):
-    tried = thresholds.FORMS + thresholds.PAIRS
+    tried = math.comb(thresholds.forms() + 1, 2)  # effects and pairs of them
     assert tried * chi2.sf(least_gain(freedom), freedom) == pytest.approx(thresholds.FAMILY_LEVEL / 2)
 
 

@@ -7,8 +7,8 @@ import pytest
 
 from cdp_ident.bag.joint_state import MESSAGE_TYPE, serialize_joint_state
 from cdp_ident.bag.writer import BagWriter
+from cdp_ident.model.motions import simulate
 from cdp_ident.model.parameters import NOMINAL, physical_coefficients
-from cdp_ident.model.simulation import simulate
 
 START = 1_700_000_000_000_000_000
 RATE = 200.0

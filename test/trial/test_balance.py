@@ -1,17 +1,31 @@
 import numpy as np
 import pytest
+import sympy
 
-from cdp_ident.model.parameters import GROUPS, NOMINAL, physical_coefficients
-from cdp_ident.model.simulation import simulate
-from cdp_ident.model.time_grid import TimeGrid
 from cdp_ident.trial.balance import WINDOW, motion_on_grid, residual, torques, windows
 from cdp_ident.trial.lumped import fit_lumped
+from reference import own_units, pendulum
+from reference.own_units import Rig
+from reference.pendulum import TABLE_2
 
 TIME = np.arange(2400) * 0.005
-COEFFICIENTS = physical_coefficients({**NOMINAL, "c1": 0.003, "c2": 0.001})
-A23, A33, a1, c1, c2, m2_l2, g = COEFFICIENTS
-EXPECTED = [A23, A33, c1, c2, a1 * g, m2_l2 * g]
+BRISK = {**TABLE_2, "c1": 0.003, "c2": 0.001}
 START = np.array([2.0, 2.6, 0.0, 0.0])
+
+
+def lumped_numbers(m1, m2, m0, l1, l2, J1, J2, c1, c2, L, g):
+    A22 = m1 * l1**2 + J1 + (m2 + m0) * L**2
+    return np.array([m2 * L * l2, m2 * l2**2 + J2, c1, c2, (m1 * l1 + (m2 + m0) * L) * g, m2 * l2 * g]) / A22
+
+
+EXPECTED = lumped_numbers(**BRISK)
+
+
+@pytest.fixture(scope="module")
+def swing():
+    theta = pendulum.motion(BRISK, START, TIME, tolerance=1e-9)[:, :2]
+    theta.setflags(write=False)
+    return theta
 
 
 def balance(theta, cart=None):
@@ -22,29 +36,29 @@ def fit(of):
     return fit_lumped(of, np.ones(len(of), dtype=bool))
 
 
-def test_the_lumped_numbers_of_a_simulated_pendulum_are_recovered():
-    assert [group.symbol for group in GROUPS][:3] == ["A23_over_A22", "A33_over_A22", "a1_over_A22"]
-    of = balance(simulate(COEFFICIENTS, START, TIME)[:, :2])
+def test_the_lumped_numbers_of_a_simulated_pendulum_are_recovered(swing):
+    of = balance(swing)
     found = fit(of)
     assert np.allclose(found.values[:6], EXPECTED, rtol=2e-2, atol=5e-3)
     assert np.allclose(found.values[6:], 0, atol=0.05)
     assert found.unexplained < 0.002
     assert found.is_mechanism
-    assert found.length_over_gravity == pytest.approx(NOMINAL["L"] / g, rel=0.01)
+    assert found.length_over_gravity == pytest.approx(0.4 / 9.81, rel=0.01)
     assert np.abs(residual(of, found.values)).max() < 0.01 * EXPECTED[4]
 
 
 def test_the_measured_motion_of_the_cart_is_part_of_the_balance():
-    frequency, amplitude = 9.0, 0.03
-    u = -amplitude * frequency**2 * np.sin(frequency * TimeGrid.over(TIME, 0.005).half_step_times())
-    theta = simulate(COEFFICIENTS, START, TIME, u)[:, :2]
-    with_cart, without = fit(balance(theta, amplitude * np.sin(frequency * TIME))), fit(balance(theta))
+    time = TIME[:1600]
+    cart = 0.03 * sympy.sin(9 * pendulum.TIME)
+    theta = pendulum.motion(BRISK, START, time, cart, tolerance=1e-8)[:, :2]
+    with_cart = fit(windows(motion_on_grid(time, theta, pendulum.cart_position(cart, time))))
+    without = fit(windows(motion_on_grid(time, theta, None)))
     assert 10 * with_cart.unexplained < 0.05 < without.unexplained
     assert with_cart.values[:6] == pytest.approx(EXPECTED, rel=0.05, abs=0.02)
 
 
-def test_a_hand_in_a_third_of_the_windows_does_not_change_the_fit():
-    theta = simulate(COEFFICIENTS, START, TIME)[:, :2]
+def test_a_hand_in_a_third_of_the_windows_does_not_change_the_fit(swing):
+    theta = swing.copy()
     theta[:800] = theta[0] + 0.5 * np.sin(np.column_stack([3 * TIME[:800], 5 * TIME[:800]]))
     motion = motion_on_grid(TIME, theta, None)
     of = windows(motion)
@@ -55,21 +69,46 @@ def test_a_hand_in_a_third_of_the_windows_does_not_change_the_fit():
     assert np.median(error[ends < 4.0]) > 20 * np.median(error[begins > 4.0])
 
 
-def test_upside_down_angles_turn_gravity_round_and_nothing_else():
-    theta = simulate(COEFFICIENTS, START, TIME)[:, :2]
-    upright, hanging = (fit(balance(angles)) for angles in (theta, theta + np.pi))
-    assert np.allclose(hanging.values[:6], upright.values[:6] * [1, 1, 1, 1, -1, -1], rtol=1e-6, atol=1e-9)
+@pytest.mark.parametrize(
+    ("half_turns", "turned", "signs"),
+    [
+        ([1, 1], "both", [1, 1, 1, 1, -1, -1]),
+        ([1, 0], "inner", [-1, 1, 1, 1, -1, 1]),
+        ([0, 1], "outer", [-1, 1, 1, 1, 1, -1]),
+    ],
+)
+def test_upside_down_angles_turn_gravity_round_and_nothing_else(swing, half_turns, turned, signs):
+    upright, hanging = fit(balance(swing)), fit(balance(swing + np.pi * np.array(half_turns)))
+    assert np.allclose(hanging.values[:6], upright.values[:6] * signs, rtol=1e-6, atol=1e-9)
+    assert upright.is_mechanism
     assert not hanging.is_mechanism
-    assert hanging.is_mechanism_upside_down
+    assert (upright.turned, hanging.turned) == ("", turned)
 
 
-def test_zeros_that_are_off_are_found_with_their_size():
-    theta = simulate(COEFFICIENTS, START, TIME)[:, :2]
-    assert fit(balance(theta)).offsets.tolist() == [0, 0]
-    assert fit(balance(theta - [0.03, -0.06])).offsets == pytest.approx([0.03, -0.06], abs=2e-3)
+def test_zeros_that_are_off_are_found_with_their_size(swing):
+    assert fit(balance(swing)).offsets.tolist() == [0, 0]
+    assert fit(balance(swing - [0.03, -0.06])).offsets == pytest.approx([0.03, -0.06], abs=2e-3)
 
 
-def test_noise_is_not_taken_for_something_unexplained():
-    theta = simulate(COEFFICIENTS, START, TIME)[:, :2]
-    noisy = theta + np.random.default_rng(1).normal(0, 5e-3, theta.shape)
+def test_noise_is_not_taken_for_something_unexplained(swing):
+    noisy = swing + np.random.default_rng(1).normal(0, 5e-3, swing.shape)
     assert fit(balance(noisy)).unexplained < 0.01
+
+
+def test_where_a_joint_sticks_its_friction_has_any_direction_and_elsewhere_its_own():
+    sticking = Rig(A23=0.5, A33=0.4, a1=1.4, c1=0.02, c2=0.01, dry1=0.02, dry2=0.2)
+    time = np.arange(1600) * 0.025
+    states = own_units.motion(sticking, START, time)
+    theta = states[:, :2] + np.random.default_rng(1).normal(scale=1e-3, size=(len(time), 2))
+    motion = motion_on_grid(time, theta, None)
+    slack = windows(motion).slack
+    speeds = np.column_stack([states[:, 2], states[:, 3] - states[:, 2]])
+    stands = np.zeros((len(slack), 2), dtype=bool)
+    runs = np.zeros((len(slack), 2), dtype=bool)
+    for window, (first, last) in enumerate(zip(motion.time, motion.time[WINDOW - 1 :], strict=False)):
+        inside = np.abs(speeds[(time >= first) & (time <= last)])
+        stands[window], runs[window] = inside.max(axis=0) < 1e-9, inside.min(axis=0) > 0.1
+    assert np.count_nonzero(runs[:, 0]) > 100
+    assert np.count_nonzero(stands[:, 1]) > 100
+    assert np.all(slack[runs] < 0.02)
+    assert np.all(slack[stands] > 0.5)

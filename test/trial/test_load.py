@@ -7,11 +7,10 @@ import numpy as np
 import pytest
 
 from cdp_ident.errors import BagError, TrialError
+from cdp_ident.model.acting import ActingEffects
 from cdp_ident.model.effects.catalogue import CATALOGUE
-from cdp_ident.model.effects.constants import effect_constants
+from cdp_ident.model.motions import simulate
 from cdp_ident.model.parameters import NOMINAL, physical_coefficients
-from cdp_ident.model.simulation import simulate
-from cdp_ident.model.trajectory import Torques
 from cdp_ident.trial.load import load_trial
 from cdp_ident.trial.options import TrialOptions
 from cdp_ident.trial.outliers import TURN, outliers
@@ -330,7 +329,7 @@ def filmed(length, rate, seconds, lost, noise=1e-3):
     """Times and absolute angles of a pendulum of another size than Table 2's."""
     size = length / 0.4
     coefficients = physical_coefficients({**NOMINAL, "c1": 0.002, "c2": 0.0005})
-    coefficients = coefficients * [1, 1, 1 / size, size**-0.5, size**-0.5, 1 / size, 1]
+    coefficients = coefficients * [1, 1, 1 / size, size**-0.5, size**-0.5, size, 1]
     time = np.arange(round(seconds * rate)) / rate
     generator = np.random.default_rng(4)
     theta = simulate(coefficients, np.array([2.0, 2.5, 0, 0]), time)[:, :2]
@@ -341,10 +340,10 @@ def filmed(length, rate, seconds, lost, noise=1e-3):
 def test_a_joint_that_sticks_for_good_is_no_hand(make_bag):
     coefficients = physical_coefficients({**NOMINAL, "c1": 0.002, "c2": 0.0005})
     dry = next(effect for effect in CATALOGUE if (effect.name, effect.joint) == ("coulomb_friction", "outer"))
-    constants = effect_constants(coefficients, NOMINAL["L"], 0.4)
-    friction = Torques.of([(dry, [0.3 * coefficients[5] * coefficients[6]])], constants)
+    A23, *_, L, g = coefficients
+    friction = ActingEffects.of([(dry, [0.3 * A23 / L * g])], 0.4)
     time = np.arange(1600) * 0.005
-    theta = simulate(coefficients, np.array([2.2, 2.9, 0, 0]), time, torques=friction)[:, :2]
+    theta = simulate(coefficients, np.array([2.2, 2.9, 0, 0]), time, effects=friction)[:, :2]
     relative = theta[:, 1] - theta[:, 0]
     assert np.ptp(relative[-800:]) < 0.1 < np.ptp(theta[-800:, 0])
     noise = np.random.default_rng(2).normal(0, 3e-4, (len(time), 2))

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cdp_ident.model.motions import simulate
 from cdp_ident.model.parameters import NOMINAL, physical_coefficients
-from cdp_ident.model.simulation import simulate
 from cdp_ident.trial.outliers import TURN, outlier_words, outliers
 
 TIME = np.arange(2000) / 200.0

@@ -1,19 +1,30 @@
+from functools import cache
+
 import numpy as np
 import pytest
+from scipy.interpolate import CubicHermiteSpline
 
-from cdp_ident.model.parameters import NOMINAL, physical_coefficients
-from cdp_ident.model.simulation import simulate
 from cdp_ident.trial.scales import Scales, time_scale
+from reference.own_units import Rig, motion
+
+PENDULUM = Rig(A23=0.154, A33=0.1005, a1=1.053, c1=0.0072, c2=0.0018)
+"""Table 2's, with good bearings, in units in which it may have any size."""
+
+
+@cache
+def table(start, units):
+    """A motion in the rig's units; between the entries cubics are good to a microradian."""
+    clock = np.arange(round(units / 0.02) + 2) * 0.02
+    states = motion(PENDULUM, np.array([*start, 0.0, 0.0]), clock)
+    return CubicHermiteSpline(clock, states[:, :2], states[:, 2:])
 
 
 def swing(length, rate, seconds, noise, lost=0.0, start=(2.0, 2.5)):
-    """Times (n,) and angles (n, 2) of Table 2's pendulum at another size, on film."""
-    size = length / NOMINAL["L"]
-    of_size = np.array([1, 1, 1 / size, size**-0.5, size**-0.5, 1 / size, 1])
-    coefficients = physical_coefficients({**NOMINAL, "c1": 0.002, "c2": 0.0005}) * of_size
+    """Times (n,) and angles (n, 2) of a pendulum of a size, on film."""
+    unit = np.sqrt(length / 9.81)
     time = np.arange(round(seconds * rate)) / rate
     generator = np.random.default_rng(1)
-    theta = simulate(coefficients, np.array([*start, 0, 0]), time)[:, :2]
+    theta = table(start, 60.0 * np.ceil(seconds / unit / 60.0))(time / unit)
     kept = generator.random(len(time)) >= lost
     return time[kept], (theta + generator.normal(0, noise, theta.shape))[kept]
 

@@ -9,7 +9,7 @@ import xacro
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cdp_ident.model.effects.constants import outer_rod_length
+from cdp_ident.model.acting import outer_rod_length
 from cdp_ident.model.parameters import NOMINAL
 from reference import pendulum
 from reference.pendulum import TABLE_5

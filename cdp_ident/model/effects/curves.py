@@ -7,66 +7,79 @@ do not limit the shape.
 """
 
 import math
+from collections.abc import Iterator
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.model.compilation import Compilable, inlined, part
-from cdp_ident.model.effects.effect import JOINTS, Curve, EffectParameter, Form, TorqueEffect
+from cdp_ident.machine.compilation import Compilable
+from cdp_ident.model.effects.effect import JOINTS, Curve, Effect, EffectParameter, Joint, Law
+from cdp_ident.model.formulas.language import FRICTION, INPUTS, PARAMETERS, TORQUE1, TORQUE2
 
 Array = npt.NDArray[np.float64]
 
 _OVER_ANGLE, _OVER_SPEED = 128, 64
 """How many coefficients a curve has: over a turn, and over all speeds."""
+_DIRECTION = INPUTS.index("direction_inner")
 _SLOW = 0.25
 """Speeds are on a scale that is linear below and logarithmic above this [rad/s]: friction changes most near rest."""
 _FASTEST = 7.0
 """asinh of the largest speed over that; beyond, the curve is constant."""
 
 
-@inlined
-def _spline(place, first, second, third, fourth, values, row, slopes):
-    """Return the spline at `place` knots past the second of four neighbouring coefficients, and its slope there."""
-    x, y = place, 1.0 - place
-    cube, other = x * x * x, y * y * y
-    slopes[0, 2 + first], slopes[0, 2 + fourth] = other / 6.0, cube / 6.0
-    slopes[0, 2 + second] = (4.0 - 6.0 * x * x + 3.0 * cube) / 6.0
-    slopes[0, 2 + third] = (4.0 - 6.0 * y * y + 3.0 * other) / 6.0
-    c0, c1, c2, c3 = values[row, first], values[row, second], values[row, third], values[row, fourth]
-    value = (
-        c0 * slopes[0, 2 + first] + c1 * slopes[0, 2 + second] + c2 * slopes[0, 2 + third] + c3 * slopes[0, 2 + fourth]
-    )
-    slope = 0.5 * (-c0 * y * y + c1 * (3.0 * x * x - 4.0 * x) + c2 * (4.0 * y - 3.0 * y * y) + c3 * x * x)
-    return value, slope
+def _spline_law(name: str, joint: Joint, curve: Curve, dry: bool) -> Compilable:
+    """Return a law as `formulas/code.py` makes others: a spline over the angle or speed of a joint."""
+    outer, over_angle, count = joint == "outer", curve.over == "angle", curve.count
+    width, intervals = PARAMETERS + count, count - 3
+    per_radian = count / (2.0 * math.pi)
+    first_by = 1 if over_angle else 3
+    zero = 0.0 if outer else math.pi
+    row1, row2 = TORQUE1 * width, TORQUE2 * width
 
+    def law(z, p, sums, rows):
+        if over_angle:
+            turned = ((z[1] - z[0] if outer else z[0]) - zero) * per_radian
+            whole = math.floor(turned)
+            x, scale, k = turned - whole, per_radian, int(whole) % count
+            a, b, c, d = (k - 1) % count, k, (k + 1) % count, (k + 2) % count
+        else:
+            relative = (z[3] - z[2] if outer else z[2]) / _SLOW
+            along = (math.asinh(relative) / _FASTEST + 1.0) * (0.5 * intervals)
+            scale = 0.5 * intervals / (_FASTEST * _SLOW * math.sqrt(1.0 + relative * relative))
+            if along < 0.0 or along > intervals:
+                along, scale = 0.0 if along < 0.0 else float(intervals), 0.0
+            k = min(int(along), intervals - 1)
+            x, a, b, c, d = along - k, k, k + 1, k + 2, k + 3
+        y = 1.0 - x
+        direction = (z[_DIRECTION + 1] if outer else z[_DIRECTION]) if dry else 0.0
+        # What one unit of torque is on both rods.
+        onto2 = (-direction if dry else 1.0) if outer else 0.0
+        onto1 = -onto2 if outer else (-direction if dry else 1.0)
+        of_a, of_d = y * y * y / 6.0, x * x * x / 6.0
+        of_b = (4.0 - 6.0 * x * x + 3.0 * x * x * x) / 6.0
+        of_c = (4.0 - 6.0 * y * y + 3.0 * y * y * y) / 6.0
+        for column in range(PARAMETERS, width):
+            rows[row1 + column], rows[row2 + column] = 0.0, 0.0
+        for column, of in ((a, of_a), (b, of_b), (c, of_c), (d, of_d)):
+            rows[row1 + PARAMETERS + column], rows[row2 + PARAMETERS + column] = onto1 * of, onto2 * of
+        torque = p[a] * of_a + p[b] * of_b + p[c] * of_c + p[d] * of_d
+        if dry:
+            rows[FRICTION * width] = torque
+        slope = (
+            scale
+            * 0.5
+            * (-p[a] * y * y + p[b] * (3.0 * x * x - 4.0 * x) + p[c] * (4.0 * y - 3.0 * y * y) + p[d] * x * x)
+        )
+        sums[0] += onto1 * torque
+        sums[PARAMETERS] += onto2 * torque
+        first, second = (-slope, slope) if outer else (slope, 0.0)
+        for row, onto in ((0, onto1), (PARAMETERS, onto2)):
+            sums[row + first_by] += onto * first
+            sums[row + first_by + 1] += onto * second
 
-@part
-def _over_angle(angle, speed, values, row, slopes):
-    slopes[0, 1 : 2 + _OVER_ANGLE] = 0.0
-    turned = angle * (_OVER_ANGLE / (2.0 * math.pi))
-    whole = math.floor(turned)
-    k = int(whole) % _OVER_ANGLE
-    value, slope = _spline(
-        turned - whole,
-        (k - 1) % _OVER_ANGLE, k, (k + 1) % _OVER_ANGLE, (k + 2) % _OVER_ANGLE, values, row, slopes,
-    )  # fmt: skip
-    slopes[0, 0] = slope * (_OVER_ANGLE / (2.0 * math.pi))
-    return value
-
-
-@part
-def _over_speed(angle, speed, values, row, slopes):
-    slopes[0, : 2 + _OVER_SPEED] = 0.0
-    relative = speed / _SLOW
-    intervals = _OVER_SPEED - 3
-    along = (math.asinh(relative) / _FASTEST + 1.0) * (0.5 * intervals)
-    if along < 0.0 or along > intervals:
-        along = 0.0 if along < 0.0 else float(intervals)
-    k = min(int(along), intervals - 1)
-    value, slope = _spline(along - k, k, k + 1, k + 2, k + 3, values, row, slopes)
-    if 0.0 < along < intervals:
-        slopes[0, 1] = slope * 0.5 * intervals / (_FASTEST * _SLOW * math.sqrt(1.0 + relative * relative))
-    return value
+    law.__name__ = law.__qualname__ = name
+    return law
 
 
 def basis(curve: Curve, at: Array) -> Array:
@@ -83,61 +96,26 @@ def basis(curve: Curve, at: Array) -> Array:
 
 
 def _in_both(
-    variant: str, description: str, formula: str, curve: Curve, law: Compilable, lowest: float, dry: bool
-) -> tuple[TorqueEffect, ...]:
+    variant: str, description: str, over: Literal["angle", "speed"], count: int, dry: bool
+) -> Iterator[Effect]:
+    lowest = 0.0 if dry else -500.0
     parameters = tuple(
         EffectParameter(f"c{k}", "N m", lowest, 500.0, 0.5 + 0.2 * math.sin(0.4 * k), inertia_power=1)
-        for k in range(curve.count)
+        for k in range(count)
     )
-    source = "P-splines: Eilers and Marx, Statistical Science 11, 1996"
-    return tuple(
-        TorqueEffect(
-            "unknown_torque",
-            joint,
-            variant,
-            description,
-            formula,
-            source,
-            parameters,
-            law,
-            Form.CURVE,
-            dry=dry,
-            linear=not dry,
-            curve=curve,
-        )
-        for joint in JOINTS
-    )
+    for joint in JOINTS:
+        law = _spline_law(f"{variant}_{joint}", joint, Curve(over, count), dry)
+        yield Effect(
+            "unknown_torque", joint, description, Law(friction="a curve") if dry else Law(torque="a curve"), parameters,
+            "P-splines: Eilers and Marx, Statistical Science 11, 1996", variant, curve=Curve(over, count, law),
+        )  # fmt: skip
 
 
-_TURN, _SPEEDS = Curve("angle", _OVER_ANGLE), Curve("speed", _OVER_SPEED)
-CURVES: tuple[TorqueEffect, ...] = (
+CURVES: tuple[Effect, ...] = (
+    *_in_both("over_angle", "an unknown torque that depends on the angle", "angle", _OVER_ANGLE, dry=False),
+    *_in_both("over_speed", "an unknown torque that depends on the speed", "speed", _OVER_SPEED, dry=False),
     *_in_both(
-        "over_angle",
-        "an unknown torque that depends on the angle",
-        f"a cubic B-spline over the joint's angle from hanging, {_OVER_ANGLE} coefficients a turn",
-        _TURN,
-        _over_angle,
-        -500.0,
-        dry=False,
+        "friction_over_angle", "an unknown dry friction that depends on the angle", "angle", _OVER_ANGLE, dry=True
     ),
-    *_in_both(
-        "over_speed",
-        "an unknown torque that depends on the speed",
-        f"a cubic B-spline over asinh(speed / {_SLOW} rad/s), {_OVER_SPEED} coefficients",
-        _SPEEDS,
-        _over_speed,
-        -500.0,
-        dry=False,
-    ),
-    *_in_both(
-        "friction_over_angle",
-        "an unknown dry friction that depends on the angle",
-        f"a cubic B-spline over the joint's angle from hanging, {_OVER_ANGLE} coefficients a turn, against the motion; "
-        "up to that at rest",
-        _TURN,
-        _over_angle,
-        0.0,
-        dry=True,
-    ),
-)
+)  # fmt: skip
 """Torques in a joint that are not in the catalogue."""

@@ -2,22 +2,20 @@
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from enum import IntEnum
+from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
 
+from cdp_ident.model.formulas.language import ACCELERATIONS
+from cdp_ident.model.formulas.syntax import names_used
+
 Array = npt.NDArray[np.float64]
 Joint = Literal["inner", "outer", "base"]
 JOINTS: tuple[Joint, Joint] = ("inner", "outer")
 """The joints between bodies, in the order of the angles."""
-
-MOST_OF_A_LAW = 3
-"""Parameters of an effect that is no curve, at most."""
-NOT_BY_STATE, NOT_BY_COEFFICIENTS, NOT_BY_ANY = (0.0,) * 4, (0.0,) * 7, (0.0,) * MOST_OF_A_LAW
-"""Derivatives of what does not depend on the state, on the coefficients, or on parameters."""
 
 
 @dataclass(frozen=True)
@@ -33,54 +31,50 @@ class EffectParameter:
     """Highest plausible value, in the unit of the fit."""
     typical: float
     """Initial value of a fit, where the effect is present."""
+    width: float = 0.0
+    """Standard deviation of its value beforehand, in the unit of the fit; by default ten times the typical value."""
     inertia_power: int = 0
     """The physical value is the fit's times A22 to this power: 1 for torques, which the model has over A22."""
+    begins: tuple[str, ...] = ()
+    """Formulas of values to begin fits with, where the effect takes the place of one that it contains: of that one's
+    parameters and the coefficients."""
     shape: bool = False
     """Whether it is a shape parameter: without meaning unless another parameter of the effect differs from zero."""
     optional: bool = False
     """Whether it may be left out in a file: it then has its typical value."""
     includes_weights: bool = False
     """Whether it is a mass that a joint carries, to which weights clamped beyond the joint add."""
+    resolves: Literal["", "speed", "angle"] = ""
+    """Whether it is a joint's speed or angle within which the law changes much: the integrator's steps resolve it."""
 
     @property
     def fixed(self) -> bool:
         """Whether it is a part of the effect's definition and not fitted."""
         return self.lower == self.upper
 
+    @property
+    def prior_width(self) -> float:
+        """Standard deviation of its value before any trial is looked at."""
+        return self.width or 10.0 * abs(self.typical)
+
     def scale(self, inertia: float) -> float:
         """Return its physical value over its value in the fit, for the inertia A22 about the cart's joint [kg m^2]."""
         return inertia**self.inertia_power
 
 
-class Form(IntEnum):
-    """How a torque enters the equations of motion, and so what its compiled `law` is called with.
+@dataclass(frozen=True)
+class State:
+    """A number that an effect adds to the state of the rods; its rate is a part of the law."""
 
-    Laws return values over A22 and their derivatives: in closed form, but for those of the quasi-static base by the
-    state, which are differences. Laws of forms JOINT and RODS are functions of numbers alone, so that they can be
-    computed for many motions at a time; they have up to three parameters, of which those that they lack are zero.
-    """
-
-    JOINT = 0
-    """A torque between the two bodies of its joint. `law(angle, speed, parameters)` returns it, and its derivatives by
-    angle, by speed, and (three numbers) by the parameters; angle from hanging and speed are the joint's."""
-    RODS = 1
-    """Torques on the rods. `law(state, turned, time, parameters, constants)` returns the generalised ones on theta1 and
-    theta2, and for each its derivatives by the four numbers of the state, by the seven `COEFFICIENTS`, and by three
-    parameters; `turned` are both angles' sines and cosines."""
-    COUPLING = 2
-    """A constant that adds to the inertia between the rods, A23 cos(theta1 - theta2); it has no law, its one parameter
-    is that constant."""
-    BASE = 3
-    """The cart's joint itself moves on a spring; it has no law. Its two states are position [m] and speed [m/s], its
-    parameters compliance, natural frequency and damping ratio (see `dynamics`)."""
-    MEMORY = 4
-    """A torque between the two bodies of its joint that depends on a state of its own, which has a rate. `law(speed,
-    direction, own, values, row, slopes)` returns torque and rate; the parameters are `values[row]`, the direction, 1 or
-    -1, is that of the speed, and changes between steps only; `slopes[0]` takes the torque's derivatives by the joint's
-    speed, by its own state, and by each parameter, `slopes[1]` the rate's."""
-    CURVE = 5
-    """A torque between the two bodies of its joint that is a curve. `law(angle, speed, values, row, slopes)` returns
-    it; the coefficients are `values[row]`, and `slopes[0]` takes the derivatives by angle, by speed, and by each."""
+    name: str
+    rate: str
+    """Formula of its rate of change."""
+    limit: float = math.inf
+    """It stays where its size has reached this, until its rate leads back."""
+    start_std: float = math.inf
+    """Its standard deviation where a window begins, beforehand."""
+    at_zero: str = ""
+    """Formula of what it is where the effect has no strength, if that is known; its rate then does not matter."""
 
 
 @dataclass(frozen=True)
@@ -91,56 +85,76 @@ class Curve:
     """What it is a function of: the joint's angle (then it is periodic) or speed."""
     count: int
     """Number of its coefficients."""
+    law: Callable[..., Any] | None = field(default=None, compare=False)
+    """What computes it; see `curves`."""
 
 
 @dataclass(frozen=True)
-class TorqueEffect:
-    """An effect that enters the equations of motion."""
+class Law:
+    """What an effect adds to the equations of motion, or to what encoders show: formulas in the words of `language`."""
+
+    torque: str = ""
+    """Torque in the effect's joint on the body beyond it, and against it on the one before, over A22."""
+    torques: tuple[str, str] = ("", "")
+    """Generalised torques on theta1 and theta2, over A22. They may be linear in the accelerations, as inertias are."""
+    friction: str = ""
+    """Size of the dry friction in the joint, over A22: it acts against the motion, and at rest up to that."""
+    cart: str = ""
+    """Acceleration of the cart's joint [m/s^2], linear in the accelerations."""
+    reading: str = ""
+    """What the encoder of the joint shows beside the joint's angle [rad]."""
+    readings: tuple[str, str] = ("", "")
+    """What both encoders show beside their joints' angles [rad]."""
+    lateness: str = ""
+    """How late the encoder of the joint is read [s]; a formula of parameters alone."""
+    where: tuple[tuple[str, str], ...] = ()
+    """Names for parts of the formulas, with what they stand for."""
+    states: tuple[State, ...] = ()
+
+    @cached_property
+    def formulas(self) -> dict[str, str]:
+        """All formulas, by what they are."""
+        named = {
+            "torque": self.torque, "torque on theta1": self.torques[0], "torque on theta2": self.torques[1],
+            "friction": self.friction, "acceleration of the cart's joint": self.cart, "reading": self.reading,
+            "inner reading": self.readings[0], "outer reading": self.readings[1], "lateness": self.lateness,
+        }  # fmt: skip
+        return {what: text for what, text in named.items() if text}
+
+    @property
+    def moves(self) -> bool:
+        """Whether it changes the motion, and not only what encoders show."""
+        return bool(self.torque or any(self.torques) or self.friction or self.cart)
+
+
+@dataclass(frozen=True)
+class Effect:
+    """A physical effect that the paper's model lacks."""
 
     name: str
     joint: Joint
-    variant: str
-    """Which of several forms of the same effect this is; empty where there is one."""
     description: str
     """What it is, for people, without the joint."""
-    formula: str
-    source: str
+    law: Law
     parameters: tuple[EffectParameter, ...]
-    law: Callable[..., Any] | None
-    """Compiled; see `Form`."""
-    form: Form = Form.JOINT
-    dry: bool = False
-    """Whether `law` gives the size of a set-valued friction of the joint instead: it acts against the joint's motion,
-    and holds the joint still while a torque of that size suffices. Of form RODS, the first value returned is it."""
+    source: str
+    variant: str = ""
+    """Which of several forms of the same effect this is; empty where there is one."""
     at_an_instant: bool = False
-    """Whether it happens once, in one trial, at its parameter `time`: an impulse on the rod of its joint."""
+    """Whether it happens once, in one trial, at its parameter `time`."""
     harmonic: bool = False
     """Whether it is one of many harmonics of a turn, which can imitate a part of any function of position. A joint may
     have several of them."""
-    of_angle: bool = False
-    """Whether its torque is a function of the joint's angle alone, as a curve over the angle is."""
-    states: int = 0
-    """How many numbers it adds to those of the rods' state."""
-    start_std: float = math.inf
-    """Standard deviation of each of them where a window begins, beforehand."""
-    in_balance: bool = False
-    """Whether the balance of forces looks for it, before anything is simulated: where it is strong, the paper's model
-    fits so badly that its residual does not show it. Dry friction in both joints is looked for together, anything else
-    alone."""
     acts_as_zero: bool = False
     """Whether it cannot be distinguished from an encoder's zero that is off by the same in all trials."""
-    linear: bool = True
-    """Whether it is linear in small motions: dry friction, drag (of second order) and impulses are not."""
-    turns_over: str = ""
-    """Name of a parameter that is a joint speed, or of form MEMORY a joint angle, within which the torque changes; the
-    integrator's steps resolve it."""
     contains: str = ""
     """Name of a simpler effect of the same joint that this one is where some of its parameters are zero, if any."""
-    begins: Callable[[float, Array], Sequence[Sequence[float]]] | None = None
-    """Parameters to begin fits with that go on from the simpler effect: `begins(strength, coefficients)`, given its
-    first parameter and the model's coefficients (7,). Where that is none, their typical values do."""
-    curve: Curve | None = None
+    curve: Curve | None = field(default=None)
     """What its parameters are the coefficients of, where it is a torque without a name; they are fitted smoothly."""
+
+    def __hash__(self) -> int:
+        """Return one quickly: an effect is looked up often."""
+        return hash((self.name, self.joint, self.variant))
 
     @property
     def key(self) -> str:
@@ -148,9 +162,74 @@ class TorqueEffect:
         return ".".join(filter(None, (self.name, self.joint, self.variant)))
 
     @property
+    def moves(self) -> bool:
+        """Whether it changes the motion, and not only what encoders show."""
+        return self.curve is not None or self.law.moves
+
+    @property
+    def dry(self) -> bool:
+        """Whether it is a dry friction, with which a joint sticks."""
+        return bool(self.law.friction)
+
+    @property
+    def of_angle(self) -> bool:
+        """Whether it is a torque that depends on its joint's angle alone."""
+        return bool(self.law.torque) and self._used <= {"angle"}
+
+    @property
+    def of_joint(self) -> bool:
+        """Whether it depends on nothing but its joint's angle and speed."""
+        return self._used <= {"angle", "speed"}
+
+    @property
+    def of_both_encoders(self) -> bool:
+        """Whether it changes what both encoders show, as no error of one of them does."""
+        return any(self.law.readings)
+
+    @property
+    def uses_accelerations(self) -> bool:
+        """Whether the law depends on accelerations of the motion itself."""
+        return bool(self._used & {*ACCELERATIONS, "acceleration", "pull"})
+
+    @property
+    def uses_direction(self) -> bool:
+        """Whether the law changes where its joint's speed is zero, without being dry friction."""
+        return "direction" in self._used
+
+    @cached_property
+    def _used(self) -> set[str]:
+        """Names in the formulas that are not the law's own."""
+        if self.curve is not None:
+            return {self.curve.over}
+        states = {state.name for state in self.law.states}
+        own = {p.name for p in self.parameters} | {name for name, _ in self.law.where} | states
+        texts = [*self.law.formulas.values(), *(text for _, text in self.law.where)]
+        return names_used([*texts, *(state.rate for state in self.law.states)]) - own
+
+    @property
+    def states(self) -> int:
+        """How many numbers it adds to those of the rods' state."""
+        return len(self.law.states)
+
+    @property
+    def known_at_zero(self) -> bool:
+        """Whether its states are known where it has no strength, so that there are none to follow."""
+        return all(state.at_zero for state in self.law.states)
+
+    @property
     def brings_states(self) -> bool:
-        """Whether it adds states to those of the rods."""
-        return self.states > 0
+        """Whether the motion itself depends on states of its own."""
+        return self.moves and self.states > 0
+
+    @property
+    def formula(self) -> str:
+        """The law in one line, as it is simulated."""
+        if self.curve is not None:
+            return f"a cubic B-spline over the joint's {self.curve.over}, {self.curve.count} coefficients"
+        parts = [f"{what} = {text}" for what, text in self.law.formulas.items()]
+        parts += [f"{state.name}' = {state.rate}" for state in self.law.states]
+        parts += [f"{name} = {text}" for name, text in self.law.where]
+        return "; ".join(parts)
 
     @property
     def has_score(self) -> bool:
@@ -158,67 +237,19 @@ class TorqueEffect:
 
         Curves have a score test of their own. What has a memory is tried in the place of the effect that it contains.
         """
-        return not (self.at_an_instant or self.curve or self.form is Form.MEMORY) and any(
+        return not (self.at_an_instant or self.curve or self.remembers) and any(
             p.lower <= 0.0 <= p.upper for p in self.parameters if not p.shape
         )
 
-
-@dataclass(frozen=True)
-class SensorEffect:
-    """An effect that the encoders have on the angles they report; the motion itself is not changed."""
-
-    name: str
-    joint: Joint
-    variant: str
-    description: str
-    formula: str
-    source: str
-    parameters: tuple[EffectParameter, ...]
-    law: Callable[..., Any] | None
-    """Compiled. `law(angle, time, values, row, slopes)` returns what is added to the encoder's angle [rad]; the
-    parameters are `values[row]`, and `slopes[row]` takes the derivatives by the joint's angle and by each parameter.
-    None where nothing is added."""
-    delays: bool = False
-    """Whether its one parameter is by how much the encoder is late [s]."""
-    has_play: bool = False
-    """Whether its one parameter is the gap in the encoder's coupling [rad], within which the joint turns without the
-    encoder."""
-    bends: bool = False
-    """Whether it is no error of an encoder, but a rod that bends, so that both encoders sit askew; see `bending`."""
-    at_an_instant: bool = False
-    """Whether it happens once, in one trial: it is added from its parameter `time` on."""
-    acts_as_zero: bool = False
-    """Whether it is an encoder's zero that is off by the same in all trials."""
-    is_scale: bool = False
-    """Whether readings are one plus its parameter times the angle from where the rods hang."""
+    @property
+    def remembers(self) -> bool:
+        """Whether it is a torque in its joint that depends on what the joint did before."""
+        return bool(self.law.torque and self.law.states)
 
     @property
-    def key(self) -> str:
-        """Name that no other effect of the catalogue has."""
-        return ".".join(filter(None, (self.name, self.joint, self.variant)))
-
-    @property
-    def harmonic(self) -> bool:
-        """Return false: it is not a torque."""
-        return False
-
-    @property
-    def curve(self) -> None:
-        """Return nothing: it is not a torque."""
-        return None
-
-    @property
-    def brings_states(self) -> bool:
-        """Return false: the motion itself is not changed."""
-        return False
-
-    @property
-    def has_score(self) -> bool:
-        """Whether a score test is defined for it."""
-        return not self.at_an_instant
-
-
-Effect = TorqueEffect | SensorEffect
+    def swings(self) -> bool:
+        """Whether it lets the cart's joint move by itself."""
+        return bool(self.law.cart and self.law.states)
 
 
 def exclude_each_other(one: Effect, other: Effect) -> bool:
@@ -226,3 +257,10 @@ def exclude_each_other(one: Effect, other: Effect) -> bool:
     if one.harmonic and other.harmonic:
         return one.key == other.key
     return (one.name, one.joint) == (other.name, other.joint)
+
+
+def in_joints(
+    name: str, description: str, law: Law, parameters: Sequence[EffectParameter], source: str, **rest: Any
+) -> tuple[Effect, ...]:
+    """Return the same effect of each joint."""
+    return tuple(Effect(name, joint, description, law, tuple(parameters), source, **rest) for joint in JOINTS)

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from cdp_ident.errors import OptionError
-from cdp_ident.model.effects.catalogue import CATALOGUE
+from cdp_ident.model.effects.catalogue import known_effects
 from cdp_ident.model.effects.effect import Effect
 from cdp_ident.user_input import number, quoted, refuse_unknown
 
@@ -30,8 +30,8 @@ def effect_of(name: str, joint: str, given: Any, inertia: float, where: str) -> 
         OptionError: a name is unknown (the message gives the nearest known one), or a value is missing, no number or
             out of its range.
     """
-    refuse_unknown([name], {effect.name for effect in CATALOGUE}, f"effect in {where}")
-    forms = [effect for effect in CATALOGUE if effect.name == name]
+    refuse_unknown([name], {effect.name for effect in known_effects()}, f"effect in {where}")
+    forms = [effect for effect in known_effects() if effect.name == name]
     refuse_unknown([joint], {effect.joint for effect in forms}, f"joint in {where}: {name}")
     place = f"{where}: {name}: {joint}"
     if not isinstance(given, Mapping):

@@ -4,7 +4,7 @@ from typing import Any
 
 from markupsafe import Markup
 
-from cdp_ident.model.effects.constants import outer_rod_length
+from cdp_ident.model.acting import outer_rod_length
 from cdp_ident.report.curves import Curves
 from cdp_ident.report.figures.description import Figure
 from cdp_ident.report.figures.for_page import Arrays

@@ -9,6 +9,7 @@ from cdp_ident.model.parameters import CONSTANTS, GROUPS, INERTIA, PARAMETERS
 from cdp_ident.report.figures.models import models
 from cdp_ident.report.formatting import interval, is_known, milliradians, number, per_cent, unit, with_std
 from cdp_ident.report.schema import Section
+from cdp_ident.report.typesetting import Formula
 from cdp_ident.report.wording import (
     action_words,
     advice_words,
@@ -140,7 +141,7 @@ def _effects(report: Section) -> list[Row]:
             value = f"{with_std(quantity['value'], quantity['std'])} {unit(quantity['unit'])}".strip()
             about = (
                 " → ".join(map(milliradians, errors)),
-                effect["formula"],
+                Formula(effect["formula"]),
                 ", ".join(effect["also_possible"]) or "–",
             )
             rows.append(("" if index else effect_title(effect), name, value, *(("", "", "") if index else about)))

@@ -8,12 +8,13 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.errors import OptionError
-from cdp_ident.model.effects.constants import outer_rod_length
-from cdp_ident.model.parameters import LARGEST, NOMINAL, physical_coefficients
+from cdp_ident.model.acting import NO_EFFECTS, ActingEffects, outer_rod_length
+from cdp_ident.model.effects.own import OWN_EFFECTS, use
+from cdp_ident.model.parameters import LARGEST, NOMINAL, SYMBOLS, inertia_about_cart, physical_coefficients
 from cdp_ident.model.weight_settings import ADDED, weights_of
 from cdp_ident.model.weights import RODS, Weight
 from cdp_ident.rig.emulator.device import Encoders
-from cdp_ident.rig.emulator.effects import NO_EFFECTS, Effects, parse_effects
+from cdp_ident.rig.emulator.effects import parse_effects
 from cdp_ident.rig.emulator.script import DEFAULT_SCRIPT, Command, parse_script
 from cdp_ident.rig.emulator.weights import with_weights
 from cdp_ident.user_input import number, quoted, refuse_unknown
@@ -32,7 +33,7 @@ class EmulatedRig:
     clock_error: float = 0.0
     """By how much the device's clock is fast (1e-4: 100 ppm)."""
     script: tuple[Command, ...] = DEFAULT_SCRIPT
-    effects: Effects = NO_EFFECTS
+    effects: ActingEffects = NO_EFFECTS
     """What its physics have beside the paper's model."""
     weights: tuple[Weight, ...] = ()
     """Clamped to its rods; the parameters are those of the rods without them."""
@@ -47,7 +48,7 @@ class EmulatedRig:
         return physical_coefficients(self.heavier)
 
 
-_KEYS = ("parameters", "added", "effects", "encoders", "rate", "clock_error", "script", "repeat")
+_KEYS = ("parameters", "added", OWN_EFFECTS, "effects", "encoders", "rate", "clock_error", "script", "repeat")
 
 
 def load_rig(path: Path) -> EmulatedRig:
@@ -79,10 +80,11 @@ def load_rig(path: Path) -> EmulatedRig:
     weights = weights_of({f"{ADDED}.{rod}": weight for rod, weight in added.items()}, str(path))
     rig = replace(rig, weights=tuple(weight for weight in weights.values() if weight))
     rig.coefficients()
+    inertia = float(inertia_about_cart(np.array([rig.heavier[symbol] for symbol in SYMBOLS]), rig.heavier["L"]))
+    use(_mapping(content.get(OWN_EFFECTS, {}), f"{path}: {OWN_EFFECTS}"), inertia, f"{path}: {OWN_EFFECTS}")
     outer_length = outer_rod_length(rig.parameters["L"], rig.parameters["l2"])
-    return replace(
-        rig, effects=parse_effects(content.get("effects", {}), rig.heavier, outer_length, f"{path}: effects")
-    )
+    effects = parse_effects(content.get("effects", {}), inertia, outer_length, f"{path}: effects")
+    return replace(rig, effects=effects)
 
 
 def _encoders(content: Any, where: str) -> Encoders:
@@ -97,8 +99,10 @@ def _encoders(content: Any, where: str) -> Encoders:
     )
 
 
-def _mapping(content: Any, where: str, known: tuple[str, ...]) -> dict[str, Any]:
+def _mapping(content: Any, where: str, known: tuple[str, ...] = ()) -> dict[str, Any]:
     if not isinstance(content, dict):
-        raise OptionError(f"{where}: expected keys ({', '.join(known)}) with values, found {quoted(content)}")
-    refuse_unknown(map(str, content), known, f"key in {where}")
+        keys = f"keys ({', '.join(known)})" if known else "keys"
+        raise OptionError(f"{where}: expected {keys} with values, found {quoted(content)}")
+    if known:
+        refuse_unknown(map(str, content), known, f"key in {where}")
     return content

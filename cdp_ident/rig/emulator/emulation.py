@@ -59,8 +59,9 @@ class Emulation:
     def __post_init__(self) -> None:
         """Make the parts, the port included. Raises `RigError` where the link cannot be made."""
         rig = self.rig
-        self._motion = Motion(rig.coefficients(), rig.script, 1.0 / rig.rate, rig.effects.torques)
-        self._readings = Readings(rig.effects, 1.0 / rig.rate)
+        coefficients, period = rig.coefficients(), 1.0 / rig.rate
+        self._motion = Motion(coefficients, rig.script, period, rig.effects)
+        self._readings = Readings(coefficients, rig.effects, period)
         self._ready = deque(self._motion.advance(_AHEAD))  # compiles, before anyone reads the port
         self._device = Device(
             self.codec,

@@ -7,10 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.model.simulation import simulate
+from cdp_ident.model.acting import NO_EFFECTS, ActingEffects
+from cdp_ident.model.motions import accelerations_at, simulate
 from cdp_ident.model.time_grid import TimeGrid
-from cdp_ident.model.torques import NO_TORQUES, Torques
-from cdp_ident.model.trajectory import accelerations_at
 from cdp_ident.rig.emulator.script import Command, Hold, LetGo, MoveCart, Wait
 
 Array = npt.NDArray[np.float64]
@@ -48,11 +47,11 @@ class Motion:
     """The motion that a script makes, sample by sample; after its end the last command goes on."""
 
     def __init__(
-        self, coefficients: Array, script: Sequence[Command], period: float, torques: Torques = NO_TORQUES
+        self, coefficients: Array, script: Sequence[Command], period: float, effects: ActingEffects = NO_EFFECTS
     ) -> None:
-        """`coefficients` and `torques` are those of `simulate`, `period` is the time between samples [s]."""
+        """`coefficients` and `effects` are those of `simulate`, `period` is the time between samples [s]."""
         self._coefficients = coefficients
-        self._torques = torques
+        self._effects = effects.only(lambda effect: effect.moves)
         self._commands = iter(script)
         self._period = period
         self._step = period / math.ceil(period / _LONGEST_STEP)
@@ -109,9 +108,9 @@ class Motion:
         else:
             grid = TimeGrid.over(ahead, self._step)
             u = self._cart.at(begin + grid.half_step_times())[2][:, 0]
-            states = simulate(self._coefficients, self._state, ahead, u, self._step, self._torques, begin)
+            states = simulate(self._coefficients, self._state, ahead, u, self._step, self._effects, begin)
             accelerations = accelerations_at(
-                self._coefficients, states, along[:, 0].copy(), self._torques, begin + ahead
+                self._coefficients, states, along[:, 0].copy(), self._effects, begin + ahead
             )
         self._state = states[-1]
         return np.hstack([x, states[:, :4], accelerations, along])

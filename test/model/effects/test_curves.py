@@ -5,43 +5,28 @@ import math
 import numpy as np
 import pytest
 
-from cdp_ident.model.effects.catalogue import curve_law, kind_of
+from cdp_ident.model.acting import ActingEffects
 from cdp_ident.model.effects.curves import CURVES, basis
+from cdp_ident.model.motions import accelerations_at
+from cdp_ident.model.parameters import NOMINAL, physical_coefficients
 
 EACH = pytest.mark.parametrize("effect", CURVES, ids=lambda effect: effect.key)
-
-
-def along(effect, at):
-    """Return the law's torque (n,) and its slopes (n, 2 + count) at angles or speeds; the other of the two is 1."""
-    count = effect.curve.count
-    values = np.random.default_rng(1).normal(size=(1, count))
-    torques, slopes = np.empty(len(at)), np.empty((len(at), 2 + count))
-    for k, x in enumerate(at):
-        scratch = np.full((2, 2 + count), np.nan)
-        state = (x, 1.0) if effect.curve.over == "angle" else (1.0, x)
-        torques[k] = curve_law(kind_of(effect), *state, values, 0, scratch)
-        slopes[k] = scratch[0, : 2 + count]
-    return values[0], torques, slopes
+COEFFICIENTS = physical_coefficients(NOMINAL)
 
 
 @EACH
 def test_the_compiled_law_is_the_spline_of_its_basis(effect):
     at = np.random.default_rng(0).normal(scale=8.0, size=300)
-    values, torques, slopes = along(effect, at)
-    contributions = basis(effect.curve, at)
-    np.testing.assert_allclose(torques, contributions @ values, atol=1e-12)
-    np.testing.assert_allclose(slopes[:, 2:], contributions, atol=1e-12)
-
-
-@EACH
-def test_its_slope_is_that_of_differences(effect):
-    at = np.random.default_rng(0).normal(scale=8.0, size=300)
-    _, ahead, _ = along(effect, at + 1e-6)
-    _, behind, _ = along(effect, at - 1e-6)
-    _, _, slopes = along(effect, at)
-    own, other = (0, 1) if effect.curve.over == "angle" else (1, 0)
-    np.testing.assert_allclose(slopes[:, own], (ahead - behind) / 2e-6, atol=1e-6 * np.abs(slopes[:, own]).max())
-    assert np.all(slopes[:, other] == 0.0)
+    values = np.random.default_rng(1).uniform(0.0, 1.0, effect.curve.count)
+    angle, speed = (at, np.ones(300)) if effect.curve.over == "angle" else (np.ones(300), at)
+    inner, zero = effect.joint == "inner", np.zeros(300)
+    states = np.stack([angle + math.pi, zero, speed, zero] if inner else [zero, angle, zero, speed], axis=1)
+    acting = ActingEffects.of([(effect, values)], 0.4)
+    added = accelerations_at(COEFFICIENTS, states, zero, acting) - accelerations_at(COEFFICIENTS, states, zero)
+    coupling = COEFFICIENTS[0] * np.cos(states[:, 0] - states[:, 1])
+    torques = added[:, 0] + coupling * added[:, 1], coupling * added[:, 0] + COEFFICIENTS[1] * added[:, 1]
+    expected = (-1.0 if effect.dry else 1.0) * basis(effect.curve, at) @ values
+    np.testing.assert_allclose(torques, [expected, zero] if inner else [-expected, expected], atol=1e-10)
 
 
 @EACH

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from cdp_ident.errors import OptionError
-from cdp_ident.model.effects.constants import OUTER_LENGTH
+from cdp_ident.model.acting import NO_EFFECTS
+from cdp_ident.model.effects.catalogue import forget_own
+from cdp_ident.model.motions import accelerations_at
 from cdp_ident.model.parameters import NOMINAL, SYMBOLS, inertia_about_cart, physical_coefficients
 from cdp_ident.rig.emulator.configuration import EmulatedRig, load_rig
 from reference.weights import with_weight
@@ -43,20 +45,46 @@ effects:
 """)
     effects = load_rig(path).effects
     A22 = inertia_about_cart(np.array([NOMINAL[symbol] for symbol in SYMBOLS]), NOMINAL["L"])
-    assert effects.torques.values[:, :3] == pytest.approx(np.array([[0.002 / A22, 0, 0], [0.001 / A22, 0, 7]]))
-    ((effect, values),) = effects.sensors
-    assert (effect.key, values.tolist()) == ("encoder_scale.outer", [0.01])
+    assert {effect.key: values for effect, values in effects.each()} == {
+        "coulomb_friction.inner": pytest.approx([0.002 / A22]),
+        "cogging_torque.outer.7 per turn": pytest.approx([0.001 / A22, 0.0, 7.0]),
+        "encoder_scale.outer": [0.01],
+    }
+
+
+def test_an_effect_of_one_s_own_moves_the_rig(tmp_path: Path) -> None:
+    path = tmp_path / "rig.yaml"
+    path.write_text("""
+own_effects:
+  hardening: {joint: inner, torque: "-k*angle^3", parameters: {k: {unit: N m, limits: [0, 1], typical: 0.01}}}
+effects:
+  hardening: {inner: {k: 0.02}}
+""")
+    try:
+        effects = load_rig(path).effects
+        hanging = np.pi + 0.5
+        with_it, without = (
+            accelerations_at(physical_coefficients(NOMINAL), np.array([[hanging, hanging, 0, 0]]), np.zeros(1), acting)
+            for acting in (effects, NO_EFFECTS)
+        )
+    finally:
+        forget_own()
+    A22 = inertia_about_cart(np.array([NOMINAL[symbol] for symbol in SYMBOLS]), NOMINAL["L"])
+    A23, A33 = physical_coefficients(NOMINAL)[:2]
+    # The rods are in line, so that the cosine between them is one.
+    expected = np.linalg.solve([[1.0, A23], [A23, A33]], [-0.02 / A22 * 0.5**3, 0.0])
+    assert with_it[0] - without[0] == pytest.approx(expected, rel=1e-9)
 
 
 def test_an_effect_s_optional_parameter_may_be_left_out(tmp_path: Path) -> None:
     path = tmp_path / "rig.yaml"
     drag = "effects: {air_drag: {outer: {variant: strips, coefficient: 0.002"
     path.write_text(f"{drag}}}}}}}")
-    without = load_rig(path).effects.torques.values
+    without = load_rig(path).effects.values
     path.write_text(f"{drag}, length_ratio: 1}}}}}}")
-    assert load_rig(path).effects.torques.values.tolist() == without.tolist()
+    assert load_rig(path).effects.values.tolist() == without.tolist()
     path.write_text(f"{drag}, length_ratio: 2}}}}}}")
-    assert load_rig(path).effects.torques.values.tolist() != without.tolist()
+    assert load_rig(path).effects.values.tolist() != without.tolist()
 
 
 @pytest.mark.parametrize("rod", ["inner", "outer"])
@@ -71,14 +99,14 @@ def test_a_rig_with_a_weight_has_the_physics_of_heavier_rods(tmp_path: Path, rod
     assert rig.heavier == pytest.approx(expected)
     assert rig.coefficients() == pytest.approx(physical_coefficients(expected))
     A22 = inertia_about_cart(np.array([expected[symbol] for symbol in SYMBOLS]), NOMINAL["L"])
-    assert rig.effects.torques.values[0, 0] == pytest.approx(0.002 / A22)
+    assert rig.effects.values[0] == pytest.approx(0.002 / A22)
 
 
 def test_air_drags_at_the_rod_and_not_at_its_weight(tmp_path: Path) -> None:
     path = tmp_path / "rig.yaml"
     drag = "effects: {air_drag: {outer: {variant: strips, coefficient: 0.002}}}"
     path.write_text(f"added: {{outer: [0.5, 0.4]}}\n{drag}")
-    assert load_rig(path).effects.torques.constants[OUTER_LENGTH] == NOMINAL["L"]
+    assert load_rig(path).effects.outer_length == NOMINAL["L"]
 
 
 def test_the_example_file_is_a_rig() -> None:

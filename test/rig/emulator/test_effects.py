@@ -9,7 +9,8 @@ import pytest
 from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline
 
-from cdp_ident.model.parameters import NOMINAL, physical_coefficients
+from cdp_ident.model.acting import ActingEffects
+from cdp_ident.model.parameters import NOMINAL, SYMBOLS, inertia_about_cart, physical_coefficients
 from cdp_ident.rig.emulator.effects import Readings, parse_effects
 from cdp_ident.rig.emulator.motion import Motion
 from cdp_ident.rig.emulator.script import Hold, LetGo, Wait
@@ -19,16 +20,21 @@ PERIOD = 0.005
 FRICTIONLESS = NOMINAL | {"c1": 0.0, "c2": 0.0}
 
 
+def parsed(content: dict[str, Any], parameters: dict[str, float] = NOMINAL) -> ActingEffects:
+    inertia = inertia_about_cart(np.array([parameters[symbol] for symbol in SYMBOLS]), parameters["L"])
+    return parse_effects(content, float(inertia), 0.4, "rig.yaml")
+
+
 def states(content: dict[str, Any], parameters: dict[str, float] = NOMINAL) -> NDArray[np.float64]:
     """Return 10 s of angles, speeds and accelerations that begin when the pendulum is let go."""
-    effects = parse_effects(content, parameters, 0.4, "rig.yaml")
+    effects = parsed(content, parameters)
     script = (Hold(1.5, 1.5, 0.5), LetGo(), Wait(100.0))
-    motion = Motion(physical_coefficients(parameters), script, PERIOD, effects.torques)
+    motion = Motion(physical_coefficients(parameters), script, PERIOD, effects)
     return np.asarray(motion.advance(2100)[100:, 1:])
 
 
 def readings(content: dict[str, Any], motion: NDArray[np.float64], piece: int = 2000) -> NDArray[np.float64]:
-    shown = Readings(parse_effects(content, NOMINAL, 0.4, "rig.yaml"), PERIOD)
+    shown = Readings(physical_coefficients(NOMINAL), parsed(content), PERIOD)
     return np.concatenate([shown.of(motion[begin : begin + piece]) for begin in range(0, len(motion), piece)])
 
 
@@ -51,9 +57,9 @@ def test_an_impulse_comes_at_its_time() -> None:
 
 def test_the_motion_with_effects_is_the_same_however_it_is_asked_for() -> None:
     content = {"impulse": {"outer": {"impulse": 0.02, "time": 1.0}}, "coulomb_friction": {"outer": {"torque": 0.002}}}
-    effects = parse_effects(content, NOMINAL, 0.4, "rig.yaml")
+    effects = parsed(content)
     script = (Hold(1.5, 1.5, 0.5), LetGo(), Wait(100.0))
-    motions = [Motion(physical_coefficients(NOMINAL), script, PERIOD, effects.torques) for _ in range(2)]
+    motions = [Motion(physical_coefficients(NOMINAL), script, PERIOD, effects) for _ in range(2)]
     pieces = np.concatenate([motions[1].advance(50) for _ in range(8)])
     assert pieces == pytest.approx(motions[0].advance(400), abs=1e-6)
 
@@ -97,8 +103,9 @@ def test_a_late_encoder_shows_the_past(piece: int) -> None:
 def test_an_encoder_with_play_stays_behind_by_half_of_the_gap(piece: int) -> None:
     motion = states({})
     shown = readings({"backlash": {"inner": {"gap": 0.1}}, "encoder_offset": {"inner": {"offset": 0.3}}}, motion, piece)
-    described = backlash("inner").reading(np.arange(2000) * PERIOD, lambda times: motion, NOMINAL, 0.05)[:, 0]
-    assert shown[:, 0] == pytest.approx(motion[:, 0] + described + 0.3, abs=1e-12)
+    from_rest = np.concatenate([[[1.5] * motion.shape[1]], motion])  # where the hand let it go
+    described = backlash("inner").reading(np.arange(2001) * PERIOD, lambda times: from_rest, NOMINAL, 0.05)[1:, 0]
+    assert shown[:, 0] == pytest.approx(motion[:, 0] + described + 0.3, abs=1e-5)
     assert np.abs(described).max() == pytest.approx(0.05)
     assert shown[:, 1] == pytest.approx(motion[:, 1] - motion[:, 0])
 
@@ -118,9 +125,9 @@ def test_encoders_of_a_rod_that_bends_are_askew_by_what_an_independent_descripti
 
 def test_the_inner_encoder_may_be_the_late_one() -> None:
     motion = states({})
-    late = parse_effects({"time_offset": {"outer": {"delay": 0.01}}}, NOMINAL, 0.4, "rig.yaml")
-    ((effect, values),) = late.sensors
-    shown = Readings(replace(late, sensors=((replace(effect, joint="inner"), values),)), PERIOD).of(motion)
+    late = parsed({"time_offset": {"outer": {"delay": 0.01}}})
+    late = replace(late, effects=(replace(late.effects[0], joint="inner"),))
+    shown = Readings(physical_coefficients(NOMINAL), late, PERIOD).of(motion)
     assert shown[2:, 0] == pytest.approx(motion[:-2, 0], abs=1e-9)
     assert shown[:, 1] == pytest.approx(motion[:, 1] - motion[:, 0])
 
@@ -129,5 +136,5 @@ def test_a_joint_may_have_several_harmonics() -> None:
     harmonics = [{"sine": 0.002, "cosine": 0.0, "periods": periods} for periods in (3, 7)]
     motions = [states({"cogging_torque": {"outer": given}}) for given in (harmonics, *harmonics)]
     assert all(np.abs(motions[0] - other).max() > 1e-3 for other in motions[1:])
-    torques = parse_effects({"cogging_torque": {"outer": harmonics}}, NOMINAL, 0.4, "rig.yaml").torques
-    assert sorted(torques.values[:, 2]) == [3.0, 7.0]
+    effects = parsed({"cogging_torque": {"outer": harmonics}})
+    assert sorted(effects.values[2::3]) == [3.0, 7.0]

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
+from cdp_ident.model.motions import simulate
 from cdp_ident.model.parameters import NOMINAL, physical_coefficients
-from cdp_ident.model.simulation import simulate
 from cdp_ident.rig.emulator.motion import Motion
 from cdp_ident.rig.emulator.script import Hold, LetGo, MoveCart, Wait
 

@@ -1,0 +1,64 @@
+"""Compile the loops before they are used: when the package is built, or else beside the first steps of a first run.
+
+Compiled code is kept, so that this matters once for each user and version. Run, this module compiles all loops that are
+not kept yet; a second process, called with `backwards`, does half of them.
+"""
+
+import subprocess
+import sys
+import threading
+from collections.abc import Callable
+
+import numpy as np
+
+from cdp_ident.fit.error_growth import steps_until
+from cdp_ident.fit.weighted_rows import WeightedRows
+from cdp_ident.machine.compilation import is_to_be_kept
+from cdp_ident.machine.parallel import core_count
+from cdp_ident.model.effects.catalogue import CATALOGUE
+from cdp_ident.model.formulas.compiled import motion_law
+from cdp_ident.model.motions import InitialValueProblem, accelerations_at, motions
+from cdp_ident.model.parameters import NOMINAL, physical_coefficients
+from cdp_ident.model.population import Population, Segment
+from cdp_ident.model.steps import compute
+from cdp_ident.model.time_grid import TimeGrid
+
+
+def compile_ahead() -> None:
+    """Begin to compile what no earlier run has kept; whoever needs it before it is done waits for it."""
+    if core_count() > 1 and is_to_be_kept(compute):
+        threading.Thread(target=_compile_apart, name="compile ahead", daemon=True).start()
+
+
+def _compile_apart() -> None:
+    # Where that fails, the loop is compiled where it is needed.
+    nowhere = subprocess.DEVNULL
+    command = [sys.executable, "-m", __spec__.name]
+    subprocess.run(command, stdin=nowhere, stdout=nowhere, stderr=nowhere, check=False)
+
+
+def _compile(backwards: bool) -> None:
+    """Use every loop once, the longest first: a first run that goes on meanwhile needs the others before it.
+
+    Backwards, it is for a second core: of two processes that lack the same code one compiles it (`compilation`).
+    """
+    coefficients, at_rest, times = physical_coefficients(NOMINAL), np.zeros(4), np.array([0.0, 0.01])
+    grid = TimeGrid.over(times)
+    u = np.zeros(2 * grid.steps + 1)
+    plain = InitialValueProblem(coefficients, at_rest, grid, u)
+    angles, columns, whitening = np.zeros((2, 2)), np.zeros(1, dtype=np.int64), np.zeros((2, 2, 2))
+    growth = (np.zeros(1, dtype=np.int64), np.ones(4), np.ones(2), 1)
+    uses: list[Callable[[], object]] = [
+        lambda: motions([plain]),
+        lambda: Population([Segment(at_rest, times, angles)]).squared_errors(coefficients[None]),
+        lambda: WeightedRows.of(angles, angles, np.zeros((2, 2, 1)), columns, whitening, np.array([0, 2]), np.inf),
+        lambda: [motion_law(effect) for effect in CATALOGUE],
+        lambda: accelerations_at(coefficients, at_rest[None], np.zeros(1)),
+        lambda: steps_until(np.zeros((2, 4)), coefficients, 0.01, *growth),
+    ]
+    for use in reversed(uses) if backwards else uses:
+        use()
+
+
+if __name__ == "__main__":
+    _compile(backwards="backwards" in sys.argv[1:])

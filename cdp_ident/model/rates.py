@@ -1,0 +1,293 @@
+r"""The rate of change of a pendulum's state under any laws, and its derivatives (compiled).
+
+The equations of motion are M alpha = N + p (U - u), divided by A22: U is the whole acceleration of the cart's joint, u
+the given one, p what the rods feel of it. Laws add to the torques N and, where they are linear in the accelerations, to
+M and p; a law of the cart says what U - u is, linear in alpha and U. A joint with dry friction *slips* one way (mode 1)
+or the other (mode -1), or *sticks* (mode 0). Slipping, the friction is its size against the motion. Sticking, it is the
+torque that keeps the joint's speed constant (at zero), which follows from the equations of motion with J alpha = 0
+(Leine and Nijmeijer, Dynamics and Bifurcations of Non-smooth Mechanical Systems, 2004, chapter 5); J is (1, 0) for the
+inner joint and (-1, 1) for the outer one.
+"""
+
+from numba import float64, int64, void
+
+from cdp_ident.machine.calls import INDICES, NUMBERS, call, further, place
+from cdp_ident.machine.compilation import inlined, part
+from cdp_ident.model import layout as at
+from cdp_ident.model.circular import sine_and_cosine
+from cdp_ident.model.formulas.compiled import pushes, slopes_of_paper
+from cdp_ident.model.formulas.language import (
+    ACCELERATIONS,
+    CART,
+    COEFFICIENTS,
+    FRICTION,
+    INPUTS,
+    OWN,
+    PARAMETERS,
+    RATES,
+    STATE,
+    TORQUE1,
+    TORQUE2,
+    VALUE,
+    VARIABLES,
+)
+from cdp_ident.model.layout import unfolded
+
+STICKS = 0
+"""The mode of a joint that stands still."""
+
+_COEFFICIENTS, _CART = len(COEFFICIENTS), 2 * PARAMETERS
+_ALPHA1, _U, _OWN, _FIRST = (INPUTS.index(name) for name in (ACCELERATIONS[0], "u", OWN[0], COEFFICIENTS[0]))
+_T, _DIRECTIONS, _OUTER_LENGTH, _SINES = (
+    INPUTS.index(name) for name in ("t", "direction_inner", "outer_length", "sin1")
+)
+_BY_ALPHA1, _BY_ALPHA2, _BY_U, _BY_OWN, _BY_FIRST = (
+    1 + VARIABLES.index(name) for name in (*ACCELERATIONS, OWN[0], COEFFICIENTS[0])
+)
+assert VARIABLES[: len(STATE)] == STATE
+
+
+@inlined
+def copy(source, target):
+    """Copy numbers; numba's assignment of slices would bring its formatting of error messages, seconds to compile."""
+    for i in range(len(target)):
+        target[i] = source[i]
+
+
+@inlined
+def joint_speed(state, joint):
+    """Return the speed of a joint (0 inner, 1 outer) [rad/s]."""
+    return state[2] if joint == 0 else state[3] - state[2]
+
+
+@inlined
+def response(i11, i12, i21, i22, inner_sticks, outer_sticks):
+    """Return the rods' accelerations by torques on them: omega1' by one on either rod, then omega2'.
+
+    It is the inverse of the inertia matrix. Where a joint sticks, the torque in it lets no other motion be: with the
+    inner joint the outer rod turns alone, with the outer one both rods turn as one.
+    """
+    inverse = 1.0 / (i11 * i22 - i12 * i21)
+    as_one = 1.0 / (i11 + i12 + i21 + i22) if outer_sticks and not inner_sticks else 0.0
+    alone = 1.0 / i22 if inner_sticks and not outer_sticks else as_one
+    free = not (inner_sticks or outer_sticks)
+    return (
+        i22 * inverse if free else as_one,
+        -i12 * inverse if free else as_one,
+        -i21 * inverse if free else as_one,
+        i11 * inverse if free else alone,
+    )
+
+
+@inlined
+def fill_inputs(motion, work, state, t):
+    """Fill in the inputs of laws but for accelerations and own states."""
+    z = work.z
+    for k in range(at.RODS_STATES):
+        z[k] = state[k]
+    z[_T] = t
+    for joint in range(2):
+        z[_DIRECTIONS + joint] = float(work.modes[at.MODE, joint])
+        z[_SINES + 2 * joint], z[_SINES + 2 * joint + 1] = sine_and_cosine(state[joint])
+    for k in range(_COEFFICIENTS):
+        z[_FIRST + k] = motion[k]
+    z[_OUTER_LENGTH], z[_OUTER_LENGTH + 1] = motion[at.OUTER_LENGTH], motion[at.CARRIED]
+
+
+@inlined
+def call_law(laws, motion, work, law, state, code, rows):
+    """Call a law's code, given its own states; in which columns of the table code and rows are, says which."""
+    for k in range(laws.table[law, at.OWNS]):
+        work.z[_OWN + k] = state[laws.table[law, at.OWN_AT] + k]
+    values = further(motion, at.VALUES + laws.table[law, at.VALUES_AT])
+    rows = place(work.rows, laws.table[law, rows])
+    call(laws.table[law, code], (place(work.z, 0), values, place(work.sums, 0), rows))
+
+
+def fill_rates(plan, motion, room, state_row, t, u, row, derive):
+    """Fill in a row of the rates of a state and, on request, of their derivatives.
+
+    Args:
+        plan: memory with the laws and the modes, which say where joints slip and stick, and which states are held.
+        motion: what gives it.
+        room: memory to work in.
+        state_row: row of the states.
+        t: time in the trial [s].
+        u: the cart's acceleration [m/s^2].
+        row: of the rates, and of the jacobian.
+        derive: whether derivatives are wanted.
+    """
+    laws, work = unfolded(plan, room)
+    z, sums, states = work.z, work.sums[0], work.states
+    state = states[state_row]
+    fill_inputs(motion, work, state, t)
+    sin1, cos1, sin2, cos2 = z[_SINES], z[_SINES + 1], z[_SINES + 2], z[_SINES + 3]
+    A23, A33, a1, c1, c2, L, g = (
+        z[_FIRST], z[_FIRST + 1], z[_FIRST + 2], z[_FIRST + 3], z[_FIRST + 4], z[_FIRST + 5], z[_FIRST + 6]
+    )  # fmt: skip
+    n1, n2, m = pushes(sin1, cos1, sin2, cos2, state[2], state[3], u, A23, A33, a1, c1, c2, L, g)
+    i11, i12, i21, i22 = 1.0, m, m, A33
+    p1, p2 = -a1 * cos1, -A23 / L * cos2
+    kinds, cart, cart1, cart2, cart_u = 0, 0.0, 0.0, 0.0, 0.0
+    if len(laws.table) > 0:
+        z[_ALPHA1], z[_ALPHA1 + 1], z[_U] = 0.0, 0.0, 0.0
+        kinds = _call_laws(laws, motion, work, state)
+        by_u1, by_u2 = sums[_BY_U], sums[PARAMETERS + _BY_U]
+        i11, i12 = i11 - sums[_BY_ALPHA1], i12 - sums[_BY_ALPHA2]
+        i21, i22 = i21 - sums[PARAMETERS + _BY_ALPHA1], i22 - sums[PARAMETERS + _BY_ALPHA2]
+        p1, p2 = p1 + by_u1, p2 + by_u2
+        n1, n2 = n1 + sums[VALUE] + by_u1 * u, n2 + sums[PARAMETERS + VALUE] + by_u2 * u
+    inner_sticks, outer_sticks = work.modes[at.MODE, 0] == STICKS, work.modes[at.MODE, 1] == STICKS
+    r11, r12, r21, r22 = response(i11, i12, i21, i22, inner_sticks, outer_sticks)
+    alpha1, alpha2, whole, per_reduced = r11 * n1 + r12 * n2, r21 * n1 + r22 * n2, u, 1.0
+    push1, push2 = r11 * p1 + r12 * p2, r21 * p1 + r22 * p2
+    if kinds & at.CART_KIND:
+        cart, cart_u = sums[_CART + VALUE], sums[_CART + _BY_U]
+        cart1, cart2 = sums[_CART + _BY_ALPHA1], sums[_CART + _BY_ALPHA2]
+        per_reduced = 1.0 / (1.0 - cart1 * push1 - cart2 * push2 - cart_u)
+        ahead = (cart + cart1 * alpha1 + cart2 * alpha2 + cart_u * u) * per_reduced
+        alpha1, alpha2, whole = alpha1 + push1 * ahead, alpha2 + push2 * ahead, u + ahead
+    if inner_sticks or outer_sticks:
+        # What holds a joint is what the equations lack; none but for rounding where it slips.
+        lacks2 = i21 * alpha1 + i22 * alpha2 - n2 - p2 * (whole - u)
+        lacks1 = i11 * alpha1 + i12 * alpha2 - n1 - p1 * (whole - u)
+        work.numbers[at.HOLDS], work.numbers[at.HOLDS + 1] = lacks1 + lacks2, lacks2
+        work.numbers[at.INERTIAS], work.numbers[at.INERTIAS + 1] = i11, i12
+        work.numbers[at.INERTIAS + 2], work.numbers[at.INERTIAS + 3] = i21, i22
+        # What sticks is held exactly, not but for rounding.
+        alpha1 = 0.0 if inner_sticks else alpha1
+        alpha2 = alpha1 if outer_sticks else alpha2
+    states[at.RATES_AT + row, 0], states[at.RATES_AT + row, 1] = state[2], state[3]
+    states[at.RATES_AT + row, 2], states[at.RATES_AT + row, 3] = alpha1, alpha2
+    z[_ALPHA1], z[_ALPHA1 + 1], z[_U] = alpha1, alpha2, whole
+    if kinds & at.ACCELERATED:
+        copy(work.sums[1], sums)
+        _call_accelerated(laws, motion, work, state)
+    n = len(state)
+    if n > at.RODS_STATES:
+        for law in range(len(laws.table)):
+            first = laws.table[law, at.OWN_AT]
+            for own in range(first, first + laws.table[law, at.OWNS]):
+                rate = work.rows[laws.table[law, at.ROWS_AT] + (RATES + own - first) * laws.table[law, at.WIDTH]]
+                states[at.RATES_AT + row, own] = rate if work.modes[at.MODE, 2 + own] == 0 else 0.0
+    if derive:
+        if len(laws.table) == 0:
+            _clear(sums)
+        slopes_of_paper(z, sums)
+        _fill_derivatives(laws, work, row, (r11, r12, r21, r22), (push1, push2), (cart1, cart2, per_reduced))
+        if n > at.RODS_STATES:
+            _fill_own(laws, work, row)
+
+
+@inlined
+def _clear(sums):
+    for k in range(3 * PARAMETERS):
+        sums[k] = 0.0
+
+
+@part
+def _call_laws(laws, motion, work, state):
+    """Let all laws add to the sums, cleared before, and to the joints' friction; return their kinds together."""
+    _clear(work.sums[0])
+    work.numbers[at.SIZES], work.numbers[at.SIZES + 1] = 0.0, 0.0
+    kinds = 0
+    for law in range(len(laws.table)):
+        if laws.table[law, at.MOTION] != 0:
+            kinds |= laws.table[law, at.KIND]
+            if laws.table[law, at.KIND] & at.ACCELERATED:
+                continue
+            call_law(laws, motion, work, law, state, at.MOTION, at.ROWS_AT)
+            if laws.table[law, at.KIND] & at.FRICTION_KIND:
+                size = work.rows[laws.table[law, at.ROWS_AT] + FRICTION * laws.table[law, at.WIDTH]]
+                work.numbers[at.SIZES + laws.table[law, at.JOINT]] += size
+    if kinds & at.ACCELERATED:
+        copy(work.sums[0], work.sums[1])
+        _call_accelerated(laws, motion, work, state)
+    return kinds
+
+
+@part
+def _call_accelerated(laws, motion, work, state):
+    """Let those laws add to the sums that depend on the accelerations."""
+    for law in range(len(laws.table)):
+        if laws.table[law, at.MOTION] != 0 and laws.table[law, at.KIND] & at.ACCELERATED:
+            call_law(laws, motion, work, law, state, at.MOTION, at.ROWS_AT)
+
+
+@part
+def _fill_derivatives(laws, work, row, inverse, pushed, of_cart):
+    """Fill in the derivatives of the rates, given the responses: of the rods to torques and cart, of the cart to them.
+
+    Those by a coefficient or by the state are of all laws, those by a parameter or an own state of one.
+    """
+    sums, rows, matrices, slopes, direct = work.sums[0], work.rows, work.matrices, work.slopes, at.DIRECT + row
+    for k in range(at.RODS_STATES):
+        by = sums[1 + k], sums[PARAMETERS + 1 + k], sums[_CART + 1 + k]
+        matrices[row, 2, k], matrices[row, 3, k], matrices[row, 0, k] = _solved(inverse, pushed, of_cart, by)
+    for k in range(_COEFFICIENTS):
+        d, column = laws.lanes[k], _BY_FIRST + k
+        if 0 <= d < work.directions:
+            by = sums[column], sums[PARAMETERS + column], sums[_CART + column]
+            slopes[2, direct, d], slopes[3, direct, d], slopes[0, at.OF_CART, d] = _solved(inverse, pushed, of_cart, by)
+    for law in range(len(laws.table)):
+        if laws.table[law, at.MOTION] == 0:
+            continue
+        begin, width = laws.table[law, at.ROWS_AT], laws.table[law, at.WIDTH]
+        row1, row2, row3 = begin + TORQUE1 * width, begin + TORQUE2 * width, begin + CART * width
+        for column in range(PARAMETERS, width):
+            d = laws.lanes[_COEFFICIENTS + laws.table[law, at.VALUES_AT] + column - PARAMETERS]
+            if 0 <= d < work.directions:
+                by = rows[row1 + column], rows[row2 + column], rows[row3 + column]
+                slopes[2, direct, d], slopes[3, direct, d], slopes[0, at.OF_CART, d] = _solved(
+                    inverse, pushed, of_cart, by
+                )
+        for k in range(laws.table[law, at.OWNS]):
+            own, column = laws.table[law, at.OWN_AT] + k, _BY_OWN + k
+            by = rows[row1 + column], rows[row2 + column], rows[row3 + column]
+            matrices[row, 2, own], matrices[row, 3, own], matrices[row, 0, own] = _solved(inverse, pushed, of_cart, by)
+
+
+@inlined
+def _solved(inverse, pushed, of_cart, by):
+    """Return the derivatives of both accelerations and of the cart's, from those of what is left of their equations."""
+    (r11, r12, r21, r22), (push1, push2), (cart1, cart2, per_reduced) = inverse, pushed, of_cart
+    one, two = r11 * by[0] + r12 * by[1], r21 * by[0] + r22 * by[1]
+    ahead = (by[2] + cart1 * one + cart2 * two) * per_reduced
+    return one + push1 * ahead, two + push2 * ahead, ahead
+
+
+@part
+def _fill_own(laws, work, row):
+    """Fill in the derivatives of the rates of the laws' own states, given those of the accelerations."""
+    matrices, slopes, rows, n = work.matrices, work.slopes, work.rows, work.states.shape[1]
+    for law in range(len(laws.table)):
+        first, owns, width = laws.table[law, at.OWN_AT], laws.table[law, at.OWNS], laws.table[law, at.WIDTH]
+        for own in range(first, first + owns):
+            of = laws.table[law, at.ROWS_AT] + (RATES + own - first) * width
+            factor = 0.0 if work.modes[at.MODE, 2 + own] != 0 else 1.0
+            by1, by2, by_u = factor * rows[of + _BY_ALPHA1], factor * rows[of + _BY_ALPHA2], factor * rows[of + _BY_U]
+            for k in range(n):
+                matrices[row, own, k] = (
+                    by1 * matrices[row, 2, k] + by2 * matrices[row, 3, k] + by_u * matrices[row, 0, k]
+                )
+            for k in range(at.RODS_STATES):
+                matrices[row, own, k] += factor * rows[of + 1 + k]
+            for k in range(owns):
+                matrices[row, own, first + k] += factor * rows[of + _BY_OWN + k]
+            for d in range(n, work.directions):
+                slopes[own, at.DIRECT + row, d] = (
+                    by1 * slopes[2, at.DIRECT + row, d]
+                    + by2 * slopes[3, at.DIRECT + row, d]
+                    + by_u * slopes[0, at.OF_CART, d]
+                )
+            for k in range(_COEFFICIENTS):
+                if 0 <= laws.lanes[k] < work.directions:
+                    slopes[own, at.DIRECT + row, laws.lanes[k]] += factor * rows[of + _BY_FIRST + k]
+            for p in range(width - PARAMETERS):
+                d = laws.lanes[_COEFFICIENTS + laws.table[law, at.VALUES_AT] + p]
+                if 0 <= d < work.directions:
+                    slopes[own, at.DIRECT + row, d] += factor * rows[of + PARAMETERS + p]
+
+
+OF_FILL_RATES = void(INDICES, NUMBERS, NUMBERS, int64, float64, float64, int64, int64)
+"""Signature of `fill_rates`."""

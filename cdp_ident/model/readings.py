@@ -1,0 +1,196 @@
+"""What an encoder shows of a motion at one instant, and its derivatives (compiled)."""
+
+import numpy as np
+from numba import float64, int64
+
+from cdp_ident.machine.calls import INDICES, NUMBERS, call
+from cdp_ident.machine.compilation import inlined, part
+from cdp_ident.model import layout as at
+from cdp_ident.model.formulas.language import (
+    ACCELERATIONS,
+    COEFFICIENTS,
+    INPUTS,
+    LATENESS,
+    MOST_STATES,
+    OWN,
+    PARAMETERS,
+    VARIABLES,
+)
+from cdp_ident.model.layout import unfolded
+from cdp_ident.model.rates import call_law, fill_inputs, joint_speed
+from cdp_ident.model.runge_kutta import hermite
+
+_BY_ALPHA1, _BY_OWN, _BY_FIRST = (1 + VARIABLES.index(name) for name in (ACCELERATIONS[0], OWN[0], COEFFICIENTS[0]))
+_COEFFICIENTS = len(COEFFICIENTS)
+_U = INPUTS.index("u")
+_NEAR = 1e-6
+"""Instants so far apart tell how fast a reading changes [s]."""
+
+
+@part
+def lateness(laws, motion, work, joint):
+    """Return how late the encoder of a joint is read [s]; what it depends on is left in the reading's rows."""
+    fill_inputs(motion, work, work.states[at.BEGIN], 0.0)
+    late = 0.0
+    for law in range(len(laws.table)):
+        if laws.table[law, at.READING] != 0 and laws.table[law, at.JOINT] == joint:
+            call_law(laws, motion, work, law, work.states[at.BEGIN], at.READING, at.READS_AT)
+            late += work.rows[laws.table[law, at.READS_AT] + LATENESS * laws.table[law, at.WIDTH]]
+    return late
+
+
+@inlined
+def read_state(work, share, length, rows):
+    """Fill in the state within a step, and the derivatives of so many of its numbers."""
+    w0, w1, w2, w3 = hermite(share, length)
+    states, slopes = work.states, work.slopes
+    for r in range(states.shape[1]):
+        states[at.READ, r] = (
+            w0 * states[at.BEGIN, r]
+            + w1 * states[at.END, r]
+            + w2 * states[at.RATES_AT, r]
+            + w3 * states[at.RATES_AT + 4, r]
+        )
+    for r in range(rows):
+        for d in range(np.uint64(work.directions)):
+            slopes[r, at.AT_READING, d] = (
+                w0 * slopes[r, at.OLD, d] + w1 * slopes[r, at.NEW, d]
+                + w2 * slopes[r, at.OLD_SLOPE, d] + w3 * slopes[r, at.NEW_SLOPE, d]
+            )  # fmt: skip
+
+
+def read_encoder(plan, motion, room, joint, share, length, t, u, u_rate, by):
+    """Return what the encoder of a joint shows, and fill in its derivatives.
+
+    Args:
+        plan: memory with the laws.
+        motion: what gives the motion.
+        room: memory with a step of it, made.
+        joint: 0 inner, 1 outer.
+        share: where in the step.
+        length: of the step [s].
+        t: the instant in the trial [s].
+        u: the cart's acceleration then [m/s^2].
+        u_rate: how fast that changes [m/s^3].
+        by: (d,) takes the derivatives.
+    """
+    laws, work = unfolded(plan, room)
+    n, directions = work.states.shape[1], work.directions
+    alters, changes, accelerated, derive = False, False, False, 0
+    for law in range(len(laws.table)):
+        if laws.table[law, at.READING] != 0:
+            alters, kind = True, laws.table[law, at.KIND]
+            changes = changes or kind & at.SHOWN != 0
+            if kind & at.ACCELERATED:
+                accelerated = True
+                derive = 1 if directions > 0 and not kind & at.OF_NO_STRENGTH else derive
+    late = directions > 0 and is_late(laws, joint)
+    rate = 0.0
+    if late and changes:
+        rate = _rate_of_reading((plan, motion, room), laws, work, joint, share, length, t, u, u_rate)
+    read_state(work, share, length, n if alters else 2)
+    state, slopes = work.states[at.READ], work.slopes
+    for d in range(np.uint64(directions)):
+        by[d] = slopes[0, at.AT_READING, d] if joint == 0 else slopes[1, at.AT_READING, d] - slopes[0, at.AT_READING, d]
+    angle = state[0] if joint == 0 else state[1] - state[0]
+    if not alters:
+        return angle
+    if accelerated:
+        call(plan[at.FILL_RATES], (plan, motion, room, at.READ, t, u, at.STAGES, derive))
+        if derive:
+            _fill_accelerations(work)
+    else:
+        fill_inputs(motion, work, state, t)
+        work.z[_U] = u
+    angle += added_by_laws(laws, motion, work, state, joint)
+    rate = rate if changes else joint_speed(state, joint)
+    for law in range(len(laws.table) if directions > 0 else 0):
+        if laws.table[law, at.READING] != 0:
+            width, first = laws.table[law, at.WIDTH], laws.table[law, at.READS_AT]
+            _add_derivatives(laws, work, law, first + joint * width, 1.0, by)
+    for law in range(len(laws.table) if late else 0):
+        if laws.table[law, at.READING] != 0 and laws.table[law, at.JOINT] == joint:
+            row = laws.table[law, at.READS_AT] + LATENESS * laws.table[law, at.WIDTH]
+            _add_derivatives(laws, work, law, row, -rate, by)
+    return angle
+
+
+@inlined
+def is_late(laws, joint):
+    """Return whether a law says how late the encoder of a joint is read."""
+    late = False
+    for law in range(len(laws.table)):
+        late = late or (laws.table[law, at.KIND] & at.LATE != 0 and laws.table[law, at.JOINT] == joint)
+    return late
+
+
+@part
+def _rate_of_reading(memory, laws, work, joint, share, length, t, u, u_rate):
+    """Return how fast what the encoder of a joint shows changes, by differences [rad/s]."""
+    plan, motion, room = memory
+    state, rate = work.states[at.READ], 0.0
+    for side in (-1.0, 1.0):
+        later = side * _NEAR
+        read_state(work, share + later / length, length, 0)
+        call(plan[at.FILL_RATES], (plan, motion, room, at.READ, t + later, u + u_rate * later, at.STAGES, 0))
+        angle = state[0] if joint == 0 else state[1] - state[0]
+        rate += side * (angle + added_by_laws(laws, motion, work, state, joint)) / (2.0 * _NEAR)
+    return rate
+
+
+@part
+def added_by_laws(laws, motion, work, state, joint):
+    """Return what laws add to what the encoder of a joint shows in a state, whose inputs of laws are filled in."""
+    added = 0.0
+    for law in range(len(laws.table)):
+        if laws.table[law, at.READING] != 0:
+            call_law(laws, motion, work, law, state, at.READING, at.READS_AT)
+            added += work.rows[laws.table[law, at.READS_AT] + joint * laws.table[law, at.WIDTH]]
+    return added
+
+
+@part
+def _fill_accelerations(work):
+    """Fill in the derivatives of the accelerations where a state is read, which follow from those of the state."""
+    slopes, matrices = work.slopes, work.matrices
+    for d in range(work.directions):
+        slopes[0, at.ACCELERATIONS_READ, d] = slopes[2, at.DIRECT + at.STAGES, d]
+        slopes[1, at.ACCELERATIONS_READ, d] = slopes[3, at.DIRECT + at.STAGES, d]
+        slopes[2, at.ACCELERATIONS_READ, d] = slopes[0, at.OF_CART, d]
+    for place, r in enumerate((2, 3, 0)):
+        for k in range(work.states.shape[1]):
+            for d in range(work.directions):
+                slopes[place, at.ACCELERATIONS_READ, d] += matrices[at.STAGES, r, k] * slopes[k, at.AT_READING, d]
+
+
+@part
+def _add_derivatives(laws, work, law, row, factor, by):
+    """Add a row's derivatives, times a factor, to those by all directions."""
+    rows, directions = work.rows, work.directions
+    for k in range(at.RODS_STATES):
+        slope = factor * rows[row + 1 + k]
+        if slope != 0.0:
+            for d in range(np.uint64(directions)):
+                by[d] += slope * work.slopes[k, at.AT_READING, d]
+    for k in range(3):
+        slope = factor * rows[row + _BY_ALPHA1 + k]
+        if slope != 0.0:
+            for d in range(np.uint64(directions)):
+                by[d] += slope * work.slopes[k, at.ACCELERATIONS_READ, d]
+    for k in range(min(MOST_STATES, laws.table[law, at.OWNS])):
+        slope = factor * rows[row + _BY_OWN + k]
+        for d in range(np.uint64(directions)):
+            by[d] += slope * work.slopes[laws.table[law, at.OWN_AT] + k, at.AT_READING, d]
+    for k in range(_COEFFICIENTS):
+        d = laws.lanes[k]
+        if 0 <= d < directions:
+            by[d] += factor * rows[row + _BY_FIRST + k]
+    first = laws.table[law, at.VALUES_AT]
+    for p in range(laws.table[law, at.WIDTH] - PARAMETERS):
+        d = laws.lanes[_COEFFICIENTS + first + p]
+        if 0 <= d < directions:
+            by[d] += factor * rows[row + PARAMETERS + p]
+
+
+OF_READ_ENCODER = float64(INDICES, NUMBERS, NUMBERS, int64, float64, float64, float64, float64, float64, NUMBERS)
+"""Signature of `read_encoder`."""

@@ -1,0 +1,261 @@
+"""A motion, step by step, with its derivatives and what encoders show of it (compiled).
+
+A step is divided where a joint with dry friction stops or breaks loose and where a state reaches its limit
+(`sticking`), and where its error would be too large (`roughness`).
+"""
+
+import math
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from cdp_ident.machine.calls import call, call_for_number, place
+from cdp_ident.machine.compilation import compiled, compiled_at, part
+from cdp_ident.model import layout as at
+from cdp_ident.model.advance import address_of_advance
+from cdp_ident.model.formulas.language import INPUTS
+from cdp_ident.model.layout import unfolded
+from cdp_ident.model.parts import OF_MAKE_PART, make_part
+from cdp_ident.model.rates import OF_FILL_RATES, STICKS, copy, fill_rates
+from cdp_ident.model.readings import OF_READ_ENCODER, added_by_laws, lateness, read_encoder, read_state
+from cdp_ident.model.runge_kutta import OF_STEP_ON, accept, input_at, step_on, stop
+from cdp_ident.model.sticking import AT_ONCE, OF_INSTANT_OF, OF_SETTLE, instant_of, is_at_limit, settle
+
+Array = npt.NDArray[np.float64]
+Indices = npt.NDArray[np.int64]
+
+_ALPHA1 = INPUTS.index("alpha1")
+_MOST_PARTS = 4096
+"""A step that needs more parts, of 1/256 or up to an event, has a motion that cannot be computed: it is given up."""
+FASTEST = math.pi
+"""No step resolves a rod that turns by more than this within it [rad]: such a motion is given up."""
+_SLIGHTLY = 1e-3
+"""Instants so far apart tell how fast the cart's acceleration changes, in steps."""
+_ROUNDING = 1e-9
+"""A sample at the end of a step, give or take rounding, belongs to that step."""
+
+
+@cache
+def addresses(states: int) -> tuple[int, ...]:
+    """Return where compiled code is that others call, in the order of a plan, for states of so many numbers."""
+    parts = (
+        (fill_rates, OF_FILL_RATES), (step_on, OF_STEP_ON), (settle, OF_SETTLE), (instant_of, OF_INSTANT_OF),
+        (make_part, OF_MAKE_PART), (read_encoder, OF_READ_ENCODER),
+    )  # fmt: skip
+    return *(compiled_at(function, signature) for function, signature in parts), address_of_advance(states)
+
+
+class Times(NamedTuple):
+    """When some motions are computed and read, end to end."""
+
+    begin: Array
+    """(motions,) time in the trial at the beginning [s]."""
+    step: Array
+    """(motions,) length of the steps [s]."""
+    steps_at: Indices
+    """(motions + 1,) where the steps of each begin among those of all."""
+    samples_at: Indices
+    """(motions + 1,) where the samples of each begin among those of all."""
+    place: Array
+    """(samples,) when each sample is taken, in steps from the beginning of its motion."""
+    u: Array
+    """(2 steps + motions,) the cart's acceleration at the beginnings and middles of steps, and at the end [m/s^2]."""
+
+
+class Results(NamedTuple):
+    """What is computed of some motions, end to end; not a number where it cannot be."""
+
+    states: Array
+    """(samples, n) at the samples; (0, n) where it is not wanted."""
+    readings: Array
+    """(samples, 2) what the encoders of both joints show [rad]; (0, 2) where it is not wanted."""
+    by: Array
+    """(samples, 2 or n, d) derivatives of these or of those."""
+    ends: Array
+    """(motions, n) states at the ends."""
+    ends_by: Array
+    """(motions, n, d) their derivatives."""
+
+
+@compiled
+def compute(plan, given, starts, times, room, results):
+    """Compute motions one after the other.
+
+    Args:
+        plan: memory with the laws of all of them.
+        given: (motions, 9 + parameters) what gives each, see `VALUES`.
+        starts: (motions, n) states at the beginning.
+        times: of all of them.
+        room: memory to work in.
+        results: takes what is computed.
+    """
+    next_ones = np.zeros(3, dtype=np.int64)
+    laws, work = unfolded(place(plan, 0), place(room, 0))
+    for m in range(len(starts)):
+        motion, memory = place(given, m * given.shape[1]), (place(plan, 0), place(room, 0))
+        for r in range(starts.shape[1]):
+            work.states[at.BEGIN, r] = starts[m, r]
+        reached = _make_steps(memory, laws, motion, work, times, m, next_ones, results)
+        for r in range(starts.shape[1]):
+            results.ends[m, r] = work.states[at.BEGIN, r] if reached else np.nan
+            for d in range(np.uint64(work.directions)):
+                results.ends_by[m, r, d] = work.slopes[r, at.OLD, d]
+        for j in range(next_ones[2], times.samples_at[m + 1] if len(results.states) > 0 else 0):
+            for r in range(starts.shape[1]):
+                results.states[j, r] = np.nan
+        for joint in range(2):
+            for j in range(next_ones[joint], times.samples_at[m + 1] if len(results.readings) > 0 else 0):
+                results.readings[j, joint] = np.nan
+
+
+@part
+def _make_steps(memory, laws, motion, work, times, m, next_ones, results):
+    """Make all steps of a motion, and return whether its end is reached; samples up to `next_ones` are filled in."""
+    (plan, room), n, directions, step = memory, work.states.shape[1], work.directions, times.step[m]
+    state = work.states[at.BEGIN]
+    first, last = times.steps_at[m], times.steps_at[m + 1]
+    for k in range(3):
+        next_ones[k] = times.samples_at[m]
+    for r in range(n):
+        for d in range(np.uint64(directions)):
+            work.slopes[r, at.OLD, d] = 1.0 if r == d else 0.0
+    begin_modes(laws, work)
+    late = (
+        lateness(laws, motion, work, 0) / step if len(laws.table) > 0 else 0.0,
+        lateness(laws, motion, work, 1) / step if len(laws.table) > 0 else 0.0,
+    )
+    loose, crossed, fresh = at.NO_EVENT, at.NO_EVENT, True
+    for k in range(first, last):
+        if max(abs(state[2]), abs(state[3])) * step > FASTEST:
+            return False
+        for half in range(3):
+            work.numbers[at.CART_INPUTS + half] = times.u[2 * k + m + half]
+        work.numbers[at.LONGEST] = 1.0
+        begin, done, work.modes[at.PROGRESS, at.EVENTS] = times.begin[m] + (k - first) * step, 0.0, 0
+        for parts in range(_MOST_PARTS + 1):
+            if done >= 1.0:
+                break
+            if parts == _MOST_PARTS:
+                return False
+            if fresh:
+                # At the beginning, and after a mode has ended.
+                t, u = begin + done * step, input_at(work, done)
+                call(plan[at.SETTLE], (plan, motion, room, t, u, loose, crossed))
+                fresh, loose, crossed = False, at.NO_EVENT, at.NO_EVENT
+            share = call_for_number(plan[at.MAKE_PART], (plan, motion, room, begin, step, done))
+            stopped = work.modes[at.PROGRESS, at.STOPPED]
+            reached = done + share if done + share <= 1.0 - AT_ONCE else 1.0
+            _read(memory, motion, work, times, m, k - first, done, reached, late, next_ones, results)
+            if stopped >= 0:
+                copy(work.states[at.RATES_AT + 4], work.states[at.TRIAL])
+            accept(work)
+            copy(work.states[at.RATES_AT + 4], work.states[at.RATES_AT])
+            if 0 <= stopped < 2:
+                fresh = True
+                if work.modes[at.MODE, stopped] == STICKS:
+                    loose = stopped
+                else:
+                    stop(state, stopped)
+                    # A joint that sticks goes on doing so, whatever the other one does.
+                    if work.modes[at.MODE, 1 - stopped] == STICKS:
+                        stop(state, 1 - stopped)
+                    crossed = stopped
+            for r in range(at.RODS_STATES, n):
+                fresh = fresh or (work.modes[at.MODE, 2 + r] == 0 and is_at_limit(laws, state, r))
+            done = reached
+    return True
+
+
+@part
+def _read(memory, motion, work, times, m, k, done, reached, late, next_ones, results):
+    """Read the motion at all samples in a part of a step."""
+    (plan, room), step, last = memory, times.step[m], k == times.steps_at[m + 1] - times.steps_at[m] - 1
+    end, share = times.samples_at[m + 1], reached - done
+    for joint in range(2 if len(results.readings) > 0 else 0):
+        while next_ones[joint] < end:
+            j = next_ones[joint]
+            when = times.place[j] - late[joint] - k
+            if when > reached + _ROUNDING and not (last and reached == 1.0):
+                break
+            t, u, by = times.begin[m] + (k + when) * step, input_at(work, when), (2 * j + joint) * results.by.shape[2]
+            u_rate = (input_at(work, when + _SLIGHTLY) - u) / (_SLIGHTLY * step)
+            there = (when - done) / share, share * step, t, u, u_rate
+            results.readings[j, joint] = call_for_number(
+                plan[at.READ_ENCODER], (plan, motion, room, joint, *there, place(results.by, by))
+            )
+            next_ones[joint] += 1
+    while len(results.states) > 0 and next_ones[2] < end:
+        when = times.place[next_ones[2]] - k
+        if when > reached + _ROUNDING and not (last and reached == 1.0):
+            break
+        read_state(work, (when - done) / share, share * step, len(work.states[at.READ]))
+        copy(work.states[at.READ], results.states[next_ones[2]])
+        for r in range(results.by.shape[1] if work.directions > 0 else 0):
+            copy(work.slopes[r, at.AT_READING], results.by[next_ones[2], r])
+        next_ones[2] += 1
+
+
+@part
+def begin_modes(laws, work):
+    """Let joints slip forwards, and no state be held."""
+    for mode in range(work.modes.shape[1]):
+        work.modes[at.MODE, mode], work.modes[at.IS_TURNED, mode] = 1 if mode < 2 else 0, 0
+    for law in range(len(laws.table)):
+        if laws.table[law, at.TURNS]:
+            work.modes[at.IS_TURNED, laws.table[law, at.JOINT]] = 1
+
+
+@compiled
+def fill_each_rate(plan, motion, room, states, times, u, rates):
+    """Fill in the rates (k, n) of states (k, n) at times (k,) and the cart's accelerations (k,).
+
+    Joints slip the way they turn; one at rest that has dry friction sticks where it can.
+    """
+    memory = place(plan, 0), place(room, 0)
+    laws, work = unfolded(*memory)
+    for j in range(len(states)):
+        copy(states[j], work.states[at.BEGIN])
+        begin_modes(laws, work)
+        call(plan[at.SETTLE], (memory[0], place(motion, 0), memory[1], times[j], u[j], at.NO_EVENT, at.NO_EVENT))
+        copy(work.states[at.RATES_AT], rates[j])
+
+
+@compiled
+def fill_each_jacobian(plan, motion, room, states, jacobians):
+    """Fill in the accelerations' derivatives (k, 2, n) in states (k, n), cart at rest and joints slipping forwards."""
+    memory = place(plan, 0), place(room, 0)
+    laws, work = unfolded(*memory)
+    begin_modes(laws, work)
+    for j in range(len(states)):
+        copy(states[j], work.states[at.BEGIN])
+        call(plan[at.FILL_RATES], (memory[0], place(motion, 0), memory[1], at.BEGIN, 0.0, 0.0, 0, 1))
+        copy(work.matrices[0, 2], jacobians[j, 0])
+        copy(work.matrices[0, 3], jacobians[j, 1])
+
+
+@compiled
+def fill_each_reading(plan, given, room, rods, own, step, begin, readings):
+    """Fill in what both encoders show (k, 2) of a given motion of the rods (k, 7), sample by sample.
+
+    That is theta1, theta2, omega1, omega2, both accelerations, and the cart's. The laws' own states and their rates
+    (2, states) go on from those at the sample before, and are left as they are at the last one.
+    """
+    memory, motion = (place(plan, 0), place(room, 0)), place(given, 0)
+    laws, work = unfolded(*memory)
+    state = work.states[at.BEGIN]
+    begin_modes(laws, work)
+    for j in range(len(rods)):
+        for r in range(len(state)):
+            state[r] = rods[j, r] if r < at.RODS_STATES else own[0, r - at.RODS_STATES]
+        call(plan[at.FILL_RATES], (memory[0], motion, memory[1], at.BEGIN, begin + j * step, 0.0, 0, 0))
+        for r in range(at.RODS_STATES, len(state)):
+            rate, k = work.states[at.RATES_AT, r], r - at.RODS_STATES
+            moved = own[0, k] + 0.5 * step * (own[1, k] + rate)
+            own[0, k], own[1, k] = min(max(moved, -laws.limits[r]), laws.limits[r]), rate
+            state[r] = own[0, k]
+        for k in range(3):
+            work.z[_ALPHA1 + k] = rods[j, at.RODS_STATES + k]
+        readings[j, 0] = state[0] + added_by_laws(laws, motion, work, state, 0)
+        readings[j, 1] = state[1] - state[0] + added_by_laws(laws, motion, work, state, 1)

@@ -1,0 +1,289 @@
+"""Compiled code is fast, is kept only as long as it is good, and does the same wherever it was compiled."""
+
+import ast
+import collections
+import os
+import platform
+import re
+import runpy
+import shutil
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import llvmlite.binding as llvm
+import numba
+import numpy as np
+import pytest
+
+from cdp_ident.fit import weighted_rows
+from cdp_ident.machine import compilation
+from cdp_ident.model import advance, population
+from cdp_ident.model.circular import sine_and_cosine
+from cdp_ident.model.formulas import machine_code
+
+PACKAGE = Path(compilation.__file__).parents[1]
+
+
+reads_assembly = pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="reads assembly of x86_64")
+
+
+@pytest.fixture(scope="module")
+def loop_over_lanes():
+    """The loop over lanes, compiled afresh."""
+    kernel = population._squared_errors
+    real, reals, table, indices = numba.float64, numba.float64[::1], numba.float64[:, ::1], numba.int64[::1]
+    options = {name: value for name, value in kernel.targetoptions.items() if name != "nopython"}
+    return numba.njit((table, reals, reals, real, indices, table, table, reals), **options)(kernel.py_func)
+
+
+def _counted(assembly: str) -> collections.Counter[tuple[str, str]]:
+    """Return how often each operation is there, on one number (sd) or on several (pd)."""
+    return collections.Counter(
+        re.findall(r"^\s+v?(div|mul|add|sub|fn?m(?:add|sub)\d*)(pd|sd)\b", assembly, re.MULTILINE)
+    )
+
+
+@reads_assembly
+@pytest.mark.parametrize("states", [4, 6])
+def test_derivatives_are_moved_several_with_one_instruction(states):
+    module = llvm.parse_assembly(str(advance._module(states)))
+    count = _counted(machine_code._target().emit_assembly(module))
+    packed, scalar = (sum(count[key] for key in count if key[1] == width) for width in ("pd", "sd"))
+    # Two rods' slopes at each of four stages, of all numbers of the state.
+    assert packed > 4 * 2 * states, f"not vectorised: {count}"
+    assert packed > 5 * scalar
+
+
+@pytest.mark.campaign
+@reads_assembly
+def test_the_products_of_rows_are_added_up_several_at_a_time():
+    reals, unsigned = numba.float64[::1], numba.uint64
+    options = {name: value for name, value in population._squared_errors.targetoptions.items() if name != "nopython"}
+
+    @numba.njit((reals, reals, unsigned, unsigned, reals), **options)
+    def added(rows, weight, size, width, sums):
+        weighted_rows._add_products(rows, weight, size, width, sums)
+
+    (assembly,) = added.inspect_asm().values()
+    count = _counted(assembly)
+    # Eight rows at a time; a scalar copy remains for arrays that overlap.
+    packed = sum(count[key] for key in count if key[1] == "pd" and key[0].startswith(("fm", "mul")))
+    assert packed >= 8, f"not vectorised: {count}"
+
+
+@reads_assembly
+def test_the_loop_over_lanes_moves_several_members_with_one_instruction(loop_over_lanes):
+    (assembly,) = loop_over_lanes.inspect_asm().values()
+    count = _counted(assembly)
+    packed, scalar = (sum(count[key] for key in count if key[1] == width) for width in ("pd", "sd"))
+    # Each of the four stages of a step divides once; a scalar copy of the loop remains for arrays that overlap.
+    assert count["div", "pd"] >= 4, f"not vectorised: {packed} packed and {scalar} scalar operations"
+    assert packed > 0.6 * scalar
+
+
+def test_the_loop_over_lanes_brings_no_code_that_formats_messages(loop_over_lanes):
+    (code,) = loop_over_lanes.inspect_llvm().values()
+    assert "unicode" not in code
+
+
+@pytest.fixture
+def package(tmp_path, monkeypatch):
+    """A copy of the package whose files may be changed."""
+    copy = tmp_path / "cdp_ident"
+    shutil.copytree(PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
+    monkeypatch.setattr(compilation, "_PACKAGE", copy)
+    return copy
+
+
+@pytest.mark.parametrize(
+    "file", ["model/rates.py", "model/effects/friction.py", "machine/calls.py", "fit/weighted_rows.py"]
+)
+def test_kept_code_is_left_behind_when_any_compiled_file_changes(package, file):
+    before = compilation._cache_folder()
+    assert compilation._cache_folder() == before
+    with (package / file).open("a") as source:
+        source.write("# changed\n")
+    assert compilation._cache_folder() != before
+
+
+@pytest.mark.parametrize("file", ["errors.py", "fit/noise.py", "model/formulas/laws.py"])
+def test_kept_code_is_used_again_when_other_files_change(package, file):
+    before = compilation._cache_folder()
+    with (package / file).open("a") as source:
+        source.write("# changed\n")
+    assert compilation._cache_folder() == before
+
+
+def test_kept_code_is_where_the_user_keeps_caches(monkeypatch, tmp_path):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    monkeypatch.setattr(numba.core.config, "CACHE_DIR", "")
+    assert Path(compilation._cache_folder()).parent == tmp_path / "cdp_ident"
+
+
+def test_folders_of_other_versions_that_were_not_used_for_long_go(monkeypatch, tmp_path):
+    monkeypatch.setattr(numba.core.config, "CACHE_DIR", str(tmp_path))
+    names = {"0123456789abcdef": 40, "fedcba9876543210": 20, "something else": 40}
+    for name, days in names.items():
+        (tmp_path / name).mkdir()
+        os.utime(tmp_path / name, (time.time() - 86400 * days,) * 2)
+    own = Path(compilation._cache_folder()).name
+    assert {path.name for path in tmp_path.iterdir()} == {own, "fedcba9876543210", "something else"}
+
+
+def test_copies_of_the_package_share_compiled_code(monkeypatch, tmp_path):
+    monkeypatch.setattr(compilation, "_CACHE_FOLDER", str(tmp_path / "kept"))
+    hits = []
+    for place, age in (("checkout", 100), ("installed", 0)):
+        (tmp_path / place).mkdir()
+        file = tmp_path / place / "copied.py"
+        file.write_text("def doubled(angle):\n    return 2.0 * angle\n")
+        os.utime(file, (time.time() - age,) * 2)
+        loop = compilation.compiled(runpy.run_path(str(file))["doubled"])
+        assert loop(0.5) == 1.0
+        hits.append(sum(loop.stats.cache_hits.values()))
+    assert hits == [0, 1]
+
+
+LOOP_THAT_CLOSES_OVER_ANOTHER = """
+import sys
+from cdp_ident.machine.compilation import compiled
+
+@compiled
+def doubled(angle):
+    return 2.0 * angle
+
+def loop_of(step, name):
+    def loop(angle):
+        return step(angle) + 1.0
+    loop.__name__ = loop.__qualname__ = name
+    return compiled(loop)
+
+first, second = loop_of(doubled, "first"), loop_of(doubled, "second")
+if sys.argv[1:]:
+    first(0.5)
+second(0.5)
+print(sum(second.stats.cache_hits.values()))
+"""
+
+
+def test_a_loop_that_closes_over_another_is_found_again_whatever_else_a_program_compiles(tmp_path):
+    program = tmp_path / "closure.py"
+    program.write_text(LOOP_THAT_CLOSES_OVER_ANOTHER)
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path), "PYTHONPATH": os.pathsep.join(sys.path)}
+    found = [
+        subprocess.run(
+            [sys.executable, str(program), *first], env=environment, capture_output=True, text=True, check=True
+        ).stdout
+        for first in ([], ["another first"])
+    ]
+    assert [line.strip() for line in found] == ["0", "1"]
+
+
+def test_of_processes_that_lack_the_same_code_one_compiles_it(tmp_path):
+    """Several nodes are started at once, and tests on several cores."""
+    asked = "from cdp_ident.fit import weighted_rows as w; import numpy as np; w.WeightedRows.of(np.zeros((2, 2)), "
+    asked += "np.zeros((2, 2)), np.zeros((2, 2, 1)), np.zeros(1, dtype=int), np.zeros((2, 2, 2)), np.array([0, 2]), "
+    asked += "np.inf); print(len(w._weighted_rows.stats.cache_misses))"
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
+    processes = [
+        subprocess.Popen([sys.executable, "-c", asked], env=environment, stdout=subprocess.PIPE, text=True)
+        for _ in range(2)
+    ]
+    assert sorted(process.communicate(timeout=300)[0].strip() for process in processes) == ["0", "1"]
+
+
+MOTION_WITH_EACH_EFFECT = """
+import sys
+import numpy as np
+from cdp_ident.model.acting import ActingEffects
+from cdp_ident.model.effects.catalogue import CATALOGUE
+from cdp_ident.model.formulas.compiled import motion_law
+from cdp_ident.model.motions import simulate
+from cdp_ident.model.parameters import NOMINAL, physical_coefficients
+
+if sys.argv[1] == "each law first, backwards":
+    for effect in reversed(CATALOGUE):
+        motion_law(effect)
+start, times = np.array([1.0, -2.0, 3.0, -4.0]), np.arange(50) / 200.0
+for effect in CATALOGUE:
+    acting = ActingEffects.of([(effect, [parameter.typical for parameter in effect.parameters])], 0.4)
+    print(*simulate(physical_coefficients(NOMINAL), start, times, effects=acting)[-1].tolist())
+"""
+
+
+@pytest.mark.campaign
+def test_kept_code_goes_together_with_code_compiled_since(tmp_path):
+    def motions(order):
+        done = subprocess.run(
+            [sys.executable, "-c", MOTION_WITH_EACH_EFFECT, order],
+            env=os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)},
+            capture_output=True,
+            text=True,
+            check=True,
+            timeout=300,
+        )
+        # The last state of each: a base that moves has more numbers than the others.
+        return np.array([[float(number) for number in line.split()[:4]] for line in done.stdout.splitlines()])
+
+    compiled_and_kept = motions("at once")
+    assert len(np.unique(compiled_and_kept, axis=0)) > 20  # else there is nothing to mix up
+    assert motions("each law first, backwards") == pytest.approx(compiled_and_kept, rel=1e-9)
+
+
+NO_CACHE = """
+import resource, sys
+if sys.argv[1:]:
+    resource.setrlimit(resource.RLIMIT_FSIZE, (0, 0))  # every file is full before its first byte
+from cdp_ident.machine.compilation import compiled
+from cdp_ident.model.circular import sine_and_cosine
+print(compiled(lambda angle: sine_and_cosine(angle)[0])(0.5))
+"""
+
+
+@pytest.mark.parametrize(
+    ("arguments", "changed"),
+    [([], {"XDG_CACHE_HOME": "/proc/nowhere"}), (["full"], {}), ([], {"XDG_CACHE_HOME": "", "HOME": "/proc/nowhere"})],
+    ids=["read-only", "full disk", "no home"],
+)
+def test_without_a_place_for_compiled_code_it_is_compiled_all_the_same(arguments, changed, tmp_path):
+    kept = {name: value for name, value in os.environ.items() if name != "NUMBA_CACHE_DIR"}
+    done = subprocess.run(
+        [sys.executable, "-c", NO_CACHE, *arguments],
+        env=kept | {"XDG_CACHE_HOME": str(tmp_path)} | changed,
+        cwd=Path(__file__).parents[2],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=300,
+    )
+    assert (done.stdout, done.stderr) == (f"{np.sin(0.5)}\n", "")
+
+
+def test_a_damaged_cache_is_compiled_anew(tmp_path, monkeypatch):
+    monkeypatch.setattr(compilation, "_CACHE_FOLDER", str(tmp_path))
+
+    def loop():
+        return compilation.compiled(lambda angle: sine_and_cosine(angle)[0])
+
+    loop()(0.5)
+    kept = [path for path in tmp_path.rglob("*") if path.is_file()]
+    assert kept
+    for path in kept:
+        path.write_bytes(path.read_bytes()[:-20] + b"x" * 20)
+    assert loop()(0.5) == pytest.approx(np.sin(0.5))
+
+
+def test_no_two_compiled_functions_have_the_same_name():
+    """The linker knows kept code by its name, and would take one of two for the other."""
+    kinds = {"part", "inlined", "inlined_with_arrays", "compiled"}
+    names = [
+        function.name
+        for path in sorted(path for files in compilation._COMPILED for path in PACKAGE.glob(files))
+        for function in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(function, ast.FunctionDef)
+        and kinds & {getattr(decorator, "id", "") for decorator in function.decorator_list}
+    ]
+    assert len(names) > 40
+    assert [name for name in names if names.count(name) > 1] == []

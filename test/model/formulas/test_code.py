@@ -1,0 +1,121 @@
+"""The code that is made of formulas: plain Python, the same for the same formulas, and with no more than is needed."""
+
+import ast
+import re
+from dataclasses import replace
+
+import pytest
+
+from cdp_ident.model.effects.catalogue import CATALOGUE, NAMED
+from cdp_ident.model.effects.effect import Effect, EffectParameter, Law, State
+from cdp_ident.model.formulas.code import module_text
+from cdp_ident.model.formulas.compiled import _CATALOGUE as LAWS
+from cdp_ident.model.formulas.language import CART, INPUTS, PARAMETERS, RATES, VARIABLES
+
+EFFECTS = {effect.key: effect for effect in NAMED}
+MINE = Effect(
+    "mine", "outer", "my own", Law(torque="-size*bend", states=(State("bend", "speed/width"),), reading="size*angle"),
+    (EffectParameter("size", "N m", 0.0, 1.0, 0.1), EffectParameter("width", "rad", 0.1, 1.0, 0.2, shape=True)), "me",
+)  # fmt: skip
+
+
+def functions(text):
+    return {node.name: node for node in ast.parse(text).body if isinstance(node, ast.FunctionDef)}
+
+
+def computed(text, name, z, p, widths):
+    """Return what a function of the code adds to the sums and sets in its rows, run as Python."""
+    scope = {}
+    exec(text, scope)
+    sums, rows = [0.0] * 3 * PARAMETERS, [0.0] * 6 * widths
+    scope[name](z, p, sums, rows)
+    return sums, rows
+
+
+def test_the_same_formulas_are_the_same_code_and_others_other_code():
+    chosen = [EFFECTS[key] for key in ("air_drag.inner", "coulomb_friction.outer", "rod_flex.inner")]
+    text = module_text(chosen, "0123", paper=True)
+    assert module_text(list(chosen), "0123", paper=True) == text
+    assert 'DIGEST = "0123"' in text
+    changed = replace(chosen[0], law=replace(chosen[0].law, torques=("-coefficient*omega1", "")))
+    assert module_text([changed, *chosen[1:]], "0123", paper=True) != text
+
+
+def test_the_catalogue_s_code_is_plain_arithmetic():
+    allowed = (
+        ast.Assign, ast.AugAssign, ast.Expr, ast.Name, ast.Subscript, ast.Constant, ast.BinOp, ast.UnaryOp, ast.Call,
+        ast.IfExp, ast.Compare, ast.operator, ast.unaryop, ast.cmpop, ast.expr_context, ast.arguments, ast.arg,
+        ast.FunctionDef, ast.Return, ast.Tuple,
+    )  # fmt: skip
+    for node in functions(LAWS.text).values():
+        assert all(isinstance(part, allowed) for part in ast.walk(node))
+    assert not re.search(r"\b(nan|zoo|oo|I|DiracDelta|Derivative|None)\b", LAWS.text)
+
+
+def test_each_line_says_what_it_is():
+    text = module_text([EFFECTS["coulomb_friction.outer"]], "", paper=False)
+    assert "# torque on theta1\n" in text
+    assert "# torque on theta2 by torque\n" in text
+    assert EFFECTS["coulomb_friction.outer"].formula in text
+
+
+def test_a_law_of_a_joint_acts_on_both_bodies_and_against_a_motion():
+    text = module_text([EFFECTS["coulomb_friction.outer"]], "", paper=False)
+    z = [0.0] * len(INPUTS)
+    z[INPUTS.index("direction_outer")] = -1.0
+    sums, rows = computed(text, "coulomb_friction_outer_motion", z, [0.3], PARAMETERS + 1)
+    assert (sums[0], sums[PARAMETERS], sums[2 * PARAMETERS]) == (-0.3, 0.3, 0.0)
+    assert rows[2 * (PARAMETERS + 1)] == 0.3
+    assert (rows[PARAMETERS], rows[2 * PARAMETERS + 1]) == (-1.0, 1.0)
+
+
+def test_what_a_law_does_not_do_is_not_computed():
+    written = {
+        key: set(map(int, re.findall(r"rows\[(\d+)\]", module_text([EFFECTS[key]], "", paper=False))))
+        for key in ("coulomb_friction.inner", "pivot_compliance.base", "quadratic_friction.inner")
+    }
+    width = PARAMETERS + 1
+    assert written["coulomb_friction.inner"] == {PARAMETERS, 2 * width}
+    assert written["quadratic_friction.inner"] == {PARAMETERS}
+    assert written["pivot_compliance.base"] == {CART * width + PARAMETERS}
+
+
+def test_of_no_strength_there_are_derivatives_by_strengths_alone():
+    text = module_text([EFFECTS["stribeck_friction.inner"], EFFECTS["backlash.inner"]], "", paper=False)
+    body = ast.unparse(functions(text)["stribeck_friction_inner_motion_at_zero"])
+    assert set(map(int, re.findall(r"rows\[(\d+)\]", body))) == {PARAMETERS, PARAMETERS + 1}
+    z = [0.0] * len(INPUTS)
+    z[VARIABLES.index("omega1")] = 0.2
+    z[INPUTS.index("direction_inner")] = 1.0
+    _, rows = computed(text, "stribeck_friction_inner_motion_at_zero", z, [0.0, 0.0, 0.5], PARAMETERS + 3)
+    assert rows[PARAMETERS : PARAMETERS + 3] == pytest.approx([-1.0, -0.8521437889662113, 0.0])
+    _, rows = computed(text, "backlash_inner_reading_at_zero", z, [0.0], PARAMETERS + 1)
+    assert rows[PARAMETERS] == -0.5
+
+
+def test_a_law_with_states_moves_them_and_reads_them_by_their_places():
+    text = module_text([MINE], "", paper=False)
+    z, width = [float(k) for k in range(len(INPUTS))], PARAMETERS + 2
+    sums, rows = computed(text, "mine_outer_motion", z, [0.5, 0.25], width)
+    omega1, omega2, own = (z[INPUTS.index(name)] for name in ("omega1", "omega2", "own0"))
+    assert sums[PARAMETERS] == -0.5 * own
+    assert rows[width + 1 + VARIABLES.index("own0")] == -0.5
+    assert rows[RATES * width] == (omega2 - omega1) / 0.25
+    assert rows[RATES * width + PARAMETERS + 1] == -(omega2 - omega1) / 0.25**2
+    _, rows = computed(text, "mine_outer_reading", z, [0.5, 0.25], width)
+    assert rows[width] == 0.5 * (z[1] - z[0])
+
+
+@pytest.mark.parametrize("name", ["reading_error", "off at_zero", "class"])
+def test_what_a_law_is_called_changes_nothing_of_what_it_does(name):
+    named = functions(module_text([replace(MINE, name=name)], "", paper=False)).values()
+    mine = functions(module_text([MINE], "", paper=False)).values()
+    assert [list(map(ast.unparse, one.body)) for one in named] == [list(map(ast.unparse, one.body)) for one in mine]
+
+
+def test_laws_that_are_the_same_share_their_code_and_curves_have_none():
+    harmonics = [effect for effect in NAMED if effect.harmonic and effect.joint == "inner"]
+    text = module_text(harmonics, "", paper=False)
+    assert len(functions(text)) == 2  # of no strength, and of some
+    assert text.count('": cogging_torque_inner_motion,') == len(harmonics)
+    assert not functions(module_text([effect for effect in CATALOGUE if effect.curve], "", paper=False))

@@ -1,0 +1,123 @@
+"""Machine code of laws computes what their Python code does, and is made anew where what was kept of it is damaged."""
+
+import ctypes
+import inspect
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cdp_ident.machine import compilation
+from cdp_ident.model.formulas.compiled import _CATALOGUE as LAWS
+from cdp_ident.model.formulas.language import INPUTS, PARAMETERS
+from cdp_ident.model.formulas.machine_code import laws_in
+
+FUNCTIONS = [
+    name for name, function in inspect.getmembers(LAWS, inspect.isfunction)
+    if list(inspect.signature(function).parameters)[:2] == ["z", "p"]
+]  # fmt: skip
+EVERYTHING = """
+from math import *
+
+def everything(z, p, sums, rows):
+    a = z[0]
+    rows[0] = sin(a) + cos(a) + tan(a) + atan(a) + tanh(a) + exp(a) + log(a) + sqrt(a) + abs(-a) + pi
+    rows[1] = (1.0 if a > 1.0 else 0.0) - (1.0 if a < 1.0 else 0.0)
+    rows[2] = (1.0 if a >= z[0] else 0.0)
+    rows[3] = a**2.5 - a/3.0 - (a*a*a)
+    rows[4] += -a
+    sums[0] += p[0]
+"""
+
+
+def call(address, *arrays):
+    numbers = ctypes.POINTER(ctypes.c_double)
+    ctypes.CFUNCTYPE(None, *[numbers] * 4)(address)(*(array.ctypes.data_as(numbers) for array in arrays))
+
+
+def both(function, address, z, p):
+    """Return what Python and what machine code leave in sums and rows."""
+    found = []
+    for run in (function, lambda *arrays: call(address, *arrays)):
+        sums, rows = np.full(3 * PARAMETERS, 0.5), np.full(6 * (PARAMETERS + 3), 0.25)
+        run(z, p, sums, rows)
+        found.append(np.concatenate([sums, rows]))
+    return found
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_every_law_of_the_catalogue_is_the_same_in_machine_code(name):
+    rng = np.random.default_rng(1)
+    for _ in range(3):
+        z, p = rng.normal(size=len(INPUTS)), rng.uniform(0.1, 1.0, 3)
+        in_python, in_machine_code = both(getattr(LAWS, name), laws_in(LAWS.text).of(name), z, p)
+        np.testing.assert_allclose(in_machine_code, in_python, rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize("at", [0.3, 1.0, 2.0])
+def test_every_word_of_laws_code_is_known(tmp_path, monkeypatch, at):
+    monkeypatch.setattr(compilation, "_CACHE_FOLDER", str(tmp_path))
+    scope = {}
+    exec(EVERYTHING, scope)
+    found = both(scope["everything"], laws_in(EVERYTHING).of("everything"), np.array([at]), np.array([2.0]))
+    np.testing.assert_allclose(found[1], found[0], rtol=1e-12)
+
+
+PROGRAM = """
+import resource, sys
+if "full" in sys.argv:
+    resource.setrlimit(resource.RLIMIT_FSIZE, (0, 0))  # every file is full before its first byte
+import ctypes
+from cdp_ident.model.formulas.machine_code import laws_in
+LAW = 'def doubled(z, p, sums, rows):\\n    rows[0] = 2.0*p[0]\\n'
+numbers = (ctypes.c_double * 1)(3.0)
+kept = laws_in(LAW)
+ctypes.CFUNCTYPE(None, *[ctypes.POINTER(ctypes.c_double)] * 4)(kept.of("doubled"))(*[numbers] * 4)
+print(numbers[0])
+"""
+
+
+@pytest.fixture
+def doubled(tmp_path):
+    """Return a function that says what a process gets of a law that doubles 3, whose machine code may be kept."""
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "kept"), "PYTHONPATH": os.pathsep.join(sys.path)}
+
+    def run(*arguments, **changed):
+        done = subprocess.run(
+            [sys.executable, "-c", PROGRAM, *arguments],
+            env=environment | changed, capture_output=True, text=True, check=False,
+        )  # fmt: skip
+        return done.stdout.strip(), done.stderr
+
+    return run
+
+
+@pytest.mark.parametrize(
+    "damage", [lambda code: b"", lambda code: code[:-20] + b"x" * 20, lambda code: code[: len(code) // 2]],
+    ids=["empty", "changed", "cut off"],
+)  # fmt: skip
+def test_damaged_machine_code_is_made_anew(doubled, tmp_path, damage):
+    assert doubled() == ("6.0", "")
+    (kept,) = tmp_path.glob("kept/*/*.o")
+    kept.write_bytes(damage(kept.read_bytes()))
+    assert [doubled(), doubled()] == [("6.0", "")] * 2
+
+
+@pytest.mark.parametrize(
+    ("arguments", "changed"),
+    [
+        ([], {"NUMBA_CACHE_DIR": "", "XDG_CACHE_HOME": "/proc/nowhere"}),
+        (["full"], {}),
+        ([], {"NUMBA_CACHE_DIR": "", "XDG_CACHE_HOME": "", "HOME": "/proc/nowhere"}),
+    ],
+    ids=["read-only", "full disk", "no home"],
+)
+def test_without_a_place_for_it_machine_code_is_made_all_the_same_and_nothing_is_left(
+    doubled, tmp_path, arguments, changed
+):
+    (tmp_path / "temporary").mkdir()
+    assert doubled(*arguments, **changed, TMPDIR=str(tmp_path / "temporary")) == ("6.0", "")
+    assert list(Path(tmp_path / "temporary").iterdir()) == []

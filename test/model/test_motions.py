@@ -1,0 +1,326 @@
+"""Motions are the reference's, with nothing but what they were given in them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import sympy
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.linalg import eigh, expm
+
+from cdp_ident.errors import OptionError
+from cdp_ident.model.acting import ActingEffects
+from cdp_ident.model.effects.catalogue import CATALOGUE
+from cdp_ident.model.motions import InitialValueProblem, motions, simulate
+from cdp_ident.model.parameters import SYMBOLS, groups_of, physical_coefficients
+from cdp_ident.model.time_grid import DEFAULT_STEP, TimeGrid
+from reference import pendulum
+from reference.pendulum import TABLE_2, TABLE_3, TABLE_5, TIME
+from reference.strategies import pendulums, starts
+
+ON_THE_GRID = np.arange(0, 10.0005, 0.005)
+ANYWHERE = np.sort(np.random.default_rng(7).uniform(0, 10, 1500))
+SWAYING_CART = 0.1 * sympy.sin(2 * TIME)
+A_SECOND = np.linspace(0, 1, 51)
+HANGING = np.array([np.pi, np.pi, 0.0, 0.0])
+
+
+def largest_difference(values, start, times, step, cart=pendulum.AT_REST):
+    """Return the largest difference of angles [rad] and of velocities [rad/s] between simulation and reference."""
+    u = pendulum.cart_acceleration(cart, TimeGrid.over(times, step).half_step_times())
+    simulated = simulate(physical_coefficients(values), np.asarray(start), times, u, step)
+    difference = np.abs(simulated - pendulum.motion(values, start, times, cart))
+    return difference[:, :2].max(), difference[:, 2:].max()
+
+
+@pytest.mark.parametrize("values", [TABLE_2, TABLE_5], ids=["table 2", "table 5"])
+@pytest.mark.parametrize("times", [ON_THE_GRID, ANYWHERE], ids=["on the grid", "anywhere"])
+def test_the_papers_motion_is_the_references_to_a_microradian_at_the_default_step(values, times):
+    angles, velocities = largest_difference(values, TABLE_3, times, DEFAULT_STEP)
+    assert angles < 1e-6
+    assert velocities < 1e-5
+
+
+@pytest.mark.parametrize("times", [ON_THE_GRID, ANYWHERE], ids=["on the grid", "anywhere"])
+def test_the_papers_motion_is_the_references_to_ten_nanoradians_at_a_step_of_a_millisecond(times):
+    angles, velocities = largest_difference(TABLE_5, TABLE_3, times, 0.001)
+    assert angles < 1e-8
+    assert velocities < 1e-7
+
+
+@pytest.mark.parametrize(("step", "limit"), [(DEFAULT_STEP, 1e-6), (0.001, 1e-8)])
+def test_a_moving_cart_drives_the_rods_as_in_the_reference(step, limit):
+    angles, _ = largest_difference(TABLE_5, TABLE_3, ANYWHERE, step, SWAYING_CART)
+    assert angles < limit
+
+
+def test_a_moving_cart_makes_a_difference():
+    times = ON_THE_GRID
+    at_rest = pendulum.motion(TABLE_5, TABLE_3, times)
+    assert np.abs(pendulum.motion(TABLE_5, TABLE_3, times, SWAYING_CART) - at_rest).max() > 0.1
+
+
+@given(values=pendulums(), start=starts())
+def test_any_pendulum_moves_as_in_the_reference(values, start):
+    angles, velocities = largest_difference(values, start, A_SECOND, 0.0005)
+    assert angles < 1e-7
+    assert velocities < 1e-5
+
+
+def test_the_error_falls_with_the_fourth_power_of_the_step():
+    coarse, _ = largest_difference(TABLE_2, TABLE_3, A_SECOND, 0.004)
+    fine, _ = largest_difference(TABLE_2, TABLE_3, A_SECOND, 0.002)
+    assert 12 < coarse / fine < 24
+
+
+@given(values=pendulums(friction=False), start=starts())
+def test_energy_is_kept_without_friction(values, start):
+    states = simulate(physical_coefficients(values), start, np.linspace(0, 3, 301), step=0.0005)
+    energy = pendulum.energy(values, states)
+    # What energy can differ by at all is between both rods hanging and both upright.
+    scale = np.ptp(pendulum.energy(values, np.array([[0.0, 0, 0, 0], HANGING])))
+    assert np.ptp(energy) < 1e-6 * scale
+
+
+@given(values=pendulums(), start=starts())
+def test_energy_falls_at_all_times_with_friction(values, start):
+    # A pendulum that begins at rest in a balance loses nothing.
+    start[2:] += np.where(start[2:] < 0, -0.5, 0.5)
+    states = simulate(physical_coefficients(values), start, np.linspace(0, 3, 301), step=0.0005)
+    energy = pendulum.energy(values, states)
+    scale = np.ptp(pendulum.energy(values, np.array([[0.0, 0, 0, 0], HANGING])))
+    assert np.all(np.diff(energy) < 1e-9 * scale)
+    assert energy[-1] < energy[0] - 1e-4 * scale
+
+
+def linearised_about_hanging(values):
+    """Return inertia, friction and stiffness (2, 2) of small motions, written down by hand from the masses."""
+    m1, m2, m0, l1, l2, J1, J2, c1, c2, L, g = (values[symbol] for symbol in (*SYMBOLS, "L", "g"))
+    A22, A23, A33 = m1 * l1**2 + J1 + (m2 + m0) * L**2, m2 * L * l2, m2 * l2**2 + J2
+    inertia = np.array([[A22, A23], [A23, A33]])
+    friction = np.array([[c1 + c2, -c2], [-c2, c2]])
+    stiffness = g * np.diag([m1 * l1 + (m2 + m0) * L, m2 * l2])
+    return inertia, friction, stiffness
+
+
+@pytest.mark.parametrize("mode", [0, 1], ids=["together", "against each other"])
+@given(values=pendulums(friction=False))
+def test_small_motions_about_hanging_have_the_analytic_eigenfrequencies(mode, values):
+    inertia, _, stiffness = linearised_about_hanging(values)
+    squared_frequencies, shapes = eigh(stiffness, inertia)
+    frequency, shape = np.sqrt(squared_frequencies[mode]), shapes[:, mode] / np.abs(shapes[:, mode]).max()
+    assert (shape[0] * shape[1] > 0) == (mode == 0)
+    amplitude, times = 1e-5, np.linspace(0, 5, 200)
+    start = HANGING + amplitude * np.array([*shape, 0, 0])
+    states = simulate(physical_coefficients(values), start, times, step=0.001)
+    expected = amplitude * np.outer(np.cos(frequency * times), shape)
+    np.testing.assert_allclose(states[:, :2] - np.pi, expected, atol=1e-5 * amplitude)
+
+
+@given(values=pendulums())
+def test_small_motions_about_hanging_die_away_as_the_linear_equations_say(values):
+    inertia, friction, stiffness = linearised_about_hanging(values)
+    system = np.zeros((4, 4))
+    system[:2, 2:] = np.eye(2)
+    system[2:] = -np.linalg.solve(inertia, np.hstack([stiffness, friction]))
+    small = 1e-5 * np.array([1.0, -0.5, 3.0, 2.0])
+    times = np.linspace(0, 2, 21)
+    states = simulate(physical_coefficients(values), HANGING + small, times, step=0.001)
+    expected = np.array([expm(system * time) @ small for time in times])
+    np.testing.assert_allclose(states - HANGING, expected, atol=1e-9)
+
+
+@given(values=pendulums(), start=starts(), factor=st.floats(1e-3, 1e3))
+def test_scaling_all_masses_inertias_and_frictions_changes_no_motion(values, start, factor):
+    scaled = {symbol: value * (1 if symbol in ("l1", "l2", "L", "g") else factor) for symbol, value in values.items()}
+    states = [simulate(physical_coefficients(each), start, A_SECOND) for each in (values, scaled)]
+    np.testing.assert_allclose(states[0], states[1], atol=1e-8)
+
+
+@pytest.mark.parametrize("cart", [pendulum.AT_REST, SWAYING_CART], ids=["cart at rest", "cart moving"])
+def test_different_pendulums_with_the_same_groups_move_alike(cart):
+    # Mass goes from the encoder into the inner rod's centre and inertia so that A22 and a1 stay: not a scaling.
+    other, shifted = dict(TABLE_5), 0.02
+    moment = TABLE_5["m1"] * TABLE_5["l1"] + shifted * TABLE_5["L"]
+    inertia = TABLE_5["J1"] + TABLE_5["m1"] * TABLE_5["l1"] ** 2 + shifted * TABLE_5["L"] ** 2
+    other["m0"] -= shifted
+    other["m1"] *= 1.1
+    other["l1"] = moment / other["m1"]
+    other["J1"] = inertia - other["m1"] * other["l1"] ** 2
+    groups = [groups_of(np.array([each[symbol] for symbol in SYMBOLS]), each["L"]) for each in (TABLE_5, other)]
+    np.testing.assert_allclose(groups[0], groups[1], rtol=1e-12)
+    motions = [pendulum.motion(each, TABLE_3, ON_THE_GRID, cart) for each in (TABLE_5, other)]
+    np.testing.assert_allclose(motions[0], motions[1], atol=1e-8)
+
+
+def test_every_group_shows_in_the_papers_motion():
+    coefficients = physical_coefficients(TABLE_5)
+    columns = []
+    for group in range(5):
+        moved = coefficients.copy()
+        moved[group] *= 1 + 1e-6
+        change = simulate(moved, np.array(TABLE_3), ON_THE_GRID) - simulate(
+            coefficients, np.array(TABLE_3), ON_THE_GRID
+        )
+        columns.append(change[:, :2].ravel() / 1e-6)
+    singular = np.linalg.svd(np.array(columns), compute_uv=False)
+    assert singular[-1] > 1e-4 * singular[0]
+
+
+@given(start=starts(), turns=st.tuples(st.integers(-20, 20), st.integers(-20, 20)))
+def test_whole_turns_of_the_start_change_nothing_else(start, turns):
+    coefficients, whole = physical_coefficients(TABLE_5), 2 * np.pi * np.array([*turns, 0, 0])
+    np.testing.assert_allclose(
+        simulate(coefficients, start + whole, A_SECOND) - whole, simulate(coefficients, start, A_SECOND), atol=1e-8
+    )
+
+
+@given(start=starts())
+def test_the_mirror_image_of_a_motion_is_a_motion(start):
+    coefficients = physical_coefficients(TABLE_5)
+    np.testing.assert_allclose(
+        simulate(coefficients, -start, A_SECOND), -simulate(coefficients, start, A_SECOND), atol=1e-9
+    )
+
+
+def test_the_motion_at_a_time_does_not_depend_on_the_other_times_asked_for():
+    coefficients, start = physical_coefficients(TABLE_5), np.array(TABLE_3)
+    some = ANYWHERE[::7]
+    np.testing.assert_array_equal(simulate(coefficients, start, some), simulate(coefficients, start, ANYWHERE)[::7])
+
+
+def test_at_time_zero_the_motion_is_at_its_start():
+    start = np.array(TABLE_3)
+    np.testing.assert_array_equal(simulate(physical_coefficients(TABLE_2), start, np.array([0.0, 0.0]))[1], start)
+
+
+GOOD = physical_coefficients(TABLE_2)
+
+
+@pytest.mark.parametrize(
+    ("coefficients", "start", "times", "u", "step", "message"),
+    [
+        (GOOD[:6], TABLE_3, [0.0, 1.0], None, 0.005, "7 finite coefficients"),
+        (GOOD * np.nan, TABLE_3, [0.0, 1.0], None, 0.005, "7 finite coefficients"),
+        (GOOD, TABLE_3[:3], [0.0, 1.0], None, 0.005, "start of 4"),
+        (GOOD, (np.inf, 0, 0, 0), [0.0, 1.0], None, 0.005, "finite"),
+        (GOOD, TABLE_3, [], None, 0.005, "list of finite times"),
+        (GOOD, TABLE_3, [0.0, np.nan], None, 0.005, "list of finite times"),
+        (GOOD, TABLE_3, [1.0, 0.5], None, 0.005, "must ascend"),
+        (GOOD, TABLE_3, [-0.1, 0.5], None, 0.005, "before its start"),
+        (GOOD, TABLE_3, [0.0, 1.0], None, 0.0, "must be positive"),
+        (GOOD, TABLE_3, [0.0, 1.0], None, np.nan, "must be positive"),
+        (GOOD, TABLE_3, [0.0, 1.0], [0.0] * 400, 0.005, "401 half steps"),
+    ],
+)
+def test_arguments_that_make_no_sense_are_refused(coefficients, start, times, u, step, message):
+    with pytest.raises(OptionError, match=message):
+        simulate(np.asarray(coefficients), np.asarray(start), np.asarray(times), u, step)
+
+
+EFFECTS = {effect.key: effect for effect in CATALOGUE}
+TOGETHER = ("stribeck_friction.inner", "load_friction.outer", "geared_rotor.outer", "impulse.inner", "backlash.outer")
+KEYS = pytest.mark.parametrize("keys", [(), TOGETHER, ("presliding_friction.inner",)], ids=len)
+
+
+def window(rng, keys=(), samples=100, step=0.005, start=TABLE_3):
+    """A motion that is like no other one: samples anywhere between steps, its own start, cart, pendulum and effects."""
+    grid = TimeGrid.over(np.sort(rng.uniform(0.0, 0.01 * samples, samples)), step)
+    coefficients = physical_coefficients(TABLE_5) * rng.uniform(0.98, 1.02, 7)
+    effects = [
+        (EFFECTS[key], [p.typical * (1.0 if p.fixed else rng.uniform(0.8, 1.2)) for p in EFFECTS[key].parameters])
+        for key in keys
+    ]
+    return InitialValueProblem(
+        coefficients,
+        np.array(start) + rng.normal(scale=0.1, size=4),
+        grid,
+        0.5 * np.sin(rng.uniform(1.0, 5.0) * grid.half_step_times()),
+        ActingEffects.of(effects, 0.4, fitted=True),
+    )
+
+
+def of_each(found):
+    """Return all that was computed of each motion."""
+    samples = zip(found.bounds[:-1], found.bounds[1:], strict=True)
+    return [
+        (found.readings[first:end], found.by[first:end], found.ends[k], found.ends_by[k])
+        for k, (first, end) in enumerate(samples)
+    ]
+
+
+def assert_same(found, expected):
+    for ours, theirs in zip(found, expected, strict=True):
+        np.testing.assert_array_equal(ours, theirs)
+
+
+@KEYS
+def test_the_company_of_a_motion_changes_no_bit_of_it(keys):
+    rng = np.random.default_rng(4)
+    kinds = ((100, 0.005), (1, 0.005), (30, 0.002), (90, 0.02), (2, 0.01))
+    problems = [window(rng, keys, samples, step) for samples, step in kinds]
+    together = of_each(motions(problems, derive=True))
+    for problem, found in zip(problems, together, strict=True):
+        (alone,) = of_each(motions([problem], derive=True))
+        assert_same(found, alone)
+
+
+@KEYS
+def test_a_motion_is_the_same_with_and_without_derivatives_and_with_fewer_of_them(keys):
+    problem = window(np.random.default_rng(5), keys)
+    every, none = motions([problem], derive=True), motions([problem])
+    few = motions([replace(problem, effects=problem.effects.without_directions())], derive=True)
+    states = problem.effects.states
+    assert (every.by.shape[2], few.by.shape[2], none.by.shape[2]) == (problem.effects.directions, states, 0)
+    for other in (few, none):
+        np.testing.assert_allclose(other.readings, every.readings, rtol=0, atol=1e-10)
+    np.testing.assert_allclose(few.by, every.by[..., :states], rtol=1e-6, atol=1e-8)
+
+
+@pytest.mark.parametrize("start", [(3.0, 3.0, 1e5, -1e5), (3.0, np.nan, 0.0, 0.0)], ids=["senseless", "no number"])
+@KEYS
+def test_a_motion_that_cannot_be_computed_is_no_number_and_costs_no_other_one_its_own(keys, start):
+    rng = np.random.default_rng(2)
+    good = [window(rng, keys) for _ in range(3)]
+    bad = [good[0], replace(good[1], start=np.array(start)), *good[1:]]
+    found, expected = of_each(motions(bad, derive=True)), of_each(motions(good, derive=True))
+    assert all(np.all(np.isnan(of_bad)) for of_bad in found.pop(1))
+    for ours, theirs in zip(found, expected, strict=True):
+        assert_same(ours, theirs)
+
+
+@KEYS
+def test_a_motion_that_breaks_off_keeps_what_was_computed(keys):
+    problem = window(np.random.default_rng(3), keys)
+    # A cart that is pushed away after half of the time turns the rods ever faster.
+    halves = problem.grid.half_step_times()
+    pushed = motions([replace(problem, u=np.where(halves < 0.5, problem.u, 1e7))], derive=True)
+    lost = np.isnan(pushed.readings).all(axis=1)
+    assert 0 < lost.sum() < len(lost)
+    assert np.all(np.diff(lost.astype(int)) >= 0)
+    before = problem.grid.place * problem.grid.step < 0.45
+    np.testing.assert_array_equal(pushed.readings[before], motions([problem], derive=True).readings[before])
+    assert np.all(np.isnan(pushed.by[lost]))
+    assert np.all(np.isnan(pushed.ends))
+
+
+def test_a_start_is_cut_or_filled_up_with_zeros():
+    problem = window(np.random.default_rng(6), ("pivot_compliance.base.oscillating",))
+    short, whole = (replace(problem, start=np.append(problem.start, more)) for more in ([], [0.0, 0.0]))
+    long = replace(problem, start=np.append(problem.start, [0.0, 0.0, 5.0]))
+    assert_same(*(of_each(motions([one]))[0] for one in (short, whole)))
+    assert_same(*(of_each(motions([one]))[0] for one in (long, whole)))
+
+
+def test_states_are_asked_for_in_the_place_of_readings_and_end_where_the_last_step_does():
+    problem = window(np.random.default_rng(7), ("encoder_offset.inner", "pivot_compliance.base.oscillating"))
+    shown, states = motions([problem], derive=True), motions([problem], derive=True, shown=False)
+    assert (len(shown.states), len(states.readings)) == (0, 0)
+    assert states.by.shape == (100, 6, problem.effects.directions)
+    np.testing.assert_array_equal(shown.ends, states.ends)
+    seen = states.states[:, :2] - np.append([[0.0]] * 100, states.states[:, :1], axis=1)
+    offset = problem.effects.values[0]
+    np.testing.assert_allclose(shown.readings - seen, np.tile([offset, 0.0], (100, 1)), rtol=0, atol=1e-12)
+    at_end = replace(problem.grid, place=np.array([float(problem.grid.steps)]))
+    np.testing.assert_allclose(motions([replace(problem, grid=at_end)], shown=False).states, states.ends, atol=1e-12)

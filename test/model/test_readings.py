@@ -1,0 +1,200 @@
+"""What encoders show of a motion: their errors, play, lateness and a rod that bends, as described independently."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cdp_ident.model.acting import ActingEffects
+from cdp_ident.model.effects.catalogue import CATALOGUE
+from cdp_ident.model.effects.effect import JOINTS
+from cdp_ident.model.motions import InitialValueProblem, motions, readings_of, simulate
+from cdp_ident.model.parameters import physical_coefficients
+from cdp_ident.model.time_grid import TimeGrid
+from reference import encoders, hidden_effects
+from reference.dry_friction import DryFriction
+from reference.encoders import Turned, joint_angles
+from reference.mechanics import Rig
+from reference.pendulum import TABLE_5
+from reference.plant import Plant
+from reference.sticking import path
+
+V = TABLE_5
+A22 = V["m1"] * V["l1"] ** 2 + V["J1"] + (V["m2"] + V["m0"]) * V["L"] ** 2
+COMPLIANCE = 2e-3
+"""Deflection of the inner rod's end over the force there [m/N]."""
+SAG = COMPLIANCE * (V["m2"] + V["m0"]) * V["g"] / V["L"]
+SWING = COMPLIANCE * V["m2"] * V["l2"] * V["g"] / V["L"] ** 2
+COEFFICIENTS = physical_coefficients(V)
+START = np.array([np.pi + 1.3, np.pi - 1.9, 0.0, 0.0])
+TIME = 0.05 + np.arange(200) / 100.0
+DENSE = np.arange(41001) / 2e4
+EFFECTS = {effect.key: effect for effect in CATALOGUE}
+PHASE = np.random.default_rng(0).uniform(-math.pi, math.pi)
+"""Of an eccentric disc, as the independent description draws it [rad]."""
+
+
+def rods(times):
+    """Return the motion of the paper's model (n, 4)."""
+    return simulate(COEFFICIENTS, START, times, step=0.001)
+
+
+def problem(effects, start=START, time=TIME, begin=0.0):
+    """Return a motion with effects, given by key or as they are."""
+    chosen = [(EFFECTS.get(effect, effect), values) for effect, *values in effects]
+    grid = TimeGrid.over(time, 0.001).extended(0.05)
+    acting = ActingEffects.of(chosen, 0.4, fitted=True)
+    return InitialValueProblem(COEFFICIENTS, start, grid, np.zeros(2 * grid.steps + 1), acting, begin)
+
+
+def shown(*effects, **given):
+    return motions([problem(effects, **given)]).readings
+
+
+def in_joints(described, size, *values):
+    return [(f"{described(joint).name}.{joint}", values, described(joint), size) for joint in JOINTS]
+
+
+def eccentric(joint):
+    return hidden_effects.eccentricity(joint, np.random.default_rng(0))
+
+
+DESCRIBED = [
+    *in_joints(hidden_effects.offset, 0.02, 0.02),
+    *in_joints(hidden_effects.scale, 0.03, 0.03),
+    *in_joints(lambda joint: hidden_effects.slip(joint, 0, 0.7), 0.1, 0.1, 0.7),
+    *in_joints(hidden_effects.backlash, 0.04, 0.08),
+    # The inner one's wave is over the angle from upright.
+    ("encoder_eccentricity.inner", (-0.03 * np.cos(PHASE), -0.03 * np.sin(PHASE)), eccentric("inner"), 0.03),
+    ("encoder_eccentricity.outer", (0.03 * np.cos(PHASE), 0.03 * np.sin(PHASE)), eccentric("outer"), 0.03),
+    ("time_offset.outer", (0.0123,), hidden_effects.late(), 0.0123),
+    ("rod_flex.inner", (SAG, SWING), hidden_effects.flex(), COMPLIANCE),
+]
+
+
+@pytest.mark.parametrize(("key", "values", "other", "size"), DESCRIBED, ids=[key for key, *_ in DESCRIBED])
+def test_an_encoder_shows_what_an_independent_description_says(key, values, other, size):
+    plain = shown()
+    if "backlash" in key:
+        turned = other.reading(DENSE, rods, V, size)
+        expected = np.stack([np.interp(TIME, DENSE, one) for one in turned.T], axis=1)
+    else:
+        expected = other.reading(TIME, rods, V, size)
+    assert np.abs(expected).max() > 1e-3
+    assert np.abs(shown((key, *values)) - plain - expected).max() < 2e-6
+
+
+@pytest.mark.parametrize("joint", [0, 1])
+@pytest.mark.parametrize("delay", [0.0123, -0.0123], ids=["late", "early"])
+@pytest.mark.parametrize("beside", [False, True], ids=["alone", "beside other effects"])
+def test_either_encoder_may_be_late_or_early(joint, delay, beside):
+    late = replace(EFFECTS["time_offset.outer"], joint=JOINTS[joint])
+    others = [(f"{name}.{JOINTS[joint]}", 0.05) for name in ("encoder_scale", "backlash") if beside]
+    others += [("rod_flex.inner", SAG, SWING)] * beside
+    found = motions([problem([(late, delay), *others])], derive=True)
+    then, now = shown(*others, time=TIME - delay), shown(*others)
+    then[:, 1 - joint] = now[:, 1 - joint]
+    np.testing.assert_allclose(found.readings, then, rtol=0, atol=1e-9)
+    sides = [shown((late, delay + step), *others) for step in (1e-6, -1e-6)]
+    expected = (sides[0] - sides[1]) / 2e-6
+    assert np.abs(found.by[..., found.ends.shape[1] + 7] - expected).max() < 1e-4 * np.abs(expected).max()
+
+
+@pytest.mark.parametrize("joint", JOINTS)
+def test_an_encoder_with_play_stays_within_the_gap_and_where_it_is_until_it_is_pushed(joint):
+    column, gap = JOINTS.index(joint), 0.2
+    found = motions([problem([(f"backlash.{joint}", gap)])], shown=False).states
+    side, turned = found[:, 4], shown((f"backlash.{joint}", gap))[:, column]
+    angle = found[:, 0] if column == 0 else found[:, 1] - found[:, 0]
+    np.testing.assert_allclose(turned - angle, -0.5 * gap * side, atol=1e-9)
+    assert np.abs(side).max() == pytest.approx(1.0, abs=1e-10)
+    pushed = np.abs(side) > 1.0 - 1e-9
+    between = ~pushed[1:] & ~pushed[:-1]
+    assert 0.02 < np.mean(between) < 0.7
+    # From sample to sample it is where it was, unless it was pushed in the meantime.
+    assert np.median(np.abs(np.diff(turned)[between])) < 1e-7
+
+
+def test_an_encoder_with_play_whose_joint_rests_goes_on_to_show_what_it_showed():
+    hanging = np.array([np.pi, np.pi, 0.0, 0.0, 0.3])
+    assert shown(("backlash.inner", 0.1), start=hanging)[:, 0] == pytest.approx(np.pi - 0.015, abs=1e-12)
+
+
+@pytest.mark.parametrize("joint", JOINTS)
+def test_at_no_gap_the_derivative_by_it_is_against_the_motion(joint):
+    given, column = problem([(f"backlash.{joint}", 0.0)]), JOINTS.index(joint)
+    found, states = motions([given], derive=True), motions([given], shown=False).states
+    np.testing.assert_allclose(found.readings, shown(), rtol=0, atol=1e-6)
+    speed = states[:, 2] if joint == "inner" else states[:, 3] - states[:, 2]
+    assert found.by[:, column, -1] == pytest.approx(-0.5 * np.sign(speed))
+    assert not found.by[:, 1 - column, -1].any()
+
+
+@given(st.lists(st.integers(1, 190), max_size=5), st.sampled_from(["backlash.outer", "presliding_friction.inner"]))
+def test_a_motion_goes_on_from_where_a_piece_of_it_ended(cuts, key):
+    effect = (key, *(p.typical for p in EFFECTS[key].parameters))
+    bounds, time, start, pieces = [0, *sorted({5 * cut for cut in cuts})], 1e-3 * np.arange(1, 1001), START, []
+    for first, last in zip(bounds, [*bounds[1:], 1000], strict=True):
+        piece = problem([effect], start, time[: last - first])
+        piece = replace(piece, grid=TimeGrid.over(time[: last - first], 0.001))
+        found = motions([piece])
+        pieces.append(found.readings)
+        start = found.ends[0]
+    np.testing.assert_allclose(np.concatenate(pieces), shown(effect, time=time), rtol=0, atol=1e-7)
+
+
+@given(
+    st.lists(st.tuples(st.floats(0.1, 1.0), st.floats(1.0, 8.0)), min_size=1, max_size=3), st.floats(0.01, 0.3)
+)  # fmt: skip
+def test_an_encoder_with_play_follows_a_given_motion_as_described_independently(waves, gap):
+    time = 5e-4 * np.arange(4000)
+    angle = sum(size * (1.0 - np.cos(rate * time)) for size, rate in waves)
+    speed = sum(size * rate * np.sin(rate * time) for size, rate in waves)
+    given = np.zeros((len(time), 7))
+    given[:, 0], given[:, 2] = angle, speed
+    acting = ActingEffects.of([(EFFECTS["backlash.inner"], [gap])], 0.4)
+    found = readings_of(COEFFICIENTS, given, np.zeros((2, 1)), 5e-4, acting)
+    expected = hidden_effects.backlash("inner").reading(time, lambda times: given[:, :4], V, 0.5 * gap)[:, 0]
+    np.testing.assert_allclose(found[:, 0] - angle, expected, atol=1e-5)
+
+
+@pytest.mark.parametrize("torque", [0.0, 0.5])
+def test_a_rod_that_bends_does_so_as_described_independently_also_where_joints_stick(torque):
+    time = np.arange(201) / 100.0
+    plant = Plant(Rig(V), DryFriction(torque), DryFriction(0.2 * torque)) if torque else Plant(Rig(V))
+    moved = path(plant, START, time)
+    turned = Turned(V, moved, joint_angles(moved))
+    described = turned.joints + encoders.rod_flex(COMPLIANCE)(turned) + [np.pi, 0.0]
+    sizes = zip(JOINTS, (torque / A22, 0.2 * torque / A22), strict=True)
+    friction = [(f"coulomb_friction.{joint}", size) for joint, size in sizes if torque]
+    found = shown(("rod_flex.inner", SAG, SWING), *friction, time=time)
+    assert np.abs(described - turned.joints - [np.pi, 0.0]).max() > 2e-3
+    assert np.abs(found - described).max() < 1e-6
+    if torque:
+        assert np.any(np.diff(moved.states[:, 0]) == 0.0)
+
+
+def test_derivatives_by_a_bend_that_is_not_there_are_what_it_would_add():
+    found = motions([problem([("rod_flex.inner", 0.0, 0.0)])], derive=True)
+    np.testing.assert_allclose(found.readings, shown(), rtol=0, atol=1e-12)
+    both = shown(("rod_flex.inner", SAG, SWING))
+    assert found.readings + found.by[..., -2:] @ [SAG, SWING] == pytest.approx(both, abs=1e-12)
+
+
+def bend(theta1, theta2=0.0, alpha1=0.0, cart=0.0):
+    """Return by how much both encoders are off, given a rod that is bent by its own weight alone."""
+    acting = ActingEffects.of([(EFFECTS["rod_flex.inner"], [1.0, 0.0])], 0.4)
+    motion = np.array([[theta1, theta2, 0.0, 0.0, alpha1, 0.0, cart]])
+    return (readings_of(COEFFICIENTS, motion, np.zeros((2, 0)), 0.01, acting) - [theta1, theta2 - theta1])[0]
+
+
+def test_a_rod_that_falls_freely_along_its_end_is_straight():
+    assert bend(0.7, 0.2, V["g"] * np.sin(0.7) / V["L"]) == pytest.approx([0.0, 0.0], abs=1e-12)
+
+
+def test_a_cart_that_is_pushed_bends_the_rod_as_gravity_along_it_would():
+    assert bend(0.5 * np.pi) == pytest.approx([-1.0, -0.5])
+    assert bend(0.0, cart=-V["g"]) == pytest.approx([-1.0, -0.5])
