@@ -37,7 +37,7 @@ def compiling(command: type[Command]) -> type[Command]:
         nowhere = subprocess.DEVNULL
         laws = [sys.executable, "-m", f"{NAME}.model.formulas.generated"]
         subprocess.run(laws, cwd=ROOT, stdin=nowhere, stdout=nowhere, stderr=nowhere, check=False)
-        loops = [sys.executable, "-m", f"{NAME}.fit.compile_ahead"]
+        loops = [sys.executable, "-m", f"{NAME}.pipeline.compile_ahead"]
         with ExitStack() as stack:
             for way in ([], ["backwards"]):  # for two cores
                 stack.enter_context(

@@ -87,7 +87,7 @@ def chosen(found: Identification) -> Found:
     spread, unknown = covariance(after.fit), [np.nan] * len(selection.without)
     left = unexplained(after, found.data.noise, found.data.names, found.inertia.value, spread)
     inertia = Inertia.of(after.model, after.fit.values, spread, found.physical)
-    effects = found_effects(selection, after, unknown, spread, inertia)
+    effects = found_effects(selection, after, after.fit, unknown, spread, inertia)
     alike = tuple(effect.curve.likeness for effect in effects if effect.curve)
     return replace(_answer(selection, before, after, left), alike=alike)
 

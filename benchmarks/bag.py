@@ -55,7 +55,7 @@ def by_identify(trial: Trial) -> Array:
 
 def by_tracing(trial: Trial) -> Array:
     """Return them by this package, effects looked for."""
-    return trace(identify([trial], [], IdentifyOptions())).after.fit.values[: len(GROUPS)]
+    return trace(identify([trial], [], IdentifyOptions())).completed.fit.values[: len(GROUPS)]
 
 
 def by_mujoco(trial: Trial) -> Array:

@@ -23,12 +23,9 @@ from benchmarks._product import identified
 from benchmarks._tables import Table
 from benchmarks.chance import RIG
 from cdp_ident.diagnosis.identifiability import CONFIDENCE
-from cdp_ident.diagnosis.joined_windows import jumps
-from cdp_ident.diagnosis.uncertainty import covariance
 from cdp_ident.fit.refinement import Fit
 from cdp_ident.model.parameters import GROUPS, SYMBOLS, groups_of, inertia_about_cart
-from cdp_ident.tracing.in_doubt import added_covariance, effects_in_doubt
-from cdp_ident.tracing.trace import select_effects
+from cdp_ident.tracing.trace import trace
 from reference.encoders import Counter
 from reference.settings import Setting
 from reference.truths import Hidden, truth
@@ -71,10 +68,8 @@ def examine(job: str) -> Kept:
     kind = "none" if visible is None else EFFECTS[int(seed) % len(EFFECTS)]
     made = truth(kind, int(seed), visible=visible, setting=_setting(noise, int(rate), int(seed)))
     found = identified(made)
-    selection, _ = select_effects(found)
-    fit = selection.after.fit
-    added = added_covariance(effects_in_doubt(fit))
-    spread = covariance(fit) + added
+    traced = trace(found)
+    fit, spread = traced.completed.fit, traced.covariance
     physical = np.array([made.setting.values[symbol] for symbol in SYMBOLS])
     length = made.setting.values["L"]
     off = fit.values[: len(GROUPS)] - groups_of(physical, length)
@@ -87,40 +82,8 @@ def examine(job: str) -> Kept:
         "found": [f"{active.effect.name}.{active.effect.joint}" for active in fit.model.effects],
         "base": base.tolist(),
         "effects": of_effects,
-        "joined": _joined(fit, added, off),
+        "whole": traced.whole is not None,
     }
-
-
-def _joined(fit: Fit, added: npt.NDArray[np.float64] | float, off: npt.NDArray[np.float64]) -> Kept | None:
-    """Return deviations of base parameters with windows joined, and how many times narrower intervals are then.
-
-    `added` is the covariance by effects in doubt.
-    """
-    spread = covariance(fit)
-    found = jumps(fit, spread)
-    if found is None or not found.join:
-        return None
-    place = slice(len(GROUPS))
-    std, before = (np.sqrt(np.diag(of + added)[place]) for of in (found.covariance, spread))
-    moved = off + (found.values - fit.values)[place]
-    return {"base": (moved / std).tolist(), "narrower": (before / std).tolist()}
-
-
-def joined_table(results: Sequence[Kept]) -> Table:
-    """Return a row for each noise: how often windows join, and what that does to intervals of base parameters."""
-    rows = []
-    for noise in NOISES:
-        those = [r for r in results if r["job"].startswith(f"{noise}/") and "/faint/" not in r["job"] and "joined" in r]
-        right = [r for r in those if r["found"] == ([r["hidden"]] if r["hidden"] else [])]
-        if joined := [r["joined"] for r in right if r["joined"]]:
-            narrower = np.median([of["narrower"] for of in joined], axis=0)
-            each = ", ".join(f"{ratio:.1f}" for ratio in narrower)
-            rows.append((noise, f"{len(joined)} of {len(right)}", each, _held(joined, "base")))
-    return Table(
-        "Windows joined, where nothing or a clear effect is hidden and it alone was found",
-        ("noise", "joined", "times narrower: " + ", ".join(group.symbol for group in GROUPS), "hold the true value"),
-        rows,
-    )
 
 
 def _setting(noise: str, rate: int, seed: int) -> Setting:
@@ -194,8 +157,7 @@ def main(arguments: Sequence[str] = ()) -> None:
     if options.write:
         PAGE.write_text(written(PAGE.read_text(encoding="utf-8"), results), encoding="utf-8")
     else:
-        for made in (table(results), joined_table(results)):
-            Console(width=None if sys.stdout.isatty() else 140).print(made.for_terminal())
+        Console(width=None if sys.stdout.isatty() else 140).print(table(results).for_terminal())
 
 
 def short() -> None:

@@ -131,7 +131,7 @@ def _compared(case: Case, found: Trace) -> Result:
     if found.failure:
         return Result(case, f"failed: {found.failure}")
     count = len(GROUPS)
-    values, stds = found.after.fit.values[:count], np.sqrt(np.diag(found.covariance)[:count])
+    values, stds = found.completed.fit.values[:count], np.sqrt(np.diag(found.covariance)[:count])
     keys = [e.active.effect.key for e in found.effects if e.certainty != "acts_like"]
     return Result(
         case,

@@ -28,7 +28,9 @@ class Data:
     """Trials cut into windows."""
 
     trials: tuple[Trial, ...]
-    """Those to fit, then those that are held out as a whole."""
+    """Those to fit, then those that are held out as a whole, with breaks where their roles change, and averaged."""
+    measured: tuple[Trial, ...]
+    """The same as they were measured."""
     fit: tuple[Window, ...]
     """What is fitted."""
     folds: tuple[tuple[int, ...], ...]
@@ -111,8 +113,8 @@ def prepare(
     if len(fit) < 2 or not holdout:
         raise IdentificationError("the trials have too few samples to fit and to evaluate the fit: record longer ones")
     typical = float(np.median([window.duration for window in (*fit, *holdout)]))
-    trials = tuple(trial.trial for trial in parted)
-    return Data(trials, tuple(fit), _folds(fit), tuple(holdout), noise, typical, scales)
+    trials, measured = (tuple(of) for of in zip(*((part.trial, part.measured) for part in parted), strict=True))
+    return Data(trials, measured, tuple(fit), _folds(fit), tuple(holdout), noise, typical, scales)
 
 
 def _folds(windows: Sequence[Window]) -> tuple[tuple[int, ...], ...]:

@@ -86,6 +86,19 @@ class MotionModel(ModelUnknowns):
         """What `_in_trial` has laid out, by trial: it does not depend on the values of the unknowns."""
         return {}
 
+    def columns_in(self, trial: int) -> Indices:
+        """Return which unknown each direction of derivatives in a trial is, after those by the initial state."""
+        return self._in_trial(trial)[2][self.states :] - self.states
+
+    def states_in(self, values: Array, window: Window, times: Array) -> Array:
+        """Return the states (k, states) in a window at times (k,) since its beginning [s]."""
+        weighted = self.with_weights(values, window.weights) if window.weights else None
+        of_trial = weighted.values if weighted else values
+        acting = self.acting(of_trial, window.trial, weighted.carried if weighted else 0.0).without_directions()
+        grid, start = replace(window.grid, place=times / window.grid.step), self.initial_state(window.start)
+        problem = InitialValueProblem(self.coefficients(of_trial), start, grid, window.u, acting, window.begin)
+        return motions([problem], shown=False).states
+
     def predict(
         self, values: Array, start: Array, window: Window, derivatives: Derivatives = "all"
     ) -> tuple[Array, Array]:

@@ -32,8 +32,6 @@ class IdentifyOptions:
     """Whether g is fitted too."""
     named_effects_only: bool = False
     """Whether torques without a name are left unexplained, instead of being identified as curves."""
-    join_windows: bool = False
-    """Whether windows are joined in the end, where the model leaves nothing but noise: intervals become narrower."""
     effects_file: str = ""
     """YAML file of effects that are looked for beside the catalogue's; as --effects."""
     motion_for_effects: float = 0.0

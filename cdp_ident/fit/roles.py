@@ -25,6 +25,8 @@ class PartedTrial:
     trial: Trial
     held_out: frozenset[int]
     """Indices of the stretches that neither the fit nor the choice of effects uses."""
+    measured: Trial
+    """The trial as it was measured, without breaks between roles."""
 
     @property
     def is_fitted(self) -> bool:
@@ -56,8 +58,8 @@ def assign_roles(fit: Sequence[Trial], holdout: Sequence[Trial], time_unit: floa
         time_unit: sqrt(L / g) [s].
     """
     if holdout:
-        whole = [PartedTrial(trial, frozenset(range(len(trial.bounds)))) for trial in holdout]
-        return [*(PartedTrial(trial, frozenset()) for trial in fit), *whole]
+        whole = [PartedTrial(trial, frozenset(range(len(trial.bounds))), trial) for trial in holdout]
+        return [*(PartedTrial(trial, frozenset(), trial) for trial in fit), *whole]
     return [_parted(trial, time_unit) for trial in fit]
 
 
@@ -70,4 +72,4 @@ def _parted(trial: Trial, time_unit: float) -> PartedTrial:
     parted = replace(trial, breaks=tuple(breaks))
     since = [(trial.time[first] - trial.time[0]) / piece for first, _ in parted.bounds]
     held_out = frozenset(index for index, at in enumerate(since) if int(at) % _CYCLE == _HELD_OUT)
-    return PartedTrial(parted, held_out)
+    return PartedTrial(parted, held_out, trial)

@@ -33,7 +33,7 @@ from numba.extending import register_jitable
 Compilable = Callable[..., Any]
 
 _PACKAGE = Path(__file__).parents[1]
-_COMPILED = ("machine/*.py", "model/**/*.py", "fit/weighted_rows.py", "fit/error_growth.py")
+_COMPILED = ("machine/*.py", "model/**/*.py", "fit/weighted_rows.py", "fit/error_growth.py", "likelihood/sweeps.py")
 """Where what is compiled stands."""
 _UNUSED_FOR = 30 * 86400.0
 """A folder that no process has used for so long is removed [s]."""

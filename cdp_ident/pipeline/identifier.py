@@ -179,14 +179,14 @@ class Identifier:
         self._came = [bag for bag in self._came if bag.exists()]
 
     def _check_new_trial(self, latest: Outcome, trial: Trial) -> None:
-        after = latest.trace.after
+        fit = latest.trace.completed.fit
         errors = {error for weight in trial.weights for error in weight.errors}
-        if trial.weights and not (after.model.inertia_free and errors <= {*after.model.weight_errors}):
+        if trial.weights and not (fit.model.inertia_free and errors <= {*fit.model.weight_errors}):
             self._say(f"{trial.name} is not checked: it is the first one with its weight")
             return
         expected = latest.trace.errors["effects"].holdout.rmse
         window = latest.identification.data.window
-        check = check_new_trial(after.model, after.fit.values, latest.trace.covariance, expected, trial, window)
+        check = check_new_trial(fit.model, fit.values, latest.trace.covariance, expected, trial, window)
         self._new_trials.append(check)
         if check.fits:
             self._say(check.words)

@@ -25,6 +25,9 @@ from cdp_ident.trial.trial import Trial
 
 Array = npt.NDArray[np.float64]
 
+_MOST_SAMPLES = 500_000
+"""More samples are averaged for the final values, too, where the motion is slower than that: memory grows with them."""
+
 
 def identify(
     fit: Sequence[Trial],
@@ -55,7 +58,11 @@ def identify(
     balances, length, failure = _balances(shown, options)
     balanced = balances[0] if balances else None
     scales = scales_of(shown, prior.length, prior.gravity, noise, balanced.groups_of if balanced else None)
-    parted = [replace(part, trial=thinned(part.trial, scales.together)) for part in parted]
+    averaged = scales.together if sum(len(part.measured.time) for part in parted) > _MOST_SAMPLES else 1
+    parted = [
+        replace(part, trial=thinned(part.trial, scales.together), measured=thinned(part.measured, averaged))
+        for part in parted
+    ]
     noise = noise_over_averages(shown, [part.shown for part in parted if part.is_fitted], scales.together)
     lengths = [_lengths(part.trial, scales, balanced, options, noise) for part in parted]
     data = prepare(parted, lengths, scales, noise, longest)

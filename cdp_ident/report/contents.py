@@ -8,6 +8,8 @@ from cdp_ident.diagnosis.identifiability import Identifiability, Tradeoff, ident
 from cdp_ident.diagnosis.identification import Identification
 from cdp_ident.diagnosis.new_trial import NewTrialCheck
 from cdp_ident.diagnosis.warnings import FitWarning, find_warnings, outlier_warnings
+from cdp_ident.likelihood.whole_swing import WholeSwings
+from cdp_ident.model.effects.effect import JOINTS
 from cdp_ident.model.parameters import GROUPS
 from cdp_ident.outside_text import shown
 from cdp_ident.report.earlier import compared
@@ -34,9 +36,14 @@ def report(outcome: Outcome, new_trials: Sequence[NewTrialCheck] = ()) -> Sectio
         new_trials: how trials that came later fitted before they were seen, in the order in which they came.
     """
     found = outcome.identification
-    after, completed = outcome.trace.after, outcome.trace.completed
+    completed = outcome.trace.completed
     determined = identifiability(
-        after.fit, completed.covariance, completed.physical, completed.inertia, found.options.prior, found.data.names
+        completed.fit,
+        completed.covariance,
+        completed.physical,
+        completed.inertia,
+        found.options.prior,
+        found.data.names,
     )
     return dict(shown_texts(_report(outcome, new_trials, found, determined)))
 
@@ -55,7 +62,7 @@ def shown_texts(content: Any) -> Any:
 def _report(
     outcome: Outcome, new_trials: Sequence[NewTrialCheck], found: Identification, determined: Identifiability
 ) -> Section:
-    after, completed = outcome.trace.after, outcome.trace.completed
+    completed = outcome.trace.completed
     failures, expected = list(outcome.trace.failures), outcome.loaded.job.expected
     next_trial = next_trial_section(outcome, failures.append)
     return {
@@ -87,8 +94,8 @@ def _report(
         },
         "effects": [effect_section(outcome, index) for index in range(len(outcome.trace.effects))],
         "after": fit_section(
-            after.model,
-            after.fit.values,
+            completed.fit.model,
+            completed.fit.values,
             completed.covariance,
             completed.physical,
             completed.inertia,
@@ -105,7 +112,8 @@ def _report(
         "residuals": residuals_section(outcome),
         "next_trial": next_trial,
         "selection": selection_section(outcome.trace),
-        "continuity": _continuity(completed, outcome.trace.joined),
+        "continuity": _continuity(completed),
+        "whole_swings": _whole_swings(outcome.trace.whole, completed.inertia.value),
         "repeatability": _repeatability(completed),
         "own_effects": dict(outcome.loaded.job.own_effects),
         "expected": compared(expected, outcome.trace.effects) if expected else [],
@@ -169,7 +177,7 @@ def _search(outcome: Outcome) -> Section:
     }
 
 
-def _continuity(found: Identification, joined: bool) -> Section | None:
+def _continuity(found: Identification) -> Section | None:
     compared = found.continuity
     if compared is None:
         return None
@@ -177,7 +185,19 @@ def _continuity(found: Identification, joined: bool) -> Section | None:
         "rms_rad": compared.rms,
         "relative": compared.relative,
         "boundaries": compared.boundaries,
-        "joined": joined,
+    }
+
+
+def _whole_swings(found: WholeSwings | None, inertia: float) -> Section | None:
+    if found is None:
+        return None
+    noise = found.noise
+    return {
+        "noise_rad": dict(zip(JOINTS, noise.encoders.tolist(), strict=True)),
+        "noise_memory": dict(zip(JOINTS, noise.memory.tolist(), strict=True)),
+        "missing_torque": dict(zip(JOINTS, (inertia * noise.torque).tolist(), strict=True)),
+        "swings": len(found.states),
+        "steps": found.steps,
     }
 
 

@@ -61,7 +61,7 @@ def next_trial_section(outcome: Outcome, failed: Callable[[str], None]) -> Secti
     trace, found = outcome.trace, outcome.identification
     if trace.failure:
         return None
-    fit = trace.after.fit
+    fit = trace.completed.fit
     try:
         inertia = trace.completed.inertia.value
         knowledge = Knowledge.of(

@@ -11,7 +11,7 @@ from jsonschema import Draft202012Validator
 
 from cdp_ident.configuration.keys import KEYS, WEIGHTS
 from cdp_ident.diagnosis.prediction import POINTS as AHEAD
-from cdp_ident.model.effects.effect import Joint
+from cdp_ident.model.effects.effect import JOINTS, Joint
 from cdp_ident.model.parameters import CONSTANTS, GROUPS, NOMINAL, SYMBOLS
 from cdp_ident.model.weights import RODS
 from cdp_ident.outside_text import shown
@@ -42,6 +42,7 @@ MOST_STARTS = 361
 _MOST_GENERATIONS = _MOST_OUTLIERS = 1_000_000
 
 
+_OF_JOINTS = {str(joint): number() for joint in JOINTS}
 _GROUPS = tuple(group.symbol for group in GROUPS)
 _ESTIMATE = an_object("a number and its standard deviation", value=number(), std=number())
 _QUANTITY = an_object(
@@ -340,7 +341,20 @@ REPORT: Schema = {
                 rms_rad=number("[rad]"),
                 relative=number("about 1 where the model holds"),
                 boundaries=count("between windows"),
-                joined=flag("whether values are those with which windows join"),
+            )
+        ),
+        whole_swings=or_null(
+            an_object(
+                "the final values' likelihood, given all that was measured; null where they are those of the windows",
+                noise_rad=an_object("standard deviation of the encoders' noise [rad]", **_OF_JOINTS),
+                noise_memory=an_object("its correlation from one reading to the next", **_OF_JOINTS),
+                missing_torque=an_object(
+                    "standard deviation of unknown torques in the joints, white noise [N m s^0.5]; 0 where none is "
+                    "missing",
+                    **_OF_JOINTS,
+                ),
+                swings=count("stretches of the trials without interruption"),
+                steps=count("of Gauss and Newton"),
             )
         ),
         repeatability=or_null(

@@ -89,6 +89,7 @@ class FoundEffect:
 def found_effects(
     selection: Selection,
     final: FinalModel,
+    fit: Fit,
     holdout_without: Sequence[float],
     spread: Array,
     inertia: Inertia,
@@ -97,7 +98,8 @@ def found_effects(
 
     Args:
         selection: where it ended.
-        final: its model with the effects.
+        final: its model with the effects, as it was judged.
+        fit: the same with its final values.
         holdout_without: error without each of them over what was held out [rad].
         spread: (unknowns, unknowns) covariance of the fitted values.
         inertia: A22.
@@ -105,8 +107,8 @@ def found_effects(
     found = []
     for index, active in enumerate(final.model.effects):
         over = active.effect.curve
-        curve = _curve(final.fit, index, over, spread, inertia.value) if over else None
-        parameters = _summary(curve, inertia) if curve else _parameters(final.fit, index, spread, inertia)
+        curve = _curve(fit, index, over, spread, inertia.value) if over else None
+        parameters = _summary(curve, inertia) if curve else _parameters(fit, index, spread, inertia)
         found.append(
             FoundEffect(
                 active=active,

@@ -9,12 +9,12 @@ import numpy.typing as npt
 
 from cdp_ident.diagnosis.evaluation import ErrorsByRole, errors_of, evaluate
 from cdp_ident.diagnosis.identification import Identification
-from cdp_ident.diagnosis.joined_windows import jumps
-from cdp_ident.diagnosis.uncertainty import covariance
 from cdp_ident.errors import FitFailedError, IdentificationError
 from cdp_ident.fit.data import Data
 from cdp_ident.fit.physical import PhysicalValues
 from cdp_ident.fit.refinement import Fit, fit_initial_states_near, with_all_derivatives
+from cdp_ident.likelihood.swing import Swing
+from cdp_ident.likelihood.whole_swing import WholeSwings, most_likely
 from cdp_ident.model.parameters import groups_of, inertia_about_cart
 from cdp_ident.tracing.certainty import confirmed
 from cdp_ident.tracing.evidence import Attempt
@@ -27,9 +27,11 @@ from cdp_ident.tracing.refits import attempt_of
 from cdp_ident.tracing.selection import Selection
 from cdp_ident.tracing.shorter_windows import LongerWindows, fitted_over_shorter, preferred
 from cdp_ident.tracing.stepwise import stepwise_selection
-from cdp_ident.tracing.unexplained import Unexplained, leaves_only_noise, unexplained
+from cdp_ident.tracing.unexplained import Unexplained, unexplained
 
 Array = npt.NDArray[np.float64]
+_LEAST_SHARE = 0.3
+"""The outer encoder's noise is at least so much of the inner one's."""
 Stage = Literal["nominal", "search", "refined", "effects"]
 
 
@@ -41,17 +43,17 @@ class Trace:
     before: FinalModel
     """The paper's model."""
     after: FinalModel
-    """The model with the effects."""
+    """The model with the effects, as it was judged by what was held out."""
     effects: tuple[FoundEffect, ...]
     completed: Identification
-    """The identification, with the model that has the effects in the paper's model's place."""
+    """The identification, with the model that has the effects in the paper's model's place, and the final values."""
     errors: Mapping[Stage, ErrorsByRole]
     """Of the model at each stage."""
     unexplained: Unexplained
     in_doubt: tuple[InDoubt, ...]
     """Effects that the motion neither shows nor excludes, the most likely first."""
-    joined: bool
-    """Whether windows were joined."""
+    whole: WholeSwings | None
+    """The final values and what belongs to them, given all that was measured; None where they were not found."""
     failure: str
     """Why no parameter means anything, in words; empty where the fit did not fail."""
     failures: tuple[str, ...]
@@ -92,32 +94,32 @@ def trace(
     """
     data = found.data
     selection, failure = select_effects(found, say, stop, trying, expected, longer)
-    joined = None
-    if found.options.join_windows and not failure:
-        joined = _joined(selection.after.fit, data.noise, say)
-    fit = joined[0] if joined else selection.after.fit
-    # Held-out motion is used from here on, when everything is decided.
-    before, after = _final_models(selection.before.fit, fit, data)
+    # Held-out motion judges from here on, when everything is decided.
+    before, after = _final_models(selection.before.fit, selection.after.fit, data)
     selection = confirmed(selection, before, after)
     without = [_holdout_error(after, attempt.fit) for attempt in selection.without]
-    completed = _completed(found, fit)
+    errors = _errors(found, selection, before, after)
     in_doubt, not_computed = ((), ()) if failure else _in_doubt(selection.after.fit)
-    if joined or in_doubt:
-        spread = joined[1] if joined else completed.covariance
+    # It has judged: from now on it tells of the values, too.
+    whole, not_whole = (None, ()) if failure else _whole(after, data, say)
+    fit = _with_values(after.fit, whole.values) if whole else after.fit
+    completed = _completed(found, fit)
+    if whole or in_doubt:
+        spread = whole.covariance if whole else completed.covariance
         completed = completed.with_covariance(spread + added_covariance(in_doubt))
     left, not_described = _left(after, completed)
     return Trace(
         selection=selection,
         before=before,
         after=after,
-        effects=found_effects(selection, after, without, completed.covariance, completed.inertia),
+        effects=found_effects(selection, after, fit, without, completed.covariance, completed.inertia),
         completed=completed,
-        errors=_errors(found, selection, before, after),
+        errors=errors,
         unexplained=left,
         in_doubt=in_doubt,
-        joined=joined is not None,
+        whole=whole,
         failure=failure,
-        failures=(*selection.failures, *completed.failures, *not_computed, *not_described),
+        failures=(*selection.failures, *completed.failures, *not_computed, *not_whole, *not_described),
         longer=longer,
     )
 
@@ -231,24 +233,35 @@ def _in_doubt(fit: Fit) -> tuple[tuple[InDoubt, ...], tuple[str, ...]]:
         return (), (f"the effects that the motion neither shows nor excludes: {error}",)
 
 
-def _joined(fit: Fit, noise: Array, say: Callable[[str], None]) -> tuple[Fit, Array] | None:
-    """Return a fit with windows joined, and its values' covariance; None where they are not, and why in a line of text.
+def _whole(after: FinalModel, data: Data, say: Callable[[str], None]) -> tuple[WholeSwings | None, tuple[str, ...]]:
+    """Return the most likely values given whole swings, those held out among them, and why there are none."""
+    fit, scales = after.fit, data.scales
+    windows = (*fit.windows, *after.holdout.windows)
 
-    Args:
-        fit: over the fitted windows.
-        noise: (2,) standard deviation of the noise of theta1 and theta2 [rad].
-        say: called with the line.
-    """
-    why = "more than noise remains"
+    def swings_with(spacing: float) -> tuple[list[Swing], list[Array]]:
+        swings = [
+            swing
+            for index, (trial, of_fit) in enumerate(zip(data.measured, data.trials, strict=True))
+            for swing in Swing.of(
+                trial, index, scales.step, spacing, scales.half_width, scales.encoder_steps, trial.start - of_fit.start
+            )
+        ]
+        return swings, [swing.states(fit.model, fit.values, windows) for swing in swings]
+
     try:
-        if leaves_only_noise([fit], noise):
-            between = jumps(fit, covariance(fit))
-            if between and between.join:
-                held = with_all_derivatives(fit_initial_states_near(fit.model, between.values, fit.windows, np.inf))
-                say(f"windows are joined: p = {between.p_value:.2g} for the jumps between them")
-                return held, between.covariance
-            why = f"p = {between.p_value:.1g} for the jumps between them" if between else "no two can be compared"
+        found = most_likely(fit.model, fit.values, swings_with, _of_encoders(data.noise), scales.time_unit)
     except (IdentificationError, np.linalg.LinAlgError) as error:
-        why = str(error)
-    say(f"windows are not joined: {why}")
-    return None
+        return None, (f"values from whole swings: {error}",)
+    say(f"the values are those of {len(found.states)} whole swings, found in {found.steps} steps")
+    return found, ()
+
+
+def _with_values(fit: Fit, values: Array) -> Fit:
+    """Return a fit with other values (unknowns,) near its own, all initial states fitted anew."""
+    return with_all_derivatives(fit_initial_states_near(fit.model, values, fit.windows, np.inf))
+
+
+def _of_encoders(noise: Array) -> Array:
+    """Return the standard deviations (2,) of both encoders' noise, given those of theta1 and theta2 [rad]."""
+    inner, both = noise**2
+    return np.sqrt([inner, max(both - inner, _LEAST_SHARE**2 * inner)])

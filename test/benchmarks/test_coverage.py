@@ -12,7 +12,6 @@ from benchmarks.coverage import (
     RATES,
     STRENGTHS,
     examine,
-    joined_table,
     table,
     written,
 )
@@ -37,10 +36,7 @@ def test_each_effect_is_found_with_the_strength_that_was_hidden():
     assert len(deviations) == 6 * len(EFFECTS)
     assert np.abs(deviations).max() < 5.0
     assert np.mean(deviations**2) == pytest.approx(1.0, abs=0.7)
-    joined = [result["joined"] for result in off if result["joined"]]
-    assert len(joined) >= len(EFFECTS) - 1
-    assert np.median([of["narrower"] for of in joined]) > 1.2
-    assert np.abs([of["base"] for of in joined]).max() < 5.0
+    assert all(result["whole"] for result in off)
 
 
 def result(deviation, seed=0, found=(), hidden=""):
@@ -61,16 +57,6 @@ def test_runs_in_which_something_else_was_found_are_counted_apart():
     nothing, clear = table(results).rows
     assert nothing == ("white", "60", "nothing", "2 of 2", "50 ± 35 %", "", "")
     assert clear == ("white", "60", "clear", "1 of 3", "100 ± 0 %", "100 ± 0 %", "0 ± 0 %")
-
-
-def test_windows_that_join_are_counted_where_what_was_hidden_was_found():
-    joined = {"base": [1.0, 1.0, 1.0, 1.0, 2.0], "narrower": [1.5, 1.5, 1.2, 2.0, 3.0]}
-    results = [
-        result(0.0) | {"joined": joined},
-        result(0.0, 1) | {"joined": None},
-        result(0.0, 2, ["something"]) | {"joined": joined},
-    ]
-    assert joined_table(results).rows == [("white", "1 of 2", "1.5, 1.5, 1.2, 2.0, 3.0", "80 ± 0 %")]
 
 
 def test_the_table_takes_its_place_in_the_page_and_no_other():

@@ -200,12 +200,12 @@ def test_a_bag_s_name_cannot_end_the_comment(content):
 
 def test_the_file_is_the_model_that_the_identification_ended_with(outcome, content, tmp_path):
     (tmp_path / "fitted.yaml").write_text(fitted_yaml(content))
-    model, after = read_fitted_model(tmp_path / "fitted.yaml", "simulator"), outcome.trace.after
+    model, after = read_fitted_model(tmp_path / "fitted.yaml", "simulator"), outcome.trace.completed.fit
     assert after.model.effects  # there is something in the bags to be found
     assert [active.effect.key for active in model.motion.effects] == [a.effect.key for a in after.model.effects]
-    for window in after.fit.windows:
+    for window in after.windows:
         simulated, _ = model.motion.predict(model.values, window.start, window)
-        expected, _ = after.model.predict(after.fit.values, window.start, window)
+        expected, _ = after.model.predict(after.values, window.start, window)
         np.testing.assert_allclose(simulated, expected, rtol=0, atol=1e-9)
 
 

@@ -28,10 +28,10 @@ SCALES = scales_of([TRIAL], 0.4, 9.81, NOISE)
 
 
 def whole(*trials):
-    return [PartedTrial(trial, frozenset()) for trial in trials]
+    return [PartedTrial(trial, frozenset(), trial) for trial in trials]
 
 
-HELD_OUT = PartedTrial(TRIAL, frozenset([0]))
+HELD_OUT = PartedTrial(TRIAL, frozenset([0]), TRIAL)
 
 
 def test_windows_are_shorter_where_a_trial_is_too_short_for_four():
@@ -43,7 +43,7 @@ def test_windows_are_shorter_where_a_trial_is_too_short_for_four():
 
 
 def test_every_window_of_what_is_held_out_and_no_other_is_held_out():
-    parted = PartedTrial(replace(TRIAL, breaks=(1000, 1400)), frozenset([1]))
+    parted = PartedTrial(replace(TRIAL, breaks=(1000, 1400)), frozenset([1]), TRIAL)
     data = prepare([parted, HELD_OUT], lasting(1.0, 2), SCALES, NOISE)
     places = {(window.trial, window.first) for window in data.holdout}
     assert places == {(0, 1000), (0, 1200), *((1, first) for first in range(0, 2000, 200))}
@@ -92,7 +92,10 @@ def test_trials_that_do_not_suffice_are_refused(fit, holdout, message):
 
     with pytest.raises(IdentificationError) as caught:
         prepare(
-            [*whole(*(cut(*each) for each in fit)), *(PartedTrial(cut(*each), frozenset([0])) for each in holdout)],
+            [
+                *whole(*(cut(*each) for each in fit)),
+                *(PartedTrial(cut(*each), frozenset([0]), cut(*each)) for each in holdout),
+            ],
             lasting(2.5, len(fit) + len(holdout)),
             SCALES,
             NOISE,

@@ -12,7 +12,7 @@ def test_the_effects_of_a_report_are_expected_with_the_values_that_motion_showed
     (expected,) = expected_effects(content)
     assert expected.effect.key == "coulomb_friction.outer"
     place = outcome.trace.after.model.places(0)
-    assert expected.values == outcome.trace.after.fit.values[place]
+    assert expected.values == outcome.trace.completed.fit.values[place]
     assert np.all(expected.std > 0)
 
 

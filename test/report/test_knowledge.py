@@ -17,7 +17,7 @@ def known_after(outcome):
     """Return what an identification knew."""
     trace = outcome.trace
     data, inertia = outcome.identification.data, trace.completed.inertia.value
-    return Knowledge.of(trace.after.fit, trace.covariance, inertia, data.scales, data.noise)
+    return Knowledge.of(trace.completed.fit, trace.covariance, inertia, data.scales, data.noise)
 
 
 def test_a_report_read_from_its_file_knows_what_the_identification_knew(outcome, read_content):

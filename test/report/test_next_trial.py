@@ -99,8 +99,9 @@ def test_what_could_be_another_effect_is_asked_first(read_content):
 
 def test_what_cannot_be_computed_is_told_and_costs_the_advice_alone(outcome):
     trace = outcome.trace
-    fit = replace(trace.after.fit, values=np.full_like(trace.after.fit.values, np.nan))
-    lost = replace(trace, after=replace(trace.after, fit=fit))
+    estimate = trace.completed.estimate
+    fit = replace(estimate.fit, values=np.full_like(estimate.fit.values, np.nan))
+    lost = replace(trace, completed=replace(trace.completed, estimate=replace(estimate, fit=fit)))
     told = []
     assert next_trial_section(replace(outcome, trace=lost), told.append) is None
     assert told[0].startswith("which trial to record next: ")

@@ -83,6 +83,6 @@ def test_a_trace_allows_for_them_in_every_interval():
     theta = as_measured(motion(WEAK), np.random.default_rng(0), noise=1e-3)
     traced = trace(identify([Trial("swing", TEN_SECONDS, theta)], [], IdentifyOptions()))
     assert traced.in_doubt
-    assert traced.covariance == pytest.approx(covariance(traced.after.fit) + added_covariance(traced.in_doubt))
-    base = np.sqrt(np.diag(covariance(traced.after.fit)))[: len(TRUTH)]
+    assert traced.covariance == pytest.approx(traced.whole.covariance + added_covariance(traced.in_doubt))
+    base = np.sqrt(np.diag(traced.whole.covariance))[: len(TRUTH)]
     assert np.all(np.sqrt(np.diag(traced.covariance))[: len(TRUTH)] >= base)

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from cdp_ident.diagnosis.uncertainty import covariance
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.pipeline.identify import identify
@@ -90,11 +91,19 @@ def spoilt(identified):
     return trace(replace(identified, data=data))
 
 
-def test_what_is_held_out_has_no_part_in_the_choice_and_the_values(spoilt, traced):
+def test_what_is_held_out_has_no_part_in_the_choice_and_the_values_that_it_judges(spoilt, traced):
     assert spoilt.selection.steps == traced.selection.steps
     assert np.array_equal(spoilt.after.fit.values, traced.after.fit.values)
-    assert np.array_equal(spoilt.covariance, traced.covariance)
     assert spoilt.errors["effects"].holdout.rmse > 10 * traced.errors["effects"].holdout.rmse
+
+
+def test_the_final_values_are_those_of_all_that_was_measured(traced):
+    final, judged = traced.completed.fit.values, traced.after.fit.values
+    assert np.array_equal(final, traced.whole.values)
+    assert not np.array_equal(final, judged)
+    of_windows = np.diag(covariance(traced.after.fit))
+    assert np.all(np.diag(traced.whole.covariance) < of_windows)
+    assert np.all(np.abs(final - judged) < 5.0 * np.sqrt(of_windows))
 
 
 def test_a_disturbance_in_what_is_held_out_is_told_and_not_fitted(spoilt):

@@ -61,7 +61,7 @@ def test_values_are_those_of_all_of_the_motion_within_their_intervals(friction):
     found, answer, _ = friction
     truth = groups_of([answer.values[symbol] for symbol in SYMBOLS], answer.values["L"])
     std = np.sqrt(np.diag(found.covariance))[:5]
-    assert np.all(np.abs(found.after.fit.values[:5] - truth) < 4.0 * std)
+    assert np.all(np.abs(found.completed.fit.values[:5] - truth) < 4.0 * std)
     ((strength,),) = (effect.parameters for effect in found.effects)
     inertia = inertia_about_cart(np.array([answer.values[symbol] for symbol in SYMBOLS]), answer.values["L"])
     assert strength.shown == pytest.approx(answer.hidden[0].strength / float(inertia), rel=0.01)

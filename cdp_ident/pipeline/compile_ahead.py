@@ -4,6 +4,7 @@ Compiled code is kept, so that this matters once for each user and version. Run,
 not kept yet; a second process, called with `backwards`, does half of them.
 """
 
+import contextlib
 import subprocess
 import sys
 import threading
@@ -11,17 +12,23 @@ from collections.abc import Callable
 
 import numpy as np
 
+from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.error_growth import steps_until
+from cdp_ident.fit.mechanism import Mechanism
+from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.weighted_rows import WeightedRows
+from cdp_ident.likelihood.swing import Swing
+from cdp_ident.likelihood.whole_swing import most_likely
 from cdp_ident.machine.compilation import is_to_be_kept
 from cdp_ident.machine.parallel import core_count
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.formulas.compiled import motion_law
-from cdp_ident.model.motions import InitialValueProblem, accelerations_at, motions
-from cdp_ident.model.parameters import NOMINAL, physical_coefficients
+from cdp_ident.model.motions import InitialValueProblem, accelerations_at, motions, simulate
+from cdp_ident.model.parameters import GROUPS, NOMINAL, physical_coefficients
 from cdp_ident.model.population import Population, Segment
 from cdp_ident.model.steps import compute
 from cdp_ident.model.time_grid import TimeGrid
+from cdp_ident.trial.trial import Trial
 
 
 def compile_ahead() -> None:
@@ -53,11 +60,25 @@ def _compile(backwards: bool) -> None:
         lambda: Population([Segment(at_rest, times, angles)]).squared_errors(coefficients[None]),
         lambda: WeightedRows.of(angles, angles, np.zeros((2, 2, 1)), columns, whitening, np.array([0, 2]), np.inf),
         lambda: [motion_law(effect) for effect in CATALOGUE],
+        _find_whole_swing,
         lambda: accelerations_at(coefficients, at_rest[None], np.zeros(1)),
         lambda: steps_until(np.zeros((2, 4)), coefficients, 0.01, *growth),
     ]
     for use in reversed(uses) if backwards else uses:
         use()
+
+
+def _find_whole_swing() -> None:
+    model, times = (
+        MotionModel(Mechanism(NOMINAL["L"], NOMINAL["g"], NOMINAL["L"], 1.0)),
+        np.arange(0.0, 0.4, 0.01, dtype=np.float64),
+    )
+    values, start = physical_coefficients(NOMINAL)[: len(GROUPS)], np.array([1.0, 1.0, 0.0, 0.0])
+    angles = simulate(physical_coefficients(NOMINAL), start, times)[:, :2]
+    swings = Swing.of(Trial("", times, angles), 0, 0.005, 0.1, 0.05, np.zeros(2))
+    states = [swing.states(model, values, []) for swing in swings]
+    with contextlib.suppress(IdentificationError):
+        most_likely(model, values, lambda spacing: (swings, states), np.full(2, 1e-3), 0.2)
 
 
 if __name__ == "__main__":

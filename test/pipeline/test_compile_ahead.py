@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from cdp_ident.fit.compile_ahead import compile_ahead
 from cdp_ident.machine.compilation import compiled, is_to_be_kept
+from cdp_ident.pipeline.compile_ahead import compile_ahead
 
 BAG = Path(__file__).parents[2] / "bags/swing_wide"
 
@@ -44,7 +44,7 @@ def test_code_is_to_be_kept_until_it_is(monkeypatch, tmp_path):
 
 
 def test_what_is_kept_is_not_compiled_again(monkeypatch):
-    monkeypatch.setattr("cdp_ident.fit.compile_ahead.is_to_be_kept", lambda loop: False)
+    monkeypatch.setattr("cdp_ident.pipeline.compile_ahead.is_to_be_kept", lambda loop: False)
     before = threading.active_count()
     compile_ahead()
     assert threading.active_count() == before
@@ -53,6 +53,6 @@ def test_what_is_kept_is_not_compiled_again(monkeypatch):
 @pytest.mark.campaign
 def test_what_is_compiled_ahead_is_what_an_identification_uses(tmp_path):
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
-    subprocess.run([sys.executable, "-m", "cdp_ident.fit.compile_ahead"], env=environment, check=True)
+    subprocess.run([sys.executable, "-m", "cdp_ident.pipeline.compile_ahead"], env=environment, check=True)
     used = subprocess.run([sys.executable, "-c", USED], env=environment, check=True, capture_output=True, text=True)
     assert used.stdout == "0 0 0 0 0 0\n"

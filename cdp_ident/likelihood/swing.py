@@ -1,0 +1,203 @@
+"""A swing between nodes: what the model says from the states at these, and its derivatives (multiple shooting)."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from cdp_ident.fit.motion_model import MotionModel
+from cdp_ident.fit.rest import READINGS, weights_at_rest
+from cdp_ident.fit.windows import Window
+from cdp_ident.model.layout import RODS_STATES
+from cdp_ident.model.motions import InitialValueProblem, motions
+from cdp_ident.model.time_grid import TimeGrid
+from cdp_ident.model.weights import Weight
+from cdp_ident.trial.kinematics import local_motion
+from cdp_ident.trial.trial import Trial
+
+Array = npt.NDArray[np.float64]
+Indices = npt.NDArray[np.int64]
+
+
+class Linearised(NamedTuple):
+    """What a model says of a swing near the states at its nodes and the values of its unknowns; see `sweeps`."""
+
+    transitions: Array
+    """(nodes, states, d) derivatives of where the motion comes at the next node, by state and unknowns."""
+    gaps: Array
+    """(nodes, states) from the next node's state to there."""
+    pushes: Array
+    """(nodes, 2, 2) changes of the rods' speeds by impulses of torque over A22 in both joints."""
+    slopes: Array
+    """(samples, 2, d) derivatives of what the encoders show, by the state at the node before and the unknowns."""
+    residuals: Array
+    """(samples, 2) shown less measured [rad]."""
+    columns: Indices
+    """(d - states,) which unknown each direction is."""
+
+
+@dataclass(frozen=True)
+class Swing:
+    """A stretch of a trial without interruption."""
+
+    trial: int
+    """Which trial it is of."""
+    begin: float
+    """Time of its first sample in the trial [s]."""
+    readings: Array
+    """(samples, 2) of the encoders of both joints [rad]."""
+    counts: Array
+    """(samples, 2) how much each counts: a reading that is repeated at rest counts once."""
+    grids: tuple[TimeGrid, ...]
+    """From each node to the next one, and when the samples between are taken."""
+    samples_at: Indices
+    """(nodes + 1,) where the samples of each begin."""
+    u: tuple[Array, ...]
+    """The cart's acceleration at the half steps from each node on [m/s^2]."""
+    weights: tuple[Weight, ...]
+    """On the rods."""
+    time: Array
+    """(samples,) since the first one [s]."""
+    time_std: float
+    """Relative standard deviation of the trial's unit of time."""
+
+    @classmethod
+    def of(
+        cls,
+        trial: Trial,
+        index: int,
+        step: float,
+        spacing: float,
+        half_width: float,
+        steps: Array,
+        begin: float = 0.0,
+    ) -> list["Swing"]:
+        """Lay nodes of a spacing [s] along a trial, between its interruptions.
+
+        Args:
+            trial: what is measured.
+            index: which trial it is.
+            step: of the integrator [s].
+            spacing: of the nodes [s].
+            half_width: for which both readings may be repeated without the rods being at rest [s].
+            steps: (2,) of the encoders [rad].
+            begin: when the trial's time is zero, in the time that the model knows [s].
+        """
+        every = max(1, round(spacing / step))
+        swings = []
+        for first, last in trial.bounds:
+            time, theta = trial.time[first:last] - trial.time[first], trial.theta[first:last]
+            nodes = max(1, int(np.ceil(time[-1] / (every * step) - 1e-9)))
+            node = np.minimum((time / (every * step) + 1e-9).astype(int), nodes - 1)
+            samples_at = np.searchsorted(node, np.arange(nodes + 1))
+            place = time / step - every * node
+            acceleration = trial.cart_acceleration
+            halves = 0.5 * step * np.arange(2 * every + 1)
+            u = [np.zeros(len(halves))] * nodes
+            if acceleration is not None:
+                u = [np.interp(k * every * step + halves, time, acceleration[first:last]) for k in range(nodes)]
+            weights = weights_at_rest(time, theta, half_width, steps)
+            swings.append(
+                cls(
+                    trial=index,
+                    begin=begin + float(trial.time[first]),
+                    readings=theta @ READINGS.T,
+                    counts=np.ones(theta.shape) if weights is None else weights,
+                    grids=tuple(TimeGrid(step, every, place[a:b]) for a, b in pairwise(samples_at)),
+                    samples_at=samples_at.astype(np.int64),
+                    u=tuple(u),
+                    weights=trial.weights,
+                    time=time,
+                    time_std=trial.clock.std if trial.clock else 0.0,
+                )
+            )
+        return swings
+
+    def start_deviations(self, model: MotionModel) -> Array:
+        """Return the standard deviation of each number of the state at the first node, before anything is measured."""
+        own = [state.start_std for active in model.effects for state in active.effect.law.states]
+        return np.array([np.inf] * RODS_STATES + own + [self.time_std] * (self.time_std > 0.0))
+
+    def states(self, model: MotionModel, values: Array, windows: Sequence[Window]) -> Array:
+        """Return states (nodes, states) to begin with: of the windows' motion, and elsewhere of the readings alone.
+
+        Where the trial's unit of time is uncertain, its relative error is one number more.
+        """
+        nodes = self._node_times
+        angles, speeds = local_motion(self.time, np.cumsum(self.readings, axis=1), np.minimum(nodes, self.time[-1]))
+        states = np.zeros((len(nodes), model.states + (self.time_std > 0.0)))
+        states[:, :RODS_STATES] = np.concatenate([angles, speeds], axis=1)
+        for window in windows:
+            since = self.begin + nodes - window.begin
+            inside = np.flatnonzero((since >= 0.0) & (since <= window.duration))
+            if window.trial == self.trial and len(inside):
+                followed = model.states_in(values, window, since[inside])
+                states[inside, : model.states] = np.where(
+                    np.isfinite(followed), followed, states[inside, : model.states]
+                )
+        return states
+
+    @property
+    def spacing(self) -> float:
+        """Of the nodes [s]."""
+        return self.grids[0].steps * self.grids[0].step
+
+    @property
+    def _node_times(self) -> Array:
+        return np.cumsum([0.0, *(grid.steps * grid.step for grid in self.grids[:-1])])
+
+    def linearised(self, model: MotionModel, values: Array, states: Array) -> Linearised:
+        """Return what a model says of the swing near the states (nodes, states) and values."""
+        weighted = model.with_weights(values, self.weights) if self.weights else None
+        of_trial = weighted.values if weighted else values
+        acting = model.acting(of_trial, self.trial, weighted.carried if weighted else 0.0)
+        coefficients = model.coefficients(of_trial)
+        begins = self.begin + self._node_times
+        found = motions(
+            [
+                InitialValueProblem(coefficients, state[: model.states], grid, u, acting, begin)
+                for state, grid, u, begin in zip(states, self.grids, self.u, begins, strict=True)
+            ],
+            derive=True,
+        )
+        n, columns = model.states, model.columns_in(self.trial)
+        by, ends_by = found.by, found.ends_by
+        zeros = model.zero_places(self.trial)
+        shown = found.readings + values[zeros] if zeros.stop > zeros.start else found.readings
+        if weighted:
+            of_rig, columns = weighted.by_rig[columns], np.arange(len(values))
+            by = np.concatenate([by[..., :n], by[..., n:] @ of_rig], axis=-1)
+            ends_by = np.concatenate([ends_by[..., :n], ends_by[..., n:] @ of_rig], axis=-1)
+        if zeros.stop > zeros.start:
+            of_zeros = np.tile(np.eye(2), (len(by), 1, 1))
+            by = np.concatenate([by, of_zeros], axis=-1)
+            ends_by = np.concatenate([ends_by, np.zeros((*ends_by.shape[:2], 2))], axis=-1)
+            columns = np.append(columns, np.arange(zeros.start, zeros.stop))
+        ends = found.ends
+        if self.time_std > 0.0:
+            # Measured against a clock that is fast by a share, a motion is where it would be that share of t later.
+            later = np.gradient(shown, self.time, axis=0) * self.time[:, None]
+            shown = shown + later * states[0, -1]
+            by = np.insert(by, n, later, axis=-1)
+            ends_by = np.insert(np.insert(ends_by, n, 0.0, axis=-1), n, 0.0, axis=1)
+            ends_by[:, n, n] = 1.0
+            ends = np.column_stack([ends, states[:, -1]])
+        gaps = np.zeros_like(ends)
+        gaps[:-1] = ends[:-1] - states[1:]
+        return Linearised(
+            np.ascontiguousarray(ends_by), gaps, _pushes(coefficients, found.ends), np.ascontiguousarray(by),
+            shown - self.readings, columns,
+        )  # fmt: skip
+
+
+def _pushes(coefficients: Array, states: Array) -> Array:
+    """Return the changes (k, 2, 2) of the rods' speeds in states by impulses in both joints, over A22."""
+    A23, A33 = coefficients[:2]
+    coupling = A23 * np.cos(states[:, 0] - states[:, 1])
+    one = np.ones_like(coupling)
+    inverse = np.array([[A33 * one, -coupling], [-coupling, one]]) / (A33 - coupling**2)
+    # A torque in the outer joint acts on both rods.
+    return np.ascontiguousarray(np.einsum("ijk,jt->kit", inverse, [[1.0, -1.0], [0.0, 1.0]]))
