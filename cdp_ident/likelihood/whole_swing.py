@@ -39,6 +39,8 @@ _MISSING = 4.0
 """Torques are missing where the least impulses' squares are so many times what is expected of them."""
 _LONGEST = 2.0
 """Largest change of a torque's logarithm in a step."""
+_NOTHING = 1e-100
+"""Length of what is nothing."""
 _UNOBSERVABLE = 1e-7
 """Directions of scaled unknowns with less than this share of the largest precision are not determined."""
 
@@ -246,7 +248,7 @@ def _triangle(rows: Array) -> Array:
 
 def _scaled(triangle: Array) -> tuple[Array, Array]:
     """Return a triangle (k, k) with columns of length one, and their lengths (k,)."""
-    lengths = np.maximum(np.linalg.norm(triangle, axis=0), np.finfo(float).tiny)
+    lengths = np.maximum(np.linalg.norm(triangle, axis=0), _NOTHING)
     return triangle / lengths, lengths
 
 

@@ -63,6 +63,8 @@ def _report(
     outcome: Outcome, new_trials: Sequence[NewTrialCheck], found: Identification, determined: Identifiability
 ) -> Section:
     completed = outcome.trace.completed
+    # Without an effect it is one model, whose values are the final ones.
+    paper = completed if completed.fit.model.names == found.fit.model.names else found
     failures, expected = list(outcome.trace.failures), outcome.loaded.job.expected
     next_trial = next_trial_section(outcome, failures.append)
     return {
@@ -76,11 +78,11 @@ def _report(
             if stage != "effects"
         },
         "before": fit_section(
-            found.fit.model,
-            found.fit.values,
-            found.covariance,
-            found.physical,
-            found.inertia,
+            paper.fit.model,
+            paper.fit.values,
+            paper.covariance,
+            paper.physical,
+            paper.inertia,
             errors_section(found.data, outcome.trace.errors["refined"]),
         ),
         "refinement": {
