@@ -43,17 +43,11 @@ def triangularise(matrix, rows, columns):
 
 
 @compiled
-def backwards(
-    transitions, gaps, pushes, slopes, residuals, samples_at, roots, memory, sizes, impulses, triangle, matrix
-):
+def backwards(linear, samples_at, roots, memory, sizes, impulses, triangle, matrix):
     """Carry the information of all readings back to the first node, and return the logarithm of a determinant.
 
     Args:
-        transitions: (nodes, n, d) A, derivatives of the state at the next node by the state and the unknowns.
-        gaps: (nodes, n) c, from the state at the next node to where the motion comes from this one.
-        pushes: (nodes, 2, 2) G, changes of the rods' speeds by impulses of torque in both joints.
-        slopes: (samples, 2, d) H, derivatives of what the encoders show by the state at the node and the unknowns.
-        residuals: (samples, 2) r, shown less measured.
+        linear: see `Linearised`: A, c, G, H and r.
         samples_at: (nodes + 1,) where the samples of each node begin.
         roots: (samples, 2) one over the standard deviation of what is new in each reading's noise.
         memory: (samples, 2) how much of the noise of the reading before is still in each, 0 for the first ones.
@@ -62,6 +56,8 @@ def backwards(
         triangle: (d + 1, d + 1) takes R and z at the first node.
         matrix: memory for d + 5 + 2 times the most samples of a node rows, d + 3 columns.
     """
+    transitions, gaps, pushes, slopes = linear.transitions, linear.gaps, linear.pushes, linear.slopes
+    residuals = linear.residuals
     nodes, n, d = transitions.shape
     logarithm = 0.0
     for i in range(d + 1):

@@ -224,9 +224,7 @@ class _Search:
             memory_for_rows = np.empty((d + 5 + 2 * int(np.diff(swing.samples_at).max()), d + 3))
             roots, remembered = noise.roots(swing, linear)
             sizes = noise.torque * np.sqrt(swing.spacing)
-            logarithm += backwards(
-                *linear[:5], swing.samples_at, roots, remembered, sizes, impulses, first, memory_for_rows
-            )
+            logarithm += backwards(linear, swing.samples_at, roots, remembered, sizes, impulses, first, memory_for_rows)
             precisions = 1.0 / swing.start_deviations(self._model)
             begins = np.zeros((n, d + 1))
             begins[:, :n], begins[:, -1] = np.diag(precisions), precisions * states[0]

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from cdp_ident.likelihood.sweeps import backwards, forwards
+from cdp_ident.likelihood.swing import Linearised
 
 
 def problem(rng, nodes=6, n=5, unknowns=3, memory=0.0):
@@ -61,7 +62,9 @@ def test_they_solve_the_problem_of_all_states_impulses_and_unknowns_together(see
     given = problem(np.random.default_rng(seed), memory=memory)
     nodes, n, d = given[0].shape
     triangle, impulses = np.empty((d + 1, d + 1)), np.empty((nodes, 2, d + 3))
-    logarithm = backwards(*given, impulses, triangle, np.empty((d + 13, d + 3)))
+    logarithm = backwards(
+        Linearised(*given[:5], np.arange(d - n)), *given[5:], impulses, triangle, np.empty((d + 13, d + 3))
+    )
     deviation = -np.linalg.solve(triangle[:d, :d], triangle[:d, -1])
     states, torques = np.zeros((nodes, n)), np.zeros((nodes, 2))
     forwards(*given[:3], impulses, deviation.copy(), np.empty(n), states, torques)
