@@ -12,14 +12,14 @@ from cdp_ident.diagnosis.identification import Identification
 from cdp_ident.errors import FitFailedError, IdentificationError
 from cdp_ident.fit.data import Data
 from cdp_ident.fit.physical import PhysicalValues
-from cdp_ident.fit.refinement import Fit, fit_initial_states_near, with_all_derivatives
-from cdp_ident.likelihood.swing import Swing
-from cdp_ident.likelihood.whole_swing import WholeSwings, most_likely
+from cdp_ident.fit.refinement import Fit
+from cdp_ident.likelihood.whole_swing import WholeSwings
 from cdp_ident.model.parameters import groups_of, inertia_about_cart
 from cdp_ident.tracing.certainty import confirmed
 from cdp_ident.tracing.evidence import Attempt
 from cdp_ident.tracing.expected import ExpectedEffect
 from cdp_ident.tracing.final_model import FinalModel
+from cdp_ident.tracing.final_values import final_values, with_values
 from cdp_ident.tracing.found_effects import FoundEffect, found_effects
 from cdp_ident.tracing.in_doubt import InDoubt, added_covariance, effects_in_doubt
 from cdp_ident.tracing.progress import Progress
@@ -30,8 +30,6 @@ from cdp_ident.tracing.stepwise import stepwise_selection
 from cdp_ident.tracing.unexplained import Unexplained, unexplained
 
 Array = npt.NDArray[np.float64]
-_LEAST_SHARE = 0.3
-"""The outer encoder's noise is at least so much of the inner one's."""
 Stage = Literal["nominal", "search", "refined", "effects"]
 
 
@@ -101,8 +99,8 @@ def trace(
     errors = _errors(found, selection, before, after)
     in_doubt, not_computed = ((), ()) if failure else _in_doubt(selection.after.fit)
     # It has judged: from now on it tells of the values, too.
-    whole, not_whole = (None, ()) if failure else _whole(after, data, say)
-    fit = _with_values(after.fit, whole.values) if whole else after.fit
+    whole, not_whole = (None, ()) if failure else final_values(after, data, say)
+    fit = with_values(after.fit, whole.values) if whole else after.fit
     completed = _completed(found, fit)
     if whole or in_doubt:
         spread = whole.covariance if whole else completed.covariance
@@ -231,37 +229,3 @@ def _in_doubt(fit: Fit) -> tuple[tuple[InDoubt, ...], tuple[str, ...]]:
         return effects_in_doubt(fit), ()
     except (IdentificationError, np.linalg.LinAlgError) as error:
         return (), (f"the effects that the motion neither shows nor excludes: {error}",)
-
-
-def _whole(after: FinalModel, data: Data, say: Callable[[str], None]) -> tuple[WholeSwings | None, tuple[str, ...]]:
-    """Return the most likely values given whole swings, those held out among them, and why there are none."""
-    fit, scales = after.fit, data.scales
-    windows = (*fit.windows, *after.holdout.windows)
-
-    def swings_with(spacing: float) -> tuple[list[Swing], list[Array]]:
-        swings = [
-            swing
-            for index, (trial, of_fit) in enumerate(zip(data.measured, data.trials, strict=True))
-            for swing in Swing.of(
-                trial, index, scales.step, spacing, scales.half_width, scales.encoder_steps, trial.start - of_fit.start
-            )
-        ]
-        return swings, [swing.states(fit.model, fit.values, windows) for swing in swings]
-
-    try:
-        found = most_likely(fit.model, fit.values, swings_with, _of_encoders(data.noise), scales.time_unit)
-    except (IdentificationError, np.linalg.LinAlgError) as error:
-        return None, (f"values from whole swings: {error}",)
-    say(f"the values are those of {len(found.states)} whole swings, found in {found.steps} steps")
-    return found, ()
-
-
-def _with_values(fit: Fit, values: Array) -> Fit:
-    """Return a fit with other values (unknowns,) near its own, all initial states fitted anew."""
-    return with_all_derivatives(fit_initial_states_near(fit.model, values, fit.windows, np.inf))
-
-
-def _of_encoders(noise: Array) -> Array:
-    """Return the standard deviations (2,) of both encoders' noise, given those of theta1 and theta2 [rad]."""
-    inner, both = noise**2
-    return np.sqrt([inner, max(both - inner, _LEAST_SHARE**2 * inner)])

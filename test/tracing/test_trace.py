@@ -10,6 +10,7 @@ from cdp_ident.diagnosis.uncertainty import covariance
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.pipeline.identify import identify
+from cdp_ident.tracing import final_values
 from cdp_ident.tracing.final_model import FinalModel
 from cdp_ident.tracing.trace import trace
 from scenarios.twin import TEN_SECONDS, twin
@@ -104,6 +105,17 @@ def test_the_final_values_are_those_of_all_that_was_measured(traced):
     of_windows = np.diag(covariance(traced.after.fit))
     assert np.all(np.diag(traced.whole.covariance) < of_windows)
     assert np.all(np.abs(final - judged) < 5.0 * np.sqrt(of_windows))
+
+
+def test_without_values_from_whole_swings_those_of_the_windows_stand_and_the_report_says_why(identified, monkeypatch):
+    def fails(*arguments):
+        raise IdentificationError("the most likely motion was not found in 60 steps")
+
+    monkeypatch.setattr(final_values, "most_likely", fails)
+    found = trace(identified)
+    assert found.whole is None
+    assert found.completed.fit is found.after.fit
+    assert found.failures == ("values from whole swings: the most likely motion was not found in 60 steps",)
 
 
 def test_a_disturbance_in_what_is_held_out_is_told_and_not_fitted(spoilt):
