@@ -2,7 +2,8 @@
 
 import contextlib
 import io
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
+from typing import Any
 
 import mujoco
 import mujoco.rollout
@@ -20,6 +21,14 @@ Array = npt.NDArray[np.float64]
 
 STEP = 0.005
 """Of its Runge-Kutta method [s]: the package's."""
+SEQUENCE = 200
+"""Samples of the sequences that a swing is cut into for its system identification: a second."""
+HORIZONS = (400, 800, 1600)
+"""Samples that are followed from the swing's beginning, one after another, before all of them."""
+START_WITHIN = np.array([0.05, 0.05, 2.0, 2.0])
+"""How far the fitted initial state may be from where it begins [rad, rad/s]."""
+FREE = ("m1", "l2", "J2", "c1", "c2")
+"""What is fitted to a swing, which shows no more than five base parameters: the others are frozen."""
 _POINT = 1e-12
 """Inertia of what is a point, which the engine does not take as 0 [kg m^2]."""
 
@@ -88,7 +97,7 @@ def identify(
     upper: Array,
     watch: Callable[[Array], None] = lambda chromosomes: None,
 ) -> Array:
-    """Return the chromosome (9,) that `mujoco.sysid` finds.
+    """Return the chromosome (9,) that `mujoco.sysid` finds over one sequence.
 
     Args:
         time: (n,) evenly spaced times from 0 on [s].
@@ -99,6 +108,60 @@ def identify(
         upper: (9,) limits of the chromosome.
         watch: called with all chromosomes (n, 9) that are simulated; what it raises ends the fit.
     """
+    spec = mujoco.MjSpec.from_string(description(initial))
+    residual = sysid.build_residual_fn(models_sequences=[_sequences(spec, [(time, theta, start)])], n_threads=1)
+
+    def watched(x: Array, fitted: object) -> object:
+        watch(np.atleast_2d(x.T))
+        return residual(x, fitted)
+
+    return _optimum(_parameters(initial, lower, upper), watched)
+
+
+def identify_swing(
+    time: Array, theta: Array, states: Array, initial: dict[str, float], lower: Array, upper: Array
+) -> Array:
+    """Return the chromosome (9,) that `mujoco.sysid` finds over a whole swing, its initial state fitted, too.
+
+    First over short sequences from filtered states, as its manual has it, then by a rollout of one's own, which it
+    provides for, over one sequence that grows to the whole swing: its initial state is a parameter more.
+
+    Args:
+        time: (n,) evenly spaced times from 0 on [s].
+        theta: (n, 2) measured theta1, theta2 [rad].
+        states: (n, 4) filtered states at these times.
+        initial: values that it begins with.
+        lower: (9,) limits of the chromosome.
+        upper: (9,) limits of the chromosome.
+    """
+    spec = mujoco.MjSpec.from_string(description(initial))
+    model = spec.compile()
+    parts = [slice(begin, begin + SEQUENCE) for begin in range(0, len(time) - SEQUENCE // 2, SEQUENCE)]
+    short = _sequences(spec, [(time[part] - time[part][0], theta[part], states[part][0]) for part in parts])
+    found = _optimum(_parameters(initial, lower, upper, FREE), _residual(theta, short))
+    start = states[0]
+
+    def rollout_from(*, param_dicts: Sequence[Any], initial_states: object, **others: object) -> Any:
+        return sysid.sysid_rollout(
+            initial_states=[_full_state(model, parameters["start"].value) for parameters in param_dicts], **others
+        )
+
+    for horizon in (*(horizon for horizon in HORIZONS if horizon < len(time)), len(time)):
+        parameters = _parameters(initial | dict(zip(FREE, found, strict=True)), lower, upper, FREE)
+        parameters.add(
+            sysid.Parameter(
+                "start", start, start - START_WITHIN, start + START_WITHIN, modifier=lambda spec, parameter: None
+            )
+        )
+        whole = _sequences(spec, [(time[:horizon], theta[:horizon], start)])
+        optimum = _optimum(parameters, _residual(theta[:horizon], whole, custom_rollout=rollout_from))
+        found, start = np.split(optimum, [len(FREE)])
+    values = initial | dict(zip(FREE, found, strict=True))
+    return np.array([values[symbol] for symbol in SYMBOLS])
+
+
+def _parameters(initial: Mapping[str, float], lower: Array, upper: Array, free: Collection[str] = SYMBOLS) -> Any:
+    """Return the chromosome's parameters, and how each changes the model; those that are not free are frozen."""
 
     def bodies_mass(name: str) -> Callable[..., None]:
         return lambda spec, parameter: setattr(spec.body(name), "mass", parameter.value[0])
@@ -121,29 +184,49 @@ def identify(
     for symbol, least, most in zip(SYMBOLS, lower, upper, strict=True):
         parameters.add(
             sysid.Parameter(
-                symbol, nominal=initial[symbol], min_value=least, max_value=most, modifier=modifiers[symbol]
+                symbol,
+                nominal=initial[symbol],
+                min_value=least,
+                max_value=most,
+                frozen=symbol not in free,
+                modifier=modifiers[symbol],
             )
         )
-    spec = mujoco.MjSpec.from_string(description(initial))
+    return parameters
+
+
+def _sequences(spec: Any, parts: Sequence[tuple[Array, Array, Array]]) -> Any:
+    """Return what was measured: times from 0 on (n,), angles (n, 2) and the state at time 0 (4,) of each sequence."""
     model = spec.compile()
-    first = relative(start)
-    joints = np.diff(theta, axis=1, prepend=0.0)
     # The places of the joints: what its sensors show after a step is from before it. There must be as many sensors.
     measured = [(f"{joint}_qpos", sysid.SignalType.MjStateQPos) for joint in ("inner_joint", "outer_joint")]
-    sequences = sysid.ModelSequences(
+    times, angles, starts = zip(*parts, strict=True)
+    return sysid.ModelSequences(
         "cart_double_pendulum",
         spec,
-        "free_swing",
-        sysid.create_initial_state(model, first[:2], first[2:], np.empty(0)),
-        sysid.TimeSeries(time, np.zeros((len(time), 0))),
-        sysid.TimeSeries.from_names(time, joints, model, measured),
+        [f"free_swing_{count}" for count in range(len(parts))],
+        [_full_state(model, start) for start in starts],
+        [sysid.TimeSeries(time, np.zeros((len(time), 0))) for time in times],
+        [
+            sysid.TimeSeries.from_names(time, np.diff(theta, axis=1, prepend=0.0), model, measured)
+            for time, theta in zip(times, angles, strict=True)
+        ],
     )
-    residual = sysid.build_residual_fn(models_sequences=[sequences], n_threads=1)
 
-    def watched(x: Array, fitted: object) -> object:
-        watch(np.atleast_2d(x.T))
-        return residual(x, fitted)
 
+def _residual(theta: Array, sequences: Any, **more: object) -> Any:
+    """Return its residual, in which an error of either encoder weighs the same; by itself it is over the angle."""
+    inner, outer = np.linalg.norm(np.diff(theta, axis=1, prepend=0.0), axis=0)
+    weights = {"inner_angle": inner, "outer_angle": outer}
+    return sysid.build_residual_fn(models_sequences=[sequences], sensor_weights=weights, n_threads=1, **more)
+
+
+def _full_state(model: mujoco.MjModel, state: Array) -> Any:
+    joints = relative(state)
+    return sysid.create_initial_state(model, joints[:2], joints[2:], np.empty(0))
+
+
+def _optimum(parameters: Any, residual: Any) -> Array:
     with contextlib.redirect_stdout(io.StringIO()):  # it prints each iteration, whatever one asks of it
-        found, _ = sysid.optimize(initial_params=parameters, residual_fn=watched, optimizer="mujoco")
+        found, _ = sysid.optimize(initial_params=parameters, residual_fn=residual, optimizer="mujoco")
     return np.asarray(found.as_vector())

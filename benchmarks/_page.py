@@ -24,7 +24,7 @@ from cdp_ident.machine.parallel import core_count
 PAGE = Path(__file__).parents[1] / "docs" / "benchmarks.md"
 COMPARISONS = ("search", "bag", "simulation", "cost", "start_up")
 """In the order of the page; the other modules are studies, which are run by name."""
-_VERSIONS = ("numpy", "scipy", "numba", "mujoco", "cma")
+_VERSIONS = ("numpy", "scipy", "numba", "mujoco", "cma", "casadi")
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,8 @@ def section(topic: str, quick: bool) -> Section:
 def surroundings(before: float, quick: bool) -> Surroundings:
     """Return where and when this is, given the load of the last minute when it began."""
     versions = [f"Python {platform.python_version()}"]
-    versions += [f"{name} {importlib.metadata.version(name)}" for name in _VERSIONS]
+    installed = {of.name for of in importlib.metadata.distributions()}
+    versions += [f"{name} {importlib.metadata.version(name)}" for name in _VERSIONS if name in installed]
     versions.append(_compiler())
     return Surroundings(
         f"{_processor()}, {core_count()} cores",

@@ -1,86 +1,127 @@
 """The noise of encoders and the size of unknown torques, and what readings are worth under them."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
+from cdp_ident.likelihood.sweeps import Whitened, filter_rows
 from cdp_ident.likelihood.swing import Linearised, Swing
 
 Array = npt.NDArray[np.float64]
 
-DIFFERENCE = 0.05
-"""Change of a standard deviation's logarithm by which degrees of freedom are found."""
-_OUTLIER, _FEW = 4.0, 0.05
-"""Readings that are further off than so many standard deviations lose weight (Huber, Robust Statistics, 1981), unless
-they are a larger share than this: then they are no outliers."""
-_REMEMBERED, _SURE, _MOST_REMEMBERED = 0.05, 4.0, 0.99
-"""Noise is taken to be remembered where its correlation from one reading to the next is at least so large and so many
-standard deviations; and the largest correlation."""
+_OUTLIER = 4.0
+"""Readings that are further off than so many standard deviations lose weight (Huber, Robust Statistics, 1981)."""
+_PER_MEDIAN = 1.4826
+"""Standard deviation of Gaussian noise over its median size."""
+_SURE, _LONGEST_MEMORY = 4.0, 0.99
+"""Noise is taken to be remembered where its correlation is so many standard deviations; and the largest correlation."""
+_REGULAR = 1.5
+"""Noise is forgotten between readings that are further apart than so many usual steps."""
 
 
 @dataclass(frozen=True)
 class Noise:
-    """What the model does not say: noise of encoders and unknown torques."""
+    """What the model does not say: noise of encoders and unknown torques.
 
-    encoders: Array
-    """(2,) standard deviation of both encoders' noise [rad]."""
-    memory: Array
-    """(2,) correlation of that from one reading to the next: an autoregressive process."""
+    An encoder's noise is white noise, such as that of rounding, and one of which a part is still there at the next
+    reading. Both together are an autoregressive moving average of order (1, 1): what is new in a reading is
+    w[k] = y[k] - kept y[k-1] + mixed w[k-1] (Box and Jenkins, Time Series Analysis, 1970).
+    """
+
+    new: Array
+    """(2,) standard deviation of what is new in each reading of both encoders [rad]."""
+    kept: Array
+    """(2,) see above; zero for white noise."""
+    mixed: Array
+    """(2,) see above."""
     torque: Array
     """(2,) standard deviation of unknown torques in both joints, white noise over A22 [1/s^1.5]."""
 
-    def each_larger(self) -> Iterator["Noise"]:
-        """Return it with a larger standard deviation: of each encoder, then of each torque."""
-        for name in ("encoders", "torque"):
-            for joint in range(2):
-                yield replace(
-                    self, **{name: getattr(self, name) * np.where(np.arange(2) == joint, np.exp(DIFFERENCE), 1.0)}
-                )
+    @classmethod
+    def white(cls, encoders: Array, torque: float) -> "Noise":
+        """Return white noise of both encoders (2,), and the same torque in both joints."""
+        return cls(encoders, np.zeros(2), np.zeros(2), np.full(2, torque))
 
-    def remembered(self, swing: Swing) -> Array:
-        """Return how much of the noise of the reading before is still in each reading (samples, 2)."""
-        memory = np.zeros(swing.counts.shape)
-        if not np.any(self.memory):
-            return memory
-        steps = np.diff(swing.time)
-        memory[1:] = self.memory ** (steps / np.median(steps))[:, None]
-        memory[1:][(swing.counts[1:] < 1.0) | (swing.counts[:-1] < 1.0)] = 0.0
-        after_none = swing.samples_at[1:-1][np.diff(swing.samples_at)[:-1] == 0]
-        memory[after_none[after_none < len(memory)]] = 0.0
-        return memory
+    @property
+    def encoders(self) -> Array:
+        """(2,) standard deviation of both encoders' noise [rad]."""
+        return np.asarray(self.new * np.sqrt(self._gain))
 
-    def roots(self, swing: Swing, linear: Linearised) -> tuple[Array, Array]:
-        """Return one over the standard deviation of what is new in each reading's noise, outliers having a larger one.
+    @property
+    def _gain(self) -> Array:
+        """(2,) variance of the noise over that of what is new in it."""
+        return np.asarray((1.0 + self.mixed**2 - 2.0 * self.kept * self.mixed) / (1.0 - self.kept**2))
 
-        With it comes how much of the noise of the reading before is still in each; both are (samples, 2).
+    @property
+    def memory(self) -> Array:
+        """(2,) correlation of both encoders' noise from one reading to the next."""
+        return np.asarray(self.kept - self.mixed / self._gain)
+
+    @property
+    def is_white(self) -> bool:
+        """Whether nothing of a reading's noise is in the next one's."""
+        return not np.any(self.kept)
+
+    def whitened(self, swing: Swing, linear: Linearised) -> Whitened:
+        """Return a linearised swing whose readings have white noise of size one; outliers count less.
+
+        Where noise is remembered, two more numbers of the state carry it from node to node.
         """
-        memory = self.remembered(swing)
-        deviations = self.encoders * np.sqrt(1.0 - memory**2)
-        new = linear.residuals - memory * np.roll(linear.residuals, 1, axis=0)
-        beyond = np.abs(new) / (_OUTLIER * deviations)
-        counts = swing.counts / np.maximum(beyond, 1.0) if np.mean(beyond > 1.0) < _FEW else swing.counts
-        return np.sqrt(counts) / deviations, memory
+        sizes = self.torque * np.sqrt(swing.spacing)
+        if self.is_white:
+            roots = self._roots(swing, linear.residuals)
+            return Whitened(
+                *linear[:3], linear.slopes * roots[..., None], linear.residuals * roots, swing.samples_at, sizes
+            )
+        follows = self._follows(swing)
+        nodes, n, d = linear.transitions.shape
+        transitions, gaps = np.zeros((nodes, n + 2, d + 2)), np.zeros((nodes, n + 2))
+        transitions[:, :n, :n], transitions[:, :n, n + 2 :] = linear.transitions[..., :n], linear.transitions[..., n:]
+        gaps[:, :n] = linear.gaps
+        rows = np.zeros((len(swing.time), 2, d + 2))
+        rows[..., :n], rows[..., n + 2 :] = linear.slopes[..., :n], linear.slopes[..., n:]
+        right, new = linear.residuals.copy(), linear.residuals.copy()
+        filter_rows(rows, right, new, follows, swing.samples_at, self.kept, self.mixed, transitions, gaps)
+        roots = self._roots(swing, new) / np.where(follows, 1.0, np.sqrt(self._gain))
+        return Whitened(
+            transitions, gaps, linear.pushes, rows * roots[..., None], right * roots, swing.samples_at, sizes
+        )
 
-    def squares(self, swings: Sequence[Swing], linear: Sequence[Linearised]) -> Array:
-        """Return the sum of squares (2,) of what is new in each reading's noise, over its variance."""
-        total = np.zeros(2)
+    def _follows(self, swing: Swing) -> npt.NDArray[np.bool_]:
+        """Return whether each reading's noise remembers the one before (samples, 2)."""
+        steps = np.diff(swing.time)
+        whole = swing.counts == 1.0
+        follows = np.zeros(swing.counts.shape, dtype=bool)
+        follows[1:] = whole[1:] & whole[:-1] & (steps < _REGULAR * np.median(steps))[:, None]
+        return follows & (self.kept > 0.0)
+
+    def _roots(self, swing: Swing, new: Array) -> Array:
+        """Return one over the standard deviation (samples, 2) of what is new; outliers have a larger one."""
+        usual = _PER_MEDIAN * np.median(np.abs(new[swing.counts[:, 0] > 0.0]), axis=0)
+        beyond = np.abs(new) / (_OUTLIER * np.maximum(self.new, usual))
+        return np.asarray(np.sqrt(swing.counts / np.maximum(beyond, 1.0)) / self.new)
+
+    def logarithm(self, swing: Swing) -> float:
+        """Return the logarithm of the variances of all readings of a swing, given those before."""
+        variances = self.new**2 * np.where(self._follows(swing), 1.0, self._gain)
+        return float(np.sum(np.log(variances)[swing.counts > 0.0]))
+
+    def remembering(self, swings: Sequence[Swing], linear: Sequence[Linearised]) -> "Noise":
+        """Return the noise with as much memory as residuals show, as far as that is sure."""
+        covariances, pairs = np.zeros((4, 2)), 1
         for swing, of in zip(swings, linear, strict=True):
-            roots, memory = self.roots(swing, of)
-            total += np.sum((roots * (of.residuals - memory * np.roll(of.residuals, 1, axis=0))) ** 2, axis=0)
-        return total
-
-
-def memory_of(swings: Sequence[Swing], linear: Sequence[Linearised]) -> Array:
-    """Return the correlation (2,) of each encoder's residuals from one reading to the next, as far as that is sure."""
-    products, squares, count = np.zeros(2), np.full(2, np.finfo(float).tiny), 1
-    for swing, of in zip(swings, linear, strict=True):
-        whole = np.all(swing.counts == 1.0, axis=1)
-        pairs = whole[1:] & whole[:-1]
-        now, before = of.residuals[1:][pairs], of.residuals[:-1][pairs]
-        products += np.sum(now * before, axis=0)
-        squares += np.sum(before**2, axis=0)
-        count += len(now)
-    memory = products / squares
-    return np.where(memory > max(_REMEMBERED, _SURE / np.sqrt(count)), np.minimum(memory, _MOST_REMEMBERED), 0.0)
+            whole = np.all(swing.counts == 1.0, axis=1)
+            left = np.where(whole[:, None], of.residuals, 0.0)
+            covariances += [np.sum(left[lag:] * left[: len(left) - lag], axis=0) for lag in range(4)]
+            pairs += int(whole.sum())
+        variance, first, second, third = np.maximum(covariances / pairs, np.finfo(float).tiny)
+        sure = _SURE / np.sqrt(pairs)
+        # Of white noise and one that is kept, the latter alone is seen from one reading to the next ones.
+        kept = np.where(second > sure * variance, (second + third) / (first + second), first / variance)
+        kept = np.where(first > sure * variance, np.minimum(kept, _LONGEST_MEMORY), 0.0)
+        white = np.where(kept > 0.0, np.maximum(variance - first / np.maximum(kept, sure), 0.0), 0.0)
+        a, b = (1.0 - kept**2) * (variance - white) + (1.0 + kept**2) * white, kept * white
+        mixed = np.where(b > 0.0, 2.0 * b / (a + np.sqrt(np.maximum(a**2 - 4.0 * b**2, 0.0))), 0.0)
+        return replace(self, kept=kept, mixed=mixed)

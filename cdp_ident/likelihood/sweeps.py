@@ -9,60 +9,136 @@ transformations: the square-root information filter (Bierman, Factorization Meth
 """
 
 import math
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
 
 from cdp_ident.machine.compilation import compiled, part
 from cdp_ident.model.layout import RODS_STATES
 
+Array = npt.NDArray[np.float64]
+
+_NOTHING = 1e-280
+"""The square of the length of a column in which there is nothing."""
 _SPEEDS = RODS_STATES - 2
 """Where the rods' speeds are in a state, which impulses of torques change."""
 
 
+class Whitened(NamedTuple):
+    """A linearised swing whose readings' noise is white and of size one."""
+
+    transitions: Array
+    """(nodes, n, d) A: where the motion comes at the next node, by state and unknowns."""
+    gaps: Array
+    """(nodes, n) c."""
+    pushes: Array
+    """(nodes, 2, 2) changes of the rods' speeds by impulses of torque over A22 in both joints."""
+    rows: Array
+    """(samples, 2, d) H, by the state at the node before and the unknowns."""
+    right: Array
+    """(samples, 2) r."""
+    samples_at: npt.NDArray[np.int64]
+    """(nodes + 1,) where the samples of each node begin."""
+    sizes: Array
+    """(2,) standard deviation of the impulses of both joints."""
+
+
+@compiled
+def filter_rows(rows, right, new, follows, samples_at, kept, mixed, transitions, gaps):
+    """Turn what readings are off by into what is new in their noise; see `Noise`.
+
+    Args:
+        rows: (samples, 2, d) derivatives by a state whose last two numbers carry noise, and by the unknowns.
+        right: (samples, 2) residuals; what is carried at each node's beginning is in the state, not here.
+        new: (samples, 2) the same; here it is.
+        follows: (samples, 2) whether a reading's noise remembers the one before.
+        samples_at: (nodes + 1,) where the samples of each node begin.
+        kept: (2,) of the noise.
+        mixed: (2,) of the noise.
+        transitions: (nodes, n, d) takes those of what is carried.
+        gaps: (nodes, n) takes those of what is carried.
+    """
+    nodes, n, d = transitions.shape
+    carried = np.zeros(d + 1)
+    for joint in range(2):
+        before = 0.0
+        for k in range(nodes):
+            carried[:] = 0.0
+            carried[n - 2 + joint] = 1.0
+            for sample in range(samples_at[k], samples_at[k + 1]):
+                shown = right[sample, joint]
+                left = shown
+                if follows[sample, joint]:
+                    left += carried[d]
+                    new[sample, joint] += before
+                for j in range(d):
+                    of = rows[sample, joint, j]
+                    total = of + carried[j] if follows[sample, joint] else of
+                    rows[sample, joint, j] = total
+                    carried[j] = mixed[joint] * total - kept[joint] * of
+                right[sample, joint] = left
+                carried[d] = mixed[joint] * left - kept[joint] * shown
+                before = mixed[joint] * new[sample, joint] - kept[joint] * shown
+            for j in range(d):
+                transitions[k, n - 2 + joint, j] = carried[j]
+            gaps[k, n - 2 + joint] = carried[d]
+
+
 @part
-def triangularise(matrix, rows, columns):
-    """Make the first rows and columns of a matrix an upper triangle, by Householder's reflections."""
-    for j in range(min(columns, rows - 1)):
+def triangularise(matrix, rows, pivots, columns):
+    """Make the first pivots of a matrix's columns an upper triangle, by Householder's reflections of all columns.
+
+    The row after the last one is used up.
+    """
+    for j in range(min(pivots, rows - 1)):
         square = 0.0
         for i in range(j, rows):
             square += matrix[i, j] * matrix[i, j]
-        if square == 0.0:
+        if square < _NOTHING:  # its square root times a number would be lost, and there is nothing to be divided by
+            for i in range(j, rows):
+                matrix[i, j] = 0.0
             continue
         norm = -math.sqrt(square) if matrix[j, j] > 0.0 else math.sqrt(square)
         head = matrix[j, j] - norm
         scale = -1.0 / (norm * head)
         matrix[j, j] = norm
         for k in range(j + 1, columns):
-            along = head * matrix[j, k]
-            for i in range(j + 1, rows):
-                along += matrix[i, j] * matrix[i, k]
-            along *= scale
-            matrix[j, k] -= along * head
-            for i in range(j + 1, rows):
-                matrix[i, k] -= along * matrix[i, j]
+            matrix[rows, k] = head * matrix[j, k]
         for i in range(j + 1, rows):
-            matrix[i, j] = 0.0
+            below = matrix[i, j]
+            if below != 0.0:
+                for k in range(j + 1, columns):
+                    matrix[rows, k] += below * matrix[i, k]
+        for k in range(j + 1, columns):
+            matrix[rows, k] *= scale
+            matrix[j, k] -= head * matrix[rows, k]
+        for i in range(j + 1, rows):
+            below = matrix[i, j]
+            if below != 0.0:
+                for k in range(j + 1, columns):
+                    matrix[i, k] -= below * matrix[rows, k]
+                matrix[i, j] = 0.0
 
 
 @compiled
-def backwards(linear, samples_at, roots, memory, sizes, impulses, triangle, matrix):
+def backwards(swing, impulses, triangles, others, matrix):
     """Carry the information of all readings back to the first node, and return the logarithm of a determinant.
 
     Args:
-        linear: see `Linearised`: A, c, G, H and r.
-        samples_at: (nodes + 1,) where the samples of each node begin.
-        roots: (samples, 2) one over the standard deviation of what is new in each reading's noise.
-        memory: (samples, 2) how much of the noise of the reading before is still in each, 0 for the first ones.
-        sizes: (2,) standard deviation of the impulses.
+        swing: see `Whitened`.
         impulses: (nodes, 2, d + 3) takes the rows that give them: derivatives by both, by state and unknowns, the rest.
-        triangle: (d + 1, d + 1) takes R and z at the first node.
-        matrix: memory for d + 5 + 2 times the most samples of a node rows, d + 3 columns.
+        triangles: (nodes, own, d + 1) takes R and z at each node. Of the d directions the first ones, `own`, are
+            estimated; the others are candidates.
+        others: (nodes or 1, d + 1 - own, d + 1 - own) takes the products of what is left of candidates and readings,
+            once the rest is estimated, from each node or the first one on.
+        matrix: memory for own + 3 + 2 times the most samples of a node rows, d + 3 columns.
     """
-    transitions, gaps, pushes, slopes = linear.transitions, linear.gaps, linear.pushes, linear.slopes
-    residuals = linear.residuals
+    transitions, gaps, pushes = swing.transitions, swing.gaps, swing.pushes
+    all_rows, right, samples_at, sizes = swing.rows, swing.right, swing.samples_at, swing.sizes
     nodes, n, d = transitions.shape
-    logarithm = 0.0
-    for i in range(d + 1):
-        for j in range(d + 1):
-            triangle[i, j] = 0.0
+    own, logarithm = triangles.shape[1], 0.0
+    others[:] = 0.0
     for k in range(nodes - 1, -1, -1):
         rows = 2
         for i in range(2):
@@ -70,7 +146,8 @@ def backwards(linear, samples_at, roots, memory, sizes, impulses, triangle, matr
                 matrix[i, j] = 0.0
             matrix[i, i] = 1.0 / sizes[i]
         if k < nodes - 1:
-            for i in range(d + 1):
+            triangle = triangles[k + 1]
+            for i in range(own):
                 for torque in range(2):
                     matrix[rows, torque] = (
                         triangle[i, _SPEEDS] * pushes[k, 0, torque] + triangle[i, _SPEEDS + 1] * pushes[k, 1, torque]
@@ -85,73 +162,136 @@ def backwards(linear, samples_at, roots, memory, sizes, impulses, triangle, matr
                     total += triangle[i, state] * gaps[k, state]
                 matrix[rows, 2 + d] = total
                 rows += 1
-            # The next node's first readings have noise that remembers this one's last.
-            first = samples_at[k + 1]
-            for joint in range(2 if samples_at[k + 2] > first else 0):
-                root, remembered = roots[first, joint], memory[first, joint]
-                for torque in range(2):
-                    matrix[rows, torque] = root * (
-                        slopes[first, joint, _SPEEDS] * pushes[k, 0, torque]
-                        + slopes[first, joint, _SPEEDS + 1] * pushes[k, 1, torque]
-                    )
-                for j in range(d):
-                    total = slopes[first, joint, j] if j >= n else 0.0
-                    for state in range(n):
-                        total += slopes[first, joint, state] * transitions[k, state, j]
-                    before = remembered * slopes[first - 1, joint, j] if remembered != 0.0 else 0.0
-                    matrix[rows, 2 + j] = root * (total - before)
-                total = residuals[first, joint]
-                for state in range(n):
-                    total += slopes[first, joint, state] * gaps[k, state]
-                before = remembered * residuals[first - 1, joint] if remembered != 0.0 else 0.0
-                matrix[rows, 2 + d] = root * (total - before)
-                rows += 1
-        for sample in range(samples_at[k] + (1 if k > 0 else 0), samples_at[k + 1]):
+        for sample in range(samples_at[k], samples_at[k + 1]):
             for joint in range(2):
-                root, remembered = roots[sample, joint], memory[sample, joint]
                 matrix[rows, 0], matrix[rows, 1] = 0.0, 0.0
                 for j in range(d):
-                    before = remembered * slopes[sample - 1, joint, j] if remembered != 0.0 else 0.0
-                    matrix[rows, 2 + j] = root * (slopes[sample, joint, j] - before)
-                before = remembered * residuals[sample - 1, joint] if remembered != 0.0 else 0.0
-                matrix[rows, 2 + d] = root * (residuals[sample, joint] - before)
+                    matrix[rows, 2 + j] = all_rows[sample, joint, j]
+                matrix[rows, 2 + d] = right[sample, joint]
                 rows += 1
-        triangularise(matrix, rows, d + 3)
+        triangularise(matrix, rows, 2 + own, d + 3)
         for i in range(2):
             logarithm += 2.0 * math.log(abs(matrix[i, i]) * sizes[i])
             for j in range(d + 3):
                 impulses[k, i, j] = matrix[i, j]
-        for i in range(d + 1):
+        for i in range(own):
             for j in range(d + 1):
-                triangle[i, j] = matrix[2 + i, 2 + j] if 2 + i < rows else 0.0
+                triangles[k, i, j] = matrix[2 + i, 2 + j] if 2 + i < rows else 0.0
+        at = k if len(others) == nodes else 0
+        if 0 < at + 1 < len(others):
+            others[at] = others[at + 1]
+        for row in range(2 + own, rows):
+            for i in range(d + 1 - own):
+                left = matrix[row, 2 + own + i]
+                if left != 0.0:
+                    for j in range(i + 1):
+                        others[at, i, j] += left * matrix[row, 2 + own + j]
+    for at in range(len(others)):
+        for i in range(d + 1 - own):
+            for j in range(i):
+                others[at, j, i] = others[at, i, j]
     return logarithm
 
 
-@compiled
-def forwards(transitions, gaps, pushes, impulses, deviation, change, states, torques):
-    """Move the states at all nodes to the most likely ones, and fill in the impulses (nodes, 2).
+@part
+def _quadratic(spread, matrix, row):
+    """Return a row of a matrix times a symmetric matrix (d, d) times that row."""
+    total = 0.0
+    for i in range(len(spread)):
+        along = 0.5 * spread[i, i] * matrix[row, i]
+        for j in range(i):
+            along += spread[i, j] * matrix[row, j]
+        total += 2.0 * matrix[row, i] * along
+    return total
 
-    Given are the deviation (d,) at the first node, of the state and of the unknowns, and memory (n,).
+
+@compiled
+def forwards(swing, impulses, deviations, spreads, torques, freedom, matrix):
+    """Find the most likely deviation at each node from where the motion was linearised, and the impulses.
+
+    Args:
+        swing: see `Whitened`.
+        impulses: (nodes, 2, d + 3) rows that `backwards` found.
+        deviations: (nodes, own) takes the most likely ones, of the state and of the unknowns; the first one is given.
+        spreads: (nodes, own, own) takes their covariances; the first one is given.
+        torques: (nodes, 2, 2) takes the impulses of both joints and their standard deviations.
+        freedom: (4, 2) takes how many degrees of freedom the estimates took from each encoder's noise, how many each
+            joint's impulses have, the sum of what readings decide of each, from 0 to 1, and the sum of squares of what
+            is new in each encoder's noise, over its variance, and of the impulses.
+        matrix: memory for 2 n + 3 rows and own + 1 columns.
     """
-    nodes, n, d = transitions.shape
+    transitions, gaps, pushes = swing.transitions, swing.gaps, swing.pushes
+    rows, right, samples_at, sizes = swing.rows, swing.right, swing.samples_at, swing.sizes
+    (nodes, n, last), d = transitions.shape, deviations.shape[1]
+    last += 2
+    for i in range(4):
+        freedom[i, 0], freedom[i, 1] = 0.0, 0.0
+    row, first_gain, second_gain, product = n, n + 1, n + 2, n + 3
     for k in range(nodes):
-        for state in range(n):
-            states[k, state] += deviation[state]
+        deviation, spread = deviations[k], spreads[k]
+        for sample in range(samples_at[k], samples_at[k + 1]):
+            for joint in range(2):
+                left = right[sample, joint]
+                for j in range(d):
+                    matrix[row, j] = rows[sample, joint, j]
+                    left += matrix[row, j] * deviation[j]
+                freedom[0, joint] += _quadratic(spread, matrix, row)
+                freedom[2, joint] += left * left
         if k == nodes - 1:
             break
-        first, second = impulses[k, 0, d + 2], impulses[k, 1, d + 2]
-        for j in range(d):
-            first += impulses[k, 0, 2 + j] * deviation[j]
-            second += impulses[k, 1, 2 + j] * deviation[j]
-        torques[k, 1] = -second / impulses[k, 1, 1]
-        torques[k, 0] = -(first + impulses[k, 0, 1] * torques[k, 1]) / impulses[k, 0, 0]
+        # The impulses are what the rows give, and have a spread beside that: (u0, u1) = (a, b) times independent ones.
+        a, b = 1.0 / impulses[k, 0, 0], 1.0 / impulses[k, 1, 1]
+        c = -impulses[k, 0, 1] * a * b
+        for j in range(d + 1):
+            place = 2 + j if j < d else last
+            matrix[second_gain, j] = -impulses[k, 1, place] * b
+            matrix[first_gain, j] = -impulses[k, 0, place] * a - impulses[k, 1, place] * c
+        for torque in range(2):
+            gain = n + 1 + torque
+            mean, square = matrix[gain, d], a * a + c * c if torque == 0 else b * b
+            for i in range(d):
+                mean += matrix[gain, i] * deviation[i]
+            square += _quadratic(spread, matrix, gain)
+            torques[k, 0, torque], torques[k, 1, torque] = mean, math.sqrt(max(square, 0.0))
+            freedom[1, torque] += 1.0 - square / sizes[torque] ** 2
+            freedom[3, torque] += (mean / sizes[torque]) ** 2
+        # Where the next node's state is, as a function of this deviation and of the two independent ones.
         for state in range(n):
             total = gaps[k, state]
             for j in range(d):
                 total += transitions[k, state, j] * deviation[j]
-            change[state] = total
-        for state in range(n):
-            deviation[state] = change[state]
+                matrix[state, j] = transitions[k, state, j]
+            matrix[state, d] = total
         for rod in range(2):
+            state = _SPEEDS + rod
             for torque in range(2):
-                deviation[_SPEEDS + rod] += pushes[k, rod, torque] * torques[k, torque]
+                matrix[state, d] += pushes[k, rod, torque] * torques[k, 0, torque]
+                for j in range(d):
+                    matrix[state, j] += pushes[k, rod, torque] * matrix[n + 1 + torque, j]
+        # The spread at the next node: T spread T' + what the independent ones add, T being rows of the state alone.
+        later, spread_later = deviations[k + 1], spreads[k + 1]
+        for j in range(d):
+            later[j] = matrix[j, d] if j < n else deviation[j]
+        for i in range(n, d):
+            for j in range(n, d):
+                spread_later[i, j] = spread[i, j]
+        for state in range(n):
+            for j in range(d):
+                total = 0.0
+                for i in range(d):
+                    total += matrix[state, i] * spread[i, j]
+                matrix[product + state, j] = total
+        for state in range(n):
+            for j in range(n, d):
+                spread_later[state, j] = matrix[product + state, j]
+                spread_later[j, state] = matrix[product + state, j]
+            for j in range(state + 1):
+                total = 0.0
+                for i in range(d):
+                    total += matrix[product + state, i] * matrix[j, i]
+                if state >= _SPEEDS and j >= _SPEEDS and state < RODS_STATES:
+                    one_a, other_a = pushes[k, state - _SPEEDS, 0], pushes[k, j - _SPEEDS, 0]
+                    one_b, other_b = pushes[k, state - _SPEEDS, 1], pushes[k, j - _SPEEDS, 1]
+                    total += one_a * other_a * a * a + (one_a * c + one_b * b) * (other_a * c + other_b * b)
+                spread_later[state, j] = total
+                spread_later[j, state] = total

@@ -126,7 +126,7 @@ class Swing:
 
         Where the trial's unit of time is uncertain, its relative error is one number more.
         """
-        nodes = self._node_times
+        nodes = self.node_times
         angles, speeds = local_motion(self.time, np.cumsum(self.readings, axis=1), np.minimum(nodes, self.time[-1]))
         states = np.zeros((len(nodes), model.states + (self.time_std > 0.0)))
         states[:, :RODS_STATES] = np.concatenate([angles, speeds], axis=1)
@@ -146,7 +146,8 @@ class Swing:
         return self.grids[0].steps * self.grids[0].step
 
     @property
-    def _node_times(self) -> Array:
+    def node_times(self) -> Array:
+        """(nodes,) when they are, since the first sample [s]."""
         return np.cumsum([0.0, *(grid.steps * grid.step for grid in self.grids[:-1])])
 
     def linearised(self, model: MotionModel, values: Array, states: Array) -> Linearised:
@@ -155,7 +156,7 @@ class Swing:
         of_trial = weighted.values if weighted else values
         acting = model.acting(of_trial, self.trial, weighted.carried if weighted else 0.0)
         coefficients = model.coefficients(of_trial)
-        begins = self.begin + self._node_times
+        begins = self.begin + self.node_times
         found = motions(
             [
                 InitialValueProblem(coefficients, state[: model.states], grid, u, acting, begin)
@@ -176,6 +177,9 @@ class Swing:
             by = np.concatenate([by, of_zeros], axis=-1)
             ends_by = np.concatenate([ends_by, np.zeros((*ends_by.shape[:2], 2))], axis=-1)
             columns = np.append(columns, np.arange(zeros.start, zeros.stop))
+            order = np.argsort(columns, kind="stable")
+            columns, by = columns[order], np.concatenate([by[..., :n], by[..., n:][..., order]], axis=-1)
+            ends_by = np.concatenate([ends_by[..., :n], ends_by[..., n:][..., order]], axis=-1)
         ends = found.ends
         if self.time_std > 0.0:
             # Measured against a clock that is fast by a share, a motion is where it would be that share of t later.

@@ -197,7 +197,7 @@ def _whole_swings(found: WholeSwings | None, inertia: float) -> Section | None:
     return {
         "noise_rad": dict(zip(JOINTS, noise.encoders.tolist(), strict=True)),
         "noise_memory": dict(zip(JOINTS, noise.memory.tolist(), strict=True)),
-        "missing_torque": dict(zip(JOINTS, (inertia * noise.torque).tolist(), strict=True)),
+        "missing_torque": dict(zip(JOINTS, (inertia * found.torque).tolist(), strict=True)),
         "swings": len(found.states),
         "steps": found.steps,
     }

@@ -3,75 +3,147 @@
 import numpy as np
 import pytest
 
-from cdp_ident.likelihood.sweeps import backwards, forwards
-from cdp_ident.likelihood.swing import Linearised
+from cdp_ident.likelihood.sweeps import Whitened, backwards, filter_rows, forwards
 
 
-def problem(rng, nodes=6, n=5, unknowns=3, memory=0.0):
+def problem(rng, nodes=6, n=5, unknowns=3):
     d = n + unknowns
-    transitions = rng.normal(size=(nodes, n, d)) * 0.6
-    gaps, pushes = rng.normal(size=(nodes, n)) * 0.1, rng.normal(size=(nodes, 2, 2))
     samples_at = np.concatenate([[0], np.cumsum(rng.integers(1, 4, nodes))])
     samples = int(samples_at[-1])
-    remembered = np.full((samples, 2), memory)
-    remembered[0] = 0.0
-    slopes, residuals = rng.normal(size=(samples, 2, d)), rng.normal(size=(samples, 2))
-    roots = rng.uniform(1.0, 3.0, (samples, 2))
-    return transitions, gaps, pushes, slopes, residuals, samples_at, roots, remembered, rng.uniform(0.1, 1.0, 2)
-
-
-def solved_at_once(transitions, gaps, pushes, slopes, residuals, samples_at, roots, remembered, sizes):
-    """Return states (nodes, n), unknowns, impulses (nodes, 2), the sum of squares, and the logarithm of a determinant.
-
-    The columns of the problem are the first state, the unknowns, and all impulses: later states follow from these.
-    """
-    nodes, n, d = transitions.shape
-    unknowns, columns = d - n, d + 2 * (nodes - 1)
-    states, constants = [np.eye(n, columns)], [np.zeros(n)]
-    of_unknowns = np.zeros((unknowns, columns))
-    of_unknowns[:, n:d] = np.eye(unknowns)
-    for k in range(nodes - 1):
-        state = transitions[k] @ np.vstack([states[-1], of_unknowns])
-        state[2:4, d + 2 * k : d + 2 * k + 2] += pushes[k]
-        constants.append(transitions[k][:, :n] @ constants[-1] + gaps[k])
-        states.append(state)
-    shown, left = np.zeros((len(slopes), 2, columns)), residuals.copy()
-    for k in range(nodes):
-        for j in range(samples_at[k], samples_at[k + 1]):
-            shown[j] = slopes[j] @ np.vstack([states[k], of_unknowns])
-            left[j] += slopes[j][:, :n] @ constants[k]
-    rows, target = [], []
-    for j in range(len(slopes)):
-        for joint in range(2):
-            before = remembered[j, joint]
-            rows.append(roots[j, joint] * (shown[j, joint] - (before * shown[j - 1, joint] if before else 0.0)))
-            target.append(roots[j, joint] * (left[j, joint] - (before * left[j - 1, joint] if before else 0.0)))
-    impulses = np.zeros((2 * (nodes - 1), columns))
-    impulses[:, d:] = np.diag(np.tile(1.0 / sizes, nodes - 1))
-    matrix, right = np.vstack([*rows, impulses]), np.concatenate([target, np.zeros(len(impulses))])
-    solution = np.linalg.lstsq(matrix, -right)[0]
-    squares = float(np.sum((matrix @ solution + right) ** 2))
-    found = np.array([state @ solution + constant for state, constant in zip(states, constants, strict=True)])
-    logarithm = np.linalg.slogdet(matrix.T @ matrix)[1] + 2.0 * (nodes - 1) * np.log(sizes).sum()
-    return found, solution[n:d], solution[d:].reshape(-1, 2), squares, logarithm
-
-
-@pytest.mark.parametrize("memory", [0.0, 0.7])
-@pytest.mark.parametrize("seed", range(4))
-def test_they_solve_the_problem_of_all_states_impulses_and_unknowns_together(seed, memory):
-    given = problem(np.random.default_rng(seed), memory=memory)
-    nodes, n, d = given[0].shape
-    triangle, impulses = np.empty((d + 1, d + 1)), np.empty((nodes, 2, d + 3))
-    logarithm = backwards(
-        Linearised(*given[:5], np.arange(d - n)), *given[5:], impulses, triangle, np.empty((d + 13, d + 3))
+    return Whitened(
+        transitions=rng.normal(size=(nodes, n, d)) * 0.6,
+        gaps=rng.normal(size=(nodes, n)) * 0.1,
+        pushes=rng.normal(size=(nodes, 2, 2)),
+        rows=rng.normal(size=(samples, 2, d)),
+        right=rng.normal(size=(samples, 2)),
+        samples_at=samples_at,
+        sizes=rng.uniform(0.1, 1.0, 2),
     )
-    deviation = -np.linalg.solve(triangle[:d, :d], triangle[:d, -1])
-    states, torques = np.zeros((nodes, n)), np.zeros((nodes, 2))
-    forwards(*given[:3], impulses, deviation.copy(), np.empty(n), states, torques)
-    expected = solved_at_once(*given)
-    np.testing.assert_allclose(states, expected[0], atol=1e-9)
-    np.testing.assert_allclose(deviation[n:], expected[1], atol=1e-9)
-    np.testing.assert_allclose(torques[:-1], expected[2], atol=1e-9)
-    assert triangle[d, d] ** 2 == pytest.approx(expected[3])
-    whole = logarithm + 2.0 * np.sum(np.log(np.abs(np.diag(triangle)[:d])))
-    assert whole == pytest.approx(expected[4])
+
+
+class Dense:
+    """The same at once: its columns are the first state, the unknowns and all impulses, from which the rest follows."""
+
+    def __init__(self, swing):
+        nodes, n, d = swing.transitions.shape
+        columns = d + 2 * (nodes - 1)
+        of_unknowns = np.eye(d, columns)[n:]
+        states, constants = [np.eye(n, columns)], [np.zeros(n)]
+        for k in range(nodes - 1):
+            state = swing.transitions[k] @ np.vstack([states[-1], of_unknowns])
+            state[2:4, d + 2 * k : d + 2 * k + 2] += swing.pushes[k]
+            constants.append(swing.transitions[k][:, :n] @ constants[-1] + swing.gaps[k])
+            states.append(state)
+        shown, left = np.zeros((len(swing.rows), 2, columns)), swing.right.copy()
+        for k in range(nodes):
+            for j in range(swing.samples_at[k], swing.samples_at[k + 1]):
+                shown[j] = swing.rows[j] @ np.vstack([states[k], of_unknowns])
+                left[j] += swing.rows[j][:, :n] @ constants[k]
+        self.shown, self.left, self.states, self.constants = shown, left, np.array(states), np.array(constants)
+        self.of_unknowns, self.d, self.sizes = of_unknowns, d, swing.sizes
+        impulses = np.eye(columns)[d:] / np.tile(swing.sizes, nodes - 1)[:, None]
+        self.matrix = np.vstack([shown.reshape(-1, columns), impulses])
+        self.right = np.concatenate([left.ravel(), np.zeros(len(impulses))])
+        self.covariance = np.linalg.inv(self.matrix.T @ self.matrix)
+        self.solution = -self.covariance @ self.matrix.T @ self.right
+
+
+def swept(swing, own=None, all_nodes=False):
+    (nodes, n, d), own = swing.transitions.shape, own or swing.transitions.shape[2]
+    triangles, impulses = np.full((nodes, own, d + 1), np.nan), np.full((nodes, 2, d + 3), np.nan)
+    others = np.full((nodes if all_nodes else 1, d + 1 - own, d + 1 - own), np.nan)
+    most = int(np.diff(swing.samples_at).max())
+    logarithm = backwards(swing, impulses, triangles, others, np.empty((own + 3 + 2 * most, d + 3)))
+    deviations, spreads = np.full((nodes, own), np.nan), np.full((nodes, own, own), np.nan)
+    inverse = np.linalg.inv(triangles[0, :, :own])
+    deviations[0], spreads[0] = -inverse @ triangles[0, :, d], inverse @ inverse.T
+    torques, freedom = np.zeros((nodes, 2, 2)), np.full((4, 2), np.nan)
+    forwards(swing, impulses, deviations, spreads, torques, freedom, np.empty((2 * n + 3, own + 1)))
+    return logarithm, triangles, others, deviations, spreads, torques, freedom
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_they_solve_the_problem_of_all_states_impulses_and_unknowns_together(seed):
+    swing = problem(np.random.default_rng(seed))
+    dense, (logarithm, triangles, others, deviations, _, torques, _) = Dense(swing), swept(swing)
+    nodes, n, d = swing.transitions.shape
+    np.testing.assert_allclose(deviations[:, :n], dense.states @ dense.solution + dense.constants, atol=1e-9)
+    np.testing.assert_allclose(deviations[:, n:], np.tile(dense.solution[n:d], (nodes, 1)), atol=1e-9)
+    np.testing.assert_allclose(torques[:-1, 0].ravel(), dense.solution[d:], atol=1e-9)
+    left = dense.matrix @ dense.solution + dense.right
+    assert others[0, 0, 0] == pytest.approx(left @ left)
+    whole = logarithm + 2.0 * np.sum(np.log(np.abs(np.diag(triangles[0]))))
+    of_impulses = 2.0 * (nodes - 1) * np.log(swing.sizes).sum()
+    assert whole == pytest.approx(np.linalg.slogdet(dense.matrix.T @ dense.matrix)[1] + of_impulses)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_covariances_at_each_node_and_of_each_impulse_are_those_of_that_problem(seed):
+    swing = problem(np.random.default_rng(seed))
+    dense, (_, _, _, _, spreads, torques, _) = Dense(swing), swept(swing)
+    for spread, states in zip(spreads, dense.states, strict=True):
+        both = np.vstack([states, dense.of_unknowns])
+        np.testing.assert_allclose(spread, both @ dense.covariance @ both.T, atol=1e-9)
+    np.testing.assert_allclose(torques[:-1, 1].ravel(), np.sqrt(np.diag(dense.covariance)[dense.d :]), atol=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_degrees_of_freedom_are_what_readings_and_impulses_take(seed):
+    swing = problem(np.random.default_rng(seed))
+    dense, (*_, torques, freedom) = Dense(swing), swept(swing)
+    taken = np.einsum("sje,ef,sjf->j", dense.shown, dense.covariance, dense.shown)
+    of_impulses = np.diag(dense.covariance)[dense.d :].reshape(-1, 2) / swing.sizes**2
+    np.testing.assert_allclose(freedom[0], taken)
+    np.testing.assert_allclose(freedom[1], np.sum(1.0 - of_impulses, axis=0))
+    np.testing.assert_allclose(freedom[2], np.sum((dense.shown @ dense.solution + dense.left) ** 2, axis=0))
+    np.testing.assert_allclose(freedom[3], np.sum((torques[:-1, 0] / swing.sizes) ** 2, axis=0))
+    # What is determined in all: the state, the unknowns, and as much of the impulses as readings decide.
+    assert freedom[0].sum() == pytest.approx(dense.d + freedom[1].sum())
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_candidates_keep_what_the_estimated_ones_do_not_explain(seed):
+    swing = problem(np.random.default_rng(seed), unknowns=5)
+    d, own = swing.transitions.shape[2], 7
+    dense, (_, _, others, *_) = Dense(swing), swept(swing, own, all_nodes=True)
+    at = np.arange(dense.matrix.shape[1])
+    estimated = dense.matrix[:, (at < own) | (at >= d)]
+    candidates = np.column_stack([dense.matrix[:, own:d], dense.right])
+    left = candidates - estimated @ np.linalg.lstsq(estimated, candidates)[0]
+    np.testing.assert_allclose(others[0], left.T @ left, atol=1e-9)
+    np.testing.assert_allclose(others[0], swept(swing, own)[2][0], atol=1e-9)
+
+
+def test_a_node_s_triangle_says_what_all_readings_from_it_on_say():
+    swing = problem(np.random.default_rng(9))
+    _, triangles, others, *_ = swept(swing, all_nodes=True)
+    from_second = swing.samples_at[2]
+    later = Whitened(
+        *(part[2:] for part in swing[:3]), swing.rows[from_second:], swing.right[from_second:],
+        swing.samples_at[2:] - from_second, swing.sizes,
+    )  # fmt: skip
+    _, of_later, left, *_ = swept(later)
+    for expected, found in ((of_later[0], triangles[2]), (left[0], others[2])):
+        np.testing.assert_allclose(found.T @ found, expected.T @ expected, atol=1e-9)
+
+
+def test_what_is_new_in_noise_does_not_depend_on_where_nodes_are():
+    rng, samples, d = np.random.default_rng(3), 12, 6
+    kept, mixed, follows = np.array([0.8, 0.6]), np.array([0.3, 0.0]), np.ones((samples, 2), dtype=bool)
+    follows[0] = False
+    follows[7, 0] = False
+    right = rng.normal(size=(samples, 2))
+    news = []
+    for samples_at in (np.array([0, samples]), np.array([0, 3, 5, 10, samples])):
+        nodes = len(samples_at) - 1
+        new, transitions, gaps = right.copy(), np.zeros((nodes, d - 1, d)), np.zeros((nodes, d - 1))
+        filter_rows(np.zeros((samples, 2, d)), right.copy(), new, follows, samples_at, kept, mixed, transitions, gaps)
+        news.append(new)
+    np.testing.assert_allclose(news[0], news[1])
+    expected = right.copy()
+    for k in range(1, samples):
+        for joint in range(2):
+            if follows[k, joint]:
+                before = mixed[joint] * expected[k - 1, joint] - kept[joint] * right[k - 1, joint]
+                expected[k, joint] += before
+    np.testing.assert_allclose(news[0], expected)

@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import replace
-from functools import cache
 
 import numpy as np
 import pytest
@@ -10,53 +9,27 @@ from scipy.integrate import solve_ivp
 
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.active_effect import ActiveEffect
-from cdp_ident.fit.mechanism import Mechanism
-from cdp_ident.fit.motion_model import MotionModel
-from cdp_ident.likelihood.swing import Swing
 from cdp_ident.likelihood.whole_swing import most_likely
-from cdp_ident.model.effects.catalogue import CATALOGUE
-from cdp_ident.model.parameters import SYMBOLS, groups_of
 from cdp_ident.trial.trial import Trial
-from reference import pendulum, sticking
-from reference.dry_friction import DryFriction
-from reference.pendulum import TABLE_2, TABLE_5
-
-MODEL = MotionModel(Mechanism(0.4, 9.81, 0.4, 0.03), penalty_of_errors=1e-8)
-UNIT = math.sqrt(0.4 / 9.81)
-TRUE, BEGIN = (groups_of(np.array([table[s] for s in SYMBOLS]), 0.4) for table in (TABLE_5, TABLE_2))
-TIME = np.arange(0.0, 8.0, 0.005)
-NOISE = 2.3e-4
-
-
-@cache
-def motion(start=(1.5, 1.2), hidden=()):
-    return pendulum.motion(TABLE_5, np.array([*start, 0.0, 0.0]), TIME)[:, :2]
-
-
-def trial(angles, rng, noise=NOISE, memory=0.0, time=TIME):
-    errors = rng.normal(size=angles.shape)
-    for k in range(1, len(errors) if memory else 0):
-        errors[k] = memory * errors[k - 1] + math.sqrt(1.0 - memory**2) * errors[k]
-    readings = np.column_stack([angles[:, 0], angles[:, 1] - angles[:, 0]]) + noise * errors
-    return Trial("swing", time, np.cumsum(readings, axis=1))
+from scenarios.swings import BEGIN, MODEL, NOISE, STEP, TIME, TRUE, known, measured, motion, recorded, states_of
 
 
 def found_in(trials, model=MODEL, values=BEGIN):
-    def swings_with(spacing):
-        swings = [s for k, one in enumerate(trials) for s in Swing.of(one, k, 0.005, spacing, 0.05, np.zeros(2))]
-        return swings, [swing.states(model, values, []) for swing in swings]
+    def with_nodes(spacing):
+        of = recorded(trials, spacing)
+        return of, states_of(of, model, values)
 
-    return most_likely(model, values, swings_with, np.full(2, 3e-4), UNIT)
+    return most_likely(model, values, with_nodes)
 
 
 @pytest.mark.parametrize("memory", [0.0, 0.8])
 def test_values_are_as_far_off_as_is_said_and_no_torque_is_missing(memory):
     rng = np.random.default_rng(4)
-    found = [found_in([trial(motion(), rng, memory=memory)]) for _ in range(12)]
+    found = [found_in([measured(motion(), rng, memory=memory)]) for _ in range(12)]
     off = np.array([(of.values - TRUE) / np.sqrt(np.diag(of.covariance)) for of in found])
     assert 0.7 < np.sqrt(np.mean(off**2)) < 1.4
     assert np.abs(off).max() < 4.0
-    assert all(np.all(of.noise.torque == 0.0) for of in found)
+    assert all(np.all(of.torque == 0.0) for of in found)
     encoders = np.mean([of.noise.encoders for of in found], axis=0)
     np.testing.assert_allclose(encoders, NOISE, rtol=0.15 if memory else 0.03)
     np.testing.assert_allclose(np.mean([of.noise.memory for of in found], axis=0), memory, atol=0.05)
@@ -64,8 +37,7 @@ def test_values_are_as_far_off_as_is_said_and_no_torque_is_missing(memory):
 
 def test_a_longer_swing_is_worth_more_than_its_halves():
     half = len(TIME) // 2
-    rng = np.random.default_rng(5)
-    whole = trial(motion(), rng)
+    whole = measured(motion(), np.random.default_rng(5))
     halves = [
         Trial("half", whole.time[part] - whole.time[part][0], whole.theta[part])
         for part in (slice(0, half), slice(half, None))
@@ -77,7 +49,7 @@ def test_a_longer_swing_is_worth_more_than_its_halves():
 
 def test_outliers_and_a_gap_change_little():
     rng = np.random.default_rng(6)
-    plain = trial(motion(), rng)
+    plain = measured(motion(), rng)
     theta = plain.theta.copy()
     theta[rng.choice(len(theta), 20, replace=False)] += 0.05
     kept = (TIME < 3.0) | (TIME > 3.12)
@@ -85,13 +57,13 @@ def test_outliers_and_a_gap_change_little():
     with_gap = found_in([Trial("gap", TIME[kept], plain.theta[kept])])
     for found in (with_them, with_gap):
         assert np.all(np.abs(found.values - TRUE) < 4.0 * np.sqrt(np.diag(found.covariance)))
-        assert np.all(found.noise.torque == 0.0)
+        assert not np.any(found.is_missing)
 
 
 def test_unknown_torques_are_as_large_as_they_were():
     """White noise moves the joints: constant for a step of 5 ms each."""
-    rng, size, step = np.random.default_rng(7), np.array([0.05, 0.02]), 0.005
-    torques = size / math.sqrt(step) * rng.normal(size=(len(TIME), 2))
+    rng, size = np.random.default_rng(7), np.array([0.02, 0.008])
+    torques = size / math.sqrt(STEP) * rng.normal(size=(len(TIME), 2))
     A23, A33, a1, c1, c2 = TRUE
     m2_l2 = A23 / 0.4
 
@@ -107,26 +79,31 @@ def test_unknown_torques_are_as_large_as_they_were():
 
     states = [np.array([1.5, 1.2, 0.0, 0.0])]
     for torque in torques[:-1]:
-        states.append(solve_ivp(rates, (0.0, step), states[-1], args=(torque,), rtol=1e-8, atol=1e-10).y[:, -1])
-    found = found_in([trial(np.array(states)[:, :2], rng)])
+        states.append(solve_ivp(rates, (0.0, STEP), states[-1], args=(torque,), rtol=1e-8, atol=1e-10).y[:, -1])
+    found = found_in([measured(np.array(states)[:, :2], rng)])
+    assert np.all(found.is_missing)
     np.testing.assert_allclose(found.noise.torque, size, rtol=0.35)
-    np.testing.assert_allclose(found.noise.encoders, NOISE, rtol=0.1)
+    np.testing.assert_allclose(found.noise.encoders, NOISE, rtol=0.2)  # which takes what torques do between nodes
     assert np.all(np.abs(found.values - TRUE) < 4.0 * np.sqrt(np.diag(found.covariance)))
-    spacing = TIME[-1] / len(found.impulses[0])
-    between = torques[:-1].cumsum(axis=0) * step
-    at = np.minimum(np.round(np.arange(len(found.impulses[0]) + 1) * spacing / step).astype(int), len(between) - 1)
-    assert np.corrcoef(found.impulses[0][2:-2, 0], np.diff(between[at], axis=0)[2:-2, 0])[0, 1] > 0.3
+    # Each impulse stands for the torque around it, at the end of the stretch after its node.
+    swing, (impulses,) = found.recorded.swings[0], found.impulses
+    between = np.concatenate([np.zeros((1, 2)), torques.cumsum(axis=0) * STEP])
+    begin = np.round((swing.node_times + 0.5 * swing.spacing) / STEP).astype(int)[2:-2]
+    true = between[begin + round(swing.spacing / STEP)] - between[begin]
+    means, std = impulses[2:-2].transpose(1, 0, 2)
+    assert np.corrcoef(means[:, 0], true[:, 0])[0, 1] > 0.3
+    assert np.sqrt(np.mean(((means - true) / std) ** 2)) < 1.4
 
 
 def test_dry_friction_that_a_model_lacks_is_missing_in_its_joint_and_nothing_is_missing_with_it():
-    angles = sticking.motion(TABLE_5, np.array([1.5, 1.2, 0.0, 0.0]), TIME, outer=DryFriction(0.002))[:, :2]
-    measured = trial(angles, np.random.default_rng(8))
-    without = found_in([measured])
-    assert without.noise.torque[1] > 0.003
-    assert without.noise.torque[0] < 0.3 * without.noise.torque[1]
-    (friction,) = (effect for effect in CATALOGUE if effect.key == "coulomb_friction.outer")
-    with_it = found_in([measured], MODEL.with_effect(ActiveEffect(friction)), np.append(without.values, 0.05))
-    assert np.all(with_it.noise.torque == 0.0)
+    trial = measured(motion(dry=0.002), np.random.default_rng(8))
+    without = found_in([trial])
+    assert without.is_missing[1]
+    assert without.torque[1] > 0.003
+    assert without.torque[0] < 0.3 * without.torque[1]
+    with_friction = MODEL.with_effect(ActiveEffect(known("coulomb_friction.outer")))
+    with_it = found_in([trial], with_friction, np.append(without.values, 0.05))
+    assert not np.any(with_it.is_missing)
     assert with_it.misfit < without.misfit - 100.0
     assert np.all(np.abs(with_it.values[:5] - TRUE) < 4.0 * np.sqrt(np.diag(with_it.covariance)[:5]))
 

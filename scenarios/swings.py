@@ -1,0 +1,64 @@
+"""Whole swings of a pendulum whose parameters are known, as the likelihood takes them."""
+
+import math
+from collections.abc import Sequence
+from functools import cache
+
+import numpy as np
+from scipy.signal import lfilter
+
+from cdp_ident.fit.mechanism import Mechanism
+from cdp_ident.fit.motion_model import MotionModel
+from cdp_ident.likelihood.swing import Swing
+from cdp_ident.likelihood.whole_swing import Recorded
+from cdp_ident.model.effects.catalogue import known_effects
+from cdp_ident.model.effects.effect import Effect
+from cdp_ident.model.parameters import SYMBOLS, groups_of
+from cdp_ident.trial.trial import Trial
+from reference import pendulum, sticking
+from reference.dry_friction import DryFriction
+from reference.pendulum import TABLE_2, TABLE_5, Array
+
+MODEL = MotionModel(Mechanism(0.4, 9.81, 0.4, 0.03), penalty_of_errors=1e-8)
+UNIT = math.sqrt(0.4 / 9.81)
+"""Time unit of the rig [s]."""
+TRUE, BEGIN = (groups_of(np.array([table[s] for s in SYMBOLS]), 0.4) for table in (TABLE_5, TABLE_2))
+STEP = 0.005
+TIME: Array = np.arange(0.0, 8.0, STEP, dtype=np.float64)
+NOISE = 2.3e-4
+"""Of both encoders [rad]."""
+
+
+def known(key: str) -> Effect:
+    """Return the catalogue's effect of a key."""
+    return next(effect for effect in known_effects() if effect.key == key)
+
+
+@cache
+def motion(start: tuple[float, float] = (1.5, 1.2), dry: float = 0.0) -> Array:
+    """Return angles (n, 2) of a swing from rest [rad], with dry friction in the outer joint [N m]."""
+    begin = np.array([*start, 0.0, 0.0])
+    if dry:
+        return sticking.motion(TABLE_5, begin, TIME, outer=DryFriction(dry))[:, :2]
+    return pendulum.motion(TABLE_5, begin, TIME)[:, :2]
+
+
+def measured(
+    angles: Array, rng: np.random.Generator, noise: float = NOISE, memory: float = 0.0, time: Array = TIME
+) -> Trial:
+    """Return what encoders without counts show of angles (n, 2); noise has a memory from each reading to the next."""
+    errors = rng.normal(size=angles.shape) * np.r_[1.0, np.full(len(angles) - 1, math.sqrt(1.0 - memory**2))][:, None]
+    errors = lfilter([1.0], [1.0, -memory], errors, axis=0)
+    readings = np.diff(angles, axis=1, prepend=0.0) + noise * errors
+    return Trial("swing", time, np.cumsum(readings, axis=1))
+
+
+def recorded(trials: Sequence[Trial], spacing: float) -> Recorded:
+    """Return trials with nodes of a spacing in time units."""
+    swings = [s for k, one in enumerate(trials) for s in Swing.of(one, k, STEP, spacing * UNIT, 0.05, np.zeros(2))]
+    return Recorded(tuple(swings), np.full(2, 3e-4), UNIT)
+
+
+def states_of(of: Recorded, model: MotionModel = MODEL, values: Array = TRUE) -> list[Array]:
+    """Return states of each swing to begin with, as readings show them."""
+    return [swing.states(model, values, []) for swing in of.swings]

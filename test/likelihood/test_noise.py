@@ -1,0 +1,125 @@
+"""Noise of encoders that is remembered is told from white noise, and whitened."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from cdp_ident.likelihood.noise import Noise
+from cdp_ident.likelihood.swing import Linearised, Swing
+from cdp_ident.trial.trial import Trial
+
+NODES, N, D = 10, 4, 9
+
+
+def swing(time):
+    (found,) = Swing.of(
+        Trial("still", time, np.zeros((len(time), 2))), 0, 0.005, 0.01 * len(time) / NODES, 0.05, np.zeros(2)
+    )
+    return replace(found, counts=np.ones((len(time), 2)))
+
+
+def linear(of, residuals):
+    nodes = len(of.grids)
+    return Linearised(
+        np.zeros((nodes, N, D)),
+        np.zeros((nodes, N)),
+        np.zeros((nodes, 2, 2)),
+        np.zeros((len(residuals), 2, D)),
+        residuals,
+        np.arange(D - N),
+    )
+
+
+def mixed_noise(rng, samples, kept, of_kept, white):
+    """Return noise (samples, 2) of which a part is kept, and a white one, of standard deviations."""
+    started = np.concatenate([np.ones((1, 2)), np.full((samples - 1, 2), np.sqrt(1.0 - kept**2))])
+    remembered = lfilter([1.0], [1.0, -kept], rng.normal(size=(samples, 2)) * started, axis=0)
+    return of_kept * remembered + white * rng.normal(size=(samples, 2))
+
+
+def times(samples):
+    return 0.01 * np.arange(samples)
+
+
+def remembered(noise):
+    of = swing(times(len(noise)))
+    return Noise.white(np.full(2, 1e-3), 1.0).remembering([of], [linear(of, noise)])
+
+
+@pytest.mark.parametrize(("of_kept", "white"), [(1e-3, 0.0), (1e-3, 1e-3), (2e-3, 1e-3)])
+def test_how_much_is_kept_and_how_much_is_in_the_next_reading_is_found(of_kept, white):
+    found = remembered(mixed_noise(np.random.default_rng(0), 40000, 0.8, of_kept, white))
+    np.testing.assert_allclose(found.kept, 0.8, atol=0.03)
+    np.testing.assert_allclose(found.memory, 0.8 * of_kept**2 / (of_kept**2 + white**2), atol=0.03)
+
+
+def test_white_noise_has_no_memory():
+    noises = [mixed_noise(np.random.default_rng(seed), 2000, 0.0, 0.0, 1e-3) for seed in range(20)]
+    assert all(remembered(noise).is_white for noise in noises)
+
+
+@pytest.mark.parametrize("white", [0.0, 1e-3])
+def test_whitening_leaves_white_noise_of_size_one(white):
+    noise = mixed_noise(np.random.default_rng(1), 40000, 0.8, 2e-3, white)
+    of = swing(times(len(noise)))
+    found = remembered(noise)
+    found = replace(found, new=found.new * np.std(noise, axis=0) / found.encoders)
+    whitened = found.whitened(of, linear(of, noise))
+    # What is carried from node to node is in the state, which here is as the sweep would find it.
+    left = shown(whitened)
+    np.testing.assert_allclose(np.std(left, axis=0), 1.0, atol=0.02)
+    for lag in range(1, 6):
+        assert np.all(np.abs(np.mean(left[lag:] * left[:-lag], axis=0)) < 0.03)
+
+
+def shown(whitened):
+    """Return what readings leave (samples, 2), given that nothing moves and nothing is remembered at the start."""
+    state, left = np.zeros(whitened.transitions.shape[1]), whitened.right.copy()
+    n = len(state)
+    for k in range(len(whitened.transitions)):
+        for sample in range(whitened.samples_at[k], whitened.samples_at[k + 1]):
+            left[sample] += whitened.rows[sample, :, :n] @ state
+        state = whitened.transitions[k, :, :n] @ state + whitened.gaps[k]
+    return left
+
+
+def test_the_size_of_the_noise_is_that_of_its_parts_together():
+    found = replace(remembered(mixed_noise(np.random.default_rng(2), 40000, 0.9, 1e-3, 1e-3)), new=np.ones(2))
+    noise = mixed_noise(np.random.default_rng(2), 40000, 0.9, 1e-3, 1e-3)
+    of = swing(times(len(noise)))
+    new = np.std(shown(found.whitened(of, linear(of, noise))), axis=0)
+    np.testing.assert_allclose(replace(found, new=new).encoders, np.sqrt(2.0) * 1e-3, rtol=0.03)
+
+
+def test_noise_is_forgotten_over_a_gap():
+    time = times(200)
+    time[100:] += 1.0
+    noise = Noise(np.full(2, 1e-3), np.full(2, 0.9), np.zeros(2), np.ones(2))
+    of = replace(swing(times(200)), time=time)
+    errors = np.full((200, 2), 1e-3)
+    left = shown(noise.whitened(of, linear(of, errors)))
+    usual = 1.0 - 0.9
+    np.testing.assert_allclose(left[[50, 150]], usual)
+    size = np.sqrt(1.0 - 0.9**2)  # of a reading before which there is nothing
+    np.testing.assert_allclose(left[[0, 100]], size)
+    steady = noise.logarithm(swing(times(200)))
+    assert noise.logarithm(of) == pytest.approx(steady - 2.0 * np.log(size**2))
+
+
+def test_outliers_count_less():
+    of, errors = swing(times(200)), np.random.default_rng(3).normal(size=(200, 2)) * 1e-3
+    errors[20] = 0.1
+    left = Noise.white(np.full(2, 1e-3), 1.0).whitened(of, linear(of, errors)).right
+    np.testing.assert_array_less(left[20], 0.3 * 100.0)
+    others = np.arange(200) != 20
+    np.testing.assert_allclose(left[others], errors[others] / 1e-3)
+
+
+def test_repeated_readings_that_do_not_count_are_no_part_of_the_likelihood():
+    of = swing(times(200))
+    counts = np.ones((200, 2))
+    counts[50:] = 0.0
+    noise = Noise.white(np.full(2, 1e-3), 1.0)
+    assert noise.logarithm(replace(of, counts=counts)) == pytest.approx(0.25 * noise.logarithm(of))
