@@ -177,9 +177,6 @@ class Swing:
             by = np.concatenate([by, of_zeros], axis=-1)
             ends_by = np.concatenate([ends_by, np.zeros((*ends_by.shape[:2], 2))], axis=-1)
             columns = np.append(columns, np.arange(zeros.start, zeros.stop))
-            order = np.argsort(columns, kind="stable")
-            columns, by = columns[order], np.concatenate([by[..., :n], by[..., n:][..., order]], axis=-1)
-            ends_by = np.concatenate([ends_by[..., :n], ends_by[..., n:][..., order]], axis=-1)
         ends = found.ends
         if self.time_std > 0.0:
             # Measured against a clock that is fast by a share, a motion is where it would be that share of t later.

@@ -189,10 +189,10 @@ class _Search:
             for _ in range(_MOST_STEPS if change < _ROUGHLY else 1):
                 step = self._step()
                 near = step.change < _ROUGHLY
-                adapted = self._adapt(step.freedom, near) if near or step.is_beyond else np.inf
+                adapted = self._adapt(step.sums, near) if near or step.is_beyond else np.inf
                 if not near or adapted < _CLOSE:
                     break
-            change, self._freedom = step.change, step.freedom[1]
+            change, self._freedom = step.change, step.sums[1]
             if change < least or (np.isfinite(adapted) and not near):
                 least, stalled = change, 0
             else:
@@ -240,28 +240,30 @@ class _Search:
         """Return where the most likely states and values are, as far as the motion is linear in them."""
         reduced = self._reduced()
         change, covariance, undetermined = _most_likely_change(self._model, self._values, reduced.of_values)
-        deviations = np.sqrt(np.diag(covariance))
-        known = (undetermined == 0.0) & (deviations > 0.0)
-        largest = float(np.abs(change[known] / deviations[known]).max(initial=0.0))
+        std = np.sqrt(np.diag(covariance))
+        known = (undetermined == 0.0) & (std > 0.0)
+        largest = float(np.abs(change[known] / std[known]).max(initial=0.0))
         all_states, all_impulses, total = list[Array](), list[Array](), np.zeros((4, 2))
         for states, linear, part in zip(self._states, self._linear, reduced.parts, strict=True):
-            (nodes, n, d), freedom = part.swing.transitions.shape, np.empty((4, 2))
-            torques = np.zeros((nodes, 2, 2))
-            deviations, spreads = np.empty((nodes, d)), np.empty((nodes, d, d))
+            (nodes, n, d), sums = part.swing.transitions.shape, np.empty((4, 2))
+            torques, deviations, spreads = np.zeros((nodes, 2, 2)), np.empty((nodes, d)), np.empty((nodes, d, d))
             deviations[0], spreads[0] = part.first_node(change[linear.columns], covariance, linear.columns)
-            memory_for_rows = np.empty((2 * n + 3, d + 1))
-            forwards(part.swing, part.impulses, deviations, spreads, torques, freedom, memory_for_rows)
+            forwards(part.swing, part.impulses, deviations, spreads, torques, sums, np.empty((2 * n + 3, d + 1)))
             all_states.append(states + deviations[:, : states.shape[1]])
             all_impulses.append(torques)
-            total += freedom
+            total += sums
             largest = max(largest, float(np.abs(deviations[:, :2]).max() / self._noise.encoders.max()))
         if not np.isfinite(largest):
             raise IdentificationError("the most likely motion cannot be computed")
         return _Step(self._values + change, all_states, all_impulses, total, largest)
 
-    def _adapt(self, freedom: Array, near: bool) -> float:
-        """Let the standard deviations fit what was found, and return by how much that matters to the likelihood."""
-        noise, (taken, freedom, squares, impulses) = self._noise, freedom
+    def _adapt(self, sums: Array, near: bool) -> float:
+        """Let the standard deviations fit what was found.
+
+        Return by how many of its own standard deviations the logarithm of one was off; infinity where states and values
+        are not near to what they will be.
+        """
+        noise, (taken, freedom, squares, impulses) = self._noise, sums
         counts = sum(swing.counts.sum(axis=0) for swing in self._swings)
         new = noise.new * np.sqrt(squares / np.maximum(counts - taken, 1.0))
         freedom, tiny = np.maximum(freedom, 0.0), np.finfo(float).tiny
@@ -274,7 +276,6 @@ class _Search:
             self._noise = replace(noise, torque=np.maximum(torque, noise.torque))
             return np.inf
         self._noise = replace(noise, new=new, torque=torque)
-        # By so many of its own standard deviations each logarithm is off.
         of_encoders = np.abs(squares - (counts - taken)) / np.sqrt(2.0 * np.maximum(counts - taken, 1.0))
         of_torques = np.abs(impulses - freedom) / np.sqrt(2.0 * np.maximum(freedom, tiny))
         matters = (freedom > _FREE) & (torque > least)
@@ -316,16 +317,15 @@ def _all_reduced(
     for swing, of, nodes_states in zip(swings, linear, states, strict=True):
         whitened = noise.whitened(swing, of)
         nodes, n, d = whitened.transitions.shape
-        triangles, impulses = np.empty((nodes, d, d + 1)), np.empty((nodes, 2, d + 3))
-        left = np.empty((1, 1, 1))
+        triangle, impulses = np.empty((d, d + 1)), np.empty((nodes, 2, d + 3))
         memory_for_rows = np.empty((d + 3 + 2 * int(np.diff(swing.samples_at).max()), d + 3))
-        logarithm += backwards(whitened, impulses, triangles, left, memory_for_rows)
-        first, of_start = _with_start(triangles[0], swing, model, nodes_states[0], noise, n)
-        logarithm += of_start
+        of_impulses, left = backwards(whitened, impulses, triangle, memory_for_rows)
+        first, of_start = _with_start(triangle, swing, model, nodes_states[0], noise, n)
+        logarithm += of_impulses + of_start
+        rest += left
         of_values = np.zeros((len(first) - n, unknowns + 1))
         of_values[:, np.append(of.columns, unknowns)] = first[n:, n:]
         rows.append(of_values)
-        rest += float(left[0, 0, 0])
         parts.append(_Part(first, impulses, whitened))
     # What the values take from the noise is accounted for as well (Patterson and Thompson, Biometrika 58, 1971).
     whole = _triangle(np.concatenate(rows))
@@ -352,7 +352,7 @@ class _Step(NamedTuple):
     values: Array
     states: list[Array]
     impulses: list[Array]
-    freedom: Array
+    sums: Array
     """(4, 2) see `forwards`."""
     change: float
     """The largest: of a value over its deviation, or of an angle over noise."""
@@ -360,7 +360,7 @@ class _Step(NamedTuple):
     @property
     def is_beyond(self) -> bool:
         """Whether the impulses are far larger than their standard deviations let expect."""
-        _, freedom, _, impulses = self.freedom
+        _, freedom, _, impulses = self.sums
         return bool(np.any(impulses > _BEYOND * freedom))
 
 
