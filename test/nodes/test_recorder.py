@@ -85,7 +85,7 @@ def test_a_trial_with_weights_from_the_rig_to_the_bag(
     success, message = listener.call("/recorder/start")
     assert not success
     assert "no joint states" in message
-    heavy = TRIAL.replace("c1: 0.1, c2: 0.05", "c1: 0.4, c2: 0.2")  # it comes to rest soon, though with weights
+    heavy = TRIAL.replace("c1: 0.1, c2: 0.05", "c1: 0.2, c2: 0.1")  # it comes to rest soon, though with weights
     start_emulator("--delay", "0.01", rig=f"added: {{inner: [0.08, 0.25], outer: [0.05, 0.3]}}\n{heavy}")
     assert listener.call("/recorder/arm") == (True, "armed")
     listener.wait_for(lambda: listener.bags)
