@@ -136,11 +136,11 @@ def magnet(joint: str, rng: np.random.Generator) -> HiddenEffect:
 
 
 def load_friction(joint: str) -> HiddenEffect:
-    """Dry friction in proportion to the force that the joint's bearing carries."""
+    """Dry friction in proportion to the force that the joint's bearing carries, which the friction itself changes."""
 
-    def torque(time: float, state: State, values: Values, strength: float) -> tuple[float, float]:
+    def under(acting: tuple[float, float], state: State, values: Values, strength: float) -> tuple[float, float]:
         theta1, theta2, omega1, omega2 = state[:4]
-        alpha1, alpha2 = accelerations(values, np.array(state[:4]), 0.0)
+        alpha1, alpha2 = accelerations(values, np.array(state[:4]), 0.0, acting)
         along, up = 0.0, 0.0
         bodies = [(values["m2"], values["L"], values["l2"])]
         if joint == "inner":
@@ -154,6 +154,12 @@ def load_friction(joint: str) -> HiddenEffect:
             return -size * sign(omega1), 0.0
         across = -size * sign(omega2 - omega1)
         return -across, across
+
+    def torque(time: float, state: State, values: Values, strength: float) -> tuple[float, float]:
+        acting = (0.0, 0.0)
+        for _ in range(20):
+            acting = under(acting, state, values, strength)
+        return acting
 
     return HiddenEffect("load_friction", joint, "m", 1e-6, 0.01, torque)
 

@@ -58,6 +58,21 @@ def weights_at_rest(time: Array, theta: Array, longest: float, steps: Array = NO
     return weight if np.any(weight < 1.0) else None
 
 
+def weights_of_runs(theta: Array) -> Array:
+    """Return weights (n, 2) of both encoders' readings, of which all that repeat one together count as one.
+
+    They repeat one error of rounding as well.
+
+    Args:
+        theta: (n, 2) measured angles [rad].
+    """
+    weight = np.ones(theta.shape)
+    for of_encoder, reading in zip(weight.T, (theta @ READINGS.T).T, strict=True):
+        runs = np.concatenate([[0], np.cumsum(np.abs(np.diff(reading)) > _REPEATED)])
+        of_encoder[:] = 1.0 / np.bincount(runs)[runs]
+    return weight
+
+
 def _long_ones(time: Array, ends: Mask, longest: float) -> list[slice]:
     """Return the stretches of samples (n,) between ends (n - 1,) that last longer than some time [s]."""
     bounds = [0, *(np.flatnonzero(ends) + 1), len(time)]

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.fit.motion_model import MotionModel
-from cdp_ident.fit.rest import READINGS, weights_at_rest
+from cdp_ident.fit.rest import READINGS, weights_at_rest, weights_of_runs
 from cdp_ident.fit.windows import Window
 from cdp_ident.model.layout import RODS_STATES
 from cdp_ident.model.motions import InitialValueProblem, motions
@@ -50,7 +50,7 @@ class Swing:
     readings: Array
     """(samples, 2) of the encoders of both joints [rad]."""
     counts: Array
-    """(samples, 2) how much each counts: a reading that is repeated at rest counts once."""
+    """(samples, 2) how much each counts: readings that repeat one together count once."""
     grids: tuple[TimeGrid, ...]
     """From each node to the next one, and when the samples between are taken."""
     samples_at: Indices
@@ -99,13 +99,13 @@ class Swing:
             u = [np.zeros(len(halves))] * nodes
             if acceleration is not None:
                 u = [np.interp(k * every * step + halves, time, acceleration[first:last]) for k in range(nodes)]
-            weights = weights_at_rest(time, theta, half_width, steps)
+            runs, rests = weights_of_runs(theta), weights_at_rest(time, theta, half_width, steps)
             swings.append(
                 cls(
                     trial=index,
                     begin=begin + float(trial.time[first]),
                     readings=theta @ READINGS.T,
-                    counts=np.ones(theta.shape) if weights is None else weights,
+                    counts=runs if rests is None else np.minimum(runs, rests),
                     grids=tuple(TimeGrid(step, every, place[a:b]) for a, b in pairwise(samples_at)),
                     samples_at=samples_at.astype(np.int64),
                     u=tuple(u),
@@ -188,10 +188,10 @@ class Swing:
             ends = np.column_stack([ends, states[:, -1]])
         gaps = np.zeros_like(ends)
         gaps[:-1] = ends[:-1] - states[1:]
+        pushes = _pushes(coefficients, found.ends) / (weighted.share if weighted else 1.0)
         return Linearised(
-            np.ascontiguousarray(ends_by), gaps, _pushes(coefficients, found.ends), np.ascontiguousarray(by),
-            shown - self.readings, columns,
-        )  # fmt: skip
+            np.ascontiguousarray(ends_by), gaps, pushes, np.ascontiguousarray(by), shown - self.readings, columns
+        )
 
 
 def _pushes(coefficients: Array, states: Array) -> Array:

@@ -50,6 +50,8 @@ _FREE = 0.05
 """A torque whose impulses have fewer degrees of freedom changes nothing: its size need not be known better."""
 _SHOWN = 10.0
 """A torque is missing where the misfit would be larger by this without it: odds of 150 against chance."""
+_TELLING = 0.05
+"""Residuals tell of the noise's memory where estimates took less than this share of their degrees of freedom."""
 _NOTHING = 1e-100
 """Length of what is nothing."""
 _UNOBSERVABLE = 1e-7
@@ -159,6 +161,7 @@ class _Search:
         self._impulses: Sequence[Array] = [np.zeros((len(of), 2, 2)) for of in states]
         self._linear: list[Linearised] = []
         self._freedom = np.zeros(2)
+        self._taken = 0.0
         self._steps = 0
         self._before: list[tuple[float, float] | None] = [None, None]
         self.excess = np.ones(2)
@@ -183,7 +186,7 @@ class _Search:
             self.converged = max(change, adapted) < _CLOSE or to_and_fro
             if self.converged or self._steps == _MOST_STEPS:
                 return
-            if change < _ROUGHLY:
+            if change < _ROUGHLY and self._taken < _TELLING:
                 self._noise = self._noise.remembering(self._swings, self._linear)
             # Where the motion is nearly linear in all that changes, standard deviations need no other linearisation.
             for _ in range(_MOST_STEPS if change < _ROUGHLY else 1):
@@ -265,6 +268,7 @@ class _Search:
         """
         noise, (taken, freedom, squares, impulses) = self._noise, sums
         counts = sum(swing.counts.sum(axis=0) for swing in self._swings)
+        self._taken = float(np.max(taken / counts))
         new = noise.new * np.sqrt(squares / np.maximum(counts - taken, 1.0))
         freedom, tiny = np.maximum(freedom, 0.0), np.finfo(float).tiny
         self.excess = np.maximum(impulses, tiny) / np.maximum(freedom, tiny)
@@ -411,7 +415,8 @@ def _logarithm_of_square(triangle: Array) -> float:
     """Return the logarithm of the square of a triangle's determinant, but for what it does not determine."""
     scaled, lengths = _scaled(triangle)
     sizes = np.linalg.svd(scaled, compute_uv=False)
-    return 2.0 * float(np.sum(np.log(lengths)) + np.sum(np.log(sizes[sizes > _UNOBSERVABLE * sizes[0]])))
+    determined = lengths[lengths > _NOTHING], sizes[sizes > _UNOBSERVABLE * sizes[0]]
+    return 2.0 * sum(float(np.sum(np.log(of))) for of in determined)
 
 
 def _known_before(model: MotionModel, values: Array) -> Array:

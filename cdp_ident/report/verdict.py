@@ -1,12 +1,17 @@
 """The result for people: one sentence, and each effect in words."""
 
-import numpy as np
-
 from cdp_ident.report.formatting import CERTAINTY, with_std
+from cdp_ident.report.wording import key_words
 from cdp_ident.tracing.found_effects import FoundEffect, FoundParameter
-from cdp_ident.tracing.trace import Trace
+from cdp_ident.tracing.trace import Trace, is_worse
 
 _NUMERALS = ("No", "One", "Two", "Three", "Four", "Five", "Six", "Seven", "Eight", "Nine")
+_AS_NOISE = 1.5
+"""An error of at most so many times the noise may be noise."""
+_LEAST_SHARE, _NEARLY_ALL = 0.005, 0.9
+"""Shares of what was to be explained from which on it is said, and from which on the rest may be noise."""
+_MORE = 1.05
+"""From so many times the noise on, that is said as a number."""
 _PREFIXES = ((1.0, ""), (1e-3, "m"), (1e-6, "µ"))
 
 
@@ -14,21 +19,78 @@ def verdict(trace: Trace) -> str:
     """Say what the motion shows beside the paper's model, how much of it that explains, and what remains."""
     if trace.failure:
         return f"{trace.failure[0].upper()}{trace.failure[1:]}."
-    before, after = trace.before.holdout.rmse(), trace.after.holdout.rmse()
-    milliradians = f"{1e3 * before:.3g} -> {1e3 * after:.3g} mrad"
-    remains = trace.unexplained
-    rest = "more than the encoders' noise remains" if remains.significant else "the rest is encoder noise"
-    if not trace.effects:
-        if not remains.significant:
-            return f"The paper's model explains the motion: what it leaves, {1e3 * after:.3g} mrad, is encoder noise."
-        return f"The paper's model leaves more than noise, {1e3 * after:.3g} mrad, and no known effect explains it."
-    floor = float(np.mean(trace.completed.data.noise**2))
-    share = 1.0 - max(after**2 - floor, 0.0) / max(before**2 - floor, np.finfo(float).tiny)
-    count = len(trace.effects)
-    subject = f"{effect_in_words(trace.effects[0])}, explains" if count == 1 else f"{_numeral(count)} effects explain"
-    return (
-        f"{subject} {100 * share:.0f} % of what the paper's model could not: {milliradians} on held-out motion; {rest}."
+    effects, withdrawn = trace.effects, trace.withdrawn
+    count = len(withdrawn.effects if withdrawn else effects)
+    if withdrawn:
+        subject = " and ".join(map(key_words, withdrawn.effects))
+    else:
+        subject = effect_in_words(effects[0]) if count == 1 else f"{_numeral(count)} effects"
+    return judgement(
+        subject,
+        count,
+        trace.before.holdout.rmse(),
+        withdrawn.holdout if withdrawn else trace.after.holdout.rmse(),
+        trace.completed.data.noise_level,
+        trace.unexplained.significant,
     )
+
+
+def judgement(subject: str, count: int, before: float, after: float, noise: float, significant: bool) -> str:
+    """Return a verdict in one sentence.
+
+    Args:
+        subject: the effect that was found, or how many were.
+        count: of the effects that were found.
+        before: error of the paper's model on held-out motion [rad].
+        after: the same of the model with the effects [rad].
+        noise: of the encoders [rad].
+        significant: whether more than noise remains.
+    """
+    times = after / noise
+    is_noise = not significant and times <= _AS_NOISE
+    if not count:
+        return _of_the_paper_s_model(after, times, is_noise, significant)
+    changes = f"{1e3 * before:.3g} -> {1e3 * after:.3g} mrad on held-out motion"
+    subject, was, does, s = (f"{subject},", "was", "does", "s") if count == 1 else (subject, "were", "do", "")
+    if is_worse(after, before):
+        return (
+            f"{subject} {was} found, but {does} not carry over: {changes}. So the paper's model is kept; "
+            f"{_rest(before / noise, False, significant)}."
+        )
+    explainable, left = before**2 - noise**2, max(after**2 - noise**2, 0.0)
+    share = 1.0 - left / explainable if explainable > 0.0 else 0.0
+    if share < _LEAST_SHARE:
+        return f"{subject} {was} found, but hardly matter{s} here: {changes}; {_rest(times, is_noise, significant)}."
+    is_noise = is_noise and share >= _NEARLY_ALL
+    return (
+        f"{subject} explain{s} {_share_words(share, is_noise)} of what the paper's model could not: {changes}; "
+        f"{_rest(times, is_noise, significant)}."
+    )
+
+
+def _of_the_paper_s_model(left: float, times: float, is_noise: bool, significant: bool) -> str:
+    milliradians = f"{1e3 * left:.3g} mrad"
+    if is_noise:
+        return f"The paper's model explains the motion: what it leaves, {milliradians}, is encoder noise."
+    why = "no known effect explains it"
+    if significant:
+        return f"The paper's model leaves more than noise, {milliradians}, and {why}."
+    return f"The paper's model leaves {milliradians}, {times:.2g} times the encoders' noise, and {why}."
+
+
+def _share_words(share: float, is_noise: bool) -> str:
+    """Write a share of what was to be explained; it is all only where nothing but noise is left."""
+    per_cent = round(100.0 * share)
+    return "more than 99 %" if per_cent == 100 and not is_noise else f"{per_cent} %"
+
+
+def _rest(times: float, is_noise: bool, significant: bool) -> str:
+    if is_noise:
+        return "the rest is encoder noise"
+    if significant and times < _MORE:
+        return "more than the encoders' noise remains"
+    more = ", more than chance" if significant else ""
+    return f"{times:.2g} times the encoders' noise is left{more}"
 
 
 def effect_in_words(found: FoundEffect) -> str:
@@ -53,12 +115,18 @@ def _in_words(found: FoundEffect) -> str:
         place = f" in the {effect.joint} joint"
     if found.curve:
         largest, at = found.parameters
+        size = f", up to {_with_unit(largest)} at {_with_unit(at)}" if _is_shown(largest) else ""
         likeness = f", as {found.curve.likeness} would have" if found.curve.likeness else ""
-        return f"{effect.description}{place}, up to {_with_unit(largest)} at {_with_unit(at)}{likeness}"
-    strength = next((p for p in found.parameters if not p.description.shape and p.value != 0), found.parameters[0])
-    alternatives = f" (or {' or '.join(found.also_possible)}, which the data do not distinguish from it)"
-    named = f"{CERTAINTY[found.certainty]}{effect.description}{place}, {_with_unit(strength)}"
-    return f"{named}{alternatives if found.also_possible else ''}"
+        return f"{effect.description}{place}{size}{likeness}"
+    strength = next((p for p in found.parameters if not p.description.shape and _is_shown(p)), None)
+    named = f"{CERTAINTY[found.certainty]}{effect.description}{place}{f', {_with_unit(strength)}' if strength else ''}"
+    others = " or ".join(found.also_possible)
+    return f"{named} (or {others}, which the data do not distinguish from it)" if others else named
+
+
+def _is_shown(parameter: FoundParameter) -> bool:
+    """Return whether a value is more than zero as it is written."""
+    return float(_with_unit(parameter).split()[0]) != 0.0
 
 
 def _with_unit(parameter: FoundParameter) -> str:

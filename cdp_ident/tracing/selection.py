@@ -1,6 +1,6 @@
 """The outcome of a stepwise selection of effects: the chosen model, and the steps that led to it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from cdp_ident.tracing.evidence import Attempt
@@ -60,6 +60,10 @@ class Selection:
     interrupted: bool
     looked_in: int
     """In how many of the windows effects were looked for."""
+
+    def withdrawn(self) -> "Selection":
+        """Return the same without its effects: it ends where it began."""
+        return replace(self, after=self.before, without=(), also_possible=(), certainty=())
 
     @classmethod
     def nothing(cls, model: Attempt) -> "Selection":

@@ -33,6 +33,20 @@ Array = npt.NDArray[np.float64]
 Stage = Literal["nominal", "search", "refined", "effects"]
 
 
+_WORSE = 1.02
+"""From so many times the error on, a model is worse than another one beyond chance."""
+
+
+@dataclass(frozen=True)
+class Withdrawn:
+    """Effects that were found, and predict what was held out worse than the paper's model does."""
+
+    effects: tuple[str, ...]
+    """Their keys."""
+    holdout: float
+    """Error of the model with them over what was held out [rad]."""
+
+
 @dataclass(frozen=True)
 class Trace:
     """What an identification's residual was traced to."""
@@ -52,6 +66,8 @@ class Trace:
     """Effects that the motion neither shows nor excludes, the most likely first."""
     whole: WholeSwings | None
     """The final values and what belongs to them, given all that was measured; None where they were not found."""
+    withdrawn: Withdrawn | None
+    """Effects that were found and did not carry over to what was held out; None where none were."""
     failure: str
     """Why no parameter means anything, in words; empty where the fit did not fail."""
     failures: tuple[str, ...]
@@ -94,6 +110,10 @@ def trace(
     selection, failure = select_effects(found, say, stop, trying, expected, longer)
     # Held-out motion judges from here on, when everything is decided.
     before, after = _final_models(selection.before.fit, selection.after.fit, data)
+    withdrawn = None
+    if is_worse(after.holdout.rmse(), before.holdout.rmse()):
+        withdrawn = Withdrawn(tuple(active.effect.key for active in after.model.effects), after.holdout.rmse())
+        selection, after = selection.withdrawn(), before
     selection = confirmed(selection, before, after)
     without = [_holdout_error(after, attempt.fit) for attempt in selection.without]
     errors = _errors(found, selection, before, after)
@@ -116,10 +136,16 @@ def trace(
         unexplained=left,
         in_doubt=in_doubt,
         whole=whole,
+        withdrawn=withdrawn,
         failure=failure,
         failures=(*selection.failures, *completed.failures, *not_computed, *not_whole, *not_described),
         longer=longer,
     )
+
+
+def is_worse(error: float, other: float) -> bool:
+    """Return whether an error of held-out motion is larger than another one beyond chance, or not a number."""
+    return not error <= _WORSE * other
 
 
 def select_effects(

@@ -18,8 +18,7 @@ Array = npt.NDArray[np.float64]
 
 _SURELY = 2.0
 """Values may be off by so many standard deviations. They explain no more of the held-out error than the noise does."""
-_BINS = 16
-_FEWEST_IN_BIN = 20
+_BINS, _FEWEST_IN_BIN = 16, 20
 
 
 @dataclass(frozen=True)
@@ -135,11 +134,11 @@ def _dependences(residual: TorqueResidual) -> Iterator[_Dependence]:
 
 
 def _dependence(joint: int, regressor: str, unit: str, values: Array, torque: Array) -> _Dependence:
-    edges = np.unique(np.quantile(values, np.linspace(0, 1, _BINS + 1)))
+    bins = int(np.clip(len(values) // _FEWEST_IN_BIN, 2, _BINS))
+    edges = np.unique(np.quantile(values, np.linspace(0, 1, bins + 1)))
     places = np.clip(np.searchsorted(edges, values, side="right") - 1, 0, len(edges) - 2)
     counts = np.bincount(places, minlength=len(edges) - 1)
     means = np.bincount(places, weights=torque, minlength=len(edges) - 1) / np.maximum(counts, 1)
-    means[counts < _FEWEST_IN_BIN] = 0.0
     power = float(np.sum(torque**2))
     share = float(np.sum(counts * means**2)) / power if power > 0 else 0.0
     largest = int(np.argmax(np.abs(means)))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from cdp_ident.fit.rest import weights_at_rest
+from cdp_ident.fit.rest import weights_at_rest, weights_of_runs
 
 
 def test_repeated_readings_of_rods_at_rest_count_as_one_sample_together():
@@ -32,3 +32,11 @@ def test_readings_of_one_joint_at_rest_count_as_one_of_its_encoder(joint, of_joi
     assert np.all(weight[:, 1 - joint] == 1.0)
     theta[50:56, joint] += 0.1  # it moves between two short rests
     assert weights_at_rest(time, theta, 0.1, np.full(2, 1e-3)) is None
+
+
+def test_readings_that_an_encoder_repeats_count_as_one_of_that_encoder():
+    inner, outer = np.array([0.1, 0.2, 0.2, 0.2, 0.3]), np.array([0.5, 0.5, 0.6, 0.7, 0.7])
+    weight = weights_of_runs(np.column_stack([inner, inner + outer]))
+    third = 1.0 / 3.0
+    np.testing.assert_allclose(weight[:, 0], [1.0, third, third, third, 1.0])
+    np.testing.assert_allclose(weight[:, 1], [0.5, 0.5, 1.0, 0.5, 0.5])

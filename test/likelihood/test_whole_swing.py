@@ -10,6 +10,7 @@ from scipy.integrate import solve_ivp
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.likelihood.whole_swing import most_likely
+from cdp_ident.model.weights import Weight
 from cdp_ident.trial.trial import Trial
 from scenarios.swings import BEGIN, MODEL, NOISE, STEP, TIME, TRUE, known, measured, motion, recorded, states_of
 
@@ -112,3 +113,20 @@ def test_what_cannot_be_the_motion_of_a_pendulum_is_told():
     rng = np.random.default_rng(9)
     with pytest.raises(IdentificationError, match="motion"):
         found_in([Trial("noise", TIME, np.cumsum(rng.normal(size=(len(TIME), 2)), axis=1))])
+
+
+@pytest.mark.parametrize(("mass", "place"), [(0.3, 0.3), (0.1, 0.1)])
+def test_an_impulse_is_that_of_a_torque_over_the_inertia_without_weights(mass, place):
+    """An impulse J in both joints changes the speeds by the inverse of the inertia matrix [kg m^2] times J."""
+    trial = replace(measured(motion(), np.random.default_rng(0)), weights=(Weight("outer", mass, place),))
+    of = recorded([trial], 0.2)
+    (swing,), (states,) = of.swings, states_of(of)
+    found = swing.linearised(MODEL, TRUE, states)
+    ends = states[1:] + found.gaps[:-1]
+    inertia = MODEL.mechanism.inertia
+    length, (A23, A33) = MODEL.mechanism.length, TRUE[:2]
+    for push, (theta1, theta2) in zip(found.pushes[:-1], ends[:, :2], strict=True):
+        coupling = (inertia * A23 + mass * length * place) * np.cos(theta1 - theta2)
+        matrix = [[inertia + mass * length**2, coupling], [coupling, inertia * A33 + mass * place**2]]
+        expected = inertia * np.linalg.solve(matrix, [[1.0, -1.0], [0.0, 1.0]])
+        np.testing.assert_allclose(push, expected, rtol=1e-6)

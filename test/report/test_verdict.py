@@ -1,21 +1,33 @@
 """The sentence that people read first."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
 
-from cdp_ident.report.verdict import effect_in_words, verdict
+from cdp_ident.report.verdict import effect_in_words, judgement, verdict
+from cdp_ident.tracing.trace import Withdrawn
+
+MILLI = 1e-3
 
 
 @pytest.fixture
 def trace(outcome):
-    return outcome.trace
+    """Where nothing but noise remains, whatever does."""
+    return replace(outcome.trace, unexplained=replace(outcome.trace.unexplained, significant=False))
+
+
+def named(trace):
+    """Return a trace whose effect's name is sure."""
+    return replace(trace, effects=tuple(replace(effect, certainty="named") for effect in trace.effects))
 
 
 def test_it_names_the_effect_its_place_its_strength_and_what_is_left(trace):
     (parameter,) = trace.effects[0].parameters
-    sentence = verdict(trace)
+    sentence = verdict(named(trace))
     assert sentence.startswith(f"Dry friction in the outer joint, {1e3 * parameter.value:.2f} ± ")
     assert " mN m, explains 100 % of what the paper's model could not: " in sentence
     assert sentence.endswith(" mrad on held-out motion; the rest is encoder noise.")
@@ -23,7 +35,7 @@ def test_it_names_the_effect_its_place_its_strength_and_what_is_left(trace):
 
 def test_a_strength_is_written_as_precisely_as_it_is_known(trace):
     (parameter,) = trace.effects[0].parameters
-    effect = replace(trace.effects[0], parameters=(replace(parameter, value=2.5e-4, std=4.8e-5),))
+    effect = replace(named(trace).effects[0], parameters=(replace(parameter, value=2.5e-4, std=4.8e-5),))
     assert effect_in_words(effect) == "Dry friction in the outer joint, 250 ± 48 µN m"
 
 
@@ -41,13 +53,82 @@ def test_several_effects_are_counted_and_named_one_by_one(trace):
 def test_what_remains_is_said_with_and_without_effects(trace):
     remains = replace(trace.unexplained, significant=True, description="a lot")
     assert verdict(replace(trace, unexplained=remains)).endswith("; more than the encoders' noise remains.")
+    left = replace(trace, effects=(), unexplained=remains)
     error = f"{1e3 * trace.after.holdout.rmse():.3g} mrad"
-    assert verdict(replace(trace, effects=(), unexplained=remains)) == (
-        f"The paper's model leaves more than noise, {error}, and no known effect explains it."
-    )
+    assert verdict(left) == (f"The paper's model leaves more than noise, {error}, and no known effect explains it.")
 
 
 def test_where_nothing_is_found_and_nothing_remains_all_is_noise(trace):
     error = 1e3 * float(np.round(trace.after.holdout.rmse(), 9))
     sentence = verdict(replace(trace, effects=()))
     assert sentence == f"The paper's model explains the motion: what it leaves, {error:.3g} mrad, is encoder noise."
+
+
+def test_what_was_withdrawn_is_said_with_both_errors_and_the_paper_s_model_is_kept(trace):
+    before = trace.before.holdout.rmse()
+    withdrawn = Withdrawn(("air_drag.outer.strips", "backlash.inner"), 1.5 * before)
+    sentence = verdict(replace(trace, effects=(), after=trace.before, withdrawn=withdrawn))
+    assert sentence.startswith("air drag, outer, strips and backlash, inner were found, but do not carry over: ")
+    assert (
+        f"{1e3 * before:.3g} -> {1.5e3 * before:.3g} mrad on held-out motion. So the paper's model is kept; "
+        in sentence
+    )
+
+
+def test_a_torque_of_nothing_is_not_said(trace):
+    (parameter,) = trace.effects[0].parameters
+    effect = replace(named(trace).effects[0], parameters=(replace(parameter, value=1e-9, std=4.8e-5),))
+    assert effect_in_words(effect) == "Dry friction in the outer joint"
+
+
+@pytest.mark.parametrize(
+    ("count", "before", "after", "significant", "sentence"),
+    [
+        (1, 4.0, 1.0, False, "Friction, explains 100 % of what the paper's model could not: 4 -> 1 mrad on held-out "
+         "motion; the rest is encoder noise."),
+        (1, 4.0, 1.0, True, "Friction, explains more than 99 % of what the paper's model could not: 4 -> 1 mrad on "
+         "held-out motion; more than the encoders' noise remains."),
+        (2, 4.0, 2.0, False, "Friction explain 80 % of what the paper's model could not: 4 -> 2 mrad on held-out "
+         "motion; 2 times the encoders' noise is left."),
+        (1, 4.0, 5.0, False, "Friction, was found, but does not carry over: 4 -> 5 mrad on held-out motion. So the "
+         "paper's model is kept; 4 times the encoders' noise is left."),
+        (2, 1.0, 1.01, False, "Friction were found, but hardly matter here: 1 -> 1.01 mrad on held-out motion; the "
+         "rest is encoder noise."),
+        (0, 4.0, 4.0, False, "The paper's model leaves 4 mrad, 4 times the encoders' noise, and no known effect "
+         "explains it."),
+    ],
+)  # fmt: skip
+def test_the_sentence_says_what_the_numbers_do(count, before, after, significant, sentence):
+    assert judgement("Friction", count, MILLI * before, MILLI * after, MILLI, significant) == sentence
+
+
+SIZES = st.floats(0.3, 3e4)
+
+
+@given(st.integers(0, 12), SIZES, SIZES, st.booleans())
+@example(1, 1.0, 1.0, False)
+@example(1, 1.0, 1.02, False)
+@example(1, 0.9, 0.5, False)
+@example(1, 1000.0, 1.6, False)
+@example(3, 1000.0, 1000.0, True)
+def test_a_verdict_never_contradicts_itself(count, before, after, significant):
+    """Errors are in multiples of the noise."""
+    before = before if count else after
+    sentence = judgement("Something", count, MILLI * before, MILLI * after, MILLI, significant)
+    shares = [float(share) for share in re.findall(r"(-?[\d.]+) %", sentence)]
+    assert all(0.0 < share <= 100.0 for share in shares)
+    is_noise = "is encoder noise" in sentence
+    if is_noise:
+        assert not significant
+        assert after <= 1.5
+    else:
+        assert "encoders' noise" in sentence or "more than noise" in sentence
+        assert "100 %" not in sentence
+    assert not re.search(r"\b0 times", sentence)
+    if count:
+        assert ("not carry over" in sentence) == (after > 1.02 * before)
+        assert not shares or after < before
+    if is_noise and shares:
+        assert min(shares) >= 90.0
+    if significant:
+        assert "more than" in sentence

@@ -11,8 +11,9 @@ from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.pipeline.identify import identify
 from cdp_ident.tracing import final_values
+from cdp_ident.tracing import trace as tracing
 from cdp_ident.tracing.final_model import FinalModel
-from cdp_ident.tracing.trace import trace
+from cdp_ident.tracing.trace import is_worse, trace
 from scenarios.twin import TEN_SECONDS, twin
 
 pytestmark = pytest.mark.long
@@ -49,6 +50,22 @@ def identified():
 @pytest.fixture(scope="module")
 def traced(identified):
     return trace(identified)
+
+
+def test_what_predicts_held_out_motion_worse_than_the_paper_s_model_is_withdrawn(identified, traced, monkeypatch):
+    monkeypatch.setattr(tracing, "is_worse", lambda error, other: True)
+    kept = trace(identified)
+    assert kept.withdrawn.effects == ("coulomb_friction.outer",)
+    assert kept.withdrawn.holdout == pytest.approx(traced.after.holdout.rmse(), rel=1e-6)
+    assert kept.effects == ()
+    assert kept.after is kept.before
+    assert len(kept.completed.fit.values) == len(identified.fit.values)
+    assert kept.selection.steps
+
+
+@pytest.mark.parametrize(("error", "worse"), [(0.9, False), (1.01, False), (1.03, True), (float("nan"), True)])
+def test_a_model_is_worse_where_its_error_is_larger_beyond_chance_or_none(error, worse):
+    assert is_worse(error, 1.0) == worse
 
 
 def test_the_effect_is_named_in_its_joint_and_no_other(traced):

@@ -160,7 +160,8 @@ def test_a_torque_is_that_of_an_independent_description(key, values, other):
         expected = np.array(other.torque(0.0, tuple(state), TABLE_5, SIZE))
         found = torque_of(EFFECTS[key], state, values) * A22
         # Drag is summed over so few strips there that a rod with a standing point along it shows the difference.
-        tolerance = 0.03 if "strips" in key else 1e-4
+        # What friction by load changes in the load is there to first order.
+        tolerance = 0.03 if "strips" in key else 3e-4 if "load" in key else 1e-4
         assert np.linalg.norm(found - expected) < tolerance * np.linalg.norm(expected) + 1e-4 * SIZE
 
 
