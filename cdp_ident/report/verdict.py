@@ -72,10 +72,10 @@ def _of_the_paper_s_model(left: float, times: float, is_noise: bool, significant
     milliradians = f"{1e3 * left:.3g} mrad"
     if is_noise:
         return f"The paper's model explains the motion: what it leaves, {milliradians}, is encoder noise."
-    why = "no known effect explains it"
-    if significant:
-        return f"The paper's model leaves more than noise, {milliradians}, and {why}."
-    return f"The paper's model leaves {milliradians}, {times:.2g} times the encoders' noise, and {why}."
+    size = (
+        f"more than noise, {milliradians}" if significant else f"{milliradians}, {times:.2g} times the encoders' noise"
+    )
+    return f"The paper's model leaves {size}, and no known effect explains it."
 
 
 def _share_words(share: float, is_noise: bool) -> str:

@@ -111,7 +111,7 @@ def trace(
     # Held-out motion judges from here on, when everything is decided.
     before, after = _final_models(selection.before.fit, selection.after.fit, data)
     withdrawn = None
-    if is_worse(after.holdout.rmse(), before.holdout.rmse()):
+    if after is not before and is_worse(after.holdout.rmse(), before.holdout.rmse()):
         withdrawn = Withdrawn(tuple(active.effect.key for active in after.model.effects), after.holdout.rmse())
         selection, after = selection.withdrawn(), before
     selection = confirmed(selection, before, after)

@@ -63,6 +63,11 @@ def test_what_predicts_held_out_motion_worse_than_the_paper_s_model_is_withdrawn
     assert kept.selection.steps
 
 
+def test_where_nothing_was_found_nothing_is_withdrawn(identified, monkeypatch):
+    monkeypatch.setattr(tracing, "is_worse", lambda error, other: True)
+    assert trace(replace(identified, failure="no motion")).withdrawn is None
+
+
 @pytest.mark.parametrize(("error", "worse"), [(0.9, False), (1.01, False), (1.03, True), (float("nan"), True)])
 def test_a_model_is_worse_where_its_error_is_larger_beyond_chance_or_none(error, worse):
     assert is_worse(error, 1.0) == worse
