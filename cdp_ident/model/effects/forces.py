@@ -23,15 +23,20 @@ def _drag(joint: Joint, law: Law, variant: str = "", strips: bool = False) -> Ef
 
 
 _STRIPS = Law(
-    # Four times the mean over the strips gives -coefficient omega2 |omega2| where the joint is at rest. What the air
-    # acts on is length_ratio times as long as the rod is taken to be; the joint carries it along across itself.
+    # Four times the integral of across |across| over place, from 0 in the joint to 1 at the tip, where across is
+    # at_joint + place omega2: so -coefficient omega2 |omega2| where the joint is at rest. If the air comes from the
+    # other side near the joint, as far as turn, that part counts with the other sign. What the air acts on is
+    # length_ratio times as long as the rod is taken to be; the joint carries it along across itself.
     torques=(
-        "-4*coefficient*lever*mean(across*abs(across), place)",
-        "-4*coefficient*mean(place*across*abs(across), place)",
+        "-4*coefficient*lever*sign(at_tip)*(at_joint^2 + at_joint*omega2 + omega2^2/3 - 2*turns*turn*at_joint^2/3)",
+        "-4*coefficient*sign(at_tip)*(at_joint^2/2 + 2*at_joint*omega2/3 + omega2^2/4 - turns*turn^2*at_joint^2/6)",
     ),
     where=(
         ("lever", "L/(length_ratio*outer_length)*cos(theta1 - theta2)"),
-        ("across", "lever*omega1 + place*omega2"),
+        ("at_joint", "lever*omega1"),
+        ("at_tip", "at_joint + omega2"),
+        ("turns", "(1 - sign(at_joint)*sign(at_tip))/2"),
+        ("turn", "-at_joint*omega2/(omega2^2 + 1e-12)"),
     ),
 )
 

@@ -15,37 +15,38 @@ def _torque(name: str) -> EffectParameter:
 _SET_VALUED = "set-valued: Leine and Nijmeijer, Dynamics and Bifurcations of Non-smooth Mechanical Systems, 2004"
 
 
-def _load(alpha1: str, alpha2: str, prefix: str = "") -> tuple[tuple[str, str], ...]:
-    """Return the force in a joint, across and up, where the rods have some accelerations."""
-    return (
-        (f"{prefix}along1", f"cos(theta1)*{alpha1} - sin(theta1)*omega1^2"),
-        (f"{prefix}along2", f"cos(theta2)*{alpha2} - sin(theta2)*omega2^2"),
-        (f"{prefix}down1", f"sin(theta1)*{alpha1} + cos(theta1)*omega1^2"),
-        (f"{prefix}down2", f"sin(theta2)*{alpha2} + cos(theta2)*omega2^2"),
-        (f"{prefix}across", f"moment*{prefix}along1 + m2_l2*{prefix}along2"),
-        (f"{prefix}up", f"mass*g - moment*{prefix}down1 - m2_l2*{prefix}down2"),
-    )
-
-
 def _load_friction(joint: str, mass: float, moment: str) -> Effect:
     """Return the friction of a joint that carries a first moment of the inner rod's motion, beside the outer rod's.
 
-    The load's acceleration is that of the paper's model, and what the friction by itself changes in it, to first order.
+    The load is that of the paper's model, and what the friction by itself changes in it: across + friction across_by,
+    and up + friction up_by. So the friction solves a quadratic equation.
     """
     by1, by2 = ("-A33", "coupling") if joint == "inner" else ("(A33 + coupling)", "-(1 + coupling)")
-    felt = (
+    load = (
+        ("moment", moment),
+        ("across1", "moment*(cos(theta1)*free1 - sin(theta1)*omega1^2)"),
+        ("across2", "m2_l2*(cos(theta2)*free2 - sin(theta2)*omega2^2)"),
+        ("across", "across1 + across2"),
+        ("down1", "moment*(sin(theta1)*free1 + cos(theta1)*omega1^2)"),
+        ("down2", "m2_l2*(sin(theta2)*free2 + cos(theta2)*omega2^2)"),
+        ("up", "mass*g - down1 - down2"),
+    )
+    by_friction = (
         ("coupling", "A23*cos(theta1 - theta2)"),
-        ("slowed", f"direction_{joint}*lever*sqrt(free_across^2 + free_up^2)/(A33 - coupling^2)"),
-        ("felt1", f"free1 + slowed*{by1}"),
-        ("felt2", f"free2 + slowed*{by2}"),
+        ("slowed", f"direction_{joint}/(A33 - coupling^2)"),
+        ("across_by", f"slowed*(moment*cos(theta1)*{by1} + m2_l2*cos(theta2)*{by2})"),
+        ("up_by", f"-slowed*(moment*sin(theta1)*{by1} + m2_l2*sin(theta2)*{by2})"),
+        # 1 over 1 - lever^2 (across_by^2 + up_by^2), but for the square of that: a bearing that would jam does not.
+        ("grows", "1 + lever^2*(across_by^2 + up_by^2)"),
+        ("more", "lever*(across*across_by + up*up_by)"),
     )
     return Effect(
         "load_friction",
         "inner" if joint == "inner" else "outer",
         "dry friction that grows with the bearing's load",
         Law(
-            friction="lever*sqrt(across^2 + up^2)",
-            where=(("moment", moment), *_load("free1", "free2", "free_"), *felt, *_load("felt1", "felt2")),
+            friction="lever*grows*(more + sqrt(more^2 + (across^2 + up^2)/grows))",
+            where=(*load, *by_friction),
         ),
         (
             EffectParameter("lever", "m", 0.0, 0.2, 1e-3),
