@@ -27,6 +27,7 @@ _STRIPS = Law(
     # at_joint + place omega2: so -coefficient omega2 |omega2| where the joint is at rest. If the air comes from the
     # other side near the joint, as far as turn, that part counts with the other sign. What the air acts on is
     # length_ratio times as long as the rod is taken to be; the joint carries it along across itself.
+    # 1e-12 (rad/s)^2 keeps a rod at rest from a division by zero; there turns is zero.
     torques=(
         "-4*coefficient*lever*sign(at_tip)*(at_joint^2 + at_joint*omega2 + omega2^2/3 - 2*turns*turn*at_joint^2/3)",
         "-4*coefficient*sign(at_tip)*(at_joint^2/2 + 2*at_joint*omega2/3 + omega2^2/4 - turns*turn^2*at_joint^2/6)",

@@ -19,7 +19,7 @@ def _load_friction(joint: str, mass: float, moment: str) -> Effect:
     """Return the friction of a joint that carries a first moment of the inner rod's motion, beside the outer rod's.
 
     The load is that of the paper's model, and what the friction by itself changes in it: across + friction across_by,
-    and up + friction up_by. So the friction solves a quadratic equation.
+    and up + friction up_by. So the friction solves a quadratic equation, friction^2 = lever^2 load^2.
     """
     by1, by2 = ("-A33", "coupling") if joint == "inner" else ("(A33 + coupling)", "-(1 + coupling)")
     load = (
@@ -36,7 +36,8 @@ def _load_friction(joint: str, mass: float, moment: str) -> Effect:
         ("slowed", f"direction_{joint}/(A33 - coupling^2)"),
         ("across_by", f"slowed*(moment*cos(theta1)*{by1} + m2_l2*cos(theta2)*{by2})"),
         ("up_by", f"-slowed*(moment*sin(theta1)*{by1} + m2_l2*sin(theta2)*{by2})"),
-        # 1 over 1 - lever^2 (across_by^2 + up_by^2), but for the square of that: a bearing that would jam does not.
+        # The equation has 1/(1 - x) here, x = lever^2 (across_by^2 + up_by^2). 1 + x is the same but for x^2, some
+        # 1e-6, and finite where the bearing would jam.
         ("grows", "1 + lever^2*(across_by^2 + up_by^2)"),
         ("more", "lever*(across*across_by + up*up_by)"),
     )
@@ -44,10 +45,7 @@ def _load_friction(joint: str, mass: float, moment: str) -> Effect:
         "load_friction",
         "inner" if joint == "inner" else "outer",
         "dry friction that grows with the bearing's load",
-        Law(
-            friction="lever*grows*(more + sqrt(more^2 + (across^2 + up^2)/grows))",
-            where=(*load, *by_friction),
-        ),
+        Law(friction="lever*grows*(more + sqrt(more^2 + (across^2 + up^2)/grows))", where=(*load, *by_friction)),
         (
             EffectParameter("lever", "m", 0.0, 0.2, 1e-3),
             # What hangs on the bearing; no zero-input motion of the paper's model shows a mass by itself.

@@ -36,7 +36,7 @@ _FUNCTIONS = {
     "step": lambda x: sympy.Heaviside(x, 1),
 }  # fmt: skip
 assert tuple(_FUNCTIONS) == FUNCTIONS
-_STRIPS = 4
+_POINTS = 4
 """Points of a mean: Gauss and Legendre's rule is exact for polynomials of seventh degree."""
 
 
@@ -146,7 +146,7 @@ class Definitions:
         for name in sorted(self._behind(names_used([ast.unparse(of)]), over.id)):
             self._named(name)
         before, total = self._names, sympy.Integer(0)
-        for place, weight in zip(*np.polynomial.legendre.leggauss(_STRIPS), strict=True):
+        for place, weight in zip(*np.polynomial.legendre.leggauss(_POINTS), strict=True):
             self._names = {**before, over.id: sympy.Float(0.5 * (place + 1.0))}
             total += sympy.Float(0.5 * weight) * self._expression(of)
         self._names = before
