@@ -27,7 +27,7 @@ class Entry:
     noise: float
     """Of the encoders [mrad]."""
     rivals: tuple[tuple[str, float], ...]
-    """What else was refitted at the first step, and its validation error over that of the chosen model."""
+    """What else was fitted at the first step, and log10 of the chosen model's odds over it."""
     also_possible: tuple[str, ...]
     found_at: tuple[str, ...]
     """Strengths at which it was found."""
@@ -134,7 +134,8 @@ _HEAD = """\
 # Gallery of effects
 
 What each effect of the catalogue leaves when the model lacks it, how it differs from similar ones, and how weak it
-may be. The page is made by `python -m benchmarks.gallery`.
+may be. The page is made by `python -m benchmarks.gallery`; its numbers are those of the selection before effects were
+chosen by evidence.
 
 **The rig** is the paper's (the last row of Table 5, L = 0.4 m), sampled at 200 Hz by encoders of 8000 counts a turn
 with 0.3 mrad of noise, which makes {noise:.2g} mrad in the absolute angles. Two swings of 12 s are fitted, a third is
@@ -200,8 +201,8 @@ def _section(entry: Entry) -> str:
     if entry.also_possible:
         text += f"The data do not distinguish it from: {', '.join(entry.also_possible)}.\n"
     if entry.rivals:
-        others = ", ".join(f"`{key}` {ratio:.2f}" for key, ratio in entry.rivals)
-        text += f"Other candidates, fitted in its place (validation error over that of the chosen model): {others}.\n"
+        others = ", ".join(f"`{key}` {odds:.0f}" for key, odds in entry.rivals)
+        text += f"Other candidates, fitted in its place (log10 of the odds of the chosen model over them): {others}.\n"
     return text
 
 

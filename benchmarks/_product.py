@@ -1,24 +1,17 @@
 """The package as a user has it: trials and nominal values in, names and errors out. Nothing else here imports it."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from cdp_ident.diagnosis.identification import Identification
-from cdp_ident.diagnosis.inertia import Inertia
-from cdp_ident.diagnosis.uncertainty import covariance
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.prior import Prior
 from cdp_ident.fit.refinement import Fit
 from cdp_ident.pipeline.identify import identify
 from cdp_ident.pipeline.identify_and_trace import identify_and_trace
-from cdp_ident.tracing.certainty import confirmed
-from cdp_ident.tracing.final_model import FinalModel
-from cdp_ident.tracing.found_effects import found_effects
-from cdp_ident.tracing.selection import Selection
-from cdp_ident.tracing.trace import Trace, select_effects
-from cdp_ident.tracing.unexplained import Unexplained, unexplained
+from cdp_ident.tracing.trace import Trace
 from cdp_ident.trial.trial import Trial
 from reference.truths import FIT_TRIALS, Measured, Truth
 
@@ -50,7 +43,7 @@ class Found:
     unknown: tuple[str, ...] = ()
     """Keys of torques that were found and have no name."""
     alike: tuple[str, ...] = ()
-    """The known shapes that these are said to be similar to; only of `chosen`."""
+    """The known shapes that these are said to be similar to."""
 
     @property
     def said(self) -> str:
@@ -76,37 +69,21 @@ def found(truth: Truth) -> Found:
 
 def answer_of(traced: Trace) -> Found:
     """Return what a trace says, in the words of an answer sheet."""
-    return _answer(traced.selection, traced.before, traced.after, traced.unexplained)
-
-
-def chosen(found: Identification) -> Found:
-    """Return what the package names when it traces an identification, without the rest of its report."""
-    selection, _ = select_effects(found)
-    before, after = (FinalModel.of(attempt.fit, found.data) for attempt in (selection.before, selection.after))
-    selection = confirmed(selection, before, after)
-    spread, unknown = covariance(after.fit), [np.nan] * len(selection.without)
-    left = unexplained(after, found.data.noise, found.data.names, found.inertia.value, spread)
-    inertia = Inertia.of(after.model, after.fit.values, spread, found.physical)
-    effects = found_effects(selection, after, after.fit, unknown, spread, inertia)
-    alike = tuple(effect.curve.likeness for effect in effects if effect.curve)
-    return replace(_answer(selection, before, after, left), alike=alike)
-
-
-def _answer(selection: Selection, before: FinalModel, after: FinalModel, left: Unexplained) -> Found:
-    effects = [active.effect for active in selection.after.model.effects]
     named = []
-    for own, certainty, also_possible in zip(effects, selection.certainty, selection.also_possible, strict=True):
-        if certainty == "acts_like":
+    for one in traced.effects:
+        if one.certainty == "acts_like":
             continue  # these are no names
-        others = (other.split()[:2] for other in also_possible)
+        own = one.active.effect
+        others = (other.split(".")[:2] for other in one.also_possible)
         named.append(Named(own.key, (own.name, str(own.joint)), tuple((name, joint) for name, joint in others)))
     return Found(
         tuple(named),
-        error_of_samples(before.holdout),
-        error_of_samples(after.holdout),
-        left.significant,
-        left.description,
-        tuple(effect.key for effect in effects if effect.curve),
+        error_of_samples(traced.before.holdout),
+        error_of_samples(traced.after.holdout),
+        traced.unexplained.significant,
+        traced.unexplained.description,
+        tuple(one.active.effect.key for one in traced.effects if one.certainty == "acts_like"),
+        tuple(one.curve.likeness for one in traced.effects if one.curve),
     )
 
 

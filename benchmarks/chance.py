@@ -1,14 +1,15 @@
 """Chance: how often it passes for an effect where nothing is missing, by a parametric bootstrap of the fitted model.
 
 The paper's model is fitted to two trials; its motion with new noise is identified and traced again and again. Whatever
-effect is then accepted is false, and the share of such runs is the family-wise error over all that was tried: every
-effect, pairs of them and instants, at every step. `python -m benchmarks.chance --count 200` does so with each kind of
-noise; results are kept in `--out`, and a run that was interrupted goes on from there.
+effect is then accepted is false, and the share of such runs is the error over all that was tried, every effect and
+every instant, at every step. `python -m benchmarks.chance --count 200` does so with each kind of noise; results are
+kept in `--out`, and a run that was interrupted goes on from there.
 """
 
 import argparse
 import functools
 import math
+import statistics
 import sys
 import zlib
 from collections.abc import Callable, Mapping, Sequence
@@ -18,24 +19,18 @@ import numpy.typing as npt
 from rich.console import Console
 from rich.table import Table
 from scipy.signal import lfilter
-from scipy.stats import binomtest, chi2
+from scipy.stats import binomtest
 
 from benchmarks._kept import Kept, add_arguments, kept
-from benchmarks._memoisation import memoised
 from benchmarks._product import identified
 from cdp_ident.diagnosis.identification import Identification
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.prior import Prior
-from cdp_ident.fit.refinement import Fit
-from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.motions import simulate
 from cdp_ident.pipeline.identify import identify
-from cdp_ident.tracing import thresholds
-from cdp_ident.tracing.candidates import ScoreTest, addable
-from cdp_ident.tracing.instants import instants
-from cdp_ident.tracing.screening import expected_variance
+from cdp_ident.tracing.odds import unlikelihood
+from cdp_ident.tracing.select_effects import select_effects
 from cdp_ident.tracing.selection import Selection
-from cdp_ident.tracing.trace import select_effects
 from cdp_ident.trial.trial import Trial
 from reference.encoders import Counter
 from reference.pendulum import TABLE_2, TABLE_5
@@ -58,9 +53,6 @@ NOISE = 0.5e-3
 """Standard deviation of each encoder's noise [rad]."""
 STEP = 2.0 * np.pi / 4000.0
 """Of an encoder that is coarser than its noise [rad]."""
-_WITH_STATES = {e.key for e in CATALOGUE if e.brings_states}
-_BEST_PAIRS = 20
-"""Pairs whose gains are looked at, the best ones."""
 
 
 def _white(rng: np.random.Generator, count: int) -> Array:
@@ -122,12 +114,17 @@ def examine(job: str) -> Kept:
         for index, motion in enumerate(_fitted()[1])
     ]
     options = IdentifyOptions(prior=Prior(nominal=RIG.nominal))
-    found = identify(trials[:FIT_TRIALS], trials[FIT_TRIALS:], options)
-    with memoised():
-        selection, _ = select_effects(found)
-        levels = _smallest(selection.before.fit)
+    selection = select_effects(identify(trials[:FIT_TRIALS], trials[FIT_TRIALS:], options))
     accepted = list(selection.after.model.labels)
-    return {"job": job, "accepted": accepted, "levels": {**levels, "refits": _smallest_of_refits(selection)}}
+    return {"job": job, "accepted": accepted, "log10_odds": -_best(selection) / (2.0 * math.log(10.0))}
+
+
+def _best(selection: Selection) -> float:
+    """Return by how much the most probable effects change the misfit, the odds against them counted."""
+    if selection.after.model.effects:
+        return selection.steps[-1].misfit
+    recorded = selection.after.recorded
+    return min(score.misfit + unlikelihood(score.active, recorded) for score in selection.scores)
 
 
 def _read(motion: Array, noise: Array, kind: str) -> Array:
@@ -138,48 +135,19 @@ def _read(motion: Array, noise: Array, kind: str) -> Array:
     return np.cumsum(joints, axis=1)
 
 
-def _smallest(fit: Fit) -> dict[str, float]:
-    """Return the family's level at which the best effect, pair and instant would pass in a score test.
-
-    An effect with states of its own is left out: its strength decides, not its gain.
-    """
-    test = ScoreTest(fit, [active for active in addable(fit.model) if active.effect.key not in _WITH_STATES])
-    effects = [_level(c.gain / expected_variance(fit, c.gain, c.variance_ratio), c.freedom) for c in test.ranked()]
-    pairs = [
-        _level(p.gain / expected_variance(fit, p.gain, p.variance_ratio), p.freedom) for p in test.pairs(_BEST_PAIRS)
-    ]
-    instants_tried = sum(effect.at_an_instant for effect in CATALOGUE) * fit.samples // 2
-    moments = [
-        2.0 * instants_tried * float(chi2.sf(c.gain / expected_variance(fit, c.gain), 2.0)) for c in instants(fit)
-    ]
-    return {name: min(of, default=1.0) for name, of in (("effects", effects), ("pairs", pairs), ("instants", moments))}
-
-
-def _smallest_of_refits(selection: Selection) -> float:
-    """Return the family's level at which the best refit would gain enough."""
-    refits = [tried for step in selection.steps for tried in step.tried if not _WITH_STATES.intersection(tried.effects)]
-    return min((_level(tried.gain, tried.freedom) for tried in refits), default=1.0)
-
-
-def _level(gain: float, freedom: float) -> float:
-    """Return the family's level at which a gain [variances] is what chance gains."""
-    return 2.0 * math.comb(thresholds.forms() + 1, 2) * float(chi2.sf(gain, freedom))
-
-
 def summary(results: Sequence[Kept]) -> Table:
-    """Return a row for each kind of noise: runs with a false effect, and with gains that are rare by chance."""
-    parts = ("effects", "pairs", "instants", "refits")
-    table = Table("noise", "runs", "with a false effect", "95 % interval", *(f"{part} below 10 %" for part in parts),
-                  "lowest level")  # fmt: skip
+    """Return a row for each kind of noise: runs with a false effect, and the odds of what comes nearest to one."""
+    table = Table("noise", "runs", "with a false effect", "95 % interval", "log10 odds, median", "highest")
     for kind in (*NOISES, "all"):
         those = [r for r in results if kind in ("all", r["job"].partition("/")[0])]
         if those:
             false = sum(bool(r["accepted"]) for r in those)
             low, high = binomtest(false, len(those)).proportion_ci()
-            below = [sum(r["levels"][part] < 0.1 for r in those) for part in parts]
-            lowest = min(min(r["levels"].values()) for r in those)
+            odds = [r["log10_odds"] for r in those]
             interval = f"{100 * low:.1f} to {100 * high:.1f} %"
-            table.add_row(kind, str(len(those)), str(false), interval, *map(str, below), f"{lowest:.2g}")
+            table.add_row(
+                kind, str(len(those)), str(false), interval, f"{statistics.median(odds):.1f}", f"{max(odds):.1f}"
+            )
     return table
 
 

@@ -3,7 +3,7 @@
 The paper's rig is let go from starts drawn at random, with an effect hidden in it or none, and identified and traced as
 users do: effects are chosen by the data whose intervals are looked at. Each noise is taken at a usual rate and at a low
 one. `python -m benchmarks.coverage` does so; results are kept in `--out`, and a run that was interrupted goes on from
-there. `--write` makes the table of docs/explanation/statistics.md.
+there. `--write` makes the table of docs/explanation/likelihood.md.
 """
 
 import argparse
@@ -48,7 +48,7 @@ _ABOUT = 0.3
 _AS_VALUES = ("rad", "s", "m")
 """Units of strengths that the motion shows as they are; torques it shows over A22."""
 ROOT = Path(__file__).parents[1]
-PAGE = ROOT / "docs" / "explanation" / "statistics.md"
+PAGE = ROOT / "docs" / "explanation" / "likelihood.md"
 COLUMNS = (
     "noise",
     "rate [Hz]",

@@ -23,7 +23,8 @@ from benchmarks._product import answer_of, identified, traced
 from benchmarks._scores import score
 from benchmarks._workers import each
 from cdp_ident.model.effects.catalogue import CATALOGUE
-from cdp_ident.tracing.torque_residual import torque_residual
+from cdp_ident.tracing.missing_torque import MissingTorque
+from cdp_ident.tracing.select_effects import select_effects
 from cdp_ident.tracing.trace import Trace
 from reference.encoders import Counter
 from reference.kinds import SINGLE
@@ -115,10 +116,12 @@ def draw(kind: str) -> tuple[str, bytes]:
     (hidden,) = made.hidden
     trial = hidden.effect.trial or 0
     column = 1 if hidden.effect.joint == "outer" else 0
-    fit = identified(made).fit
+    found = identified(made)
+    fit = found.fit
     parts = [(w.begin + w.time, left) for w, left in zip(fit.windows, fit.residuals, strict=True) if w.trial == trial]
     lasts = hidden.effect.in_plant is not None and hidden.effect.trial is None
-    missing = torque_residual(fit) if lasts else None
+    # The search is ended as soon as it has fitted the paper's model.
+    missing = MissingTorque.of(select_effects(found, stop=lambda: True).before) if lasts else None
     shown = Shown(
         joint=("inner", "outer")[column],
         noise=_milliradians(made.floor),
@@ -164,12 +167,14 @@ def _names(found: Trace) -> tuple[str, ...]:
 
 
 def _rivals(found: Trace) -> tuple[tuple[str, float], ...]:
-    """Return what else was refitted alone beside the paper's model, with its validation error over the chosen one's."""
+    """Return what else was fitted alone beside the paper's model, with the chosen model's log10 odds over it."""
+    if found.selection is None or not found.effects:
+        return ()
     chosen = {effect.active.effect.key for effect in found.effects}
-    best: dict[str, float] = {}
-    for tried in (tried for step in found.selection.steps[:1] for tried in step.tried):
-        if len(tried.effects) == 1 and tried.effects[0] not in chosen and not math.isnan(tried.rmse_validation):
-            best[tried.effects[0]] = tried.rmse_validation / found.selection.after.validation.rmse()
+    final, best = found.selection.steps[-1].misfit, dict[str, float]()
+    for tried in found.selection.steps[0].tried:
+        if len(tried.effects) == 1 and tried.effects[0] not in chosen:
+            best.setdefault(tried.effects[0], (tried.misfit - final) / (2.0 * math.log(10.0)))
     return tuple(sorted(best.items(), key=lambda pair: pair[1])[:3])
 
 

@@ -7,10 +7,12 @@ from functools import cache
 import numpy as np
 from scipy.signal import lfilter
 
+from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.mechanism import Mechanism
 from cdp_ident.fit.motion_model import MotionModel
+from cdp_ident.likelihood.noise import Noise
 from cdp_ident.likelihood.swing import Swing
-from cdp_ident.likelihood.whole_swing import Recorded
+from cdp_ident.likelihood.whole_swing import NEAR, Recorded, WholeSwings, likely_near
 from cdp_ident.model.effects.catalogue import known_effects
 from cdp_ident.model.effects.effect import Effect
 from cdp_ident.model.parameters import SYMBOLS, groups_of
@@ -24,7 +26,7 @@ UNIT = math.sqrt(0.4 / 9.81)
 """Time unit of the rig [s]."""
 TRUE, BEGIN = (groups_of(np.array([table[s] for s in SYMBOLS]), 0.4) for table in (TABLE_5, TABLE_2))
 STEP = 0.005
-TIME: Array = np.arange(0.0, 8.0, STEP, dtype=np.float64)
+TIME: Array = np.asarray(np.linspace(0.0, 8.0, 1600, endpoint=False), dtype=np.float64)
 NOISE = 2.3e-4
 """Of both encoders [rad]."""
 
@@ -53,12 +55,28 @@ def measured(
     return Trial("swing", time, np.cumsum(readings, axis=1))
 
 
-def recorded(trials: Sequence[Trial], spacing: float) -> Recorded:
-    """Return trials with nodes of a spacing in time units."""
-    swings = [s for k, one in enumerate(trials) for s in Swing.of(one, k, STEP, spacing * UNIT, 0.05, np.zeros(2))]
-    return Recorded(tuple(swings), np.full(2, 3e-4), UNIT)
+def recorded(trials: Sequence[Trial], spacing: float = NEAR, steps: float = 0.0) -> Recorded:
+    """Return trials with nodes of a spacing in time units, and encoders of a step [rad]."""
+    counts = np.full(2, steps)
+    swings = [s for k, one in enumerate(trials) for s in Swing.of(one, k, STEP, spacing * UNIT, 0.05, counts)]
+    return Recorded(tuple(swings), np.full(2, 3e-4), counts, UNIT)
 
 
 def states_of(of: Recorded, model: MotionModel = MODEL, values: Array = TRUE) -> list[Array]:
     """Return states of each swing to begin with, as readings show them."""
     return [swing.states(model, values, []) for swing in of.swings]
+
+
+def fitted(
+    of: Recorded, model: MotionModel = MODEL, values: Array = TRUE, start: WholeSwings | None = None
+) -> WholeSwings:
+    """Return a model fitted to what was recorded, by default from readings and large torques."""
+    states = start.states if start else states_of(of, model, values)
+    noise = start.noise if start else Noise.white(of.encoders, of.large_torque)
+    return likely_near(model, values, of, states, noise)
+
+
+def with_effect(found: WholeSwings, key: str, *values: float, trial: int | None = None) -> WholeSwings:
+    """Return a fitted model with an effect more, fitted from given values of its parameters."""
+    model = found.model.with_effect(ActiveEffect(known(key), trial=trial))
+    return fitted(found.recorded, model, np.concatenate([found.values, values]), found)

@@ -161,7 +161,7 @@ def _between(knowledge: Knowledge, first: str, second: str) -> Question:
         raise OptionError(
             f"--between {first} {second}: the fitted model has both; ask for the strength of one, --for {first}"
         )
-    return Question(own[first], second.replace(".", " "))
+    return Question(own[first], second)
 
 
 def _parser() -> ArgumentParser:

@@ -21,10 +21,11 @@ from cdp_ident.fit.refinement import Fit, fit_initial_states, refine
 from cdp_ident.fit.scales import ENOUGH
 from cdp_ident.fit.share import share_of
 from cdp_ident.fit.windows import Window
+from cdp_ident.likelihood.prior import typical
+from cdp_ident.likelihood.scores import beginning_of
 from cdp_ident.model.effects.catalogue import known_effects
 from cdp_ident.model.effects.effect import Effect
 from cdp_ident.model.parameters import time_unit
-from cdp_ident.tracing.candidates import ScoreTest
 
 Array = npt.NDArray[np.float64]
 
@@ -94,7 +95,7 @@ def _beside_the_start(fit: Fit, index: int) -> float:
     return float(np.sum(InitialState.of(by_state).eliminated_from(fit.residuals[index].ravel()) ** 2))
 
 
-def rivals(knowledge: Knowledge, windows: Sequence[Window], label: str, name: str, joint: str) -> Iterator[Rival]:
+def rivals(knowledge: Knowledge, windows: Sequence[Window], label: str, key: str) -> Iterator[Rival]:
     """Yield models with another effect in the place of one; of several forms each that can be fitted.
 
     They are fitted to a share of the windows, where there is more motion than effects are looked for in.
@@ -103,34 +104,36 @@ def rivals(knowledge: Knowledge, windows: Sequence[Window], label: str, name: st
         knowledge: of the fitted model.
         windows: of the trials that there are, their angles being those of the fitted model.
         label: of the effect in the fitted model.
-        name: of the effect instead.
-        joint: of that.
+        key: of the effect instead; name and joint alone stand for all of its forms.
     """
     index = knowledge.model.labels.index(label)
     own = knowledge.model.effects[index]
     model, remain = knowledge.model.without_effect(index)
-    chosen = share_of(windows, ENOUGH * time_unit(*knowledge.model.constants(knowledge.values)))
+    unit = time_unit(*knowledge.model.constants(knowledge.values))
+    chosen = share_of(windows, ENOUGH * unit)
     try:
         known = fit_initial_states(knowledge.model, knowledge.values, [windows[k] for k in chosen])
         removed = refine(model, knowledge.values[remain], known.windows)
     except IdentificationError:
         return
     for form in known_effects():
-        if (form.name, form.joint) != (name, joint) or form.at_an_instant:
+        if key not in (form.key, f"{form.name}.{form.joint}") or form.at_an_instant:
             continue
         new = ActiveEffect(form)
         try:
-            begin = np.concatenate([removed.values, _beginning(removed, new)])
+            begin = np.concatenate([removed.values, _beginning(new, unit)])
             fit = refine(model.with_effect(new), begin, removed.windows)
         except (IdentificationError, np.linalg.LinAlgError):
             continue
         yield Rival(knowledge, own.effect, form, fit, len(chosen) / len(windows))
 
 
-def _beginning(removed: Fit, new: ActiveEffect) -> Array:
-    """Return values of an effect's parameters to begin with: those that the score test gives, where it has any."""
-    found = ScoreTest(removed, [new]).ranked() if new.effect.has_score else []
-    return found[0].values if found else np.array([p.typical for p in new.fitted])
+def _beginning(new: ActiveEffect, unit: float) -> Array:
+    """Return values of an effect's parameters to begin with: no strength, where that shows what more of it would do."""
+    if not new.effect.has_score:
+        return np.array([typical(parameter, unit) for parameter in new.fitted])
+    lower, upper = (np.array([getattr(parameter, end) for parameter in new.fitted]) for end in ("lower", "upper"))
+    return np.asarray(np.clip(beginning_of(new, unit), lower, upper))
 
 
 def can_be_the_same(rival: Rival) -> bool:

@@ -42,8 +42,6 @@ class ErrorsByRole:
 
     fit: Errors
     """Over the windows that it was fitted to."""
-    validation: Errors
-    """Over the same windows, each predicted from a fit without its fold."""
     holdout: Errors
 
 
@@ -60,7 +58,7 @@ def evaluate(model: MotionModel, values: Array, data: Data, enough: float) -> Er
     fitted, held_out = (
         _errors_over(model, values, windows, data.trials, enough) for windows in (data.fit, data.holdout)
     )
-    return ErrorsByRole(fitted, fitted, held_out)
+    return ErrorsByRole(fitted, held_out)
 
 
 def _errors_over(

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.diagnosis.remembered_noise import Followed, Process, autoregressive, white
+from cdp_ident.diagnosis.remembered_noise import Followed, Process, autoregressive
 from cdp_ident.fit.autocorrelation import Autocorrelation, long_run_products
 from cdp_ident.fit.initial_states import InitialState, inverse_factor
 from cdp_ident.fit.refinement import Fit
@@ -75,18 +75,7 @@ def scaled_inverse(matrix: Array, cut_off: float, sizes: Array | None = None) ->
     return np.asarray(inverse), np.asarray(vectors[:, ~kept])
 
 
-def effective_unknowns(fit: Fit) -> float:
-    """Return the effective number of unknowns: fewer than there are where a penalty restricts some of them."""
-    penalty = fit.model.penalty
-    if not np.any(penalty):
-        return float(len(fit.values))
-    information = curvature(fit)
-    return len(fit.values) - float(
-        np.trace(np.linalg.pinv(information + penalty, rcond=1e-14, hermitian=True) @ penalty)
-    )
-
-
-def covariance(fit: Fit, *, remembered: bool = True) -> Array:
+def covariance(fit: Fit) -> Array:
     """Return the covariance (unknowns, unknowns) of the fitted values.
 
     It is the curvature's, corrected for residuals that are correlated in time and of different size in the two angles:
@@ -94,15 +83,7 @@ def covariance(fit: Fit, *, remembered: bool = True) -> Array:
     (`remembered_noise`). What is new in each of its samples is in the scores with the weight of all that it is carried
     on to; B is the sum of these products, and of their autocovariances as far as what is new is correlated after all,
     with Bartlett's weights (Andrews and Monahan, Econometrica 60, 1992). The uncertainty of each trial's unit of time
-    is added. An unknown that the windows do not determine at all gets an infinite variance. Coefficients with a penalty
-    have the variance of a Bayesian posterior (Nychka, J. Am. Stat. Assoc. 83, 1988).
-
-    Args:
-        fit: a fit.
-        remembered: whether what is correlated in the residuals is noise with a memory. While a model may still lack
-            something, the residuals show that, and as a process it would make every value uncertain. Then all of them
-            count as new, and the autocovariances alone say how they are correlated (Newey and West, Econometrica 55,
-            1987).
+    is added. An unknown that the windows do not determine at all gets an infinite variance.
     """
     roots = [np.sqrt(weight) for weight in fit.weights]
     residuals = [root * residual for root, residual in zip(roots, fit.residuals, strict=True)]
@@ -114,15 +95,10 @@ def covariance(fit: Fit, *, remembered: bool = True) -> Array:
     squares = [np.tensordot(rows, rows, axes=((0, 1), (0, 1))) for rows in reduced]
     information = np.sum(squares, axis=0) + fit.model.penalty
     sizes = [np.sqrt(window.counts.mean(axis=1, keepdims=True)) for window in fit.windows]
-    process_of = autoregressive if remembered else white
-    process = process_of(residuals, sizes, Followed(explained, reduced, inverse_factor(information)))
+    process = autoregressive(residuals, sizes, Followed(explained, reduced, inverse_factor(information)))
     middle = _covariance_of_scores(process, residuals, reduced)
-    if np.any(fit.model.penalty):
-        of_weights = fit.model.of_weights
-        of_curves = np.where(np.outer(of_weights, of_weights), 0.0, fit.model.penalty)
-        middle += of_curves * (fit.variance * fit.autocorrelation.integrated_time)
-        # Errors of weights are of unit variance, whatever the angles' noise is.
-        middle += np.diag(np.diag(fit.model.penalty) ** 2 * of_weights)
+    # Errors of weights are of unit variance, whatever the angles' noise is.
+    middle += np.diag(np.diag(fit.model.penalty) ** 2 * fit.model.of_weights)
     inverse, left_out = scaled_inverse(information, _UNOBSERVABLE)
     result = inverse @ middle @ inverse
     for change in _changes_by_units_of_time(fit):
@@ -145,29 +121,6 @@ def _covariance_of_scores(process: Process, residuals: Sequence[Array], reduced:
         before = carried[:known].reshape(-1, unknowns)
         total += long_run_products(scores, lags) / process.loss + process.variance * before.T @ before
     return total
-
-
-def variance_ratio(fit: Fit, spread: Array, information: Array, places: Sequence[int]) -> float:
-    """Return how many times larger the variance of some fitted values is than it would be with white residuals.
-
-    It is the mean over their directions, and at least that of a mean, the integrated autocorrelation time: from few
-    samples it is estimated too small. By so much more than chi-squared does the fall of the squared error vary that
-    values bring which are zero in truth (Rao and Scott, Ann. Stat. 12, 1984).
-
-    Args:
-        fit: a fit.
-        spread: (unknowns, unknowns) covariance of its values.
-        information: (unknowns, unknowns) curvature of its squared error.
-        places: which of them; values that the windows do not determine are left out.
-    """
-    known = [place for place in places if np.isfinite(spread[place, place])]
-    of_mean = fit.autocorrelation.integrated_time
-    if not known:
-        return of_mean
-    white, _ = scaled_inverse(information + fit.model.penalty, _UNOBSERVABLE)
-    precision, left_out = scaled_inverse(white[np.ix_(known, known)], _UNOBSERVABLE)
-    total = float(np.sum(precision * spread[np.ix_(known, known)]))
-    return max(total / (fit.variance * (len(known) - left_out.shape[1])), of_mean)
 
 
 def _changes_by_units_of_time(fit: Fit) -> list[Array]:

@@ -16,10 +16,6 @@ from cdp_ident.trial.trial import Trial
 
 Array = npt.NDArray[np.float64]
 
-_FOLDS = 4
-"""Into how many folds windows are divided, each made of every fourth window."""
-_FEWEST_TRIALS = 3
-"""With so many trials to fit, each of them is a fold."""
 _FEWEST_WINDOWS = 4
 
 
@@ -33,8 +29,6 @@ class Data:
     """The same as they were measured."""
     fit: tuple[Window, ...]
     """What is fitted."""
-    folds: tuple[tuple[int, ...], ...]
-    """Indices of the windows that are left out of the fit together, to validate the choice of effects."""
     holdout: tuple[Window, ...]
     """Used by neither the fit nor the choice of effects."""
     noise: Array
@@ -114,25 +108,7 @@ def prepare(
         raise IdentificationError("the trials have too few samples to fit and to evaluate the fit: record longer ones")
     typical = float(np.median([window.duration for window in (*fit, *holdout)]))
     trials, measured = (tuple(of) for of in zip(*((part.trial, part.measured) for part in parted), strict=True))
-    return Data(trials, measured, tuple(fit), _folds(fit), tuple(holdout), noise, typical, scales)
-
-
-def _folds(windows: Sequence[Window]) -> tuple[tuple[int, ...], ...]:
-    """Return the folds of windows: trials, or where these are too few, every fourth window of each.
-
-    Of two trials, the second begins with another fold: what shows in the first seconds alone, before friction ends a
-    trial, shows in the other one still.
-    """
-    trial_of = [window.trial for window in windows]
-    trials = sorted(set(trial_of))
-    if len(trials) >= _FEWEST_TRIALS:
-        fold_of = [trials.index(trial) for trial in trial_of]
-    else:
-        begins = {trial: order * (_FOLDS // 2) - trial_of.index(trial) for order, trial in enumerate(trials)}
-        fold_of = [(begins[trial] + place) % _FOLDS for place, trial in enumerate(trial_of)]
-    return tuple(
-        tuple(place for place, fold in enumerate(fold_of) if fold == chosen) for chosen in sorted(set(fold_of))
-    )
+    return Data(trials, measured, tuple(fit), tuple(holdout), noise, typical, scales)
 
 
 def _duration(trial: Trial) -> float:

@@ -7,7 +7,6 @@ from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
-from scipy.linalg import block_diag
 
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.mechanism import Mechanism
@@ -90,9 +89,7 @@ class ModelUnknowns:
     @cached_property
     def penalty(self) -> Array:
         """(unknowns, unknowns) what the unknowns add to the cost of a fit, as a quadratic form [rad^2]."""
-        others = len(self.base_names) + len(JOINTS) * len(self.zeros)
-        of_curves = block_diag(np.zeros((others, others)), *(active.penalty for active in self.effects))
-        return np.asarray(of_curves + np.diag(self.penalty_of_errors * self.of_weights))
+        return np.diag(self.penalty_of_errors * self.of_weights)
 
     @property
     def of_weights(self) -> npt.NDArray[np.bool_]:

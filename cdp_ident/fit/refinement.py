@@ -114,6 +114,7 @@ def refine(
     stop: Callable[[float], bool] = lambda rmse: False,
     tolerance: float = 1e-6,
     hold_values: bool = False,
+    held: Sequence[int] = (),
 ) -> Fit:
     """Fit the unknowns and the windows' initial states by least squares.
 
@@ -125,6 +126,7 @@ def refine(
         tolerance: the fit has converged when the cost decreases by less than this share in an iteration.
         hold_values: whether the unknowns keep their values and the windows' initial states alone are fitted, with
             the zeros of trials that the model does not know where each trial has its own.
+        held: which other unknowns keep their values.
 
     Raises:
         IdentificationError: there is no window, or the motion or a step cannot be computed from the first values.
@@ -134,7 +136,7 @@ def refine(
     if hold_values:
         model, values, free = _zeros_of_new_trials(model, values, windows)
     else:
-        values, free = np.clip(values, *model.limits), np.arange(len(values))
+        values, free = np.clip(values, *model.limits), np.setdiff1d(np.arange(len(values)), held)
     if not len(free):
         return _fit_of_each(fit_each_window(model, values, windows, tolerance), model, values, windows)
     problem = NormalEquations(model, windows, free, values)

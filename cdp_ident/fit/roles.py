@@ -1,4 +1,4 @@
-"""Three roles of motion: what is fitted, what decides about effects (validation), and what is held out to the end.
+"""Two roles of motion: what is fitted, by which effects are chosen, too, and what is held out to the end.
 
 The error over motion that was used to choose between models is too small for the chosen model, as is the error over
 fitted motion (Hastie, Tibshirani and Friedman, The Elements of Statistical Learning, 2009, Section 7.2). So some motion

@@ -15,6 +15,8 @@ _OUTLIER = 4.0
 """Readings that are further off than so many standard deviations lose weight (Huber, Robust Statistics, 1981)."""
 _PER_MEDIAN = 1.4826
 """Standard deviation of Gaussian noise over its median size."""
+_FREEDOM = 3.0
+"""Degrees of freedom of the distribution of unknown torques."""
 _SURE, _LONGEST_MEMORY = 4.0, 0.99
 """Noise is taken to be remembered where its correlation is so many standard deviations; and the largest correlation."""
 _REGULAR = 1.5
@@ -38,11 +40,60 @@ class Noise:
     """(2,) see above."""
     torque: Array
     """(2,) standard deviation of unknown torques in both joints, white noise over A22 [1/s^1.5]."""
+    tails: tuple[Array, ...] = ()
+    """(nodes, 2) of each swing, how many times as large the torques after each node are."""
 
     @classmethod
     def white(cls, encoders: Array, torque: float) -> "Noise":
         """Return white noise of both encoders (2,), and the same torque in both joints."""
         return cls(encoders, np.zeros(2), np.zeros(2), np.full(2, torque))
+
+    def with_torque_of_at_least(self, torque: float | Array) -> "Noise":
+        """Return the same noise with larger torques, where they are smaller than that."""
+        return replace(self, torque=np.maximum(self.torque, torque))
+
+    def tails_of(self, place: int) -> Array | None:
+        """Return the tails of a swing, None where all torques are of one size."""
+        return self.tails[place] if self.tails else None
+
+    def with_tails(self, impulses: Sequence[Array], swings: Sequence[Swing], torque: Array, least: float) -> "Noise":
+        """Return the same noise with torques of a Student's t distribution: rare ones may be large.
+
+        Args:
+            impulses: (nodes, 2, 2) of each swing, and their standard deviations.
+            swings: of which they are.
+            torque: (2,) standard deviation with which they were estimated.
+            least: torques that are no larger have one size.
+        """
+        found = []
+        for of, swing in zip(impulses, swings, strict=True):
+            squares = np.sum(of**2, axis=1) / (torque**2 * swing.spacing)
+            found.append(np.where(self.torque > least, np.sqrt((_FREEDOM + squares) / (_FREEDOM + 1.0)), 1.0))
+        return replace(self, tails=tuple(found))
+
+    @property
+    def unlikelihood_of_tails(self) -> float:
+        """Twice by how much less likely torques of these sizes are than equally large ones.
+
+        A Student's t distribution is one of Gaussians whose precisions have a gamma distribution.
+        """
+        return float(sum(np.sum(_unlikelihood(of)) for of in self.tails))
+
+    def regained(self, tails: Array) -> Array:
+        """Return by how much the misfit falls (nodes, 2) if a torque need not be so many times as large any more."""
+        return _unlikelihood(tails) + 2.0 * np.log(tails)
+
+    @property
+    def torque_with_tails(self) -> Array:
+        """(2,) standard deviation of unknown torques, over all nodes, over A22 [1/s^1.5]."""
+        squares = np.concatenate([of**2 for of in self.tails] or [np.ones((1, 2))])
+        return np.asarray(self.torque * np.sqrt(np.mean(squares, axis=0)))
+
+    def with_torque_in_one(self, joint: int, torque: float) -> "Noise":
+        """Return the same noise with another torque in one joint, equally large all the time."""
+        there = np.arange(2) == joint
+        tails = tuple(np.where(there, 1.0, of) for of in self.tails)
+        return replace(self, torque=np.where(there, torque, self.torque), tails=tails)
 
     @property
     def encoders(self) -> Array:
@@ -64,12 +115,12 @@ class Noise:
         """Whether nothing of a reading's noise is in the next one's."""
         return not np.any(self.kept)
 
-    def whitened(self, swing: Swing, linear: Linearised) -> Whitened:
+    def whitened(self, swing: Swing, linear: Linearised, tails: Array | None = None) -> Whitened:
         """Return a linearised swing whose readings have white noise of size one; outliers count less.
 
         Where noise is remembered, two more numbers of the state carry it from node to node.
         """
-        sizes = self.torque * np.sqrt(swing.spacing)
+        sizes = self.torque * np.sqrt(swing.spacing) * (np.ones((len(linear.gaps), 2)) if tails is None else tails)
         if self.is_white:
             roots = self._roots(swing, linear.residuals)
             return Whitened(
@@ -124,4 +175,10 @@ class Noise:
         white = np.where(kept > 0.0, np.maximum(variance - first / np.maximum(kept, sure), 0.0), 0.0)
         a, b = (1.0 - kept**2) * (variance - white) + (1.0 + kept**2) * white, kept * white
         mixed = np.where(b > 0.0, 2.0 * b / (a + np.sqrt(np.maximum(a**2 - 4.0 * b**2, 0.0))), 0.0)
-        return replace(self, kept=kept, mixed=mixed)
+        found = replace(self, kept=kept, mixed=mixed)
+        return replace(found, new=self.encoders / np.sqrt(found._gain))
+
+
+def _unlikelihood(tails: Array) -> Array:
+    """Return twice the logarithm of how much less likely torques of some size are than one of the usual size."""
+    return np.asarray(_FREEDOM * (tails**-2.0 - 1.0 + 2.0 * np.log(tails)))

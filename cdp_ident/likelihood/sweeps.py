@@ -41,7 +41,7 @@ class Whitened(NamedTuple):
     samples_at: npt.NDArray[np.int64]
     """(nodes + 1,) where the samples of each node begin."""
     sizes: Array
-    """(2,) standard deviation of the impulses of both joints."""
+    """(nodes, 2) standard deviation of the impulses of both joints."""
 
 
 @compiled
@@ -122,29 +122,32 @@ def triangularise(matrix, rows, pivots, columns):
 
 
 @compiled
-def backwards(swing, impulses, triangle, matrix):
-    """Carry the information of all readings back to the first node.
-
-    Return the logarithm of a determinant, and the sum of squares that nothing can change.
+def backwards(swing, impulses, triangles, others, matrix):
+    """Carry the information of all readings back to the first node, and return the logarithm of a determinant.
 
     Args:
         swing: see `Whitened`.
         impulses: (nodes, 2, d + 3) takes the rows that give them: derivatives by both, by state and unknowns, the rest.
-        triangle: (d, d + 1) takes R and z at the first node.
-        matrix: memory for d + 3 + 2 times the most samples of a node rows, d + 3 columns.
+        triangles: (nodes, own, d + 1) takes R and z at each node. Of the d directions the first ones, `own`, are
+            estimated; the others are candidates.
+        others: (nodes or 1, d + 1 - own, d + 1 - own) takes the products of what is left of candidates and readings,
+            once the rest is estimated, from each node or the first one on.
+        matrix: memory for own + 3 + 2 times the most samples of a node rows, d + 3 columns.
     """
     transitions, gaps, pushes = swing.transitions, swing.gaps, swing.pushes
     all_rows, right, samples_at, sizes = swing.rows, swing.right, swing.samples_at, swing.sizes
     nodes, n, d = transitions.shape
-    logarithm, rest = 0.0, 0.0
+    own, logarithm = triangles.shape[1], 0.0
+    others[:] = 0.0
     for k in range(nodes - 1, -1, -1):
         rows = 2
         for i in range(2):
             for j in range(d + 3):
                 matrix[i, j] = 0.0
-            matrix[i, i] = 1.0 / sizes[i]
+            matrix[i, i] = 1.0 / sizes[k, i]
         if k < nodes - 1:
-            for i in range(d):
+            triangle = triangles[k + 1]
+            for i in range(own):
                 for torque in range(2):
                     matrix[rows, torque] = (
                         triangle[i, _SPEEDS] * pushes[k, 0, torque] + triangle[i, _SPEEDS + 1] * pushes[k, 1, torque]
@@ -166,17 +169,28 @@ def backwards(swing, impulses, triangle, matrix):
                     matrix[rows, 2 + j] = all_rows[sample, joint, j]
                 matrix[rows, 2 + d] = right[sample, joint]
                 rows += 1
-        triangularise(matrix, rows, 2 + d, d + 3)
+        triangularise(matrix, rows, 2 + own, d + 3)
         for i in range(2):
-            logarithm += 2.0 * math.log(abs(matrix[i, i]) * sizes[i])
+            logarithm += 2.0 * math.log(abs(matrix[i, i]) * sizes[k, i])
             for j in range(d + 3):
                 impulses[k, i, j] = matrix[i, j]
-        for i in range(d):
+        for i in range(own):
             for j in range(d + 1):
-                triangle[i, j] = matrix[2 + i, 2 + j] if 2 + i < rows else 0.0
-        for row in range(2 + d, rows):
-            rest += matrix[row, 2 + d] ** 2
-    return logarithm, rest
+                triangles[k, i, j] = matrix[2 + i, 2 + j] if 2 + i < rows else 0.0
+        at = k if len(others) == nodes else 0
+        if 0 < at + 1 < len(others):
+            others[at] = others[at + 1]
+        for row in range(2 + own, rows):
+            for i in range(d + 1 - own):
+                left = matrix[row, 2 + own + i]
+                if left != 0.0:
+                    for j in range(i + 1):
+                        others[at, i, j] += left * matrix[row, 2 + own + j]
+    for at in range(len(others)):
+        for i in range(d + 1 - own):
+            for j in range(i):
+                others[at, j, i] = others[at, i, j]
+    return logarithm
 
 
 @part
@@ -192,25 +206,26 @@ def _quadratic(spread, matrix, row):
 
 
 @compiled
-def forwards(swing, impulses, deviations, spreads, torques, sums, matrix):
+def forwards(swing, impulses, deviations, spreads, torques, freedom, matrix):
     """Find the most likely deviation at each node from where the motion was linearised, and the impulses.
 
     Args:
         swing: see `Whitened`.
         impulses: (nodes, 2, d + 3) rows that `backwards` found.
-        deviations: (nodes, d) takes the most likely ones, of the state and of the unknowns; the first one is given.
-        spreads: (nodes, d, d) takes their covariances; the first one is given.
+        deviations: (nodes, own) takes the most likely ones, of the state and of the unknowns; the first one is given.
+        spreads: (nodes, own, own) takes their covariances; the first one is given.
         torques: (nodes, 2, 2) takes the impulses of both joints and their standard deviations.
-        sums: (4, 2) takes, in this order, how many degrees of freedom the estimates took from each encoder's noise; how
-            many each joint's impulses have, the sum of what readings decide of each, from 0 to 1; the sum of squares of
-            what is new in each encoder's noise, over its variance; and that of the impulses, over theirs.
-        matrix: memory for 2 n + 3 rows and d + 1 columns.
+        freedom: (4, 2) takes how many degrees of freedom the estimates took from each encoder's noise, how many each
+            joint's impulses have, the sum of what readings decide of each, from 0 to 1, and the sum of squares of what
+            is new in each encoder's noise, over its variance, and of the impulses.
+        matrix: memory for 2 n + 3 rows and own + 1 columns.
     """
     transitions, gaps, pushes = swing.transitions, swing.gaps, swing.pushes
     rows, right, samples_at, sizes = swing.rows, swing.right, swing.samples_at, swing.sizes
-    nodes, n, d = transitions.shape
+    (nodes, n, last), d = transitions.shape, deviations.shape[1]
+    last += 2
     for i in range(4):
-        sums[i, 0], sums[i, 1] = 0.0, 0.0
+        freedom[i, 0], freedom[i, 1] = 0.0, 0.0
     row, first_gain, second_gain, product = n, n + 1, n + 2, n + 3
     for k in range(nodes):
         deviation, spread = deviations[k], spreads[k]
@@ -220,16 +235,17 @@ def forwards(swing, impulses, deviations, spreads, torques, sums, matrix):
                 for j in range(d):
                     matrix[row, j] = rows[sample, joint, j]
                     left += matrix[row, j] * deviation[j]
-                sums[0, joint] += _quadratic(spread, matrix, row)
-                sums[2, joint] += left * left
+                freedom[0, joint] += _quadratic(spread, matrix, row)
+                freedom[2, joint] += left * left
         if k == nodes - 1:
             break
         # The impulses are what the rows give, and have a spread beside that: (u0, u1) = (a, b) times independent ones.
         a, b = 1.0 / impulses[k, 0, 0], 1.0 / impulses[k, 1, 1]
         c = -impulses[k, 0, 1] * a * b
         for j in range(d + 1):
-            matrix[second_gain, j] = -impulses[k, 1, 2 + j] * b
-            matrix[first_gain, j] = -impulses[k, 0, 2 + j] * a - impulses[k, 1, 2 + j] * c
+            place = 2 + j if j < d else last
+            matrix[second_gain, j] = -impulses[k, 1, place] * b
+            matrix[first_gain, j] = -impulses[k, 0, place] * a - impulses[k, 1, place] * c
         for torque in range(2):
             gain = n + 1 + torque
             mean, square = matrix[gain, d], a * a + c * c if torque == 0 else b * b
@@ -237,8 +253,8 @@ def forwards(swing, impulses, deviations, spreads, torques, sums, matrix):
                 mean += matrix[gain, i] * deviation[i]
             square += _quadratic(spread, matrix, gain)
             torques[k, 0, torque], torques[k, 1, torque] = mean, math.sqrt(max(square, 0.0))
-            sums[1, torque] += 1.0 - square / sizes[torque] ** 2
-            sums[3, torque] += (mean / sizes[torque]) ** 2
+            freedom[1, torque] += 1.0 - square / sizes[k, torque] ** 2
+            freedom[3, torque] += (mean / sizes[k, torque]) ** 2
         # Where the next node's state is, as a function of this deviation and of the two independent ones.
         for state in range(n):
             total = gaps[k, state]

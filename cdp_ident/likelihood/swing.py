@@ -50,7 +50,7 @@ class Swing:
     readings: Array
     """(samples, 2) of the encoders of both joints [rad]."""
     counts: Array
-    """(samples, 2) how much each counts: readings that repeat one together count once."""
+    """(samples, 2) how much each counts: a reading that is repeated at rest counts once."""
     grids: tuple[TimeGrid, ...]
     """From each node to the next one, and when the samples between are taken."""
     samples_at: Indices
@@ -74,6 +74,7 @@ class Swing:
         half_width: float,
         steps: Array,
         begin: float = 0.0,
+        bounds: Sequence[tuple[int, int]] | None = None,
     ) -> list["Swing"]:
         """Lay nodes of a spacing [s] along a trial, between its interruptions.
 
@@ -85,10 +86,11 @@ class Swing:
             half_width: for which both readings may be repeated without the rods being at rest [s].
             steps: (2,) of the encoders [rad].
             begin: when the trial's time is zero, in the time that the model knows [s].
+            bounds: first sample and end of each stretch that is taken; by default those between interruptions.
         """
         every = max(1, round(spacing / step))
         swings = []
-        for first, last in trial.bounds:
+        for first, last in trial.bounds if bounds is None else bounds:
             time, theta = trial.time[first:last] - trial.time[first], trial.theta[first:last]
             nodes = max(1, int(np.ceil(time[-1] / (every * step) - 1e-9)))
             node = np.minimum((time / (every * step) + 1e-9).astype(int), nodes - 1)
@@ -177,6 +179,9 @@ class Swing:
             by = np.concatenate([by, of_zeros], axis=-1)
             ends_by = np.concatenate([ends_by, np.zeros((*ends_by.shape[:2], 2))], axis=-1)
             columns = np.append(columns, np.arange(zeros.start, zeros.stop))
+            order = np.argsort(columns, kind="stable")
+            columns, by = columns[order], np.concatenate([by[..., :n], by[..., n:][..., order]], axis=-1)
+            ends_by = np.concatenate([ends_by[..., :n], ends_by[..., n:][..., order]], axis=-1)
         ends = found.ends
         if self.time_std > 0.0:
             # Measured against a clock that is fast by a share, a motion is where it would be that share of t later.
@@ -191,7 +196,7 @@ class Swing:
         pushes = _pushes(coefficients, found.ends) / (weighted.share if weighted else 1.0)
         return Linearised(
             np.ascontiguousarray(ends_by), gaps, pushes, np.ascontiguousarray(by), shown - self.readings, columns
-        )
+        )  # fmt: skip
 
 
 def _pushes(coefficients: Array, states: Array) -> Array:

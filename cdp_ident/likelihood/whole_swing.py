@@ -5,6 +5,9 @@ impulses of *unknown torques* in both joints. Their standard deviations are esti
 encoders' noise are. Where the model holds they vanish, and a swing is one motion, chaotic as it may be. Where it does
 not, they say what it lacks, and the values are as uncertain as that makes them.
 
+The evidence of a model is the likelihood with values and states integrated out over what is known of them beforehand
+(`prior`); differences of its logarithm are odds between models.
+
 Steps of Gauss and Newton on states and unknowns together end at the maximum of the joint density (Bell, SIAM J. Optim.
 4, 1994). By Laplace the likelihood of the standard deviations follows (Kristensen, Madsen and Jorgensen, Automatica 40,
 2004). At its maximum the squares of what is taken for noise or torques are what these let expect, less the degrees of
@@ -13,6 +16,7 @@ freedom that the estimates took (MacKay, Neural Comput. 4, 1992).
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -22,6 +26,7 @@ from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.bounded import minimum_within_limits
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.likelihood.noise import Noise
+from cdp_ident.likelihood.prior import Known, known_before
 from cdp_ident.likelihood.sweeps import Whitened, backwards, forwards
 from cdp_ident.likelihood.swing import Linearised, Swing
 
@@ -32,7 +37,7 @@ _MOST_STEPS = 60
 _ROUGHLY, _CLOSE = 1.0, 0.03
 """Standard deviations are estimated once no step changes a value by more than the first share of its own, and steps end
 where none changes by more than the second."""
-_SPACING, _NEAR = 0.5, 0.2
+SPACING, NEAR = 0.5, 0.2
 """Between nodes, in time units: where nothing is missing, and where torques are, whose impulses are at the nodes."""
 _LEAST_TORQUE = 1e-5
 """Unknown torques are at least so large that within a time unit their impulses change an angle by this share of the
@@ -41,17 +46,25 @@ _MISSING = 4.0
 """Torques are missing where the least impulses' squares are so many times what is expected of them."""
 _LONGEST = 3.0
 """Largest change of a torque's logarithm in a step."""
-_PATIENCE, _TO_AND_FRO = 4, 0.3
-"""Where friction begins to hold a joint or lets go, steps may go to and fro: they are halved where so many have not
-made the change smaller, and end where that is below this share of a standard deviation."""
+_PATIENCE = 4
+"""Where friction begins to hold a joint or lets go, steps may go to and fro: they are halved each time that so many
+have not made the change smaller."""
+_FALLS, _HELD_STEPS = 0.03, 4
+"""Torques vanish by this factor after so many steps each."""
+_HOPELESS = 10.0
+"""A search is given up where so many more steps like the last one would not make the misfit small enough."""
 _BEYOND = 10.0
 """Torques grow at once where their impulses' squares are so many times what is expected."""
 _FREE = 0.05
 """A torque whose impulses have fewer degrees of freedom changes nothing: its size need not be known better."""
 _SHOWN = 10.0
 """A torque is missing where the misfit would be larger by this without it: odds of 150 against chance."""
+_LARGER = 1.2
+"""Encoders' noise that is so many times what readings that follow one another show is not noise alone."""
 _TELLING = 0.05
 """Residuals tell of the noise's memory where estimates took less than this share of their degrees of freedom."""
+_TURNS = 300.0
+"""No rod turns by more than so many radians in a time unit: where a search strays so far, it is given up."""
 _NOTHING = 1e-100
 """Length of what is nothing."""
 _UNOBSERVABLE = 1e-7
@@ -65,6 +78,8 @@ class Recorded:
     swings: tuple[Swing, ...]
     encoders: Array
     """(2,) standard deviation of both encoders' noise, roughly [rad]."""
+    steps: Array
+    """(2,) of both encoders [rad], 0 where none shows."""
     time_unit: float
     """Of the rig, sqrt(L / g) [s]."""
 
@@ -77,6 +92,11 @@ class Recorded:
     def least_torque(self) -> float:
         """The least that is taken into account, over A22 [1/s^1.5]."""
         return _LEAST_TORQUE * self.large_torque
+
+    @property
+    def nodes(self) -> int:
+        """How many there are."""
+        return sum(len(swing.grids) for swing in self.swings)
 
 
 @dataclass(frozen=True)
@@ -98,14 +118,28 @@ class WholeSwings:
     their standard deviations."""
     states: tuple[Array, ...]
     """(nodes, states) of each swing, and where its clock is uncertain by how much that is fast."""
+    linear: tuple[Linearised, ...]
+    """Each swing near these."""
     misfit: float
-    """Minus twice the logarithm of the likelihood, but for a constant."""
+    """Minus twice the logarithm of the model's evidence, but for a constant that is the same for all models."""
     steps: int
+    converged: bool
+    """Whether nothing would change any more."""
+
+    @cached_property
+    def known(self) -> Known:
+        """What is known of the values beforehand."""
+        return known_before(self.model)
+
+    @property
+    def leaves_more(self) -> npt.NDArray[np.bool_]:
+        """(2,) whether more than the encoders' noise remains: missing torque, or what noise is larger for."""
+        return np.asarray(self.is_missing | (self.noise.encoders > _LARGER * self.recorded.encoders))
 
     @property
     def torque(self) -> Array:
         """(2,) standard deviation of the torques that are missing, over A22 [1/s^1.5]; zero where none is."""
-        return np.asarray(np.where(self.is_missing, self.noise.torque, 0.0))
+        return np.asarray(np.where(self.is_missing, self.noise.torque_with_tails, 0.0))
 
 
 def most_likely(
@@ -127,7 +161,7 @@ def most_likely(
     Raises:
         IdentificationError: no maximum is found.
     """
-    recorded, states = recorded_with(_SPACING)
+    recorded, states = recorded_with(SPACING)
     try:
         search = _Search(model, values, recorded, states, Noise.white(recorded.encoders, recorded.least_torque))
         search.run()
@@ -135,12 +169,72 @@ def most_likely(
             return search.found()
     except (IdentificationError, np.linalg.LinAlgError):
         pass
-    recorded, states = recorded_with(_NEAR)
-    search = _Search(model, values, recorded, states, Noise.white(recorded.encoders, recorded.large_torque))
-    search.run()
-    if not search.converged:
-        raise IdentificationError(f"the most likely motion was not found in {_MOST_STEPS} steps")
+    recorded, states = recorded_with(NEAR)
+    found = likely_near(model, values, recorded, states, Noise.white(recorded.encoders, recorded.large_torque))
+    if not found.converged:
+        raise IdentificationError(f"the most likely motion was not found in {found.steps} steps")
+    return found
+
+
+def likely_near(
+    model: MotionModel,
+    values: Array,
+    recorded: Recorded,
+    states: Sequence[Array],
+    noise: Noise,
+    close: float = _CLOSE,
+    most_steps: int = _MOST_STEPS,
+    to_beat: float = np.inf,
+) -> WholeSwings:
+    """Find the most likely values, states and standard deviations near given ones.
+
+    Args:
+        model: gives the motion.
+        values: (unknowns,) to begin with.
+        recorded: what was measured.
+        states: (nodes, states) of each swing, to begin with.
+        noise: to begin with.
+        close: changes below this share of a standard deviation end the search.
+        most_steps: after so many it ends where it is.
+        to_beat: a misfit; the search ends where it will hardly be smaller.
+
+    Raises:
+        IdentificationError: no motion can be computed.
+    """
+    search = _Search(model, values, recorded, states, noise, close)
+    search.run(most_steps, to_beat)
     return search.found()
+
+
+def likely_without_torque(found: WholeSwings, close: float, most_steps: int, to_beat: float) -> WholeSwings:
+    """Find the most likely values without unknown torques, from where they are with them.
+
+    A joint that dry friction holds is not held where torques move it. So these vanish little by little (continuation:
+    Nocedal and Wright, Numerical Optimization, 2006, section 11.3), before they are as large as they have to be.
+    Where the misfit then rises by more than one for each node, they vanish at once: they may have followed noise with
+    a memory.
+
+    Args:
+        found: a model and its values.
+        close: see `likely_near`.
+        most_steps: see `likely_near`.
+        to_beat: see `likely_near`.
+
+    Raises:
+        IdentificationError: no motion can be computed.
+    """
+    recorded, torque, values = found.recorded, found.noise.torque, found.values
+    states: Sequence[Array] = found.states
+    noise = replace(found.noise, tails=())
+    while np.any(torque > recorded.least_torque):
+        torque = np.maximum(_FALLS * torque, recorded.least_torque)
+        search = _Search(found.model, values, recorded, states, replace(noise, torque=torque), close)
+        search.run(_HELD_STEPS, held=True)
+        if search.found().misfit > found.misfit + recorded.nodes:
+            values, states, torque = found.values, found.states, np.full(2, recorded.least_torque)
+            break
+        values, states = search.values, search.states
+    return likely_near(found.model, values, recorded, states, replace(noise, torque=torque), close, most_steps, to_beat)
 
 
 class _Search:
@@ -153,12 +247,13 @@ class _Search:
         recorded: Recorded,
         states: Sequence[Array],
         noise: Noise,
+        close: float = _CLOSE,
     ) -> None:
-        self._model, self._values, self._recorded = model, values, recorded
+        self._model, self.values, self._recorded, self._close = model, values, recorded, close
         self._swings = recorded.swings
-        self._states = [of.copy() for of in states]
+        self.states = [of.copy() for of in states]
         self._noise = noise
-        self._impulses: Sequence[Array] = [np.zeros((len(of), 2, 2)) for of in states]
+        self._impulses: list[Array] = [np.zeros((len(of), 2, 2)) for of in states]
         self._linear: list[Linearised] = []
         self._freedom = np.zeros(2)
         self._taken = 0.0
@@ -168,108 +263,134 @@ class _Search:
         """(2,) the squares of the impulses, over what their standard deviation lets expect."""
         self.converged = False
 
-    def run(self) -> None:
-        """Go on until nothing changes any more, or for many steps.
+    def run(self, most_steps: int = _MOST_STEPS, to_beat: float = np.inf, held: bool = False) -> None:
+        """Go on until nothing changes any more, for so many steps, or as long as the misfit may become so small.
+
+        Unknown torques keep their standard deviations where these are held.
 
         Raises:
             IdentificationError: no motion can be computed.
         """
-        change, adapted, least, stalled = np.inf, np.inf, np.inf, 0
-        for self._steps in range(_MOST_STEPS + 1):
+        change, adapted, least, stalled, misfit, tried, share = np.inf, np.inf, np.inf, 0, np.inf, 0, 1.0
+        fastest = _TURNS / self._recorded.time_unit
+        for self._steps in range(most_steps + 1):
+            if not all(np.all(np.abs(of[:, 2:4]) < fastest) for of in self.states):
+                raise IdentificationError("no motion of a rig is so fast")
             self._linear = [
-                swing.linearised(self._model, self._values, of)
-                for swing, of in zip(self._swings, self._states, strict=True)
+                swing.linearised(self._model, self.values, of)
+                for swing, of in zip(self._swings, self.states, strict=True)
             ]
             if not all(np.all(np.isfinite(of.residuals)) for of in self._linear):
                 raise IdentificationError("the motion between nodes cannot be computed")
-            to_and_fro = stalled >= _PATIENCE and max(change, adapted) < _TO_AND_FRO
-            self.converged = max(change, adapted) < _CLOSE or to_and_fro
-            if self.converged or self._steps == _MOST_STEPS:
+            self.converged = max(change, adapted) < self._close
+            if self.converged or self._steps == most_steps:
                 return
-            if change < _ROUGHLY and self._taken < _TELLING:
-                self._noise = self._noise.remembering(self._swings, self._linear)
+            if change < _ROUGHLY and self._taken < _TELLING and not held:
+                self._remember()
             # Where the motion is nearly linear in all that changes, standard deviations need no other linearisation.
-            for _ in range(_MOST_STEPS if change < _ROUGHLY else 1):
-                step = self._step()
-                near = step.change < _ROUGHLY
-                adapted = self._adapt(step.sums, near) if near or step.is_beyond else np.inf
-                if not near or adapted < _CLOSE:
+            for _ in range(most_steps if change < _ROUGHLY else 1):
+                step, torque = self._step(), self._noise.torque
+                near = share * step.change < _ROUGHLY
+                if held:
+                    self._noise = replace(self._noise, new=self._of_encoders(step.freedom)[0])
                     break
-            change, self._freedom = step.change, step.sums[1]
+                adapted = self._adapt(step.freedom, near) if near or step.is_beyond else np.inf
+                if not near or adapted < self._close:
+                    break
+            change, self._freedom = share * step.change, step.freedom[1]
+            before, misfit = misfit, step.misfit
+            tried += near
+            if tried >= _PATIENCE and max(_HOPELESS * (before - misfit), 0.0) < misfit - to_beat:
+                return
             if change < least or (np.isfinite(adapted) and not near):
                 least, stalled = change, 0
             else:
                 stalled += 1
-            share = 1.0 if stalled < _PATIENCE else 0.5
-            self._values = self._values + share * (step.values - self._values)
-            self._states = [old + share * (new - old) for old, new in zip(self._states, step.states, strict=True)]
+            if stalled == _PATIENCE:
+                least, stalled, share = np.inf, 0, 0.5 * share
+            self.values = self.values + share * (step.values - self.values)
+            self.states = [old + share * (new - old) for old, new in zip(self.states, step.states, strict=True)]
             self._impulses = step.impulses
+            if change < _ROUGHLY and not held:
+                self._noise = self._noise.with_tails(step.impulses, self._swings, torque, self._recorded.least_torque)
 
     def found(self) -> WholeSwings:
         """Return what was found."""
+        misfit = self._misfit_with(self._noise)
+        is_missing = np.zeros(2, dtype=bool)
+        for joint in np.flatnonzero(self._noise.torque > self._recorded.least_torque):
+            without = self._noise.with_torque_in_one(int(joint), self._recorded.least_torque)
+            other = self._misfit_with(without) if self._freedom[joint] > _FREE else misfit
+            is_missing[joint] = other > misfit + _SHOWN
+            if other < misfit:
+                self._noise, misfit = without, other
         reduced = self._reduced()
-        change, covariance, undetermined = _most_likely_change(self._model, self._values, reduced.of_values)
+        _, covariance, undetermined = most_likely_change(self._model, self.values, reduced.of_values)
         covariance[undetermined, undetermined] = np.inf
-        misfit = self._misfit(reduced, change, self._noise)
         return WholeSwings(
             model=self._model,
-            values=self._values,
+            values=self.values,
             covariance=covariance,
             recorded=self._recorded,
             noise=self._noise,
-            is_missing=np.array([self._is_missing(joint, misfit) for joint in range(2)]),
+            is_missing=is_missing,
             impulses=tuple(self._impulses),
-            states=tuple(self._states),
+            states=tuple(self.states),
+            linear=tuple(self._linear),
             misfit=misfit,
             steps=self._steps,
+            converged=self.converged,
         )
 
-    def _misfit(self, reduced: "_Reduced", change: Array, noise: Noise) -> float:
+    def _misfit(self, reduced: "Reduced", change: Array, noise: Noise) -> float:
         left = reduced.of_values[:, :-1] @ change + reduced.of_values[:, -1]
-        rest = float(left @ left + reduced.rest + reduced.logarithm)
-        return rest + sum(map(noise.logarithm, self._swings))
+        rest = float(left @ left + reduced.others[-1, -1] + reduced.logarithm)
+        return rest + sum(map(noise.logarithm, self._swings)) + noise.unlikelihood_of_tails
 
-    def _is_missing(self, joint: int, misfit: float) -> bool:
-        """Return whether a torque is missing in a joint, as far as the motion is linear in what it moves."""
-        least = self._recorded.least_torque
-        if self._freedom[joint] < _FREE or self._noise.torque[joint] <= least:
-            return False
-        without = replace(self._noise, torque=np.where(np.arange(2) == joint, least, self._noise.torque))
-        reduced = self._reduced(without)
-        change, _, _ = _most_likely_change(self._model, self._values, reduced.of_values)
-        return self._misfit(reduced, change, without) > misfit + _SHOWN
+    def _misfit_with(self, noise: Noise) -> float:
+        """Return the misfit that other standard deviations give, as far as the motion is linear in what they move."""
+        reduced = self._reduced(noise)
+        change, _, _ = most_likely_change(self._model, self.values, reduced.of_values)
+        return self._misfit(reduced, change, noise)
+
+    def _remember(self) -> None:
+        """Let the encoders' noise have the memory that residuals show, if that is the more likely one."""
+        other = self._noise.remembering(self._swings, self._linear)
+        if self._misfit_with(other) < self._misfit_with(self._noise):
+            self._noise = other
+
+    @cached_property
+    def _known(self) -> Known:
+        return known_before(self._model)
 
     def _step(self) -> "_Step":
         """Return where the most likely states and values are, as far as the motion is linear in them."""
         reduced = self._reduced()
-        change, covariance, undetermined = _most_likely_change(self._model, self._values, reduced.of_values)
-        std = np.sqrt(np.diag(covariance))
-        known = (undetermined == 0.0) & (std > 0.0)
-        largest = float(np.abs(change[known] / std[known]).max(initial=0.0))
+        change, covariance, undetermined = most_likely_change(self._model, self.values, reduced.of_values)
+        deviations = np.sqrt(np.diag(covariance))
+        known = np.logical_not(undetermined) & (deviations > 0.0)
+        largest = float(np.abs(change[known] / deviations[known]).max(initial=0.0))
         all_states, all_impulses, total = list[Array](), list[Array](), np.zeros((4, 2))
-        for states, linear, part in zip(self._states, self._linear, reduced.parts, strict=True):
-            (nodes, n, d), sums = part.swing.transitions.shape, np.empty((4, 2))
-            torques, deviations, spreads = np.zeros((nodes, 2, 2)), np.empty((nodes, d)), np.empty((nodes, d, d))
+        for states, linear, part in zip(self.states, self._linear, reduced.parts, strict=True):
+            (nodes, n, d), freedom = part.swing.transitions.shape, np.empty((4, 2))
+            torques = np.zeros((nodes, 2, 2))
+            deviations, spreads = np.empty((nodes, d)), np.empty((nodes, d, d))
             deviations[0], spreads[0] = part.first_node(change[linear.columns], covariance, linear.columns)
-            forwards(part.swing, part.impulses, deviations, spreads, torques, sums, np.empty((2 * n + 3, d + 1)))
+            memory_for_rows = np.empty((2 * n + 3, d + 1))
+            forwards(part.swing, part.impulses, deviations, spreads, torques, freedom, memory_for_rows)
             all_states.append(states + deviations[:, : states.shape[1]])
             all_impulses.append(torques)
-            total += sums
+            total += freedom
             largest = max(largest, float(np.abs(deviations[:, :2]).max() / self._noise.encoders.max()))
         if not np.isfinite(largest):
             raise IdentificationError("the most likely motion cannot be computed")
-        return _Step(self._values + change, all_states, all_impulses, total, largest)
+        misfit = self._misfit(reduced, change, self._noise)
+        return _Step(self.values + change, all_states, all_impulses, total, largest, misfit)
 
-    def _adapt(self, sums: Array, near: bool) -> float:
-        """Let the standard deviations fit what was found.
-
-        Return by how many of its own standard deviations the logarithm of one was off; infinity where states and values
-        are not near to what they will be.
-        """
-        noise, (taken, freedom, squares, impulses) = self._noise, sums
-        counts = sum(swing.counts.sum(axis=0) for swing in self._swings)
-        self._taken = float(np.max(taken / counts))
-        new = noise.new * np.sqrt(squares / np.maximum(counts - taken, 1.0))
+    def _adapt(self, freedom: Array, near: bool) -> float:
+        """Let the standard deviations fit what was found, and return by how much that matters to the likelihood."""
+        new, off = self._of_encoders(freedom)
+        noise, (_, freedom, _, impulses) = self._noise, freedom
         freedom, tiny = np.maximum(freedom, 0.0), np.finfo(float).tiny
         self.excess = np.maximum(impulses, tiny) / np.maximum(freedom, tiny)
         steps = [self._step_of_torque(joint) if freedom[joint] > _FREE else 0.0 for joint in range(2)]
@@ -280,10 +401,18 @@ class _Search:
             self._noise = replace(noise, torque=np.maximum(torque, noise.torque))
             return np.inf
         self._noise = replace(noise, new=new, torque=torque)
-        of_encoders = np.abs(squares - (counts - taken)) / np.sqrt(2.0 * np.maximum(counts - taken, 1.0))
+        # By so many of its own standard deviations each logarithm is off.
         of_torques = np.abs(impulses - freedom) / np.sqrt(2.0 * np.maximum(freedom, tiny))
         matters = (freedom > _FREE) & (torque > least)
-        return float(max(of_encoders.max(), np.where(matters, of_torques, 0.0).max()))
+        return float(max(off, np.where(matters, of_torques, 0.0).max()))
+
+    def _of_encoders(self, freedom: Array) -> tuple[Array, float]:
+        """Return the standard deviations (2,) of encoders' noise that fit, and by how many of its own each is off."""
+        taken, _, squares, _ = freedom
+        counts = sum(swing.counts.sum(axis=0) for swing in self._swings)
+        self._taken = float(np.max(taken / counts))
+        left = np.maximum(counts - taken, 1.0)
+        return self._noise.new * np.sqrt(squares / left), float(np.max(np.abs(squares - left) / np.sqrt(2.0 * left)))
 
     def _step_of_torque(self, joint: int) -> float:
         """Return the change of a torque's logarithm that makes the excess' one zero, from the last one's (secant)."""
@@ -293,48 +422,60 @@ class _Search:
             return -excess / slope
         return 0.5 * excess if excess > 0.0 else excess
 
-    def _reduced(self, noise: Noise | None = None) -> "_Reduced":
-        rows = _known_before(self._model, self._values)
-        return _all_reduced(self._model, rows, self._swings, self._linear, self._states, noise or self._noise)
+    def _reduced(self, noise: Noise | None = None) -> "Reduced":
+        rows = self._known.rows(self.values)
+        found = reduced(self._model, rows, self._swings, self._linear, self.states, noise or self._noise)
+        return found._replace(logarithm=found.logarithm + self._known.logarithm)
 
 
-def _all_reduced(
+def reduced(
     model: MotionModel,
     known: Array,
     swings: Sequence[Swing],
     linear: Sequence[Linearised],
     states: Sequence[Array],
     noise: Noise,
-) -> "_Reduced":
+    own: int | None = None,
+) -> "Reduced":
     """Return what swings say of a model's values, states and impulses being eliminated.
 
     Args:
         model: gives the motion.
-        known: (k, unknowns + 1) rows of what is known beforehand.
+        known: (k, unknowns + 1) rows of what is known beforehand; see `Known.rows`.
         swings: what was measured.
         linear: each of them near states and values.
         states: (nodes, states) of each.
         noise: of encoders and unknown torques.
+        own: how many of the unknowns are estimated, the others being candidates; all of them by default.
     """
     unknowns = known.shape[1] - 1
-    rows, logarithm, rest, parts = [known], 0.0, 0.0, list[_Part]()
+    own = unknowns if own is None else own
+    rows, logarithm, parts = [known], 0.0, list[Part]()
+    others = np.zeros((unknowns + 1 - own,) * 2)
     for swing, of, nodes_states in zip(swings, linear, states, strict=True):
-        whitened = noise.whitened(swing, of)
+        whitened = noise.whitened(swing, of, noise.tails_of(len(parts)))
         nodes, n, d = whitened.transitions.shape
-        triangle, impulses = np.empty((d, d + 1)), np.empty((nodes, 2, d + 3))
-        memory_for_rows = np.empty((d + 3 + 2 * int(np.diff(swing.samples_at).max()), d + 3))
-        of_impulses, left = backwards(whitened, impulses, triangle, memory_for_rows)
-        first, of_start = _with_start(triangle, swing, model, nodes_states[0], noise, n)
-        logarithm += of_impulses + of_start
-        rest += left
+        estimated = n + int(np.sum(of.columns < own))
+        triangles, impulses = np.empty((nodes, estimated, d + 1)), np.empty((nodes, 2, d + 3))
+        left = np.empty((1, d + 1 - estimated, d + 1 - estimated))
+        logarithm += backwards(whitened, impulses, triangles, left, memory_for_rows(swing, estimated, d))
+        first, of_start = _with_start(triangles[0], swing, model, nodes_states[0], noise, n)
+        logarithm += of_start
+        columns = np.append(of.columns, unknowns)
         of_values = np.zeros((len(first) - n, unknowns + 1))
-        of_values[:, np.append(of.columns, unknowns)] = first[n:, n:]
+        of_values[:, columns] = first[n:, n:]
         rows.append(of_values)
-        parts.append(_Part(first, impulses, whitened))
+        others[np.ix_(*[columns[estimated - n :] - own] * 2)] += left[0]
+        parts.append(Part(first, impulses, whitened))
     # What the values take from the noise is accounted for as well (Patterson and Thompson, Biometrika 58, 1971).
-    whole = _triangle(np.concatenate(rows))
-    logarithm += _logarithm_of_square(whole[:unknowns, :unknowns])
-    return _Reduced(whole[:unknowns], rest + float(np.sum(whole[unknowns:, unknowns:] ** 2)), logarithm, parts)
+    whole = triangle_of(np.concatenate(rows))
+    last = whole[own:, own:]
+    return Reduced(whole[:own], others + last.T @ last, logarithm + _logarithm_of_square(whole[:own, :own]), parts)
+
+
+def memory_for_rows(swing: Swing, estimated: int, directions: int) -> Array:
+    """Return the memory that `backwards` needs."""
+    return np.empty((estimated + 3 + 2 * int(np.diff(swing.samples_at).max()), directions + 3))
 
 
 def _with_start(
@@ -345,7 +486,7 @@ def _with_start(
     begins = np.zeros((n, triangle.shape[1]))
     begins[:, :n] = np.diag(1.0 / deviations)
     begins[: len(start), -1] = start / deviations[: len(start)]
-    first = _triangle(np.concatenate([triangle, begins]))
+    first = triangle_of(np.concatenate([triangle, begins]))
     known = 2.0 * float(np.sum(np.log(deviations[np.isfinite(deviations)])))
     return first, known + _logarithm_of_square(first[:n, :n])
 
@@ -356,19 +497,21 @@ class _Step(NamedTuple):
     values: Array
     states: list[Array]
     impulses: list[Array]
-    sums: Array
+    freedom: Array
     """(4, 2) see `forwards`."""
     change: float
     """The largest: of a value over its deviation, or of an angle over noise."""
+    misfit: float
+    """There, with the standard deviations from which it begins."""
 
     @property
     def is_beyond(self) -> bool:
         """Whether the impulses are far larger than their standard deviations let expect."""
-        _, freedom, _, impulses = self.sums
+        _, freedom, _, impulses = self.freedom
         return bool(np.any(impulses > _BEYOND * freedom))
 
 
-class _Part(NamedTuple):
+class Part(NamedTuple):
     """What a swing says."""
 
     first: Array
@@ -388,19 +531,19 @@ class _Part(NamedTuple):
         return np.concatenate([by_values @ change - inverse @ self.first[:n, -1], change]), spread
 
 
-class _Reduced(NamedTuple):
+class Reduced(NamedTuple):
     """What all swings say of the values."""
 
     of_values: Array
-    """(unknowns, unknowns + 1) a triangle."""
-    rest: float
-    """Sum of squares that no values change."""
+    """(own, unknowns + 1) a triangle."""
+    others: Array
+    """(k, k) products of what is left of candidates and readings once these are estimated."""
     logarithm: float
     """Of a determinant."""
-    parts: list[_Part]
+    parts: list[Part]
 
 
-def _triangle(rows: Array) -> Array:
+def triangle_of(rows: Array) -> Array:
     """Return the triangle (k, k) whose products are those of rows (n, k)."""
     return np.asarray(np.linalg.qr(rows, mode="r"))
 
@@ -419,15 +562,7 @@ def _logarithm_of_square(triangle: Array) -> float:
     return 2.0 * sum(float(np.sum(np.log(of))) for of in determined)
 
 
-def _known_before(model: MotionModel, values: Array) -> Array:
-    """Return rows (k, unknowns + 1) whose squares are what is known of the values beforehand."""
-    precision = model.penalty / max(model.penalty_of_errors, np.finfo(float).tiny)
-    sizes, vectors = np.linalg.eigh(precision)
-    roots = np.sqrt(np.maximum(sizes, 0.0))[:, None] * vectors.T
-    return np.column_stack([roots, roots @ values])
-
-
-def _most_likely_change(model: MotionModel, values: Array, triangle: Array) -> tuple[Array, Array, Array]:
+def most_likely_change(model: MotionModel, values: Array, triangle: Array) -> tuple[Array, Array, Array]:
     """Return the change of the values (unknowns,) within their limits, their covariance, and what is undetermined."""
     of_values, target = triangle[: len(values), :-1], triangle[: len(values), -1]
     scaled, lengths = _scaled(of_values)

@@ -17,7 +17,6 @@ from cdp_ident.fit.error_growth import steps_until
 from cdp_ident.fit.mechanism import Mechanism
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.weighted_rows import WeightedRows
-from cdp_ident.likelihood.noise import Noise
 from cdp_ident.likelihood.swing import Swing
 from cdp_ident.likelihood.whole_swing import Recorded, most_likely
 from cdp_ident.machine.compilation import is_to_be_kept
@@ -76,12 +75,11 @@ def _find_whole_swing() -> None:
     )
     values, start = physical_coefficients(NOMINAL)[: len(GROUPS)], np.array([1.0, 1.0, 0.0, 0.0])
     angles = simulate(physical_coefficients(NOMINAL), start, times)[:, :2]
-    swings = tuple(Swing.of(Trial("", times, angles), 0, 0.005, 0.1, 0.05, np.zeros(2)))
-    states, encoders = [swing.states(model, values, []) for swing in swings], np.full(2, 1e-3)
-    remembered = Noise(encoders, np.full(2, 0.5), np.full(2, 0.1), encoders)
-    remembered.whitened(swings[0], swings[0].linearised(model, values, states[0]))
+    swings = Swing.of(Trial("", times, angles), 0, 0.005, 0.1, 0.05, np.zeros(2))
+    recorded = Recorded(tuple(swings), np.full(2, 1e-3), np.zeros(2), 0.2)
+    states = [swing.states(model, values, []) for swing in swings]
     with contextlib.suppress(IdentificationError):
-        most_likely(model, values, lambda spacing: (Recorded(swings, encoders, 0.2), states))
+        most_likely(model, values, lambda spacing: (recorded, states))
 
 
 if __name__ == "__main__":

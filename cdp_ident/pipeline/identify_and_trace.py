@@ -10,16 +10,15 @@ from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.pipeline.identify import identify
 from cdp_ident.search.genetic_search import Progress
 from cdp_ident.tracing.expected import ExpectedEffect
-from cdp_ident.tracing.shorter_windows import LongerWindows
-from cdp_ident.tracing.trace import Trace, trace
+from cdp_ident.tracing.trace import LongerWindows, Trace, trace
 from cdp_ident.trial.trial import Trial
 
 _MOST_ATTEMPTS, _SHORTER = 3, 0.5
 """Where a fit fails, windows are shortened by this factor, and it is begun anew."""
 _NOT_FOLLOWED = 15.0
-"""A model does not follow a motion that it predicts with more than so many times the encoders' noise. Of 200 simulated
-rigs with known and unknown effects none was left with more than 1.1 times, of measured ones that are followed over long
-windows one with 8 times, and one that is not with 31 to 45 times (docs/explanation/tracing.md)."""
+"""A model does not follow a motion that it predicts with more than so many times the encoders' noise. Simulated rigs
+are left with less than 3 times, of measured ones that are followed over long windows one with 10 times, and one that is
+not with 80 times."""
 _LONG = 1.5
 """Windows of more than so many half swings are long."""
 
@@ -36,8 +35,9 @@ def identify_and_trace(
 ) -> tuple[Identification, Trace]:
     """Identify the paper's model, and trace what it leaves to effects that it lacks.
 
-    Where the fit fails, shorter windows are tried; where it does not follow the motion well, those of half a swing: see
-    `shorter_windows`. Neither is done where the windows' length is given.
+    Where the fit fails, shorter windows are tried. Where the model does not follow the motion well, it is judged over
+    windows of half a swing: what no model has, such as friction that varies by chance, adds up along a window. Neither
+    is done where the windows' length is given.
 
     Args:
         fit: trials to fit.
@@ -65,7 +65,7 @@ def identify_and_trace(
     if options.window or stop_tracing() or _is_followed(found, traced):
         return found, traced
     half_swing = found.data.scales.half_swing
-    longer = LongerWindows(found.data.window, traced.errors["effects"].holdout.rmse, traced.selection)
+    longer = LongerWindows(found.data.window, traced.errors["effects"].holdout.rmse, traced.searched)
     say(
         f"windows of {longer.duration:.3g} s are too long for this motion: they leave {1e3 * longer.error:.3g} mrad; "
         f"those of half a swing are tried, {half_swing:.2g} s"
@@ -86,4 +86,4 @@ def _is_followed(found: Identification, traced: Trace) -> bool:
     """Return whether a model follows the motion over its windows, or these are as short as half a swing."""
     if traced.failure or found.data.window <= _LONG * found.data.scales.half_swing:
         return True
-    return traced.selection.after.validation.rmse() < _NOT_FOLLOWED * found.data.noise_level
+    return traced.errors["effects"].holdout.rmse < _NOT_FOLLOWED * found.data.noise_level

@@ -107,6 +107,7 @@ def _report(
             "significant": outcome.trace.unexplained.significant,
             "joint": outcome.trace.unexplained.joint,
             "times_noise": outcome.trace.unexplained.times_noise,
+            "torque": dict(zip(JOINTS, outcome.trace.unexplained.torque.tolist(), strict=True)),
             "description": outcome.trace.unexplained.description,
         },
         "verdict": verdict(outcome.trace),
@@ -258,9 +259,8 @@ def _not_followed(outcome: Outcome) -> Iterator[FitWarning]:
             "not_followed",
             (),
             f"the motion is followed for half a swing only: over windows of {longer.duration:.3g} s, the best model "
-            f"left {1e3 * longer.error:.3g} mrad of held-out motion, {times:.0f} times the noise. So everything here, "
-            f"errors included, is over windows of {data.window:.2g} s; simulations that go on for longer are off by "
-            "more",
+            f"left {1e3 * longer.error:.3g} mrad of held-out motion, {times:.0f} times the noise. So the errors here "
+            f"are over windows of {data.window:.2g} s; simulations that go on for longer are off by more",
         )
 
 

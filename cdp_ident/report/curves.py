@@ -1,18 +1,21 @@
 """What the pictures of a report show beside its numbers: motion, measured and simulated, and missing torques."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.diagnosis.evaluation import free_run
 from cdp_ident.fit.motion_model import MotionModel
-from cdp_ident.fit.refinement import Fit
+from cdp_ident.likelihood.swing import Swing
+from cdp_ident.likelihood.whole_swing import WholeSwings
 from cdp_ident.machine.parallel import parallel_map
+from cdp_ident.model.layout import RODS_STATES
+from cdp_ident.model.motions import accelerations_at
 from cdp_ident.report.outcome import Outcome
 from cdp_ident.tracing.final_model import FinalModel
-from cdp_ident.tracing.torque_residual import TorqueResidual, corrected, torque_residual
+from cdp_ident.tracing.missing_torque import MissingTorque
 from cdp_ident.trial.trial import Trial
 
 Array = npt.NDArray[np.float64]
@@ -51,41 +54,46 @@ class TrialCurves:
 
 @dataclass(frozen=True)
 class TorqueCurves:
-    """The torques that the models lack over all windows (see `TorqueResidual`); columns are the two joints."""
+    """The torque that a model lacks (see `MissingTorque`), and those of its effects; columns are the two joints."""
 
     trial: Indices
-    """(m,) which trial a sample is of."""
-    held_out: Flags
-    """(m,) whether it was held out."""
+    """(m,) which trial a value is of."""
     time: Array
     """(m,) its time in the trial [s]."""
     angle: Array
     """(m, 2) angle of each joint: the inner one from hanging, the outer one relative to the inner rod [rad]."""
     speed: Array
     """(m, 2) speed of each joint [rad/s]."""
-    before: Array
-    """(m, 2) torque that the paper's model, fitted, lacks [N m]."""
-    after: Array
-    """(m, 2) torque that the model with the effects lacks [N m]."""
+    missing: Array
+    """(m, 2) torque that the model lacks [N m]; zero in a joint where none is missing."""
+    std: Array
+    """(m, 2) its standard deviation, that of A22 apart [N m]."""
     effects: Array
-    """(effects, m, 2) torque of each fitted effect [N m]; zero for effects of encoders."""
+    """(effects, m, 2) torque of each of its effects [N m]; zero for effects of encoders."""
 
 
 @dataclass(frozen=True)
 class Curves:
-    """All curves of a report: its trials in their order, and its torques."""
+    """All curves of a report."""
 
     trials: tuple[TrialCurves, ...]
-    torques: TorqueCurves
+    """In their order."""
+    before: TorqueCurves
+    """Of the paper's model; empty where no effects were looked for."""
+    after: TorqueCurves
+    """Of the model with the effects; the same."""
 
 
 def curves(outcome: Outcome) -> Curves:
     """Return the curves of a finished job."""
-    before, after = outcome.trace.before, outcome.trace.after
+    trace = outcome.trace
     trials = range(len(outcome.identification.data.trials))
+    before, after = (trace.selection.before, trace.whole or trace.selection.after) if trace.selection else (None, None)
+    inertia = trace.completed.inertia.value
     return Curves(
-        tuple(parallel_map(lambda index: _trial(outcome, index, before, after), trials)),
-        _torques(outcome, before, after),
+        tuple(parallel_map(lambda index: _trial(outcome, index, trace.before, trace.after), trials)),
+        _torques(before, inertia),
+        _torques(after, inertia),
     )
 
 
@@ -126,37 +134,52 @@ def _run(final: FinalModel, trial: Trial, index: int, duration: float) -> Array:
     return np.where(np.isfinite(angles), angles, np.nan)
 
 
-def _torques(outcome: Outcome, before: FinalModel, after: FinalModel) -> TorqueCurves:
-    model, values = after.model, after.fit.values
-    inertia = outcome.trace.completed.inertia.value
-    rods = corrected(after.fit), corrected(after.holdout)
-    lacking = _lacking(rods, model, values)
-    effects = np.zeros((len(model.effects), *lacking.torque.shape))
-    for index, active in enumerate(model.effects):
+def _torques(found: WholeSwings | None, inertia: float) -> TorqueCurves:
+    """Return the torques of a model along the swings, given A22."""
+    if found is None:
+        none = np.zeros((0, 2))
+        return TorqueCurves(np.zeros(0, dtype=np.int64), np.zeros(0), none, none, none, none, np.zeros((0, 0, 2)))
+    lacking = MissingTorque.of(found)
+    effects = np.zeros((len(found.model.effects), *lacking.torque.shape))
+    for index, active in enumerate(found.model.effects):
         if active.effect.moves:
-            # The torque that is missing without an effect, less that missing with it, is the effect's torque.
-            others, remain = model.without_effect(index)
-            effects[index] = _lacking(rods, others, values[remain]).torque - lacking.torque
-    measured = _weighted_as(before.fit, after.fit), _weighted_as(before.holdout, after.holdout)
+            effects[index] = np.concatenate(list(_of_effect(found, index)))
     return TorqueCurves(
         trial=lacking.trial,
-        held_out=np.arange(len(lacking.time)) >= len(_lacking(rods[:1], model, values).time),
         time=lacking.time,
         angle=lacking.angle,
         speed=lacking.speed,
-        before=inertia * _lacking(measured, before.model, before.fit.values).torque,
-        after=inertia * lacking.torque,
+        missing=inertia * lacking.torque,
+        std=inertia * lacking.std,
         effects=inertia * effects,
     )
 
 
-def _weighted_as(fit: Fit, other: Fit) -> Fit:
-    """Return a fit whose samples count as much as in another one, so that torques are of the same samples."""
-    pairs = zip(fit.windows, other.windows, strict=True)
-    return replace(fit, windows=tuple(replace(one, sample_weights=like.sample_weights) for one, like in pairs))
+def _of_effect(found: WholeSwings, index: int) -> Iterator[Array]:
+    """Yield for each swing the torque (nodes - 1, 2) over A22 that an effect brings the joints (inverse dynamics)."""
+    others, remain = found.model.without_effect(index)
+    bounds = np.cumsum([RODS_STATES, *(active.effect.states for active in found.model.effects)]).tolist()
+    own = range(bounds[index], bounds[index + 1])
+    for swing, of in zip(found.recorded.swings, found.states, strict=True):
+        states, times = of[1:, : found.model.states], swing.begin + swing.node_times[1:]
+        u = np.array([u[0] for u in swing.u[1:]])
+        there, without = (
+            _accelerations(model, values, swing, np.ascontiguousarray(of_model), u, times)
+            for model, values, of_model in (
+                (found.model, found.values, states),
+                (others, found.values[remain], np.delete(states, own, axis=1)),
+            )
+        )
+        weighted = found.model.with_weights(found.values, swing.weights)
+        A23, A33 = found.model.coefficients(weighted.values)[:2]
+        more, coupling = there - without, A23 * np.cos(states[:, 0] - states[:, 1])
+        on_inner = more[:, 0] + coupling * more[:, 1]
+        on_outer = coupling * more[:, 0] + A33 * more[:, 1]
+        # The outer joint's torque acts on the outer rod and, reversed, on the inner one.
+        yield weighted.share * np.stack([on_inner + on_outer, on_outer], axis=1)
 
 
-def _lacking(fits: Sequence[Fit], model: MotionModel, values: Array) -> TorqueResidual:
-    """Return the torques over A22 that a model lacks over the windows of all fits, one after the other."""
-    parts = [torque_residual(replace(fit, model=model, values=values)) for fit in fits]
-    return TorqueResidual(*(np.concatenate([getattr(part, name.name) for part in parts]) for name in fields(parts[0])))
+def _accelerations(model: MotionModel, values: Array, swing: Swing, states: Array, u: Array, times: Array) -> Array:
+    weighted = model.with_weights(values, swing.weights)
+    acting = model.acting(weighted.values, swing.trial, weighted.carried)
+    return accelerations_at(model.coefficients(weighted.values), states, u, acting, times)

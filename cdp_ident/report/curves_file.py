@@ -19,7 +19,7 @@ _LARGEST = 2**29
 """Bytes of all arrays together, and of the file: an hour at 1 kHz; one that unfolds to more is none of ours."""
 
 _TAIL: dict[str, tuple[int, ...]] = dict.fromkeys(
-    ("measured", "before", "after", "run_before", "run_after", "angle", "speed", "effects"), (2,)
+    ("measured", "before", "after", "run_before", "run_after", "angle", "speed", "missing", "std", "effects"), (2,)
 )
 """Shape of a sample, where it is more than one number."""
 _TYPES: dict[str, type] = {"window": np.int64, "trial": np.int64, "held_out": np.bool_}
@@ -29,7 +29,7 @@ _TYPES: dict[str, type] = {"window": np.int64, "trial": np.int64, "held_out": np
 def curves_npz(curves: Curves) -> bytes:
     """Return the contents of `curves.npz`."""
     parts: dict[str, TrialCurves | TorqueCurves] = {f"trial{i}": trial for i, trial in enumerate(curves.trials)}
-    parts["torques"] = curves.torques
+    parts |= {"torques_before": curves.before, "torques_after": curves.after}
     arrays = {
         f"{part}.{field.name}": getattr(content, field.name)
         for part, content in parts.items()
@@ -62,7 +62,8 @@ def read_curves(path: Path, trials: int, effects: int) -> Curves:
         raise ReportError(f"{path} is not of the format {FORMAT}: identify again with this version")
     return Curves(
         tuple(TrialCurves(**_part(TrialCurves, path, f"trial{index}", arrays)) for index in range(trials)),
-        TorqueCurves(**_part(TorqueCurves, path, "torques", arrays, effects)),
+        TorqueCurves(**_part(TorqueCurves, path, "torques_before", arrays)),
+        TorqueCurves(**_part(TorqueCurves, path, "torques_after", arrays, effects)),
     )
 
 
@@ -79,7 +80,7 @@ def _part(
             shape = (effects, *shape)
         dtype = np.dtype(_TYPES.get(field.name, np.float64))
         array = arrays.get(name)
-        if array is None or array.shape != shape or array.dtype != dtype or not samples:
+        if array is None or array.shape != shape or array.dtype != dtype or (kind is TrialCurves and not samples):
             is_now = "missing" if array is None else f"{array.dtype} of shape {array.shape}"
             raise ReportError(
                 f"{path} does not fit its report.json: {name} is {is_now}, not {dtype} of shape {shape}: identify again"

@@ -1,10 +1,17 @@
 """What `report.json` says of the effects that were found, and of the steps of their selection."""
 
+import math
+from collections.abc import Iterator
+
+from scipy.special import expit
+
 from cdp_ident.model.parameters import GROUPS
 from cdp_ident.report.outcome import Outcome
 from cdp_ident.report.schema import Section
 from cdp_ident.report.verdict import effect_in_words
 from cdp_ident.tracing.found_effects import FoundCurve
+from cdp_ident.tracing.odds import unlikelihood
+from cdp_ident.tracing.selection import Selection
 from cdp_ident.tracing.trace import Trace
 
 
@@ -32,11 +39,10 @@ def effect_section(outcome: Outcome, index: int) -> Section:
         },
         "curve": None if found.curve is None else _curve(found.curve),
         "evidence": {
-            "rmse_validation_before_rad": found.validation_without,
-            "rmse_validation_after_rad": found.validation_with,
+            "log10_odds": found.log_odds,
+            "probability": found.probability,
             "rmse_holdout_before_rad": found.holdout_without,
             "rmse_holdout_after_rad": found.holdout_with,
-            "delta_bic": found.delta_bic,
         },
         "certainty": found.certainty,
         "also_possible": list(found.also_possible),
@@ -68,26 +74,37 @@ def _curve(found: FoundCurve) -> Section:
 
 
 def selection_section(traced: Trace) -> Section:
-    """Return the steps by which the effects were selected."""
+    """Return how the effects were selected, and what the others would do for the model that has them."""
     selection = traced.selection
+    if selection is None:
+        return {"interrupted": False, "looked_in_s": 0.0, "steps": [], "candidates": []}
     return {
         "interrupted": selection.interrupted,
-        "looked_in": selection.looked_in,
+        "looked_in_s": selection.seconds,
         "steps": [
             {
                 "action": step.action,
-                "rmse_fit_rad": step.rmse_fit,
-                "rmse_validation_rad": step.rmse_validation,
+                "log10_odds": _log10_odds(step.misfit),
                 "tried": [
-                    {
-                        "effects": list(tried.effects),
-                        "rmse_fit_rad": tried.rmse_fit,
-                        "rmse_validation_rad": tried.rmse_validation,
-                        "delta_bic": tried.delta_bic,
-                    }
-                    for tried in step.tried
+                    {"effects": list(tried.effects), "log10_odds": _log10_odds(tried.misfit)} for tried in step.tried
                 ],
             }
             for step in selection.steps
         ],
+        "candidates": sorted(_candidates(selection), key=lambda candidate: -candidate["log10_odds"]),
     }
+
+
+def _candidates(selection: Selection) -> Iterator[Section]:
+    for score in selection.scores:
+        log10_odds = _log10_odds(score.misfit + unlikelihood(score.active, selection.after.recorded))
+        yield {
+            "effect": score.active.effect.key,
+            "log10_odds": log10_odds,
+            "probability": float(expit(math.log(10.0) * log10_odds)),
+        }
+
+
+def _log10_odds(misfit: float) -> float:
+    """Return the odds of a model whose misfit is by so much larger than another one's."""
+    return -misfit / (2.0 * math.log(10.0))

@@ -6,6 +6,9 @@ from cdp_ident.diagnosis.identifiability import CONFIDENCE
 
 CERTAINTY = {"named": "", "probable": "probably ", "acts_like": "something that acts like "}
 """Words before the name of an effect, by how sure the name is."""
+CERTAINTY_WORDS = {"named": "named", "probable": "probable", "acts_like": "acts like it"}
+_SAID_AS_POWER = 3.0
+"""Decimal logarithm of odds from which on they are written as a power of ten."""
 
 
 def number(value: float | None) -> float:
@@ -40,6 +43,22 @@ def is_known(value: float | None) -> bool:
 def per_cent(share: float | None) -> str:
     """Write a fit [%], without the unit; a dash where it is not finite."""
     return f"{share:.4g}" if is_known(share) else "–"
+
+
+def chance(probability: float | None) -> str:
+    """Write a probability; one that is nearly 0 or 1 is not said to be so."""
+    share = number(probability)
+    if share < 0.001:
+        return "< 0.1 %"
+    return "> 99.9 %" if share > 0.999 else f"{100 * share:.1f} %"
+
+
+def odds(log10_odds: float | None) -> str:
+    """Write the decimal logarithm of odds as odds; a dash where there are none."""
+    if not is_known(log10_odds):
+        return "–"
+    exponent = number(log10_odds)
+    return f"{10.0**exponent:.2g} : 1" if abs(exponent) < _SAID_AS_POWER else f"10^{exponent:.0f} : 1"
 
 
 def unit(symbol: str) -> str:

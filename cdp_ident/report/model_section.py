@@ -87,7 +87,6 @@ def errors_section(data: Data, errors: ErrorsByRole) -> Section:
     """Return the errors of a model over the motion of each role."""
     return {
         "fit": _error(errors.fit, data.fit),
-        "validation": _error(errors.validation, data.fit),
         "holdout": _error(errors.holdout, data.holdout),
     }
 

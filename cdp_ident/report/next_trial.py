@@ -37,7 +37,8 @@ class Question:
     about: str
     """All base parameters, A22, another unknown by its name, or an effect of the model by its label."""
     against: str = ""
-    """Name and joint of the effect that it is to be distinguished from, as in `also_possible`."""
+    """Key of the effect that it is to be distinguished from, as in `also_possible`; name and joint stand for all its
+    forms."""
 
 
 @dataclass(frozen=True)
@@ -138,8 +139,7 @@ def answers(
 
 def _nearest_rival(knowledge: Knowledge, windows: Sequence[Window], question: Question) -> Rival | None:
     """Return the form of the other effect that comes nearest; None where it can be the same, or cannot be fitted."""
-    name, _, joint = question.against.partition(" ")
-    found = rivals(knowledge, windows, question.about, name, joint)
+    found = rivals(knowledge, windows, question.about, question.against)
     nearest = min(found, key=lambda rival: rival.deviations_now, default=None)
     return None if nearest is None or can_be_the_same(nearest) else nearest
 

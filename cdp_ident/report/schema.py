@@ -63,9 +63,8 @@ _ERROR = an_object(
     fit_theta2_percent=number("of the outer rod [%]"),
 )
 _ERRORS = an_object(
-    "over fitted motion, over the same predicted fold by fold, and over what neither fit nor choice has seen",
+    "over fitted motion, and over what neither fit nor choice has seen",
     fit=_ERROR,
-    validation=_ERROR,
     holdout=_ERROR,
 )
 _WEIGHT = an_object(
@@ -140,15 +139,16 @@ _EFFECT = an_object(
     ),
     evidence=an_object(
         "what it brings",
-        rmse_validation_before_rad=number("error in cross-validation, without it [rad]"),
-        rmse_validation_after_rad=number("with it [rad]"),
+        log10_odds=number(
+            "of the model with all effects against the same without it; null where that cannot be fitted"
+        ),
+        probability=finite("that it is there, among all models that were fitted"),
         rmse_holdout_before_rad=number("error over what was held out, without it [rad]"),
         rmse_holdout_after_rad=number("with it [rad]"),
-        delta_bic=number("change of the Bayesian information criterion"),
     ),
     curve=or_null(_CURVE),
     certainty=one_of(get_args(Certainty), "how sure its name is"),
-    also_possible=a_list(text("name and joint"), "what could stand in its place"),
+    also_possible=a_list(text("its key"), "what could stand in its place"),
 )
 _PREDICTION = an_object(
     "error of the prediction, the larger one of both angles'",
@@ -187,7 +187,7 @@ _ANGLES = a_list(finite(), "from hanging, positive towards +x [rad]", MOST_START
 _ADVICE = an_object(
     "the start that tells most of something",
     **{"for": text("what it is about: `all` base parameters, `A22`, another unknown, or an effect by its label")},
-    against=or_null(text("name and joint of the effect that it tells that one from")),
+    against=or_null(text("key of the effect that it tells that one from")),
     weights=a_list(_WEIGHT, "what to clamp to the rods"),
     inner_rad=finite("where to hold the inner rod, from hanging, positive towards +x [rad]"),
     outer_rad=finite("where to hold the outer rod, from hanging, positive towards +x [rad]"),
@@ -274,7 +274,8 @@ REPORT: Schema = {
             "what remains",
             significant=flag("whether it is more than noise"),
             joint=text("in which it is"),
-            times_noise=number("how large it is"),
+            times_noise=number("error over what was held out, over the noise"),
+            torque=an_object("root mean square of the missing torque in each joint [N m]", **_OF_JOINTS),
             description=text("where it is"),
         ),
         verdict=text("the result in one sentence"),
@@ -316,23 +317,29 @@ REPORT: Schema = {
             )
         ),
         selection=an_object(
-            "what was tried at each step of the selection of effects, and what came of it",
+            "how the effects were selected, and what any other one would do",
             interrupted=flag(),
-            looked_in=count("windows in which effects were looked for; what was found is fitted to all"),
+            looked_in_s=finite("motion in which effects were looked for, 0 where in none; all of it is fitted [s]"),
             steps=a_list(
                 an_object(
-                    action=text(),
-                    rmse_fit_rad=number("[rad]"),
-                    rmse_validation_rad=number("[rad]"),
+                    action=text("what was done"),
+                    log10_odds=number("of the model after it against the paper's"),
                     tried=a_list(
                         an_object(
                             effects=a_list(text("name, joint and form")),
-                            rmse_fit_rad=number("[rad]"),
-                            rmse_validation_rad=number("[rad]; null where the fit alone ruled it out"),
-                            delta_bic=number(),
-                        )
+                            log10_odds=number("of the model with them against the one before"),
+                        ),
+                        "the models that were fitted",
                     ),
                 )
+            ),
+            candidates=a_list(
+                an_object(
+                    effect=text("its key"),
+                    log10_odds=number("of the final model with it against the same without it, by its score"),
+                    probability=finite("that it is there, beside the final model"),
+                ),
+                "every effect that the final model does not have, the most probable first",
             ),
         ),
         continuity=or_null(
@@ -417,7 +424,7 @@ REPORT: Schema = {
         in_doubt=a_list(
             an_object(
                 effect=text("its key, as in the selection"),
-                weight=finite("by Akaike's information criterion, of all models together 1"),
+                weight=finite("its probability, beside that of the model without it"),
                 changes=an_object("by how much it would change base parameters", **dict.fromkeys(_GROUPS, number())),
             ),
             "effects that the trials neither show nor exclude, the most likely first; intervals allow for them",

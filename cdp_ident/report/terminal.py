@@ -9,17 +9,20 @@ from rich.text import Text
 
 from cdp_ident.model.parameters import GROUPS
 from cdp_ident.report.comparison import Comparison
-from cdp_ident.report.formatting import CERTAINTY, interval, milliradians, number, unit, with_std
+from cdp_ident.report.formatting import interval, milliradians, number, unit, with_std
 from cdp_ident.report.schema import Section
 from cdp_ident.report.wording import (
     STAGES,
     advice_words,
+    candidate_rows,
     determined_words,
     effects_in_words,
     expected_in_words,
     how_determined,
     nominal_value,
+    others_words,
     share_words,
+    sure_words,
     validation_words,
     weights_words,
 )
@@ -58,6 +61,8 @@ def _parts(report: Section) -> Iterator[RenderableType]:
     yield _sentences("Validation", validation_words(report))
     if report["effects"]:
         yield _effects(report["effects"])
+    if candidates := candidate_rows(report):
+        yield _candidates(candidates)
     if share := share_words(report):
         yield _sentences("Where effects were looked for", share)
     if expected := expected_in_words(report):
@@ -120,14 +125,14 @@ def _groups(report: Section) -> Table:
 def _errors(report: Section) -> Table:
     window = report["before"]["error"]["fit"]["window_s"]
     title = f"Error, measured against simulated, over windows of {window:.3g} s"
-    table = _table(title, "", "fit [mrad]", "validation [mrad]", "held out [mrad]", "Eq. (10), held out [rad²]")
+    table = _table(title, "", "fit [mrad]", "held out [mrad]", "Eq. (10), held out [rad²]")
     stages = [(label, report["stages"][stage]) for stage, label in STAGES.items()]
     if report["effects"]:
         stages.append(("with the effects below", report["after"]["error"]))
     for label, errors in stages:
         table.add_row(
             label,
-            *(milliradians(errors[role]["rmse_rad"]) for role in ("fit", "validation", "holdout")),
+            *(milliradians(errors[role]["rmse_rad"]) for role in ("fit", "holdout")),
             f"{number(errors['holdout']['sse_free_run']):.4g}",
         )
     noise = report["noise_rad"]
@@ -138,17 +143,23 @@ def _errors(report: Section) -> Table:
 def _effects(effects: list[Section]) -> Table:
     table = _table(
         "Effects that the paper's model lacks", "effect", "joint", "parameter", "fitted ± std", "unit",
-        "held out, without it [mrad]", "also possible",
+        "how sure", "held out, without it [mrad]", "also possible",
     )  # fmt: skip
     for effect in effects:
         without = milliradians(effect["evidence"]["rmse_holdout_before_rad"])
-        doubt = "" if effect["curve"] else CERTAINTY[effect["certainty"]]
-        first = (f"{doubt}{effect['name']}", effect["joint"])
+        first = (effect["name"], effect["joint"])
         for name, quantity in effect["parameters"].items():
             value = with_std(quantity["value"], quantity["std"])
-            last = (without, ", ".join(effect["also_possible"])) if first[0] else ("", "")
+            last = (sure_words(effect), without, others_words(effect)) if first[0] else ("", "", "")
             table.add_row(*first, name, value, unit(quantity["unit"]), *last)
             first = ("", "")
+    return table
+
+
+def _candidates(rows: list[tuple[str, str, str]]) -> Table:
+    table = _table("What else was looked for", "effect", "odds, were it added", "probability")
+    for row in rows:
+        table.add_row(*row)
     return table
 
 

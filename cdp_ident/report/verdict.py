@@ -2,8 +2,9 @@
 
 from cdp_ident.report.formatting import CERTAINTY, with_std
 from cdp_ident.report.wording import key_words
+from cdp_ident.tracing.final_model import is_worse
 from cdp_ident.tracing.found_effects import FoundEffect, FoundParameter
-from cdp_ident.tracing.trace import Trace, is_worse
+from cdp_ident.tracing.trace import Trace
 
 _NUMERALS = ("No", "One", "Two", "Three", "Four", "Five", "Six", "Seven", "Eight", "Nine")
 _AS_NOISE = 1.5
@@ -32,10 +33,13 @@ def verdict(trace: Trace) -> str:
         withdrawn.holdout if withdrawn else trace.after.holdout.rmse(),
         trace.completed.data.noise_level,
         trace.unexplained.significant,
+        trace.selection is not None,
     )
 
 
-def judgement(subject: str, count: int, before: float, after: float, noise: float, significant: bool) -> str:
+def judgement(
+    subject: str, count: int, before: float, after: float, noise: float, significant: bool, looked: bool = True
+) -> str:
     """Return a verdict in one sentence.
 
     Args:
@@ -45,11 +49,12 @@ def judgement(subject: str, count: int, before: float, after: float, noise: floa
         after: the same of the model with the effects [rad].
         noise: of the encoders [rad].
         significant: whether more than noise remains.
+        looked: whether effects were looked for.
     """
     times = after / noise
     is_noise = not significant and times <= _AS_NOISE
     if not count:
-        return _of_the_paper_s_model(after, times, is_noise, significant)
+        return _of_the_paper_s_model(after, times, is_noise, significant, looked)
     changes = f"{1e3 * before:.3g} -> {1e3 * after:.3g} mrad on held-out motion"
     subject, was, does, s = (f"{subject},", "was", "does", "s") if count == 1 else (subject, "were", "do", "")
     if is_worse(after, before):
@@ -68,14 +73,14 @@ def judgement(subject: str, count: int, before: float, after: float, noise: floa
     )
 
 
-def _of_the_paper_s_model(left: float, times: float, is_noise: bool, significant: bool) -> str:
+def _of_the_paper_s_model(left: float, times: float, is_noise: bool, significant: bool, looked: bool) -> str:
     milliradians = f"{1e3 * left:.3g} mrad"
     if is_noise:
         return f"The paper's model explains the motion: what it leaves, {milliradians}, is encoder noise."
-    size = (
-        f"more than noise, {milliradians}" if significant else f"{milliradians}, {times:.2g} times the encoders' noise"
-    )
-    return f"The paper's model leaves {size}, and no known effect explains it."
+    why = "no known effect explains it" if looked else "effects could not be looked for"
+    if significant:
+        return f"The paper's model leaves more than noise, {milliradians}, and {why}."
+    return f"The paper's model leaves {milliradians}, {times:.2g} times the encoders' noise, and {why}."
 
 
 def _share_words(share: float, is_noise: bool) -> str:
@@ -120,7 +125,7 @@ def _in_words(found: FoundEffect) -> str:
         return f"{effect.description}{place}{size}{likeness}"
     strength = next((p for p in found.parameters if not p.description.shape and _is_shown(p)), None)
     named = f"{CERTAINTY[found.certainty]}{effect.description}{place}{f', {_with_unit(strength)}' if strength else ''}"
-    others = " or ".join(found.also_possible)
+    others = " or ".join(map(key_words, found.also_possible))
     return f"{named} (or {others}, which the data do not distinguish from it)" if others else named
 
 

@@ -1,6 +1,6 @@
 """What several forms of a report say in the same words, and the few numbers that they derive from it."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from itertools import islice
 from typing import Literal
 
@@ -11,13 +11,24 @@ from cdp_ident.design.starts import HAND
 from cdp_ident.diagnosis.identifiability import CONFIDENCE
 from cdp_ident.model.effects.catalogue import known_effects
 from cdp_ident.model.parameters import CONSTANTS, GROUPS, INERTIA, SYMBOLS, Group, groups_of, inertia_about_cart
-from cdp_ident.report.formatting import CERTAINTY, number, per_cent, with_std
+from cdp_ident.report.formatting import (
+    CERTAINTY,
+    CERTAINTY_WORDS,
+    chance,
+    number,
+    odds,
+    per_cent,
+    with_std,
+)
 from cdp_ident.report.schema import Section
 
 _HARDLY_LESS = 0.95
 """What leaves intervals as wide as that share of what they are is not worth a trial."""
 _FELT, _MOST_IN_DOUBT = 0.5, 3
 """Effects in doubt are mentioned if they make half of a standard deviation, and at most so many."""
+_ALL = 0.95
+"""From this share of the fitted motion on, effects were looked for in all of it."""
+_MOST_CANDIDATES = 10
 STAGES = {"nominal": "nominal values", "search": "after the search", "refined": "refined"}
 
 
@@ -98,8 +109,7 @@ def _of_encoders() -> set[str]:
 
 def key_words(key: str) -> str:
     """Write an effect's key, as the selection has it, for people."""
-    name, _, rest = key.partition(".")
-    return f"{name.replace('_', ' ')}, {rest.replace('.', ', ')}"
+    return key.replace("_", " ").replace(".", ", ")
 
 
 def action_words(step: Section) -> str:
@@ -108,6 +118,29 @@ def action_words(step: Section) -> str:
     for key in sorted((effect.key for effect in known_effects()), key=len, reverse=True):
         said = said.replace(key, key_words(key))
     return said
+
+
+def effects_words(keys: Sequence[str]) -> str:
+    """Write the keys of effects that a model was tried with; of none it is the same model, fitted from elsewhere."""
+    return " and ".join(map(key_words, keys)) or "the same, from elsewhere"
+
+
+def others_words(effect: Section) -> str:
+    """Write what could stand in an effect's place; nothing where nothing could."""
+    return " or ".join(map(key_words, effect["also_possible"]))
+
+
+def sure_words(effect: Section) -> str:
+    """Say how sure an effect's name is, and how probable it is that the effect is there."""
+    return f"{CERTAINTY_WORDS[effect['certainty']]}, {chance(effect['evidence']['probability'])}"
+
+
+def candidate_rows(report: Section) -> list[tuple[str, str, str]]:
+    """Return the best effects that the model does not have, each with its odds and its probability beside the model."""
+    return [
+        (key_words(candidate["effect"]), odds(candidate["log10_odds"]), chance(candidate["probability"]))
+        for candidate in report["selection"]["candidates"][:_MOST_CANDIDATES]
+    ]
 
 
 def determined_words(report: Section) -> list[str]:
@@ -173,12 +206,13 @@ def predicted_for(report: Section, limit: int) -> str:
 
 def share_words(report: Section) -> list[str]:
     """Say in what share of long recordings effects were looked for; nothing where it was all."""
-    looked_in, windows = report["selection"]["looked_in"], report["refinement"]["windows"]["fit"]
-    if looked_in >= windows:
+    looked_in = report["selection"]["looked_in_s"]
+    fitted = report["refinement"]["windows"]["fit"] * report["before"]["error"]["fit"]["window_s"]
+    if not 0.0 < looked_in < _ALL * fitted:
         return []
     return [
-        f"effects were looked for in {looked_in} of {windows} windows, spread evenly over the trials; what was found "
-        "there is fitted to all, and one score test over all looked for more"
+        f"effects were looked for in {looked_in:.3g} s of {fitted:.3g} s of motion, spread evenly over the trials; "
+        "what was found there is fitted to all"
     ]
 
 
@@ -235,7 +269,7 @@ def _most(correlations: Section) -> float:
 def advice_title(advice: Section) -> str:
     """Say what a trial is to tell of."""
     if advice["against"]:
-        return f"{key_words(advice['for'])}, or {key_words(advice['against'].replace(' ', '.'))}"
+        return f"{key_words(advice['for'])}, or {key_words(advice['against'])}"
     return "all base parameters" if advice["for"] == "all" else short_name(advice["for"])
 
 

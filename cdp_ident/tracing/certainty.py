@@ -1,74 +1,99 @@
-"""How sure the names of effects are; whether they predict motion was tested when they were added.
+"""How sure the names of effects are: their share of the probability of all models that were fitted.
 
-A model of a real rig always leaves an error, and an effect may only imitate a part of one that is not in the catalogue.
-So a name is the surer the more the effect explains relative to the error that remains, and the fewer other effects
-could be in its place.
+A rig may have an effect that is not in the catalogue, and one that is may imitate a part of it. So a name is sure only
+where little torque is left that no law gives, too.
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
 
-from cdp_ident.tracing import thresholds
-from cdp_ident.tracing.acceptance import share_explained
-from cdp_ident.tracing.evidence import Attempt
-from cdp_ident.tracing.final_model import FinalModel
-from cdp_ident.tracing.progress import Progress
-from cdp_ident.tracing.selection import Certainty, Selection
+import numpy as np
+import numpy.typing as npt
+from scipy.special import softmax
 
-_AS_WELL = 1.5
-"""Held-out motion with at most so many times the fit's error is followed as well as that which was fitted."""
+from cdp_ident.likelihood.whole_swing import WholeSwings
+from cdp_ident.model.effects.effect import Effect
+from cdp_ident.tracing.model_search import ModelSearch
+from cdp_ident.tracing.selection import Certainty
+
+Array = npt.NDArray[np.float64]
+
+NAMED, PROBABLE = 0.95, 0.7
+"""Probability from which on a name is said, and from which on it is said to be probable."""
+_IMITATES = 0.5
+"""An effect without which the missing torque's mean square is not at least so much smaller imitates a part of it."""
+_NOT_DISTINGUISHED = 6.0
+"""Models whose costs differ by less are not distinguished: odds of 20."""
 
 
-def certainties(
-    progress: Progress, without: Sequence[Attempt], also_possible: Sequence[Sequence[str]]
-) -> tuple[Certainty, ...]:
-    """Return how sure the name of each effect of a model is.
+def probabilities(search: ModelSearch) -> tuple[float, ...]:
+    """Return for each effect of the best model the probability that it is there, in whatever form.
 
-    Args:
-        progress: where the selection of the effects has ended.
-        without: the model without each of them.
-        also_possible: others that could be in each one's place.
+    Models that were refused, as they leave what is missing as it was, have no part in it.
     """
-    current = progress.current
-    explained = [share_explained(current, removed, progress.noise) for removed in without]
-    effects = [active.effect for active in current.model.effects]
-    lasting = [k for k, effect in enumerate(effects) if not (effect.at_an_instant or effect.curve)]
-    weak = [k for k in lasting if explained[k] < thresholds.NAMED]
-    together = 0.0
-    if len(weak) > 1:
-        together = share_explained(current, progress.without(current, weak), progress.noise)
-    found: list[Certainty] = []
-    for k, (effect, share) in enumerate(zip(effects, explained, strict=True)):
-        if effect.curve:
-            found.append("acts_like")  # it has no name
-            continue
-        with_others = together > thresholds.NAMED and share > thresholds.NAMED_WITH_OTHERS
-        if effect.at_an_instant or share >= thresholds.NAMED or with_others:
-            # An effect of an instant was tested by its window when it was added.
-            found.append("probable" if also_possible[k] else "named")
-        else:
-            found.append("acts_like")
+    least = search.cost(search.best)
+    others = [found for found in search.fitted.values() if found is not search.best and search.cost(found) >= least]
+    models = [search.best, *others]
+    weights = softmax([-0.5 * search.cost(found) for found in models])
+    names = [{_name(active.effect) for active in found.model.effects} for found in models]
+    return tuple(
+        float(sum(weight for weight, there in zip(weights, names, strict=True) if _name(active.effect) in there))
+        for active in search.best.model.effects
+    )
+
+
+def not_distinguished(search: ModelSearch) -> tuple[tuple[str, ...], ...]:
+    """Return for each effect of the best model the keys of those that may be in its place as well."""
+    best = [active.effect for active in search.best.model.effects]
+    found = []
+    for effect in best:
+        others = sorted(one.key for one in best if one != effect)
+        rivals = dict[tuple[str, str], tuple[float, str]]()
+        for model in search.fitted.values():
+            keys = [active.effect.key for active in model.model.effects]
+            instead = [active.effect for active in model.model.effects if active.effect.key not in others]
+            if len(instead) != 1 or len(keys) != len(best) or _name(instead[0]) == _name(effect):
+                continue
+            behind = search.cost(model) - search.cost(search.best)
+            if behind < _NOT_DISTINGUISHED and not instead[0].curve:
+                rivals[_name(instead[0])] = min(rivals.get(_name(instead[0]), (np.inf, "")), (behind, instead[0].key))
+        found.append(tuple(key for _, key in sorted(rivals.values())))
     return tuple(found)
 
 
-def confirmed(selection: Selection, before: FinalModel, after: FinalModel) -> Selection:
-    """Return a selection with names as sure as they are when held-out motion has been looked at.
-
-    Effects that imitate something else over the fitted motion need not do so elsewhere. So where held-out motion is
-    followed much worse than the fitted one, they must explain more of its error than remains to keep their names. An
-    effect of an instant is not in held-out motion.
+def certainties(
+    search: ModelSearch,
+    without: Sequence[WholeSwings | None],
+    probability: Sequence[float],
+    also_possible: Sequence[Sequence[str]],
+) -> tuple[Certainty, ...]:
+    """Return how sure the name of each effect of the best model is.
 
     Args:
-        selection: where it ended.
-        before: the paper's model.
-        after: the model with the effects.
+        search: where it ended.
+        without: the best model without each of them.
+        probability: of each.
+        also_possible: keys of the effects that may be in its place.
     """
-    explained = before.holdout.rmse() ** 2 - after.holdout.rmse() ** 2
-    remaining = after.holdout.rmse() ** 2 - after.fit.rmse() ** 2
-    if not (after.holdout.rmse() > _AS_WELL * after.fit.rmse() and explained < thresholds.NAMED * remaining):
-        return selection
-    effects = (active.effect for active in after.model.effects)
-    pairs = zip(effects, selection.certainty, strict=True)
-    return replace(
-        selection, certainty=tuple(found if effect.at_an_instant else "acts_like" for effect, found in pairs)
-    )
+    found = list[Certainty]()
+    for index, active in enumerate(search.best.model.effects):
+        if active.effect.curve or _imitates(search.best, without[index]):
+            found.append("acts_like")
+        elif also_possible[index]:
+            found.append("probable")
+        else:
+            p = probability[index]
+            found.append("named" if p >= NAMED else "probable" if p >= PROBABLE else "acts_like")
+    return tuple(found)
+
+
+def _imitates(found: WholeSwings, without: WholeSwings | None) -> bool:
+    """Return whether more of the missing torque is left than an effect explains."""
+    if without is None or not np.any(found.is_missing):
+        return False
+    scale = np.maximum(without.noise.torque_with_tails, found.noise.torque_with_tails)
+    left, before = (np.sum((of.torque / scale) ** 2) for of in (found, without))
+    return bool(left > _IMITATES * before)
+
+
+def _name(effect: Effect) -> tuple[str, str]:
+    return effect.name, str(effect.joint)

@@ -18,6 +18,13 @@ _AS_GOOD = 1.05
 """Fitted initial states are good if the error is at most so many times that of another model …"""
 _LIKE_THE_FIT = 1.5
 """… and at most so many times the fit's."""
+_WORSE = 1.02
+"""From so many times the error on, a model is worse than another one beyond chance."""
+
+
+def is_worse(error: float, other: float) -> bool:
+    """Return whether an error is larger than another one beyond chance, or not a number."""
+    return not error <= _WORSE * other
 
 
 @dataclass(frozen=True)

@@ -1,5 +1,6 @@
 """The effects of a model in physical units, and what curves look like."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -9,13 +10,13 @@ import numpy.typing as npt
 from cdp_ident.diagnosis.inertia import Inertia
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.refinement import Fit
+from cdp_ident.likelihood.whole_swing import WholeSwings
 from cdp_ident.model.effects.curves import basis
 from cdp_ident.model.effects.effect import JOINTS, Curve, EffectParameter
-from cdp_ident.tracing.evidence import change
 from cdp_ident.tracing.final_model import FinalModel
 from cdp_ident.tracing.likeness import likeness
+from cdp_ident.tracing.missing_torque import MissingTorque
 from cdp_ident.tracing.selection import Certainty, Selection
-from cdp_ident.tracing.torque_residual import torque_residual
 
 Array = npt.NDArray[np.float64]
 
@@ -68,16 +69,15 @@ class FoundEffect:
     active: ActiveEffect
     parameters: tuple[FoundParameter, ...]
     """Of a curve, its largest torque and where that is."""
-    validation_without: float
-    """Validation error, of the model without this effect [rad]."""
-    validation_with: float
-    """The same of the model with all effects [rad]."""
     holdout_without: float
     """Error over what was held out, of the model without this effect [rad]."""
     holdout_with: float
     """The same of the model with all effects [rad]."""
-    delta_bic: float
-    """Bayes's information criterion of the model with all effects less that of the one without this effect."""
+    log_odds: float
+    """Logarithm (base 10) of how many times as probable the model with all effects is as the one without this effect,
+    before any trial both being the same; not a number where the latter cannot be fitted."""
+    probability: float
+    """That the effect is there, among all models that were fitted."""
     certainty: Certainty
     """How sure its name is; whether it predicts is a separate question."""
     also_possible: tuple[str, ...]
@@ -107,23 +107,26 @@ def found_effects(
     found = []
     for index, active in enumerate(final.model.effects):
         over = active.effect.curve
-        curve = _curve(fit, index, over, spread, inertia.value) if over else None
+        curve = _curve(fit, MissingTorque.of(selection.after), index, over, spread, inertia.value) if over else None
         parameters = _summary(curve, inertia) if curve else _parameters(fit, index, spread, inertia)
         found.append(
             FoundEffect(
                 active=active,
                 parameters=parameters,
-                validation_without=selection.without[index].validation.rmse(),
-                validation_with=selection.after.validation.rmse(),
                 holdout_without=holdout_without[index],
                 holdout_with=final.holdout.rmse(),
-                delta_bic=change(selection.without[index], selection.after).bic,
+                log_odds=_log_odds(selection.without[index], selection.after),
+                probability=selection.probability[index],
                 certainty=selection.certainty[index],
                 also_possible=selection.also_possible[index],
                 curve=curve,
             )
         )
     return tuple(found)
+
+
+def _log_odds(without: WholeSwings | None, found: WholeSwings) -> float:
+    return float("nan") if without is None else 0.5 * (without.misfit - found.misfit) / math.log(10.0)
 
 
 def _parameters(fit: Fit, index: int, spread: Array, inertia: Inertia) -> tuple[FoundParameter, ...]:
@@ -148,9 +151,9 @@ def _physical(
     return FoundParameter(parameter, float(value) * scale, physical_std, float(value), float(std))
 
 
-def _curve(fit: Fit, index: int, over: Curve, spread: Array, inertia: float) -> FoundCurve:
+def _curve(fit: Fit, motion: MissingTorque, index: int, over: Curve, spread: Array, inertia: float) -> FoundCurve:
     effect, place = fit.model.effects[index].effect, fit.model.places(index)
-    motion, joint = torque_residual(fit), JOINTS.index(effect.joint)
+    joint = JOINTS.index(effect.joint)
     if over.over == "angle":
         covered = (motion.angle[:, joint] + np.pi) % (2.0 * np.pi) - np.pi
     else:

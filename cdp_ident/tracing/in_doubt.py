@@ -18,8 +18,7 @@ import numpy.typing as npt
 from scipy.special import chdtrc, softmax
 
 from cdp_ident.fit.active_effect import ActiveEffect
-from cdp_ident.fit.refinement import Fit
-from cdp_ident.tracing.candidates import ScoreTest, addable
+from cdp_ident.likelihood.scores import Score
 
 Array = npt.NDArray[np.float64]
 
@@ -40,34 +39,24 @@ class InDoubt:
     """(unknowns, unknowns) what its own uncertainty would add to the covariance of these."""
 
 
-def effects_in_doubt(fit: Fit) -> tuple[InDoubt, ...]:
-    """Return the effects that a fitted model may lack, the most likely first.
-
-    Effects of an instant, those with states of their own and torques without a name are not among them.
+def effects_in_doubt(scored: Sequence[Score]) -> tuple[InDoubt, ...]:
+    """Return the effects that a model may lack, the most likely first.
 
     Args:
-        fit: over all the fitted motion.
+        scored: what each effect that it does not have would do for it.
     """
-    test = ScoreTest(fit, addable(fit.model, with_states=False))
-    forms = Counter(_place(candidate) for candidate in test.candidates)
-    doubtful, evidence = [], [0.0]
-    for candidate in test.ranked():
-        variance = fit.variance * candidate.variance_ratio
-        gain = candidate.gain / variance
-        if chdtrc(candidate.freedom, gain) < _LEVEL:
-            doubtful.append((candidate, variance))
-            # The forms of one effect, such as harmonics, have the weight of one together.
-            evidence.append(0.5 * gain - candidate.freedom - math.log(forms[_place(candidate.active)]))
-    found = []
-    for (candidate, variance), weight in zip(doubtful, softmax(evidence)[1:].tolist(), strict=True):
-        by_strength, inverse = test.imitation(candidate)
-        change, spread = -by_strength @ candidate.strengths, variance * by_strength @ inverse @ by_strength.T
-        found.append(InDoubt(candidate.active, weight, change, spread))
+    lasting = [score for score in scored if not score.active.effect.at_an_instant and not score.active.effect.curve]
+    doubtful = [score for score in lasting if chdtrc(score.freedom, score.gain) < _LEVEL]
+    forms = Counter(_place(score) for score in doubtful)
+    # The forms of one effect, such as harmonics, have the weight of one together.
+    evidence = [0.5 * score.gain - score.freedom - math.log(forms[_place(score)]) for score in doubtful]
+    weights = softmax([0.0, *evidence])[1:].tolist()
+    found = [InDoubt(of.active, weight, of.change, of.spread) for of, weight in zip(doubtful, weights, strict=True)]
     return tuple(sorted(found, key=lambda effect: -effect.weight))
 
 
-def _place(active: ActiveEffect) -> tuple[str, str]:
-    return active.effect.name, active.effect.joint
+def _place(score: Score) -> tuple[str, str]:
+    return score.active.effect.name, score.active.effect.joint
 
 
 def added_covariance(in_doubt: Sequence[InDoubt]) -> Array | float:

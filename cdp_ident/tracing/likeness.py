@@ -5,10 +5,11 @@ from collections.abc import Iterator
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.tracing import thresholds
-
 Array = npt.NDArray[np.float64]
 
+_ALIKE, _ALIKE_BY_MORE = 0.8, 0.03
+"""A known shape is mentioned if it explains at least so much of a curve's mean square, and by so much more than a
+simpler one."""
 _PLACES = 41
 """Number of places where known shapes are tried, over the range that the motion covers."""
 _WIDTHS = np.geomspace(0.04, 0.6, 12)
@@ -30,12 +31,12 @@ def likeness(over: str, dry: bool, at: Array, torque: Array) -> str:
         at: (n,) angles from hanging [rad] or speeds [rad/s], evenly over the range that the motion covers.
         torque: (n,) there.
     """
-    found, most = "", thresholds.ALIKE - thresholds.ALIKE_BY_MORE
+    found, most = "", _ALIKE - _ALIKE_BY_MORE
     for words, shapes in (_of_speed if over == "speed" else _of_friction if dry else _of_angle)(at):
         share, place = max(
             ((_explained(torque, columns), place) for place, columns in shapes), key=lambda pair: pair[0]
         )
-        if share > most + thresholds.ALIKE_BY_MORE:
+        if share > most + _ALIKE_BY_MORE:
             found, most = words if place is None else f"{words} at {place:.2g} rad", share
     return found
 

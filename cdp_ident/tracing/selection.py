@@ -1,9 +1,10 @@
-"""The outcome of a stepwise selection of effects: the chosen model, and the steps that led to it."""
+"""The outcome of a search for the effects that a model lacks."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Literal
 
-from cdp_ident.tracing.evidence import Attempt
+from cdp_ident.likelihood.scores import Score
+from cdp_ident.likelihood.whole_swing import WholeSwings
 
 Certainty = Literal["named", "probable", "acts_like"]
 """How sure an effect's name is."""
@@ -11,61 +12,46 @@ Certainty = Literal["named", "probable", "acts_like"]
 
 @dataclass(frozen=True)
 class Tried:
-    """A candidate that was refitted at a step."""
+    """A model that was fitted at a step."""
 
     effects: tuple[str, ...]
-    """Keys of the effect or, where two only help together, the two."""
-    rmse_fit: float
-    """[rad]"""
-    rmse_validation: float
-    """[rad]; not a number where the fit alone ruled it out."""
-    gain: float
-    """Fall of the squared error of the fit [variances]; see `Change.fit`."""
-    freedom: float
-    """Unknowns that it added."""
-    delta_bic: float
-    """Difference of Bayes's information criterion from the model before."""
+    """Keys of the effects that it has and the model before had not; where none, those that it has no longer."""
+    misfit: float
+    """Of the model less that of the one before: below zero it is the more likely one."""
 
 
 @dataclass(frozen=True)
 class Step:
-    """One step of the selection."""
+    """One step of the search."""
 
     action: str
     """What was done: added, dropped or exchanged, and what."""
-    rmse_fit: float
-    """Error of the fit after it [rad]."""
-    rmse_validation: float
-    """Validation error after it [rad]."""
+    misfit: float
+    """Of the model after it less that of the paper's model."""
     tried: tuple[Tried, ...]
 
 
 @dataclass(frozen=True)
 class Selection:
-    """Where a selection ended."""
+    """Where a search ended."""
 
-    before: Attempt
+    before: WholeSwings
     """The paper's model."""
-    after: Attempt
-    """The model with the effects."""
+    after: WholeSwings
+    """The most probable model."""
     steps: tuple[Step, ...]
-    without: tuple[Attempt, ...]
-    """That model without each of its effects."""
+    without: tuple[WholeSwings | None, ...]
+    """That model without each of its effects; None where that cannot be fitted."""
+    probability: tuple[float, ...]
+    """That each of its effects is there, among all models that were fitted."""
     also_possible: tuple[tuple[str, ...], ...]
     """Keys of the effects that the data do not distinguish from each one."""
     certainty: tuple[Certainty, ...]
     """How sure the name of each effect of `after` is."""
+    scores: tuple[Score, ...]
+    """What each effect that it does not have would do for it."""
     failures: tuple[str, ...]
     """What could not be computed, in words."""
     interrupted: bool
-    looked_in: int
-    """In how many of the windows effects were looked for."""
-
-    def withdrawn(self) -> "Selection":
-        """Return the same without its effects: it ends where it began."""
-        return replace(self, after=self.before, without=(), also_possible=(), certainty=())
-
-    @classmethod
-    def nothing(cls, model: Attempt) -> "Selection":
-        """Return one without any step."""
-        return cls(model, model, (), (), (), (), (), interrupted=False, looked_in=len(model.fit.windows))
+    seconds: float
+    """Motion in which effects were looked for [s]."""

@@ -1,23 +1,20 @@
-"""The error that remains when the selection ends: how large, in which joint, and where."""
+"""What remains when the search ends: torques that no law gives, and readings that scatter more than their noise."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.diagnosis.outlier_windows import outlier_windows
-from cdp_ident.fit.refinement import Fit
+from cdp_ident.likelihood.whole_swing import NEAR, WholeSwings
 from cdp_ident.model.effects.effect import JOINTS, Joint
-from cdp_ident.tracing import thresholds
 from cdp_ident.tracing.final_model import FinalModel
-from cdp_ident.tracing.noise_memory import forgets_soon, is_structured
-from cdp_ident.tracing.torque_residual import TorqueResidual, corrected, torque_residual
+from cdp_ident.tracing.missing_torque import MissingTorque
 
 Array = npt.NDArray[np.float64]
 
-_SURELY = 2.0
-"""Values may be off by so many standard deviations. They explain no more of the held-out error than the noise does."""
+_ABOVE_NOISE = 1.2
+"""From a scatter of so many times the noise on, more than noise remains."""
 _BINS, _FEWEST_IN_BIN = 16, 20
 
 
@@ -31,76 +28,56 @@ class Unexplained:
     """In which joint most of it is."""
     times_noise: float
     """The error over what was held out, over the encoders' noise."""
+    torque: Array
+    """(2,) root mean square of the missing torque in each joint [N m]; zero where none is missing."""
     description: str
-    """Where it is and how large, in words."""
-
-    @classmethod
-    def not_examined(cls, final: FinalModel, noise: Array) -> "Unexplained":
-        """Return what is known where it cannot be examined: its size; arguments are those of `unexplained`."""
-        ratios = _errors((final.fit, final.holdout)) / noise
-        times = final.holdout.rmse() / float(np.sqrt(np.mean(noise**2)))
-        is_large = bool(np.any(ratios >= thresholds.ABOVE_NOISE))
-        return cls(is_large, JOINTS[int(np.argmax(ratios))], times, "what remains could not be examined")
+    """What it is and how large, in words."""
 
 
-def unexplained(
-    final: FinalModel, noise: Array, trials: Sequence[str], inertia: float, covariance: Array
-) -> Unexplained:
+def unexplained(final: FinalModel, whole: WholeSwings | None, noise: Array, inertia: float) -> Unexplained:
     """Describe what remains.
 
     Args:
-        final: the model with the effects that were found.
+        final: the model with the effects that were found, as it was judged.
+        whole: the same with its final values; None where these were not found.
         noise: (2,) standard deviation of the noise of theta1 and theta2 [rad].
-        trials: names of the trials.
         inertia: A22 [kg m^2], to give torques in N m.
-        covariance: (unknowns, unknowns) of the model's values.
     """
-    fits = (final.fit, final.holdout)
-    errors = _errors(fits)
-    ratios = errors / noise
-    worst = int(np.argmax(ratios))
-    overall = final.holdout.rmse() / float(np.sqrt(np.mean(noise**2)))
-    window = _outlier_window(final, noise, trials)
-    only = None if window else _only_noise(final, noise, covariance)
-    if only:
-        return Unexplained(False, JOINTS[worst], overall, only)
-    residual = torque_residual(corrected(final.fit))
-    dependence = max(_dependences(residual), key=lambda found: found.share)
-    remains = f"{1e3 * errors[worst]:.3g} mrad remain in theta{worst + 1}, {ratios[worst]:.1f} times its noise"
-    correlated = final.fit.autocorrelation.integrated_time
-    slow = f"; it changes slowly, over {correlated:.0f} samples" if is_structured(final.fit) else ""
-    description = "; ".join(filter(None, (remains, dependence.words(inertia) + slow, window)))
-    return Unexplained(True, JOINTS[dependence.joint], overall, description)
+    errors = np.array([max(fit.rmse(angle) for fit in (final.fit, final.holdout)) for angle in range(2)])
+    times = final.holdout.rmse() / float(np.sqrt(np.mean(noise**2)))
+    if whole is None:
+        worst = int(np.argmax(errors / noise))
+        more = bool(np.any(errors > _ABOVE_NOISE * noise))
+        return Unexplained(more, JOINTS[worst], times, np.zeros(2), "what remains could not be examined")
+    over_noise = errors / _with_memory(noise, whole)
+    worst = int(np.argmax(over_noise))
+    missing = MissingTorque.of(whole)
+    torque = inertia * np.sqrt(np.mean(missing.torque**2 + missing.std**2, axis=0))
+    joints = np.flatnonzero(whole.is_missing)
+    said = " and ".join(f"{1e3 * torque[k]:.2g} mN m in the {JOINTS[k]} joint" for k in joints)
+    if not np.any(over_noise > _ABOVE_NOISE):
+        memory = whole.noise.memory
+        words = ["nothing but the encoders' noise"]
+        if memory.max() > 0.0:
+            words.append(f"of which {100 * memory.max():.0f} % is in the next reading still")
+        if said:
+            words.append(f"and torques that matter less than that, {said} (root mean square)")
+        return Unexplained(False, JOINTS[worst], times, torque, ", ".join(words))
+    if not said:
+        words = [f"theta{worst + 1} is {over_noise[worst]:.1f} times its noise off, by what no torque would explain"]
+    else:
+        dependence = max(_dependences(missing, joints), key=lambda found: found.share)
+        worst = dependence.joint
+        words = [f"torques of {said} are missing (root mean square)", dependence.words(inertia)]
+    return Unexplained(True, JOINTS[worst], times, torque, "; ".join(words))
 
 
-def _only_noise(final: FinalModel, noise: Array, covariance: Array) -> str | None:
-    """Return in words what little remains, or None where it is more; arguments are those of `unexplained`."""
-    fits = (final.fit, final.holdout)
-    if leaves_only_noise(fits, noise):
-        is_small = np.all(_errors(fits) < thresholds.ABOVE_NOISE * noise)
-        memory = "" if is_small else f", correlated over {final.fit.autocorrelation.integrated_time:.0f} samples"
-        return f"nothing but the encoders' noise{memory}"
-    if leaves_only_noise([final.fit], noise):
-        level = np.maximum(_errors([final.fit]), noise)
-        by_values = np.minimum(_SURELY * final.moved_by(covariance), level)
-        if np.all(np.hypot(thresholds.ABOVE_NOISE * level, by_values) > _errors([final.holdout])):
-            return "nothing but the encoders' noise, and what the values' uncertainty moves the held-out motion by"
-    return None
-
-
-def leaves_only_noise(fits: Sequence[Fit], noise: Array) -> bool:
-    """Return whether errors are of the noise's size, or forgotten as soon as noise with a memory is.
-
-    Args:
-        fits: a model over some windows each.
-        noise: (2,) standard deviation of the noise of theta1 and theta2 [rad].
-    """
-    return bool(np.all(_errors(fits) < thresholds.ABOVE_NOISE * noise)) or all(map(forgets_soon, fits))
-
-
-def _errors(fits: Sequence[Fit]) -> Array:
-    """Return the largest error of theta1 and of theta2 (2,) [rad]."""
-    return np.array([max(fit.rmse(angle) for fit in fits) for angle in range(2)])
+def _with_memory(noise: Array, whole: WholeSwings) -> Array:
+    """Return the noise (2,) of theta1 and theta2, with what is remembered for less than the time between nodes."""
+    steps = float(np.median(np.concatenate([np.diff(swing.time) for swing in whole.recorded.swings])))
+    lasts = -steps / np.log(np.clip(whole.noise.kept, 1e-9, 1.0 - 1e-9))
+    encoders = np.where(lasts < NEAR * whole.recorded.time_unit, whole.noise.encoders, 0.0)
+    return np.asarray(np.maximum(noise, np.sqrt(np.cumsum(encoders**2))))
 
 
 @dataclass(frozen=True)
@@ -119,18 +96,18 @@ class _Dependence:
 
     def words(self, inertia: float) -> str:
         return (
-            f"most of it goes with the {self.regressor}: a torque of {1e3 * inertia * self.torque:.2g} mN m is missing "
-            f"in the {JOINTS[self.joint]} joint at {self.low:.2g} to {self.high:.2g} {self.unit}"
+            f"{100 * self.share:.0f} % of that in the {JOINTS[self.joint]} joint goes with the {self.regressor}, which "
+            f"is {1e3 * inertia * self.torque:.2g} mN m at {self.low:.2g} to {self.high:.2g} {self.unit}"
         )
 
 
-def _dependences(residual: TorqueResidual) -> Iterator[_Dependence]:
-    for torque_joint in range(2):
-        torque = residual.torque[:, torque_joint]
+def _dependences(missing: MissingTorque, joints: Iterable[int]) -> Iterator[_Dependence]:
+    for torque_joint in joints:
+        torque = missing.torque[:, torque_joint]
         for joint in range(2):
-            wrapped = (residual.angle[:, joint] + np.pi) % (2 * np.pi) - np.pi
+            wrapped = (missing.angle[:, joint] + np.pi) % (2 * np.pi) - np.pi
             yield _dependence(torque_joint, f"{JOINTS[joint]} joint's angle", "rad", wrapped, torque)
-            yield _dependence(torque_joint, f"{JOINTS[joint]} joint's speed", "rad/s", residual.speed[:, joint], torque)
+            yield _dependence(torque_joint, f"{JOINTS[joint]} joint's speed", "rad/s", missing.speed[:, joint], torque)
 
 
 def _dependence(joint: int, regressor: str, unit: str, values: Array, torque: Array) -> _Dependence:
@@ -144,18 +121,4 @@ def _dependence(joint: int, regressor: str, unit: str, values: Array, torque: Ar
     largest = int(np.argmax(np.abs(means)))
     return _Dependence(
         joint, regressor, unit, share, float(edges[largest]), float(edges[largest + 1]), float(means[largest])
-    )
-
-
-def _outlier_window(final: FinalModel, noise: Array, trials: Sequence[str]) -> str | None:
-    """Return in words the window that fits far worse than the others, if one does and is above the noise."""
-    outliers = outlier_windows((final.fit, final.holdout), thresholds.WINDOW_ABOVE_OTHERS, noise)
-    if not outliers:
-        return None
-    window, times = outliers[0].window, outliers[0].ratio
-    end = window.begin + window.duration
-    motion = "held-out motion" if any(window is other for other in final.holdout.windows) else "motion"
-    return (
-        f"the {motion} of trial {trials[window.trial]} from {window.begin:.1f} to {end:.1f} s fits {times:.1f} times "
-        "worse than the other windows: something may have happened there"
     )

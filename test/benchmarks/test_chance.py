@@ -27,8 +27,12 @@ def test_no_effect_is_accepted_where_there_is_none(job):
 
 
 def test_the_table_counts_runs_by_noise_and_over_all():
-    levels = dict.fromkeys(("effects", "pairs", "instants", "refits"), 0.5)
-    runs = [{"job": f"white/{seed}", "accepted": ["air_drag.inner"] * (seed == 0), "levels": levels} for seed in (0, 1)]
+    runs = [
+        {"job": f"white/{seed}", "accepted": ["air_drag.inner"] * (seed == 0), "log10_odds": 2.0 - 5.0 * seed}
+        for seed in (0, 1)
+    ]
     table = summary(runs)
     assert table.row_count == 2
     assert list(table.columns[2].cells) == ["1", "1"]
+    assert list(table.columns[4].cells) == ["-0.5", "-0.5"]
+    assert list(table.columns[5].cells) == ["2.0", "2.0"]

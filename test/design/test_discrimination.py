@@ -49,7 +49,7 @@ def knowledge(known):
 
 @pytest.fixture(scope="module")
 def rival(knowledge, exact):
-    (found,) = rivals(knowledge, exact, "quadratic_friction.outer", "coulomb_friction", "outer")
+    (found,) = rivals(knowledge, exact, "quadratic_friction.outer", "coulomb_friction.outer")
     return found
 
 
@@ -62,7 +62,7 @@ def test_a_rival_is_adjusted_to_what_the_fitted_model_says(rival, exact):
 
 def test_a_rival_of_long_recordings_is_adjusted_to_a_share_that_stands_for_all(rival, knowledge, exact):
     times = 30
-    (found,) = rivals(knowledge, exact * times, "quadratic_friction.outer", "coulomb_friction", "outer")
+    (found,) = rivals(knowledge, exact * times, "quadratic_friction.outer", "coulomb_friction.outer")
     assert len(found.fit.windows) == found.share * times * len(exact) < times * len(exact)
     assert found.deviations_now == pytest.approx(np.sqrt(times) * rival.deviations_now, rel=0.1)
     still = CandidateTrial(np.pi, np.pi)
@@ -79,7 +79,7 @@ def test_the_deviations_are_those_of_a_rival_that_is_fitted_to_both_trials(rival
 
 def test_so_they_are_of_a_trial_with_a_weight_whose_rival_may_have_another_inertia(knowledge, exact):
     with_weight = knowledge.with_weights([WEIGHT])
-    (found,) = rivals(with_weight, exact, "quadratic_friction.outer", "coulomb_friction", "outer")
+    (found,) = rivals(with_weight, exact, "quadratic_friction.outer", "coulomb_friction.outer")
     trial = CandidateTrial(np.pi + 0.6, np.pi + 0.5, (WEIGHT,))
     both = refine(found.fit.model, found.fit.values, [*found.fit.windows, *fit_to(trial, with_weight).windows])
     cost = both.squared_error + both.values @ both.model.penalty @ both.values
@@ -102,6 +102,6 @@ def test_a_richer_form_of_an_effect_can_be_the_same(known):
     model, values = MODEL.with_effect(ActiveEffect(coulomb)), np.append(TRUTH, 0.01)
     with_friction = Knowledge(model, values, np.eye(6), NOISE, np.eye(2), known.sampling)
     windows = fit_to(CandidateTrial(4.0, 3.8), with_friction).windows
-    found = list(rivals(with_friction, windows, "coulomb_friction.outer", "stribeck_friction", "outer"))
+    found = list(rivals(with_friction, windows, "coulomb_friction.outer", "stribeck_friction.outer"))
     assert found
     assert all(can_be_the_same(rival) for rival in found)

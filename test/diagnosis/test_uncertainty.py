@@ -4,10 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.signal import lfilter
 
 from cdp_ident.bag.diagnostics import ClockRate
-from cdp_ident.diagnosis.uncertainty import covariance, curvature, reduced_sensitivities, scaled_inverse, variance_ratio
+from cdp_ident.diagnosis.uncertainty import covariance, reduced_sensitivities, scaled_inverse
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.mechanism import Mechanism
 from cdp_ident.fit.motion_model import MotionModel
@@ -78,27 +77,6 @@ def test_correlated_noise_widens_the_intervals():
     slow = with_correlated_noise(np.random.default_rng(0))
     ratio = np.sqrt(np.diag(covariance(fit_of(slow))) / np.diag(covariance(fit_of(white))))
     assert np.all(ratio > 2)
-
-
-@pytest.mark.parametrize("period", [0, 40])
-def test_the_variance_of_a_projection_is_that_of_many_draws_of_the_noise(period):
-    rng = np.random.default_rng(0)
-
-    def noise():
-        drawn = rng.normal(0.0, 1e-3, (len(TEN_SECONDS) + 400, 2))
-        kept = np.exp(-1.0 / 40.0)
-        poles = [1.0, -2.0 * kept * np.cos(2.0 * np.pi / 40.0), kept**2] if period else [1.0]
-        return lfilter([1.0], poles, drawn, axis=0)[400:]
-
-    fit = fit_of(Trial("noisy", TEN_SECONDS, standard_motion() + noise()))
-    rows = np.concatenate([part.reshape(-1, len(TRUTH)) for part in reduced_sensitivities(fit)])
-    draws = np.array([noise()[: len(rows) // 2].ravel() for _ in range(300)])
-    scores = draws @ rows
-    drawn = np.trace(np.linalg.solve(rows.T @ rows, scores.T @ scores / len(draws))) / len(TRUTH) / np.var(draws)
-    spread = covariance(fit, remembered=False)
-    found = variance_ratio(fit, spread, curvature(fit), range(len(TRUTH)))
-    assert found == pytest.approx(drawn, rel=0.4)
-    assert abs(found - drawn) <= abs(fit.autocorrelation.integrated_time - drawn)
 
 
 def test_an_uncertain_unit_of_time_counts_by_what_it_changes():

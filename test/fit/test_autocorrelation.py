@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cdp_ident.fit.autocorrelation import autocovariance, decay_time, long_run_products
+from cdp_ident.fit.autocorrelation import autocovariance, long_run_products
 from cdp_ident.fit.mechanism import Mechanism
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.prior import Prior
@@ -52,19 +52,3 @@ def test_the_long_run_products_are_those_of_all_lags_with_bartlett_s_weights(lag
     apart = np.abs(np.subtract.outer(np.arange(50), np.arange(50)))
     expected = terms.T @ np.maximum(1.0 - apart / (lags + 1.0), 0.0) @ terms
     np.testing.assert_allclose(long_run_products(terms, lags), expected, rtol=1e-9, atol=1e-9)
-
-
-@pytest.mark.parametrize("white", [0.0, 1.0])
-@pytest.mark.parametrize("correlation", [0.3, 0.8, 0.95])
-def test_noise_with_a_memory_decays_as_it_was_made_to(correlation, white) -> None:
-    fit = with_residuals(correlation)
-    added = np.random.default_rng(1).normal(scale=white, size=(20000, 2))
-    residuals = [r + w for r, w in zip(fit.residuals, np.split(added, 4), strict=True)]
-    found = decay_time(residuals, replace(fit, residuals=tuple(residuals)).autocorrelation.length)
-    assert found == pytest.approx(-1.0 / np.log(correlation), rel=0.35)
-
-
-def test_what_swings_as_the_rods_do_is_no_noise_with_a_memory() -> None:
-    swinging = 0.5 * np.sin(np.arange(20000) / 15.0)[:, None]
-    residuals = [r + s for r, s in zip(with_residuals(0.8).residuals, np.split(swinging, 4), strict=True)]
-    assert decay_time(residuals, 40) == np.inf

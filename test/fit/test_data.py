@@ -38,7 +38,6 @@ def test_windows_are_shorter_where_a_trial_is_too_short_for_four():
     short = Trial("short", TEN_SECONDS[:800], THETA[:800])
     data = prepare([*whole(short), HELD_OUT], lasting(2.5, 2), SCALES, NOISE)
     assert len(data.fit) == 4
-    assert data.folds == ((0,), (1,), (2,), (3,))
     assert data.fit[0].duration == pytest.approx(1.0, abs=0.02)
 
 
@@ -57,22 +56,6 @@ def test_the_window_the_step_and_the_half_width_are_the_rig_s():
     assert data.noise is NOISE
     assert {window.grid.step for window in (*data.fit, *data.holdout)} == {SCALES.step}
     assert {window.half_width for window in (*data.fit, *data.holdout)} == {SCALES.half_width}
-
-
-def test_every_fourth_window_of_a_trial_is_of_the_same_fold():
-    data = prepare([*whole(TRIAL), HELD_OUT], lasting(1.25, 2), SCALES, NOISE)
-    assert data.folds == tuple(tuple(range(first, 8, 4)) for first in range(4))
-
-
-def test_the_first_windows_of_two_trials_are_in_different_folds():
-    data = prepare([*whole(TRIAL, TRIAL), HELD_OUT], lasting(1.25, 3), SCALES, NOISE)
-    assert data.folds == ((0, 4, 10, 14), (1, 5, 11, 15), (2, 6, 8, 12), (3, 7, 9, 13))
-
-
-def test_each_of_three_trials_is_a_fold():
-    data = prepare([*whole(TRIAL, TRIAL, TRIAL), HELD_OUT], lasting(1.25, 4), SCALES, NOISE)
-    assert [{data.fit[index].trial for index in fold} for fold in data.folds] == [{0}, {1}, {2}]
-    assert sorted(index for fold in data.folds for index in fold) == list(range(24))
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.signal import lfilter
+from scipy.stats import t as student
 
 from cdp_ident.likelihood.noise import Noise
 from cdp_ident.likelihood.swing import Linearised, Swing
@@ -123,3 +124,39 @@ def test_repeated_readings_that_do_not_count_are_no_part_of_the_likelihood():
     counts[50:] = 0.0
     noise = Noise.white(np.full(2, 1e-3), 1.0)
     assert noise.logarithm(replace(of, counts=counts)) == pytest.approx(0.25 * noise.logarithm(of))
+
+
+def test_torques_of_a_student_s_distribution_may_be_large_at_a_node_and_are_of_one_size_otherwise():
+    of = swing(times(2000))
+    impulses = np.zeros((NODES, 2, 2))
+    usual = 0.01 * np.sqrt(of.spacing)
+    impulses[:, 0] = usual
+    impulses[4, 0, 1] = 100.0 * usual
+    noise = replace(Noise.white(np.full(2, 1e-3), 0.01), torque=np.array([0.01, 0.01]))
+    found = noise.with_tails([impulses], [of], noise.torque, 1e-5)
+    (tails,) = found.tails
+    assert tails[4, 1] == pytest.approx(50.0, rel=0.01)
+    np.testing.assert_allclose(np.delete(tails, 4, axis=0), 1.0)
+    assert found.torque_with_tails == pytest.approx([0.01, 0.01 * np.sqrt((tails[:, 1] ** 2).mean())])
+
+
+def test_that_a_torque_may_be_large_is_as_unlikely_as_its_distribution_says():
+    of = swing(times(2000))
+    impulses, noise = np.zeros((NODES, 2, 2)), Noise.white(np.full(2, 1e-3), 0.01)
+    size = 30.0 * 0.01 * np.sqrt(of.spacing)
+    impulses[4, 0, 1] = size
+    found = noise.with_tails([impulses], [of], noise.torque, 1e-5)
+    tail = found.tails[0][4, 1]
+    normal = 2.0 * np.log(tail) + (30.0 / tail) ** 2
+    calm = noise.with_tails([np.zeros((NODES, 2, 2))], [of], noise.torque, 1e-5)
+    expected = -2.0 * (student.logpdf(30.0, 3.0) - student.logpdf(0.0, 3.0))
+    at_rest = 2.0 * np.log(calm.tails[0][4, 1])
+    assert normal - at_rest + found.unlikelihood_of_tails - calm.unlikelihood_of_tails == pytest.approx(expected)
+
+
+def test_least_torques_have_one_size():
+    of = swing(times(2000))
+    noise = Noise.white(np.full(2, 1e-3), 1e-5)
+    found = noise.with_tails([np.ones((NODES, 2, 2))], [of], noise.torque, 1e-5)
+    assert np.all(found.tails[0] == 1.0)
+    assert found.unlikelihood_of_tails == 0.0

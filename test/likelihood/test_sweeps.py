@@ -17,7 +17,7 @@ def problem(rng, nodes=6, n=5, unknowns=3):
         rows=rng.normal(size=(samples, 2, d)),
         right=rng.normal(size=(samples, 2)),
         samples_at=samples_at,
-        sizes=rng.uniform(0.1, 1.0, 2),
+        sizes=rng.uniform(0.1, 1.0, (nodes, 2)),
     )
 
 
@@ -41,38 +41,39 @@ class Dense:
                 left[j] += swing.rows[j][:, :n] @ constants[k]
         self.shown, self.left, self.states, self.constants = shown, left, np.array(states), np.array(constants)
         self.of_unknowns, self.d, self.sizes = of_unknowns, d, swing.sizes
-        impulses = np.eye(columns)[d:] / np.tile(swing.sizes, nodes - 1)[:, None]
+        impulses = np.eye(columns)[d:] / swing.sizes[:-1].reshape(-1, 1)
         self.matrix = np.vstack([shown.reshape(-1, columns), impulses])
         self.right = np.concatenate([left.ravel(), np.zeros(len(impulses))])
         self.covariance = np.linalg.inv(self.matrix.T @ self.matrix)
         self.solution = -self.covariance @ self.matrix.T @ self.right
 
 
-def swept(swing):
-    nodes, n, d = swing.transitions.shape
-    triangle, impulses = np.full((d, d + 1), np.nan), np.full((nodes, 2, d + 3), np.nan)
+def swept(swing, own=None, all_nodes=False):
+    (nodes, n, d), own = swing.transitions.shape, own or swing.transitions.shape[2]
+    triangles, impulses = np.full((nodes, own, d + 1), np.nan), np.full((nodes, 2, d + 3), np.nan)
+    others = np.full((nodes if all_nodes else 1, d + 1 - own, d + 1 - own), np.nan)
     most = int(np.diff(swing.samples_at).max())
-    logarithm, rest = backwards(swing, impulses, triangle, np.empty((d + 3 + 2 * most, d + 3)))
-    deviations, spreads = np.full((nodes, d), np.nan), np.full((nodes, d, d), np.nan)
-    inverse = np.linalg.inv(triangle[:, :d])
-    deviations[0], spreads[0] = -inverse @ triangle[:, d], inverse @ inverse.T
-    torques, sums = np.zeros((nodes, 2, 2)), np.full((4, 2), np.nan)
-    forwards(swing, impulses, deviations, spreads, torques, sums, np.empty((2 * n + 3, d + 1)))
-    return logarithm, triangle, rest, deviations, spreads, torques, sums
+    logarithm = backwards(swing, impulses, triangles, others, np.empty((own + 3 + 2 * most, d + 3)))
+    deviations, spreads = np.full((nodes, own), np.nan), np.full((nodes, own, own), np.nan)
+    inverse = np.linalg.inv(triangles[0, :, :own])
+    deviations[0], spreads[0] = -inverse @ triangles[0, :, d], inverse @ inverse.T
+    torques, freedom = np.zeros((nodes, 2, 2)), np.full((4, 2), np.nan)
+    forwards(swing, impulses, deviations, spreads, torques, freedom, np.empty((2 * n + 3, own + 1)))
+    return logarithm, triangles, others, deviations, spreads, torques, freedom
 
 
 @pytest.mark.parametrize("seed", range(4))
 def test_they_solve_the_problem_of_all_states_impulses_and_unknowns_together(seed):
     swing = problem(np.random.default_rng(seed))
-    dense, (logarithm, triangle, rest, deviations, _, torques, _) = Dense(swing), swept(swing)
+    dense, (logarithm, triangles, others, deviations, _, torques, _) = Dense(swing), swept(swing)
     nodes, n, d = swing.transitions.shape
     np.testing.assert_allclose(deviations[:, :n], dense.states @ dense.solution + dense.constants, atol=1e-9)
     np.testing.assert_allclose(deviations[:, n:], np.tile(dense.solution[n:d], (nodes, 1)), atol=1e-9)
     np.testing.assert_allclose(torques[:-1, 0].ravel(), dense.solution[d:], atol=1e-9)
     left = dense.matrix @ dense.solution + dense.right
-    assert rest == pytest.approx(left @ left)
-    whole = logarithm + 2.0 * np.sum(np.log(np.abs(np.diag(triangle))))
-    of_impulses = 2.0 * (nodes - 1) * np.log(swing.sizes).sum()
+    assert others[0, 0, 0] == pytest.approx(left @ left)
+    whole = logarithm + 2.0 * np.sum(np.log(np.abs(np.diag(triangles[0]))))
+    of_impulses = 2.0 * np.log(swing.sizes[:-1]).sum()
     assert whole == pytest.approx(np.linalg.slogdet(dense.matrix.T @ dense.matrix)[1] + of_impulses)
 
 
@@ -91,13 +92,39 @@ def test_degrees_of_freedom_are_what_readings_and_impulses_take(seed):
     swing = problem(np.random.default_rng(seed))
     dense, (*_, torques, freedom) = Dense(swing), swept(swing)
     taken = np.einsum("sje,ef,sjf->j", dense.shown, dense.covariance, dense.shown)
-    of_impulses = np.diag(dense.covariance)[dense.d :].reshape(-1, 2) / swing.sizes**2
+    of_impulses = np.diag(dense.covariance)[dense.d :].reshape(-1, 2) / swing.sizes[:-1] ** 2
     np.testing.assert_allclose(freedom[0], taken)
     np.testing.assert_allclose(freedom[1], np.sum(1.0 - of_impulses, axis=0))
     np.testing.assert_allclose(freedom[2], np.sum((dense.shown @ dense.solution + dense.left) ** 2, axis=0))
-    np.testing.assert_allclose(freedom[3], np.sum((torques[:-1, 0] / swing.sizes) ** 2, axis=0))
+    np.testing.assert_allclose(freedom[3], np.sum((torques[:-1, 0] / swing.sizes[:-1]) ** 2, axis=0))
     # What is determined in all: the state, the unknowns, and as much of the impulses as readings decide.
     assert freedom[0].sum() == pytest.approx(dense.d + freedom[1].sum())
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_candidates_keep_what_the_estimated_ones_do_not_explain(seed):
+    swing = problem(np.random.default_rng(seed), unknowns=5)
+    d, own = swing.transitions.shape[2], 7
+    dense, (_, _, others, *_) = Dense(swing), swept(swing, own, all_nodes=True)
+    at = np.arange(dense.matrix.shape[1])
+    estimated = dense.matrix[:, (at < own) | (at >= d)]
+    candidates = np.column_stack([dense.matrix[:, own:d], dense.right])
+    left = candidates - estimated @ np.linalg.lstsq(estimated, candidates)[0]
+    np.testing.assert_allclose(others[0], left.T @ left, atol=1e-9)
+    np.testing.assert_allclose(others[0], swept(swing, own)[2][0], atol=1e-9)
+
+
+def test_a_node_s_triangle_says_what_all_readings_from_it_on_say():
+    swing = problem(np.random.default_rng(9))
+    _, triangles, others, *_ = swept(swing, all_nodes=True)
+    from_second = swing.samples_at[2]
+    later = Whitened(
+        *(part[2:] for part in swing[:3]), swing.rows[from_second:], swing.right[from_second:],
+        swing.samples_at[2:] - from_second, swing.sizes[2:],
+    )  # fmt: skip
+    _, of_later, left, *_ = swept(later)
+    for expected, found in ((of_later[0], triangles[2]), (left[0], others[2])):
+        np.testing.assert_allclose(found.T @ found, expected.T @ expected, atol=1e-9)
 
 
 def test_what_is_new_in_noise_does_not_depend_on_where_nodes_are():

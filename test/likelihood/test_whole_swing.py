@@ -30,7 +30,7 @@ def test_values_are_as_far_off_as_is_said_and_no_torque_is_missing(memory):
     off = np.array([(of.values - TRUE) / np.sqrt(np.diag(of.covariance)) for of in found])
     assert 0.7 < np.sqrt(np.mean(off**2)) < 1.4
     assert np.abs(off).max() < 4.0
-    assert all(np.all(of.torque == 0.0) for of in found)
+    assert all(of.converged and np.all(of.torque == 0.0) for of in found)
     encoders = np.mean([of.noise.encoders for of in found], axis=0)
     np.testing.assert_allclose(encoders, NOISE, rtol=0.15 if memory else 0.03)
     np.testing.assert_allclose(np.mean([of.noise.memory for of in found], axis=0), memory, atol=0.05)
@@ -107,6 +107,14 @@ def test_dry_friction_that_a_model_lacks_is_missing_in_its_joint_and_nothing_is_
     assert not np.any(with_it.is_missing)
     assert with_it.misfit < without.misfit - 100.0
     assert np.all(np.abs(with_it.values[:5] - TRUE) < 4.0 * np.sqrt(np.diag(with_it.covariance)[:5]))
+
+
+def test_a_superfluous_effect_makes_the_model_less_likely():
+    trial = measured(motion(), np.random.default_rng(10))
+    without = found_in([trial])
+    with_spring = MODEL.with_effect(ActiveEffect(known("joint_spring.outer")))
+    start = np.concatenate([without.values, np.zeros(len(with_spring.names) - len(without.values))])
+    assert found_in([trial], with_spring, start).misfit > without.misfit
 
 
 def test_what_cannot_be_the_motion_of_a_pendulum_is_told():

@@ -90,10 +90,11 @@ def test_there_is_room_for_all_effects_that_may_be_together_and_more_are_refused
     for effect in sorted(CATALOGUE, key=lambda effect: (-effect.states, -len(effect.parameters))):
         if not effect.harmonic and not any(exclude_each_other(effect, other) for other in together):
             together.append(effect)
-    found = derived(acting(*(effect.key for effect in together if not effect.curve)))
+    plain = [effect.key for effect in together if not effect.curve]
+    found = derived(acting(*plain))
     assert found.ends.shape[1] == 4 + sum(effect.states for effect in together)
     assert np.all(np.isfinite(found.by))
     curves = [key for key, effect in EFFECTS.items() if effect.curve]
     assert np.all(np.isfinite(derived(acting(*curves[:2])).by))
     with pytest.raises(ValueError, match="room for"):
-        derived(acting(*curves[:3]))
+        derived(acting(*curves, *plain))

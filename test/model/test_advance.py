@@ -37,7 +37,7 @@ STICKING = {
     "both": [("coulomb_friction.inner", 0.5), ("coulomb_friction.outer", 0.2)],
     "strongly": [("coulomb_friction.inner", 8.0), ("coulomb_friction.outer", 4.0)],
     "inner stands": [("coulomb_friction.inner", 20.0), ("coulomb_friction.outer", 3.0)],
-    "where it rubs": [("unknown_torque.outer.friction_over_angle", *(1.5 + np.sin(np.arange(128) * np.pi / 8)))],
+    "where it rubs": [("unknown_torque.outer.friction_over_angle", *(1.5 + np.sin(np.arange(80) * np.pi / 4)))],
     "stribeck and load": [("stribeck_friction.inner", 1.0, 0.5, 0.4), ("load_friction.outer", 0.02, 2.0)],
     "behind a gear": [("coulomb_friction.outer", 4.0), ("geared_rotor.outer", -0.1)],
     "on a base that swings": [

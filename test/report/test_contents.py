@@ -16,6 +16,7 @@ from cdp_ident.pipeline.job import load, run
 from cdp_ident.report.contents import report
 from cdp_ident.report.folder import json_text
 from cdp_ident.report.outcome import Job
+from cdp_ident.report.schema import problem
 
 ERROR = {
     "rmse_rad",
@@ -50,10 +51,40 @@ def test_an_effect_comes_with_its_evidence_and_its_parameters_with_units(content
     for effect in content["effects"]:
         assert effect["joint"] in ("inner", "outer", "base")
         assert effect["evidence"]["rmse_holdout_after_rad"] < effect["evidence"]["rmse_holdout_before_rad"]
-        assert effect["evidence"]["delta_bic"] < 0
+        assert effect["evidence"]["log10_odds"] > 3
+        assert 0.95 < effect["evidence"]["probability"] <= 1
         assert all(quantity["unit"] and quantity["std"] >= 0 for quantity in effect["parameters"].values())
     added = [step["action"] for step in content["selection"]["steps"] if step["action"].startswith("added")]
     assert len(added) >= len(content["effects"])
+
+
+def test_every_other_effect_has_odds_and_the_probability_that_they_mean(content):
+    candidates = content["selection"]["candidates"]
+    odds = [candidate["log10_odds"] for candidate in candidates]
+    assert odds == sorted(odds, reverse=True)
+    assert max(odds) < 0
+    for candidate in candidates:
+        assert candidate["probability"] == pytest.approx(1 / (1 + 10 ** -candidate["log10_odds"]))
+    keys = [candidate["effect"] for candidate in candidates]
+    assert "air_drag.outer.strips" in keys
+    assert "coulomb_friction.outer" not in keys
+
+
+def test_steps_have_the_odds_of_what_was_tried(content):
+    first, *later = content["selection"]["steps"]
+    best = max(first["tried"], key=lambda tried: tried["log10_odds"])
+    assert best["effects"] == ["coulomb_friction.outer"]
+    assert first["log10_odds"] == pytest.approx(best["log10_odds"])
+    assert all(tried["log10_odds"] < 0 for step in later for tried in step["tried"])
+    assert content["selection"]["looked_in_s"] == pytest.approx(24, abs=1)
+
+
+def test_where_effects_were_not_looked_for_the_report_says_nothing_of_any(outcome):
+    found = outcome.identification
+    trace = replace(outcome.trace, selection=None, effects=(), in_doubt=(), completed=found, after=outcome.trace.before)
+    content = report(replace(outcome, trace=trace))
+    assert content["selection"] == {"interrupted": False, "looked_in_s": 0.0, "steps": [], "candidates": []}
+    assert problem(json.loads(json_text(content))) == ""
 
 
 def test_after_is_no_worse_than_before_and_the_verdict_says_how_much(content):

@@ -2,7 +2,7 @@
 
 import io
 import zipfile
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -21,8 +21,11 @@ def some_curves(samples=7, effects=2, trials=2):
 
     time, index, flags = np.arange(samples) / 200, np.arange(samples), np.arange(samples) % 2 == 0
     trial = TrialCurves(time, time, index, flags, *(angles() for _ in range(5)))
-    torques = TorqueCurves(index, flags, time, *(angles() for _ in range(4)), np.zeros((effects, samples, 2)))
-    return Curves((trial,) * trials, torques)
+    before, after = (
+        TorqueCurves(index, time, *(angles() for _ in range(4)), np.zeros((count, samples, 2)))
+        for count in (0, effects)
+    )
+    return Curves((trial,) * trials, before, after)
 
 
 @pytest.fixture
@@ -40,9 +43,20 @@ def arrays_of(path):
 def test_curves_are_read_as_they_were_written(shown_curves, tmp_path):
     (tmp_path / "curves.npz").write_bytes(curves_npz(shown_curves))
     read = read_curves(tmp_path / "curves.npz", 3, 1)
-    for part, written in zip((*read.trials, read.torques), (*shown_curves.trials, shown_curves.torques), strict=True):
+    for part, written in zip(
+        (*read.trials, read.before, read.after),
+        (*shown_curves.trials, shown_curves.before, shown_curves.after),
+        strict=True,
+    ):
         for field in fields(part):
             assert np.array_equal(getattr(part, field.name), getattr(written, field.name), equal_nan=True)
+
+
+def test_torques_may_be_of_no_sample_where_effects_were_not_looked_for(tmp_path):
+    none = np.zeros((0, 2))
+    torques = TorqueCurves(np.zeros(0, dtype=np.int64), np.zeros(0), none, none, none, none, np.zeros((0, 0, 2)))
+    (tmp_path / "curves.npz").write_bytes(curves_npz(replace(some_curves(), before=torques, after=torques)))
+    assert len(read_curves(tmp_path / "curves.npz", 2, 0).after.time) == 0
 
 
 def test_the_same_curves_give_the_same_bytes():
@@ -62,7 +76,7 @@ def test_curves_of_another_report_are_refused(path, trials, effects):
         ("trial0.measured", np.zeros((7, 3)), r"not float64 of shape \(7, 2\)"),
         ("trial0.before", np.full((7, 2), "x"), "trial0.before"),
         ("trial1.window", np.zeros(7), "not int64"),
-        ("torques.effects", np.zeros((2, 6, 2)), "torques.effects"),
+        ("torques_after.effects", np.zeros((2, 6, 2)), "torques_after.effects"),
         ("trial0.time", np.full(7, np.nan), "not finite"),
         ("trial0.time", np.zeros(0), "trial0.time"),
         ("trial1.run_after", None, "trial1.run_after is missing"),

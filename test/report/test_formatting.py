@@ -4,7 +4,17 @@ import math
 
 import pytest
 
-from cdp_ident.report.formatting import interval, is_known, milliradians, number, per_cent, unit, with_std
+from cdp_ident.report.formatting import (
+    chance,
+    interval,
+    is_known,
+    milliradians,
+    number,
+    odds,
+    per_cent,
+    unit,
+    with_std,
+)
 
 
 @pytest.mark.parametrize(
@@ -39,3 +49,15 @@ def test_what_is_null_or_not_finite_is_no_number():
 
 def test_a_number_without_a_unit_has_none():
     assert (unit("1"), unit("1/s")) == ("", "1/s")
+
+
+@pytest.mark.parametrize(("probability", "said"), [(0.0, "< 0.1 %"), (0.875, "87.5 %"), (1.0, "> 99.9 %")])
+def test_no_probability_is_0_or_1(probability, said):
+    assert chance(probability) == said
+
+
+@pytest.mark.parametrize(
+    ("log10_odds", "said"), [(1.0, "10 : 1"), (-1.0, "0.1 : 1"), (494.1, "10^494 : 1"), (None, "–"), (math.nan, "–")]
+)
+def test_large_odds_are_powers_of_ten(log10_odds, said):
+    assert odds(log10_odds) == said

@@ -80,7 +80,7 @@ def test_the_advice_is_in_words(content):
     assert of_friction.startswith("coulomb friction, outer, torque: ")
     changed = copy.deepcopy(content)
     first = changed["next_trial"]["advice"][0]
-    first |= {"for": "coulomb_friction.outer", "against": "air_drag outer", "expected": 9.04, "deviations_now": 1.2}
+    first |= {"for": "coulomb_friction.outer", "against": "air_drag.outer", "expected": 9.04, "deviations_now": 1.2}
     first |= {"inner_rad": 0.0, "outer_rad": np.pi}
     assert advice_words(changed)[0] == (
         "coulomb friction, outer, or air drag, outer: let go with the inner rod hanging and the outer rod upright: "
@@ -92,8 +92,8 @@ def test_the_advice_is_in_words(content):
 
 def test_what_could_be_another_effect_is_asked_first(read_content):
     model = knowledge_of(read_content).model
-    asked = usual_questions(model, {"coulomb_friction.outer": ["air_drag outer"]})
-    assert asked[0] == Question("coulomb_friction.outer", "air_drag outer")
+    asked = usual_questions(model, {"coulomb_friction.outer": ["air_drag.outer"]})
+    assert asked[0] == Question("coulomb_friction.outer", "air_drag.outer")
     assert strength_of(model, "coulomb_friction.outer") == "coulomb_friction.outer.torque"
 
 

@@ -12,8 +12,8 @@ from cdp_ident.report.pictures import draw_again
 PICTURES = {
     "errors", "angles_1_swing_wide", "angles_2_swing_folded", "angles_3_swing_check", "best_error",
     "contrast_1_swing_wide", "contrast_2_swing_folded", "contrast_3_swing_check", "angular_error_1_swing_wide",
-    "angular_error_2_swing_folded", "angular_error_3_swing_check", "selection", "torque_over_speed",
-    "torque_over_angle", "prediction", "residual_correlation", "next_trial",
+    "angular_error_2_swing_folded", "angular_error_3_swing_check", "selection", "torque_over_time",
+    "torque_over_speed", "torque_over_angle", "prediction", "residual_correlation", "next_trial",
     "effect_1_coulomb_friction_outer", "parameters", "correlation", "repeatability",
 }  # fmt: skip
 
@@ -33,7 +33,7 @@ def test_the_text_has_the_verdict_the_numbers_and_links_to_figures_that_are_ther
     links = re.findall(r"\]\((figures/\S+)\)", text)
     assert len(links) == len(PICTURES)
     assert all((report_folder / link).exists() for link in links)
-    assert "| dry friction (outer joint) | torque | 0.0018" in text
+    assert "dry friction (outer joint) | torque | 0.0018" in text
 
 
 def test_without_curves_nothing_is_drawn(report_folder, tmp_path):

@@ -40,8 +40,8 @@ def test_a_strength_is_written_as_precisely_as_it_is_known(trace):
 
 
 def test_what_cannot_be_told_apart_is_said_with_the_effect(trace):
-    effect = replace(trace.effects[0], also_possible=("stribeck_friction outer",))
-    assert effect_in_words(effect).endswith(" (or stribeck_friction outer, which the data do not distinguish from it)")
+    effect = replace(trace.effects[0], also_possible=("stribeck_friction.outer",))
+    assert effect_in_words(effect).endswith(" (or stribeck friction, outer, which the data do not distinguish from it)")
 
 
 def test_several_effects_are_counted_and_named_one_by_one(trace):
@@ -54,6 +54,7 @@ def test_what_remains_is_said_with_and_without_effects(trace):
     remains = replace(trace.unexplained, significant=True, description="a lot")
     assert verdict(replace(trace, unexplained=remains)).endswith("; more than the encoders' noise remains.")
     left = replace(trace, effects=(), unexplained=remains)
+    assert verdict(replace(left, selection=None)).endswith("and effects could not be looked for.")
     error = f"{1e3 * trace.after.holdout.rmse():.3g} mrad"
     assert verdict(left) == (f"The paper's model leaves more than noise, {error}, and no known effect explains it.")
 
@@ -105,16 +106,16 @@ def test_the_sentence_says_what_the_numbers_do(count, before, after, significant
 SIZES = st.floats(0.3, 3e4)
 
 
-@given(st.integers(0, 12), SIZES, SIZES, st.booleans())
-@example(1, 1.0, 1.0, False)
-@example(1, 1.0, 1.02, False)
-@example(1, 0.9, 0.5, False)
-@example(1, 1000.0, 1.6, False)
-@example(3, 1000.0, 1000.0, True)
-def test_a_verdict_never_contradicts_itself(count, before, after, significant):
+@given(st.integers(0, 12), SIZES, SIZES, st.booleans(), st.booleans())
+@example(1, 1.0, 1.0, False, True)
+@example(1, 1.0, 1.02, False, True)
+@example(1, 0.9, 0.5, False, True)
+@example(1, 1000.0, 1.6, False, True)
+@example(3, 1000.0, 1000.0, True, True)
+def test_a_verdict_never_contradicts_itself(count, before, after, significant, looked):
     """Errors are in multiples of the noise."""
     before = before if count else after
-    sentence = judgement("Something", count, MILLI * before, MILLI * after, MILLI, significant)
+    sentence = judgement("Something", count, MILLI * before, MILLI * after, MILLI, significant, looked)
     shares = [float(share) for share in re.findall(r"(-?[\d.]+) %", sentence)]
     assert all(0.0 < share <= 100.0 for share in shares)
     is_noise = "is encoder noise" in sentence

@@ -6,13 +6,18 @@ import pytest
 from cdp_ident.model.parameters import groups_of
 from cdp_ident.report.wording import (
     action_words,
+    candidate_rows,
     determined_words,
     effect_title,
+    effects_words,
     how_determined,
     noise_floor,
     nominal_groups,
     nominal_value,
+    others_words,
+    share_words,
     short_name,
+    sure_words,
     validation_words,
 )
 
@@ -58,6 +63,7 @@ def test_it_is_said_how_a_value_was_come_by(read_content):
             "exchanged air drag, outer, rotation for air drag, outer, strips",
         ),
         ("added gravity_tilt.base and encoder_offset.outer", "added gravity tilt, base and encoder offset, outer"),
+        ("added zeros of each trial", "added zeros of each trial"),
         ("nothing more helps", "nothing more helps"),
     ],
 )
@@ -66,12 +72,39 @@ def test_a_step_of_the_selection_is_in_words(action, words):
 
 
 def test_an_effect_is_named_with_its_place(read_content):
-    effect = read_content["effects"][0]
+    effect = read_content["effects"][0] | {"certainty": "named"}
     assert effect_title(effect) == "dry friction (outer joint)"
     assert effect_title(effect | {"name": "encoder_offset"}) == "dry friction (outer encoder)"
     assert effect_title(effect | {"joint": "base", "variant": "strips", "trial": "one"}) == (
         "dry friction (base, strips, in one)"
     )
+
+
+def test_it_is_said_how_sure_an_effect_is(read_content):
+    effect = read_content["effects"][0]
+    effect["certainty"], effect["evidence"]["probability"] = "probable", 0.875
+    assert sure_words(effect) == "probable, 87.5 %"
+    assert others_words(effect | {"also_possible": ["air_drag.outer.strips", "joint_spring.outer"]}) == (
+        "air drag, outer, strips or joint spring, outer"
+    )
+
+
+def test_the_ten_best_of_what_else_was_looked_for_are_told(read_content):
+    of_one = {"effect": "air_drag.outer.strips", "log10_odds": -1.0, "probability": 1 / 11}
+    read_content["selection"]["candidates"] = [of_one] * 30
+    rows = candidate_rows(read_content)
+    assert rows == [("air drag, outer, strips", "0.1 : 1", "9.1 %")] * 10
+
+
+def test_a_model_without_a_change_was_fitted_from_elsewhere():
+    assert effects_words(["air_drag.outer", "joint_spring.outer"]) == "air drag, outer and joint spring, outer"
+    assert effects_words([]) == "the same, from elsewhere"
+
+
+@pytest.mark.parametrize(("looked_in", "said"), [(0.0, False), (1.0, True), (23.9, False)])
+def test_it_is_said_where_effects_were_looked_for_in_a_part_only(read_content, looked_in, said):
+    read_content["selection"]["looked_in_s"] = looked_in
+    assert bool(share_words(read_content)) == said
 
 
 def test_groups_are_written_as_fractions():

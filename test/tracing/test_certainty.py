@@ -1,80 +1,114 @@
-"""How sure a name is follows from what the effect explains beside what remains, and from its rivals."""
+"""A name is as sure as the models that hold it are probable, and as what it explains beside what remains."""
 
-from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from cdp_ident.fit.active_effect import ActiveEffect
-from cdp_ident.fit.mechanism import Mechanism
-from cdp_ident.fit.motion_model import MotionModel
-from cdp_ident.fit.refinement import Fit
-from cdp_ident.fit.windows import cut_into_windows
-from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.curves import CURVES
-from cdp_ident.tracing.certainty import certainties, confirmed
-from cdp_ident.tracing.evidence import Attempt
-from cdp_ident.tracing.final_model import FinalModel
-from cdp_ident.tracing.progress import Progress
-from cdp_ident.tracing.selection import Selection
-from cdp_ident.trial.trial import Trial
+from cdp_ident.tracing.certainty import certainties, not_distinguished, probabilities
+from scenarios.swings import MODEL, known
 
-NOISE = 1e-3
-DRY = next(effect for effect in CATALOGUE if effect.key == "coulomb_friction.outer")
-(WINDOW,) = cut_into_windows([Trial("still", np.linspace(0.0, 1.0, 20), np.zeros((20, 2)))])
-PLAIN = MotionModel(Mechanism(0.4, 9.81, 0.4, 0.05))
-MODEL = PLAIN.with_effect(ActiveEffect(DRY))
+DRY, STRIBECK, DRAG = "coulomb_friction.outer", "stribeck_friction.outer", "air_drag.outer.strips"
+OFFSET = "encoder_offset.inner"
 
 
-def attempt(model: MotionModel, error: float) -> Attempt:
-    """Return a model that leaves an error, over the noise."""
-    residuals = np.full((len(WINDOW.theta), 2), error * NOISE)
-    fit = Fit(model, np.zeros(len(model.names)), (WINDOW,), (residuals,), (), (), 1, 1, True)
-    return Attempt(fit, (), fit)
+def model(cost, *keys, torque=(0.0, 0.0)):
+    """Return a fitted model of a cost, with effects, in whose joints torques are missing."""
+    found = MODEL
+    for key in keys:
+        found = found.with_effect(ActiveEffect(known(key) if isinstance(key, str) else key))
+    torque = np.array(torque)
+    return SimpleNamespace(
+        model=found,
+        cost=cost,
+        is_missing=torque > 0.0,
+        torque=torque,
+        noise=SimpleNamespace(torque_with_tails=torque + 1e-6),
+    )
 
 
-def certainty(left, without, also_possible=(), model=MODEL):
-    progress = Progress(attempt(model, left), NOISE)
-    return certainties(progress, [attempt(PLAIN, without)], [also_possible])
+def search(*models):
+    """Return a search that ended at the first of some fitted models."""
+    return SimpleNamespace(fitted=dict(enumerate(models)), best=models[0], cost=lambda found: found.cost)
 
 
-def test_an_effect_that_explains_far_more_than_remains_is_named():
-    assert certainty(2.0, 10.0) == ("named",)
+def test_the_probability_of_a_name_sums_the_models_that_hold_it():
+    found = search(model(0.0, DRY, DRAG), model(0.0, DRY), model(0.0, DRAG), model(0.0))
+    assert probabilities(found) == pytest.approx((0.5, 0.5))
 
 
-def test_a_name_for_which_the_data_have_others_is_probable():
-    assert certainty(2.0, 10.0, ("air_drag outer",)) == ("probable",)
+def test_a_model_s_weight_falls_by_half_its_cost():
+    found = search(model(0.0, DRY), model(2.0 * np.log(9.0)))
+    assert probabilities(found) == pytest.approx((0.9,))
 
 
-@pytest.mark.parametrize("without", [10.5, 14.0])
-def test_an_effect_that_explains_no_more_than_remains_only_acts_like_its_name(without):
-    assert certainty(10.0, without) == ("acts_like",)
+def test_a_model_that_was_refused_has_no_weight():
+    found = search(model(0.0, DRY), model(-50.0, STRIBECK), model(2.0 * np.log(9.0)))
+    assert probabilities(found) == pytest.approx((0.9,))
 
 
-@pytest.mark.parametrize("without", [3.0, 100.0])
-def test_a_torque_without_a_name_has_none_whatever_it_explains(without):
-    model = PLAIN.with_effect(ActiveEffect(CURVES[0]))
-    assert certainty(1.0, without, model=model) == ("acts_like",)
+def test_one_form_of_an_effect_speaks_for_its_name_as_another_does():
+    drag = "air_drag.outer.rotation"
+    found = search(model(0.0, DRAG), model(0.0, drag), model(0.0))
+    assert probabilities(found) == pytest.approx((2.0 / 3.0,))
 
 
-def held_out(before, after, model=MODEL):
-    """Return how sure a name is when held-out motion shows such errors, of a model that leaves the noise in the fit."""
-    selection = Selection.nothing(attempt(model, 1.0))
-    selection = replace(selection, certainty=("named",))
-    finals = [FinalModel(attempt(of, 1.0).fit, attempt(of, e).fit) for of, e in ((PLAIN, before), (model, after))]
-    return confirmed(selection, *finals).certainty
+def test_what_could_be_in_its_place_is_told_and_what_is_far_behind_is_not():
+    found = search(model(0.0, DRY, OFFSET), model(5.0, STRIBECK, OFFSET), model(7.0, DRAG, OFFSET))
+    assert not_distinguished(found) == ((STRIBECK,), ())
 
 
-@pytest.mark.parametrize(("before", "after"), [(20.0, 1.0), (20.0, 8.0), (1.4, 1.4)])
-def test_a_name_stays_where_held_out_motion_is_followed_or_most_of_its_error_explained(before, after):
-    assert held_out(before, after) == ("named",)
+@pytest.mark.parametrize(
+    "other", [(DRY,), (STRIBECK,), (STRIBECK, DRAG, OFFSET), (DRY, STRIBECK)], ids=["less", "other", "more", "instead"]
+)
+def test_a_model_with_more_or_fewer_effects_is_no_rival_in_a_name_s_place(other):
+    found = search(model(0.0, DRY, OFFSET), model(1.0, *other))
+    of_dry, of_offset = not_distinguished(found)
+    assert of_dry == ()
+    assert of_offset == ((STRIBECK,) if other == (DRY, STRIBECK) else ())
 
 
-@pytest.mark.parametrize(("before", "after"), [(20.0, 17.0), (20.0, 30.0)])
-def test_a_name_goes_where_held_out_motion_is_followed_no_better_with_it(before, after):
-    assert held_out(before, after) == ("acts_like",)
+def test_another_form_of_the_same_effect_and_a_torque_without_a_name_are_no_rivals():
+    found = search(model(0.0, DRAG), model(1.0, "air_drag.outer.rotation"), model(1.0, CURVES[0]))
+    assert not_distinguished(found) == ((),)
 
 
-def test_what_happened_at_an_instant_keeps_its_name_whatever_held_out_motion_shows():
-    knock = ActiveEffect(next(effect for effect in CATALOGUE if effect.at_an_instant), trial=0)
-    assert held_out(20.0, 17.0, PLAIN.with_effect(knock)) == ("named",)
+def test_the_rivals_come_the_nearest_first():
+    found = search(model(0.0, DRY), model(3.0, STRIBECK), model(2.0, DRAG), model(1.0, "joint_spring.outer"))
+    assert not_distinguished(found) == (("joint_spring.outer", DRAG, STRIBECK),)
+
+
+def certainty(probability=1.0, also_possible=(), left=0.0, before=1.0, key=DRY):
+    found = search(model(0.0, key, torque=(0.0, left)))
+    return certainties(found, [model(99.0, torque=(0.0, before))], [probability], [also_possible])
+
+
+@pytest.mark.parametrize(
+    ("probability", "expected"), [(0.96, "named"), (0.9, "probable"), (0.71, "probable"), (0.5, "acts_like")]
+)
+def test_a_name_is_as_sure_as_it_is_probable(probability, expected):
+    assert certainty(probability) == (expected,)
+
+
+def test_a_name_for_which_there_are_others_is_probable():
+    assert certainty(also_possible=(DRAG,)) == ("probable",)
+
+
+@pytest.mark.parametrize(
+    ("left", "expected"), [(0.9, "acts_like"), (0.75, "acts_like"), (0.6, "named"), (0.0, "named")]
+)
+def test_an_effect_that_leaves_most_of_the_missing_torque_is_no_name(left, expected):
+    """Torques are compared by their mean squares."""
+    assert certainty(left=left) == (expected,)
+
+
+def test_a_model_that_cannot_be_fitted_without_an_effect_is_no_evidence_against_it():
+    found = search(model(0.0, DRY, torque=(0.0, 1.0)))
+    assert certainties(found, [None], [1.0], [()]) == ("named",)
+
+
+@pytest.mark.parametrize("left", [0.0, 1.0])
+def test_a_torque_without_a_name_has_none(left):
+    assert certainty(key=CURVES[0], left=left) == ("acts_like",)

@@ -1,40 +1,75 @@
 """Effects that an earlier identification of the rig lets expect."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
-from cdp_ident.model.effects.catalogue import CATALOGUE
-from cdp_ident.tracing.expected import ExpectedEffect, begin_with
-from cdp_ident.tracing.progress import Progress
+from cdp_ident.fit.data import prepare
+from cdp_ident.fit.options import IdentifyOptions
+from cdp_ident.fit.roles import PartedTrial
+from cdp_ident.fit.scales import scales_of
+from cdp_ident.tracing.expected import ExpectedEffect
+from cdp_ident.tracing.select_effects import select_effects
+from scenarios.swings import MODEL, TRUE, known, measured, motion
 
-NOISE = 5e-4
+NOISE = np.full(2, 3e-4)
+
+
+@pytest.fixture(scope="module", params=[4e-4, 0.0], ids=["rubbing", "clean"])
+def identified(request):
+    rng = np.random.default_rng(0)
+    trials = [measured(motion(dry=request.param), rng) for _ in range(2)]
+    scales = scales_of(trials, 0.4, 9.81, NOISE)
+    parted = [PartedTrial(trial, frozenset([0] * index), trial) for index, trial in enumerate(trials)]
+    data = prepare(parted, [lambda time: 1.0] * 2, scales, NOISE)
+    fit = SimpleNamespace(model=MODEL, values=TRUE, windows=())
+    options = IdentifyOptions(named_effects_only=True)
+    return bool(request.param), SimpleNamespace(fit=fit, data=data, options=options, enough=np.inf, balances=())
 
 
 def expectation(key, *values):
-    effect = next(effect for effect in CATALOGUE if effect.key == key)
-    return ExpectedEffect(effect, np.array(values), np.full(len(values), 1e-3))
+    return ExpectedEffect(known(key), np.array(values), np.full(len(values), 1e-3))
 
 
-@pytest.mark.parametrize("stiffness", [0.3, 0.5])
-def test_what_is_there_is_confirmed_and_fitted_again_and_what_is_not_is_withdrawn(plain, stiffness):
+DRY, SCALE = expectation("coulomb_friction.outer", 0.01), expectation("encoder_scale.inner", 2e-3)
+
+
+def test_what_is_there_is_confirmed_and_fitted_again_and_what_is_not_is_withdrawn(identified):
+    rubbing, found = identified
     told = []
-    progress = Progress(plain, NOISE, told.append)
-    spring, scale = expectation("joint_spring.outer", stiffness, 0.0), expectation("encoder_scale.inner", 2e-3)
-    spring = ExpectedEffect(spring.effect, spring.values[: len(spring.effect.parameters)], spring.std)
-    begin_with(progress, [scale, spring])
-    assert progress.current.model.labels == ("joint_spring.outer",)
-    assert progress.current.fit.rmse() < 1.2 * NOISE
-    assert "confirmed joint_spring.outer" in told[-1]
+    selection = select_effects(found, told.append, expected=[SCALE, DRY])
+    if rubbing:
+        assert selection.after.model.labels == ("coulomb_friction.outer",)
+        assert selection.after.values[-1] == pytest.approx(4e-4 / 0.0652, rel=0.1)
+        assert "confirmed encoder_scale.inner and coulomb_friction.outer" in told[0]
+        assert selection.steps[1].action == "dropped encoder_scale.inner"
+    else:
+        assert selection.after.model.labels == ()
+        assert not told
 
 
-def test_where_nothing_of_it_is_there_the_model_stays_as_it_is(plain):
-    progress = Progress(plain, NOISE)
-    begin_with(progress, [expectation("cogging_torque.inner.3 per turn", 1e-3, 1e-3)])
-    assert progress.current is plain
+def test_where_nothing_is_expected_nothing_is_confirmed(identified):
+    rubbing, found = identified
+    selection = select_effects(found)
+    assert not any(step.action.startswith("confirmed") for step in selection.steps)
+    assert bool(selection.after.model.effects) == rubbing
 
 
-def test_where_nothing_is_expected_nothing_is_tried(plain):
-    progress = Progress(plain, NOISE)
-    begin_with(progress, [])
-    assert progress.current is plain
-    assert not progress.steps
+def test_a_balance_of_forces_gives_groups_and_strengths_to_begin_with(identified):
+    rubbing, found = identified
+    balance = SimpleNamespace(groups=TRUE * 1.05, inertia=None, found=[(DRY.effect, DRY.values)])
+    selection = select_effects(SimpleNamespace(**{**vars(found), "balances": (balance,)}))
+    assert selection.after.model.labels == ("coulomb_friction.outer",) * rubbing
+    if rubbing:
+        assert selection.steps[0].action == "added coulomb_friction.outer"
+        assert ("coulomb_friction.outer",) in [tried.effects for tried in selection.steps[0].tried]
+
+
+def test_a_selection_that_is_stopped_says_so_and_keeps_the_paper_s_model(identified):
+    _, found = identified
+    selection = select_effects(found, stop=lambda: True, expected=[DRY])
+    assert selection.interrupted
+    assert selection.after is selection.before
+    assert selection.probability == ()
+    assert selection.seconds == pytest.approx(8.0, abs=0.02)

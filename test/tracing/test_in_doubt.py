@@ -5,84 +5,96 @@ from functools import cache
 import numpy as np
 import pytest
 
-from cdp_ident.diagnosis.uncertainty import covariance
-from cdp_ident.fit.mechanism import Mechanism
-from cdp_ident.fit.motion_model import MotionModel
-from cdp_ident.fit.options import IdentifyOptions
-from cdp_ident.fit.prior import Prior
-from cdp_ident.fit.refinement import refine
-from cdp_ident.fit.windows import cut_into_windows
-from cdp_ident.model.parameters import SYMBOLS, groups_of
-from cdp_ident.pipeline.identify import identify
+from cdp_ident.fit.active_effect import ActiveEffect
+from cdp_ident.likelihood.scores import Score
+from cdp_ident.model.effects.curves import CURVES
 from cdp_ident.tracing.in_doubt import added_covariance, effects_in_doubt
-from cdp_ident.tracing.trace import trace
-from cdp_ident.trial.trial import Trial
-from reference.dry_friction import DryFriction
-from reference.mechanics import Rig
-from reference.pendulum import TABLE_5
-from reference.plant import Plant
-from reference.sticking import path
-from scenarios.twin import TEN_SECONDS, as_measured
+from cdp_ident.tracing.neighbours import additions
+from scenarios.swings import TRUE, fitted, known, measured, motion, recorded
 
-TRUTH = groups_of([TABLE_5[symbol] for symbol in SYMBOLS], TABLE_5["L"])
-START = np.array([np.pi + 1.5, np.pi - 1.0, 0.0, 0.0])
 C2 = 4
 """Place of the outer joint's viscous friction."""
-WEAK = 6e-5
-"""Dry friction that moves the angles by less than the noise [N m]."""
+WEAK = 1.2e-4
+"""Dry friction that is hardly shown [N m]."""
+DRY = "coulomb_friction.outer"
 
 
 @cache
-def motion(friction):
-    return path(Plant(Rig(TABLE_5), outer=DryFriction(friction)), START, TEN_SECONDS).states[:, :2]
+def swing(friction, seed):
+    return fitted(recorded([measured(motion(dry=friction), np.random.default_rng(seed), noise=1e-3)]))
 
 
-@cache
-def fitted(friction, seed):
-    theta = as_measured(motion(friction), np.random.default_rng(seed), noise=1e-3)
-    return refine(
-        MotionModel(Mechanism.of(Prior())), TRUTH, cut_into_windows([Trial("swing", TEN_SECONDS, theta)], 1.25)
-    )
+def in_doubt_of(found):
+    _, scored = additions(found, named_only=True)
+    return effects_in_doubt(scored)
 
 
-def deviations(fit, spread):
-    return (fit.values - TRUTH) / np.sqrt(np.diag(spread))
+def score(gain, key=DRY, **more):
+    effect = known(key) if isinstance(key, str) else key
+    change = np.array([1.0, 0.0])
+    return Score(ActiveEffect(effect, **more), -gain, gain, np.zeros(1), change, np.diag([0.0, 2.0]))
 
 
 @pytest.mark.parametrize("seed", range(4))
 def test_friction_too_weak_to_be_sure_of_widens_the_interval_of_what_imitates_it(seed):
-    fit = fitted(WEAK, seed)
-    in_doubt = effects_in_doubt(fit)
-    assert "coulomb_friction.outer" in [effect.active.effect.key for effect in in_doubt[:2]]
-    spread = covariance(fit)
-    assert deviations(fit, spread)[C2] > 8.0
-    assert np.abs(deviations(fit, spread + added_covariance(in_doubt))).max() < 3.0
-    dry = next(effect for effect in in_doubt if effect.active.effect.key == "coulomb_friction.outer")
-    assert dry.change[C2] < 0.0 < fit.values[C2] - TRUTH[C2]
+    found = swing(WEAK, seed)
+    in_doubt = in_doubt_of(found)
+    dry = next(effect for effect in in_doubt if effect.active.effect.key == DRY)
+    assert dry.change[C2] < 0.0 < found.values[C2] - TRUE[C2]
+    widened = np.diag(found.covariance + added_covariance(in_doubt))
+    assert widened[C2] > 1.1 * found.covariance[C2, C2]
+    assert np.all(widened >= np.diag(found.covariance))
+
+
+@pytest.mark.parametrize("friction", [2e-5, 5e-5])
+def test_with_them_values_are_as_far_off_as_is_said(friction):
+    """The friction moves the angles by less than the noise, and viscous friction by many standard deviations."""
+    found = swing(friction, 0)
+    spread = found.covariance + added_covariance(in_doubt_of(found))
+    assert np.abs((found.values - TRUE) / np.sqrt(np.diag(spread))).max() < 4.0
 
 
 def test_with_nothing_hidden_intervals_hardly_widen():
     ratios = []
     for seed in range(6):
-        fit = fitted(0.0, seed)
-        spread = covariance(fit)
-        ratios.append(np.sqrt(np.diag(spread + added_covariance(effects_in_doubt(fit))) / np.diag(spread)))
+        found = swing(0.0, seed)
+        spread = found.covariance + added_covariance(in_doubt_of(found))
+        ratios.append(np.sqrt(np.diag(spread) / np.diag(found.covariance)))
     assert np.min(ratios) >= 1.0
     assert np.median(ratios) < 1.1
 
 
 def test_weights_fall_and_leave_the_chosen_model_its_own():
-    in_doubt = effects_in_doubt(fitted(WEAK, 0))
+    in_doubt = in_doubt_of(swing(WEAK, 0))
     weights = [effect.weight for effect in in_doubt]
     assert weights == sorted(weights, reverse=True)
     assert 0.0 < sum(weights) < 1.0
     assert np.linalg.eigvalsh(added_covariance(in_doubt)).min() > -1e-12
 
 
-def test_a_trace_allows_for_them_in_every_interval():
-    theta = as_measured(motion(WEAK), np.random.default_rng(0), noise=1e-3)
-    traced = trace(identify([Trial("swing", TEN_SECONDS, theta)], [], IdentifyOptions()))
-    assert traced.in_doubt
-    assert traced.covariance == pytest.approx(traced.whole.covariance + added_covariance(traced.in_doubt))
-    base = np.sqrt(np.diag(traced.whole.covariance))[: len(TRUTH)]
-    assert np.all(np.sqrt(np.diag(traced.covariance))[: len(TRUTH)] >= base)
+def test_an_effect_whose_gain_is_twice_its_strengths_has_the_chosen_model_s_weight():
+    (found,) = effects_in_doubt([score(4.0)])
+    assert found.weight == pytest.approx(np.exp(1.0) / (1.0 + np.exp(1.0)))
+
+
+def test_what_chance_gains_is_not_in_doubt():
+    assert effects_in_doubt([score(3.0)]) == ()
+
+
+def test_harmonics_of_one_effect_have_its_weight_together():
+    alone = effects_in_doubt([score(6.0, "cogging_torque.outer.3 per turn")])
+    both = effects_in_doubt([score(6.0, f"cogging_torque.outer.{count} per turn") for count in (3, 4)])
+    assert sum(effect.weight for effect in both) == pytest.approx(alone[0].weight)
+
+
+def test_what_happens_at_an_instant_and_a_torque_without_a_name_are_not_in_doubt():
+    assert effects_in_doubt([score(50.0, "impulse.inner", trial=0), score(50.0, CURVES[0])]) == ()
+
+
+def test_each_adds_what_it_moves_and_its_own_uncertainty_by_its_weight():
+    found = effects_in_doubt([score(8.0)])
+    np.testing.assert_allclose(added_covariance(found), found[0].weight * np.diag([1.0, 2.0]))
+
+
+def test_with_none_nothing_is_added():
+    assert added_covariance(()) == 0

@@ -1,81 +1,106 @@
-"""What remains is told from noise by its size and by how long it is correlated."""
+"""What remains is a torque that is missing, or readings that scatter more than their noise."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from scipy.signal import lfilter
 
-from cdp_ident.fit.mechanism import Mechanism
-from cdp_ident.fit.motion_model import MotionModel
-from cdp_ident.fit.noise import noise_of
-from cdp_ident.fit.prior import Prior
-from cdp_ident.fit.refinement import fit_initial_states, refine
-from cdp_ident.fit.windows import cut_into_windows
-from cdp_ident.model.parameters import SYMBOLS, groups_of
-from cdp_ident.tracing.final_model import FinalModel
+from cdp_ident.likelihood.noise import Noise
+from cdp_ident.likelihood.whole_swing import likely_near
 from cdp_ident.tracing.unexplained import unexplained
-from reference.pendulum import TABLE_5
-from scenarios.twin import twin
+from scenarios.swings import MODEL, NOISE, TRUE, fitted, measured, motion, recorded, states_of
 
-RATE = 500.0
-
-
-def held_out(added):
-    """What is said to remain where held-out motion is followed with values off by 0.08 % of A33, beside 0.5 mrad."""
-    rng = np.random.default_rng(1)
-    model = MotionModel(Mechanism.of(Prior()))
-    values = groups_of([TABLE_5[symbol] for symbol in SYMBOLS], TABLE_5["L"])
-    fitted, other = (twin(rng, noise=5e-4, counts_per_turn=None) for _ in range(2))
-    fit = refine(model, values, cut_into_windows([fitted], 1.25))
-    off = fit.values * [1.0, 1.0008, 1.0, 1.0, 1.0]
-    held = fit_initial_states(model, off, cut_into_windows([other], 1.25))
-    spread = np.zeros((len(values), len(values)))
-    spread[1, 1] = (added * off[1]) ** 2
-    return unexplained(FinalModel(fit, held), noise_of(fitted), ["twin"], 1.0, spread)
+OF_ANGLES = NOISE * np.array([1.0, np.sqrt(2.0)])
+"""Noise of theta1 and theta2, the sum of both encoders' angles [rad]."""
+FRICTION = 4e-4
+"""In the outer joint [N m]."""
+INERTIA = 0.06
+"""A22 [kg m^2]."""
 
 
-def test_what_uncertain_values_move_held_out_motion_by_is_no_remainder():
-    assert held_out(0.0).significant
-    allowed = held_out(0.0008)
-    assert not allowed.significant
-    assert allowed.description.endswith("what the values' uncertainty moves the held-out motion by")
+def final(error=1.0, outer=None):
+    """Return a model that leaves errors of both angles, over the noise."""
+    of = np.array([error, error if outer is None else outer]) * OF_ANGLES
+
+    def rmse(angle=None):
+        return float(np.sqrt(np.mean(of**2)) if angle is None else of[angle])
+
+    return SimpleNamespace(fit=SimpleNamespace(rmse=rmse), holdout=SimpleNamespace(rmse=rmse))
 
 
-def remaining(trial):
-    model = MotionModel(Mechanism.of(Prior()))
-    values = groups_of([TABLE_5[symbol] for symbol in SYMBOLS], TABLE_5["L"])
-    windows = cut_into_windows([trial], 1.25)
-    fit = refine(model, values, windows)
-    found = unexplained(FinalModel(fit, fit), noise_of(trial), ["twin"], 1.0, np.zeros((len(values), len(values))))
-    return found, float(np.max([fit.rmse(k) for k in range(2)] / noise_of(trial)))
+def remains(whole, **of_final):
+    return unexplained(final(**of_final), whole, OF_ANGLES, INERTIA)
+
+
+def of_its_noise(whole):
+    """Return a fit to readings whose noise was known."""
+    return replace(whole, recorded=replace(whole.recorded, encoders=np.full(2, NOISE)))
+
+
+def test_nothing_remains_of_clean_motion(clean):
+    found = remains(of_its_noise(clean))
+    assert not found.significant
+    assert found.description == "nothing but the encoders' noise"
+    assert np.all(found.torque == 0.0)
+    assert found.times_noise == pytest.approx(1.0)
+
+
+def test_noise_with_a_memory_is_noise():
+    of = recorded([measured(motion(), np.random.default_rng(5), memory=0.8)])
+    small = Noise.white(of.encoders, of.least_torque)
+    found = remains(of_its_noise(likely_near(MODEL, TRUE, of, states_of(of), small)))
+    assert not found.significant
+    assert found.description.startswith("nothing but the encoders' noise, of which 8")
+    assert found.description.endswith(" % is in the next reading still")
 
 
 @pytest.fixture(scope="module")
-def clean():
-    times = np.arange(int(8.0 * RATE)) / RATE
-    return twin(np.random.default_rng(0), times=times, noise=0.0, counts_per_turn=None, tolerance=1e-8)
+def rubbing_twice():
+    starts, rng = ((1.5, 1.2), (1.4, 1.9)), np.random.default_rng(0)
+    return of_its_noise(fitted(recorded([measured(motion(start, dry=FRICTION), rng) for start in starts])))
 
 
-def test_noise_with_a_memory_is_noise(clean):
-    white = np.random.default_rng(1).normal(scale=5e-4, size=clean.theta.shape)
-    found, ratio = remaining(replace(clean, theta=clean.theta + lfilter([1.0], [1.0, -0.7], white, axis=0)))
-    assert ratio < 1.2
+def test_a_missing_torque_remains_in_its_joint_with_what_it_goes_with(rubbing_twice):
+    found = remains(rubbing_twice, error=3.0)
+    assert found.significant
+    assert found.joint == "outer"
+    assert found.torque[0] == 0.0
+    assert found.torque[1] == pytest.approx(FRICTION, rel=0.6)
+    assert f"{1e3 * found.torque[1]:.2g} mN m in the outer joint are missing" in found.description
+    assert "% of that in the outer joint goes with the outer joint's speed" in found.description
+
+
+def test_a_short_recording_s_missing_torque_is_in_the_joint_in_which_one_is_missing(rubbing):
+    assert remains(of_its_noise(rubbing), error=3.0).joint == "outer"
+
+
+def test_a_missing_torque_that_moves_nothing_by_more_than_the_noise_is_told_beside_it(rubbing_twice):
+    found = remains(rubbing_twice)
     assert not found.significant
-    assert found.description == "nothing but the encoders' noise"
+    assert found.description == (
+        "nothing but the encoders' noise, and torques that matter less than that, "
+        f"{1e3 * found.torque[1]:.2g} mN m in the outer joint (root mean square)"
+    )
 
 
-def test_what_is_correlated_as_long_as_the_rods_take_to_move_remains(clean):
-    white = np.random.default_rng(1).normal(scale=5e-4, size=clean.theta.shape)
-    ripple = 1e-3 * np.sin(3.0 * np.diff(clean.theta, axis=1, prepend=0.0))
-    found, ratio = remaining(replace(clean, theta=clean.theta + white + ripple))
-    assert ratio > 1.3
+@pytest.mark.parametrize("angle", [0, 1])
+def test_an_error_above_the_noise_that_no_torque_explains_remains(clean, angle):
+    errors = [1.0, 1.0]
+    errors[angle] = 1.5
+    found = remains(of_its_noise(clean), error=errors[0], outer=errors[1])
     assert found.significant
+    assert found.joint == ("inner", "outer")[angle]
+    assert found.description == f"theta{angle + 1} is 1.5 times its noise off, by what no torque would explain"
 
 
-def test_a_vibration_that_lasts_remains(clean):
-    white = np.random.default_rng(1).normal(scale=5e-4, size=clean.theta.shape)
-    vibration = 1e-3 * np.sin(2.0 * np.pi * 40.0 * clean.time)[:, None]
-    found, ratio = remaining(replace(clean, theta=clean.theta + white + vibration))
-    assert ratio > 1.3
-    assert found.significant
+def test_held_out_errors_are_told_in_times_the_noise(clean):
+    assert remains(of_its_noise(clean), error=3.0).times_noise == pytest.approx(3.0)
+
+
+@pytest.mark.parametrize(("error", "significant"), [(1.1, False), (1.5, True)])
+def test_without_whole_swings_the_errors_alone_say_whether_more_than_noise_remains(error, significant):
+    found = remains(None, error=1.0, outer=error)
+    assert found.significant == significant
+    assert found.joint == "outer"
+    assert found.description == "what remains could not be examined"

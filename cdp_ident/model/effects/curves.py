@@ -2,8 +2,8 @@
 
 A curve is a cubic B-spline on uniform knots; its coefficients are the effect's parameters. Its smoothness is not part
 of the effect: in the fit, a penalty on differences of neighbouring coefficients determines it (P-splines: Eilers and
-Marx, Flexible smoothing with B-splines and penalties, Statistical Science 11, 1996). There are so many knots that they
-do not limit the shape.
+Marx, Flexible smoothing with B-splines and penalties, Statistical Science 11, 1996). There are so many knots that a
+magnet's torque and the edges of a rub are followed.
 """
 
 import math
@@ -19,7 +19,7 @@ from cdp_ident.model.formulas.language import FRICTION, INPUTS, PARAMETERS, TORQ
 
 Array = npt.NDArray[np.float64]
 
-_OVER_ANGLE, _OVER_SPEED = 128, 64
+_OVER_ANGLE, _OVER_SPEED = 80, 32
 """How many coefficients a curve has: over a turn, and over all speeds."""
 _DIRECTION = INPUTS.index("direction_inner")
 _SLOW = 0.25
@@ -79,6 +79,7 @@ def _spline_law(name: str, joint: Joint, curve: Curve, dry: bool) -> Compilable:
             sums[row + first_by + 1] += onto * second
 
     law.__name__ = law.__qualname__ = name
+    globals()[name] = law  # where pickle finds it again
     return law
 
 
@@ -100,7 +101,7 @@ def _in_both(
 ) -> Iterator[Effect]:
     lowest = 0.0 if dry else -500.0
     parameters = tuple(
-        EffectParameter(f"c{k}", "N m", lowest, 500.0, 0.5 + 0.2 * math.sin(0.4 * k), inertia_power=1)
+        EffectParameter(f"c{k}", "N m", lowest, 500.0, 0.5 + 0.2 * math.sin(0.4 * k), width=5.0, inertia_power=1)
         for k in range(count)
     )
     for joint in JOINTS:

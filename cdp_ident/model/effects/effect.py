@@ -32,7 +32,8 @@ class EffectParameter:
     typical: float
     """Initial value of a fit, where the effect is present."""
     width: float = 0.0
-    """Standard deviation of its value beforehand, in the unit of the fit; by default ten times the typical value."""
+    """Standard deviation of its value beforehand, in the unit of the fit; by default a hundred times the typical
+    value, of a shape parameter twice that."""
     inertia_power: int = 0
     """The physical value is the fit's times A22 to this power: 1 for torques, which the model has over A22."""
     begins: tuple[str, ...] = ()
@@ -55,7 +56,7 @@ class EffectParameter:
     @property
     def prior_width(self) -> float:
         """Standard deviation of its value before any trial is looked at."""
-        return self.width or 10.0 * abs(self.typical)
+        return self.width or (2.0 if self.shape else 100.0) * abs(self.typical)
 
     def scale(self, inertia: float) -> float:
         """Return its physical value over its value in the fit, for the inertia A22 about the cart's joint [kg m^2]."""

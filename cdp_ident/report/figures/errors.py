@@ -10,13 +10,13 @@ from cdp_ident.report.figures.models import models
 from cdp_ident.report.figures.palette import Colour
 from cdp_ident.report.formatting import is_known, number
 from cdp_ident.report.schema import Section
-from cdp_ident.report.wording import action_words, key_words, noise_floor
+from cdp_ident.report.wording import action_words, effects_words, noise_floor
 
 _LABEL_WIDTH = 22
 """Characters in a line of a name beside an axis: two thirds of a phone remain beside it."""
 _ROOM = 27.0
 """Height of a bar with a name of two lines [pixels]."""
-_WHERE = {"holdout": "held out", "validation": "validation", "fit": "fitted"}
+_WHERE = {"holdout": "held out", "fit": "fitted"}
 
 
 def wrapped(name: str) -> str:
@@ -46,7 +46,7 @@ def before_and_after(report: Section) -> Figure:
         "errors",
         "Error before and after",
         f"Root mean square of measured less simulated angles over windows of {window:.2g} s, on the motion that was "
-        "fitted, on the same predicted by fits without it (validation), and on motion that neither has seen.",
+        "fitted, and on motion that neither fit nor choice has seen.",
         f"{'; '.join(said)}; the encoders' noise: {floor:.3g} mrad.",
         [
             Panel(
@@ -84,45 +84,43 @@ def best_error(report: Section) -> Figure:
 
 
 def selection(report: Section) -> Iterator[Figure]:
-    """Yield what each effect that was tried would have bought in cross-validation, step by step."""
+    """Yield how probable each model that was tried is beside the one before, step by step."""
     panels, said = [], []
-    before = number(report["before"]["error"]["validation"]["rmse_rad"])
     for index, step in enumerate(report["selection"]["steps"], start=1):
-        after = number(step["rmse_validation_rad"])
-        if predicted := [tried for tried in step["tried"] if is_known(tried["rmse_validation_rad"])]:
-            panels.append(_step(index, {**step, "tried": predicted}, before))
-            said.append(f"step {index}, {action_words(step)}: {1e3 * before:.3g} to {1e3 * after:.3g}")
-        before = after
+        if tried := [one for one in step["tried"] if is_known(one["log10_odds"])]:
+            panels.append(_step(index, step["action"], tried))
+            best = max(number(one["log10_odds"]) for one in tried)
+            said.append(f"step {index}, {action_words(step)}: at best {best:.3g}")
     if panels:
         yield Figure(
             "selection",
             "selection",
             "What was tried",
-            "Validation error with each effect that was tried at a step, everything else fitted again. What lies left "
-            "of the line would have helped; it is added only if it does so beyond chance, with a clear strength. What "
-            "its fit alone ruled out is in the table only.",
-            f"Validation error [mrad]: {'; '.join(said)}.",
+            "Each model that was fitted at a step, named by the effects that it has more or has no longer, and how "
+            "probable it is beside the one before: the decimal logarithm of its odds. What lies left of zero is less "
+            "probable.",
+            f"Decimal logarithms of odds over the model before: {'; '.join(said)}.",
             panels,
         )
 
 
-def _step(index: int, step: Section, before: float) -> Panel:
-    keys = [" and ".join(tried["effects"]) for tried in step["tried"]]
-    names = [wrapped(" and ".join(key_words(key) for key in tried["effects"])) for tried in step["tried"]]
-    errors = [1e3 * number(tried["rmse_validation_rad"]) for tried in step["tried"]]
+def _step(index: int, action: str, tried: list[Section]) -> Panel:
+    names = [wrapped(effects_words(one["effects"])) for one in tried]
+    odds = [number(one["log10_odds"]) for one in tried]
     # A bar has the room that its name needs: one line or two, or more.
     rooms = np.array([max(1.0, (name.count("\n") + 1) / 2) for name in names])
     places = np.cumsum(rooms) - rooms / 2
-    kinds: tuple[tuple[str, Colour, bool], ...] = (("added", "after", True), ("tried, not added", "noise", False))
+    best = int(np.argmax(odds))
+    is_taken = [odds[best] > 0.0 and k == best for k in range(len(odds))]
+    kinds: tuple[tuple[str, Colour, bool], ...] = (("taken", "after", True), ("tried, not taken", "noise", False))
     marks: list[Bars | Level] = []
-    for label, colour, added in kinds:
-        chosen = [k for k, key in enumerate(keys) if (step["action"] == f"added {key}") == added]
+    for label, colour, taken in kinds:
+        chosen = [k for k, this in enumerate(is_taken) if this == taken]
         if chosen:
-            lengths = [errors[k] for k in chosen]
+            lengths = [odds[k] for k in chosen]
             marks.append(Bars(label, colour, [places[k] for k in chosen], lengths, [f"{e:.3g}" for e in lengths]))
-    marks.append(Level("without it", "before", 1e3 * before))
+    marks.append(Level("as probable as before", "before", 0.0))
     ticks = list(zip(places.tolist(), names, strict=True))
     height = 45.0 + _ROOM * float(rooms.sum())
-    return Panel(
-        Axis("validation error [mrad]"), Axis(ticks=ticks), marks, f"Step {index}: {action_words(step)}", height
-    )
+    title = f"Step {index}: {action_words({'action': action})}"
+    return Panel(Axis("log10 of the odds"), Axis(ticks=ticks), marks, title, height)

@@ -10,7 +10,7 @@ from cdp_ident.diagnosis.identifiability import CONFIDENCE
 from cdp_ident.model.effects.effect import JOINTS
 from cdp_ident.report.curves import Curves, TorqueCurves
 from cdp_ident.report.figures.description import Axis, Dots, Figure, Line, Panel
-from cdp_ident.report.figures.models import models
+from cdp_ident.report.figures.models import Model, models
 from cdp_ident.report.figures.palette import Colour
 from cdp_ident.report.schema import Section
 from cdp_ident.report.wording import effect_title
@@ -19,6 +19,11 @@ Array = npt.NDArray[np.float64]
 Abscissa = Literal["speed", "angle"]
 
 _MOST_DOTS = 1500
+_MOST_IN_TIME = 5000
+"""Points of a line over time."""
+_GAP = 1.5
+"""Motion is interrupted where a step is longer than so many usual ones."""
+_TIME = Axis("time since the rods swing freely [s]")
 _BINS = 25
 _FEWEST_IN_BIN = 10
 _SHOWN = 0.97
@@ -27,39 +32,64 @@ _LABELS: dict[Abscissa, str] = {"speed": "speed of the {} joint [rad/s]", "angle
 
 
 def missing_torques(report: Section, curves: Curves) -> Iterator[Figure]:
-    """Yield what the models lack over speed and over angle, in a panel for each joint."""
-    torques = curves.torques
+    """Yield what the models lack over time, over speed and over angle, in a panel for each joint."""
+    shown = [(model, getattr(curves, model.key)) for model in models(report)]
+    lacking = [k for k in range(len(JOINTS)) if any(np.any(torques.missing[:, k]) for _, torques in shown)]
+    if not lacking:
+        return  # effects were not looked for, or nothing is missing
+    sizes = "; ".join(
+        f"{joint} joint "
+        + ", ".join(f"{_rms(1e3 * torques.missing[:, k]):.3g} {model.key}" for model, torques in shown)
+        for k, joint in enumerate(JOINTS)
+    )
+    common = (
+        "Torque that no law of a model gives, as the motion shows it: what is most likely, given all readings, with a "
+        "band of one standard deviation; in a joint that is not shown, none is missing beyond chance."
+        + _in_newton_metres()
+    )
+    yield Figure(
+        "torque_over_time",
+        "torques",
+        "Missing torque over time",
+        common,
+        f"Missing torque over time, root mean square in mN m: {sizes}.",
+        [
+            Panel(
+                _TIME,
+                Axis(f"{joint} joint [mN m]"),
+                [mark for model, torques in shown for mark in _over_time(model, torques, number, column)],
+                f"{trial['name']}, {joint} joint",
+                190.0,
+            )
+            for number, trial in enumerate(report["trials"])
+            for column, joint in enumerate(JOINTS)
+            if any(np.any(torques.missing[torques.trial == number, column]) for _, torques in shown)
+        ],
+    )
     for abscissa in _LABELS:
         panels = []
-        for column, joint in enumerate(JOINTS):
-            x = _abscissa(torques, abscissa, column)
+        for column in lacking:
+            joint = JOINTS[column]
             marks: list[Dots | Line] = []
-            for model in models(report):
-                missing = 1e3 * getattr(torques, model.key)[:, column]
+            for model, torques in shown:
+                x = _abscissa(torques, abscissa, column)
+                missing, std = 1e3 * torques.missing[:, column], 1e3 * torques.std[:, column]
                 marks.append(_cloud(model.label, model.colour, x, missing))
-                marks.append(_mean(f"mean {model.key}", model.colour, x, missing, dashed=model.key == "before"))
+                marks += _mean(f"mean {model.key}", model.colour, x, missing, model.key == "before", std)
             panels.append(_panel(abscissa, joint, marks))
         yield Figure(
             f"torque_over_{abscissa}",
             "torques",
             f"Missing torque over {abscissa}",
-            "Torque that the measured motion, fitted and held out, shows and the model does not have, with its mean in "
-            "bins. Accelerations are those of local cubics over 0.1 s, so single dots are noisy: what matters is a "
-            "mean away from zero."
-            + _in_newton_metres(),
-            f"Missing torque over {abscissa}, root mean square in mN m: " + "; ".join(
-                f"{joint} joint " + ", ".join(
-                    f"{_rms(1e3 * getattr(torques, model.key)[:, column]):.3g} {model.key}" for model in models(report)
-                )
-                for column, joint in enumerate(JOINTS)
-            ) + ".",
+            f"{common} Lines are means in bins: what matters is a mean away from zero.",
+            f"Missing torque over {abscissa}, root mean square in mN m: {sizes}.",
             panels,
-        )  # fmt: skip
+        )
 
 
 def effects_through_residuals(report: Section, curves: Curves) -> Iterator[Figure]:
     """Yield for each effect that is a torque what is missing without it, and its fitted torque drawn through."""
-    torques = curves.torques
+    torques = curves.after
     for number, (effect, of_effect) in enumerate(zip(report["effects"], torques.effects, strict=True), start=1):
         if not np.any(of_effect):
             continue  # an encoder's, or one of a trial that is not among these
@@ -68,13 +98,14 @@ def effects_through_residuals(report: Section, curves: Curves) -> Iterator[Figur
             if effect["joint"] == "base"
             else JOINTS.index(effect["joint"])
         )
-        fitted, without = 1e3 * of_effect[:, column], 1e3 * (torques.after + of_effect)[:, column]
+        fitted, without = 1e3 * of_effect[:, column], 1e3 * (torques.missing + of_effect)[:, column]
+        std = 1e3 * torques.std[:, column]
         panels = []
         for abscissa in _LABELS:
             x = _abscissa(torques, abscissa, column)
             marks: list[Dots | Line] = [
                 _cloud("missing without it", "before", x, without),
-                _mean("mean without it", "before", x, without, dashed=True),
+                *_mean("mean without it", "before", x, without, True, std),
                 _cloud("the fitted effect", "ink", x, fitted, size=3.0, opacity=0.9),
             ]
             panels.append(_panel(abscissa, JOINTS[column], marks))
@@ -86,7 +117,7 @@ def effects_through_residuals(report: Section, curves: Curves) -> Iterator[Figur
             f"What the final model would lack without this effect, and the effect's own torque: {effect['formula']}. "
             "It is a line where it depends on nothing but what is along the axis." + _in_newton_metres(),
             f"{title}: a torque between {fitted.min():.3g} and {fitted.max():.3g} mN m. In the joint "
-            f"{_rms(without):.3g} mN m rms are missing without it, {_rms(1e3 * torques.after[:, column]):.3g} with it.",
+            f"{_rms(without):.3g} mN m rms are missing without it, {_rms(without - fitted):.3g} with it.",
             panels,
         )
 
@@ -135,14 +166,33 @@ def _cloud(label: str, colour: Colour, x: Array, y: Array, size: float = 4.0, op
     return Dots(label, colour, x[every], y[every], size, opacity)
 
 
-def _mean(label: str, colour: Colour, x: Array, y: Array, dashed: bool) -> Line:
-    """Return the mean in bins of equal counts, at the bins' means."""
+def _over_time(model: Model, torques: TorqueCurves, trial: int, column: int) -> list[Line]:
+    """Return the missing torque in a trial, and its band; both are interrupted where the motion is."""
+    own = np.flatnonzero(torques.trial == trial)
+    own = own[:: max(1, -(-len(own) // _MOST_IN_TIME))]
+    time, missing, std = torques.time[own], 1e3 * torques.missing[own, column], 1e3 * torques.std[own, column]
+    steps = np.diff(time)
+    gaps = np.flatnonzero(steps > _GAP * np.median(steps)) + 1 if len(steps) else np.zeros(0, dtype=int)
+    time, missing, std = (np.insert(values, gaps, np.nan) for values in (time, missing, std))
+    line = Line(model.label, model.colour, time, missing, width=2.0, dashed=model.key == "before")
+    return [line, _band(model.key, time, missing, std)] if np.any(std) else [line]
+
+
+def _band(of: str, x: Array, y: Array, std: Array) -> Line:
+    """Return both edges of a band of one standard deviation as one line that is interrupted between them."""
+    edges = np.concatenate([y + std, [np.nan], y - std])
+    return Line(f"± one standard deviation, {of}", "quiet", np.concatenate([x, [np.nan], x]), edges, width=1.0)
+
+
+def _mean(label: str, colour: Colour, x: Array, y: Array, dashed: bool, std: Array) -> list[Line]:
+    """Return the mean in bins of equal counts, at the bins' means, and its band: neighbours share their errors."""
     edges = np.unique(np.quantile(x, np.linspace(0, 1, _BINS + 1)))
     places = np.clip(np.searchsorted(edges, x, side="right") - 1, 0, max(len(edges) - 2, 0))
     counts = np.bincount(places)
     enough = counts >= _FEWEST_IN_BIN
-    at, mean = (np.bincount(places, weights=values)[enough] / counts[enough] for values in (x, y))
-    return Line(label, colour, at, mean, width=3.0, dashed=dashed)
+    at, mean, variance = (np.bincount(places, weights=values)[enough] / counts[enough] for values in (x, y, std**2))
+    line = Line(label, colour, at, mean, width=3.0, dashed=dashed)
+    return [line, _band(label, at, mean, np.sqrt(variance))] if np.any(variance) else [line]
 
 
 def _panel(abscissa: Abscissa, joint: str, marks: list[Dots | Line]) -> Panel:

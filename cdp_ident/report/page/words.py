@@ -7,24 +7,27 @@ from typing import Any
 
 from cdp_ident.model.parameters import CONSTANTS, GROUPS, INERTIA, PARAMETERS
 from cdp_ident.report.figures.models import models
-from cdp_ident.report.formatting import interval, is_known, milliradians, number, per_cent, unit, with_std
+from cdp_ident.report.formatting import interval, milliradians, number, odds, per_cent, unit, with_std
 from cdp_ident.report.schema import Section
 from cdp_ident.report.typesetting import Formula
 from cdp_ident.report.wording import (
     action_words,
     advice_words,
+    candidate_rows,
     determined_words,
     effect_title,
     effects_in_words,
+    effects_words,
     expected_in_words,
     how_determined,
-    key_words,
     noise_floor,
     nominal_groups,
     nominal_value,
+    others_words,
     predicted_for,
     share_words,
     short_name,
+    sure_words,
     validation_words,
     weights_words,
 )
@@ -51,6 +54,7 @@ def words(report: Section) -> dict[str, Any]:
             "also_possible": _also_possible(report),
             "selection": _selection(report),
             "tried": _tried(report),
+            "candidates": candidate_rows(report),
             "groups": _groups(report),
             "physical": _physical(report),
             "repeatability": _repeatability(report),
@@ -84,7 +88,8 @@ def _numbers(report: Section) -> list[Row]:
         before, after = (number(report[model]["error"][where]["rmse_rad"]) for model in ("before", "after"))
         if not report["effects"]:
             return f"{1e3 * after:.3g}", "mrad"
-        return f"{1e3 * before:.3g} → {1e3 * after:.3g}", f"mrad, {before / after:.3g} times less" if after else "mrad"
+        falls = f", {before / after:.3g} times less" if 0.0 < after < before else ""
+        return f"{1e3 * before:.3g} → {1e3 * after:.3g}", f"mrad{falls}"
 
     window = report["before"]["error"]["holdout"]["window_s"]
     return [
@@ -109,7 +114,7 @@ def _predicted(report: Section) -> Iterator[Row]:
 
 def _fit(report: Section) -> list[Row]:
     def fits(error: Section) -> Iterator[str]:
-        for role in ("holdout", "validation", "fit"):
+        for role in ("holdout", "fit"):
             yield " and ".join(per_cent(error[role][f"fit_{angle}_percent"]) for angle in ("theta1", "theta2"))
 
     return [(model.label, *fits(report[model.key]["error"])) for model in models(report)]
@@ -140,45 +145,33 @@ def _effects(report: Section) -> list[Row]:
         for index, (name, quantity) in enumerate(effect["parameters"].items()):
             value = f"{with_std(quantity['value'], quantity['std'])} {unit(quantity['unit'])}".strip()
             about = (
+                sure_words(effect),
                 " → ".join(map(milliradians, errors)),
                 Formula(effect["formula"]),
-                ", ".join(effect["also_possible"]) or "–",
+                others_words(effect) or "–",
             )
-            rows.append(("" if index else effect_title(effect), name, value, *(("", "", "") if index else about)))
+            rows.append(("" if index else effect_title(effect), name, value, *(("",) * 4 if index else about)))
     return rows
 
 
 def _also_possible(report: Section) -> list[str]:
     return [
-        f"Instead of {effect_title(effect)} it could be {' or '.join(effect['also_possible'])}: the trials do not "
-        "distinguish them."
+        f"Instead of {effect_title(effect)} it could be {others_words(effect)}: the trials do not distinguish them."
         for effect in report["effects"]
         if effect["also_possible"]
     ]
 
 
 def _selection(report: Section) -> list[Row]:
-    steps = [("the paper's model, fitted", *_both_errors(report["before"]["error"]))]
-    steps += [
-        (action_words(step), milliradians(step["rmse_fit_rad"]), milliradians(step["rmse_validation_rad"]))
-        for step in report["selection"]["steps"]
+    return [
+        (str(index), action_words(step), odds(step["log10_odds"]))
+        for index, step in enumerate(report["selection"]["steps"], start=1)
     ]
-    return [(str(index), *step) for index, step in enumerate(steps)]
-
-
-def _both_errors(error: Section) -> tuple[str, str]:
-    return milliradians(error["fit"]["rmse_rad"]), milliradians(error["validation"]["rmse_rad"])
 
 
 def _tried(report: Section) -> list[Row]:
     return [
-        (
-            str(index),
-            " and ".join(key_words(key) for key in tried["effects"]),
-            milliradians(tried["rmse_fit_rad"]),
-            milliradians(tried["rmse_validation_rad"]) if is_known(tried["rmse_validation_rad"]) else "–",
-            f"{number(tried['delta_bic']):.4g}",
-        )
+        (str(index), effects_words(tried["effects"]), odds(tried["log10_odds"]))
         for index, step in enumerate(report["selection"]["steps"], start=1)
         for tried in step["tried"]
     ]

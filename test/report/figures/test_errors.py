@@ -11,9 +11,7 @@ def test_errors_stand_beside_the_noise(read_content):
     figure = before_and_after(read_content)
     before, after, noise = figure.panels[0].marks
     errors = read_content["before"]["error"]
-    assert before.lengths == pytest.approx(
-        [1e3 * errors[role]["rmse_rad"] for role in ("holdout", "validation", "fit")]
-    )
+    assert before.lengths == pytest.approx([1e3 * errors[role]["rmse_rad"] for role in ("holdout", "fit")])
     assert max(after.lengths) < min(before.lengths) / 10
     assert isinstance(noise, Level)
     assert noise.value == pytest.approx(0.278, rel=0.03)
@@ -31,47 +29,41 @@ def test_the_search_s_history_is_shown_on_a_logarithmic_axis_where_it_falls_far(
 
 @pytest.fixture
 def with_many_tried(read_content):
-    """The report, as if what was tried later had been tried at the first step, and that had been the only one."""
-    first = read_content["selection"]["steps"][0]
+    """The report, as if more had been tried at the first step, and that had been the only one."""
     keys = ("air_drag.outer.strips", "load_friction.outer", "quadratic_friction.outer", "encoder_offset.outer")
-    others = [first["tried"][0] | {"effects": [key]} for key in keys]
-    first["tried"] = [others[0], *first["tried"], *others[1:]]
-    read_content["selection"]["steps"] = [first]
+    others = [{"effects": [key], "log10_odds": -float(k)} for k, key in enumerate(keys)]
+    tried = [others[0], {"effects": ["coulomb_friction.outer"], "log10_odds": 400.0}, *others[1:]]
+    read_content["selection"]["steps"] = [
+        {"action": "added coulomb_friction.outer", "log10_odds": 400.0, "tried": tried}
+    ]
     return read_content
 
 
-def test_every_effect_that_was_tried_is_in_the_picture_and_the_added_one_stands_out(with_many_tried):
-    read_content = with_many_tried
-    (figure,) = selection(read_content)
+def test_every_effect_that_was_tried_is_in_the_picture_and_the_taken_one_stands_out(with_many_tried):
+    (figure,) = selection(with_many_tried)
     panel = figure.panels[0]
-    tried = read_content["selection"]["steps"][0]["tried"]
-    assert [name.replace("\n", " ") for _, name in panel.y.ticks][:1] == [
-        tried[0]["effects"][0].replace("_", " ").replace(".", ", ")
-    ]
+    tried = with_many_tried["selection"]["steps"][0]["tried"]
+    assert [name.replace("\n", " ") for _, name in panel.y.ticks][:1] == ["air drag, outer, strips"]
     bars = {mark.label: mark for mark in panel.marks if isinstance(mark, Bars)}
-    assert len(bars["added"].lengths) == 1
-    assert len(bars["tried, not added"].lengths) == len(tried) - 1
-    place = [position for position, _ in panel.y.ticks].index(bars["added"].positions[0])
+    assert list(bars["taken"].lengths) == [400.0]
+    assert len(bars["tried, not taken"].lengths) == len(tried) - 1
+    place = [position for position, _ in panel.y.ticks].index(bars["taken"].positions[0])
     assert tried[place]["effects"] == ["coulomb_friction.outer"]
     assert panel.title == "Step 1: added coulomb friction, outer"
-    level = next(mark for mark in panel.marks if isinstance(mark, Level))
-    assert level.value == pytest.approx(1e3 * read_content["before"]["error"]["validation"]["rmse_rad"])
+    assert next(mark for mark in panel.marks if isinstance(mark, Level)).value == 0.0
 
 
-def test_a_pair_that_was_added_together_stands_out(with_many_tried):
-    read_content = with_many_tried
-    pair = read_content["selection"]["steps"][0]["tried"][3] | {"effects": ["air_drag.inner", "joint_spring.outer"]}
-    step = {"action": "added air_drag.inner and joint_spring.outer", "rmse_fit_rad": 1e-3, "rmse_validation_rad": 1e-3}
-    read_content["selection"]["steps"].append(step | {"tried": [pair]})
-    (figure,) = selection(read_content)
-    assert [mark.label for mark in figure.panels[1].marks] == ["added", "without it"]
+def test_where_nothing_helps_nothing_stands_out(with_many_tried):
+    step = with_many_tried["selection"]["steps"][0]
+    step["tried"] = [one for one in step["tried"] if one["log10_odds"] < 0]
+    (figure,) = selection(with_many_tried)
+    assert [mark.label for mark in figure.panels[0].marks] == ["tried, not taken", "as probable as before"]
 
 
 def test_a_name_of_many_lines_has_room_of_its_own(with_many_tried):
-    read_content = with_many_tried
-    tried = read_content["selection"]["steps"][0]["tried"]
+    tried = with_many_tried["selection"]["steps"][0]["tried"]
     tried[1]["effects"] = ["encoder_eccentricity.outer", "encoder_eccentricity.inner", "gravity_tilt.base"]
-    (figure,) = selection(read_content)
+    (figure,) = selection(with_many_tried)
     positions = [position for position, _ in figure.panels[0].y.ticks]
     lines = figure.panels[0].y.ticks[1][1].count("\n") + 1
     assert lines > 2
@@ -81,15 +73,14 @@ def test_a_name_of_many_lines_has_room_of_its_own(with_many_tried):
     )
 
 
-def test_what_its_fit_ruled_out_has_no_bar(with_many_tried):
-    read_content = with_many_tried
-    tried = read_content["selection"]["steps"][0]["tried"]
-    tried[-1]["rmse_validation_rad"], tried[-2]["rmse_validation_rad"] = None, float("nan")
-    (figure,) = selection(read_content)
+def test_what_could_not_be_fitted_has_no_bar(with_many_tried):
+    tried = with_many_tried["selection"]["steps"][0]["tried"]
+    tried[-1]["log10_odds"], tried[-2]["log10_odds"] = None, float("nan")
+    (figure,) = selection(with_many_tried)
     assert len(figure.panels[0].y.ticks) == len(tried) - 2
     for one in tried:
-        one["rmse_validation_rad"] = None
-    assert list(selection(read_content)) == []
+        one["log10_odds"] = None
+    assert list(selection(with_many_tried)) == []
 
 
 def test_where_nothing_was_tried_there_is_no_picture_of_it(read_content):

@@ -27,7 +27,7 @@ def test_starts_without_a_motion_are_left_blank(read_content):
 
 def test_two_effects_have_a_scale_of_their_own(read_content):
     advice = read_content["next_trial"]["advice"][0]
-    advice["against"] = "air_drag outer"
+    advice["against"] = "air_drag.outer"
     advice["map"]["values"] = [[7.0] * 12 for _ in range(12)]
     (figure,) = next_trial(read_content)
     assert figure.panels[0].marks[0].limits == (-7.0, 7.0)

@@ -1,6 +1,6 @@
 """Missing torques, and the fitted effects through them."""
 
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -8,57 +8,84 @@ import pytest
 from cdp_ident.report.figures.torques import effects_through_residuals, missing_torques, torques_without_a_name
 
 
-def test_there_is_a_panel_for_each_joint_over_speed_and_over_angle(read_content, shown_curves):
-    figures = list(missing_torques(read_content, shown_curves))
-    assert [figure.name for figure in figures] == ["torque_over_speed", "torque_over_angle"]
-    for figure in figures:
+def test_there_is_a_panel_for_each_joint_that_lacks_a_torque(read_content, shown_curves):
+    missing = shown_curves.before.missing.copy()
+    missing[:, 0] = 1e-3
+    both = replace(shown_curves, before=replace(shown_curves.before, missing=missing))
+    figures = list(missing_torques(read_content, both))
+    assert [figure.name for figure in figures] == ["torque_over_time", "torque_over_speed", "torque_over_angle"]
+    for figure in figures[1:]:
         assert [panel.y.label for panel in figure.panels] == ["inner joint [mN m]", "outer joint [mN m]"]
         assert "rad/s" in figure.panels[0].x.label or "angle" in figure.panels[0].x.label
+    alone = list(missing_torques(read_content, shown_curves))
+    assert [panel.y.label for panel in alone[1].panels] == ["outer joint [mN m]"]
+    assert [panel.title for panel in alone[0].panels][:2] == ["swing_wide, outer joint", "swing_folded, outer joint"]
+
+
+def test_where_nothing_is_missing_there_is_no_picture_of_it(read_content, shown_curves):
+    nothing = {
+        part: replace(torques, missing=np.zeros_like(torques.missing), std=np.zeros_like(torques.std))
+        for part, torques in (("before", shown_curves.before), ("after", shown_curves.after))
+    }
+    assert list(missing_torques(read_content, replace(shown_curves, **nothing))) == []
+
+
+def test_over_time_there_is_a_band_and_lines_end_where_motion_is_interrupted(read_content, shown_curves):
+    torques = shown_curves.before
+    kept = (torques.trial != 0) | (torques.time < 3.0) | (torques.time > 5.0)
+    parts = {f.name: getattr(torques, f.name)[kept] for f in fields(torques) if f.name != "effects"}
+    interrupted = replace(torques, **parts, effects=torques.effects[:, kept])
+    over_time = next(missing_torques(read_content, replace(shown_curves, before=interrupted)))
+    line, band = over_time.panels[0].marks[:2]
+    assert line.dashed
+    assert np.count_nonzero(np.isnan(line.x)) == 1
+    assert len(band.x) == 2 * len(line.x) + 1
+    above, below = band.y[: len(line.y)], band.y[len(line.y) + 1 :]
+    assert np.nanmean(above - below) == pytest.approx(2e3 * interrupted.std[interrupted.trial == 0, 1].mean())
 
 
 def test_the_mean_steps_at_rest_before_and_not_after(read_content, shown_curves):
-    outer = next(missing_torques(read_content, shown_curves)).panels[1]
-    means = {mark.label: mark for mark in outer.marks if mark.label.startswith("mean")}
+    _, over_speed, _ = missing_torques(read_content, shown_curves)
+    means = {mark.label: mark for mark in over_speed.panels[-1].marks if mark.label.startswith("mean")}
 
     def step(mean):
         return mean.y[(mean.x > -3) & (mean.x < -0.5)].mean() - mean.y[(mean.x < 3) & (mean.x > 0.5)].mean()
 
     assert step(means["mean before"]) > 2.0
-    assert abs(step(means["mean after"])) < 0.6
+    assert abs(step(means["mean after"])) < 0.1
 
 
 def test_the_effect_runs_through_what_is_missing_without_it(read_content, shown_curves):
     (figure,) = effects_through_residuals(read_content, shown_curves)
-    cloud, mean, fitted = figure.panels[0].marks
+    cloud, mean, *_, fitted = figure.panels[0].marks
     assert set(np.sign(fitted.y) * np.sign(fitted.x)) <= {-1.0, 0.0}
     assert np.abs(fitted.y).max() == pytest.approx(
         1e3 * read_content["effects"][0]["parameters"]["torque"]["value"], rel=2e-3
     )
     far = np.abs(mean.x) > 1
     along = np.interp(mean.x, *np.stack([fitted.x, fitted.y])[:, np.argsort(fitted.x)])
-    assert mean.y[far] == pytest.approx(along[far], abs=1.0)
+    assert mean.y[far] == pytest.approx(along[far], abs=0.1)
     assert len(cloud.x) <= 1500
     assert read_content["effects"][0]["formula"] in figure.caption
 
 
 def test_an_encoder_s_effect_has_no_torque_to_draw(read_content, shown_curves):
-    nothing = replace(shown_curves.torques, effects=np.zeros_like(shown_curves.torques.effects))
-    assert list(effects_through_residuals(read_content, replace(shown_curves, torques=nothing))) == []
+    nothing = replace(shown_curves.after, effects=np.zeros_like(shown_curves.after.effects))
+    assert list(effects_through_residuals(read_content, replace(shown_curves, after=nothing))) == []
 
 
 def test_angles_are_shown_within_a_turn(read_content, shown_curves):
-    turned = replace(shown_curves.torques, angle=shown_curves.torques.angle + 6 * np.pi)
-    _, figure = missing_torques(read_content, replace(shown_curves, torques=turned))
-    assert all(np.abs(mark.x).max() <= np.pi for panel in figure.panels for mark in panel.marks)
+    turned = replace(shown_curves.before, angle=shown_curves.before.angle + 6 * np.pi)
+    *_, figure = missing_torques(read_content, replace(shown_curves, before=turned))
+    assert all(np.nanmax(np.abs(mark.x)) <= np.pi for panel in figure.panels for mark in panel.marks)
 
 
 def test_a_few_wild_dots_do_not_squeeze_the_rest(read_content, shown_curves):
-    before = shown_curves.torques.before.copy()
-    before[::1000] = 1e3
-    _, outer = next(
-        missing_torques(read_content, replace(shown_curves, torques=replace(shown_curves.torques, before=before)))
-    ).panels
-    low, high = outer.y.limits
+    missing = shown_curves.before.missing.copy()
+    missing[::200] = 1e3
+    wild = replace(shown_curves, before=replace(shown_curves.before, missing=missing))
+    _, over_speed, _ = missing_torques(read_content, wild)
+    low, high = over_speed.panels[-1].y.limits
     assert low == -high
     assert high < 20.0
 

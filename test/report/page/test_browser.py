@@ -215,7 +215,7 @@ def test_a_name_above_a_chart_hides_its_curves(desktop):
     button = figure.get_by_role("button", name="before: the paper's model, fitted")
     button.click()
     assert button.get_attribute("aria-pressed") == "false"
-    assert figure.locator(".bars .point").count() == bars - 3
+    assert figure.locator(".bars .point").count() == bars - 2
 
 
 def test_charts_follow_the_theme(desktop):
@@ -257,8 +257,8 @@ def test_a_rig_that_lacks_nothing_has_a_page_too_and_what_nobody_scrolled_to_is_
     report["selection"]["steps"] = [report["selection"]["steps"][1]]
     report["before"]["error"]["holdout"]["sse_free_run"] = None
     trial = replace(shown_curves.trials[0], run_before=np.full_like(shown_curves.trials[0].measured, np.nan))
-    torques = replace(shown_curves.torques, effects=shown_curves.torques.effects[:0])
-    curves = Curves((trial,), torques)
+    after = replace(shown_curves.after, effects=shown_curves.after.effects[:0])
+    curves = Curves((trial,), shown_curves.before, after)
     (tmp_path / PAGE).write_text(report_html(report, curves, figures(report, curves)))
     visited = visit(tmp_path / PAGE)
     assert visited.page.locator(".plot:not([data-drawn])").count() > 0

@@ -1,0 +1,251 @@
+"""What effects that a model does not have would do for it, from its own sweep: no fit is needed for that.
+
+Each is put into the model with no strength; what readings say of it, once the model's own values, states and impulses
+are estimated, is a small linear problem (Rao's score test; with what is known beforehand it gives the evidence that the
+effect would have). What happens at one instant is looked for at every node: an impulse, and lost counts (de Jong and
+Penzer, Diagnosing shocks in time series, J. Am. Stat. Assoc. 93, 1998).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from cdp_ident.fit.active_effect import ActiveEffect
+from cdp_ident.fit.bounded import minimum_within_limits
+from cdp_ident.likelihood.prior import known_of, typical
+from cdp_ident.likelihood.sweeps import backwards, forwards
+from cdp_ident.likelihood.swing import Linearised, Swing
+from cdp_ident.likelihood.whole_swing import Part, WholeSwings, memory_for_rows, most_likely_change, reduced
+from cdp_ident.model.effects.effect import JOINTS, Joint
+
+Array = npt.NDArray[np.float64]
+
+_OVERFLOWS = 1e100
+"""Sensitivities beyond this cannot be computed; what has them has no score."""
+_SEEN = 1e-6
+"""A strength is seen where the readings say more of it than this share of what the model's own values can imitate, and
+of what is known beforehand."""
+_SEEN_AT_ONCE = 1e-6
+"""A shock is looked for where the readings say more of it than this share of what they say of most."""
+
+
+@dataclass(frozen=True)
+class Score:
+    """What an effect would do for a model."""
+
+    active: ActiveEffect
+    misfit: float
+    """By how much the misfit would change: below zero, the model with it is the more likely one."""
+    gain: float
+    """By how much the sum of squares would fall."""
+    values: Array
+    """(k,) the values that its parameters would have."""
+    change: Array
+    """(unknowns,) by how much it would change the model's values."""
+    spread: Array
+    """(unknowns, unknowns) what its own uncertainty would add to the covariance of these."""
+    freedom: int = 1
+    """How many strengths it has."""
+
+
+@dataclass(frozen=True)
+class Shock:
+    """What happens at one instant of a trial."""
+
+    gain: float
+    """By how much the sum of squares would fall."""
+    trial: int
+    time: float
+    """[s]"""
+    size: float
+    """Of an impulse over A22 [1/s], or of the counts that were lost [rad]."""
+
+
+def scores(found: WholeSwings, candidates: Sequence[ActiveEffect], shape: float = 1.0) -> list[Score]:
+    """Return what each of some effects would do for a model, the best first.
+
+    Args:
+        found: the model, fitted.
+        candidates: effects that may have no strength; curves have their smoothness.
+        shape: value of each one's first shape parameter, over the typical one.
+    """
+    model, values, unit = found.model, found.values, found.recorded.time_unit
+    own, places = len(values), dict[str, npt.NDArray[np.int64]]()
+    for candidate in candidates:
+        if candidate.effect.key in places:
+            continue  # another smoothness of the same curve
+        first, beginning = len(values), beginning_of(candidate, unit, shape)
+        model, values = model.with_effect(candidate), np.concatenate([values, beginning])
+        strong = [k for k, p in enumerate(candidate.fitted) if not p.shape]
+        places[candidate.effect.key] = first + np.array(strong, dtype=np.int64)
+    states = [_of_size(of, found.model.states, model.states) for of in found.states]
+    linear = [
+        _without_overflow(swing.linearised(model, values, of))
+        for swing, of in zip(found.recorded.swings, states, strict=True)
+    ]
+    rows = np.zeros((own, len(values) + 1))
+    rows[:, [*range(own), len(values)]] = found.known.rows(found.values)
+    left = reduced(model, rows, found.recorded.swings, linear, states, found.noise, own)
+    of_own, across = left.of_values[:, :own], left.of_values[:, own:]
+    imitated = -np.linalg.pinv(of_own, rcond=1e-10) @ across
+    scored = []
+    for candidate in candidates:
+        strong = [k for k, p in enumerate(candidate.fitted) if not p.shape]
+        precision = known_of(candidate, unit)[0][np.ix_(strong, strong)]
+        at = places[candidate.effect.key] - own
+        alone = np.diag(left.others)[at]
+        seen = alone > _SEEN * np.maximum(np.sum(across[:, at] ** 2, axis=0), np.diag(precision))
+        if not np.any(seen):
+            continue
+        at, chosen = at[seen], [p for k, p in enumerate(q for q in candidate.fitted if not q.shape) if seen[k]]
+        precision = precision[np.ix_(seen, seen)]
+        lower, upper = (np.array([getattr(parameter, end) for parameter in chosen]) for end in ("lower", "upper"))
+        curvature, slope = left.others[np.ix_(at, at)], -left.others[at, -1]
+        whole = curvature + precision
+        scale = 1.0 / np.sqrt(np.diag(whole))
+        scaled = whole * np.outer(scale, scale)
+        strengths = scale * minimum_within_limits(scaled, scale * slope, lower / scale, upper / scale)
+        gain = float(2.0 * strengths @ slope - strengths @ whole @ strengths)
+        if not np.isfinite(gain) or gain <= 0.0:
+            continue
+        # What the priors' and the posterior's volumes do is left as it is where no strength is at a limit.
+        inverse = np.linalg.pinv(scaled, hermitian=True) * np.outer(scale, scale)
+        logarithm = np.linalg.slogdet(scaled)[1] - 2.0 * np.sum(np.log(scale)) - np.linalg.slogdet(precision)[1]
+        all_values = beginning_of(candidate, unit, shape)
+        all_values[np.array(strong)[seen]] = strengths
+        by = imitated[:, at]
+        scored.append(
+            Score(
+                candidate,
+                float(logarithm) - gain,
+                gain,
+                all_values,
+                by @ strengths,
+                by @ inverse @ by.T,
+                len(strengths),
+            )
+        )
+    return sorted(scored, key=lambda score: score.misfit)
+
+
+def beginning_of(active: ActiveEffect, unit: float, shape: float = 1.0) -> Array:
+    """Return values (k,) of an effect without strength: shape parameters are typical, the first one times a factor."""
+    values, factor = np.zeros(len(active.fitted)), shape
+    for k, parameter in enumerate(active.fitted):
+        if parameter.shape:
+            values[k], factor = np.clip(factor * typical(parameter, unit), parameter.lower, parameter.upper), 1.0
+    return values
+
+
+def shocks(found: WholeSwings) -> tuple[dict[Joint, Shock], dict[Joint, Shock]]:
+    """Return the impulse on each rod and the lost counts of each encoder that would do most for a model."""
+    impulses, slips = dict[Joint, Shock](), dict[Joint, Shock]()
+    whole = reduced(
+        found.model, found.known.rows(found.values), found.recorded.swings, found.linear, found.states, found.noise
+    )
+    change, covariance, _ = most_likely_change(found.model, found.values, whole.of_values)
+    for place, (swing, linear, states, part) in enumerate(
+        zip(found.recorded.swings, found.linear, found.states, whole.parts, strict=True)
+    ):
+        tails = found.noise.tails_of(place)
+        of_swing = _of_swing(found, swing, linear, states, part, change, covariance, tails)
+        for best, each in zip((impulses, slips), of_swing, strict=True):
+            for joint, shock in each.items():
+                if joint not in best or shock.gain > best[joint].gain:
+                    best[joint] = shock
+    return impulses, slips
+
+
+def _of_swing(
+    found: WholeSwings,
+    swing: Swing,
+    linear: Linearised,
+    states: Array,
+    part: Part,
+    change: Array,
+    covariance: Array,
+    tails: Array | None,
+) -> tuple[dict[Joint, Shock], dict[Joint, Shock]]:
+    """Return the best impulses and lost counts of a swing."""
+    # What an encoder shows from a node on is off by two candidates more, of which no other unknown knows.
+    shifted = linear._replace(
+        transitions=_widened(linear.transitions), slopes=_widened(linear.slopes, np.eye(2)), columns=linear.columns
+    )
+    whitened = found.noise.whitened(swing, shifted, tails)
+    (nodes, n, d), own = whitened.transitions.shape, whitened.transitions.shape[2] - 2
+    triangles, rows = np.empty((nodes, own, d + 1)), np.empty((nodes, 2, d + 3))
+    left = np.empty((nodes, 3, 3))
+    backwards(whitened, rows, triangles, left, memory_for_rows(swing, own, d))
+    deviations, spreads = np.empty((nodes, own)), np.empty((nodes, own, own))
+    deviations[0], spreads[0] = part.first_node(change[linear.columns], covariance, linear.columns)
+    torques = np.zeros((nodes, 2, 2))
+    forwards(whitened, rows, deviations, spreads, torques, np.empty((4, 2)), np.empty((2 * n + 3, own + 1)))
+    times = swing.begin + swing.node_times
+    regained = np.zeros((nodes, 2)) if tails is None else found.noise.regained(tails)
+    return (
+        _impulses(swing, times, rows, spreads, torques[:, 0], whitened.sizes, regained),
+        _slips(swing, times, triangles, left, deviations, spreads),
+    )
+
+
+def _slips(
+    swing: Swing, times: Array, triangles: Array, left: Array, deviations: Array, spreads: Array
+) -> dict[Joint, Shock]:
+    own = deviations.shape[1]
+    of_own, of_slip = triangles[:, :, :own], triangles[:, :, own : own + 2]
+    rest = np.einsum("kij,kj->ki", of_own, deviations) + triangles[:, :, -1]
+    slope = np.einsum("kio,ki->ko", of_slip, rest) + left[:, :2, 2]
+    across = np.einsum("kio,kij->koj", of_slip, of_own)
+    curvature = np.einsum("kio,kio->ko", of_slip, of_slip) + np.einsum("koo->ko", left[:, :2, :2])
+    curvature -= np.einsum("koj,kjl,kol->ko", across, spreads, across)
+    found = {}
+    for place, joint in enumerate(JOINTS):
+        found[joint] = _best(swing, times, slope[:, place], curvature[:, place])
+    return found
+
+
+def _impulses(
+    swing: Swing, times: Array, rows: Array, spreads: Array, torques: Array, sizes: Array, regained: Array
+) -> dict[Joint, Shock]:
+    own, inverse = spreads.shape[1], np.zeros((len(times), 2, 2))
+    inverse[:, 0, 0], inverse[:, 1, 1] = 1.0 / rows[:, 0, 0], 1.0 / rows[:, 1, 1]
+    inverse[:, 0, 1] = -rows[:, 0, 1] * inverse[:, 0, 0] * inverse[:, 1, 1]
+    gains = inverse @ rows[:, :, 2 : 2 + own]
+    covariances = gains @ spreads @ gains.transpose(0, 2, 1) + inverse @ inverse.transpose(0, 2, 1)
+    precision = sizes[..., None] ** -2.0 * np.eye(2)
+    curvatures = precision - precision @ covariances @ precision
+    found = {}
+    # A torque on the outer rod alone is one in both joints.
+    for joint, torque in zip(JOINTS, ([1.0, 0.0], [1.0, 1.0]), strict=True):
+        slope = -(torques * sizes**-2.0) @ torque
+        curvature = np.einsum("i,kij,j->k", torque, curvatures, torque)
+        back = regained @ torque
+        found[joint] = _best(swing, times[:-1] + swing.spacing, slope[:-1], curvature[:-1], back[:-1])
+    return found
+
+
+def _best(swing: Swing, times: Array, slope: Array, curvature: Array, regained: Array | float = 0.0) -> Shock:
+    seen = curvature > _SEEN_AT_ONCE * max(float(np.median(curvature)), np.finfo(float).tiny)
+    gain = np.where(seen, slope**2 / np.where(seen, curvature, 1.0) + regained, 0.0)
+    if not len(gain):
+        return Shock(0.0, swing.trial, swing.begin, 0.0)
+    best = int(np.argmax(gain))
+    return Shock(float(gain[best]), swing.trial, float(times[best]), float(-slope[best] / curvature[best]))
+
+
+def _widened(of: Array, by: Array | float = 0.0) -> Array:
+    """Return derivatives (…, d) with two directions more, in which they are what is given."""
+    return np.ascontiguousarray(np.concatenate([of, np.broadcast_to(by, (*of.shape[:-1], 2))], axis=-1))
+
+
+def _of_size(states: Array, before: int, after: int) -> Array:
+    """Return states (nodes, before …) with zeros for those that effects bring."""
+    return np.concatenate([states[:, :before], np.zeros((len(states), after - before)), states[:, before:]], axis=1)
+
+
+def _without_overflow(linear: Linearised) -> Linearised:
+    """Return a linearised swing without sensitivities that cannot be computed."""
+    parts = {name: np.asarray(getattr(linear, name)) for name in ("transitions", "slopes")}
+    return linear._replace(**{n: np.where(np.abs(of) < _OVERFLOWS, of, 0.0) for n, of in parts.items()})

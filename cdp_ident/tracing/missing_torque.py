@@ -1,0 +1,47 @@
+"""The torque in each joint that a model lacks, along the motion: the smoothed unknown torque of the likelihood."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from cdp_ident.likelihood.whole_swing import WholeSwings
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class MissingTorque:
+    """The missing torque in each joint along the motion; columns are the two `JOINTS`."""
+
+    trial: npt.NDArray[np.int64]
+    """(n,) which trial a value is of."""
+    time: Array
+    """(n,) its time in the trial [s]."""
+    angle: Array
+    """(n, 2) angle of each joint: the inner one from hanging, the outer one relative to the inner rod [rad]."""
+    speed: Array
+    """(n, 2) speed of each joint [rad/s]."""
+    torque: Array
+    """(n, 2) over A22 [rad/s^2]."""
+    std: Array
+    """(n, 2) its standard deviation [rad/s^2]."""
+
+    @classmethod
+    def of(cls, found: WholeSwings) -> "MissingTorque":
+        """Return the torque that a model lacks; zero in a joint where none is missing."""
+        parts = []
+        for swing, states, impulses in zip(found.recorded.swings, found.states, found.impulses, strict=True):
+            torque, std = np.where(found.is_missing, impulses[:-1] / swing.spacing, 0.0).transpose(1, 0, 2)
+            at = states[1:]  # what a torque did since the node before has its effect at once, at this one
+            parts.append(
+                (
+                    np.full(len(at), swing.trial),
+                    swing.begin + swing.node_times[1:],
+                    np.stack([at[:, 0] - np.pi, at[:, 1] - at[:, 0]], axis=1),
+                    np.stack([at[:, 2], at[:, 3] - at[:, 2]], axis=1),
+                    torque,
+                    std,
+                )
+            )
+        return cls(*(np.concatenate(column) for column in zip(*parts, strict=True)))

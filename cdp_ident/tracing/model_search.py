@@ -1,0 +1,352 @@
+"""The search for the most probable model: from each, its neighbours by one effect, until none is more probable.
+
+Models are compared by one number, their evidence with the odds against their effects (Kass and Raftery, Bayes
+factors, J. Am. Stat. Assoc. 90, 1995). In it there is what would have to be rules otherwise: an effect that another
+one imitates, or that only noise asks for, makes no model more probable, and where torques are missing that no law
+gives, all evidence shrinks by itself.
+"""
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
+from itertools import islice
+
+import numpy as np
+import numpy.typing as npt
+
+from cdp_ident.errors import IdentificationError
+from cdp_ident.fit.motion_model import MotionModel
+from cdp_ident.likelihood.noise import Noise
+from cdp_ident.likelihood.scores import Score
+from cdp_ident.likelihood.whole_swing import Recorded, WholeSwings, likely_near, likely_without_torque
+from cdp_ident.machine.parallel import parallel_map
+from cdp_ident.model.layout import RODS_STATES
+from cdp_ident.tracing.lost_counts import with_better_instants
+from cdp_ident.tracing.neighbours import Neighbour, additions, replacements, richer_forms, simplifications
+from cdp_ident.tracing.odds import unlikelihood_of
+from cdp_ident.tracing.selection import Step, Tried
+
+Array = npt.NDArray[np.float64]
+Key = tuple[tuple[str, int | None, float], ...]
+
+_MOST_EFFECTS = 10
+_TRIED = 4
+"""So many of the most promising additions are fitted at a step: of effects that imitate one another they are enough."""
+_SEVERAL = 3
+"""So many effects that have a name may explain what a torque without one does."""
+_CLOSE, _MOST_STEPS = 0.3, 30
+"""A model is compared with others once no step changes it by more than this share of a standard deviation, or after so
+many steps: one that is far from the motion needs no more to be known for that."""
+
+
+class InterruptedSearchError(Exception):
+    """The search is asked to stop."""
+
+
+class ModelSearch:
+    """All models that were fitted, and the best of them."""
+
+    def __init__(
+        self,
+        recorded: Recorded,
+        say: Callable[[str], None],
+        stop: Callable[[], bool],
+        trying: Callable[[str], None],
+        named_only: bool,
+    ) -> None:
+        self._recorded, self._say, self._stop, self._trying = recorded, say, stop, trying
+        self._named_only = named_only
+        self.fitted: dict[Key, WholeSwings] = {}
+        """All models, by their effects."""
+        self._seconds: dict[Key, WholeSwings] = {}
+        """Other maxima of some of them, less likely but not by far: what is missing may show there alone."""
+        self.steps: list[Step] = []
+        self.failures: list[str] = []
+        self._scored: tuple[WholeSwings | None, list[Score]] = None, []
+
+    def begin(self, model: MotionModel, values: Array, states: Sequence[Array]) -> WholeSwings:
+        """Fit the paper's model.
+
+        Args:
+            model: the paper's.
+            values: (unknowns,) to begin with.
+            states: (nodes, states) of each swing.
+
+        Raises:
+            IdentificationError: it cannot be fitted.
+        """
+        noise = Noise.white(self._recorded.encoders, self._recorded.large_torque)
+        found = likely_near(model, values, self._recorded, states, noise, _CLOSE, _MOST_STEPS)
+        self.paper = self.best = self.fitted[_key(model)] = self._at_another_maximum(found)
+        return self.paper
+
+    def cost(self, found: WholeSwings) -> float:
+        """Return minus twice the logarithm of a model's probability, but for a constant."""
+        return found.misfit + unlikelihood_of(found.model, self._recorded)
+
+    def begin_with(self, neighbours: Iterable[Neighbour], action: str) -> None:
+        """Try models that something else suggests, and go on from the most probable one.
+
+        Raises:
+            InterruptedSearchError: the search is asked to stop.
+        """
+        self._move(self.paper, [(neighbour, None) for neighbour in neighbours], action)
+        self._simplify()
+
+    def run(self) -> None:
+        """Go on until no neighbour is more probable.
+
+        Raises:
+            InterruptedSearchError: the search is asked to stop.
+        """
+        while True:
+            promising, scored = additions(self.best, self._named_only)
+            self._scored = self.best, scored
+            neighbours = [each for each in promising if len(each.model.effects) <= _MOST_EFFECTS]
+            nameless = bool(neighbours) and neighbours[0].model.effects[-1].effect.curve is not None
+            if nameless and self._from_second():
+                self._simplify()
+            elif self._move(before := self.best, [(each, None) for each in neighbours[:_TRIED]], "added"):
+                if self.best.model.effects[-1].effect.curve is not None:
+                    self._spell_out(before)
+                self._simplify()
+            elif self._from_second() or self._zeros() or self._enrich():
+                self._simplify()
+            elif not self._replace():
+                return
+
+    @property
+    def scores(self) -> list[Score]:
+        """What each effect that the best model does not have would do for it."""
+        of, scored = self._scored
+        return scored if of is self.best else additions(self.best, self._named_only)[1]
+
+    def without(self, index: int) -> WholeSwings | None:
+        """Return the best model without one of its effects; None where it cannot be fitted."""
+        others, remain = self.best.model.without_effect(index)
+        return self._fit(Neighbour(others, self.best.values[remain], ()), self.best, with_torque=True)
+
+    def _move(
+        self,
+        origin: WholeSwings,
+        neighbours: Sequence[tuple[Neighbour, WholeSwings | None]],
+        action: str,
+        of_an_effect: bool = True,
+    ) -> bool:
+        """Fit neighbours, and go on from the most probable model; return whether that is another one."""
+        tried = self._fit_all(origin, neighbours)
+        if not tried:
+            return False
+        best, what = min(tried, key=lambda pair: self.cost(pair[0]))
+        best = self._at_another_maximum(best)
+        before, better = self.best, self.cost(best) < self.cost(self.best)
+        better = better and (_explains(before, best) or not of_an_effect)
+        if better:
+            self.best = best
+            action = f"{action} {' and '.join(what)}"
+        else:
+            action = "nothing more helps"
+        self._note(action, before, tried)
+        return better
+
+    def _note(self, action: str, before: WholeSwings, tried: Sequence[tuple[WholeSwings, tuple[str, ...]]]) -> None:
+        said = sorted((Tried(what, self.cost(of) - self.cost(before)) for of, what in tried), key=lambda t: t.misfit)
+        self.steps.append(Step(action, self.cost(self.best) - self.cost(self.paper), tuple(said)))
+        if self.best is not before:
+            gained = 0.5 * (self.cost(before) - self.cost(self.best)) / math.log(10.0)
+            self._say(f"{action}: the model is 10^{gained:.0f} times as probable")
+
+    def _simplify(self) -> None:
+        """Drop effects without which the model is the more probable one."""
+        while self.best.model.effects:
+            neighbours = [(each, None) for each in simplifications(self.best, _SURE)]
+            if not neighbours:
+                return
+            tried = self._fit_all(self.best, neighbours, with_torque=True)
+            simpler = min(tried, key=lambda pair: self.cost(pair[0]), default=None)
+            if simpler is None or self.cost(simpler[0]) > self.cost(self.best):
+                return
+            before, self.best = self.best, simpler[0]
+            self._note(f"dropped {' and '.join(simpler[1])}", before, tried)
+
+    def _from_second(self) -> bool:
+        """Try what another maximum of the best model promises."""
+        second = self._seconds.pop(_key(self.best.model), None)
+        if second is None:
+            return False
+        promising, _ = additions(second, self._named_only)
+        neighbours = [(replace(each, again=True), second) for each in promising[:_TRIED]]
+        return self._move(self.best, neighbours, "added")
+
+    def _zeros(self) -> bool:
+        """Try encoders whose zeros differ from trial to trial."""
+        trials, model = {swing.trial for swing in self._recorded.swings}, self.best.model
+        shows = any(active.effect.acts_as_zero for active in model.effects) or bool(np.any(self.best.leaves_more))
+        if len(trials) < 2 or model.zeros or not shows:
+            return False
+        with_zeros, values = model.with_zeros(self.best.values, sorted(trials))
+        return self._move(self.best, [(Neighbour(with_zeros, values, ("zeros of each trial",)), None)], "added", False)
+
+    def _spell_out(self, before: WholeSwings) -> None:
+        """Try effects that have a name in the place of a torque that has none, and richer forms of those that are."""
+        named, tried, added = before, list[tuple[WholeSwings, tuple[str, ...]]](), tuple[str, ...]()
+        for _ in range(_SEVERAL):
+            neighbours, _ = additions(named, named_only=True)
+            better = self._better(named, neighbours[:_TRIED])
+            if better is None or not _explains(named, better[0]):
+                richer = (self._better(named, [begins[0] for begins in forms]) for forms in richer_forms(named))
+                better = next(filter(None, richer), None)
+            if better is None:
+                break
+            named, added = better[0], (*added, *better[1])
+            tried.append((named, added))
+        if self.cost(named) < self.cost(self.best):
+            before, self.best = self.best, named
+            self._note(f"exchanged for {' and '.join(added)}", before, tried)
+
+    def _better(self, than: WholeSwings, neighbours: Sequence[Neighbour]) -> tuple[WholeSwings, tuple[str, ...]] | None:
+        """Return the most probable neighbour of a model, with what it has more; None where none is better."""
+        fitted = self._fit_all(than, [(each, None) for each in neighbours])
+        best, what = min(fitted, key=lambda pair: self.cost(pair[0]), default=(than, ()))
+        best = self._at_another_maximum(best)
+        return (best, what) if self.cost(best) < self.cost(than) else None
+
+    def _enrich(self) -> bool:
+        """Try richer forms of effects in whose joints torques are missing."""
+        for forms in richer_forms(self.best):
+            before = self.best
+            if self._move(before, [(begins[0], None) for begins in forms], "added", of_an_effect=False):
+                return True
+            least = before.misfit + _HOPELESS
+            reached = [(begins, self.fitted.get(_key(begins[0].model))) for begins in forms]
+            others = [(other, None) for begins, of in reached if of and of.misfit < least for other in begins[1:]]
+            if self._move(before, others, "added", of_an_effect=False):
+                return True
+        return False
+
+    def _replace(self) -> bool:
+        """Try other effects in the place of each one."""
+        rivals: list[tuple[Neighbour, WholeSwings | None]] = []
+        for index in range(len(self.best.model.effects)):
+            without = self.without(index)
+            if without is None:
+                continue
+            others = replacements(self.best, index, without, self.scores, self._named_only)
+            rivals += [(each, without) for each in islice(others, _TRIED)]
+        return self._move(self.best, rivals, "exchanged for")
+
+    def _fit_all(
+        self,
+        origin: WholeSwings,
+        neighbours: Sequence[tuple[Neighbour, WholeSwings | None]],
+        with_torque: bool = False,
+    ) -> list[tuple[WholeSwings, tuple[str, ...]]]:
+        """Return fitted neighbours, each from the model from which it begins."""
+        if self._stop():
+            raise InterruptedSearchError
+        self._trying(", ".join(" and ".join(neighbour.what) for neighbour, _ in neighbours))
+        fits = parallel_map(lambda pair: self._fit(pair[0], pair[1] or origin, with_torque), neighbours)
+        pairs = zip(fits, neighbours, strict=True)
+        return [(found, neighbour.what) for found, (neighbour, _) in pairs if found is not None]
+
+    def _fit(self, neighbour: Neighbour, origin: WholeSwings, with_torque: bool = False) -> WholeSwings | None:
+        """Return a fitted model, from another one's states; None where no motion can be computed."""
+        model, noise = neighbour.model, origin.noise
+        key = _key(model)
+        if key in self.fitted and not neighbour.again:
+            return self.fitted[key]
+        if with_torque:
+            # What is left out may have to be followed by unknown torques from now on.
+            noise = noise.with_torque_of_at_least(_AT_LEAST * self._recorded.large_torque)
+        to_beat = self.best.misfit + _HOPELESS if len(model.effects) >= len(self.best.model.effects) else np.inf
+        try:
+            found = likely_near(
+                model, neighbour.values, self._recorded, _states(origin, model), noise, _CLOSE, _MOST_STEPS, to_beat
+            )
+            found = self._with_instants(found)
+        except (IdentificationError, np.linalg.LinAlgError) as error:
+            self.failures.append(f"{' and '.join(neighbour.what)}: {error}")
+            return None
+        if key not in self.fitted or found.misfit < self.fitted[key].misfit:
+            self.fitted[key] = found
+        return self.fitted[key]
+
+    def _at_another_maximum(self, found: WholeSwings) -> WholeSwings:
+        """Return a model that leaves more than noise, or what it is if one begins without, where that is more likely.
+
+        The likelihood may have several maxima: unknown torques follow what is noise with a memory, noise with a memory
+        follows what is motion, and a joint that dry friction holds is not held where torques move it.
+        """
+        recorded = self._recorded
+        try:
+            if np.any(found.is_missing):
+                other = likely_without_torque(found, _CLOSE, _FEW_STEPS, found.misfit)
+            elif np.any(found.leaves_more):
+                noise = Noise.white(recorded.encoders, recorded.least_torque)
+                other = likely_near(
+                    found.model, found.values, recorded, found.states, noise, _CLOSE, _FEW_STEPS, found.misfit
+                )
+            else:
+                return found
+        except (IdentificationError, np.linalg.LinAlgError):
+            return found
+        key, (better, second) = _key(found.model), sorted((found, other), key=lambda one: one.misfit)
+        if second.misfit < better.misfit + self._recorded.nodes:
+            self._seconds[key] = second
+        self.fitted[key] = better
+        return better
+
+    def _with_instants(self, found: WholeSwings) -> WholeSwings:
+        """Return a model whose lost counts are at the sample where they were lost."""
+        for _ in range(2):
+            values = with_better_instants(found)
+            if values is None:
+                break
+            found = likely_near(found.model, values, self._recorded, found.states, found.noise, _CLOSE, _MOST_STEPS)
+        return found
+
+
+_HOPELESS = 30.0
+"""A model whose misfit is larger than the best one's by this is not fitted to the end."""
+_SURE = 100.0
+"""An effect whose strength has a larger square, in its standard deviations, is not tried to be dropped."""
+_FEW_STEPS = 10
+"""So many are enough to begin at another maximum."""
+_SHARE = 0.9
+"""Where torques are missing still, an effect leaves at most this share of their mean square in a joint."""
+_AT_LEAST = 1e-2
+"""Unknown torques to begin with where an effect is left out, over large ones."""
+
+
+def _explains(before: WholeSwings, after: WholeSwings) -> bool:
+    """Return whether nothing is missing any more, or at least less than before."""
+    left = (after.noise.torque_with_tails / before.noise.torque_with_tails) ** 2
+    return not np.any(after.is_missing) or bool(np.any(left[before.is_missing] < _SHARE))
+
+
+def _key(model: MotionModel) -> Key:
+    """Return what a model is known by: its effects, in any order, and whether trials have zeros of their own."""
+    effects = sorted((a.effect.key, -1 if a.trial is None else a.trial, a.bend) for a in model.effects)
+    return tuple(effects + [("zeros", len(model.zeros), 0.0)] * bool(model.zeros))
+
+
+def _states(origin: WholeSwings, model: MotionModel) -> list[Array]:
+    """Return states to begin with, of a model beside a fitted one; those that other effects bring are zero."""
+    before = origin.model
+    if [a.effect for a in before.effects if a.effect.states] == [a.effect for a in model.effects if a.effect.states]:
+        return list(origin.states)
+    own = before.states - RODS_STATES
+    states = []
+    for of in origin.states:
+        brought = np.zeros((len(of), model.states - RODS_STATES))
+        at, places = RODS_STATES, dict[str, slice]()
+        for active in before.effects:
+            places[active.effect.key] = slice(at, at + active.effect.states)
+            at += active.effect.states
+        begin = 0
+        for active in model.effects:
+            if active.effect.states and active.effect.key in places:
+                brought[:, begin : begin + active.effect.states] = of[:, places[active.effect.key]]
+            begin += active.effect.states
+        states.append(np.concatenate([of[:, :RODS_STATES], brought, of[:, RODS_STATES + own :]], axis=1))
+    return states

@@ -1,0 +1,259 @@
+"""Models that differ from one by an effect: what may be added, what may take an effect's place, what may go."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from cdp_ident.fit.active_effect import ActiveEffect
+from cdp_ident.fit.motion_model import MotionModel
+from cdp_ident.likelihood.prior import typical
+from cdp_ident.likelihood.scores import Score, scores, shocks
+from cdp_ident.likelihood.whole_swing import WholeSwings
+from cdp_ident.model.effects.catalogue import known_effects
+from cdp_ident.model.effects.effect import JOINTS, Effect, exclude_each_other
+from cdp_ident.model.formulas.language import COEFFICIENTS
+from cdp_ident.model.formulas.syntax import evaluated
+from cdp_ident.model.layout import ROOM
+from cdp_ident.tracing.odds import ambiguity, unlikelihood
+
+Array = npt.NDArray[np.float64]
+
+_SHAPES = (1.0, 0.25, 4.0)
+"""An effect whose strength is not seen at one value of its shape alone is tried with the first one so many times the
+typical value."""
+_BENDS = (1e-3, 1e-2, 1e-1)
+"""Smoothness of curves, from which their score chooses; see `ActiveEffect.bend`."""
+_PROMISES = -2.0
+"""An effect is tried where its score changes the misfit by less than this. The odds against it are not in that: where
+torques or noise with a memory stand in for it, a score is too small."""
+_RIVALS = 0.5
+"""Another effect is tried in the place of one if its score is at least this share of that."""
+
+
+@dataclass(frozen=True)
+class Neighbour:
+    """A model to be fitted, and where to begin."""
+
+    model: MotionModel
+    values: Array
+    """(unknowns,)"""
+    what: tuple[str, ...]
+    """Keys of the effects that it has more, or has no longer."""
+    again: bool = False
+    """Whether it is fitted even if it was before, from elsewhere."""
+
+
+def additions(found: WholeSwings, named_only: bool) -> tuple[list[Neighbour], list[Score]]:
+    """Return the models with one effect more, the most promising first, and the scores of all effects."""
+    scored = _scores(found, named_only)
+    best_named = min((score.misfit for score in scored if score.active.effect.curve is None), default=0.0)
+    neighbours = []
+    nameless = False
+    for score in scored:
+        # A torque without a name takes long to fit: one is tried, and where names say less.
+        is_curve = score.active.effect.curve is not None
+        worth = not is_curve or (score.misfit < best_named and not nameless)
+        nameless = nameless or is_curve
+        if worth and score.misfit + ambiguity(score.active, found.recorded) < _PROMISES:
+            neighbours.append(_with(found, score.active, score.values))
+    return neighbours, scored
+
+
+def _scores(found: WholeSwings, named_only: bool, lasting: bool = False) -> list[Score]:
+    """Return what each effect would do for a model, its best form alone, the best first with its odds.
+
+    Args:
+        found: the model.
+        named_only: whether torques without a name are left out.
+        lasting: whether what happens at an instant is left out, and what brings states of its own.
+    """
+    present = [active.effect for active in found.model.effects]
+    allowed = [e for e in known_effects() if not any(_in_the_way(e, other) for other in present)]
+    plain = [e for e in allowed if e.has_score and not e.contains and not e.curve and not e.brings_states]
+    scored = scores(found, [ActiveEffect(effect) for effect in plain])
+    for factor in _SHAPES:
+        # Beside what it contains, a richer form shows by what it has more.
+        scored += scores(found, [ActiveEffect(e) for e in _richer(present) if e.has_score], factor)
+        if np.any(found.leaves_more) and not lasting:
+            for effect in allowed:
+                if effect.has_score and effect.brings_states and not effect.curve:
+                    scored += scores(found, [ActiveEffect(effect)], factor)
+    if not named_only:
+        room = ROOM - found.model.states - len(found.values)
+        for effect in allowed:
+            if effect.curve and effect.curve.count <= room and found.leaves_more[JOINTS.index(effect.joint)]:
+                scored += scores(found, [replace(ActiveEffect(effect), bend=bend) for bend in _BENDS])
+    if not lasting:
+        scored += _at_instants(found)
+    best = dict[tuple[str, int | None], Score]()
+    for score in sorted(scored, key=lambda one: one.misfit + unlikelihood(one.active, found.recorded)):
+        best.setdefault((score.active.effect.key, score.active.trial), score)
+    return list(best.values())
+
+
+def _in_the_way(one: Effect, other: Effect) -> bool:
+    """Return whether a model has at most one of two effects: a curve over an angle contains all that depends on it."""
+    return exclude_each_other(one, other) or (
+        one.joint == other.joint
+        and any(a.curve is not None and a.curve.over == "angle" and b.of_angle for a, b in ((one, other), (other, one)))
+    )
+
+
+def _richer(present: Sequence[Effect]) -> list[Effect]:
+    """Return effects that contain one of a model's."""
+    return [
+        e for e in known_effects() for one in present if e.contains == one.name and e.joint == one.joint and e != one
+    ]
+
+
+def _at_instants(found: WholeSwings) -> Iterator[Score]:
+    """Yield the scores of what happens at an instant."""
+    own = len(found.values)
+    for moves, by_joint in zip((True, False), shocks(found), strict=True):
+        for joint, shock in by_joint.items():
+            of = (e for e in known_effects() if e.at_an_instant and e.joint == joint and e.moves == moves)
+            effect = next(of, None)
+            if effect is None or (not moves and abs(shock.size) < found.recorded.steps[JOINTS.index(joint)]):
+                continue  # counts are lost as whole ones; what is less is rounding
+            nothing = np.zeros(own), np.zeros((own, own))
+            values = np.array([shock.size, shock.time])
+            yield Score(ActiveEffect(effect, trial=shock.trial), -shock.gain, shock.gain, values, *nothing)
+
+
+def _with(found: WholeSwings, active: ActiveEffect, values: Array) -> Neighbour:
+    """Return a model with an effect more, in the place of the one that it contains, if any, whose values it has too."""
+    index = _contained(found.model, active.effect)
+    if index is None:
+        return Neighbour(found.model.with_effect(active), np.concatenate([found.values, values]), (active.effect.key,))
+    own = _by_name(found, index)
+    more = [value + own.get(p.name, 0.0) for p, value in zip(active.fitted, values.tolist(), strict=True)]
+    return _instead(found, index, active, more)
+
+
+def _instead(found: WholeSwings, index: int, active: ActiveEffect, values: Sequence[float]) -> Neighbour:
+    """Return a model with an effect in the place of another one."""
+    others, remain = found.model.without_effect(index)
+    lower, upper = (np.array([getattr(p, end) for p in active.fitted]) for end in ("lower", "upper"))
+    begin = np.concatenate([found.values[remain], np.clip(values, lower, upper)])
+    return Neighbour(others.with_effect(active), begin, (active.effect.key,))
+
+
+def _contained(model: MotionModel, effect: Effect) -> int | None:
+    """Return which of a model's effects another one contains, if any."""
+    for index, active in enumerate(model.effects):
+        if (active.effect.name, active.effect.joint) == (effect.contains, effect.joint) and active.effect != effect:
+            return index
+    return None
+
+
+def _by_name(found: WholeSwings, index: int) -> dict[str, float]:
+    """Return the values of an effect's parameters, by their names."""
+    values = found.values[found.model.places(index)].tolist()
+    return dict(zip((p.name for p in found.model.effects[index].fitted), values, strict=True))
+
+
+def richer_forms(found: WholeSwings) -> Iterator[list[list[Neighbour]]]:
+    """Yield models with a richer form of an effect in whose joint a torque is missing.
+
+    Its score says too little, if any: unknown torques follow what it has more.
+
+    For each effect there are its forms, and for each of these models that begin at different values.
+    """
+    for index, active in enumerate(found.model.effects):
+        joints = [JOINTS.index(active.effect.joint)] if active.effect.joint in JOINTS else [0, 1]
+        forms = _richer([active.effect])
+        if not forms or not np.any(found.leaves_more[joints]):
+            continue
+        yield [
+            [
+                replace(_instead(found, index, ActiveEffect(form), v), again=True)
+                for v in _beginnings(found, index, form)
+            ]
+            for form in forms
+        ]
+
+
+def hidden_by_torques(found: WholeSwings) -> Iterator[Neighbour]:
+    """Yield models with an effect whose states are known without it.
+
+    Such an effect, play in a coupling, shows by jumps, which unknown torques or noise with a memory follow as well: its
+    score says too little.
+    """
+    for effect in known_effects():
+        if effect.states and effect.known_at_zero and not effect.moves:
+            values = np.array(
+                [typical(parameter, found.recorded.time_unit) for parameter in ActiveEffect(effect).fitted]
+            )
+            yield _with(found, ActiveEffect(effect), values)
+
+
+def _beginnings(found: WholeSwings, index: int, effect: Effect) -> Iterator[list[float]]:
+    """Yield values to begin a richer form with."""
+    known, unit, active = _by_name(found, index), found.recorded.time_unit, ActiveEffect(effect)
+    formulas = max(len(parameter.begins) for parameter in effect.parameters)
+    given = dict(zip(COEFFICIENTS, found.model.coefficients(found.values).tolist(), strict=True)) | known
+    given["m2_l2"] = given["A23"] / given["L"]
+    for k in range(formulas or len(_SHAPES)):
+        factor, values = (1.0 if formulas else _SHAPES[k]), list[float]()
+        for parameter in active.fitted:
+            if parameter.begins:
+                values.append(evaluated(parameter.begins[k], given))
+            elif parameter.name in known:
+                values.append(known[parameter.name])
+            else:
+                values.append(factor * typical(parameter, unit))
+                factor = 1.0
+        yield values
+
+
+def replacements(
+    found: WholeSwings, index: int, without: WholeSwings, beside: Sequence[Score], named_only: bool
+) -> Iterator[Neighbour]:
+    """Yield models in which another effect takes the place of one, the most promising first.
+
+    It takes the place as far as it does more for the model without that effect than beside it.
+
+    Args:
+        found: a model.
+        index: of the effect.
+        without: the model without it.
+        beside: what others would do beside it.
+        named_only: whether torques without a name are left out.
+    """
+    own, scored = found.model.effects[index].effect, _scores(without, named_only, lasting=True)
+    of_own = min((score.misfit for score in scored if score.active.effect == own), default=0.0)
+    with_own = {score.active.effect.key: min(score.misfit, 0.0) for score in beside}
+    for score in scored:
+        effect = score.active.effect
+        in_its_place = score.misfit - with_own.get(effect.key, 0.0)
+        least = of_own if effect.curve is not None else _RIVALS * of_own
+        if effect != own and in_its_place < min(least, _PROMISES):
+            yield _with(without, score.active, score.values)
+
+
+def simplifications(found: WholeSwings, sure: float) -> Iterator[Neighbour]:
+    """Yield models with one effect less, of those effects whose strength is not sure.
+
+    Args:
+        found: a model.
+        sure: square of a strength in its standard deviations (Wald's statistic) from which on it is.
+    """
+    for index, active in enumerate(found.model.effects):
+        if _strength(found, index) < sure:
+            others, remain = found.model.without_effect(index)
+            yield Neighbour(others, found.values[remain], (active.effect.key,))
+
+
+def _strength(found: WholeSwings, index: int) -> float:
+    """Return Wald's statistic of an effect's strengths, its shape parameters held where they are known."""
+    place, fitted = found.model.places(index), found.model.effects[index].fitted
+    of_effect = found.covariance[place, place]
+    known = np.isfinite(np.diag(of_effect))
+    strong = np.array([not parameter.shape for parameter in fitted]) & known
+    if not np.any(strong):
+        return 0.0
+    information = np.linalg.pinv(of_effect[np.ix_(known, known)], hermitian=True)
+    values = np.where(strong, found.values[place], 0.0)[known]
+    return float(values @ information @ values)

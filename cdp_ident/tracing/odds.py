@@ -1,0 +1,38 @@
+"""How unlikely an effect is before any trial: the odds against it that the evidence has to outweigh."""
+
+import math
+
+from cdp_ident.fit.active_effect import ActiveEffect
+from cdp_ident.fit.motion_model import MotionModel
+from cdp_ident.likelihood.whole_swing import Recorded
+from cdp_ident.model.effects.catalogue import known_effects
+
+_AGAINST = 150.0
+"""Odds against an effect that is looked for: of some fifty, a rig has one or none in most joints."""
+
+
+def unlikelihood(active: ActiveEffect, recorded: Recorded) -> float:
+    """Return twice the logarithm of the odds against an effect."""
+    return 2.0 * math.log(_AGAINST) + ambiguity(active, recorded)
+
+
+def ambiguity(active: ActiveEffect, recorded: Recorded) -> float:
+    """Return twice the logarithm of how many effects share the odds of one.
+
+    What happens at an instant may happen at any; harmonics of a turn are one effect. A torque without a name is as
+    unlikely as two effects that have one.
+    """
+    effect, forms = active.effect, 1.0
+    if effect.at_an_instant:
+        forms = recorded.nodes
+    elif effect.curve:
+        forms = _AGAINST
+    elif effect.harmonic:
+        forms = sum((one.name, one.joint) == (effect.name, effect.joint) for one in known_effects())
+    return 2.0 * math.log(forms)
+
+
+def unlikelihood_of(model: MotionModel, recorded: Recorded) -> float:
+    """Return the same of all effects of a model, and of encoders whose zeros differ from trial to trial."""
+    zeros = 2.0 * math.log(_AGAINST) if model.zeros else 0.0
+    return zeros + sum(unlikelihood(active, recorded) for active in model.effects)

@@ -1,0 +1,103 @@
+"""From a fitted paper's model to the effects that it lacks."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from cdp_ident.diagnosis.identification import Identification
+from cdp_ident.fit.active_effect import ActiveEffect
+from cdp_ident.likelihood.whole_swing import NEAR
+from cdp_ident.tracing.certainty import certainties, not_distinguished, probabilities
+from cdp_ident.tracing.expected import ExpectedEffect
+from cdp_ident.tracing.model_search import InterruptedSearchError, ModelSearch
+from cdp_ident.tracing.neighbours import Neighbour, additions, hidden_by_torques
+from cdp_ident.tracing.recorded import fitted_recorded, states_of
+from cdp_ident.tracing.selection import Selection, Step
+
+
+def select_effects(
+    found: Identification,
+    say: Callable[[str], None] = lambda line: None,
+    stop: Callable[[], bool] = lambda: False,
+    trying: Callable[[str], None] = lambda line: None,
+    expected: Sequence[ExpectedEffect] = (),
+) -> Selection:
+    """Return the effects that make a paper's model the most probable one.
+
+    Args:
+        found: the paper's model, identified.
+        say: called with a line of text after each step.
+        stop: asked repeatedly; true ends the search with the effects found so far.
+        trying: called with what is tried next.
+        expected: effects found on the rig before, which are tried first.
+
+    Raises:
+        IdentificationError: not even the paper's model can be fitted.
+    """
+    fit = found.fit
+    recorded = fitted_recorded(found.data, NEAR, found.enough)
+    search = ModelSearch(recorded, say, stop, trying, found.options.named_effects_only)
+    search.begin(fit.model, fit.values, states_of(recorded, fit.model, fit.values, fit.windows))
+    interrupted = False
+    try:
+        search.begin_with(_expected(found, expected), "confirmed")
+        search.begin_with([*_balanced(found), *hidden_by_torques(search.paper)], "added")
+        search.run()
+        without = tuple(search.without(index) for index in range(len(search.best.model.effects)))
+    except InterruptedSearchError:
+        interrupted = True
+        without = (None,) * len(search.best.model.effects)
+    probability, also_possible = probabilities(search), not_distinguished(search)
+    return Selection(
+        before=search.paper,
+        after=search.best,
+        steps=tuple(search.steps),
+        without=without,
+        probability=probability,
+        also_possible=also_possible,
+        certainty=certainties(search, without, probability, also_possible),
+        scores=tuple(search.scores),
+        failures=tuple(search.failures),
+        interrupted=interrupted,
+        seconds=float(sum(swing.time[-1] for swing in recorded.swings)),
+    )
+
+
+def withdrawn_from(selection: Selection, named_only: bool) -> Selection:
+    """Return a selection whose effects are withdrawn: it ends where it began.
+
+    Args:
+        selection: with effects.
+        named_only: whether torques without a name are left out.
+    """
+    paper = selection.before
+    _, scored = additions(paper, named_only)
+    last = Step("withdrawn, as held-out motion is predicted worse", 0.0, ())
+    return replace(
+        selection, after=paper, steps=(*selection.steps, last), without=(), probability=(), also_possible=(),
+        certainty=(), scores=tuple(scored),
+    )  # fmt: skip
+
+
+def _expected(found: Identification, expected: Sequence[ExpectedEffect]) -> Iterator[Neighbour]:
+    """Yield the model with the effects that are expected."""
+    if expected:
+        model, values = found.fit.model, found.fit.values
+        for one in expected:
+            model, values = model.with_effect(ActiveEffect(one.effect)), np.concatenate([values, one.values])
+        yield Neighbour(model, values, tuple(one.effect.key for one in expected))
+
+
+def _balanced(found: Identification) -> Iterator[Neighbour]:
+    """Yield models with the effects that balances of forces show.
+
+    Where these are strong, no score near the paper's model does.
+    """
+    for balance in found.balances:
+        model = found.fit.model
+        values = model.with_base_parameters(found.fit.values, balance.groups, balance.inertia)
+        for effect, strengths in balance.found:
+            model, values = model.with_effect(ActiveEffect(effect)), np.concatenate([values, strengths])
+        if balance.found:
+            yield Neighbour(model, values, tuple(effect.key for effect, _ in balance.found))

@@ -1,0 +1,104 @@
+"""A score foresees what a fit with an effect then finds, and what happened at one instant is found at its node."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cdp_ident.fit.active_effect import ActiveEffect
+from cdp_ident.likelihood.scores import scores, shocks
+from reference import pendulum
+from reference.pendulum import TABLE_5
+from scenarios.swings import TIME, UNIT, fitted, known, measured, motion, recorded, with_effect
+
+PUSH = 1e-3
+"""[N m s]"""
+INERTIA = TABLE_5["m1"] * TABLE_5["l1"] ** 2 + TABLE_5["J1"] + (TABLE_5["m2"] + TABLE_5["m0"]) * TABLE_5["L"] ** 2
+
+
+@pytest.fixture(scope="module")
+def rubbing():
+    return fitted(recorded([measured(motion(dry=2e-4), np.random.default_rng(0))]))
+
+
+@pytest.fixture(scope="module")
+def clean():
+    return fitted(recorded([measured(motion(), np.random.default_rng(1))]))
+
+
+CANDIDATES = ["coulomb_friction.inner", "coulomb_friction.outer", "air_drag.outer.strips", "joint_spring.outer"]
+
+
+def scored(found, keys=CANDIDATES):
+    return scores(found, [ActiveEffect(known(key)) for key in keys])
+
+
+def test_what_is_hidden_has_the_best_score(rubbing):
+    best, *others = scored(rubbing)
+    assert best.active.effect.key == "coulomb_friction.outer"
+    assert best.misfit < -10.0
+    assert best.misfit < min(other.misfit for other in others) - 2.0
+
+
+def test_a_score_foresees_the_misfit_the_strength_and_the_other_values_that_a_fit_then_has(clean):
+    for score in scored(clean, ["air_drag.outer.strips", "joint_spring.outer", "encoder_scale.inner"]):
+        found = with_effect(clean, score.active.effect.key, *score.values)
+        std = np.sqrt(np.diag(found.covariance))
+        assert found.misfit - clean.misfit == pytest.approx(score.misfit, abs=1.0)
+        np.testing.assert_allclose(
+            (found.values - np.r_[clean.values + score.change, score.values]) / std, 0.0, atol=0.3
+        )
+        added = np.sqrt(np.diag(clean.covariance + score.spread))
+        np.testing.assert_allclose(added, std[:5], rtol=0.15)
+
+
+def test_without_anything_hidden_no_score_promises_much(clean):
+    assert min((score.misfit for score in scored(clean)), default=0.0) > -8.0
+
+
+def test_strengths_stay_within_their_limits(clean):
+    for score in scored(clean):
+        lower, upper = np.transpose([(p.lower, p.upper) for p in score.active.fitted])
+        assert np.all((score.values >= lower) & (score.values <= upper))
+
+
+def test_scores_of_several_effects_are_those_of_each_alone(rubbing):
+    together = {score.active.effect.key: score for score in scored(rubbing)}
+    for key, score in together.items():
+        (alone,) = scored(rubbing, [key])
+        assert alone.misfit == pytest.approx(score.misfit, abs=1e-3)
+
+
+@pytest.mark.parametrize("joint", ["inner", "outer"])
+def test_counts_are_found_where_they_were_lost(joint):
+    trial, at, lost = measured(motion(), np.random.default_rng(2)), 4.118, 5e-3  # a node is at 4.12 s
+    shown = [1.0, 1.0] if joint == "inner" else [0.0, 1.0]
+    slipped = replace(trial, theta=trial.theta + lost * (at < TIME)[:, None] * shown)
+    _, slips = shocks(fitted(recorded([slipped])))
+    assert max(slips, key=lambda each: slips[each].gain) == joint
+    assert slips[joint].gain > 100.0
+    assert slips[joint].time == pytest.approx(4.12)
+    assert slips[joint].size == pytest.approx(lost, rel=0.2)
+
+
+@pytest.mark.parametrize("rod", ["inner", "outer"])
+def test_an_impulse_is_found_where_it_was(rod):
+    impulses, _ = shocks(fitted(recorded([measured(pushed(rod), np.random.default_rng(3))])))
+    assert max(impulses, key=lambda each: impulses[each].gain) == rod
+    assert impulses[rod].gain > 40.0
+    assert impulses[rod].time == pytest.approx(4.0, abs=0.3 * UNIT)
+    assert impulses[rod].size == pytest.approx(PUSH / INERTIA, rel=0.2)
+
+
+def pushed(rod):
+    def push(time, state):
+        torque = PUSH * np.exp(-0.5 * ((time - 4.0) / 0.01) ** 2) / (0.01 * np.sqrt(2.0 * np.pi))
+        return (torque, 0.0) if rod == "inner" else (0.0, torque)
+
+    return pendulum.motion(TABLE_5, (1.5, 1.2, 0.0, 0.0), TIME, torque=push, tolerance=1e-9)[:, :2]
+
+
+def test_without_a_shock_none_gains_more_than_chance(clean):
+    for of_kind in shocks(clean):
+        for shock in of_kind.values():
+            assert shock.gain < 25.0

@@ -1,0 +1,160 @@
+"""The search ends at the most probable model, and says how it came there."""
+
+import numpy as np
+import pytest
+
+from cdp_ident.errors import IdentificationError
+from cdp_ident.fit.active_effect import ActiveEffect
+from cdp_ident.tracing import model_search
+from cdp_ident.tracing.model_search import InterruptedSearchError, ModelSearch
+from cdp_ident.tracing.neighbours import Neighbour
+from scenarios.swings import BEGIN, MODEL, known, measured, motion, recorded, states_of
+
+DRY, SCALE = "coulomb_friction.outer", "encoder_scale.inner"
+
+
+def begun(trials, stop=lambda: False, trying=lambda line: None, say=lambda line: None, named_only=True):
+    of = recorded(trials)
+    search = ModelSearch(of, say, stop, trying, named_only)
+    search.begin(MODEL, BEGIN, states_of(of, values=BEGIN))
+    return search
+
+
+def rubbing(seed=0, size=4e-4):
+    return measured(motion(dry=size), np.random.default_rng(seed))
+
+
+def with_effects(search, **of):
+    """Return a model with effects of given values, to be tried."""
+    model, values = search.paper.model, search.paper.values
+    for key, given in of.items():
+        model, values = model.with_effect(ActiveEffect(known(key))), np.append(values, given)
+    return Neighbour(model, values, tuple(of))
+
+
+@pytest.fixture(scope="module")
+def found():
+    lines, search = [], begun([rubbing()])
+    search._say = lines.append
+    search.run()
+    return search, lines
+
+
+def test_nothing_is_added_to_clean_motion():
+    search = begun([measured(motion(), np.random.default_rng(1))], named_only=False)
+    search.run()
+    assert search.best is search.paper
+    assert search.scores
+
+
+def test_noise_with_a_memory_is_not_taken_for_a_torque():
+    search = begun([measured(motion(), np.random.default_rng(5), memory=0.8)])
+    assert not np.any(search.paper.is_missing)
+    assert search.paper.noise.memory == pytest.approx([0.8, 0.8], abs=0.1)
+
+
+def test_dry_friction_is_found_and_nothing_is_missing_then(found):
+    search, lines = found
+    assert search.best.model.labels == (DRY,)
+    assert not np.any(search.best.is_missing)
+    assert search.cost(search.best) < search.cost(search.paper) - 20.0
+    assert lines[0].startswith(f"added {DRY}: the model is 10^")
+
+
+def test_a_step_says_what_was_tried_and_how_probable_it_is(found):
+    search, _ = found
+    first, last = search.steps[0], search.steps[-1]
+    assert first.action == f"added {DRY}"
+    assert DRY in [key for tried in first.tried for key in tried.effects]
+    assert [tried.misfit for tried in first.tried] == sorted(tried.misfit for tried in first.tried)
+    assert first.tried[0].misfit == pytest.approx(first.misfit, abs=1e-6)
+    assert last.misfit == search.cost(search.best) - search.cost(search.paper)
+    assert last.misfit <= first.misfit
+
+
+def test_the_best_model_is_the_most_probable_of_those_that_were_fitted_and_explain_what_is_missing(found):
+    search, _ = found
+    assert search.cost(search.best) == min(map(search.cost, search.fitted.values()))
+
+
+def test_the_model_without_an_effect_is_the_one_that_was_fitted(found):
+    search, _ = found
+    assert search.without(0) is search.paper
+
+
+def test_a_superfluous_effect_is_dropped():
+    search = begun([rubbing()])
+    search.begin_with([with_effects(search, **{DRY: 5e-3, SCALE: 1e-5})], "confirmed")
+    assert search.best.model.labels == (DRY,)
+    assert search.steps[0].action == f"confirmed {DRY} and {SCALE}"
+    assert search.steps[-1].action == f"dropped {SCALE}"
+
+
+def test_what_is_suggested_and_does_not_help_is_not_kept():
+    search = begun([measured(motion(), np.random.default_rng(1))])
+    search.begin_with([with_effects(search, **{SCALE: 1e-3})], "confirmed")
+    assert search.best is search.paper
+    assert search.steps[-1].action == "nothing more helps"
+
+
+def test_asked_to_stop_it_ends_and_keeps_the_best_so_far():
+    lines = []
+    search = begun([rubbing()], stop=lambda: bool(lines), say=lines.append)
+    with pytest.raises(InterruptedSearchError):
+        search.run()
+    assert search.best.model.labels == (DRY,)
+    assert len(search.steps) == 1
+
+
+def test_asked_to_stop_at_once_it_tries_nothing():
+    search = begun([rubbing()], stop=lambda: True)
+    with pytest.raises(InterruptedSearchError):
+        search.run()
+    assert search.best is search.paper
+    assert len(search.fitted) == 1
+
+
+def test_the_same_input_gives_the_same_steps(found):
+    search, _ = found
+    again = begun([rubbing()])
+    again.run()
+    assert again.steps == search.steps
+    np.testing.assert_array_equal(again.best.values, search.best.values)
+
+
+def test_what_is_tried_is_told():
+    told = []
+    search = begun([rubbing()], trying=told.append)
+    search.begin_with([with_effects(search, **{DRY: 5e-3, SCALE: 1e-5})], "confirmed")
+    assert told[0] == f"{DRY} and {SCALE}"
+
+
+def test_what_cannot_be_fitted_is_told_and_left_out(monkeypatch):
+    search = begun([rubbing()])
+
+    def fails(model, *others):
+        raise IdentificationError("no motion can be computed")
+
+    monkeypatch.setattr(model_search, "likely_near", fails)
+    search.run()
+    assert search.best is search.paper
+    assert f"{DRY}: no motion can be computed" in search.failures
+
+
+def test_zeros_that_differ_from_trial_to_trial_are_found():
+    rng = np.random.default_rng(3)
+    trials = [measured(motion(start) + off, rng) for start, off in (((1.5, 1.2), 4e-3), ((1.4, 1.9), -4e-3))]
+    search = begun(trials)
+    search.run()
+    assert search.best.model.zeros == (0, 1)
+    assert "added zeros of each trial" in [step.action for step in search.steps]
+    zeros = search.best.values[search.best.model.of_zeros]
+    assert zeros[[0, 2]] == pytest.approx([4e-3, -4e-3], abs=3e-4)
+    assert not search.best.model.effects
+
+
+def test_one_trial_has_no_zeros_of_its_own():
+    search = begun([measured(motion() + 4e-3, np.random.default_rng(3))])
+    search.run()
+    assert search.best.model.zeros == ()
+    assert search.best.model.effects

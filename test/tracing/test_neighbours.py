@@ -1,0 +1,159 @@
+"""From a model, those are proposed that its scores promise, and that it does not contain already."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cdp_ident.fit.active_effect import ActiveEffect
+from cdp_ident.model.effects.catalogue import known_effects
+from cdp_ident.tracing.neighbours import additions, replacements, richer_forms, simplifications
+from cdp_ident.tracing.odds import unlikelihood
+from scenarios.swings import TIME, fitted, known, measured, motion, recorded, with_effect
+
+DRY = "coulomb_friction.outer"
+
+
+@pytest.fixture(scope="module")
+def with_friction(rubbing):
+    return with_effect(rubbing, DRY, 5e-3)
+
+
+@pytest.fixture(scope="module")
+def with_curve(rubbing):
+    """The model with a curve of no strength, not fitted, and torques missing in both joints."""
+    curve = next(e for e in known_effects() if e.curve and e.joint == "outer" and e.curve.over == "angle" and not e.dry)
+    model = rubbing.model.with_effect(ActiveEffect(curve, bend=0.01))
+    values = np.concatenate([rubbing.values, np.zeros(curve.curve.count)])
+    linear = [
+        swing.linearised(model, values, of) for swing, of in zip(rubbing.recorded.swings, rubbing.states, strict=True)
+    ]
+    return replace(rubbing, model=model, values=values, linear=tuple(linear), is_missing=np.array([True, True]))
+
+
+def test_the_hidden_effect_s_score_is_first_and_so_is_its_model(rubbing):
+    neighbours, scored = additions(rubbing, named_only=True)
+    assert scored[0].active.effect.key == DRY
+    assert neighbours[0].what == (DRY,)
+    assert neighbours[0].model.labels == (DRY,)
+    np.testing.assert_array_equal(neighbours[0].values, [*rubbing.values, *scored[0].values])
+
+
+def test_scores_come_once_for_each_effect_the_best_first(rubbing):
+    _, scored = additions(rubbing, named_only=False)
+    keys = [(score.active.effect.key, score.active.trial) for score in scored]
+    assert len(keys) == len(set(keys))
+    costs = [score.misfit + unlikelihood(score.active, rubbing.recorded) for score in scored]
+    assert costs == sorted(costs)
+
+
+def test_nothing_is_proposed_where_nothing_is_hidden(clean):
+    neighbours, scored = additions(clean, named_only=False)
+    assert neighbours == []
+    assert scored
+
+
+def test_a_curve_has_a_score_only_where_it_may_be_named_a_curve_and_in_a_joint_where_a_torque_is_missing(rubbing):
+    _, named = additions(rubbing, named_only=True)
+    assert not any(score.active.effect.curve for score in named)
+    assert not rubbing.is_missing[0]
+    assert rubbing.is_missing[1]
+    _, any_torque = additions(rubbing, named_only=False)
+    assert {score.active.effect.joint for score in any_torque if score.active.effect.curve} == {"outer"}
+
+
+def test_of_torques_without_a_name_one_is_proposed(rubbing):
+    neighbours, scored = additions(rubbing, named_only=False)
+    assert sum(score.active.effect.curve is not None for score in scored) > 1
+    assert sum(neighbour.model.effects[-1].effect.curve is not None for neighbour in neighbours) <= 1
+
+
+def test_an_effect_that_is_there_is_not_proposed_again_nor_another_form_of_it(with_friction):
+    _, scored = additions(with_friction, named_only=True)
+    assert DRY not in [score.active.effect.key for score in scored]
+
+
+def test_a_curve_over_an_angle_excludes_what_depends_on_its_joint_s_angle_alone(with_curve):
+    _, scored = additions(with_curve, named_only=True)
+    assert not any(score.active.effect.joint == "outer" and score.active.effect.of_angle for score in scored)
+    assert any(score.active.effect.joint == "inner" and score.active.effect.of_angle for score in scored)
+
+
+def test_a_joint_may_have_several_harmonics(rubbing):
+    harmonic = next(e for e in known_effects() if e.harmonic and e.joint == "outer" and e.moves)
+    count = len(ActiveEffect(harmonic).fitted)
+    found = with_effect(rubbing, harmonic.key, *np.full(count, 1e-3))
+    _, scored = additions(found, named_only=True)
+    effects = [score.active.effect for score in scored]
+    others = [e.key for e in effects if (e.name, e.joint) == (harmonic.name, "outer")]
+    assert others
+    assert harmonic.key not in others
+
+
+def test_a_richer_form_begins_with_what_it_contains(with_friction):
+    forms = list(richer_forms(replace(with_friction, is_missing=np.array([False, True]))))
+    assert forms
+    for neighbour in (each for of_effect in forms for begins in of_effect for each in begins):
+        (active,) = neighbour.model.effects
+        assert active.effect.contains == "coulomb_friction"
+        assert active.effect.joint == "outer"
+        np.testing.assert_array_equal(neighbour.values[:5], with_friction.values[:5])
+        values = dict(zip((p.name for p in active.fitted), neighbour.values[5:], strict=True))
+        for own in with_friction.model.effects[0].fitted:
+            if not any(p.name == own.name and p.begins for p in active.fitted):
+                assert values.get(own.name, with_friction.values[5]) == with_friction.values[5]
+        assert neighbour.again
+
+
+def test_a_richer_form_is_not_tried_where_no_torque_is_missing(with_friction):
+    assert not list(richer_forms(replace(with_friction, is_missing=np.zeros(2, dtype=bool))))
+
+
+def test_a_richer_form_that_has_a_score_is_proposed_in_the_place_of_what_it_contains(rubbing):
+    _, scored = additions(with_effect(rubbing, DRY, 5e-3), named_only=True)
+    found = {score.active.effect.key for score in scored}
+    assert any(known(key).contains == "coulomb_friction" for key in found)
+
+
+@pytest.mark.parametrize(("step", "proposed"), [(1e-4, True), (0.1, False)])
+def test_lost_counts_below_an_encoder_s_step_are_not_proposed(step, proposed):
+    trial = measured(motion(), np.random.default_rng(2))
+    slipped = replace(trial, theta=trial.theta + 5e-3 * (TIME > 4.118)[:, None] * [0.0, 1.0])
+    found = fitted(recorded([slipped], steps=1e-4))
+    found = replace(found, recorded=replace(found.recorded, steps=np.full(2, step)))
+    neighbours, _ = additions(found, named_only=True)
+    assert ("encoder_slip.outer" in [neighbour.what[0] for neighbour in neighbours]) == proposed
+
+
+def test_in_the_place_of_an_effect_others_begin_from_the_model_without_it(rubbing):
+    found = with_effect(rubbing, "joint_spring.outer", *np.zeros(len(known("joint_spring.outer").parameters)))
+    rivals = list(replacements(found, 0, rubbing, beside=[], named_only=True))
+    assert rivals[0].what == (DRY,)
+    for rival in rivals:
+        assert "joint_spring.outer" not in rival.model.labels
+        np.testing.assert_array_equal(rival.values[:5], rubbing.values)
+
+
+def test_what_does_as_much_beside_an_effect_does_not_take_its_place(rubbing):
+    found = with_effect(rubbing, "joint_spring.outer", *np.zeros(len(known("joint_spring.outer").parameters)))
+    _, beside = additions(rubbing, named_only=True)
+    assert DRY in [score.active.effect.key for score in beside]
+    assert not list(replacements(found, 0, rubbing, beside, named_only=True))
+
+
+def test_an_instant_takes_the_place_of_nothing(rubbing, with_friction):
+    rivals = replacements(with_friction, 0, rubbing, beside=[], named_only=False)
+    assert not any(active.effect.at_an_instant for rival in rivals for active in rival.model.effects)
+
+
+def test_a_simpler_model_lacks_one_effect_and_keeps_all_other_values(with_friction):
+    found = with_effect(with_friction, "encoder_scale.inner", 1e-4)
+    simpler = {neighbour.what: neighbour for neighbour in simplifications(found, sure=np.inf)}
+    assert set(simpler) == {(DRY,), ("encoder_scale.inner",)}
+    np.testing.assert_array_equal(simpler[(DRY,)].values, found.values[[0, 1, 2, 3, 4, 6]])
+    assert simpler[(DRY,)].model.labels == ("encoder_scale.inner",)
+
+
+def test_an_effect_that_is_sure_is_not_tried_to_be_dropped(with_friction):
+    found = with_effect(with_friction, "encoder_scale.inner", 1e-4)
+    assert [neighbour.what for neighbour in simplifications(found, sure=16.0)] == [("encoder_scale.inner",)]

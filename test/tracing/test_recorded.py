@@ -1,0 +1,107 @@
+"""What is looked at is what is fitted; of long recordings, pieces that are spread evenly."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cdp_ident.fit.data import prepare
+from cdp_ident.fit.roles import PartedTrial
+from cdp_ident.fit.scales import scales_of
+from cdp_ident.tracing.recorded import all_recorded, fitted_recorded, states_of
+from cdp_ident.trial.trial import Trial
+from scenarios.swings import MODEL, TIME, TRUE, UNIT, measured, motion
+
+TRIAL = measured(motion(), np.random.default_rng(0))
+NOISE = np.array([2e-4, 3e-4])
+SCALES = scales_of([TRIAL], 0.4, 9.81, NOISE)
+
+
+def lasting(seconds, trials):
+    return [lambda time: seconds] * trials
+
+
+def long_trial(repeats):
+    """Return a trial of so many times the same motion, as if it went on."""
+    time = np.arange(repeats * len(TIME)) * 0.005
+    return Trial("long", time, np.tile(TRIAL.theta, (repeats, 1)))
+
+
+def data_of(*parted):
+    return prepare(parted, lasting(1.0, len(parted)), SCALES, NOISE)
+
+
+PARTED = replace(TRIAL, breaks=(600, 1000))
+"""Three stretches."""
+WITH_HELD_OUT = data_of(PartedTrial(PARTED, frozenset([1]), TRIAL), PartedTrial(TRIAL, frozenset([0]), TRIAL))
+
+
+def test_held_out_stretches_and_trials_are_not_in_what_is_fitted():
+    of = fitted_recorded(WITH_HELD_OUT, 0.2, np.inf)
+    assert [swing.trial for swing in of.swings] == [0, 0]
+    assert [(swing.begin, len(swing.time)) for swing in of.swings] == [(0.0, 600), (5.0, 600)]
+
+
+def test_they_are_in_all_that_was_measured():
+    of = all_recorded(WITH_HELD_OUT, 0.2)
+    assert [(swing.trial, len(swing.time)) for swing in of.swings] == [(0, len(TIME)), (1, len(TIME))]
+
+
+def test_nodes_are_a_spacing_in_time_units_apart():
+    for spacing in (0.2, 0.5):
+        (first, *_) = fitted_recorded(WITH_HELD_OUT, spacing, np.inf).swings
+        assert first.spacing == pytest.approx(spacing * UNIT, abs=0.5 * SCALES.step)
+
+
+def test_the_noise_of_the_outer_encoder_is_what_theta2_has_more_than_theta1():
+    of = fitted_recorded(WITH_HELD_OUT, 0.2, np.inf)
+    np.testing.assert_allclose(of.encoders, [2e-4, np.sqrt(5.0) * 1e-4])
+    less = replace(WITH_HELD_OUT, noise=np.array([2e-4, 2e-4]))
+    np.testing.assert_allclose(fitted_recorded(less, 0.2, np.inf).encoders, [2e-4, 0.6e-4])
+
+
+def test_what_was_averaged_is_noisier_as_it_was_measured():
+    averaged = replace(WITH_HELD_OUT, trials=tuple(replace_samples(trial, 4) for trial in WITH_HELD_OUT.trials))
+    of = all_recorded(averaged, 0.2)
+    np.testing.assert_allclose(of.encoders, 2.0 * fitted_recorded(WITH_HELD_OUT, 0.2, np.inf).encoders, rtol=1e-3)
+
+
+def replace_samples(trial, together):
+    return Trial(trial.name, trial.time[::together], trial.theta[::together])
+
+
+@pytest.fixture(scope="module")
+def long():
+    return data_of(PartedTrial(long_trial(20), frozenset(), TRIAL), PartedTrial(TRIAL, frozenset([0]), TRIAL))
+
+
+def test_a_long_recording_is_looked_at_in_pieces_spread_evenly(long):
+    enough = 40.0
+    of = fitted_recorded(long, 0.2, enough)
+    begins = np.array([swing.begin for swing in of.swings])
+    durations = np.array([swing.time[-1] for swing in of.swings])
+    assert 0.6 * enough < durations.sum() <= enough
+    assert np.all(np.abs(durations - 40.0 * UNIT) < 0.2 * 40.0 * UNIT)
+    assert np.all(np.diff(begins) > durations[:-1])
+    gaps = np.diff(np.concatenate([[-durations[0]], begins, [160.0]]))
+    assert gaps.max() < 2.5 * 160.0 / len(begins)
+
+
+def test_more_is_looked_at_where_more_is_enough_and_all_of_it_in_one_piece_in_the_end(long):
+    few, more = (fitted_recorded(long, 0.2, enough).swings for enough in (40.0, 80.0))
+    assert {swing.begin for swing in few} < {swing.begin for swing in more}
+    (whole,) = fitted_recorded(long, 0.2, 1000.0).swings
+    assert len(whole.time) == 20 * len(TIME)
+
+
+def test_at_least_one_piece_is_looked_at(long):
+    assert len(fitted_recorded(long, 0.2, 0.1).swings) == 1
+
+
+def test_states_begin_near_the_motion():
+    of = fitted_recorded(WITH_HELD_OUT, 0.2, np.inf)
+    for swing, states in zip(of.swings, states_of(of, MODEL, TRUE, WITH_HELD_OUT.fit), strict=True):
+        at = swing.begin + swing.node_times
+        angles = np.stack([np.interp(at, TIME, angle) for angle in motion().T], axis=1)
+        assert states.shape == (len(swing.grids), 4)
+        np.testing.assert_allclose(states[:, :2], angles, atol=0.2)
