@@ -40,7 +40,21 @@ class _Loader(yaml.SafeLoader):
             raise yaml.MarkedYAMLError(problem=problem, problem_mark=event.start_mark)
         node = super().compose_node(parent, index)
         self._depth -= 1
+        if isinstance(node, yaml.MappingNode):
+            _refuse_a_key_that_stands_twice(node)
         return node
+
+
+def _refuse_a_key_that_stands_twice(mapping: yaml.MappingNode) -> None:
+    """Raise MarkedYAMLError where one key hides another one, of which nothing would be known otherwise."""
+    lines = dict[tuple[str, str], int]()
+    for key, _ in mapping.value:
+        if isinstance(key, yaml.ScalarNode):
+            name, line = (key.tag, key.value), key.start_mark.line + 1
+            if name in lines:
+                problem = f"{key.value!r} stands twice, in line {lines[name]} and in line {line}: keep one"
+                raise yaml.MarkedYAMLError(problem=problem, problem_mark=key.start_mark)
+            lines[name] = line
 
 
 def read_yaml(path: Path) -> Any:

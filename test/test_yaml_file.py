@@ -54,6 +54,25 @@ def test_hostile_text_is_refused_in_one_short_line(tmp_path, text):
     assert str(refused.value).isprintable()
 
 
+@pytest.mark.parametrize(
+    ("text", "lines"),
+    [
+        ("identify: {ros__parameters: {L: 0.3}}\n/identify: {}\nidentify: {ros__parameters: {g: 9.8}}\n", (1, 3)),
+        ("/**:\n  ros__parameters:\n    L: 0.3\n    L: 0.4\n", (3, 4)),
+        ("{a: 1, a: 2}", (1, 1)),
+    ],
+)
+def test_a_key_that_stands_twice_is_refused_with_both_lines(tmp_path, text, lines):
+    (tmp_path / "some.yaml").write_text(text)
+    with pytest.raises(ValueError, match="stands twice, in line {} and in line {}".format(*lines)):
+        read_yaml(tmp_path / "some.yaml")
+
+
+def test_a_key_may_stand_once_in_each_section(tmp_path):
+    (tmp_path / "some.yaml").write_text("a: {L: 1}\nb: {L: 2}\n'1': x\n1: y\n")
+    assert read_yaml(tmp_path / "some.yaml") == {"a": {"L": 1}, "b": {"L": 2}, "1": "x", 1: "y"}
+
+
 @pytest.mark.parametrize("loader", LOADERS)
 @pytest.mark.parametrize("text", [*HOSTILE.values(), *NUMBERS.values()], ids=[*HOSTILE, *NUMBERS])
 def test_every_loader_refuses_it_as_one_error_of_its_own(tmp_path, loader, text):

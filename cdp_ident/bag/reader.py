@@ -16,6 +16,7 @@ from cdp_ident.bag.joint_recording import JointRecording, JointStates, with_devi
 from cdp_ident.bag.joint_state import MESSAGE_TYPE
 from cdp_ident.bag.limits import LARGEST_WINDOW, Budget
 from cdp_ident.bag.mcap_scan import McapScan
+from cdp_ident.bag.metadata import METADATA_FILE, read_information
 from cdp_ident.bag.sqlite_scan import sqlite_messages, sqlite_topics
 from cdp_ident.errors import BagError
 from cdp_ident.outside_text import shown
@@ -32,7 +33,8 @@ def read_joint_states(bag: Path, topic: str) -> JointRecording:
     """Read the JointState messages on a topic of a rosbag2 bag; the bag itself is not changed.
 
     `bag` is a folder or one .mcap or .db3 file, also compressed as a whole (.zstd) or by message. `metadata.yaml` is
-    not needed. Of a file whose recorder was killed every complete chunk is read. The time of a sample is its header's
+    not needed; where it names some of the folder's files, these are read. Of a file whose recorder was killed every
+    complete chunk is read, and of several files those that can be. The time of a sample is its header's
     stamp; where most messages have none, it is the time of receipt. Where the bag has `sensor_msgs/TimeReference`
     messages with the samples' stamps, they are the device's own times.
 
@@ -42,12 +44,17 @@ def read_joint_states(bag: Path, topic: str) -> JointRecording:
     Raises BagError where something cannot be read or the topic holds no JointState.
     """
     asked, topic = topic, f"/{topic.lstrip('/')}"
-    joints, devices, notes, types = JointStates(bag), DeviceMessages(), [], dict[str, str]()
-    files = storage_files(bag)
+    joints, devices, types = JointStates(bag), DeviceMessages(), dict[str, str]()
+    files, notes = _recorded_files(bag)
     budget = Budget(bag, sum(file.stat().st_size for file in files))
     for file in files:
-        with _uncompressed(file, budget) as plain:
-            notes += _read_file(plain, file, topic, joints, devices, types, budget)
+        try:
+            with _uncompressed(file, budget) as plain:
+                notes += _read_file(plain, file, topic, joints, devices, types, budget)
+        except BagError as error:
+            if len(files) == 1:
+                raise
+            notes.append(f"nothing more is read of {file.name}: {error}")
     if types.get(topic) not in _MESSAGE_TYPES:
         suitable = sorted(name for name, message_type in types.items() if message_type in _MESSAGE_TYPES)
         in_namespaces = [name for name in suitable if not asked.startswith("/") and name.endswith(topic)]
@@ -59,13 +66,13 @@ def read_joint_states(bag: Path, topic: str) -> JointRecording:
 
 
 def is_storage_file(name: str) -> bool:
-    """Return whether a file of this name holds messages of a bag."""
-    return name.removesuffix(".zstd").endswith((".mcap", ".db3"))
+    """Return whether a file of this name holds messages of a bag; hidden files are those of other systems."""
+    return name.removesuffix(".zstd").endswith((".mcap", ".db3")) and not name.startswith(".")
 
 
 def storage_files(bag: Path) -> list[Path]:
     """Return the files that hold the bag's messages, in the order in which they were recorded."""
-    if bag.name == "metadata.yaml":
+    if bag.name == METADATA_FILE:
         bag = bag.parent
     try:
         if not bag.exists():
@@ -79,6 +86,33 @@ def storage_files(bag: Path) -> list[Path]:
         raise BagError(f"{bag} is not a rosbag2 bag: it holds no .mcap or .db3 file")
     # rosbag2 counts the files of a bag at the end of their names: _2 comes before _10.
     return sorted(files, key=lambda file: (len(file.name), file.name))
+
+
+def _recorded_files(bag: Path) -> tuple[list[Path], list[str]]:
+    """Return the files of a bag that are read, and what there is to say of others.
+
+    They are those that `metadata.yaml` names. Where it names none that is there, the files were given other names.
+    """
+    files = storage_files(bag)
+    if not bag.is_dir() and bag.name != METADATA_FILE:
+        return files, []
+    information, _ = read_information(bag if bag.is_dir() else bag.parent)
+    paths = information.get("relative_file_paths")
+    named = {Path(path).name for path in paths if isinstance(path, str)} if isinstance(paths, list) else set[str]()
+    # Older recorders name a file as it was before they compressed it.
+    there = {file: {file.name, file.name.removesuffix(".zstd")} & named for file in files}
+    recorded = [file for file in files if there[file]]
+    if not recorded:
+        return files, []
+    missing, others = sorted(named - set().union(*there.values())), [file.name for file in files if not there[file]]
+    notes = []
+    if missing:
+        notes.append(
+            f"not there, though {METADATA_FILE} names it: {shown(', '.join(missing))}; what it held is missing"
+        )
+    if others:
+        notes.append(f"not read, as {METADATA_FILE} does not name it: {shown(', '.join(others))}")
+    return recorded, notes
 
 
 @contextmanager
@@ -157,7 +191,7 @@ def _wrong_topic(bag: Path, topic: str, types: dict[str, str], suitable: list[st
 
 def bag_name(bag: Path) -> str:
     """Return what people call a bag."""
-    if bag.name == "metadata.yaml":
+    if bag.name == METADATA_FILE:
         bag = bag.parent
     if bag.is_dir():
         return shown(bag.resolve().name)

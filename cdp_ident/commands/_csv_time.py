@@ -12,6 +12,8 @@ from cdp_ident.errors import OptionError
 
 Array = npt.NDArray[np.float64]
 
+_COUNTERS, _LIKE_OTHERS = (16, 32), 10.0
+"""Bits of counters of time, and within how many usual steps of one they go on."""
 _LONGEST_STEP = 0.05
 """Steps of a time [s] longer than this show no swing: the unit is another one."""
 
@@ -37,7 +39,7 @@ def times(table: Table, options: argparse.Namespace, known: dict[str, int]) -> t
     if options.time is None and TIME not in known and (FRAME in known or width < 3):
         raise OptionError(f"{table.path} has no times: give --rate, or the column of the times by --time")
     place = table.place(options.time) if options.time else known.get(TIME, 0)
-    time = table.column(place)
+    time, rolls_over = _counted_on(table.column(place))
     steps = np.diff(time[np.isfinite(time)])
     if len(steps) and np.count_nonzero(steps > 0) < len(steps) / 2:
         raise OptionError(
@@ -49,7 +51,22 @@ def times(table: Table, options: argparse.Namespace, known: dict[str, int]) -> t
         unit, how = _time_unit(table, steps, place)
     if unit not in TIME_UNITS:
         raise OptionError(f"{table.path}: times in {unit}? Give --time-unit")
-    return time * TIME_UNITS[unit], counted | {place}, [f"time from {table.name(place)} in {unit}{how}"]
+    return time * TIME_UNITS[unit], counted | {place}, [f"time from {table.name(place)} in {unit}{how}{rolls_over}"]
+
+
+def _counted_on(time: Array) -> tuple[Array, str]:
+    """Return times (n,) counted on where a counter of 16 or 32 bits rolls over, and that it does, in words."""
+    known = np.flatnonzero(np.isfinite(time))
+    steps = np.diff(time[known])
+    usual = np.median(steps[steps > 0.0]) if np.any(steps > 0.0) else 0.0
+    for bits in _COUNTERS:
+        # What is left of a step back, and a whole turn, is a step like others.
+        turns = (steps < 0.0) & (np.abs(steps + 2.0**bits - usual) <= _LIKE_OTHERS * usual)
+        if np.any(turns) and np.all((time[known] >= 0.0) & (time[known] < 2.0**bits)):
+            counted = time.copy()
+            counted[known[1:]] += 2.0**bits * np.cumsum(turns)
+            return counted, f" (a counter of {bits} bits, counted on where it rolls over)"
+    return time, ""
 
 
 def _time_unit(table: Table, steps: Array, place: int) -> tuple[str, str]:

@@ -16,6 +16,7 @@ from cdp_ident.commands._csv_arguments import AS_TYPED, parse
 from cdp_ident.commands._csv_physics import check_film, what_the_motion_says
 from cdp_ident.commands._csv_recording import Recording, recording_of
 from cdp_ident.errors import BagError, OptionError, TrialError
+from cdp_ident.trial.cleaning import elapsed
 from cdp_ident.trial.find import find_trial
 from cdp_ident.trial.joints import model_angles
 
@@ -45,7 +46,7 @@ def main(arguments: list[str]) -> int:
     print(*recording.notes, sep="\n", end="\n" if recording.notes else "")
     said = _checked(recording, options)
     _write(recording, stamps, options, arguments)
-    duration = (stamps[-1] - stamps[0]) / NANOSECONDS
+    duration = elapsed(np.array(stamps))[-1]
     print(f"{options.out}: {len(stamps)} samples over {duration:.3f} s on /{options.topic.lstrip('/')}")
     print(*said, sep="\n")
     return 0

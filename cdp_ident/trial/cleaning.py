@@ -21,7 +21,9 @@ class Cleaned:
     """The samples of a recording, outliers marked."""
 
     samples: Samples
-    """At strictly increasing times, except where the clock was set back."""
+    """At strictly increasing stamps, except where the clock was set back."""
+    time: Array
+    """(n,) since the recording's first sample [s]; where the clock was set back, it stands still for one sample."""
     outlier: Mask
     """(n,) which are outliers of a joint, and to be left out."""
     notes: tuple[str, ...]
@@ -38,7 +40,7 @@ class Piece:
     """A stretch of samples without a gap in which full turns could be lost."""
 
     time: Array
-    """(n,) time since the origin [s], strictly increasing."""
+    """(n,) time since the recording's first sample [s], strictly increasing."""
     angles: Array
     """(n, 2) continuous angles of the inner and outer joint as recorded [rad]."""
     cart: Array | None
@@ -47,8 +49,8 @@ class Piece:
     """(k,) times between these at which outliers were left out [s]."""
 
 
-def clean(samples: Samples) -> Cleaned:
-    """Drop repeated and late samples, and find the outliers.
+def clean(samples: Samples, start: float = 0.0, stop: float = np.inf) -> Cleaned:
+    """Drop repeated and late samples, take those from `start` to `stop` [s] after the first, and find the outliers.
 
     An outlier of one joint makes the whole sample one: it is left out, as if its frame had been lost, before angles are
     unwrapped, as turns would be counted by it.
@@ -59,22 +61,27 @@ def clean(samples: Samples) -> Cleaned:
         notes.append(f"{duplicates} samples with a stamp that was there already are dropped")
     if backwards:
         notes.append(f"{backwards} samples with a stamp earlier than the one before are dropped")
-    kept = samples[keep]
-    time = np.asarray(kept.stamps - kept.stamps[0], dtype=float) * 1e-9
-    found = [outliers(time, angle, TURN) for angle in kept.angles.T]
-    return Cleaned(kept, np.logical_or(*found), tuple(notes))
+    time = elapsed(samples.stamps[keep])
+    chosen = (time >= start) & (time <= stop)
+    kept, time = samples[keep[chosen]], time[chosen]
+    found = [outliers(time - time[0], angle, TURN) for angle in kept.angles.T] if len(time) else [chosen, chosen]
+    return Cleaned(kept, time, np.logical_or(*found), tuple(notes))
 
 
-def cut_at_gaps(cleaned: Cleaned, longest_gap: float, origin: int) -> tuple[list[Piece], list[str]]:
+def elapsed(stamps: Indices) -> Array:
+    """Return how long after the first of some stamps each of them was [s], as if no clock had been set back."""
+    set_back = np.concatenate([[0], np.minimum(np.diff(stamps), 0)])
+    # Differences of the integers first: a float of seconds since 1970 does not resolve nanoseconds.
+    return np.asarray(stamps - stamps[0] - np.cumsum(set_back), dtype=float) * 1e-9
+
+
+def cut_at_gaps(cleaned: Cleaned, longest_gap: float) -> tuple[list[Piece], list[str]]:
     """Part a recording at gaps longer than `longest_gap` [s], leave out its outliers, and unwrap the angles.
 
-    `origin` is the stamp that times are counted from [ns since the epoch]. Returns the pieces in the order of the
-    recording, and what was found in words.
+    Returns the pieces in the order of the recording, and what was found in words.
     """
     notes = []
-    samples = cleaned.samples
-    # Differences of the integers first: a float of seconds since 1970 does not resolve nanoseconds.
-    times = np.asarray(samples.stamps - origin, dtype=float) * 1e-9
+    samples, times = cleaned.samples, cleaned.time
     kept = np.flatnonzero(~cleaned.outlier)
     time = times[kept]
     gaps = np.diff(time)
@@ -88,9 +95,10 @@ def cut_at_gaps(cleaned: Cleaned, longest_gap: float, origin: int) -> tuple[list
         notes.append(f"a gap of {gaps[at - 1]:.3f} s at {time[at - 1]:.3f} s parts the recording")
     if len(long) > 3:
         notes.append(f"{len(long) - 3} more gaps longer than {longest_gap:.3g} s part it too")
+    set_back = -1e-9 * np.diff(samples.stamps[kept])
     for at in steps[:3]:
         notes.append(
-            f"the clock was set back by {-gaps[at - 1]:.3f} s at {time[at - 1]:.3f} s, which parts the recording"
+            f"the clock was set back by {set_back[at - 1]:.3f} s at {time[at - 1]:.3f} s, which parts the recording"
         )
     pieces = []
     for chosen in np.split(kept, np.unique(np.concatenate([long, steps]))):

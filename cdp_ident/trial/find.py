@@ -91,15 +91,20 @@ def _motions(
     samples: Samples, options: TrialOptions, wording: Wording = KEYS
 ) -> tuple[list[Piece], tuple[Motion, ...], tuple[Mask, ...], list[str]]:
     """Return the pieces that are long enough, the motion of each, which windows show it, and what was dropped."""
-    cleaned = clean(_between(samples, options, wording))
-    taken = cleaned.measurements
-    scales = Scales.of((taken.stamps - taken.stamps[0]) * 1e-9, model_angles(taken.angles, options))
+    cleaned = clean(samples, options.start, options.stop)
+    if not len(cleaned.time):
+        raise TrialError(
+            f"no sample lies between {wording.name('start')} {options.start} s and {wording.name('stop')} "
+            f"{options.stop} s: the recording has {clean(samples).time[-1]:.2f} s"
+        )
+    taken, time = cleaned.measurements, cleaned.time[~cleaned.outlier]
+    scales = Scales.of(time - time[0], model_angles(taken.angles, options))
     longest_gap, shortest = options.longest_gap or scales.longest_gap, options.shortest or scales.shortest
-    pieces, gaps = cut_at_gaps(cleaned, longest_gap, samples.stamps[0])
+    pieces, gaps = cut_at_gaps(cleaned, longest_gap)
     notes = [*cleaned.notes, *gaps]
     pieces = [piece for piece in pieces if _is_long_enough(piece, shortest, scales)]
     if not pieces:
-        length = (taken.stamps[-1] - taken.stamps[0]) * 1e-9
+        length = time[-1] - time[0]
         rules = f"at least {_FEWEST_SAMPLES / scales.unit:.0f} samples a second and no gap over {longest_gap:.3g} s"
         raise TrialError(
             f"{len(taken.stamps)} samples over {length:.2f} s hold no stretch of {shortest:.3g} s with {rules}; "
@@ -120,18 +125,6 @@ def rough_gravity(samples: Samples, options: TrialOptions) -> float | None:
     _, motions, moving, _ = _motions(samples, options)
     balance = balance_of(motions, moving, options)
     return gravity_direction(joined_windows(list(balance.windows)), np.concatenate(moving)) if balance else None
-
-
-def _between(samples: Samples, options: TrialOptions, wording: Wording) -> Samples:
-    """Return the samples from `start` to `stop` after the first."""
-    time = (samples.stamps - samples.stamps[0]) * 1e-9
-    chosen = (time >= options.start) & (time <= options.stop)
-    if not np.any(chosen):
-        raise TrialError(
-            f"no sample lies between {wording.name('start')} {options.start} s and {wording.name('stop')} "
-            f"{options.stop} s: the recording has {time[-1]:.2f} s"
-        )
-    return samples[chosen]
 
 
 def _is_long_enough(piece: Piece, shortest: float, scales: Scales) -> bool:

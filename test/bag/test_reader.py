@@ -3,6 +3,7 @@
 import os
 import sqlite3
 import struct
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -330,11 +331,71 @@ def test_what_is_no_file_is_refused(tmp_path, name):
         read_joint_states(tmp_path / name, "joint_states")
 
 
-def test_a_bag_with_a_pipe_among_its_files_is_refused(tmp_path):
-    fill(tmp_path / "swing")
-    os.mkfifo(tmp_path / "swing" / "swing_1.mcap")
-    with pytest.raises(BagError, match="not a regular file"):
+def split(folder, bad, place):
+    """Write a bag of three files, one of which holds something else."""
+    folder.mkdir()
+    for k, (first, last) in enumerate(((0, 30), (30, 60), (60, len(STAMPS)))):
+        fill(folder / f"part{k}", STAMPS[first:last], POSITIONS[first:last])
+        (folder / f"part{k}" / f"part{k}_0.mcap").rename(folder / f"swing_{k}.mcap")
+    (folder / f"swing_{place}.mcap").unlink()
+    bad(folder / f"swing_{place}.mcap")
+    return folder
+
+
+@pytest.mark.parametrize("place", [0, 1, 2])
+@pytest.mark.parametrize(
+    "bad",
+    [
+        Path.touch,
+        lambda path: path.write_bytes(b"\x00" * 100),
+        lambda path: path.write_bytes(b"SQLite format 3\0?"),
+        os.mkfifo,
+    ],
+    ids=["empty", "zeros", "broken", "pipe"],
+)
+def test_of_a_split_bag_with_a_bad_file_the_others_are_read_and_it_is_told(tmp_path, bad, place):
+    recording = read_joint_states(split(tmp_path / "swing", bad, place), "joint_states")
+    kept = np.ones(len(STAMPS), dtype=bool)
+    kept[[slice(0, 30), slice(30, 60), slice(60, None)][place]] = False
+    assert np.array_equal(recording.stamps, np.array(STAMPS)[kept])
+    assert np.array_equal(recording.positions, POSITIONS[kept])
+    (note,) = recording.notes
+    assert note.startswith(f"nothing more is read of swing_{place}.mcap")
+
+
+def test_a_split_bag_of_bad_files_alone_is_refused_and_says_why(tmp_path):
+    (tmp_path / "swing").mkdir()
+    for k in range(2):
+        (tmp_path / "swing" / f"swing_{k}.mcap").touch()
+    with pytest.raises(BagError, match=r"nothing more is read of swing_0\.mcap.*empty"):
         read_joint_states(tmp_path / "swing", "joint_states")
+
+
+def test_hidden_files_of_other_systems_are_no_part_of_a_bag(tmp_path):
+    fill(tmp_path / "swing")
+    (tmp_path / "swing" / "._swing_0.mcap").write_bytes(b"\x00\x05\x16\x07\x00\x02\x00\x00Mac OS X")
+    expect_all(read_joint_states(tmp_path / "swing", "joint_states"))
+
+
+def test_files_that_the_metadata_do_not_name_are_not_read_and_those_that_are_not_there_are_told(tmp_path):
+    bag = tmp_path / "swing"
+    fill(bag, STAMPS[:30], POSITIONS[:30])
+    fill(tmp_path / "other", STAMPS[30:], POSITIONS[30:])
+    (tmp_path / "other" / "other_0.mcap").rename(bag / "other_0.mcap")
+    names = "relative_file_paths: [swing_0.mcap, swing_1.mcap]"
+    (bag / "metadata.yaml").write_text(f"rosbag2_bagfile_information: {{{names}}}")
+    recording = read_joint_states(bag, "joint_states")
+    assert np.array_equal(recording.stamps, STAMPS[:30])
+    missing, unnamed = recording.notes
+    assert "swing_1.mcap" in missing
+    assert "other_0.mcap" in unnamed
+
+
+def test_metadata_that_name_no_file_that_is_there_are_of_a_bag_whose_files_were_renamed(tmp_path):
+    fill(tmp_path / "swing")
+    names = "relative_file_paths: [before_0.mcap]"
+    (tmp_path / "swing" / "metadata.yaml").write_text(f"rosbag2_bagfile_information: {{{names}}}")
+    expect_all(read_joint_states(tmp_path / "swing", "joint_states"))
 
 
 def test_names_of_topics_are_shown_without_what_commands_a_terminal(tmp_path):

@@ -200,6 +200,24 @@ def test_rows_are_chosen_by_time_and_number(convert):
     assert np.array_equal(np.unique(np.diff(stamps)), [20_000_000])
 
 
+@pytest.mark.parametrize(("bits", "unit", "per_second"), [(32, "us", 1e6), (16, "ms", 1e3)])
+def test_a_counter_of_time_that_rolls_over_is_counted_on(convert, capsys, bits, unit, per_second):
+    counts = np.mod(np.round(TIME * per_second) + 2**bits - round(1.5 * per_second), 2**bits)
+    _, stamps, _ = convert([counts, RELATIVE], "--time-unit", unit)
+    assert np.allclose(stamps - stamps[0], 1e9 * TIME, atol=1e9 / per_second)
+    said = capsys.readouterr().out
+    assert f"a counter of {bits} bits, counted on where it rolls over" in said
+    assert f"{len(TIME)} samples over {TIME[-1]:.3f} s" in said
+
+
+def test_a_clock_that_was_set_back_parts_a_file_and_its_duration_is_what_has_passed(convert, capsys):
+    _, stamps, _ = convert([TIME - 1000.0 * (TIME > 1.0) + 2000.0, RELATIVE])
+    assert len(stamps) == len(TIME)
+    said = capsys.readouterr().out
+    assert f"{len(TIME)} samples over {TIME[-1] - 0.005:.3f} s" in said
+    assert "the clock was set back by 999.995 s" in said
+
+
 def test_the_start_may_be_given_as_a_date(convert):
     _, stamps, _ = convert([TIME, RELATIVE], "--start-stamp", "2024-05-31T12:00:00.25Z")
     assert stamps[0] == 1_717_156_800_250_000_000

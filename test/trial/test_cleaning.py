@@ -14,7 +14,7 @@ def cleaned(milliseconds, longest_gap=0.1):
     stamps = ORIGIN + np.array(milliseconds, dtype=np.int64) * MS
     number = np.arange(len(stamps), dtype=float)
     cleaned = clean(Samples(stamps, np.column_stack([number, number]) * 1e-3, number))
-    pieces, gaps = cut_at_gaps(cleaned, longest_gap, ORIGIN)
+    pieces, gaps = cut_at_gaps(cleaned, longest_gap)
     notes = "; ".join([*cleaned.notes, *gaps])
     return [piece.cart.astype(int).tolist() for piece in pieces], [piece.time for piece in pieces], notes
 
@@ -41,8 +41,18 @@ def test_a_late_sample_is_dropped():
 def test_a_clock_that_is_set_back_parts_the_recording_and_loses_nothing():
     pieces, times, notes = cleaned([1000, 1005, 1010, *range(500, 540, 5)])
     assert pieces == [[0, 1, 2], list(range(3, 11))]
-    assert times[1][0] == pytest.approx(0.5)
-    assert "set back by 0.510 s" in notes
+    assert times[1][0] == pytest.approx(0.01)
+    assert "set back by 0.510 s at 0.010 s" in notes
+
+
+@pytest.mark.parametrize("back", [300, 100_000])
+def test_time_is_counted_on_where_the_clock_was_set_back_by_less_or_more_than_has_passed(back):
+    stamps = ORIGIN + MS * np.concatenate([np.arange(0, 1000, 5), np.arange(1000, 2000, 5) - back])
+    samples = Samples(stamps, np.zeros((len(stamps), 2)), np.arange(len(stamps), dtype=float))
+    found = clean(samples, start=0.2, stop=1.5)
+    pieces, _ = cut_at_gaps(found, 0.1)
+    assert [(piece.cart[0], piece.cart[-1]) for piece in pieces] == [(40, 199), (200, 301)]
+    assert found.time[-1] == pytest.approx(1.5)
 
 
 def test_one_stamp_far_in_the_future_does_not_cost_what_follows():
@@ -60,13 +70,13 @@ def test_long_gaps_part_the_recording_and_short_ones_are_told():
 @given(st.lists(st.integers(0, 10**12), min_size=1, max_size=80))
 def test_whatever_the_stamps_times_increase_and_every_sample_is_used_at_most_once(stamps):
     samples = Samples(np.array(stamps), np.zeros((len(stamps), 2)), np.arange(len(stamps), dtype=float))
-    pieces, _ = cut_at_gaps(clean(samples), 0.1, stamps[0])
+    pieces, _ = cut_at_gaps(clean(samples), 0.1)
     used = np.concatenate([piece.cart for piece in pieces])
     assert np.all(np.diff(used) > 0)
     for piece in pieces:
         assert np.all(np.diff(piece.time) > 0)
         assert np.all(np.diff(piece.time) <= 0.1 + 1e-9)
-        assert np.allclose(piece.time, (np.array(stamps)[piece.cart.astype(int)] - stamps[0]) * 1e-9)
+        assert np.allclose(np.diff(piece.time), np.diff(np.array(stamps)[piece.cart.astype(int)]) * 1e-9)
 
 
 @given(st.integers(-40, 40), st.floats(-12, 12))
@@ -74,7 +84,7 @@ def test_angles_wrapped_anywhere_become_continuous(turns, speed):
     time = np.arange(200) * 5 * MS
     angle = speed * np.arange(200) * 0.005
     wrapped = np.mod(angle + turns, 2 * np.pi)
-    pieces, _ = cut_at_gaps(clean(Samples(ORIGIN + time, np.column_stack([wrapped, wrapped]), None)), 0.1, ORIGIN)
+    pieces, _ = cut_at_gaps(clean(Samples(ORIGIN + time, np.column_stack([wrapped, wrapped]), None)), 0.1)
     assert np.allclose(np.diff(pieces[0].angles[:, 0]), np.diff(angle), atol=1e-9)
 
 
@@ -85,7 +95,7 @@ def test_a_spike_of_any_size_is_left_out_and_adds_no_turn(at, joint, size, speed
     angles = np.column_stack([speed * np.arange(200) * 0.005, np.sin(np.arange(200) * 0.02)])
     spiked = angles.copy()
     spiked[at, joint] += size
-    (piece,), notes = cut_at_gaps(clean(Samples(ORIGIN + time, spiked, None)), 0.1, ORIGIN)
+    (piece,), notes = cut_at_gaps(clean(Samples(ORIGIN + time, spiked, None)), 0.1)
     rest = np.delete(angles, at, axis=0) if len(piece.time) == 199 else angles
     # At the ends there are neighbours on one side only.
     seen_from = 0.07 if 5 <= at < 195 else 0.3
