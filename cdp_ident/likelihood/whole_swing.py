@@ -59,7 +59,7 @@ _FREE = 0.05
 """A torque whose impulses have fewer degrees of freedom changes nothing: its size need not be known better."""
 _SHOWN = 10.0
 """A torque is missing where the misfit would be larger by this without it: odds of 150 against chance."""
-_LARGER = 1.2
+LARGER = 1.2
 """Encoders' noise that is so many times what readings that follow one another show is not noise alone."""
 _TELLING = 0.05
 """Residuals tell of the noise's memory where estimates took less than this share of their degrees of freedom."""
@@ -134,7 +134,7 @@ class WholeSwings:
     @property
     def leaves_more(self) -> npt.NDArray[np.bool_]:
         """(2,) whether more than the encoders' noise remains: missing torque, or what noise is larger for."""
-        return np.asarray(self.is_missing | (self.noise.encoders > _LARGER * self.recorded.encoders))
+        return np.asarray(self.is_missing | (self.noise.encoders > LARGER * self.recorded.encoders))
 
     @property
     def torque(self) -> Array:

@@ -131,16 +131,19 @@ class ModelSearch:
         origin: WholeSwings,
         neighbours: Sequence[tuple[Neighbour, WholeSwings | None]],
         action: str,
-        of_an_effect: bool = True,
+        must_explain: bool = True,
     ) -> bool:
-        """Fit neighbours, and go on from the most probable model; return whether that is another one."""
+        """Fit neighbours, and go on from the most probable model; return whether that is another one.
+
+        What is no effect of its own, zeros and richer forms, need not leave less of a missing torque.
+        """
         tried = self._fit_all(origin, neighbours)
         if not tried:
             return False
         best, what = min(tried, key=lambda pair: self.cost(pair[0]))
         best = self._at_another_maximum(best)
         before, better = self.best, self.cost(best) < self.cost(self.best)
-        better = better and (_explains(before, best) or not of_an_effect)
+        better = better and (_explains(before, best) or not must_explain)
         if better:
             self.best = best
             action = f"{action} {' and '.join(what)}"
@@ -185,7 +188,9 @@ class ModelSearch:
         if len(trials) < 2 or model.zeros or not shows:
             return False
         with_zeros, values = model.with_zeros(self.best.values, sorted(trials))
-        return self._move(self.best, [(Neighbour(with_zeros, values, ("zeros of each trial",)), None)], "added", False)
+        return self._move(
+            self.best, [(Neighbour(with_zeros, values, ("zeros of each trial",)), None)], "added", must_explain=False
+        )
 
     def _spell_out(self, before: WholeSwings) -> None:
         """Try effects that have a name in the place of a torque that has none, and richer forms of those that are."""
@@ -215,12 +220,12 @@ class ModelSearch:
         """Try richer forms of effects in whose joints torques are missing."""
         for forms in richer_forms(self.best):
             before = self.best
-            if self._move(before, [(begins[0], None) for begins in forms], "added", of_an_effect=False):
+            if self._move(before, [(begins[0], None) for begins in forms], "added", must_explain=False):
                 return True
             least = before.misfit + _HOPELESS
             reached = [(begins, self.fitted.get(_key(begins[0].model))) for begins in forms]
             others = [(other, None) for begins, of in reached if of and of.misfit < least for other in begins[1:]]
-            if self._move(before, others, "added", of_an_effect=False):
+            if self._move(before, others, "added", must_explain=False):
                 return True
         return False
 

@@ -122,7 +122,9 @@ def trace(
         except (IdentificationError, np.linalg.LinAlgError) as error:
             failures.append(f"effects were not looked for: {error}")
     # Held-out motion judges from here on, when everything is decided.
-    before, after = _final_models(found.fit, _over_windows(found.fit, selection), data)
+    before, after = _final_models(
+        found.fit, _over_windows(found.fit, selection.after) if selection else found.fit, data
+    )
     try:
         refuse_a_failed_fit([after.fit, after.holdout], data.noise_level)
     except FitFailedError as error:
@@ -134,7 +136,7 @@ def trace(
         keys = tuple(active.effect.key for active in selection.after.model.effects)
         withdrawn, after = Withdrawn(keys, after.holdout.rmse()), before
         selection = withdrawn_from(selection, found.options.named_effects_only)
-    without = [_holdout_error(after, other) for other in selection.without] if selection else []
+    without = [_holdout_error(after, found.fit, other) for other in selection.without] if selection else []
     errors = _errors(found, before, after)
     in_doubt = effects_in_doubt(selection.scores) if selection else ()
     # It has judged: from now on it tells of the values, too.
@@ -164,14 +166,14 @@ def trace(
     )
 
 
-def _over_windows(fit: Fit, selection: Selection | None) -> Fit:
-    """Return the chosen model fitted over the windows of a fit of the paper's model, as that was.
+def _over_windows(fit: Fit, found: WholeSwings) -> Fit:
+    """Return a model with effects fitted over the windows of a fit of the paper's model, as that was.
 
     Curves and what happens at an instant keep their values: windows alone do not determine them.
     """
-    if selection is None or not selection.after.model.effects:
+    model, values = found.model, found.values
+    if not model.effects:
         return fit
-    model, values = selection.after.model, selection.after.values
     held = [
         place
         for index, active in enumerate(model.effects)
@@ -200,15 +202,18 @@ def _final_models(before: Fit, after: Fit, data: Data) -> tuple[FinalModel, Fina
     return first, first if after is before else first.like_this(after)
 
 
-def _holdout_error(like: FinalModel, other: WholeSwings | None) -> float:
-    """Return the error of another model over what was held out [rad]; not a number where it cannot be computed."""
+def _holdout_error(like: FinalModel, fit: Fit, other: WholeSwings | None) -> float:
+    """Return the error of another model, fitted over windows as the final one was, over what was held out [rad].
+
+    Not a number where it cannot be computed.
+    """
     if other is None:
         return float("nan")
     try:
-        fit = fit_initial_states_near(other.model, other.values, like.holdout.windows, np.inf)
+        values = _over_windows(fit, other).values
+        return fit_initial_states_near(other.model, values, like.holdout.windows, np.inf).rmse()
     except (IdentificationError, np.linalg.LinAlgError):
         return float("nan")
-    return fit.rmse()
 
 
 def _errors(found: Identification, before: FinalModel, after: FinalModel) -> Mapping[Stage, ErrorsByRole]:

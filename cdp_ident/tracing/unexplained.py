@@ -6,15 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.likelihood.whole_swing import NEAR, WholeSwings
+from cdp_ident.likelihood.whole_swing import LARGER, NEAR, WholeSwings
 from cdp_ident.model.effects.effect import JOINTS, Joint
 from cdp_ident.tracing.final_model import FinalModel
 from cdp_ident.tracing.missing_torque import MissingTorque
 
 Array = npt.NDArray[np.float64]
 
-_ABOVE_NOISE = 1.2
-"""From a scatter of so many times the noise on, more than noise remains."""
 _BINS, _FEWEST_IN_BIN = 16, 20
 
 
@@ -47,7 +45,7 @@ def unexplained(final: FinalModel, whole: WholeSwings | None, noise: Array, iner
     times = final.holdout.rmse() / float(np.sqrt(np.mean(noise**2)))
     if whole is None:
         worst = int(np.argmax(errors / noise))
-        more = bool(np.any(errors > _ABOVE_NOISE * noise))
+        more = bool(np.any(errors > LARGER * noise))
         return Unexplained(more, JOINTS[worst], times, np.zeros(2), "what remains could not be examined")
     over_noise = errors / _with_memory(noise, whole)
     worst = int(np.argmax(over_noise))
@@ -55,7 +53,7 @@ def unexplained(final: FinalModel, whole: WholeSwings | None, noise: Array, iner
     torque = inertia * np.sqrt(np.mean(missing.torque**2 + missing.std**2, axis=0))
     joints = np.flatnonzero(whole.is_missing)
     said = " and ".join(f"{1e3 * torque[k]:.2g} mN m in the {JOINTS[k]} joint" for k in joints)
-    if not np.any(over_noise > _ABOVE_NOISE):
+    if not np.any(over_noise > LARGER):
         memory = whole.noise.memory
         words = ["nothing but the encoders' noise"]
         if memory.max() > 0.0:

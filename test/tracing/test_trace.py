@@ -81,8 +81,7 @@ def test_the_chosen_model_is_fitted_over_windows_as_the_paper_s_is_but_for_curve
     curve = next(effect for effect in known_effects() if effect.curve)
     model = fit.model.with_effect(ActiveEffect(curve))
     values = np.concatenate([fit.values * 1.01, np.full(curve.curve.count, 1e-9)])
-    selection = SimpleNamespace(after=SimpleNamespace(model=model, values=values))
-    found = tracing._over_windows(fit, selection).values
+    found = tracing._over_windows(fit, SimpleNamespace(model=model, values=values)).values
     np.testing.assert_array_equal(found[len(fit.values) :], values[len(fit.values) :])
     np.testing.assert_allclose(found[: len(fit.values)], fit.values, rtol=1e-3)
 
