@@ -14,6 +14,10 @@ class OptionError(CdpIdentError):
     """An option, a parameter or a configuration file does not say something usable."""
 
 
+class NoSectionError(OptionError):
+    """A parameter file has nothing for this node: it may be meant for others."""
+
+
 class BagError(CdpIdentError):
     """A bag or a file to be made into one cannot be read or written."""
 

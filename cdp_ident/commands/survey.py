@@ -8,7 +8,7 @@ from rich.console import Console
 from rich.progress import Progress
 
 from cdp_ident.command_line import ArgumentParser, entry_point
-from cdp_ident.configuration.settings import Settings
+from cdp_ident.configuration.settings import Settings, without_results
 from cdp_ident.errors import FitFailedError, OptionError, ReportError
 from cdp_ident.machine.parallel import core_count
 from cdp_ident.outside_text import shown
@@ -56,7 +56,9 @@ def main(arguments: list[str]) -> int:
         raise OptionError("--workers are on this machine, --scheduler has its own: give one of the two")
     if options.workers is not None and options.workers < 1:
         raise OptionError(f"--workers is {options.workers}: expected 1 or more")
-    given = read_configuration(options.config)
+    given, passed_over = without_results(read_configuration(options.config))
+    if passed_over:
+        print(passed_over)
     settings = Settings.of(given)
     check_folder(options.out, force=True)
     planned = plan(options.folders, options.out, options.by, given, options.force)

@@ -92,6 +92,11 @@ def describes_model(name: str) -> bool:
     return name in _NAMES or name.startswith(EFFECT_PREFIX)
 
 
+def is_shown(name: str) -> bool:
+    """Return whether `fitted_parameters` has a parameter of this name, or one may be given in its place."""
+    return describes_model(name) or name.startswith(ABOUT_THE_FIT)
+
+
 def follows_from_physical_values(name: str) -> bool:
     """Return whether a parameter of this name is another one for other physical values."""
     return name == INERTIA.symbol or name.startswith(GROUP_PREFIX)
@@ -184,9 +189,7 @@ def fitted_model(given: Mapping[str, Any], where: str) -> FittedModel:
     Raises:
         OptionError: a name is unknown (the message gives the nearest known one), or a value is missing or not possible.
     """
-    refuse_unknown(
-        (n for n in given if not describes_model(n) and not n.startswith(ABOUT_THE_FIT)), _NAMES, f"name in {where}"
-    )
+    refuse_unknown((name for name in given if not is_shown(name)), _NAMES, f"name in {where}")
     if missing := [symbol for symbol in NOMINAL if symbol not in given]:
         raise OptionError(f"{where} lacks {', '.join(missing)}; all of {', '.join(NOMINAL)} are needed")
     physical = {symbol: number(given[symbol], f"{where}: {symbol}", 0.0, LARGEST) for symbol in NOMINAL}

@@ -7,6 +7,8 @@
         L: 0.4
         nominal: {m1: 0.1}
         nominal.m2: 0.1  # nested or dotted
+
+What `ros2 param dump` writes is such a file, with ROS's own parameters among the names (`is_of_ros`).
 """
 
 import re
@@ -16,13 +18,21 @@ from typing import Any, NamedTuple
 
 import yaml
 
-from cdp_ident.errors import OptionError
+from cdp_ident.errors import NoSectionError, OptionError
 from cdp_ident.outside_text import shown
 from cdp_ident.user_input import quoted
 from cdp_ident.yaml_file import read_yaml
 
 _ROOT = "ros__parameters"
 _DEEPEST = 8
+QOS_OVERRIDES = "qos_overrides."
+"""What the names of the parameters begin with by which ROS lets a user choose a topic's quality of service."""
+_OF_ROS = ("use_sim_time", "start_type_description_service")
+
+
+def is_of_ros(name: str) -> bool:
+    """Return whether ROS itself declares a parameter of this name in every node."""
+    return name in _OF_ROS or name.startswith(QOS_OVERRIDES)
 
 
 class ParameterFile(NamedTuple):
@@ -34,8 +44,9 @@ class ParameterFile(NamedTuple):
     """Below keys such as `/**`: it may be meant for other nodes."""
 
     def taken(self, knows: Callable[[str], bool] = lambda name: True) -> dict[str, Any]:
-        """Return what the node takes: everything that names it, and before that what it knows of the rest."""
-        return {name: value for name, value in self.for_any.items() if knows(name)} | self.own
+        """Return what the node takes: all that names it, and before that what it knows of the rest; none of ROS's."""
+        taken = {name: value for name, value in self.for_any.items() if knows(name)} | self.own
+        return {name: value for name, value in taken.items() if not is_of_ros(name)}
 
 
 def read_parameter_file(path: Path, node: str) -> ParameterFile:
@@ -45,7 +56,8 @@ def read_parameter_file(path: Path, node: str) -> ParameterFile:
     nested.
 
     Raises:
-        OptionError: the file cannot be read, is not YAML, or none of its keys is for the node.
+        NoSectionError: none of its keys is for the node.
+        OptionError: the file cannot be read, or is not YAML.
     """
     try:
         content = read_yaml(path)
@@ -57,7 +69,7 @@ def read_parameter_file(path: Path, node: str) -> ParameterFile:
     sections = list(_sections(content, "")) if isinstance(content, dict) else []
     if not any(_matches(key, full) for key, _ in sections):
         keys = shown(", ".join(key for key, _ in sections)) or "none"
-        raise OptionError(
+        raise NoSectionError(
             f"{path} says nothing to {full}: expected a ROS parameter file with a key for it, such as "
             f"'/**/{full.rpartition('/')[2]}: {{{_ROOT}: …}}'; its keys are {shown(keys)}"
         )

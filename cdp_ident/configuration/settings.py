@@ -6,7 +6,8 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from cdp_ident.configuration.keys import KEYS, WEIGHTS, Key, Scalar, weight_name
+from cdp_ident.configuration.fitted_model import is_shown
+from cdp_ident.configuration.keys import KEYS, WEIGHTS, Key, Scalar, is_key, weight_name
 from cdp_ident.errors import OptionError
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.prior import Prior
@@ -95,6 +96,22 @@ class Settings:
                 given = settings_of([weight]) if weight else {f"{ADDED}.{rod}": list(NOTHING)}
                 values |= {f"{WEIGHTS}{bag}.{name}": value for name, value in given.items()}
         return values
+
+
+def is_result(name: str) -> bool:
+    """Return whether a parameter of this name is one that `identify` shows with its result, and no setting of it."""
+    return is_shown(name) and not is_key(name)
+
+
+def without_results(given: Mapping[str, Any]) -> tuple[dict[str, Any], str]:
+    """Return the settings among what is given, and a line about results that are passed over; empty for none.
+
+    `ros2 param dump` writes what `identify` found beside its settings: given back, it is no setting.
+    """
+    results = [name for name in given if is_result(name)]
+    named = f"{', '.join(map(shown, results[:3]))}{' …' if len(results) > 3 else ''}"
+    line = f"{named}: results of an earlier identification, passed over (estimates are nominal.m1 and so on)"
+    return {name: value for name, value in given.items() if not is_result(name)}, line if results else ""
 
 
 def given_for(given: Mapping[str, Any], bags: Collection[str]) -> dict[str, Any]:

@@ -10,7 +10,7 @@ from std_srvs.srv import Trigger
 from cdp_ident.command_line import EXIT_INTERRUPTED
 from cdp_ident.configuration.fitted_model import fitted_parameters
 from cdp_ident.configuration.keys import Scalar, description_of, is_key
-from cdp_ident.configuration.settings import Settings
+from cdp_ident.configuration.settings import Settings, is_result
 from cdp_ident.errors import CdpIdentError
 from cdp_ident.outside_text import shown, utf_8
 from cdp_ident.pipeline.identifier import NODE_NAME, Identifier
@@ -42,6 +42,7 @@ class IdentifyNode:
         loaded = None if waits_for else identifier.load(self._given)
         self._shown: set[str] = set()
         self._show(loaded.job.settings if loaded else identifier.settings(self._given), None)
+        parameters.will_show(is_result)
         parameters.start()
         self._interruption = Interruption()
         self._interruption.install()

@@ -86,6 +86,10 @@ class Simulator:
             self._show = Playing(node.get_clock(), self._frames, pace, scene, self._end)
         self._model = ModelParameters(node, parameters, source, self._show.take_model)
         if source:
+            if own := [name for name in parameters.given() if describes_model(name)]:
+                node.get_logger().warning(
+                    f"{', '.join(own[:3])}{' …' if own[3:] else ''}: {source} has them, passed over"
+                )
             self._frames.say(f"waiting for the parameters of {source}")
             self._source = ParameterSource(node, source, self._take_from_source)
         else:
@@ -94,6 +98,7 @@ class Simulator:
                 values = read_parameter_file(fitted, NODE_NAME).taken()
                 fitted_model(values, str(fitted))  # complete by itself
             self._model.show(own_values(parameters.given(), values))
+        parameters.will_show(describes_model)
         parameters.start()
         node.add_post_set_parameters_callback(self._follow)
         for service, action in (
@@ -200,10 +205,8 @@ def _refuse_contradictions(
         )
     if once and parameters.get("loop"):
         raise OptionError("--once plays the trial once, and loop is true: leave one out")
-    if source and (fitted or (own := next(filter(describes_model, parameters.given()), None))):
-        raise OptionError(
-            f"source and {'--fitted' if fitted else own} are both given: give one place for the parameters"
-        )
+    if source and fitted:
+        raise OptionError("source and --fitted are both given: give one place for the parameters")
     if parameters.get("clock") and (parameters.get("use_sim_time") or mode == "shadow"):
         other = "use_sim_time" if parameters.get("use_sim_time") else "mode shadow"
         raise OptionError(f"clock and {other} are both given: time comes from one place only")

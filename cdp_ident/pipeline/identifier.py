@@ -11,7 +11,7 @@ from cdp_ident.bag.watched_folder import WatchedFolder
 from cdp_ident.configuration.fitted_model import fitted_yaml
 from cdp_ident.configuration.keys import is_key
 from cdp_ident.configuration.parameter_file import read_parameter_file
-from cdp_ident.configuration.settings import Settings
+from cdp_ident.configuration.settings import Settings, without_results
 from cdp_ident.diagnosis.new_trial import NewTrialCheck, check_new_trial
 from cdp_ident.errors import CdpIdentError, FitFailedError, OptionError
 from cdp_ident.model.effects import own
@@ -112,7 +112,9 @@ class Identifier:
         Raises `CdpIdentError` for whatever is wrong with it.
         """
         request = self._request
-        values = {**read_configuration(request.config), **given}
+        values, passed_over = without_results({**read_configuration(request.config), **given})
+        if passed_over:
+            self._say(passed_over)
         values |= {
             name: value for name in ("method", "seed", "effects_file") if (value := getattr(request, name)) is not None
         }

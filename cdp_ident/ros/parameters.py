@@ -10,9 +10,8 @@ import rclpy.exceptions
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
 from rclpy.parameter import Parameter
 
-from cdp_ident.configuration.parameter_file import read_parameter_file
-from cdp_ident.errors import OptionError
-from cdp_ident.ros.qos import QOS_OVERRIDES
+from cdp_ident.configuration.parameter_file import QOS_OVERRIDES, is_of_ros, read_parameter_file
+from cdp_ident.errors import NoSectionError, OptionError
 from cdp_ident.user_input import refuse_unknown
 
 Value = TypeVar("Value", bool, int, float, str, list[str], list[float], list[int])
@@ -64,13 +63,14 @@ class Parameters:
     def __init__(self, node: Any, of_ros: Sequence[str]) -> None:
         """`of_ros` are ROS's own arguments of the node.
 
-        Raises `OptionError` where a parameter file among them cannot be read or has no key for the node.
+        Of a parameter file without a key for the node a warning tells: one file for a whole robot is the habit.
+        Raises `OptionError` where one cannot be read.
         """
         self._node = node
-        self._of_ros = frozenset(node._parameters)
+        self._will_show: Callable[[str], bool] = lambda name: False
         # Clocks that change while a node runs would mix two times.
         node.set_descriptor("use_sim_time", Shown(False, "whether time comes from /clock").descriptor())
-        self._for_any = _given_to_any(node.get_fully_qualified_name(), of_ros)
+        self._for_any = _given_to_any(node, of_ros)
 
     def declare(
         self,
@@ -109,16 +109,14 @@ class Parameters:
     def given(self, knows: Callable[[str], bool] = lambda name: True) -> dict[str, Any]:
         """Return what the user gave by `-p` and `--params-file`, by name, declared or not, but for what is ROS's.
 
-        ROS's own are `use_sim_time` and the like. What stands in a file for any node is left out where `knows` is
+        What stands in a file for any node is left out where `knows` is
         false: it is meant for another one.
         """
         overrides = self._node._parameter_overrides  # rclpy has no public way to ask for these
         return {
             name: overrides[name].value
             for name in overrides
-            if name not in self._of_ros
-            and not name.startswith(QOS_OVERRIDES)
-            and (knows(name) or name not in self._for_any)
+            if not is_of_ros(name) and (knows(name) or name not in self._for_any)
         }
 
     def get(self, name: str) -> Any:
@@ -145,6 +143,10 @@ class Parameters:
             descriptors[name] = ParameterDescriptor(dynamic_typing=True)  # rclpy undeclares no others
         self._update(changed, descriptors)
 
+    def will_show(self, knows: Callable[[str], bool]) -> None:
+        """Let the user give what the node shows once it has it, as `ros2 param dump` writes it; it changes nothing."""
+        self._will_show = knows
+
     def start(self) -> None:
         """End the declarations: refuse what the user gave to this node but nobody declared.
 
@@ -152,7 +154,8 @@ class Parameters:
         `OptionError` for an unknown parameter, naming the nearest known one.
         """
         declared = self._node._parameters
-        refuse_unknown(self.given(declared.__contains__), declared, f"parameter of {self._node.get_name()}")
+        given = [name for name in self.given(declared.__contains__) if not self._will_show(name)]
+        refuse_unknown(given, declared, f"parameter of {self._node.get_name()}")
         self._node.add_on_set_parameters_callback(_keep_clock)
 
     def warn_of_idle_overrides(self) -> None:
@@ -180,13 +183,17 @@ def _keep_clock(parameters: Iterable[Parameter]) -> SetParametersResult:
     return SetParametersResult(successful=True)
 
 
-def _given_to_any(node: str, of_ros: Sequence[str]) -> set[str]:
+def _given_to_any(node: Any, of_ros: Sequence[str]) -> set[str]:
     """Return the names of parameters that files give to any node and nothing gives to this one."""
     own: set[str] = set()
     for_any: set[str] = set()
     for option, value in pairwise(of_ros):
         if option == "--params-file":
-            file = read_parameter_file(Path(value), node)
+            try:
+                file = read_parameter_file(Path(value), node.get_fully_qualified_name())
+            except NoSectionError as error:
+                node.get_logger().warning(str(error))
+                continue
             own |= file.own.keys()
             for_any |= file.for_any.keys()
         elif option in ("-p", "--param"):

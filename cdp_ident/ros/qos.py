@@ -9,10 +9,8 @@ from rclpy.qos import DurabilityPolicy, QoSPolicyKind, QoSProfile, ReliabilityPo
 from rclpy.qos_overriding_options import InvalidQosOverridesError, QoSOverridingOptions
 
 from cdp_ident.bag.metadata import INFINITE, OFFERED_QOS_PROFILES, QosProfile
+from cdp_ident.configuration.parameter_file import QOS_OVERRIDES
 from cdp_ident.errors import OptionError
-
-QOS_OVERRIDES = "qos_overrides."
-"""Parameters that begin so are ROS's own, which change the quality of service of topics."""
 
 _SIZE = (QoSPolicyKind.HISTORY, QoSPolicyKind.DEPTH)
 

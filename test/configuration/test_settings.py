@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cdp_ident.configuration.keys import KEYS, description_of, is_key
-from cdp_ident.configuration.settings import Settings
+from cdp_ident.configuration.settings import Settings, without_results
 from cdp_ident.errors import OptionError
 from cdp_ident.fit.estimation import SHORT_IGA
 from cdp_ident.fit.options import IdentifyOptions
@@ -146,3 +146,18 @@ SCALARS = st.one_of(
 def test_any_values_make_settings_or_a_refusal(values):
     with contextlib.suppress(OptionError):
         assert set(values) <= set(Settings.of(values).values())
+
+
+def test_what_identify_shows_with_its_result_is_passed_over_in_one_line_and_nothing_else_is():
+    fitted = {
+        "m1": 0.1,
+        "groups.A23_over_A22": 0.1,
+        "std.L": 0.0,
+        "determined.m1": True,
+        "effects.air_drag.inner.x": 1.0,
+    }
+    settings = {"L": 0.4, "nominal.m1": 0.1, "trials.one.added.inner": [0.1, 0.2], "windwo": 2.0}
+    kept, line = without_results(settings | fitted)
+    assert kept == settings
+    assert line.startswith("m1, groups.A23_over_A22, std.L …: results")
+    assert without_results(settings) == (settings, "")

@@ -211,15 +211,6 @@ def test_qos_overrides_are_honoured_or_refused(listener: Any, start_driver: Star
     assert "sometimes" in wrong.said
 
 
-def test_a_parameter_file_without_a_key_for_the_node_is_refused(
-    capfd: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
-    (tmp_path / "rig.yaml").write_text("recorder: {ros__parameters: {rearm: true}}")
-    said = refused(capfd, "-r", "__ns:=/rig1", "--params-file", str(tmp_path / "rig.yaml"))
-    assert "says nothing to /rig1/recorder" in said
-    assert "'/**/recorder: " in said
-
-
 @pytest.mark.parametrize("delays", [(1.3,), pytest.param((1.3, 2.4), marks=pytest.mark.campaign)])
 def test_killed_it_loses_nothing_older_than_a_second_and_the_next_start_completes_the_bag(
     listener: Any,

@@ -3,8 +3,10 @@
 from pathlib import Path
 
 import pytest
+from rich.console import Console
 
 from cdp_ident.commands.import_csv import main as import_csv
+from cdp_ident.pipeline.identifier import Identifier, Request
 from cdp_ident.trial.load import load_trial
 
 CASES = Path(__file__).parents[3] / "shared" / "cases"
@@ -39,3 +41,11 @@ def test_microseconds_that_roll_over_are_counted_on(tmp_path, capsys):
     options = ["--angle-unit", "counts", "--counts-per-turn", "8000"]
     assert import_csv([str(file), "--out", str(tmp_path / "bag"), *options]) == 0
     assert load_trial(tmp_path / "bag").duration == pytest.approx(11.87, abs=0.02)
+
+
+@pytest.mark.parametrize(("dump", "said"), [("dump_a", ""), ("dump_b", "m1, groups.A23_over_A22, std.m1: results")])
+def test_a_dump_of_identify_s_parameters_is_its_configuration(capsys, dump, said):
+    request = Request((), (), None, None, None, CASES / "param_dump" / f"{dump}.yaml", False)
+    settings = Identifier(request, Console(), Console()).settings({})
+    assert settings.identify.prior.constant("L") == 0.4
+    assert capsys.readouterr().out.startswith(said)
