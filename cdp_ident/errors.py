@@ -26,6 +26,10 @@ class TrialError(CdpIdentError):
     """A bag is readable, but what it holds is not a trial that parameters can be identified from."""
 
 
+class OtherMotionError(TrialError):
+    """The motion is not that of a free double pendulum, whatever its columns mean."""
+
+
 class IdentificationError(CdpIdentError):
     """The trials are good, but the search or the fit cannot work with them."""
 

@@ -26,7 +26,8 @@ def open_regular(path: Path) -> BinaryIO:
 def read_regular(path: Path, most: int) -> bytes:
     """Return the contents of a regular file of at most so many bytes. Raises OSError where that is not possible."""
     with open_regular(path) as stream:
-        content = stream.read(most + 1)
+        # All of the memory that is asked for is taken at first.
+        content = stream.read(min(most, os.fstat(stream.fileno()).st_size) + 1)
     if len(content) > most:
         raise OSError(errno.EFBIG, f"it is larger than {most} bytes", str(path))
     return content

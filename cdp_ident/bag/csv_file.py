@@ -1,20 +1,22 @@
 """Tables of numbers from the CSV file of any laboratory, read as they are found."""
 
-import csv
 import gzip
 import io
 import re
 import zlib
-from collections import Counter
-from collections.abc import Sequence
+from array import array
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.bag.csv_titles import Title, is_unit
+from cdp_ident.bag.csv_format import DELIMITERS, Format, cells_of, number_of
+from cdp_ident.bag.csv_titles import Title, is_unit, titles_of_echo
 from cdp_ident.errors import BagError
+from cdp_ident.outside_text import shown
 from cdp_ident.regular_file import read_regular
 
 Array = npt.NDArray[np.float64]
@@ -22,13 +24,22 @@ Line = tuple[int, str]
 """Number of a line, counted from 1, and its text."""
 
 _COMMENTS = "#%!"
-_FORMATS = tuple((sign, decimal) for decimal in (".", ",") for sign in ("\t", ";", ",", " ", "|"))
-_NAMES = {"\t": "tabs", ";": "semicolons", ",": "commas", " ": "blanks", "|": "bars"}
-_MISSING = {"", "na", "n/a", "#n/a", "nan", "null", "none", "-", "--", "?"}
 _LARGEST = 1 << 28
 """Bytes; an hour at 1 kHz has half of them."""
-_LOOKED_AT = 200
-"""Lines from which the format is found."""
+_LONGEST_LINE = 1 << 16
+"""Letters: more than a thousand columns."""
+_MOST_CELLS = 1 << 26
+"""Half a gigabyte of numbers."""
+_LOOKED_AT, _LETTERS = 200, 1 << 18
+"""Lines, and letters of them at most, from which the format is found."""
+_IN_MATLAB = "there, `writematrix([ts.Time ts.Data], 'swing.csv')` makes a CSV file of a timeseries"
+_OTHERS = {
+    b"#ROSBAG": "a bag of ROS 1: `rosbags-convert --src {path} --dst FOLDER` makes one of ROS 2, which identify takes",
+    b"MATLAB": f"a file of MATLAB: {_IN_MATLAB}",
+    b"\x89HDF": f"a file of MATLAB 7.3 (HDF5): {_IN_MATLAB}",
+    b"PK\x03\x04": "a spreadsheet or an archive: save the sheet as CSV",
+}
+"""What files that are no text begin with, and what to do with them."""
 
 
 @dataclass(frozen=True)
@@ -44,6 +55,8 @@ class Table:
     """How the file is written, in words."""
     no_numbers: dict[int, tuple[int, str]]
     """Of columns with a cell that is neither a number nor missing: the first one's line and text."""
+    notes: tuple[str, ...] = ()
+    """What was left out, in words."""
 
     def column(self, place: int) -> Array:
         """Return the numbers of a column (n,). Raises BagError where a cell is no number."""
@@ -72,9 +85,13 @@ class Table:
         width = self.values.shape[1]
         if column.isdecimal() and int(column) < width:
             return int(column)
-        titles = ", ".join(title.text for title in self.titles)
-        there = f"its columns are {titles}" if titles else f"it has {width} columns and no titles"
-        raise BagError(f"{self.path} has no column {column!r}: {there} (numbers count from 0)")
+        raise BagError(f"{self.path} has no column {column!r}: its columns are {self.columns} (numbers count from 0)")
+
+    @property
+    def columns(self) -> str:
+        """Which columns there are, for people."""
+        titles = shown(", ".join(title.text for title in self.titles))
+        return titles or f"{self.values.shape[1]} without titles"
 
 
 def read_table(path: Path, delimiter: str | None = None, decimal: str | None = None) -> Table:
@@ -82,33 +99,61 @@ def read_table(path: Path, delimiter: str | None = None, decimal: str | None = N
 
     Without a `delimiter`, and without a `decimal` sign, they are those with which most of the first cells are numbers;
     several blanks count as one. Titles, and a line of units under them, are found before the first numbers, also
-    behind a comment sign (# % !). Other lines there, and comments later, are skipped.
+    behind a comment sign (# % !). Other lines there, and comments later, are skipped; later lines of words, such as a
+    second header, are counted, too. Dates and times of day are numbers: seconds, since 1970 or midnight. What
+    `ros2 topic echo --csv` writes of joint states has the joints' names as titles.
+
+    It takes memory of about three times the file's size.
 
     Raises BagError where the file cannot be read or holds no numbers in columns.
     """
-    lines = [(number, line.strip(" \r\n\x0c")) for number, line in enumerate(_text(path).split("\n"), start=1)]
-    lines = [(number, line) for number, line in lines if line.strip()]
-    if not lines:
-        raise BagError(f"{path} is empty: expected a CSV file")
-    rows = [line for line in lines if line[1][0] not in _COMMENTS]
-    delimiter, decimal, width = _format(path, rows, delimiter, decimal)
-    first = next((i for i, (_, line) in enumerate(lines) if _is_data(line, delimiter, decimal, width)), None)
-    if first is None:
-        raise _no_numbers_in(path, rows)
-    titles, where = _titles(lines[:first], delimiter, width)
-    values, no_numbers = _numbers([line for line in lines[first:] if line[1][0] not in _COMMENTS], delimiter, decimal)
+    text = _text(path)
+    rows = ((number, line) for number, line in _lines(path, text) if line[0] not in _COMMENTS)
+    looked_at = list(islice(rows, _LOOKED_AT))
+    looked_at = looked_at[: max(2, _LETTERS // max(1, max((len(line) for _, line in looked_at), default=1)))]
+    form = Format.of([line for _, line in looked_at], delimiter, decimal)
+    if form is None:
+        raise _no_numbers_in(path, looked_at)
+    before: list[Line] = []
+    values, no_numbers, stray, first = array("d"), dict[int, tuple[int, str]](), list[Line](), 0
+    for number, line in _lines(path, text):
+        is_comment = line[0] in _COMMENTS
+        cells = form.cells(line)
+        if first and not is_comment and (numbers := form.plain(cells)):
+            values.extend(numbers)
+        elif not first and (is_comment or not form.begins(cells)):
+            before = [*before[1 - _LOOKED_AT :], (number, line)]
+        elif not is_comment and not form.is_data(cells):
+            stray.append((number, line))
+        elif not is_comment:
+            first = first or number
+            form.take(cells, number, values, no_numbers)
+        if len(values) > _MOST_CELLS:
+            raise BagError(f"{path} has more than {_MOST_CELLS} numbers: cut the swing out of it")
+    if not first:
+        raise _no_numbers_in(path, before)
+    table = np.frombuffer(values).reshape(-1, form.width)
+    titles, where = _titles(before, form.delimiter, form.width)
+    titles = titles or titles_of_echo(table[:1000], no_numbers)
     written = (
-        f"{len(values)} rows of {values.shape[1]} columns parted by {_NAMES.get(delimiter, repr(delimiter))}, "
-        f"decimal {'commas' if decimal == ',' else 'points'}, {f'titles in line {where}' if titles else 'no titles'}"
+        f"{len(table)} rows of {form.width} columns parted by {DELIMITERS.get(form.delimiter, repr(form.delimiter))}, "
+        f"decimal {'commas' if form.decimal == ',' else 'points'}, "
+        f"{f'titles in line {where}' if where else 'joints by their names' if titles else 'no titles'}"
     )
-    if values.shape[1] > len(titles):
-        titles = (*titles, *(Title("", "", "") for _ in range(values.shape[1] - len(titles)))) if titles else ()
-    return Table(path, titles, values, written, no_numbers)
+    notes = (
+        [f"lines without numbers are left out: {len(stray)}, first line {stray[0][0]}, {shown(stray[0][1], 60)!r}"]
+        if stray
+        else []
+    )
+    return Table(path, titles, table, written, no_numbers, tuple(notes))
 
 
 def _text(path: Path) -> str:
     try:
         content = read_regular(path, _LARGEST)
+        for beginning, what in _OTHERS.items():
+            if content.startswith(beginning):
+                raise BagError(f"{path} is {what.format(path=path)}")
         if content[:2] == b"\x1f\x8b":
             with gzip.open(io.BytesIO(content)) as stream:
                 content = stream.read(_LARGEST + 1)
@@ -125,61 +170,19 @@ def _text(path: Path) -> str:
         raise BagError(f"{path} cannot be read as CSV: {error}") from error
 
 
-def _format(path: Path, rows: Sequence[Line], delimiter: str | None, decimal: str | None) -> tuple[str, str, int]:
-    """Return delimiter, decimal sign and number of columns with which most cells are numbers."""
-    tried = [form for form in _FORMATS if delimiter in (None, form[0]) and decimal in (None, form[1])]
-    if delimiter is not None and not tried:
-        tried = [(delimiter, sign) for sign in (".", ",") if decimal in (None, sign)]
-    looked_at = [line for _, line in rows[:_LOOKED_AT]]
-    best, found = -np.inf, None
-    for sign, point in tried:
-        cells = [_cells(line, sign) for line in looked_at]
-        cells = [row for row in cells if any(_number(cell, point) is not None for cell in row)]
-        widths = Counter(len(row) for row in cells)
-        width = max(widths, key=lambda w: (widths[w] * w, w), default=0)
-        of_width = [cell for row in cells for cell in row if len(row) == width]
-        numbers = sum(_number(cell, point) is not None for cell in of_width)
-        others = sum(_number(cell, point) is None and any(letter.isdigit() for letter in cell) for cell in of_width)
-        if width > 1 and numbers - 2 * others > best:
-            best, found = float(numbers - 2 * others), (sign, point, width)
-    if found is None:
-        raise _no_numbers_in(path, rows)
-    return found
+def _lines(path: Path, text: str) -> Iterator[Line]:
+    """Yield the lines that are not blank; no copy of the text is made."""
+    for number, line in enumerate(re.finditer(r"[^\n]*(?:\n|$)", text), start=1):
+        if line.end() - line.start() > _LONGEST_LINE:
+            raise BagError(f"{path}, line {number} has more than {_LONGEST_LINE} letters: it is no row of a table")
+        if line[0].strip():
+            yield number, line[0].strip(" \r\n\x0c")
 
 
 def _no_numbers_in(path: Path, rows: Sequence[Line]) -> BagError:
     if not rows:
-        return BagError(f"{path} has comments but no numbers")
+        return BagError(f"{path} is empty or has comments but no numbers: expected a CSV file")
     return BagError(f"{path} has no numbers in columns; its first line is {rows[0][1][:60]!r}")
-
-
-def _cells(line: str, delimiter: str) -> list[str]:
-    if '"' in line:
-        try:
-            return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter, skipinitialspace=True))]
-        except csv.Error:
-            pass
-    return line.split() if delimiter == " " else [cell.strip() for cell in line.split(delimiter)]
-
-
-def _number(cell: str, decimal: str) -> float | None:
-    if decimal == ",":
-        cell = cell.replace(",", ".")
-    try:
-        return float(cell)
-    except ValueError:
-        return None
-
-
-def _is_missing(cell: str) -> bool:
-    return cell.casefold() in _MISSING
-
-
-def _is_data(line: str, delimiter: str, decimal: str, width: int) -> bool:
-    cells = _cells(line, delimiter)
-    numbers = sum(_number(cell, decimal) is not None for cell in cells)
-    missing = sum(_is_missing(cell) for cell in cells)
-    return line[0] not in _COMMENTS and len(cells) == width and numbers > 0 and 2 * (numbers + missing) >= width
 
 
 def _titles(before: Sequence[Line], delimiter: str, width: int) -> tuple[tuple[Title, ...], int]:
@@ -199,27 +202,10 @@ def _titles(before: Sequence[Line], delimiter: str, width: int) -> tuple[tuple[T
 
 def _title_cells(line: str, delimiter: str, width: int) -> list[str] | None:
     """Return as many titles as there are columns, whichever sign parts them; None if the line holds no titles."""
-    for sign in (delimiter, *_NAMES):
+    for sign in (delimiter, *DELIMITERS):
         # A blank before a unit parts no columns.
-        cells = _cells(re.sub(r"\s+(?=[\[(])", "", line) if sign == " " else line, sign)
+        cells = cells_of(re.sub(r"\s+(?=[\[(])", "", line) if sign == " " else line, sign)
         cells = cells[:width] if len(cells) == width + 1 and not cells[-1] else cells
-        if len(cells) == width and any(cells) and all(_number(cell, ".") is None for cell in cells):
+        if len(cells) == width and any(cells) and all(number_of(cell, ".") is None for cell in cells):
             return cells
     return None
-
-
-def _numbers(rows: Sequence[Line], delimiter: str, decimal: str) -> tuple[Array, dict[int, tuple[int, str]]]:
-    no_numbers: dict[int, tuple[int, str]] = {}
-    table = []
-    for line, text in rows:
-        row = []
-        for place, cell in enumerate(_cells(text, delimiter)):
-            value = _number(cell, decimal)
-            if value is None and not _is_missing(cell):
-                no_numbers.setdefault(place, (line, cell))
-            row.append(np.nan if value is None else value)
-        table.append(row)
-    values = np.full((len(table), max(len(row) for row in table)), np.nan)
-    for i, row in enumerate(table):
-        values[i, : len(row)] = row
-    return values, no_numbers

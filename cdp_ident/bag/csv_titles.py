@@ -1,8 +1,11 @@
 """What the titles of columns say: which quantity, in which unit."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
 
 _UNITS = {
     "s": ("s", "sec", "secs", "second", "seconds", "sek"),
@@ -22,6 +25,9 @@ _CANONICAL = {spelling: unit for unit, spellings in _UNITS.items() for spelling 
 _BRACKETS = re.compile(r"^(.*?)\s*[\[({<]\s*([^\])}>]*?)\s*[\])}>]\s*$")
 _SUFFIX = re.compile(r"^(.+?)(?:\s*/\s*|\s+in\s+|_|\s+)([^\W\d_]+|°)$")
 
+ANGLE_UNITS = ("rad", "deg", "turns", "counts")
+
+_SECONDS, _NANOSECONDS = re.compile("(.*)secs?"), "{}nanosecs?|{}nsecs?"
 TIME, FRAME, INNER, OUTER, CART = "time", "frame", "inner", "outer", "cart"
 POINTS = ("pivot_x", "pivot_y", "joint_x", "joint_y", "tip_x", "tip_y")
 _NAMES = {
@@ -35,6 +41,17 @@ _ANGLE = (
     "(?:theta|th|phi|psi|alpha|q|a|θ|φ|angle|ang|winkel|pos|position|joint|jointpos|jointposition|enc|encoder|rod|arm|"
     "link)"
 )
+_ECHO = 3
+"""Columns of a message with joint states before the joints' names."""
+_TORQUE = re.compile("tau|torque|effort|moment|nm$")
+_OF_JOINT = re.compile("(.*?)(inner|outer|[0-3])(.*)")
+_SAYS_ANGLE = re.compile("angle|ang|winkel|theta|th|phi|psi|alpha|beta|gamma|q|θ|φ|ψ|encoder|enc")
+_NO_ANGLE = re.compile(
+    "name|packet|seq.*|id|idx|index|line|pwm|duty|volt.*|current|amp.*|torque|tau|effort|force|moment|nm|power|temp.*|vel.*|"
+    "speed|omega|dot|d?theta.*dot|rate|acc.*|gyro.*|jerk|[xyz]|p[xyz]|sim.*|model.*|pred.*|ref.*|target|set.*|cmd|"
+    "command.*|des.*|goal|err.*|residual.*|status|state|flag|mode|gain|dist.*|height|sec|nanosec|stamp.*|time.*"
+)
+"""Words in the titles of columns that are not a rod's measured angle."""
 _MARKERS = {
     "pivot": "pivot|base|origin|hinge|anchor|p0|marker0",
     "joint": "joint|elbow|middle|mid|knee|p1|marker1",
@@ -92,3 +109,64 @@ def roles(titles: Sequence[Title]) -> dict[str, int]:
         if len(places) == 1:
             found[role] = places[0]
     return found
+
+
+def torques(titles: Sequence[Title]) -> list[tuple[int, int]]:
+    """Return the places of torques of motors, of the inner and the outer joint, for each kind that the titles tell."""
+    kinds: dict[tuple[str, str], dict[str, int]] = {}
+    for place, key in enumerate(Title(title.text, title.text, "").key for title in titles):
+        if _TORQUE.search(key) and (match := _OF_JOINT.fullmatch(key)):
+            kinds.setdefault((match[1], match[3]), {})[match[2]] = place
+    return [
+        (pair[first], pair[second]) for pair in kinds.values() if len(pair) == 2 for first, second in [sorted(pair)]
+    ]
+
+
+def may_be_angles(titles: Sequence[Title]) -> list[int]:
+    """Return the places of columns that may be angles: those whose titles say so, else those that do not deny it."""
+    words = [
+        set(re.findall(r"[^\W\d_]+", re.sub("([a-z])([A-Z])", r"\1 \2", title.name).casefold())) for title in titles
+    ]
+    possible = [
+        place
+        for place, title in enumerate(titles)
+        if title.unit in ("", *ANGLE_UNITS) and not any(map(_NO_ANGLE.fullmatch, words[place]))
+    ]
+    said = [place for place in possible if titles[place].unit or any(map(_SAYS_ANGLE.fullmatch, words[place]))]
+    return said or possible
+
+
+def seconds_and_nanoseconds(titles: Sequence[Title]) -> tuple[int, int] | None:
+    """Return the places of a stamp's seconds and of their nanoseconds, as ROS parts them; None where there is none."""
+    keys = [re.sub(r"[\W_]+", "", title.text.casefold()) for title in titles]
+    for place, key in enumerate(keys):
+        if match := _SECONDS.fullmatch(key):
+            pattern = _NANOSECONDS.format(*[re.escape(match[1])] * 2)
+            if others := [other for other, name in enumerate(keys) if re.fullmatch(pattern, name)]:
+                return place, others[0]
+    return None
+
+
+def titles_of_echo(values: npt.NDArray[np.float64], words: Mapping[int, tuple[int, str]]) -> tuple[Title, ...]:
+    """Return the titles of what `ros2 topic echo --csv` writes of joint states, and none of another table.
+
+    Args:
+        values: rows of it (n, columns).
+        words: the first cell, with its line, of columns of words.
+
+    Its columns are the stamp's seconds and nanoseconds, the frame, and the joints' names, positions, and maybe
+    velocities and efforts.
+    """
+    names = [words[place][1] for place in sorted(words) if place >= _ECHO]
+    more, rest = divmod(values.shape[1] - _ECHO, len(names) or 1)
+    whole = (
+        values.shape[1] > _ECHO
+        and np.all((values[:, :2] >= 0) & (values[:, :2] % 1 == 0))
+        and np.all(values[:, 1] < 1e9)
+    )
+    if not whole or rest or not 2 <= more <= 4 or any(place not in words for place in range(_ECHO, _ECHO + len(names))):
+        return ()
+    kinds = ("{} name", "{}", "{} velocity", "{} effort")[:more]
+    return tuple(
+        Title.of(text) for text in ("sec", "nanosec", "frame_id", *(kind.format(n) for kind in kinds for n in names))
+    )

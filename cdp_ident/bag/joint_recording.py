@@ -44,6 +44,8 @@ class JointRecording:
     """What was dropped or noticed while reading, in words, with numbers."""
     device: DeviceTime | None = None
     """The device's own time of the samples, where the bag has it."""
+    efforts: npt.NDArray[np.float64] | None = None
+    """(n, joints) efforts as recorded [N m or N], NaN where a message has none; None where no message has any."""
 
 
 @dataclass
@@ -55,6 +57,8 @@ class _Alike:
     stamps: array[int] = field(default_factory=lambda: array("q"))
     positions: bytearray = field(default_factory=bytearray)
     """As they are in the messages."""
+    efforts: bytearray = field(default_factory=bytearray)
+    """As they are in the messages, up to the last one that has any."""
 
     def take(self, row: int, raw: bytes) -> bool:
         """Add a message if it has this layout, and say whether it had."""
@@ -67,9 +71,28 @@ class _Alike:
         if seconds < 0 or nanoseconds >= NANOSECONDS:
             raise ValueError("not a time")
         self.positions += raw[layout.offset : end]
+        if efforts := layout.efforts(raw):
+            self._fill_efforts()
+            self.efforts += efforts
         self.stamps.append(seconds * NANOSECONDS + nanoseconds)
         self.rows.append(row)
         return True
+
+    def _fill_efforts(self) -> None:
+        """Let messages so far that have no efforts have unknown ones."""
+        missing = len(self.rows) - len(self.efforts) // self.layout.positions.size
+        self.efforts += missing * self.layout.positions.pack(*[np.nan] * len(self.layout.names))
+
+    def tables(self) -> list[npt.NDArray[np.float64]]:
+        """Return positions and, if there are any, efforts, (rows, joints) each."""
+        if self.efforts:
+            self._fill_efforts()
+        order = self.layout.positions.format[0]
+        return [
+            np.frombuffer(raw, f"{order}f8").reshape(len(self.rows), -1)
+            for raw in (self.positions, self.efforts)
+            if raw
+        ]
 
 
 class JointStates:
@@ -118,20 +141,22 @@ class JointStates:
         joints = tuple(self._joints)
         column = {joint: i for i, joint in enumerate(joints)}
         positions = np.full((len(self._receipts), len(joints)), np.nan)
+        efforts = np.full_like(positions, np.nan) if any(group.efforts for group in self._groups) else None
         stamps = np.zeros(len(self._receipts), dtype=np.int64)
         receipts = np.array(self._receipts, dtype=np.int64)
         for group in self._groups:
             rows = np.array(group.rows, dtype=np.int64)
             stamps[rows] = group.stamps
-            values = np.frombuffer(group.positions, f"{group.layout.positions.format[0]}f8")
-            values = values.reshape(len(rows), len(group.layout.names))
-            positions[rows[:, None], [column[joint] for joint in group.layout.names]] = values
+            for table, values in zip((positions, efforts), group.tables(), strict=False):
+                if table is not None:
+                    table[rows[:, None], [column[joint] for joint in group.layout.names]] = values
         notes = list(notes)
         if self._garbled:
             notes.append(f"{self._garbled} messages on {topic} that are not well-formed joint states are dropped")
         times, keep, note = _times(stamps, receipts)
         keep = keep[np.argsort(receipts[keep], kind="stable")]
-        return JointRecording(name, topic, joints, times[keep], positions[keep], (*notes, *note))
+        efforts = None if efforts is None else efforts[keep]
+        return JointRecording(name, topic, joints, times[keep], positions[keep], (*notes, *note), efforts=efforts)
 
 
 def _times(
@@ -161,5 +186,10 @@ def with_device(recording: JointRecording, devices: DeviceMessages) -> JointReco
     if not np.all(known):
         notes = (*notes, f"{np.count_nonzero(~known)} samples without the device's own time are dropped")
     return replace(
-        recording, stamps=recording.stamps[known], positions=recording.positions[known], notes=notes, device=device
+        recording,
+        stamps=recording.stamps[known],
+        positions=recording.positions[known],
+        efforts=None if recording.efforts is None else recording.efforts[known],
+        notes=notes,
+        device=device,
     )

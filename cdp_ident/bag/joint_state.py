@@ -7,6 +7,7 @@ from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
+import numpy.typing as npt
 
 if TYPE_CHECKING:
     from rosbags.typesys.store import Typestore
@@ -27,11 +28,14 @@ def typestore() -> "Typestore":
     return get_typestore(Stores.ROS2_JAZZY)
 
 
-def serialize_joint_state(names: Sequence[str], positions: Sequence[float], stamp_ns: int) -> bytes:
+def serialize_joint_state(
+    names: Sequence[str], positions: Sequence[float], stamp_ns: int, efforts: npt.ArrayLike = ()
+) -> bytes:
     """Return the CDR bytes of a JointState.
 
     `positions` are in rad for revolute joints and m for prismatic ones, one for each of `names`; `stamp_ns` is the
-    time of the measurement [ns since the epoch]. Velocity and effort stay empty: encoders do not measure them.
+    time of the measurement [ns since the epoch]; `efforts` are those of motors, where there are any [N m]. Velocity
+    stays empty: encoders do not measure it.
     """
     if len(names) != len(positions):
         raise ValueError(f"{len(names)} names but {len(positions)} positions")
@@ -44,7 +48,7 @@ def serialize_joint_state(names: Sequence[str], positions: Sequence[float], stam
         name=list(names),
         position=np.asarray(positions, dtype=np.float64),
         velocity=empty,
-        effort=empty,
+        effort=np.asarray(efforts, dtype=np.float64),
     )
     return bytes(typestore().serialize_cdr(message, MESSAGE_TYPE))
 
@@ -63,6 +67,20 @@ class Layout:
     """Reads seconds and nanoseconds from `STAMP_OFFSET` on."""
     byte_order: bytes
 
+    def efforts(self, raw: bytes) -> bytes:
+        """Return the bytes of a message's efforts; empty unless there are as many as positions."""
+        count = struct.Struct(f"{self.positions.format[0]}I")
+        at = self.offset + self.positions.size
+        for wanted in (False, True):
+            if at + count.size > len(raw):
+                return b""
+            (values,) = count.unpack_from(raw, at)
+            first = at + count.size + (-at % 8 if values else 0)
+            at = first + 8 * values
+            if wanted and values == len(self.names) and at <= len(raw):
+                return raw[first:at]
+        return b""
+
 
 STAMP_OFFSET = 4
 HEAD_OFFSET = 12
@@ -71,8 +89,9 @@ HEAD_OFFSET = 12
 def parse_layout(raw: bytes) -> Layout:
     """Find the names and positions in the CDR bytes of a JointState.
 
-    Velocity and effort are not looked at: some writers leave stray bytes behind them, which readers of whole messages
-    refuse. Raises ValueError, struct.error or UnicodeDecodeError (a ValueError) where the bytes are no JointState.
+    What stands behind the positions need not be well-formed: some writers leave stray bytes there, which readers of
+    whole messages refuse. Raises ValueError, struct.error or UnicodeDecodeError (a ValueError) where the bytes are no
+    JointState.
     """
     if raw[:2] not in (b"\0\0", b"\0\1"):
         raise ValueError("not plain CDR")

@@ -36,7 +36,7 @@ def check_film(samples: Samples, meaning: TrialOptions) -> None:
 
 def what_the_motion_says(found: Found, recording: Recording, rate: float | None) -> list[str]:
     """Return lines about how well the balance of forces holds, with which length, and with which zeros."""
-    if found.balance is None:
+    if found.balance is None or not found.balance.lumped.has_certain_signs:
         return []
     lumped = found.balance.lumped
     lines = [f"balance of forces: {lumped.unexplained:.1%} of the inner rod's acceleration is unexplained"]

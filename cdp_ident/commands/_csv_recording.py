@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.bag.csv_file import Table
-from cdp_ident.bag.csv_titles import CART, INNER, OUTER, POINTS, roles
+from cdp_ident.bag.csv_titles import CART, INNER, OUTER, POINTS, may_be_angles, roles, torques
 from cdp_ident.commands._csv_arguments import ANGLE_UNITS, AS_TYPED, LENGTH_UNITS
 from cdp_ident.commands._csv_time import times
 from cdp_ident.errors import BagError, OptionError, TrialError
@@ -23,6 +23,8 @@ _FEWEST_DEGREES = 7.0
 """Angles that state no unit and vary by less are radians."""
 _MOST_RADIANS = 20.0
 """Angles that state no unit and vary by more are degrees, if the motion does not tell."""
+_LONGEST_GAP = 2.5
+"""Between rows further apart than so many usual steps of a column, nothing is taken."""
 _FAR_BETTER = 0.5
 """Another unit is taken if it leaves at most this share of the unexplained motion."""
 
@@ -37,6 +39,8 @@ class Recording:
     """(n, 2) of the inner and outer rod as recorded, maybe wrapped [rad]."""
     cart: Array | None
     """(n,) position of the cart as recorded [m]."""
+    torques: Array | None
+    """(n, 2) torques of motors in the joints, as recorded; zero where none is known."""
     meaning: TrialOptions
     length: float | None
     """Between the joints, as given or seen [m]."""
@@ -49,23 +53,73 @@ class Recording:
     def samples(self) -> Samples:
         """Return the samples, the first at time zero."""
         stamps = np.round((self.time - self.time[0]) * 1e9).astype(np.int64)
-        return Samples(stamps, np.asarray(np.unwrap(self.angles, axis=0)), self.cart)
+        return Samples(stamps, np.asarray(np.unwrap(self.angles, axis=0)), self.cart, self.torques)
 
     def complete(self, options: argparse.Namespace, table: Table) -> "Recording":
-        """Return the rows that are complete and wanted; says how many lack a number."""
-        usable = np.isfinite(self.time) & np.all(np.isfinite(self.angles), axis=1)
-        if self.cart is not None:
-            usable &= np.isfinite(self.cart)
+        """Return the rows that are complete and wanted; says how many lack a number.
+
+        Where most rows lack one, as each column has rows of its own, the others are taken at the times of the inner
+        rod's.
+        """
+        taken = None if self.on_film else self._on_a_common_time()
+        if taken:
+            self.notes.append(
+                "each column has rows of its own: the others are taken, by straight lines, at the inner rod's times"
+            )
+        taken = taken or self
+        usable = np.isfinite(taken.time) & np.all(np.isfinite(taken.angles), axis=1)
+        if taken.cart is not None:
+            usable &= np.isfinite(taken.cart)
         if (missing := int(np.count_nonzero(~usable))) and not self.on_film:
             self.notes.append(f"{missing} rows lack a number and are left out")
-        usable &= (self.time >= options.start) & (self.time <= options.stop)
+        usable &= (taken.time >= options.start) & (taken.time <= options.stop)
         rows = np.flatnonzero(usable)[:: options.every]
         if not len(rows):
+            asked = [
+                f"--{name} {s:g} s" for name, s in (("from", options.start), ("to", options.stop)) if np.isfinite(s)
+            ]
             raise BagError(
-                f"{table.path} has no complete row between --from {options.start} s and --to {options.stop} s"
+                f"{table.path} has no row with a time and a number for both rods {' '.join(asked)}: {missing} of "
+                f"{len(usable)} rows lack one"
             )
-        cart = None if self.cart is None else self.cart[rows]
-        return replace(self, time=self.time[rows], angles=self.angles[rows], cart=cart)
+        cart, of_motors = (None if values is None else values[rows] for values in (taken.cart, taken.torques))
+        return replace(taken, time=taken.time[rows], angles=taken.angles[rows], cart=cart, torques=of_motors)
+
+    def _on_a_common_time(self) -> "Recording | None":
+        """Return the rows that have the inner rod's angle, with the other columns at their times.
+
+        None where most of these are complete. Between rows of a column that are far apart nothing is taken.
+        """
+        others = [self.angles[:, 1], *([] if self.cart is None else [self.cart])]
+        has_time = np.isfinite(self.time)
+        rows = np.flatnonzero(has_time & np.isfinite(self.angles[:, 0]))
+        complete = np.all([np.isfinite(column[rows]) for column in others], axis=0)
+        if not len(rows) or 2 * np.count_nonzero(complete) >= len(rows):
+            return None
+        taken = [_at(self.time[rows], self.time[has_time], column[has_time]) for column in others]
+        return replace(
+            self,
+            time=self.time[rows],
+            angles=np.column_stack([self.angles[rows, 0], taken[0]]),
+            cart=None if self.cart is None else taken[1],
+            torques=None if self.torques is None else self.torques[rows],
+        )
+
+
+def _at(times: Array, at: Array, values: Array) -> Array:
+    """Return values (n,) at other times (k,), by straight lines: the nearest at a wrap, NaN far from those known."""
+    known = np.isfinite(values)
+    at, first = np.unique(at[known], return_index=True)
+    values = values[known][first]
+    if len(at) < 2:
+        return np.full(len(times), np.nan)
+    after = np.clip(np.searchsorted(at, times), 1, len(at) - 1)
+    before = after - 1
+    share = (times - at[before]) / (at[after] - at[before])
+    share = np.where(np.abs(values[after] - values[before]) > np.ptp(values) / 2, np.round(share), share)
+    taken = values[before] + share * (values[after] - values[before])
+    gap, step = at[after] - at[before], np.median(np.diff(at))
+    return np.asarray(np.where((gap > _LONGEST_GAP * step) | (share < -0.5) | (share > 1.5), np.nan, taken))
 
 
 def recording_of(table: Table, options: argparse.Namespace) -> Recording:
@@ -79,9 +133,12 @@ def recording_of(table: Table, options: argparse.Namespace) -> Recording:
         cart = factor * table.column(place)
         columns.append(f"cart from {table.name(place)} in {unit}")
         used = used | {place}
+    of_motors = _torques(table, columns)
     points = _points(table, options, known)
     meaning = TrialOptions(cart_sign=options.cart_sign or 1)
-    rows = Recording(time, np.empty((len(time), 2)), cart, meaning, options.length, columns=columns)
+    rows = Recording(
+        time, np.empty((len(time), 2)), cart, of_motors, meaning, options.length, columns=columns, notes=[*table.notes]
+    )
     return _from_points(rows, table, points, options) if points else _from_angles(rows, table, known, used, options)
 
 
@@ -162,11 +219,25 @@ def _cart_factor(table: Table, place: int, options: argparse.Namespace) -> tuple
 
 
 def _next_place(table: Table, used: set[int]) -> int:
-    """Return the first column that is not used."""
-    left = [place for place in range(table.values.shape[1]) if place not in used]
+    """Return the first column that is not used and may be an angle."""
+    possible = may_be_angles(table.titles) if table.titles else range(table.values.shape[1])
+    left = [place for place in possible if place not in used]
     if not left:
-        raise BagError(f"{table.path} has {table.values.shape[1]} columns: two angles are needed besides the time")
+        raise BagError(
+            f"{table.path}: two angles of rods are needed besides the time, and its titles tell fewer, as those of one "
+            f"pendulum do: name the columns by --inner and --outer; they are {table.columns}"
+        )
     return left[0]
+
+
+def _torques(table: Table, columns: list[str]) -> Array | None:
+    """Return the torques of motors in both joints (n, 2) that titles tell, and say so; None where all are zero."""
+    for places in torques(table.titles):
+        values = np.nan_to_num(np.column_stack([table.column(place) for place in places]))
+        if np.any(values):
+            columns.append("torques of motors from " + " and ".join(map(table.name, places)))
+            return values
+    return None
 
 
 def _points(table: Table, options: argparse.Namespace, known: dict[str, int]) -> list[int]:

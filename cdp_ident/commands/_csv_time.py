@@ -6,14 +6,16 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.bag.csv_file import Table
-from cdp_ident.bag.csv_titles import FRAME, TIME
+from cdp_ident.bag.csv_titles import FRAME, TIME, seconds_and_nanoseconds
 from cdp_ident.commands._csv_arguments import TIME_UNITS
 from cdp_ident.errors import OptionError
 
 Array = npt.NDArray[np.float64]
 
-_COUNTERS, _LIKE_OTHERS = (16, 32), 10.0
-"""Bits of counters of time, and within how many usual steps of one they go on."""
+_COUNTERS = {86400.0: "a time of day", 2.0**16: "a counter of 16 bits", 2.0**32: "a counter of 32 bits"}
+"""What times begin anew after."""
+_LIKE_OTHERS = 10.0
+"""Within how many usual steps of one they go on then."""
 _LONGEST_STEP = 0.05
 """Steps of a time [s] longer than this show no swing: the unit is another one."""
 
@@ -36,6 +38,10 @@ def times(table: Table, options: argparse.Namespace, known: dict[str, int]) -> t
             used,
             [f"time from frame numbers in {table.name(place)}, {options.rate:g} a second"],
         )
+    if options.time is None and (stamp := seconds_and_nanoseconds(table.titles)):
+        seconds, nanoseconds = (table.column(place) for place in stamp)
+        said = f"time from {table.name(stamp[0])} in s and {table.name(stamp[1])} in ns"
+        return seconds + 1e-9 * nanoseconds, counted | set(stamp), [said]
     if options.time is None and TIME not in known and (FRAME in known or width < 3):
         raise OptionError(f"{table.path} has no times: give --rate, or the column of the times by --time")
     place = table.place(options.time) if options.time else known.get(TIME, 0)
@@ -59,13 +65,13 @@ def _counted_on(time: Array) -> tuple[Array, str]:
     known = np.flatnonzero(np.isfinite(time))
     steps = np.diff(time[known])
     usual = np.median(steps[steps > 0.0]) if np.any(steps > 0.0) else 0.0
-    for bits in _COUNTERS:
+    for turn, what in _COUNTERS.items():
         # What is left of a step back, and a whole turn, is a step like others.
-        turns = (steps < 0.0) & (np.abs(steps + 2.0**bits - usual) <= _LIKE_OTHERS * usual)
-        if np.any(turns) and np.all((time[known] >= 0.0) & (time[known] < 2.0**bits)):
+        turns = (steps < 0.0) & (np.abs(steps + turn - usual) <= _LIKE_OTHERS * usual)
+        if np.any(turns) and np.all((time[known] >= 0.0) & (time[known] < turn)):
             counted = time.copy()
-            counted[known[1:]] += 2.0**bits * np.cumsum(turns)
-            return counted, f" (a counter of {bits} bits, counted on where it rolls over)"
+            counted[known[1:]] += turn * np.cumsum(turns)
+            return counted, f" ({what}, counted on where it rolls over)"
     return time, ""
 
 

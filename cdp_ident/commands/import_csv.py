@@ -8,14 +8,14 @@ from datetime import datetime, timezone
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.bag.csv_file import read_table
+from cdp_ident.bag.csv_file import Table, read_table
 from cdp_ident.bag.joint_state import MESSAGE_TYPE, NANOSECONDS, serialize_joint_state
 from cdp_ident.bag.writer import BagWriter
 from cdp_ident.command_line import entry_point
 from cdp_ident.commands._csv_arguments import AS_TYPED, parse
 from cdp_ident.commands._csv_physics import check_film, what_the_motion_says
 from cdp_ident.commands._csv_recording import Recording, recording_of
-from cdp_ident.errors import BagError, OptionError, TrialError
+from cdp_ident.errors import BagError, OptionError, OtherMotionError, TrialError
 from cdp_ident.trial.cleaning import elapsed
 from cdp_ident.trial.find import find_trial
 from cdp_ident.trial.joints import model_angles
@@ -44,7 +44,7 @@ def main(arguments: list[str]) -> int:
     if granted and not recording.on_film:
         print(f"assumed: {', '.join(granted)}")
     print(*recording.notes, sep="\n", end="\n" if recording.notes else "")
-    said = _checked(recording, options)
+    said = _checked(table, recording, options)
     _write(recording, stamps, options, arguments)
     duration = elapsed(np.array(stamps))[-1]
     print(f"{options.out}: {len(stamps)} samples over {duration:.3f} s on /{options.topic.lstrip('/')}")
@@ -52,7 +52,7 @@ def main(arguments: list[str]) -> int:
     return 0
 
 
-def _checked(recording: Recording, options: argparse.Namespace) -> list[str]:
+def _checked(table: Table, recording: Recording, options: argparse.Namespace) -> list[str]:
     """Check the columns as recorded under the meaning given, and return what there is to say.
 
     Raises TrialError where identify would refuse the bag, unless the user insists.
@@ -64,7 +64,8 @@ def _checked(recording: Recording, options: argparse.Namespace) -> list[str]:
         found = find_trial(samples, recording.meaning, AS_TYPED)
     except TrialError as error:
         if not options.anyway:
-            raise TrialError(f"{options.csv}: identify would refuse it: {error}") from error
+            there = f"; columns: {table.columns}" if isinstance(error, OtherMotionError) else ""
+            raise TrialError(f"{options.csv}: identify would refuse it: {error}{there}") from error
         return [f"warning: identify will refuse it: {error}"]
     lines = [f"zero-input motion: {found.trial.duration:.3f} s from {found.trial.start:.3f} s on"]
     lines += [f"  {note}" for note in found.trial.notes if note not in found.warnings]
@@ -94,9 +95,14 @@ def _write(recording: Recording, stamps: list[int], options: argparse.Namespace,
         names.append("cart_joint")
         positions.append(recording.meaning.cart_sign * recording.cart)
     topic = f"/{options.topic.lstrip('/')}"
+    efforts = (
+        np.full((len(stamps), len(names)), np.nan) if recording.torques is not None else np.empty((len(stamps), 0))
+    )
+    if recording.torques is not None:
+        efforts[:, :2] = recording.torques
     with BagWriter(options.out) as writer:
-        for stamp, position in zip(stamps, np.column_stack(positions), strict=True):
-            writer.write(topic, MESSAGE_TYPE, stamp, serialize_joint_state(names, position, stamp))
+        for stamp, position, effort in zip(stamps, np.column_stack(positions), efforts, strict=True):
+            writer.write(topic, MESSAGE_TYPE, stamp, serialize_joint_state(names, position, stamp, effort))
         source = {
             "source": options.csv.name,
             "source_sha256": hashlib.sha256(options.csv.read_bytes()).hexdigest(),

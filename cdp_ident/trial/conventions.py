@@ -31,10 +31,8 @@ _MUCH_BETTER = 0.5
 """Another meaning must leave less than this share of the residual to speak against the one given."""
 _CLEAR = 0.01
 """Least coupling, and least ratio of the rods' gravity terms, that are more than an error of the fit."""
-_NO_PENDULUM = 0.25
+_NO_PENDULUM = 0.1
 """Unexplained share above which the motion is not that of a free double pendulum."""
-_EVIDENT = 0.1
-"""Unexplained share up to which wrong signs are evidence of a wrong zero, not of a hand."""
 
 
 def check_conventions(
@@ -79,12 +77,12 @@ def check_conventions(
         contradiction = _wrong_scale(options, *scaled, given.lumped, wording)
     elif best != options and unexplained > GOOD and fit.unexplained < factor * unexplained:
         contradiction = _better(options, best, given.lumped, fit, wording)
-    elif unexplained > (_NO_PENDULUM if given.lumped.is_mechanism else _EVIDENT):
+    elif unexplained > _NO_PENDULUM:
         contradiction = (
             f"most of the motion is not that of a free double pendulum: {unexplained:.1%} of the inner rod's "
             "acceleration is explained neither by gravity, coupling and friction nor by another meaning of the "
-            "angles: check columns, units and times; if a hand moves the rods for long, take the part without it by "
-            f"{wording.name('start')} and {wording.name('stop')}"
+            "angles: check columns, units and times; if a hand or motors move the rods for long, take the part without "
+            f"them by {wording.name('start')} and {wording.name('stop')}"
         )
     elif not given.lumped.is_mechanism and given.lumped.has_certain_signs and (possible or unexplained > GOOD):
         contradiction = _wrong_signs(options, given.lumped, wording)

@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.errors import TrialError
-from cdp_ident.trial.balance import Motion, motion_on_grid
+from cdp_ident.errors import OtherMotionError, TrialError
+from cdp_ident.trial.balance import WINDOW, Motion, motion_on_grid
 from cdp_ident.trial.balance import joined as joined_windows
 from cdp_ident.trial.cleaning import Piece, clean, cut_at_gaps
 from cdp_ident.trial.conventions import check_conventions
@@ -14,11 +14,12 @@ from cdp_ident.trial.joints import Samples, model_angles
 from cdp_ident.trial.lumped import gravity_direction
 from cdp_ident.trial.meaning import Balance, balance_of
 from cdp_ident.trial.options import TrialOptions
+from cdp_ident.trial.other_motions import driven, likeness
 from cdp_ident.trial.outliers import outlier_words
 from cdp_ident.trial.scales import PER_UNIT, Scales
 from cdp_ident.trial.trial import Trial, joined
 from cdp_ident.trial.wording import KEYS, Wording
-from cdp_ident.trial.zero_input import Part, choose_parts, find_parts, moving_windows
+from cdp_ident.trial.zero_input import Part, choose_parts, covering, find_parts, moving_windows
 
 Mask = npt.NDArray[np.bool_]
 
@@ -52,8 +53,18 @@ def find_trial(samples: Samples, options: TrialOptions, wording: Wording = KEYS)
             they swing too shortly to tell it from free motion.
     """
     pieces, motions, moving, notes = _motions(samples, options, wording)
+    by_motors = _driven(samples, motions, moving, options)
+    moving = tuple(
+        mask & ~covering(flags, WINDOW) if len(mask) else mask for mask, flags in zip(moving, by_motors, strict=True)
+    )
+    doubts = []
+    if looks := likeness(motions, moving, options):
+        if options.conventions == "refuse":
+            raise OtherMotionError(f"this is no double pendulum: {looks}; {wording.insist}")
+        doubts.append(f"this is no double pendulum: {looks}")
     balance, warnings = check_conventions(motions, moving, options, wording)
-    parts, impulses = find_parts(motions, balance, options)
+    warnings = [*doubts, *warnings]
+    parts, impulses = find_parts(motions, balance, by_motors, options)
     taken, cuts = choose_parts(parts, options.shortest or motions[0].scales.shortest)
     if balance is None and _begins_hanging(motions[taken[0].motion], options):
         raise TrialError(
@@ -66,6 +77,20 @@ def find_trial(samples: Samples, options: TrialOptions, wording: Wording = KEYS)
     left_out = [outlier_words(trial.outliers, len(trial.time))] if trial.outliers else []
     trial = replace(trial, notes=(*notes, *left_out, *warnings, *cuts, *impulses))
     return Found(trial, tuple(warnings), balance)
+
+
+def _driven(
+    samples: Samples, motions: tuple[Motion, ...], moving: tuple[Mask, ...], options: TrialOptions
+) -> list[Mask]:
+    """Return at which grid points of each motion motors drive the joints, by their torques."""
+    cleaned = clean(samples, options.start, options.stop)
+    known = cleaned.samples.torques
+    if known is None:
+        return [np.zeros(len(motion.time), dtype=bool) for motion in motions]
+    torques = [
+        np.column_stack([np.interp(motion.time, cleaned.time, of_joint) for of_joint in known.T]) for motion in motions
+    ]
+    return driven(motions, moving, torques, options)
 
 
 def _begins_hanging(motion: Motion, options: TrialOptions) -> bool:

@@ -28,11 +28,13 @@ class Samples:
     """(n, 2) positions of the inner and outer joint [rad]."""
     cart: Array | None
     """(n,) position of the cart [m]."""
+    torques: Array | None = None
+    """(n, 2) torque of a motor in each joint, as measured or commanded; None where none is known."""
 
     def __getitem__(self, chosen: Mask | Indices) -> "Samples":
         """Return some of the samples."""
-        cart = None if self.cart is None else self.cart[chosen]
-        return Samples(self.stamps[chosen], self.angles[chosen], cart)
+        cart, torques = (None if values is None else values[chosen] for values in (self.cart, self.torques))
+        return Samples(self.stamps[chosen], self.angles[chosen], cart, torques)
 
 
 def select_joints(recording: JointRecording, options: TrialOptions) -> tuple[Samples, list[str]]:
@@ -73,7 +75,16 @@ def select_joints(recording: JointRecording, options: TrialOptions) -> tuple[Sam
             )
     elif options.cart_joint:
         notes.append(f"there is no joint {options.cart_joint}: the cart is taken to be at rest")
-    return Samples(recording.stamps[usable], angles[usable], cart), notes
+    return Samples(recording.stamps[usable], angles[usable], cart, _torques(recording, wanted, usable)), notes
+
+
+def _torques(recording: JointRecording, joints: list[str], usable: Mask) -> Array | None:
+    """Return the efforts of two joints where any is known and not zero."""
+    if recording.efforts is None:
+        return None
+    efforts = recording.efforts[:, [recording.joints.index(joint) for joint in joints]][usable]
+    efforts = np.where(_usable(efforts), efforts, 0.0)
+    return efforts if np.any(efforts) else None
 
 
 def model_angles(angles: Array, options: TrialOptions) -> Array:

@@ -4,7 +4,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from cdp_ident.bag.reader import read_joint_states
-from cdp_ident.errors import TrialError
+from cdp_ident.errors import OtherMotionError, TrialError
+from cdp_ident.outside_text import shown
 from cdp_ident.trial.device_time import in_device_time
 from cdp_ident.trial.find import find_trial
 from cdp_ident.trial.joints import select_joints
@@ -33,7 +34,8 @@ def load_trial(bag: Path, options: TrialOptions | None = None) -> Trial:
         samples, notes = select_joints(recording, options)
         trial = find_trial(samples, options).trial
     except TrialError as error:
-        raise TrialError(f"{bag}: {error}") from error
+        there = f"; joints: {shown(', '.join(recording.joints))}" if isinstance(error, OtherMotionError) else ""
+        raise TrialError(f"{bag}: {error}{there}") from error
     weights, weight_notes = recorded_weights(bag)
     notes = [*recording.notes, *weight_notes, *clock_notes, *notes, *trial.notes]
     return replace(trial, name=recording.name, notes=tuple(notes), clock=clock, weights=weights)

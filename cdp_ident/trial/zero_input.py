@@ -38,8 +38,13 @@ _TURNING = 0.15
 _FEWEST = 5 * PER_UNIT
 """Windows without a joint that sticks, below which the others are taken too."""
 
-FREE, REST, CART, HAND = range(4)
-_CAUSES = {REST: "the rods are still", CART: "the cart is driven", HAND: "a hand is at the rods"}
+FREE, REST, CART, HAND, MOTORS = range(5)
+_CAUSES = {
+    REST: "the rods are still",
+    CART: "the cart is driven",
+    HAND: "a hand is at the rods",
+    MOTORS: "motors drive the joints, by their torque or effort",
+}
 
 
 @dataclass(frozen=True)
@@ -49,7 +54,7 @@ class Part:
     motion: int
     """Index of the motion."""
     cause: int
-    """FREE, REST, CART or HAND."""
+    """FREE, REST, CART, HAND or MOTORS."""
     start: float
     """Time of its beginning [s]."""
     stop: float
@@ -93,7 +98,7 @@ def moving_windows(motion: Motion, options: TrialOptions) -> Mask:
         return np.zeros(max(0, len(speed) - WINDOW + 1), dtype=bool)
     typical = np.quantile(speed[~idle], 0.9)
     centre = slice(WINDOW // 2, len(speed) - WINDOW // 2)
-    moving = np.asarray(~(_covering(idle, WINDOW) | (speed < _FAST * typical)[centre]))
+    moving = np.asarray(~(covering(idle, WINDOW) | (speed < _FAST * typical)[centre]))
     inner, outer = motion.rates.T
     # Whichever way the outer angle is meant, one of these is the speed of its joint.
     rates = (inner, outer, outer - inner, outer + inner)
@@ -104,9 +109,12 @@ def moving_windows(motion: Motion, options: TrialOptions) -> Mask:
 
 
 def find_parts(
-    motions: Sequence[Motion], balance: Balance | None, options: TrialOptions
+    motions: Sequence[Motion], balance: Balance | None, driven: Sequence[Mask], options: TrialOptions
 ) -> tuple[list[Part], list[str]]:
-    """Divide motions of the recorded joints by what acts on them; the second value describes impulses in free parts."""
+    """Divide motions of the recorded joints by what acts on them; the second value describes impulses in free parts.
+
+    `driven` are the grid points (m,) of each motion at which motors drive the joints.
+    """
     parts: list[Part] = []
     instants: list[float] = []
     for i, motion in enumerate(motions):
@@ -121,6 +129,7 @@ def find_parts(
             hand = np.asarray(binary_dilation(hand, iterations=_NEAR, mask=traces | hand))
             causes[_covered(hand, WINDOW)] = HAND
             instants += [float(motion.time[at + WINDOW // 2]) for at in impulses if causes[at + WINDOW // 2] == FREE]
+        causes[binary_closing(np.pad(driven[i], WINDOW), np.ones(WINDOW))[WINDOW:-WINDOW]] = MOTORS
         causes[cart_driven(motion, options.cart_limit)] = CART
         changes = [0, *(np.flatnonzero(np.diff(causes)) + 1).tolist()]
         edges = [*motion.time[changes].tolist(), float(motion.time[-1]) + motion.scales.spacing]
@@ -197,7 +206,7 @@ def _covered(flags: Mask, width: int) -> Mask:
     return np.asarray(np.convolve(flags, np.ones(width), mode="full") > 0.5)
 
 
-def _covering(points: Mask, width: int) -> Mask:
+def covering(points: Mask, width: int) -> Mask:
     """Return which windows of `width` points hold a flagged point."""
     return np.asarray(np.convolve(points, np.ones(width), mode="valid") > 0.5)
 

@@ -1,6 +1,8 @@
 """CSV files of any laboratory."""
 
+import contextlib
 import gzip
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -94,7 +96,7 @@ def test_compressed_files_are_read(tmp_path):
     ("text", "columns", "message"),
     [
         ("t,a\n0,1\n", ("t", "angle"), "no column 'angle': its columns are t, a"),
-        ("0,1\n", ("0", "2"), "no column '2': it has 2 columns and no titles"),
+        ("0,1\n", ("0", "2"), "no column '2': its columns are 2 without titles"),
         ("t,a\n0,1\n2,oops\n", ("t", "a"), r"line 3, column 1: 'oops' is not a number"),
         ("# log\nt,a\n\n0,1\n2,oops\n", ("t", "a"), r"line 5"),
         ("", ("0", "1"), "is empty"),
@@ -112,6 +114,90 @@ def test_what_is_wrong_is_said_with_its_place(tmp_path, text, columns, message):
 def test_a_missing_file_is_named(tmp_path):
     with pytest.raises(BagError, match=r"nowhere\.csv cannot be read"):
         read_table(tmp_path / "nowhere.csv")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "Rig 2,,\nMass,0.11,\nDate,2024-05-31,\n,,\nTime [s],a,b\n0,1,2\n0.5,3,4\n",
+        "Time [s],a,b\n0,1,2\nPaused by the operator\n0.5,3,4\n",
+        "Time [s],a,b\n0,1,2\nTime [s],a,b\n0.5,3,4\n",
+        "Time [s],a,b\n0,1,2\nmark,7,\n0.5,3,4\n",
+    ],
+)
+def test_lines_of_words_before_and_between_the_numbers_are_no_rows(tmp_path, text):
+    found = table(tmp_path, text)
+    assert [title.text for title in found.titles] == ["Time [s]", "a", "b"]
+    assert found.values.tolist() == [[0, 1, 2], [0.5, 3, 4]]
+    between = len(text.splitlines()) > 3 and text.startswith("Time")
+    assert ("lines without numbers are left out: 1, first line 3" in "".join(found.notes)) == between
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "seconds"),
+    [
+        ("2024-05-31T12:00:00.005", "2024-05-31T12:00:01", 1717156800.005),
+        ("2024-05-31 14:00:00.005+02:00", "2024-05-31 14:00:01+02:00", 1717156800.005),
+        ("2024-05-31 09:30:00.005-0230", "2024-05-31 09:30:01-0230", 1717156800.005),
+        ("2024-05-31T12:00:00.005000123Z", "2024-05-31T12:00:01Z", 1717156800.005),
+        ("12:00:00.005", "12:00:01", 43200.005),
+    ],
+)
+def test_dates_and_times_of_day_are_seconds(tmp_path, first, second, seconds):
+    (start, _), (stop, _) = read(tmp_path, f"t,a\n{first},1\n{second},2\n")
+    assert start == pytest.approx(seconds, abs=1e-6)
+    assert stop == pytest.approx(seconds + 0.995, abs=1e-6)
+
+
+def test_no_date_is_a_word(tmp_path):
+    with pytest.raises(BagError, match="'2024-13-31 12:00:00' is not a number"):
+        read(tmp_path, "t,a\n2024-12-31 12:00:00,1\n2024-13-31 12:00:00,2\n")
+
+
+def test_joint_states_that_ros2_topic_echo_wrote_have_their_joints_names(tmp_path):
+    row = "{},{},,cart_joint,inner_joint,outer_joint,0.0,{},{},0.1,0.2,0.3,0.0,0.0,0.0\n"
+    found = table(tmp_path, "".join(row.format(1700000000, nanosec, 1.5, -0.5) for nanosec in (5, 5_000_005)))
+    assert [title.text for title in found.titles[6:10]] == [
+        "cart_joint",
+        "inner_joint",
+        "outer_joint",
+        "cart_joint velocity",
+    ]
+    assert found.column(found.place("inner_joint")).tolist() == [1.5, 1.5]
+    assert found.titles[0].text == "sec"
+
+
+@pytest.mark.parametrize(
+    ("start", "words"),
+    [
+        (b"#ROSBAG V2.0\n", "rosbags-convert --src .*log.csv --dst"),
+        (b"MATLAB 5.0 MAT-file", "writematrix"),
+        (b"\x89HDF\r\n", "writematrix"),
+        (b"PK\x03\x04", "save the sheet as CSV"),
+    ],
+)
+def test_files_of_other_kinds_get_the_line_that_converts_them(tmp_path, start, words):
+    with pytest.raises(BagError, match=words):
+        table(tmp_path, start + bytes(100))
+
+
+@pytest.mark.parametrize(
+    ("text", "most"),
+    [
+        ("1,2\n" * 20_000 + 5000 * "," + "\n", 4.0),
+        ("1,2\n" * 20_000 + 200_000 * "," + "\n", 4.0),
+        ("0.005,1.234567,-2.345678\n" * 40_000, 5.0),
+        ("1," * 500_000, 4.0),
+    ],
+    ids=["a wide row", "a wider row", "ordinary rows", "one line"],
+)
+def test_memory_is_a_small_multiple_of_the_file(tmp_path, text, most):
+    tracemalloc.start()
+    with contextlib.suppress(BagError):
+        table(tmp_path, text)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < most * len(text) + 3e6
 
 
 @IN_A_FOLDER

@@ -1,6 +1,6 @@
 import pytest
 
-from cdp_ident.bag.csv_titles import Title, roles
+from cdp_ident.bag.csv_titles import Title, may_be_angles, roles, torques
 
 
 @pytest.mark.parametrize(
@@ -43,3 +43,27 @@ def test_a_title_is_a_name_and_a_unit(text, name, unit):
 )
 def test_titles_tell_what_columns_are(titles, found):
     assert roles([Title.of(text) for text in titles.split()]) == found
+
+
+@pytest.mark.parametrize(
+    ("titles", "angles"),
+    [
+        ("packet,time_us,angle", [2]),
+        ("pwm,time_us,position,angle", [3]),
+        ("t,theta,theta_sim", [1]),
+        ("t,measured [deg],model [deg]", [1]),
+        ("time,tip x,tip y", []),
+        ("time,first,second,velocity,motorCurrent", [1, 2]),
+        ("stamp,alpha,beta", [1, 2]),
+        ("t,position [m],angle,speed", [2]),
+        ("t,arm [rad],arm2 [rad],arm [rad/s]", [1, 2]),
+    ],
+)
+def test_titles_tell_which_columns_may_be_angles(titles, angles):
+    assert may_be_angles([Title.of(text) for text in titles.split(",")]) == angles
+
+
+def test_torques_of_both_joints_are_found_for_each_kind():
+    titles = "time pos1 pos2 tau_con1 tau_con2 tau_meas2 tau_meas1 tau_fric1 inner_command_Nm outer_command_Nm torque"
+    assert torques([Title.of(text) for text in titles.split()]) == [(3, 4), (6, 5), (8, 9)]
+    assert torques([Title.of(f"/joint_states/{joint}_joint/effort") for joint in ("outer", "inner")]) == [(1, 0)]

@@ -3,6 +3,7 @@
 import os
 import sqlite3
 import struct
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -299,6 +300,23 @@ def test_random_bytes_behind_a_good_start_are_read_or_refused(tmp_path, contents
     start = contents[name][: data.draw(st.sampled_from([0, 8, 16, 100, 400]))]
     (tmp_path / name).write_bytes(start + data.draw(st.binary(max_size=300)))
     read_or_refuse(tmp_path / name)
+
+
+EFFORTS = [([], []), ([], [1.0, 2.0]), ([0.5, 0.5], [3.0, 4.0]), ([0.5, 0.5], []), ([], [9.0])]
+"""Velocities and efforts of messages."""
+
+
+def test_efforts_are_read_where_messages_have_as_many_as_positions(tmp_path):
+    with BagWriter(tmp_path / "bag") as writer:
+        for i, (velocity, effort) in enumerate(EFFORTS):
+            message = typestore().deserialize_cdr(serialize_joint_state(NAMES[:2], [0.1, 0.2], 1000 + i), MESSAGE_TYPE)
+            message = replace(message, velocity=np.array(velocity), effort=np.array(effort))
+            writer.write(
+                "/joint_states", MESSAGE_TYPE, 1000 + i, bytes(typestore().serialize_cdr(message, MESSAGE_TYPE))
+            )
+        writer.close({})
+    found = read_joint_states(tmp_path / "bag", "joint_states").efforts
+    assert np.array_equal(found, [[np.nan, np.nan], [1, 2], [3, 4], [np.nan, np.nan], [np.nan, np.nan]], equal_nan=True)
 
 
 @pytest.mark.parametrize("seed", range(8))

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from rosbags.highlevel import AnyReader
 
 from cdp_ident.bag.reader import read_joint_states
+from cdp_ident.commands._csv_recording import _at
 from cdp_ident.commands.import_csv import main
 from cdp_ident.model.motions import simulate
 from cdp_ident.model.parameters import NOMINAL, physical_coefficients
@@ -255,7 +256,7 @@ def test_rows_without_a_number_are_left_out_and_counted(convert, capsys):
         (["--angle-unit", "counts", "--counts-per-turn", "0"], "positive"),
         (["--every", "0"], "--every is 0"),
         (["--rate", "-5"], "--rate is -5.0: expected a positive number"),
-        (["--from", "100"], "no complete row between"),
+        (["--from", "100"], "no row with a time and a number for both rods --from 100 s"),
         (["--start-stamp", "0"], "later --start-stamp"),
         (["--cart", "3", "--cart-unit", "counts"], "needs --counts-per-metre"),
         (["--time", "b", "--time-unit", "s", "--from", "1e300"], "does not increase"),
@@ -370,3 +371,55 @@ def test_a_drop_with_geared_drives_becomes_a_trial_and_a_wrong_meaning_does_not(
     assert trial.start + trial.duration == pytest.approx(end, abs=0.02)
     for wrong in (["--outer-angle", "absolute", "--zero", "hanging"], [], ["--outer-sign", "-1", "--zero", "hanging"]):
         assert main([file, "--out", str(tmp_path / "wrong"), *wrong]) == 2
+
+
+def test_columns_with_rows_of_their_own_are_joined_on_the_inner_rod_s_times(tmp_path, capsys):
+    lines = ["time,inner,outer"]
+    later = RELATIVE[:, 1] + 1e-4 * np.gradient(RELATIVE[:, 1], TIME)
+    for seconds, inner, outer in zip(TIME, RELATIVE[:, 0], later, strict=True):
+        lines += [f"{seconds:.6f},{inner:.9f},", f"{seconds + 1e-4:.6f},,{outer:.9f}"]
+    (tmp_path / "log.csv").write_text("\n".join(lines))
+    assert main([str(tmp_path / "log.csv"), "--out", str(tmp_path / "bag")]) == 0
+    assert "each column has rows of its own" in capsys.readouterr().out
+    found = read_joint_states(tmp_path / "bag", "joint_states").positions
+    assert found == pytest.approx(RELATIVE, abs=2e-4)
+
+
+def test_wrapped_angles_are_not_joined_across_the_wrap():
+    times, angles = np.arange(0.0, 4.0, 0.01), np.mod(3.0 * np.arange(0.0, 4.0, 0.01), 2 * np.pi)
+    found = _at(times[:-1] + 0.004, times, angles)
+    error = np.angle(np.exp(1j * (found - 3.0 * (times[:-1] + 0.004))))
+    assert np.abs(error).max() < 0.03
+    assert np.all(np.isnan(_at(times, times[::100][:1], angles[::100][:1])))
+
+
+def test_rows_that_never_meet_are_counted(refuse):
+    error = refuse([TIME, RELATIVE[:, 0], np.full(len(TIME), np.nan)], "--inner", "1", "--outer", "2")
+    assert f"no row with a time and a number for both rods : {len(TIME)} of {len(TIME)} rows lack one" in error
+
+
+@pytest.mark.parametrize("joined", [False, True])
+def test_stamps_in_seconds_and_nanoseconds_are_put_together(tmp_path, joined):
+    rows = []
+    for seconds, (inner, outer) in zip(TIME, RELATIVE, strict=True):
+        whole, rest = divmod(round((seconds + 1_700_000_000.9) * 1e9), 10**9)
+        rows.append(f"{whole},{rest},,inner_joint,outer_joint,{inner:.9f},{outer:.9f}")
+    head = "header.stamp.sec,header.stamp.nanosec,frame_id,name.0,name.1,position.0,position.1\n" if joined else ""
+    (tmp_path / "log.csv").write_text(head + "\n".join(rows))
+    assert main([str(tmp_path / "log.csv"), "--out", str(tmp_path / "bag")]) == 0
+    found = read_joint_states(tmp_path / "bag", "joint_states")
+    assert (found.stamps - found.stamps[0]) * 1e-9 == pytest.approx(TIME, abs=1e-6)
+    assert found.positions == pytest.approx(RELATIVE, abs=1e-8)
+
+
+def test_times_of_day_go_on_after_midnight(tmp_path, capsys):
+    lines = []
+    for seconds, angles in zip(TIME, RELATIVE, strict=True):
+        of_day = (seconds + 86398.0) % 86400.0
+        clock = f"{int(of_day // 3600):02d}:{int(of_day // 60) % 60:02d}:{of_day % 60:06.3f}"
+        lines.append(f"{clock},{angles[0]:.9f},{angles[1]:.9f}")
+    (tmp_path / "log.csv").write_text("\n".join(lines))
+    assert main([str(tmp_path / "log.csv"), "--out", str(tmp_path / "bag")]) == 0
+    assert "a time of day, counted on where it rolls over" in capsys.readouterr().out
+    stamps = read_joint_states(tmp_path / "bag", "joint_states").stamps
+    assert (stamps - stamps[0]) * 1e-9 == pytest.approx(TIME, abs=1e-6)

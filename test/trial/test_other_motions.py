@@ -1,0 +1,107 @@
+"""What is not a free double pendulum's motion is said, and free swings are taken whatever their motors measure."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from cdp_ident.errors import OtherMotionError, TrialError
+from cdp_ident.trial.find import find_trial
+from cdp_ident.trial.joints import Samples
+from cdp_ident.trial.options import TrialOptions
+
+HANGING = TrialOptions(zero="hanging", outer_angle="absolute")
+STEP = 0.005
+TIMES = np.arange(0.0, 15.0, STEP)
+A23, A33, G1, G2, INERTIA = 0.3, 0.25, 30.0, 10.0, 0.05
+
+
+def pendulum(gravity=40.0, friction=0.2, start=2.0):
+    """Return the angle of one pendulum (n,), from hanging."""
+    found = solve_ivp(
+        lambda _, y: [y[1], -gravity * np.sin(y[0]) - friction * y[1]], (0, 15), [start, 0], t_eval=TIMES, rtol=1e-9
+    )
+    return found.y[0]
+
+
+def double_pendulum(torques=lambda _: (0.0, 0.0), start=(2.0, -1.0)):
+    """Return the angles of both rods (n, 2), from hanging, with torques [N m] in the joints."""
+
+    def rates(time, state):
+        theta, omega = state[:2], state[2:]
+        inner, outer = np.array(torques(time)) / INERTIA - 0.1 * np.array([omega[0], omega[1] - omega[0]])
+        s, c = np.sin(theta[0] - theta[1]), np.cos(theta[0] - theta[1])
+        mass = np.array([[1.0, A23 * c], [A23 * c, A33]])
+        force = [-G1 * np.sin(theta[0]) - A23 * s * omega[1] ** 2 + inner - outer,
+                 -G2 * np.sin(theta[1]) + A23 * s * omega[0] ** 2 + outer]  # fmt: skip
+        return np.concatenate([omega, np.linalg.solve(mass, force)])
+
+    return solve_ivp(rates, (0, 15), [*start, 0, 0], t_eval=TIMES, rtol=1e-8, atol=1e-8).y[:2].T
+
+
+def samples(angles, torques=None, noise=1e-3):
+    """Return samples of two columns (n, 2), with noise."""
+    stamps = np.arange(len(TIMES)) * round(STEP * 1e9)
+    return Samples(stamps, angles + noise * np.random.default_rng(1).normal(size=(len(TIMES), 2)), None, torques)
+
+
+ANGLE = pendulum()
+STEPS = np.floor(TIMES / 5.0)
+CASES = {
+    "a column that is still": (np.column_stack([0 * ANGLE, ANGLE]), "the inner joint does not turn"),
+    "a packet number": (np.column_stack([ANGLE, STEPS]), "no double pendulum"),
+    "a counter of rows": (np.column_stack([TIMES / STEP * 1e-3, ANGLE]), "the inner joint does not turn"),
+    "one angle twice": (np.column_stack([ANGLE, ANGLE]), "follows the inner one|does not turn"),
+    "measured and simulated": (np.column_stack([ANGLE, pendulum(42.0, 0.25)]), "one pendulum beside something else"),
+    "a cart and its pendulum": (np.column_stack([ANGLE, 0.1 * np.sin(1.3 * TIMES)]), "no double pendulum"),
+    "coordinates": (0.3 * np.column_stack([np.sin(ANGLE), -np.cos(ANGLE)]), "not that of a free double pendulum"),
+    "a duty cycle": (np.column_stack([np.sign(np.sin(2 * TIMES)), ANGLE]), "no|not that of a free"),
+}
+
+
+@pytest.mark.parametrize("outer_angle", ["absolute", "relative"])
+@pytest.mark.parametrize("case", CASES)
+def test_what_is_no_double_pendulum_is_refused_whatever_the_angles_mean(case, outer_angle):
+    angles, words = CASES[case]
+    with pytest.raises(TrialError, match=words):
+        find_trial(samples(angles), replace(HANGING, outer_angle=outer_angle))
+
+
+def test_it_is_taken_all_the_same_where_the_user_insists():
+    with pytest.raises(OtherMotionError, match="conventions: warn takes"):
+        find_trial(samples(CASES["measured and simulated"][0]), HANGING)
+    found = find_trial(samples(CASES["measured and simulated"][0]), replace(HANGING, conventions="warn"))
+    assert "no double pendulum" in found.warnings[0]
+
+
+def test_a_free_swing_is_taken_whatever_efforts_its_motors_measure():
+    angles = double_pendulum()
+    noise = np.random.default_rng(2).normal(size=angles.shape)
+    plain = find_trial(samples(angles), HANGING)
+    for torques in (noise, 1e3 * noise, np.gradient(angles, axis=0)):
+        found = find_trial(samples(angles, torques), HANGING)
+        assert found.trial.duration == plain.trial.duration
+        assert found.balance.lumped.values[0] == pytest.approx(A23, abs=0.01)
+
+
+@pytest.mark.parametrize("unit", [1.0, -20.0])
+def test_driven_joints_are_told_by_their_torques_in_any_unit(unit):
+    torques = np.column_stack([0.6 * np.sin(3.1 * TIMES), 0.3 * np.cos(4.3 * TIMES)])
+    angles = double_pendulum(lambda time: (0.6 * np.sin(3.1 * time), 0.3 * np.cos(4.3 * time)))
+    with pytest.raises(TrialError, match="motors drive the joints"):
+        find_trial(samples(angles, unit * torques), HANGING)
+    with pytest.raises(TrialError, match="if a hand or motors move the rods"):
+        find_trial(samples(angles), HANGING)
+
+
+def test_what_is_free_after_motors_let_go_is_taken():
+    def torques(time):
+        return 0.8 * np.sin(3.1 * time) * (time < 6.0), 0.4 * np.cos(4.3 * time) * (time < 6.0)
+
+    angles = double_pendulum(torques)
+    found = find_trial(samples(angles, np.column_stack(torques(TIMES))), HANGING)
+    assert 5.5 < found.trial.start < 6.5
+    assert found.trial.start + found.trial.duration > 14.9
+    assert "motors drive the joints" in "; ".join(found.trial.notes)
+    assert found.balance.lumped.values[[0, 1, 4, 5]] == pytest.approx([A23, A33, G1, G2], rel=0.02)
