@@ -43,7 +43,7 @@ _ANGLE = (
 )
 _ECHO = 3
 """Columns of a message with joint states before the joints' names."""
-_TORQUE = re.compile("tau|torque|effort|moment|nm$")
+_TORQUE = re.compile("tau|torque|effort|moment|nm$|current|pwm|duty|^u[0-3]$")
 _OF_JOINT = re.compile("(.*?)(inner|outer|[0-3])(.*)")
 _SAYS_ANGLE = re.compile("angle|ang|winkel|theta|th|phi|psi|alpha|beta|gamma|q|θ|φ|ψ|encoder|enc")
 _NO_ANGLE = re.compile(
@@ -111,15 +111,23 @@ def roles(titles: Sequence[Title]) -> dict[str, int]:
     return found
 
 
-def torques(titles: Sequence[Title]) -> list[tuple[int, int]]:
-    """Return the places of torques of motors, of the inner and the outer joint, for each kind that the titles tell."""
+def torques(titles: Sequence[Title]) -> list[tuple[int | None, int | None]]:
+    """Return the places of torques of motors, of the inner and the outer joint, for each kind that the titles tell.
+
+    Currents and duty cycles, which torques go with, count as such. Of one that stands alone the other is None.
+    """
     kinds: dict[tuple[str, str], dict[str, int]] = {}
     for place, key in enumerate(Title(title.text, title.text, "").key for title in titles):
         if _TORQUE.search(key) and (match := _OF_JOINT.fullmatch(key)):
             kinds.setdefault((match[1], match[3]), {})[match[2]] = place
-    return [
-        (pair[first], pair[second]) for pair in kinds.values() if len(pair) == 2 for first, second in [sorted(pair)]
-    ]
+    found: list[tuple[int | None, int | None]] = []
+    for places in sorted(kinds.values(), key=len, reverse=True):
+        *_, joint = sorted(places)
+        if len(places) > 1:
+            found.append((places[sorted(places)[-2]], places[joint]))
+        else:
+            found.append((None, places[joint]) if joint in ("outer", "2", "3") else (places[joint], None))
+    return found
 
 
 def may_be_angles(titles: Sequence[Title]) -> list[int]:

@@ -16,9 +16,6 @@ _LENGTH_OFF = 0.05
 _WELL_KNOWN = 0.2
 """Standard deviation, as a share, up to which a length is worth saying."""
 
-_WORTH_SAYING = 0.2
-"""Error of a zero [degrees] from which it is reported."""
-
 
 def check_film(samples: Samples, meaning: TrialOptions) -> None:
     """Raise TrialError where gravity does not pull down in the picture."""
@@ -29,13 +26,13 @@ def check_film(samples: Samples, meaning: TrialOptions) -> None:
     if abs(abs(degrees) - 180) < np.degrees(_LARGEST_LEAN):
         raise TrialError("gravity pulls up in the picture: y counts the other way, give the other --y-axis")
     raise TrialError(
-        f"gravity's direction is {degrees:.1f} degrees from the picture's vertical: give --lean {degrees:.1f} if the "
-        "camera leans so, else check which columns are x and y"
+        f"gravity's direction is about {degrees:.0f} degrees from the picture's vertical: check which columns are x "
+        "and y; if the camera leans so, --lean takes it out"
     )
 
 
 def what_the_motion_says(found: Found, recording: Recording, rate: float | None) -> list[str]:
-    """Return lines about how well the balance of forces holds, with which length, and with which zeros."""
+    """Return lines about how well the balance of forces holds, and with which length."""
     if found.balance is None or not found.balance.lumped.has_certain_signs:
         return []
     lumped = found.balance.lumped
@@ -52,12 +49,4 @@ def what_the_motion_says(found: Found, recording: Recording, rate: float | None)
                 f"warning: the joints are {given:.3g} m apart, but the motion is that of {length:.3g} m: with {remedy} "
                 "they agree; check rate, times and length"
             )
-    offsets = np.degrees(lumped.offsets)
-    if np.any(np.abs(offsets) > _WORTH_SAYING):
-        lean = f"the camera leans (--lean {offsets.mean():.2f} takes the common part out)"
-        zeros = "the zeros are off by that; they are kept, identify finds such offsets"
-        lines.append(
-            f"by gravity, {offsets[0]:+.1f} and {offsets[1]:+.1f} degrees are to be added to the rods' absolute "
-            f"angles: {lean if recording.on_film else zeros}"
-        )
     return lines

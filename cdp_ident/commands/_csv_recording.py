@@ -40,7 +40,7 @@ class Recording:
     cart: Array | None
     """(n,) position of the cart as recorded [m]."""
     torques: Array | None
-    """(n, 2) torques of motors in the joints, as recorded; zero where none is known."""
+    """(n, 2) torques of motors in the joints, as recorded; NaN where none is known."""
     meaning: TrialOptions
     length: float | None
     """Between the joints, as given or seen [m]."""
@@ -53,7 +53,8 @@ class Recording:
     def samples(self) -> Samples:
         """Return the samples, the first at time zero."""
         stamps = np.round((self.time - self.time[0]) * 1e9).astype(np.int64)
-        return Samples(stamps, np.asarray(np.unwrap(self.angles, axis=0)), self.cart, self.torques)
+        torques = None if self.torques is None else np.nan_to_num(self.torques)
+        return Samples(stamps, np.asarray(np.unwrap(self.angles, axis=0)), self.cart, torques)
 
     def complete(self, options: argparse.Namespace, table: Table) -> "Recording":
         """Return the rows that are complete and wanted; says how many lack a number.
@@ -90,19 +91,21 @@ class Recording:
 
         None where most of these are complete. Between rows of a column that are far apart nothing is taken.
         """
-        others = [self.angles[:, 1], *([] if self.cart is None else [self.cart])]
         has_time = np.isfinite(self.time)
         rows = np.flatnonzero(has_time & np.isfinite(self.angles[:, 0]))
-        complete = np.all([np.isfinite(column[rows]) for column in others], axis=0)
-        if not len(rows) or 2 * np.count_nonzero(complete) >= len(rows):
+        needed = self.angles[rows, 1] if self.cart is None else self.angles[rows, 1] + self.cart[rows]
+        if not len(rows) or 2 * np.count_nonzero(np.isfinite(needed)) >= len(rows):
             return None
-        taken = [_at(self.time[rows], self.time[has_time], column[has_time]) for column in others]
+
+        def taken(column: Array) -> Array:
+            return _at(self.time[rows], self.time[has_time], column[has_time])
+
         return replace(
             self,
             time=self.time[rows],
-            angles=np.column_stack([self.angles[rows, 0], taken[0]]),
-            cart=None if self.cart is None else taken[1],
-            torques=None if self.torques is None else self.torques[rows],
+            angles=np.column_stack([self.angles[rows, 0], taken(self.angles[:, 1])]),
+            cart=None if self.cart is None else taken(self.cart),
+            torques=None if self.torques is None else np.column_stack([taken(column) for column in self.torques.T]),
         )
 
 
@@ -233,9 +236,11 @@ def _next_place(table: Table, used: set[int]) -> int:
 def _torques(table: Table, columns: list[str]) -> Array | None:
     """Return the torques of motors in both joints (n, 2) that titles tell, and say so; None where all are zero."""
     for places in torques(table.titles):
-        values = np.nan_to_num(np.column_stack([table.column(place) for place in places]))
-        if np.any(values):
-            columns.append("torques of motors from " + " and ".join(map(table.name, places)))
+        unknown = np.full(len(table.values), np.nan)
+        values = np.column_stack([unknown if place is None else table.values[:, place] for place in places])
+        if np.any(np.nan_to_num(values)):
+            named = [table.name(place) for place in places if place is not None]
+            columns.append(f"torques of motors from {' and '.join(named)}")
             return values
     return None
 

@@ -13,12 +13,13 @@ from typing import get_args
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.errors import TrialError
+from cdp_ident.errors import OtherMotionError, TrialError
 from cdp_ident.trial.balance import WINDOW, Motion
 from cdp_ident.trial.encoder_scale import best_scale
 from cdp_ident.trial.lumped import Lumped
 from cdp_ident.trial.meaning import Balance, balance_of, in_model_angles
 from cdp_ident.trial.options import OuterAngle, TrialOptions, Zero
+from cdp_ident.trial.other_motions import may_be_rods, still_joint, uncoupled
 from cdp_ident.trial.wording import KEYS, Wording
 
 Mask = npt.NDArray[np.bool_]
@@ -72,14 +73,19 @@ def check_conventions(
     possible = given.lumped.turned is not None
     factor = _MUCH_BETTER if possible else 1.0
     least = min(unexplained, fit.unexplained)
-    scaled = best_scale(motions, moving, options) if least > GOOD else None
-    if scaled and scaled[1].unexplained < min(GOOD, _MUCH_BETTER * least):
+    looks = still_joint(motions)
+    scaled = best_scale(motions, moving, options) if least > GOOD and not looks else None
+    if looks:
+        contradiction = f"this is no double pendulum: {looks}"
+    elif scaled and scaled[1].unexplained < min(GOOD, _MUCH_BETTER * least):
         contradiction = _wrong_scale(options, *scaled, given.lumped, wording)
-    elif best != options and unexplained > GOOD and fit.unexplained < factor * unexplained:
+    elif best != options and unexplained > GOOD and fit.unexplained < min(factor * unexplained, _NO_PENDULUM):
         contradiction = _better(options, best, given.lumped, fit, wording)
+    elif not may_be_rods(given.lumped) and (looks := uncoupled(motions, moving, options)):
+        contradiction = f"this is no double pendulum: {looks}"
     elif unexplained > _NO_PENDULUM:
         contradiction = (
-            f"most of the motion is not that of a free double pendulum: {unexplained:.1%} of the inner rod's "
+            f"the motion is not that of a free double pendulum: {unexplained:.1%} of the inner rod's "
             "acceleration is explained neither by gravity, coupling and friction nor by another meaning of the "
             "angles: check columns, units and times; if a hand or motors move the rods for long, take the part without "
             f"them by {wording.name('start')} and {wording.name('stop')}"
@@ -98,7 +104,7 @@ def check_conventions(
             warnings.append(_cannot_tell(options, best, given.lumped, fit, wording))
         return given, warnings
     if options.conventions == "refuse":
-        raise TrialError(f"{contradiction}; {wording.insist}")
+        raise (OtherMotionError if looks else TrialError)(f"{contradiction}; {wording.insist}")
     return given, [contradiction]
 
 

@@ -28,6 +28,8 @@ _AT_REST = 0.02
 _LEVEL = 0.1
 """A pivot on a cart moves up and down less than this [distances between the joints, standard deviation]."""
 _CIRCLE_ROUNDS = 20
+_AT_REST_FRAMES = 4
+"""So many frames in a row that repeat the one before show rods at rest; fewer are frames that were written twice."""
 
 
 @dataclass(frozen=True)
@@ -74,16 +76,21 @@ def rods_on_film(points: Array, y_down: bool) -> Film:
     if is_at_rest:
         points[:, 0] = np.median(points[seen, 0], axis=0)
         length, tolerance = _length(points[seen])
+    repeated = _repeated(points)
     exchanged, lost = _exchanged(points, seen, length, tolerance)
     points[exchanged, 1:] = points[exchanged, :0:-1]
-    kept = seen & ~lost
-    if np.count_nonzero(kept) < _FEWEST_RIGHT * np.count_nonzero(seen):
+    kept = seen & ~lost & ~repeated
+    if np.count_nonzero(seen & ~lost) < _FEWEST_RIGHT * np.count_nonzero(seen):
         raise TrialError(
             f"in {np.count_nonzero(lost)} of {np.count_nonzero(seen)} frames neither marker is {length:.4g} from the "
             "pivot, as the joint must be: check which columns are pivot, joint and tip"
         )
     if count := int(np.count_nonzero(~seen)):
         notes.append(f"{count} frames lack a marker and are left out")
+    if count := int(np.count_nonzero(seen & repeated)):
+        notes.append(
+            f"{count} frames repeat the one before and are left out: they show it once more, not a later moment"
+        )
     if count := int(np.count_nonzero(exchanged & kept)):
         notes.append(f"joint and tip are exchanged in {count} frames: put right")
     if count := int(np.count_nonzero(lost)):
@@ -92,6 +99,16 @@ def rods_on_film(points: Array, y_down: bool) -> Film:
     notes.extend(put_right)
     angles = np.arctan2(rods[:, :, 0], rods[:, :, 1])
     return Film(kept, angles, None if is_at_rest else points[kept, 0, 0], length, tuple(notes))
+
+
+def _repeated(points: Array) -> Mask:
+    """Return which frames (n,) have every marker exactly where the frame before has it, but for those at rest."""
+    same = np.concatenate([[False], np.all(points[1:] == points[:-1], axis=(1, 2))])
+    runs = np.split(np.arange(len(same)), np.flatnonzero(np.diff(same)) + 1)
+    repeated = np.zeros(len(same), dtype=bool)
+    for run in runs:
+        repeated[run] = same[run[0]] and len(run) < _AT_REST_FRAMES
+    return repeated
 
 
 def _spread(values: Array) -> Array:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.errors import OtherMotionError, TrialError
+from cdp_ident.errors import TrialError
 from cdp_ident.trial.balance import WINDOW, Motion, motion_on_grid
 from cdp_ident.trial.balance import joined as joined_windows
 from cdp_ident.trial.cleaning import Piece, clean, cut_at_gaps
@@ -14,7 +14,7 @@ from cdp_ident.trial.joints import Samples, model_angles
 from cdp_ident.trial.lumped import gravity_direction
 from cdp_ident.trial.meaning import Balance, balance_of
 from cdp_ident.trial.options import TrialOptions
-from cdp_ident.trial.other_motions import driven, likeness
+from cdp_ident.trial.other_motions import driven
 from cdp_ident.trial.outliers import outlier_words
 from cdp_ident.trial.scales import PER_UNIT, Scales
 from cdp_ident.trial.trial import Trial, joined
@@ -57,13 +57,7 @@ def find_trial(samples: Samples, options: TrialOptions, wording: Wording = KEYS)
     moving = tuple(
         mask & ~covering(flags, WINDOW) if len(mask) else mask for mask, flags in zip(moving, by_motors, strict=True)
     )
-    doubts = []
-    if looks := likeness(motions, moving, options):
-        if options.conventions == "refuse":
-            raise OtherMotionError(f"this is no double pendulum: {looks}; {wording.insist}")
-        doubts.append(f"this is no double pendulum: {looks}")
     balance, warnings = check_conventions(motions, moving, options, wording)
-    warnings = [*doubts, *warnings]
     parts, impulses = find_parts(motions, balance, by_motors, options)
     taken, cuts = choose_parts(parts, options.shortest or motions[0].scales.shortest)
     if balance is None and _begins_hanging(motions[taken[0].motion], options):

@@ -79,11 +79,6 @@ class Lumped:
         return bool(np.all(np.abs(self.values[places]) > _SIGMAS * np.sqrt(np.diag(self.covariance)[places])))
 
     @property
-    def offsets(self) -> Array:
-        """What must be added to theta1 and theta2 (2,) for their zeros to be right [rad]; 0 where they seem to be."""
-        return np.asarray(self.values[10:12] / self.values[4:6])
-
-    @property
     def turned(self) -> Turned | None:
         """Which rods' zeros are half a turn off, for there to be a double pendulum with these numbers; None for none.
 

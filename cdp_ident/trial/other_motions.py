@@ -37,25 +37,26 @@ _LUMPED = 8
 """The lumped numbers that torques are fitted beside: all but the geared rotor and errors of zeros."""
 
 
-def likeness(motions: Sequence[Motion], moving: Sequence[Mask], options: TrialOptions) -> str:
-    """Return what recorded joints look like that are no double pendulum's, in words; empty where they may be one's."""
-    if not any(map(np.any, moving)):
-        return ""
-    rates = np.concatenate([motion.rates - motion.rates.mean(axis=0) for motion in motions])
-    speeds = np.std(rates, axis=0)
-    for joint, speed, other in zip(("inner", "outer"), speeds, speeds[::-1], strict=True):
-        if speed < _STILL * other:
-            return f"the {joint} joint does not turn while the other does: one pendulum, or a column that is no angle"
-    if (given := balance_of(motions, moving, options)) and _may_be(given.lumped):
-        return ""
+def still_joint(motions: Sequence[Motion]) -> str:
+    """Return that a recorded joint does not turn while the other does, in words; empty where both turn or none."""
+    inner, outer = _speeds(motions)
+    joint = "inner" if inner < _STILL * outer else "outer" if outer < _STILL * inner else ""
+    return joint and f"the {joint} joint does not turn while the other does: one pendulum, or a column that is no angle"
+
+
+def uncoupled(motions: Sequence[Motion], moving: Sequence[Mask], options: TrialOptions) -> str:
+    """Return what two columns look like that are not coupled as rods are, whatever they mean; empty where they may be.
+
+    `moving` are, of each motion of the recorded joints, the windows that show one.
+    """
     meanings = itertools.product(get_args(OuterAngle), (1, -1))
     others = [replace(options, outer_angle=angle, outer_sign=sign) for angle, sign in meanings]
     fits = [balance.lumped for other in others if (balance := balance_of(motions, moving, other))]
-    uncoupled = [fit for fit in fits if abs(fit.values[0]) + _SIGMAS * np.sqrt(fit.covariance[0, 0]) < _COUPLED]
-    if not uncoupled or any(map(_may_be, fits)):
+    apart = [fit for fit in fits if abs(fit.values[0]) + _SIGMAS * np.sqrt(fit.covariance[0, 0]) < _COUPLED]
+    if not apart or any(map(may_be_rods, fits)):
         return ""
-    coupling, std = uncoupled[0].values[0], np.sqrt(uncoupled[0].covariance[0, 0])
-    correlation = float(np.mean(rates[:, 0] * rates[:, 1]) / np.prod(speeds))
+    coupling, std = apart[0].values[0], np.sqrt(apart[0].covariance[0, 0])
+    correlation = float(np.corrcoef(np.concatenate([motion.rates for motion in motions]).T)[0, 1])
     looks = (
         f"the outer column follows the inner one (correlation {correlation:.2f}): one angle twice, measured and "
         "simulated or filtered"
@@ -67,7 +68,12 @@ def likeness(motions: Sequence[Motion], moving: Sequence[Mask], options: TrialOp
     )
 
 
-def _may_be(fit: Lumped) -> bool:
+def _speeds(motions: Sequence[Motion]) -> Array:
+    """Return how much the speeds of both recorded joints vary (2,) [rad/s]."""
+    return np.std(np.concatenate([motion.rates - motion.rates.mean(axis=0) for motion in motions]), axis=0)
+
+
+def may_be_rods(fit: Lumped) -> bool:
     """Return whether the numbers are certain to be a double pendulum's, zeros half a turn off included."""
     is_coupled = fit.is_mechanism or abs(fit.values[0]) > _COUPLED
     return fit.turned is not None and fit.has_certain_signs and is_coupled

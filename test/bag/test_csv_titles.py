@@ -65,5 +65,6 @@ def test_titles_tell_which_columns_may_be_angles(titles, angles):
 
 def test_torques_of_both_joints_are_found_for_each_kind():
     titles = "time pos1 pos2 tau_con1 tau_con2 tau_meas2 tau_meas1 tau_fric1 inner_command_Nm outer_command_Nm torque"
-    assert torques([Title.of(text) for text in titles.split()]) == [(3, 4), (6, 5), (8, 9)]
+    assert torques([Title.of(text) for text in titles.split()]) == [(3, 4), (6, 5), (8, 9), (7, None)]
     assert torques([Title.of(f"/joint_states/{joint}_joint/effort") for joint in ("outer", "inner")]) == [(1, 0)]
+    assert torques([Title.of(text) for text in ["t", "u1", "motorCurrent2", "pwm"]]) == [(1, None), (None, 2)]
