@@ -54,6 +54,10 @@ def check_conventions(
         TrialError: the data contradict the options and `options.conventions` is "refuse".
     """
     given = balance_of(motions, moving, options)
+    if looks := still_joint(motions, moving):
+        if options.conventions == "refuse":
+            raise OtherMotionError(f"this is no double pendulum: {looks}; {wording.insist}")
+        return given, [f"this is no double pendulum: {looks}"]
     if given is None:
         return None, ["there is too little motion to check the joints' conventions or to tell a hand from free motion"]
     if _is_locked(motions, moving, options):
@@ -73,11 +77,8 @@ def check_conventions(
     possible = given.lumped.turned is not None
     factor = _MUCH_BETTER if possible else 1.0
     least = min(unexplained, fit.unexplained)
-    looks = still_joint(motions)
-    scaled = best_scale(motions, moving, options) if least > GOOD and not looks else None
-    if looks:
-        contradiction = f"this is no double pendulum: {looks}"
-    elif scaled and scaled[1].unexplained < min(GOOD, _MUCH_BETTER * least):
+    scaled = best_scale(motions, moving, options) if least > GOOD else None
+    if scaled and scaled[1].unexplained < min(GOOD, _MUCH_BETTER * least):
         contradiction = _wrong_scale(options, *scaled, given.lumped, wording)
     elif best != options and unexplained > GOOD and fit.unexplained < min(factor * unexplained, _NO_PENDULUM):
         contradiction = _better(options, best, given.lumped, fit, wording)

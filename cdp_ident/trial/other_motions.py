@@ -37,8 +37,13 @@ _LUMPED = 8
 """The lumped numbers that torques are fitted beside: all but the geared rotor and errors of zeros."""
 
 
-def still_joint(motions: Sequence[Motion]) -> str:
-    """Return that a recorded joint does not turn while the other does, in words; empty where both turn or none."""
+def still_joint(motions: Sequence[Motion], moving: Sequence[Mask]) -> str:
+    """Return that a recorded joint does not turn while the other does, in words; empty where both turn or none.
+
+    `moving` are, of each motion, the windows that show one.
+    """
+    if not any(map(np.any, moving)):
+        return ""
     inner, outer = _speeds(motions)
     joint = "inner" if inner < _STILL * outer else "outer" if outer < _STILL * inner else ""
     return joint and f"the {joint} joint does not turn while the other does: one pendulum, or a column that is no angle"
