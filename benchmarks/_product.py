@@ -25,6 +25,8 @@ class Named:
     """Name and joint."""
     also_possible: tuple[tuple[str, str], ...]
     """Those of effects that are said to be as possible."""
+    probability: float = 1.0
+    """That it is there, as it is said."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +77,8 @@ def answer_of(traced: Trace) -> Found:
             continue  # these are no names
         own = one.active.effect
         others = (other.split(".")[:2] for other in one.also_possible)
-        named.append(Named(own.key, (own.name, str(own.joint)), tuple((name, joint) for name, joint in others)))
+        as_possible = tuple((name, joint) for name, joint in others)
+        named.append(Named(own.key, (own.name, str(own.joint)), as_possible, one.probability))
     return Found(
         tuple(named),
         error_of_samples(traced.before.holdout),

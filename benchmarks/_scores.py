@@ -36,6 +36,8 @@ class Score:
     named: tuple[str, ...] = ()
     also_possible: tuple[str, ...] = ()
     """What is said of each of these to be as possible; what is hidden counts as right there, too."""
+    probability: tuple[float, ...] = ()
+    """That each of these is there, as it is said."""
     unknown: tuple[str, ...] = ()
     """Torques that were found without a name."""
     right: tuple[str, ...] = ()
@@ -122,6 +124,7 @@ def score(truth: Truth, found: Found, seconds: float) -> Score:
         hidden=tuple(f"{h.strength:.3g} {h.effect.unit} ({h.visible:.1f})" for h in truth.hidden),
         named=tuple(named.key for named in found.named),
         also_possible=tuple(" or ".join(map(" ".join, named.also_possible)) for named in found.named),
+        probability=tuple(named.probability for named in found.named),
         unknown=found.unknown,
         right=_keys(right),
         missed=_keys([h for h in unnamed if h.known and h not in faint]),
