@@ -125,6 +125,6 @@ def test_a_search_that_is_stopped_is_refined_all_the_same_and_said_to_be_interru
 
 def test_a_free_length_is_found_beside_the_groups():
     prior = Prior(nominal={"L": 0.39})
-    found = identify(trials()[:2], trials()[2:], IdentifyOptions(prior=prior, length_free=True))
+    found = identify(trials()[:2], trials()[2:], IdentifyOptions(prior=prior, length_std=np.inf))
     std = np.sqrt(found.covariance[-1, -1])
     assert abs(found.fit.values[-1] - 0.4) < 4 * std < 0.01
