@@ -42,6 +42,8 @@ class Found:
     """Whether more than noise is said to remain."""
     description: str
     """Of what remains."""
+    base: tuple[tuple[float, float], ...] = ()
+    """Base parameters over A22, and their standard deviations."""
     unknown: tuple[str, ...] = ()
     """Keys of torques that were found and have no name."""
     alike: tuple[str, ...] = ()
@@ -85,6 +87,9 @@ def answer_of(traced: Trace) -> Found:
         error_of_samples(traced.after.holdout),
         traced.unexplained.significant,
         traced.unexplained.description,
+        tuple(
+            zip(traced.completed.fit.values[:5].tolist(), np.sqrt(np.diag(traced.covariance)[:5]).tolist(), strict=True)
+        ),
         tuple(one.active.effect.key for one in traced.effects if one.certainty == "acts_like"),
         tuple(one.curve.likeness for one in traced.effects if one.curve),
     )

@@ -19,8 +19,6 @@ _WORSE = 3.0
 """A window whose error is so many times the median of the windows fits far worse."""
 _ABOVE_NOISE = 3.0
 """An error of so many times the noise means that something is missing in the model."""
-_JUMPS = 3.0
-"""Jumps between windows of so many times their expected size mean that, too."""
 _OFF = 3.0
 """What was measured beforehand is wrong where the motion shows it so many standard deviations off."""
 _MOST_NAMED = 4
@@ -144,16 +142,6 @@ def _above_noise(found: Identification) -> Iterator[FitWarning]:
             (),
             f"the error of {1e3 * error:.3g} mrad is {error / noise:.1f} times the encoders' noise: the model lacks "
             "something, or L, g or the nominal values are far off",
-        )
-    joined = found.continuity
-    # Noise that is remembered moves initial states by more than white noise of its size does.
-    by_memory = 1.0 if error > _ABOVE_NOISE * noise else float(np.sqrt(found.fit.autocorrelation.integrated_time))
-    if joined is not None and joined.relative > _JUMPS * by_memory:
-        yield FitWarning(
-            "windows_do_not_join",
-            (),
-            f"from one window to the next the angles jump by {1e3 * joined.rms:.3g} mrad rms, "
-            f"{joined.relative / by_memory:.1f} times what the noise lets expect: the model lacks something",
         )
 
 

@@ -35,6 +35,8 @@ class FinalValues:
     """(unknowns, unknowns)"""
     whole: WholeSwings | None
     """Whole swings, fitted; None where that failed."""
+    by_windows: bool
+    """Whether the values are not these, but were fitted over windows."""
     failures: tuple[str, ...]
     """What could not be computed, in words."""
 
@@ -60,14 +62,16 @@ def final_values(
     except (IdentificationError, np.linalg.LinAlgError) as error:
         failures.append(f"values from whole swings: {error}")
     if by_windows or whole is None:
+        by_windows = True
         try:
             fit, held = over_windows(after.model, after.fit.values, windows), _held(after.model)
             values, spread = fit.values, covariance(fit, held)
             spread[np.ix_(held, held)] = chosen.covariance[np.ix_(held, held)]
             say("values fitted over windows predict what was held out better: they are the final ones")
         except (IdentificationError, np.linalg.LinAlgError) as error:
+            by_windows = whole is None
             failures.append(f"values from all windows: {error}")
-    return FinalValues(values, spread, whole, tuple(failures))
+    return FinalValues(values, spread, whole, by_windows, tuple(failures))
 
 
 def _whole_swings(after: FinalModel, chosen: WholeSwings, data: Data, windows: Sequence[Window]) -> WholeSwings:

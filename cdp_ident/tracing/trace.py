@@ -72,7 +72,9 @@ class Trace:
     in_doubt: tuple[InDoubt, ...]
     """Effects that the motion neither shows nor excludes, the most likely first."""
     whole: WholeSwings | None
-    """The final values and what belongs to them, given all that was measured; None where they were not found."""
+    """The most likely values given whole swings, all that was measured; None where they were not found."""
+    by_windows: bool
+    """Whether the final values are not these, but were fitted over windows."""
     withdrawn: Withdrawn | None
     """Effects that were found and did not carry over to what was held out; None where none were."""
     longer: LongerWindows | None
@@ -158,6 +160,7 @@ def trace(
         unexplained=unexplained(after, whole, data.noise, completed.inertia.value),
         in_doubt=in_doubt,
         whole=whole,
+        by_windows=final.by_windows if final else True,
         withdrawn=withdrawn,
         longer=longer,
         failure=failure,

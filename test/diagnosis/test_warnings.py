@@ -55,9 +55,9 @@ def test_an_interrupted_search_is_named_first():
     assert "(interrupted)" in find_warnings(found)[0].message
 
 
-def test_a_wrong_length_shows_as_error_above_the_noise_and_windows_that_do_not_join():
+def test_a_wrong_length_shows_as_error_above_the_noise():
     found = identify(trials(), [], IdentifyOptions(prior=Prior(nominal={"L": 0.42}), length_std=0.0))
-    assert {"length_off", "error_above_noise", "windows_do_not_join"} <= set(names(found))
+    assert {"length_off", "error_above_noise"} <= set(names(found))
 
 
 def test_a_length_or_gravity_that_motion_contradicts_is_told_with_the_right_one():
