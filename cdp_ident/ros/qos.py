@@ -50,6 +50,15 @@ class Subscription:
         self._adapting = node.create_guard_condition(self._adapt)
         self._subscription = self._subscribe((*_SIZE, QoSPolicyKind.RELIABILITY))
 
+    def drain(self) -> None:
+        """Hand on all that waits by now, in the order of arrival; more may arrive meanwhile."""
+        for _ in range(self._profile.depth):
+            with self._subscription.handle:  # as rclpy's executor takes them
+                taken = self._subscription.handle.take_message(self._class, True)
+            if taken is None:
+                return
+            self._callback(taken[0])
+
     def _subscribe(self, policies: Sequence[QoSPolicyKind]) -> Any:
         return _checked(
             self._topic,
