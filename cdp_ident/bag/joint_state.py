@@ -6,47 +6,58 @@ from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 if TYPE_CHECKING:
     from rosbags.typesys.store import Typestore
 
 MESSAGE_TYPE = "sensor_msgs/msg/JointState"
 NANOSECONDS = 1_000_000_000
 """In a second."""
+LITTLE_ENDIAN = b"\0\1\0\0"
+"""What plain CDR begins with."""
+STAMP_OFFSET, HEAD_OFFSET = 4, 12
 
 
 @cache
 def typestore() -> "Typestore":
     """Return the message definitions of the ROS distribution that the package is for.
 
-    To load them takes as long as all else of a driver, which reads and writes no bag.
+    To load them takes as long as all else of a driver, which needs none.
     """
     from rosbags.typesys import Stores, get_typestore  # noqa: PLC0415
 
     return get_typestore(Stores.ROS2_JAZZY)
 
 
-def serialize_joint_state(names: Sequence[str], positions: Sequence[float], stamp_ns: int) -> bytes:
+def serialize_joint_state(
+    names: Sequence[str], positions: Sequence[float], stamp_ns: int, velocities: Sequence[float] = ()
+) -> bytes:
     """Return the CDR bytes of a JointState.
 
-    `positions` are in rad for revolute joints and m for prismatic ones, one for each of `names`; `stamp_ns` is the
-    time of the measurement [ns since the epoch]. Velocity and effort stay empty: encoders do not measure them.
+    `positions` are in rad for revolute joints and m for prismatic ones, one for each of `names`; so are `velocities`
+    [rad/s, m/s], if there are any; `stamp_ns` is the time of the measurement [ns since the epoch]. Effort stays empty.
     """
-    if len(names) != len(positions):
-        raise ValueError(f"{len(names)} names but {len(positions)} positions")
-    types = typestore().types
+    if len(names) != len(positions) or (velocities and len(velocities) != len(names)):
+        raise ValueError(f"{len(names)} names but {len(positions)} positions and {len(velocities)} velocities")
+    message, head = _written(tuple(names), bool(velocities))
     seconds, nanoseconds = divmod(stamp_ns, NANOSECONDS)
-    stamp = types["builtin_interfaces/msg/Time"](sec=seconds, nanosec=nanoseconds)
-    empty = np.empty(0)
-    message = types[MESSAGE_TYPE](
-        header=types["std_msgs/msg/Header"](stamp=stamp, frame_id=""),
-        name=list(names),
-        position=np.asarray(positions, dtype=np.float64),
-        velocity=empty,
-        effort=empty,
-    )
-    return bytes(typestore().serialize_cdr(message, MESSAGE_TYPE))
+    return message.pack(LITTLE_ENDIAN, seconds, nanoseconds, head, *positions, len(velocities), *velocities, 0)
+
+
+@cache
+def _written(names: tuple[str, ...], with_velocities: bool) -> tuple[struct.Struct, bytes]:
+    """Return how a JointState of these joints is written, and what stands between its stamp and its positions."""
+    count = struct.pack("<I", len(names))
+    head = cdr_text("") + count + b"".join(map(cdr_text, names)) + count
+    # Eight-byte numbers are aligned from the end of the four bytes of the encapsulation header.
+    padded = head + bytes(-(HEAD_OFFSET - 4 + len(head)) % 8 if names else 0)
+    velocities = f"4x{len(names)}d" if with_velocities else ""
+    return struct.Struct(f"<4siI{len(padded)}s{len(names)}dI{velocities}I"), padded
+
+
+def cdr_text(text: str) -> bytes:
+    """Return a text in CDR, with zeros up to where the next number may begin."""
+    data = text.encode() + b"\0"
+    return struct.pack("<I", len(data)) + data + bytes(-len(data) % 4)
 
 
 @dataclass(frozen=True)
@@ -62,10 +73,6 @@ class Layout:
     stamp: struct.Struct
     """Reads seconds and nanoseconds from `STAMP_OFFSET` on."""
     byte_order: bytes
-
-
-STAMP_OFFSET = 4
-HEAD_OFFSET = 12
 
 
 def parse_layout(raw: bytes) -> Layout:

@@ -1,15 +1,23 @@
 """The port's reader on real pseudo-terminals."""
 
+import fcntl
 import os
+import struct
+import termios
 import time
 import tty
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from pathlib import Path
 
+import numpy as np
 import pytest
 import serial
 
 from cdp_ident.rig.port import PortReader
+
+TIOCGEXCL = 0x80045440
+"""Of Linux; Python has no name for it."""
 
 
 def wait_for(condition: Callable[[], bool]) -> None:
@@ -17,6 +25,11 @@ def wait_for(condition: Callable[[], bool]) -> None:
     while not condition():
         assert time.monotonic() < deadline, "it did not happen within 30 s"
         time.sleep(0.01)
+
+
+def is_taken(terminal: int) -> bool:
+    """Return whether a program has a terminal to itself."""
+    return bool(struct.unpack("i", fcntl.ioctl(terminal, TIOCGEXCL, bytes(4)))[0])
 
 
 class Cable:
@@ -35,15 +48,18 @@ class Cable:
 
 
 class Listener:
-    def __init__(self, pattern: str, baud: int = 115200) -> None:
+    def __init__(self, pattern: str, baud: int = 115200, reset_on_open: bool = False) -> None:
         self.data, self.said, self.opened = b"", [""], 0
-        self.reader = PortReader(pattern, baud, self.on_open, self.on_bytes, self.said.append, self.said.append)
+        self.arrivals: list[float] = []
+        said = self.said.append
+        self.reader = PortReader(pattern, baud, self.on_open, self.on_bytes, said, said, reset_on_open)
         self.reader.start()
 
     def on_open(self) -> None:
         self.opened += 1
 
     def on_bytes(self, data: bytes) -> None:
+        self.arrivals.append(time.monotonic())
         self.data += data
 
 
@@ -111,6 +127,61 @@ def test_access_is_exclusive(tmp_path: Path, listen: Callable[..., Listener]) ->
     wait_for(lambda: len(second.said) == 2)
     assert "cannot be opened" in second.said[1]
     assert second.reader.problem == second.said[1].removesuffix("; trying again until it works")
+
+
+def test_other_programs_are_kept_out_while_it_reads(tmp_path: Path, listen: Callable[..., Listener]) -> None:
+    cable = Cable(tmp_path / "tty")
+    listener = listen(cable.link)
+    wait_for(lambda: listener.opened == 1)
+    assert is_taken(cable.computer)
+    listener.reader.stop()
+    assert not is_taken(cable.computer)
+
+
+def test_bytes_that_another_program_took_are_no_unplugged_port(tmp_path: Path, listen: Callable[..., Listener]) -> None:
+    cable = Cable(tmp_path / "tty")
+    os.set_blocking(cable.computer, False)  # opened before: it reads all the same
+    listener = listen(cable.link)
+    wait_for(lambda: listener.opened == 1)
+
+    def steal() -> bool:
+        for _ in range(20):
+            os.write(cable.device, b"sample")
+            with suppress(BlockingIOError):
+                os.read(cable.computer, 100)
+        return "another program takes bytes from" in listener.said[-1]
+
+    wait_for(steal)
+    for _ in range(20):
+        steal()
+    assert listener.reader.unplugged == 0
+    assert len(listener.said) == 3
+
+
+@pytest.mark.parametrize("reset_on_open", [False, True])
+def test_dtr_falls_as_the_port_is_closed_only_if_asked(
+    tmp_path: Path, listen: Callable[..., Listener], reset_on_open: bool
+) -> None:
+    cable = Cable(tmp_path / "tty")
+    attributes = termios.tcgetattr(cable.computer)
+    attributes[2] ^= (attributes[2] ^ (0 if reset_on_open else termios.HUPCL)) & termios.HUPCL
+    termios.tcsetattr(cable.computer, termios.TCSANOW, attributes)
+    listener = listen(cable.link, reset_on_open=reset_on_open)
+    wait_for(lambda: listener.opened == 1)
+    assert bool(termios.tcgetattr(cable.computer)[2] & termios.HUPCL) == reset_on_open
+
+
+def test_bytes_are_passed_on_as_they_come(tmp_path: Path, listen: Callable[..., Listener]) -> None:
+    cable = Cable(tmp_path / "tty")
+    listener = listen(cable.link)
+    wait_for(lambda: listener.opened == 1)
+    late = []
+    for count in range(100):
+        sent = time.monotonic()
+        os.write(cable.device, b"sample")
+        wait_for(lambda count=count: len(listener.data) > 6 * count)
+        late.append(listener.arrivals[-1] - sent)
+    assert np.median(late) < 0.0015
 
 
 def test_something_that_is_no_serial_port_is_told(tmp_path: Path, listen: Callable[..., Listener]) -> None:

@@ -1,6 +1,8 @@
 """The emulated cable's end at the computer: a pseudo-terminal behind a link."""
 
+import fcntl
 import os
+import termios
 import time
 import tty
 from contextlib import suppress
@@ -45,6 +47,7 @@ class PseudoTerminal:
         except BlockingIOError:
             if time.monotonic() - self._taken > _PATIENCE:
                 self._pending = b""
+                fcntl.ioctl(self._computer, termios.TIOCNXCL)  # whoever had it to himself was killed
 
     def unplug(self) -> None:
         """Take the port away; whoever reads it notices."""
