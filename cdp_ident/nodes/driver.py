@@ -12,8 +12,8 @@ from cdp_ident.bag.time_reference import serialize_time_reference
 from cdp_ident.command_line import ArgumentParser, entry_point
 from cdp_ident.errors import OptionError, RigError
 from cdp_ident.rig.binary_codec import BinaryCodec
-from cdp_ident.rig.health import Level, PortState, assess
-from cdp_ident.rig.joints import Calibration
+from cdp_ident.rig.health import Level, assess
+from cdp_ident.rig.joints import Calibration, Triple
 from cdp_ident.rig.measurement import MeasurementStream
 from cdp_ident.rig.port import PortReader
 from cdp_ident.rig.text_codec import TextCodec
@@ -39,6 +39,8 @@ The port may be missing at the start, unplugged and plugged in again: it is trie
 EXAMPLE = """\
 example:
   ros2 run cdp_ident driver --ros-args -p port:=/dev/ttyACM0 -p codec:=text -p baud:=115200"""
+
+_JOINTS = (("cart", "cart", "m"), ("inner", "inner joint", "rad"), ("outer", "outer joint", "rad"))
 
 
 class Driver:
@@ -117,16 +119,9 @@ class Driver:
             self.exit_code = 1
         now, instant = self._stream.totals(), time.monotonic()
         silence = (self._clock.now().nanoseconds - now.last_arrival_ns) * 1e-9 if now.last_arrival_ns else math.inf
-        port = PortState(self._reader.port, self._reader.problem, self._reader.unplugged)
-        health = assess(
-            self._before,
-            now,
-            instant - self._assessed,
-            silence,
-            self._stale_after,
-            port,
-            self._calibration,
-        )
+        port = self._reader.port
+        since = instant - self._assessed
+        health = assess(self._before, now, since, silence, self._stale_after, port, self._calibration)
         self._before, self._assessed = now, instant
         self._source = health.hardware_id
         told = health.level, port.name
@@ -168,35 +163,27 @@ def _declare_calibration(parameters: Parameters) -> Calibration:
             maximum=2**31,
         )
 
-    slew, rest = "faster motion is dropped as a fault", "moves less than this in a second at rest"
+    def limits(kind: str, per: str, meaning: str, defaults: Triple, least: float, most: float) -> Triple:
+        cart, inner, outer = (
+            parameters.declare(
+                f"{name}_{kind}_limit", default, f"{joint}: {meaning}", unit=unit + per, minimum=least, maximum=most
+            )
+            for (name, joint, unit), default in zip(_JOINTS, defaults, strict=True)
+        )
+        return cart, inner, outer
+
     defaults = Calibration()
     return Calibration(
         signs=(sign("cart"), sign("inner"), sign("outer")),
         metres_per_count=parameters.declare(
-            "metres_per_count",
-            defaults.metres_per_count,
-            "the cart's way for one count",
-            unit="m",
-            minimum=1e-9,
+            "metres_per_count", defaults.metres_per_count, "the cart's way for one count", unit="m", minimum=1e-9,
             maximum=1.0,
         ),
         inner_counts_per_turn=counts("inner"),
         outer_counts_per_turn=counts("outer"),
-        slew_limits=(
-            parameters.declare("cart_slew_limit", 20.0, f"cart: {slew}", unit="m/s", minimum=0.01, maximum=1e6),
-            parameters.declare(
-                "inner_slew_limit", 100.0, f"inner joint: {slew}", unit="rad/s", minimum=0.1, maximum=1e6
-            ),
-            parameters.declare(
-                "outer_slew_limit", 100.0, f"outer joint: {slew}", unit="rad/s", minimum=0.1, maximum=1e6
-            ),
-        ),
-        rest_limits=(
-            parameters.declare("cart_rest_limit", 0.001, f"cart: {rest}", unit="m", minimum=0.0, maximum=1.0),
-            parameters.declare("inner_rest_limit", 0.01, f"inner joint: {rest}", unit="rad", minimum=0.0, maximum=1.0),
-            parameters.declare("outer_rest_limit", 0.01, f"outer joint: {rest}", unit="rad", minimum=0.0, maximum=1.0),
-        ),
-    )
+        slew_limits=limits("slew", "/s", "faster motion is dropped as a fault", defaults.slew_limits, 0.01, 1e6),
+        rest_limits=limits("rest", "", "moves less than this in a second at rest", defaults.rest_limits, 0.0, 1.0),
+    )  # fmt: skip
 
 
 def _default_zero_file(node: Any) -> str:

@@ -7,6 +7,7 @@ from enum import IntEnum
 from cdp_ident.bag.diagnostics import CLOCK_RATE, CLOCK_RATE_STD
 from cdp_ident.rig.joints import Calibration
 from cdp_ident.rig.measurement import Totals
+from cdp_ident.rig.port import PortState
 
 _GREETING_WITHIN_NS = 3_000_000_000
 """A rig greets about once a second: after so long [ns] without, it does not greet."""
@@ -19,18 +20,6 @@ class Level(IntEnum):
     WARN = 1
     ERROR = 2
     STALE = 3
-
-
-@dataclass(frozen=True)
-class PortState:
-    """What the port's reader says of it."""
-
-    name: str | None
-    """The open port, None while none is open."""
-    problem: str
-    """Why none is open."""
-    unplugged: int
-    """How often an open port went away."""
 
 
 @dataclass(frozen=True)

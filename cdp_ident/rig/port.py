@@ -9,6 +9,7 @@ import threading
 import time
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import dataclass
 
 import serial
 
@@ -21,6 +22,18 @@ _READ_TIMEOUT = 0.1
 _LEAST_PERIOD = 0.002
 """From one read to the next, bytes are let come for this long [s]: frames that come faster come in twos and more."""
 _LONGEST_READ = 65536
+
+
+@dataclass
+class PortState:
+    """What a port's reader says of it."""
+
+    name: str | None = None
+    """The open port, None while none is open."""
+    problem: str = "not opened yet"
+    """Why none is open."""
+    unplugged: int = 0
+    """How often an open port went away."""
 
 
 class PortReader:
@@ -46,25 +59,13 @@ class PortReader:
         """
         self.failed = False
         """Whether reading ended by an error of the program, which no waiting mends."""
-        self.unplugged = 0
-        """How often an open port went away."""
+        self.port = PortState()
+        """Changed in the reading thread."""
         self._pattern = os.path.abspath(pattern).replace("\0", "?") if pattern else "(none)"  # noqa: PTH100 - of any text
         self._baud, self._reset_on_open = baud, reset_on_open
         self._on_open, self._on_bytes, self._say, self._warn = on_open, on_bytes, say, warn
         self._stop = threading.Event()
-        self._port: str | None = None
-        self._problem = "not opened yet"
         self._thread = threading.Thread(target=self._run, name="serial port", daemon=True)
-
-    @property
-    def port(self) -> str | None:
-        """Name of the open port, None while none is open."""
-        return self._port
-
-    @property
-    def problem(self) -> str:
-        """Why no port is open."""
-        return self._problem
 
     def start(self) -> None:
         """Begin to look for the port and to read it."""
@@ -87,32 +88,32 @@ class PortReader:
             connection = self._open()
             if connection is None:
                 if not warned:
-                    self._warn(f"{self._problem}; trying again until it works")
+                    self._warn(f"{self.port.problem}; trying again until it works")
                     warned = True
                 self._stop.wait(pause)
                 pause = min(2 * pause, _LONGEST_PAUSE)
                 continue
             pause, warned = _FIRST_PAUSE, False
-            self._say(f"reading {self._port} at {self._baud} baud")
+            self._say(f"reading {self.port.name} at {self._baud} baud")
             self._on_open()
             with connection:
-                self._problem = self._read(connection)
+                self.port.problem = self._read(connection)
             if not self._stop.is_set():
-                self.unplugged += 1
-                self._warn(f"{self._port} went away ({self._problem}); trying again until it is back")
+                self.port.unplugged += 1
+                self._warn(f"{self.port.name} went away ({self.port.problem}); trying again until it is back")
                 warned = True
-            self._port = None
+            self.port.name = None
 
     def _open(self) -> serial.Serial | None:
-        self._problem = f"no port matches {shown(self._pattern)}"
+        self.port.problem = f"no port matches {shown(self._pattern)}"
         for name in sorted(glob.glob(self._pattern)):  # noqa: PTH207 - Path.glob raises for odd patterns
             try:
                 connection = serial.Serial(name, self._baud, exclusive=True)
                 self._set_up(connection.fd)
             except (OSError, ValueError, termios.error) as error:  # SerialException is an OSError; ValueError: the baud
-                self._problem = f"{shown(name)} cannot be opened: {shown(error)}"
+                self.port.problem = f"{shown(name)} cannot be opened: {shown(error)}"
             else:
-                self._port = shown(name)
+                self.port.name = shown(name)
                 return connection
         return None
 
@@ -137,7 +138,7 @@ class PortReader:
                     data = os.read(connection.fd, _LONGEST_READ)
                 except BlockingIOError:
                     if not stolen:
-                        self._warn(f"another program takes bytes from {self._port}, which are lost: end it")
+                        self._warn(f"another program takes bytes from {self.port.name}, which are lost: end it")
                     stolen = True
                     continue
                 if not data:

@@ -6,9 +6,10 @@ from dataclasses import replace
 import pytest
 
 from cdp_ident.rig.decoder import Counters
-from cdp_ident.rig.health import Level, PortState, assess
+from cdp_ident.rig.health import Level, assess
 from cdp_ident.rig.joints import Calibration
 from cdp_ident.rig.measurement import Totals
+from cdp_ident.rig.port import PortState
 from cdp_ident.rig.records import Hello
 
 OPEN = PortState("/dev/ttyACM0", "", 0)

@@ -86,7 +86,7 @@ def test_bytes_come_through_in_order(tmp_path: Path, listen: Callable[..., Liste
         os.write(cable.device, piece)
     wait_for(lambda: len(listener.data) >= len(sent))
     assert listener.data == sent
-    assert listener.reader.port == str(cable.link)
+    assert listener.reader.port.name == str(cable.link)
 
 
 def test_a_missing_port_is_told_once_and_taken_when_it_comes(tmp_path: Path, listen: Callable[..., Listener]) -> None:
@@ -95,7 +95,7 @@ def test_a_missing_port_is_told_once_and_taken_when_it_comes(tmp_path: Path, lis
     time.sleep(0.7)  # two more attempts
     assert len(listener.said) == 2
     assert "no port matches" in listener.said[1]
-    assert listener.reader.port is None
+    assert listener.reader.port.name is None
     cable = Cable(tmp_path / "tty")
     wait_for(lambda: listener.opened == 1)
     assert "reading" in listener.said[2]
@@ -109,12 +109,12 @@ def test_a_port_that_comes_back_under_another_name_is_found_by_its_pattern(
     listener = listen(tmp_path / "ttyACM*")
     wait_for(lambda: listener.opened == 1)
     cable.unplug()
-    wait_for(lambda: listener.reader.unplugged == 1)
+    wait_for(lambda: listener.reader.port.unplugged == 1)
     cable = Cable(tmp_path / "ttyACM1")
     wait_for(lambda: listener.opened == 2)
     os.write(cable.device, b"again")
     wait_for(lambda: listener.data == b"again")
-    assert listener.reader.port == str(cable.link)
+    assert listener.reader.port.name == str(cable.link)
 
 
 def test_access_is_exclusive(tmp_path: Path, listen: Callable[..., Listener]) -> None:
@@ -126,7 +126,7 @@ def test_access_is_exclusive(tmp_path: Path, listen: Callable[..., Listener]) ->
     second = listen(cable.link)
     wait_for(lambda: len(second.said) == 2)
     assert "cannot be opened" in second.said[1]
-    assert second.reader.problem == second.said[1].removesuffix("; trying again until it works")
+    assert second.reader.port.problem == second.said[1].removesuffix("; trying again until it works")
 
 
 def test_other_programs_are_kept_out_while_it_reads(tmp_path: Path, listen: Callable[..., Listener]) -> None:
@@ -154,7 +154,7 @@ def test_bytes_that_another_program_took_are_no_unplugged_port(tmp_path: Path, l
     wait_for(steal)
     for _ in range(20):
         steal()
-    assert listener.reader.unplugged == 0
+    assert listener.reader.port.unplugged == 0
     assert len(listener.said) == 3
 
 
@@ -204,7 +204,7 @@ def test_an_error_of_the_program_is_not_taken_for_an_unplugged_port(tmp_path: Pa
     wait_for(lambda: bool(opened))
     os.write(cable.device, b"x")
     wait_for(lambda: reader.failed)
-    assert reader.unplugged == 0
+    assert reader.port.unplugged == 0
     reader.stop()
 
 
