@@ -1,6 +1,6 @@
 """1 kHz from the serial port to the bag: rate, jitter, loss, CPU and memory of each node.
 
-`python -m benchmarks soak` takes ten minutes, `python -m benchmarks.soak SECONDS [RIGS]` as long as asked, with so many rigs.
+`python -m benchmarks soak` takes ten minutes, `python -m benchmarks.soak SECONDS [RIGS]` as long as asked.
 """
 
 import os
@@ -136,4 +136,4 @@ def _show(name: str, nodes: dict[str, Usage], recording: JointRecording) -> None
 
 
 if __name__ == "__main__":
-    main(float((sys.argv[1:] or [600])[0]), int((sys.argv[2:] or [1])[0]))
+    main(float(sys.argv[1]) if len(sys.argv) > 1 else 600.0, int(sys.argv[2]) if len(sys.argv) > 2 else 1)
