@@ -47,8 +47,6 @@ example:
 
 _SAID_AFTER = 5
 """So many seconds of silence are said in the log, too: a rig's first samples take some."""
-_DEPTH = 5000
-"""Five seconds at 1 kHz: what it may be behind without loss."""
 
 
 class RecorderNode:
@@ -80,9 +78,9 @@ class RecorderNode:
             ),
         )
         self._subscriptions = [
-            self._subscribe(JointState, joint_state.MESSAGE_TYPE, "joint_states", _DEPTH),
-            self._subscribe(TimeReference, time_reference.MESSAGE_TYPE, "time_reference", _DEPTH),
-            self._subscribe(DiagnosticArray, diagnostics.MESSAGE_TYPE, "/diagnostics", 100),
+            self._subscribe(JointState, joint_state.MESSAGE_TYPE, "joint_states"),
+            self._subscribe(TimeReference, time_reference.MESSAGE_TYPE, "time_reference"),
+            self._subscribe(DiagnosticArray, diagnostics.MESSAGE_TYPE, "/diagnostics"),
         ]
         node.create_service(Trigger, "~/arm", self._arm)
         node.create_service(Trigger, "~/start", self._start)
@@ -119,13 +117,13 @@ class RecorderNode:
         publishers = self._node.get_publishers_info_by_topic(self._joint_states)
         return {f"{info.node_namespace.rstrip('/')}/{info.node_name}" for info in publishers}
 
-    def _subscribe(self, message_class: type, message_type: str, topic: str, depth: int) -> Subscription:
+    def _subscribe(self, message_class: type, message_type: str, topic: str) -> Subscription:
         name = self._node.resolve_topic_name(topic)
 
         def take(raw: bytes) -> None:
             self._recorder.take(name, message_type, self._now(), raw)
 
-        return Subscription(self._node, message_class, topic, take, depth)
+        return Subscription(self._node, message_class, topic, take)
 
     def _now(self) -> int:
         return int(self._clock.now().nanoseconds)

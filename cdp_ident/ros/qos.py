@@ -15,6 +15,8 @@ QOS_OVERRIDES = "qos_overrides."
 """Parameters that begin so are ROS's own, which change the quality of service of topics."""
 
 _SIZE = (QoSPolicyKind.HISTORY, QoSPolicyKind.DEPTH)
+_DEPTH = 5000
+"""Five seconds at 1 kHz: what a subscriber may be behind without loss."""
 
 
 def latched(depth: int = 1) -> QoSProfile:
@@ -39,7 +41,7 @@ class Subscription:
     """
 
     def __init__(
-        self, node: Any, message_class: type, topic: str, callback: Callable[[bytes], None], depth: int
+        self, node: Any, message_class: type, topic: str, callback: Callable[[bytes], None], depth: int = _DEPTH
     ) -> None:
         """Raises `OptionError` where `qos_overrides` make no sense."""
         self._node, self._class, self._topic, self._callback = node, message_class, topic, callback
