@@ -106,7 +106,7 @@ def _level_and_message(
         return Level.STALE, f"no sample {since}"
     if calibration.needs_greeting() and now.hello is None:
         if (now.last_arrival_ns or 0) - (now.first_arrival_ns or 0) < _GREETING_WITHIN_NS:
-            return Level.STALE, "waiting for the rig's greeting, which gives the counts per turn"
+            return Level.OK, "waiting for the rig's greeting, which gives the counts per turn"
         return Level.ERROR, "nothing is published: no greeting gave the counts per turn; set them as parameters"
     happened = {
         "lost": now.line.lost - before.line.lost,
