@@ -57,7 +57,7 @@ def call(service: str) -> str:
     node = rclpy.create_node("soak")
     try:
         client = node.create_client(Trigger, service)
-        for _ in range(30):
+        for _ in range(120):  # the emulator may compile first
             if client.wait_for_service(timeout_sec=2.0):
                 future = client.call_async(Trigger.Request())
                 rclpy.spin_until_future_complete(node, future, timeout_sec=10.0)
