@@ -275,7 +275,8 @@ def test_a_free_motion_goes_on_with_new_parameters_and_begins_anew_from_a_new_st
     assert np.abs(shown[begin : begin + 100] - expected).max() < 1e-9
     assert viewer.measured == viewer.errors == []
     velocities = np.array([frame.velocity for frame in viewer.simulated[begin + 10 : begin + 100]])[:, 1:]
-    assert np.abs(velocities - np.diff(states[10:, 2:4], axis=1, prepend=0.0)).max() < 0.01
+    speeds = np.diff(states[10:, 2:4], axis=1, prepend=0.0)
+    assert np.abs(velocities - speeds).max() < 0.03 * np.abs(speeds).max()  # accelerations change within the window
 
     assert listener.set_parameter("/simulator", "groups.c1_over_A22", 3.0) == (True, "")
     assert listener.get_parameter("/simulator", "c1") == NOMINAL["c1"]
