@@ -70,13 +70,20 @@ def is_storage_file(name: str) -> bool:
     return name.removesuffix(".zstd").endswith((".mcap", ".db3")) and not name.startswith(".")
 
 
+def no_bag(bag: Path) -> str:
+    """Say that a bag is not there; a pattern that the shell left as it is has found none."""
+    if set(bag.name) & set("*?["):
+        return f"there is no bag in {bag.parent} that is called {bag.name}"
+    return f"there is no bag {bag}"
+
+
 def storage_files(bag: Path) -> list[Path]:
     """Return the files that hold the bag's messages, in the order in which they were recorded."""
     if bag.name == METADATA_FILE:
         bag = bag.parent
     try:
         if not bag.exists():
-            raise BagError(f"there is no bag {bag}")
+            raise BagError(no_bag(bag))
         if not bag.is_dir():
             return [bag]
         files = [file for file in bag.iterdir() if is_storage_file(file.name)]

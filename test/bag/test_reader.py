@@ -189,6 +189,11 @@ def test_positions_are_found_wherever_names_put_them(joints, frame, order):
     assert layout.positions.unpack_from(raw, layout.offset) == tuple(message.position)
 
 
+def test_a_pattern_that_the_shell_found_nothing_for_is_told_as_one(tmp_path):
+    with pytest.raises(BagError, match=r"there is no bag in .* that is called \*$"):
+        read_joint_states(tmp_path / "*", "joint_states")
+
+
 def test_a_missing_bag_is_named(tmp_path):
     with pytest.raises(BagError, match=r"there is no bag .*nowhere"):
         read_joint_states(tmp_path / "nowhere", "joint_states")
