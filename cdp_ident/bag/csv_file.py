@@ -70,8 +70,8 @@ class Table:
             if names.count(column) == 1:
                 return names.index(column)
         width = self.values.shape[1]
-        if column.isdecimal() and int(column) < width:
-            return int(column)
+        if column in (places := [str(place) for place in range(width)]):
+            return places.index(column)
         titles = ", ".join(title.text for title in self.titles)
         there = f"its columns are {titles}" if titles else f"it has {width} columns and no titles"
         raise BagError(f"{self.path} has no column {column!r}: {there} (numbers count from 0)")

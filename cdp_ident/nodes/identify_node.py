@@ -111,11 +111,12 @@ class IdentifyNode:
     def _identify(self, loaded: LoadedJob | None) -> None:
         try:
             loaded = loaded or self._identifier.load(self._given)
-            result = self._identifier.identify(loaded, self._interruption)
-            if not result.failure:
-                self._found = (loaded.job.settings, result.report)
-                self._tell()
-            self._identifier.write(result)
+            with self._interruption.identifying():
+                result = self._identifier.identify(loaded, self._interruption)
+                if not result.failure:
+                    self._found = (loaded.job.settings, result.report)
+                    self._tell()
+                self._identifier.write(result)
             self._outcome = result.report
         except BaseException as error:  # noqa: BLE001 - raised again where the node's life is decided about
             self._outcome = error

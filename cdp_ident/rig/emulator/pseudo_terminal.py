@@ -9,6 +9,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from cdp_ident.errors import RigError
+from cdp_ident.whole_file import beside
 
 _PATIENCE = 0.5
 """Bytes wait this long for a computer that takes none [s]: it is busy, or nobody has opened the port."""
@@ -27,12 +28,11 @@ class PseudoTerminal:
         os.set_blocking(self._device, False)
         self._pending = b""
         self._taken = time.monotonic()
-        beside = link.with_name(f".{link.name}.{os.getpid()}")
         try:
             link.parent.mkdir(parents=True, exist_ok=True)
-            beside.unlink(missing_ok=True)
-            beside.symlink_to(os.ttyname(self._computer))
-            beside.replace(link)
+            new = beside(link)
+            new.symlink_to(os.ttyname(self._computer))
+            new.replace(link)
         except OSError as error:
             self.unplug()
             raise RigError(f"the link {link} cannot be made: {error.strerror}") from error
