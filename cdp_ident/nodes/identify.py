@@ -21,7 +21,7 @@ parameters are served until Ctrl-C; with --once it ends, which needs no ROS.
 serves     the parameters m1 m2 m0 l1 l2 J1 J2 c1 c2 L g, groups.<group>, std.<each of these>, and the configuration
            ~/identify_again (std_srvs/Trigger)  read configuration and bags again and identify anew
            ~/cancel (std_srvs/Trigger)          end the search as Ctrl-C does: its best so far is reported and served
-publishes  ~/state (std_msgs/String, latched)   waiting, identifying, ready, or failed and why
+publishes  ~/state (std_msgs/String, latched)   waiting, identifying and how far, ready, or failed and why
            /diagnostics (diagnostic_msgs/DiagnosticArray)  the same, once a second
 
 With --watch, each trial that comes into the folder is checked by the model first, with a warning if it no longer fits,

@@ -99,7 +99,9 @@ class IdentifyNode:
         return Status(self._level, self._state, {"serves a result": str(self._serves).lower()})
 
     def _look(self) -> None:
-        """Identify anew when another bag has come into the folder that is watched."""
+        """Say how far the search is; identify anew when another bag has come into the folder that is watched."""
+        if (doing := self._identifier.doing) and (state := f"identifying: {doing}") != self._state:
+            self._say(state)
         if not self._thread.is_alive() and self._outcome is None and self._identifier.has_new:
             self._start(None)
 

@@ -103,6 +103,7 @@ class Identifier:
         self._may_replace = request.force
         self._seen: State = None
         """The report in its folder that this one may take the place of."""
+        self._display: SearchDisplay | None = None
         self._watched = WatchedFolder(request.watch) if request.watch else None
         self._came: list[Path] = []
         """Bags of the watched folder that are fitted too."""
@@ -125,6 +126,11 @@ class Identifier:
     def waits_for(self) -> Path | None:
         """The folder whose bags are waited for, where no bag is given."""
         return None if self._request.bags else self._request.watch
+
+    @property
+    def doing(self) -> str:
+        """What the search that runs does, in words; empty where none runs."""
+        return self._display.doing if self._display else ""
 
     @property
     def has_new(self) -> bool:
@@ -221,10 +227,14 @@ class Identifier:
                 display.say("the search ends here; its best so far is refined (Ctrl-C again ends at once)")
                 return "interrupted"
 
-            with interruption.searching():
-                outcome = run(
-                    loaded, stop, display.say, lambda: interruption.asked or interruption.given_up, display.trying
-                )
+            self._display = display
+            try:
+                with interruption.searching():
+                    outcome = run(
+                        loaded, stop, display.say, lambda: interruption.asked or interruption.given_up, display.trying
+                    )
+            finally:
+                self._display = None
         if interruption.given_up:
             raise GivenUpError
         if not outcome.trace.failure:
