@@ -79,10 +79,11 @@ def parse_layout(raw: bytes) -> Layout:
     """Find the names and positions in the CDR bytes of a JointState.
 
     Velocity and effort are not looked at: some writers leave stray bytes behind them, which readers of whole messages
-    refuse. Raises ValueError, struct.error or UnicodeDecodeError (a ValueError) where the bytes are no JointState.
+    refuse. Raises ValueError, which says what such messages have, or struct.error where the bytes are no JointState.
     """
     if raw[:2] not in (b"\0\0", b"\0\1"):
-        raise ValueError("not plain CDR")
+        is_newer = raw[:1] == b"\0" and raw[1:2] <= b"\x0b"
+        raise ValueError(f"are {'XCDR2 or parameter lists' if is_newer else 'not ROS 2 messages'}: expected plain CDR")
     order = "<" if raw[1] else ">"
     count = struct.Struct(f"{order}I")
     position = HEAD_OFFSET
@@ -99,22 +100,25 @@ def parse_layout(raw: bytes) -> Layout:
         length = number()
         value = raw[position : position + length]
         if len(value) != length:
-            raise ValueError("a text is longer than the message")
+            raise ValueError("have a text that is longer than the message")
         position += length
-        return value.removesuffix(b"\0").decode()
+        try:
+            return value.removesuffix(b"\0").decode()
+        except UnicodeDecodeError as error:
+            raise ValueError("have a text that is not UTF-8") from error
 
     text()
     names = number()
     if names > len(raw):
-        raise ValueError("more names than bytes")
+        raise ValueError("have more names than bytes")
     name = tuple(text() for _ in range(names))
     positions = number()
     if positions != names:
-        raise ValueError(f"{names} names but {positions} positions")
+        raise ValueError(f"have {names} names but {positions} positions")
     # Eight-byte numbers are aligned from the end of the four bytes of the encapsulation header.
     offset = position + (-(position - 4) % 8 if positions else 0)
     if offset + 8 * positions > len(raw):
-        raise ValueError("more positions than bytes")
+        raise ValueError("have more positions than bytes")
     return Layout(
         names=name,
         positions=struct.Struct(f"{order}{positions}d"),

@@ -16,9 +16,9 @@ from cdp_ident.commands._csv_physics import check_film, what_the_motion_says
 from cdp_ident.commands._csv_recording import Recording, recording_of
 from cdp_ident.errors import BagError, OptionError, TrialError
 from cdp_ident.outside_text import utf_8
-from cdp_ident.trial.cleaning import elapsed
 from cdp_ident.trial.find import find_trial
 from cdp_ident.trial.joints import model_angles
+from cdp_ident.trial.order import elapsed
 
 Array = npt.NDArray[np.float64]
 

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from cdp_ident.bag.reader import read_joint_states
 from cdp_ident.errors import TrialError
+from cdp_ident.outside_text import shown
 from cdp_ident.trial.device_time import in_device_time
 from cdp_ident.trial.find import find_trial
 from cdp_ident.trial.joints import select_joints
@@ -28,12 +29,12 @@ def load_trial(bag: Path, options: TrialOptions | None = None) -> Trial:
             weights in the bag's metadata are not possible.
     """
     options = options or TrialOptions()
-    recording, clock, clock_notes = in_device_time(read_joint_states(bag, options.topic))
+    recording, clock, clock_notes = in_device_time(read_joint_states(bag, options.topic, options.time))
     try:
         samples, notes = select_joints(recording, options)
         trial = find_trial(samples, options).trial
     except TrialError as error:
-        raise TrialError(f"{bag}: {error}") from error
+        raise TrialError("; ".join([f"{shown(bag)}: {error}", *recording.notes])) from error
     weights, weight_notes = recorded_weights(bag)
     notes = [*recording.notes, *weight_notes, *clock_notes, *notes, *trial.notes]
     return replace(trial, name=recording.name, notes=tuple(notes), clock=clock, weights=weights)
