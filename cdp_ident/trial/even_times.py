@@ -29,6 +29,8 @@ _LEAST_BLOCK = 8
 """... and at least so many samples."""
 _SMOOTHER = 0.5
 """Even times are taken where the motion is rougher by stamps than this allows."""
+_ONCE, _AS_SMOOTH = 0.8, 1.2
+"""The same where fewer samples than this share have a stamp of their own."""
 _FAST = 0.9
 """It is looked at where it is fast, at this quantile: at rest, all times are as good."""
 
@@ -96,10 +98,14 @@ def _even_stretches(first: int, time: Array) -> list[_Even]:
 
 
 def _is_smoother(even: _Even, time: Array, angles: Array) -> bool:
-    """Return whether the motion is smoother in even times than in those of the stamps, each taken once."""
+    """Return whether the motion is smoother in even times than in those of the stamps, each taken once.
+
+    Where stamps are repeated, samples would be lost, and it need not be smoother, but as smooth.
+    """
     once = np.concatenate([[True], np.diff(time) > 0])
     lasts = _BURSTS * even.wait
-    return _roughness(even.times, angles, lasts) < _SMOOTHER * _roughness(time[once], angles[once], lasts)
+    share = _SMOOTHER if np.mean(once) > _ONCE else _AS_SMOOTH
+    return _roughness(even.times, angles, lasts) < share * _roughness(time[once], angles[once], lasts)
 
 
 def _roughness(time: Array, angles: Array, lasts: float) -> float:
