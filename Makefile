@@ -55,11 +55,13 @@ fuzz: $(VENV)/.ready  ## damaged and hostile input for a minute; the seed is pri
 build: install/.ready  ## the ROS 2 package, with colcon
 
 install/.ready: $(VENV)/.ready setup.py setup.cfg package.xml cdp_ident/executables.py $(SHARED)
+	@echo "building and compiling, once: about a minute on two cores"
 	export VIRTUAL_ENV="$(VENV)" PATH="$(BIN):$$PATH" AMENT_PREFIX_PATH="$(VENV)"; \
 	colcon --log-base log build --symlink-install --event-handlers console_cohesion- console_stderr-
 	@touch $@
 
 $(VENV)/.ready: $(wildcard requirements*.txt)
+	@echo "setting up $(VENV), once: some minutes"
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/pip install --disable-pip-version-check --quiet -r $(REQUIREMENTS)
 	@touch $(VENV)/COLCON_IGNORE $@

@@ -25,6 +25,8 @@ class Named:
     """Name and joint."""
     also_possible: tuple[tuple[str, str], ...]
     """Those of effects that are said to be as possible."""
+    probability: float = 1.0
+    """That it is there, as it is said."""
 
 
 @dataclass(frozen=True)
@@ -40,6 +42,8 @@ class Found:
     """Whether more than noise is said to remain."""
     description: str
     """Of what remains."""
+    base: tuple[tuple[float, float], ...] = ()
+    """Base parameters over A22, and their standard deviations."""
     unknown: tuple[str, ...] = ()
     """Keys of torques that were found and have no name."""
     alike: tuple[str, ...] = ()
@@ -75,13 +79,17 @@ def answer_of(traced: Trace) -> Found:
             continue  # these are no names
         own = one.active.effect
         others = (other.split(".")[:2] for other in one.also_possible)
-        named.append(Named(own.key, (own.name, str(own.joint)), tuple((name, joint) for name, joint in others)))
+        as_possible = tuple((name, joint) for name, joint in others)
+        named.append(Named(own.key, (own.name, str(own.joint)), as_possible, one.probability))
     return Found(
         tuple(named),
         error_of_samples(traced.before.holdout),
         error_of_samples(traced.after.holdout),
         traced.unexplained.significant,
         traced.unexplained.description,
+        tuple(
+            zip(traced.completed.fit.values[:5].tolist(), np.sqrt(np.diag(traced.covariance)[:5]).tolist(), strict=True)
+        ),
         tuple(one.active.effect.key for one in traced.effects if one.certainty == "acts_like"),
         tuple(one.curve.likeness for one in traced.effects if one.curve),
     )

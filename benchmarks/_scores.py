@@ -36,6 +36,8 @@ class Score:
     named: tuple[str, ...] = ()
     also_possible: tuple[str, ...] = ()
     """What is said of each of these to be as possible; what is hidden counts as right there, too."""
+    probability: tuple[float, ...] = ()
+    """That each of these is there, as it is said."""
     unknown: tuple[str, ...] = ()
     """Torques that were found without a name."""
     right: tuple[str, ...] = ()
@@ -52,6 +54,8 @@ class Score:
     remains: bool = False
     """Whether more than noise is said to remain."""
     description: str = ""
+    deviations: tuple[float, ...] = ()
+    """Base parameters less the true ones, over their standard deviations, a1 for the g that was told."""
     seconds: float = 0.0
     """Processor time of the package: what it would take on one core that has nothing else to do."""
     strengths: tuple[dict[str, Any], ...] = field(default=())
@@ -122,6 +126,7 @@ def score(truth: Truth, found: Found, seconds: float) -> Score:
         hidden=tuple(f"{h.strength:.3g} {h.effect.unit} ({h.visible:.1f})" for h in truth.hidden),
         named=tuple(named.key for named in found.named),
         also_possible=tuple(" or ".join(map(" ".join, named.also_possible)) for named in found.named),
+        probability=tuple(named.probability for named in found.named),
         unknown=found.unknown,
         right=_keys(right),
         missed=_keys([h for h in unnamed if h.known and h not in faint]),
@@ -132,6 +137,9 @@ def score(truth: Truth, found: Found, seconds: float) -> Score:
         after=after,
         remains=bool(found.remains),
         description=found.description,
+        deviations=tuple(
+            (value - true) / std if std else 0.0 for (value, std), true in zip(found.base, _base(truth), strict=False)
+        ),
         seconds=seconds,
         strengths=tuple(
             {"effect": key, "strength": h.strength, "unit": h.effect.unit, "visible": h.visible}
@@ -145,6 +153,16 @@ def _is_faint(hidden: Hidden, truth: Truth, before: float) -> bool:
     if len(truth.hidden) == 1 and hidden.effect.trial is None:
         return before < CHANGED
     return bool(np.hypot(1.0, hidden.visible) < CHANGED)
+
+
+def _base(truth: Truth) -> tuple[float, ...]:
+    """Return a rig's base parameters A23, A33, a1, c1 and c2 over A22; a1 as it is for the g that was told."""
+    of, told = truth.setting.values, truth.setting.nominal
+    outer = of["m2"] + of["m0"]
+    inertia = of["m1"] * of["l1"] ** 2 + of["J1"] + outer * of["L"] ** 2
+    moment = (of["m1"] * of["l1"] + outer * of["L"]) * of["g"] / told["g"]
+    coupling, own = of["m2"] * of["L"] * of["l2"], of["m2"] * of["l2"] ** 2 + of["J2"]
+    return tuple(value / inertia for value in (coupling, own, moment, of["c1"], of["c2"]))
 
 
 def _possible(named: Named) -> frozenset[tuple[str, str]]:

@@ -40,7 +40,7 @@ FRICTION = DryFriction(torque=1.9e-3)
 SPRING_INNER = Torque(SPRING, "inner", (0.01, 0.0))
 """Hidden second: a cable's stiffness [N m / rad]."""
 MEASURED = Path(__file__).parents[2] / "shared" / "data" / "multiarm_free_swing" / "free_swing_8s_56s_1kHz.csv.gz"
-MEASURED_MODEL = MotionModel(Mechanism.of(Prior(nominal={"L": 0.17272})), length_free=True)
+MEASURED_MODEL = MotionModel(Mechanism.of(Prior(nominal={"L": 0.17272})), length_std=np.inf)
 MEASURED_GROUPS = np.array([0.49, 0.56, 6.0, 0.08, 0.003])
 """About what is published of that rig."""
 

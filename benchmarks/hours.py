@@ -133,7 +133,7 @@ def cost(bags: Sequence[Path], out: Path) -> Cost:
     shared = said.get("what was found is", time.monotonic())
     marks += [shared, time.monotonic()]
     out.mkdir()
-    write_result(out, {REPORT: json_text(content), CURVES: curves_npz(drawn_from)})
+    write_result(out, {REPORT: json_text(content), CURVES: curves_npz(drawn_from)}, None)
     write_pictures(out, draw(content, drawn_from, False).files)
     marks.append(time.monotonic())
     read, fit, share, over_all, files = np.diff(marks).tolist()

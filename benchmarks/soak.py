@@ -1,6 +1,6 @@
 """1 kHz from the serial port to the bag: rate, jitter, loss, CPU and memory of each node.
 
-`python -m benchmarks soak` takes ten minutes, `python -m benchmarks.soak SECONDS` as long as asked.
+`python -m benchmarks soak` takes ten minutes, `python -m benchmarks.soak SECONDS [RIGS]` as long as asked.
 """
 
 import os
@@ -9,7 +9,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -19,6 +19,7 @@ from rich.console import Console
 from rich.table import Table
 from std_srvs.srv import Trigger
 
+from cdp_ident.bag.joint_recording import JointRecording
 from cdp_ident.bag.reader import read_joint_states
 
 RATE = 1000.0
@@ -56,7 +57,7 @@ def call(service: str) -> str:
     node = rclpy.create_node("soak")
     try:
         client = node.create_client(Trigger, service)
-        for _ in range(30):
+        for _ in range(120):  # the emulator may compile first
             if client.wait_for_service(timeout_sec=2.0):
                 future = client.call_async(Trigger.Request())
                 rclpy.spin_until_future_complete(node, future, timeout_sec=10.0)
@@ -69,14 +70,14 @@ def call(service: str) -> str:
 
 
 @contextmanager
-def rig(folder: Path) -> Iterator[dict[str, Usage]]:
+def rig(folder: Path, namespace: str) -> Iterator[dict[str, Usage]]:
     """Run emulator, driver and recorder in a folder."""
     (folder / "rig.yaml").write_text(RIG)
-    port = str(folder / "tty")
+    port, here = str(folder / "tty"), ["--ros-args", "-r", f"__ns:={namespace}"]
     commands = {
-        "emulator": ["--link", port, "--rig", str(folder / "rig.yaml"), "--delay", "0.005"],
-        "driver": ["--ros-args", "-p", f"port:={port}", "-p", f"zero_file:={folder / 'zero.yaml'}"],
-        "recorder": ["--ros-args", "-p", f"folder:={folder / 'trials'}", "-p", "longest:=86400.0"],
+        "emulator": ["--link", port, "--rig", str(folder / "rig.yaml"), "--delay", "0.005", *here],
+        "driver": [*here, "-p", f"port:={port}", "-p", f"zero_file:={folder / 'zero.yaml'}"],
+        "recorder": [*here, "-p", f"folder:={folder / 'trials'}", "-p", "longest:=86400.0"],
     }
     processes = {
         name: subprocess.Popen([sys.executable, "-m", "cdp_ident", name, *arguments], stderr=subprocess.DEVNULL)
@@ -91,35 +92,43 @@ def rig(folder: Path) -> Iterator[dict[str, Usage]]:
             process.wait(timeout=30.0)
 
 
-def main(seconds: float = 600.0) -> None:
+def main(seconds: float = 600.0, rigs: int = 1) -> None:
     """Run the soak and print what it showed."""
-    with tempfile.TemporaryDirectory() as name, rig(Path(name)) as nodes:
+    names = [f"/rig{number + 1}" for number in range(rigs)]
+    with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
+        nodes = {}
+        for name in names:
+            (Path(folder) / name[1:]).mkdir()
+            nodes[name] = stack.enter_context(rig(Path(folder, name[1:]), name))
         rclpy.init()
-        bag = Path(call("/recorder/start"))
+        bags = [Path(call(f"{name}/recorder/start")) for name in names]
         began = time.monotonic()
         while time.monotonic() - began < seconds:
-            for usage in nodes.values():
+            for usage in (usage for of_rig in nodes.values() for usage in of_rig.values()):
                 usage.read()
             time.sleep(1.0)
-        call("/recorder/stop")
+        for name in names:
+            call(f"{name}/recorder/stop")
         rclpy.shutdown()
-        recording = read_joint_states(bag, "/joint_states")
+        for name, bag in zip(names, bags, strict=True):
+            _show(name, nodes[name], read_joint_states(bag, f"{name}/joint_states"))
+
+
+def _show(name: str, nodes: dict[str, Usage], recording: JointRecording) -> None:
     steps = np.diff(recording.stamps) * 1e-9 * RATE
     lost = int(np.sum(np.round(steps[steps > 1.5]) - 1))
-    table = Table(
-        title=f"{len(recording.stamps)} samples in {(recording.stamps[-1] - recording.stamps[0]) * 1e-9:.1f} s"
-    )
+    lasted = (recording.stamps[-1] - recording.stamps[0]) * 1e-9
+    table = Table(title=f"{name}: {len(recording.stamps)} samples in {lasted:.1f} s")
     for heading in ("node", "CPU of one core", "memory after 1/10", "memory at the end"):
         table.add_column(heading)
     for node, usage in nodes.items():
         share = (usage.cpu[-1] - usage.cpu[0]) / (usage.at[-1] - usage.at[0])
-        table.add_row(
-            node, f"{share:.1%}", f"{usage.memory[len(usage.memory) // 10]:.1f} MB", f"{usage.memory[-1]:.1f} MB"
-        )
+        early, late = usage.memory[len(usage.memory) // 10], usage.memory[-1]
+        table.add_row(node, f"{share:.1%}", f"{early:.1f} MB", f"{late:.1f} MB")
     console = Console()
     console.print(table)
     even = steps[steps < 1.5]
-    console.print(f"rate {1e9 * (len(steps)) / (recording.stamps[-1] - recording.stamps[0]):.2f} Hz · lost {lost}")
+    console.print(f"rate {len(steps) / lasted:.2f} Hz · lost {lost}")
     console.print(
         f"jitter of stamps: standard deviation {np.std(even) / RATE * 1e6:.2f} us, "
         f"at most {np.max(np.abs(even - 1)) / RATE * 1e6:.2f} us"
@@ -127,4 +136,4 @@ def main(seconds: float = 600.0) -> None:
 
 
 if __name__ == "__main__":
-    main(float(sys.argv[1]) if len(sys.argv) > 1 else 600.0)
+    main(float(sys.argv[1]) if len(sys.argv) > 1 else 600.0, int(sys.argv[2]) if len(sys.argv) > 2 else 1)

@@ -27,16 +27,37 @@ class ArgumentParser(argparse.ArgumentParser):
             allow_abbrev=False,
         )
 
+    def parse_args(self, args: Sequence[str], namespace: None = None) -> argparse.Namespace:  # type: ignore[override]
+        """Parse arguments without those for ROS, which launch files give to every program."""
+        return super().parse_args(split_arguments(args)[0], namespace)
+
     def error(self, message: str) -> NoReturn:
         """Raise `OptionError`, where argparse would print its usage and exit."""
         raise OptionError(f"{message} ({self.prog} --help tells more)")
+
+
+def split_arguments(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
+    """Return a program's own arguments, and what stands between `--ros-args` and `--`, however often.
+
+    ROS is given nothing but its own: a path among the others need not be UTF-8, as all of ROS's texts are.
+    """
+    own: list[str] = []
+    of_ros: list[str] = []
+    inside = False
+    for argument in arguments:
+        if argument == "--ros-args" or (inside and argument == "--"):
+            inside = argument == "--ros-args"
+        else:
+            (of_ros if inside else own).append(argument)
+    return own, of_ros
 
 
 def entry_point(body: Callable[[list[str]], int]) -> Callable[[Sequence[str] | None], int]:
     """Make the entry point of an executable from its body.
 
     The body takes the arguments after the executable's name and returns the exit code. Bad input, which the body
-    reports by raising a `CdpIdentError`, ends as one line on stderr and the error's exit code, never as a traceback.
+    reports by raising a `CdpIdentError`, ends as one line on stderr and the error's exit code, never as a traceback. So
+    does what the file system or an encoding refuses, which the body need not foresee: names of files that are too long.
     """
     name = body.__module__.rpartition(".")[2]
 
@@ -49,6 +70,11 @@ def entry_point(body: Callable[[list[str]], int]) -> Callable[[Sequence[str] | N
         except CdpIdentError as error:
             print(f"{name}: error: {shown(error, _LONGEST_ERROR)}", file=sys.stderr)
             return error.exit_code
+        except (OSError, UnicodeError) as error:
+            file = getattr(error, "filename", None)
+            reason = f"{file}: {error.strerror}" if isinstance(error, OSError) and file is not None else error
+            print(f"{name}: error: {shown(reason, _LONGEST_ERROR)}", file=sys.stderr)
+            return EXIT_BAD_INPUT
         except KeyboardInterrupt:
             print(f"{name}: interrupted", file=sys.stderr)
             return EXIT_INTERRUPTED

@@ -10,12 +10,13 @@ What loading makes stays until the end: to search it for garbage, meanwhile and 
 time that it takes to load, and find nothing.
 """
 
+import contextlib
 import functools
 import gc
 import importlib
 import os
 import signal
-from types import ModuleType
+from collections.abc import Iterator
 
 from cdp_ident.executables import EXECUTABLES
 from cdp_ident.memory import keep_freed_memory
@@ -30,6 +31,17 @@ keep_freed_memory()
 def start(name: str) -> int:
     """Run an executable with the arguments of this process; return its exit code."""
     make_tolerant()
+    with loading(name):
+        module = importlib.import_module(EXECUTABLES[name])
+    try:
+        return int(module.main())
+    finally:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)  # as Python ends, there is nothing left to interrupt
+
+
+@contextlib.contextmanager
+def loading(name: str) -> Iterator[None]:
+    """Load modules of an executable: what takes long, after its arguments are read."""
 
     def end(_number: int, _frame: object) -> None:
         # Raised as an exception it could come out of a half loaded library as any other.
@@ -37,24 +49,15 @@ def start(name: str) -> int:
         os._exit(_INTERRUPTED)
 
     before = signal.getsignal(signal.SIGINT)
-    if before is signal.SIG_IGN:
-        return int(_loaded(name).main())
-    signal.signal(signal.SIGINT, end)
-    module = _loaded(name)
-    signal.signal(signal.SIGINT, before)
-    try:
-        return int(module.main())
-    finally:
-        signal.signal(signal.SIGINT, signal.SIG_IGN)  # as Python ends, there is nothing left to interrupt
-
-
-def _loaded(name: str) -> ModuleType:
+    if before is not signal.SIG_IGN:
+        signal.signal(signal.SIGINT, end)
     gc.disable()
     try:
-        return importlib.import_module(EXECUTABLES[name])
+        yield
     finally:
         gc.freeze()
         gc.enable()
+        signal.signal(signal.SIGINT, before)
 
 
 globals().update({name: functools.partial(start, name) for name in EXECUTABLES})

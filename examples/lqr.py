@@ -16,7 +16,8 @@ from scipy.linalg import solve_continuous_are
 
 from cdp_ident.configuration.fitted_model import FittedModel, read_fitted_model
 from cdp_ident.errors import CdpIdentError
-from cdp_ident.model.linear import EQUILIBRIA, LinearModel, linearize
+from cdp_ident.model.equilibria import EQUILIBRIA
+from cdp_ident.model.linear import LinearModel, linearize
 from cdp_ident.model.motions import simulate
 
 Array = npt.NDArray[np.float64]

@@ -11,11 +11,11 @@ from ament_index_python.packages import get_package_share_directory
 from launch import LaunchContext, LaunchDescription
 from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription, OpaqueFunction
 from launch.conditions import IfCondition, UnlessCondition
-from launch.substitutions import IfElseSubstitution, LaunchConfiguration, NotEqualsSubstitution
+from launch.substitutions import IfElseSubstitution, LaunchConfiguration, NotEqualsSubstitution, PythonExpression
 from launch_ros.actions import Node
 
 from cdp_ident.demo.recording import RIG
-from cdp_ident.ros.launching import common_arguments, node, value
+from cdp_ident.ros.launching import common_arguments, given, node, value
 
 LAUNCH = Path(get_package_share_directory("cdp_ident"), "launch")
 
@@ -26,7 +26,13 @@ def generate_launch_description() -> LaunchDescription:
     identifies = NotEqualsSubstitution(LaunchConfiguration("identify"), "")
     return LaunchDescription(
         [
-            *common_arguments(),
+            *common_arguments()[:2],
+            DeclareLaunchArgument("speed", default_value="1", description="the emulated rig's time against the wall's"),
+            DeclareLaunchArgument(
+                "use_sim_time",
+                default_value=PythonExpression([LaunchConfiguration("speed"), " != 1"]),
+                description="whether time comes from /clock; an emulated rig of another speed than 1 tells it there",
+            ),
             DeclareLaunchArgument("emulated", default_value="true", description="whether the rig is an emulated one"),
             DeclareLaunchArgument(
                 "rig", default_value=str(RIG), description="the emulated rig's file: that of the example bags"
@@ -54,4 +60,10 @@ def generate_launch_description() -> LaunchDescription:
 
 
 def _identify(context: LaunchContext) -> list[Node]:
-    return [node("identify", arguments=shlex.split(value(context, "identify")))]
+    return [
+        node(
+            "identify",
+            arguments=shlex.split(value(context, "identify")),
+            parameters=[given(context, use_sim_time=bool)],
+        )
+    ]

@@ -130,7 +130,6 @@ def _looks(fitted: Path | None) -> dict[str, str]:
     """Return the arguments of the rig's description that the model gives: nominal values where none is fitted."""
     model = read_fitted_model(fitted, "simulator") if fitted else fitted_model(NOMINAL, "the nominal values")
     values = {symbol: value for symbol, value in model.physical.items() if symbol != "g"}
-    return {
-        name: repr(value)
-        for name, value in (values | {"outer_rod_length": model.motion.mechanism.outer_length}).items()
-    }
+    values |= {f"{joint}_friction": model.dry_friction(joint) for joint in ("inner", "outer")}
+    values["outer_rod_length"] = model.motion.mechanism.outer_length
+    return {name: repr(value) for name, value in values.items()}

@@ -25,6 +25,10 @@ DURATIONS = (10.0, 15.0)
 """Of a trial [s]."""
 NOMINAL_ERROR = 0.3
 """Nominal values are off by up to so much."""
+RULER = 0.5e-3
+"""Standard deviation of the distance between the joints, as it is measured [m]."""
+GRAVITY = (9.78, 9.83)
+"""What g is taken for, anywhere; it is 9.81 m/s^2."""
 _CORRELATED = 0.2
 """In so many settings the noise is correlated."""
 
@@ -38,7 +42,7 @@ class Setting:
     values: Mapping[str, float]
     """The rig's physical values."""
     nominal: Mapping[str, float]
-    """L and g, and estimates of the rest: what a user would know beforehand."""
+    """What a user would know beforehand: L as measured with a ruler, g of some place, and estimates of the rest."""
     rate: int
     """Samples a second [Hz]."""
     counter: Counter
@@ -56,7 +60,8 @@ def draw_setting(rng: np.random.Generator) -> Setting:
     nominal = {
         symbol: value * rng.uniform(1.0 - NOMINAL_ERROR, 1.0 + NOMINAL_ERROR) for symbol, value in values.items()
     }
-    nominal |= {symbol: values[symbol] for symbol in ("L", "g")}
+    measuring = rng.spawn(1)[0]
+    nominal |= {"L": values["L"] + measuring.normal(0.0, RULER), "g": float(measuring.uniform(*GRAVITY))}
     rate = int(rng.choice(RATES))
     counter = Counter(
         int(rng.choice(COUNTS)),

@@ -4,6 +4,7 @@ import importlib
 
 import pytest
 
+from cdp_ident.command_line import ArgumentParser, split_arguments
 from cdp_ident.executables import EXECUTABLES
 
 MAINS = [pytest.param(importlib.import_module(module).main, id=name) for name, module in EXECUTABLES.items()]
@@ -24,3 +25,30 @@ def test_help_is_printed_and_exits_0(main, capsys):
         main(["--help"])
     assert end.value.code == 0
     assert capsys.readouterr().out.startswith("usage: ")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "own", "of_ros"),
+    [
+        ([], [], []),
+        (["--bag", "one"], ["--bag", "one"], []),
+        (["--bag", "\udcff", "--ros-args", "-p", "a:=1"], ["--bag", "\udcff"], ["-p", "a:=1"]),
+        (["--ros-args", "-p", "a:=1", "--", "--once"], ["--once"], ["-p", "a:=1"]),
+        (["--ros-args", "-p", "a:=1", "--ros-args", "-p", "b:=2"], [], ["-p", "a:=1", "-p", "b:=2"]),
+        (["one", "--", "two"], ["one", "--", "two"], []),
+    ],
+)
+def test_ros_is_given_what_stands_behind_its_mark(arguments, own, of_ros):
+    assert split_arguments(arguments) == (own, of_ros)
+    parser = ArgumentParser("probe", "A probe.")
+    parser.add_argument("words", nargs="*")
+    parser.add_argument("--bag")
+    parser.add_argument("--once", action="store_true")
+    assert parser.parse_args(arguments) == parser.parse_args(own)
+
+
+@pytest.mark.parametrize("main", MAINS)
+def test_what_a_launch_file_s_node_appends_is_taken(main, capsys):
+    appended = ["--ros-args", "-r", "__node:=mine", "--params-file", "/dev/null"]
+    assert main(["--no-such-option", *appended]) == 2
+    assert not {"--ros-args", "__node:=mine"} & set(capsys.readouterr().err.split())

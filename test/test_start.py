@@ -69,3 +69,16 @@ def test_nothing_that_takes_long_to_load_is_loaded_before_it_is_needed():
         script += f"print('{name}', *(n for n in {[*OF_NO_USE, OF_A_RIG.get(name)]} if n in sys.modules))\n"
     said = subprocess.run([sys.executable, "-c", script], check=True, capture_output=True, text=True).stdout
     assert said.split() == [*OF_A_RIG, *others]
+
+
+NUMERICS = ("numpy", "numba", "scipy", "rich", "jsonschema", "rclpy")
+AT_ONCE = ["identify", "compare", "import_csv", "linearize", "report", "suggest", "survey"]
+
+
+def test_the_help_of_what_is_no_node_of_a_rig_waits_for_nothing_that_takes_long_to_load():
+    script = "import importlib, sys\n"
+    for name in AT_ONCE:
+        script += f"try: importlib.import_module('{EXECUTABLES[name]}').main(['--help'])\nexcept SystemExit: pass\n"
+        script += f"print('{name}', *(n for n in {NUMERICS} if n in sys.modules), file=sys.stderr)\n"
+    said = subprocess.run([sys.executable, "-c", script], check=True, capture_output=True, text=True).stderr
+    assert said.split() == AT_ONCE

@@ -83,8 +83,8 @@ class Table:
             if names.count(column) == 1:
                 return names.index(column)
         width = self.values.shape[1]
-        if column.isdecimal() and int(column) < width:
-            return int(column)
+        if column in (places := [str(place) for place in range(width)]):
+            return places.index(column)
         raise BagError(f"{self.path} has no column {column!r}: its columns are {self.columns} (numbers count from 0)")
 
     @property

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import struct
 from array import array
+from collections import Counter
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -13,7 +14,9 @@ import numpy.typing as npt
 from cdp_ident.bag.device_messages import DeviceMessages, DeviceTime
 from cdp_ident.bag.joint_state import HEAD_OFFSET, NANOSECONDS, STAMP_OFFSET, Layout, parse_layout
 from cdp_ident.bag.message_compression import plain_message
+from cdp_ident.bag.sample_times import Time, sample_times
 from cdp_ident.errors import BagError
+from cdp_ident.outside_text import shown
 
 _LAYOUTS_AT_HAND = 8
 _MOST_JOINTS = 256
@@ -23,6 +26,7 @@ _MOST_ROWS = 8_000_000
 """Two hours at 1 kHz."""
 _MOST_VALUES = 1 << 25
 """Positions of all joints in all rows: an hour of a robot with eight joints at 1 kHz."""
+_MOST_REASONS, _REASONS_SHOWN = 100, 3
 _MOST_LAYOUTS = 1 << 14
 """Ways in which messages begin; writers have one or a few."""
 
@@ -69,7 +73,7 @@ class _Alike:
             return False
         seconds, nanoseconds = layout.stamp.unpack_from(raw, STAMP_OFFSET)
         if seconds < 0 or nanoseconds >= NANOSECONDS:
-            raise ValueError("not a time")
+            raise ValueError("have a stamp that is no time")
         self.positions += raw[layout.offset : end]
         if efforts := layout.efforts(raw):
             self._fill_efforts()
@@ -105,7 +109,22 @@ class JointStates:
         self._at_hand: list[_Alike] = []
         self._joints: dict[str, None] = {}
         """Names of all joints, in the order in which they came."""
-        self._garbled = 0
+        self._dropped = Counter[str]()
+        """Messages that are not used, by the reason."""
+
+    def __len__(self) -> int:
+        """Return how many messages were added."""
+        return len(self._receipts)
+
+    def drop(self, reason: str) -> None:
+        """Count a message that is not used."""
+        self._dropped[reason if len(self._dropped) < _MOST_REASONS else "others"] += 1
+
+    @property
+    def dropped(self) -> str:
+        """How many messages are not used, and why, in words; empty if all are."""
+        reasons = [f"{count} {shown(reason)}" for reason, count in self._dropped.most_common(_REASONS_SHOWN)]
+        return f"{sum(self._dropped.values())} messages are dropped: {', '.join(reasons)}" if reasons else ""
 
     def add(self, receipt: int, raw: bytes) -> None:
         """Add one message: its time of receipt [ns since the epoch] and its bytes."""
@@ -114,8 +133,10 @@ class JointStates:
             raw = plain_message(raw)
             if not any(group.take(row, raw) for group in self._at_hand):
                 self._begin_group(raw).take(row, raw)
-        except (ValueError, struct.error):
-            self._garbled += 1
+        except struct.error:
+            self.drop("are cut short")
+        except ValueError as error:
+            self.drop(str(error))
         else:
             self._receipts.append(receipt)
             if row >= _MOST_ROWS or row * len(self._joints) > _MOST_VALUES:
@@ -124,7 +145,9 @@ class JointStates:
     def _begin_group(self, raw: bytes) -> _Alike:
         layout = parse_layout(raw)
         if len(layout.head) > _LONGEST_HEAD or len(layout.names) > _MOST_JOINTS:
-            raise ValueError("more names than are believed")
+            raise ValueError("have more names than are believed")
+        if not layout.names:
+            raise ValueError("name no joint")
         group = _Alike(layout)
         self._groups.append(group)
         self._at_hand = [group, *self._at_hand[: _LAYOUTS_AT_HAND - 1]]
@@ -136,8 +159,8 @@ class JointStates:
             )
         return group
 
-    def recording(self, name: str, topic: str, notes: list[str]) -> JointRecording:
-        """Return all messages as one recording, in the order of their receipt."""
+    def recording(self, name: str, topic: str, notes: list[str], time: Time) -> JointRecording:
+        """Return all messages as one recording, in the order of their receipt; `time` says which times are taken."""
         joints = tuple(self._joints)
         column = {joint: i for i, joint in enumerate(joints)}
         positions = np.full((len(self._receipts), len(joints)), np.nan)
@@ -150,30 +173,13 @@ class JointStates:
             for table, values in zip((positions, efforts), group.tables(), strict=False):
                 if table is not None:
                     table[rows[:, None], [column[joint] for joint in group.layout.names]] = values
-        notes = list(notes)
-        if self._garbled:
-            notes.append(f"{self._garbled} messages on {topic} that are not well-formed joint states are dropped")
-        times, keep, note = _times(stamps, receipts)
-        keep = keep[np.argsort(receipts[keep], kind="stable")]
-        efforts = None if efforts is None else efforts[keep]
-        return JointRecording(name, topic, joints, times[keep], positions[keep], (*notes, *note), efforts=efforts)
-
-
-def _times(
-    stamps: npt.NDArray[np.int64], receipts: npt.NDArray[np.int64]
-) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], list[str]]:
-    """Choose between the stamps of the headers and the times of receipt.
-
-    Returns the times (n,), the samples that have one, and what there is to say about it.
-    """
-    stamped = stamps > 0
-    count = int(np.count_nonzero(stamped))
-    if 2 * count < len(stamps) or not len(stamps):
-        note = ["the messages have no stamp: the time of receipt is used, with its jitter"] if len(stamps) else []
-        return receipts, np.arange(len(stamps)), note
-    unstamped = len(stamps) - count
-    note = [f"{unstamped} messages without a stamp are dropped"] if unstamped else []
-    return stamps, np.flatnonzero(stamped), note
+        if self.dropped:
+            notes = [*notes, f"of {topic} {self.dropped}"]
+        order = np.argsort(receipts, kind="stable")
+        times, kept, note = sample_times(stamps[order], receipts[order], time)
+        chosen = order[kept]
+        efforts = None if efforts is None else efforts[chosen]
+        return JointRecording(name, topic, joints, times[kept], positions[chosen], (*notes, *note), efforts=efforts)
 
 
 def with_device(recording: JointRecording, devices: DeviceMessages) -> JointRecording:

@@ -6,22 +6,22 @@ from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING
 
-import numpy as np
-import numpy.typing as npt
-
 if TYPE_CHECKING:
     from rosbags.typesys.store import Typestore
 
 MESSAGE_TYPE = "sensor_msgs/msg/JointState"
 NANOSECONDS = 1_000_000_000
 """In a second."""
+LITTLE_ENDIAN = b"\0\1\0\0"
+"""What plain CDR begins with."""
+STAMP_OFFSET, HEAD_OFFSET = 4, 12
 
 
 @cache
 def typestore() -> "Typestore":
     """Return the message definitions of the ROS distribution that the package is for.
 
-    To load them takes as long as all else of a driver, which reads and writes no bag.
+    To load them takes as long as all else of a driver, which needs none.
     """
     from rosbags.typesys import Stores, get_typestore  # noqa: PLC0415
 
@@ -29,28 +29,44 @@ def typestore() -> "Typestore":
 
 
 def serialize_joint_state(
-    names: Sequence[str], positions: Sequence[float], stamp_ns: int, efforts: npt.ArrayLike = ()
+    names: Sequence[str],
+    positions: Sequence[float],
+    stamp_ns: int,
+    velocities: Sequence[float] = (),
+    efforts: Sequence[float] = (),
 ) -> bytes:
     """Return the CDR bytes of a JointState.
 
-    `positions` are in rad for revolute joints and m for prismatic ones, one for each of `names`; `stamp_ns` is the
-    time of the measurement [ns since the epoch]; `efforts` are those of motors, where there are any [N m]. Velocity
-    stays empty: encoders do not measure it.
+    `positions` are in rad for revolute joints and m for prismatic ones, one for each of `names`; so are `velocities`
+    [rad/s, m/s] and `efforts` of motors [N m, N], if there are any; `stamp_ns` is the time of the measurement [ns since
+    the epoch].
     """
-    if len(names) != len(positions):
-        raise ValueError(f"{len(names)} names but {len(positions)} positions")
-    types = typestore().types
+    sizes = len(velocities), len(efforts)
+    if len(names) != len(positions) or not {*sizes} <= {0, len(names)}:
+        others = f"{sizes[0]} velocities and {sizes[1]} efforts"
+        raise ValueError(f"{len(names)} names but {len(positions)} positions, {others}")
+    message, head = _written(tuple(names), sizes[0] > 0, sizes[1] > 0)
     seconds, nanoseconds = divmod(stamp_ns, NANOSECONDS)
-    stamp = types["builtin_interfaces/msg/Time"](sec=seconds, nanosec=nanoseconds)
-    empty = np.empty(0)
-    message = types[MESSAGE_TYPE](
-        header=types["std_msgs/msg/Header"](stamp=stamp, frame_id=""),
-        name=list(names),
-        position=np.asarray(positions, dtype=np.float64),
-        velocity=empty,
-        effort=np.asarray(efforts, dtype=np.float64),
-    )
-    return bytes(typestore().serialize_cdr(message, MESSAGE_TYPE))
+    values = (*positions, sizes[0], *velocities, sizes[1], *efforts)
+    return message.pack(LITTLE_ENDIAN, seconds, nanoseconds, head, *values)
+
+
+@cache
+def _written(names: tuple[str, ...], with_velocities: bool, with_efforts: bool) -> tuple[struct.Struct, bytes]:
+    """Return how a JointState of these joints is written, and what stands between its stamp and its positions."""
+    count = struct.pack("<I", len(names))
+    head = cdr_text("") + count + b"".join(map(cdr_text, names)) + count
+    # Eight-byte numbers are aligned from the end of the four bytes of the encapsulation header.
+    padded = head + bytes(-(HEAD_OFFSET - 4 + len(head)) % 8 if names else 0)
+    velocities = f"4x{len(names)}d" if with_velocities else ""
+    efforts = f"{'4x' * with_velocities}{len(names)}d" if with_efforts else ""
+    return struct.Struct(f"<4siI{len(padded)}s{len(names)}dI{velocities}I{efforts}"), padded
+
+
+def cdr_text(text: str) -> bytes:
+    """Return a text in CDR, with zeros up to where the next number may begin."""
+    data = text.encode() + b"\0"
+    return struct.pack("<I", len(data)) + data + bytes(-len(data) % 4)
 
 
 @dataclass(frozen=True)
@@ -82,19 +98,16 @@ class Layout:
         return b""
 
 
-STAMP_OFFSET = 4
-HEAD_OFFSET = 12
-
-
 def parse_layout(raw: bytes) -> Layout:
     """Find the names and positions in the CDR bytes of a JointState.
 
     What stands behind the positions need not be well-formed: some writers leave stray bytes there, which readers of
-    whole messages refuse. Raises ValueError, struct.error or UnicodeDecodeError (a ValueError) where the bytes are no
+    whole messages refuse. Raises ValueError, which says what such messages have, or struct.error where the bytes are no
     JointState.
     """
     if raw[:2] not in (b"\0\0", b"\0\1"):
-        raise ValueError("not plain CDR")
+        is_newer = raw[:1] == b"\0" and raw[1:2] <= b"\x0b"
+        raise ValueError(f"are {'XCDR2 or parameter lists' if is_newer else 'not ROS 2 messages'}: expected plain CDR")
     order = "<" if raw[1] else ">"
     count = struct.Struct(f"{order}I")
     position = HEAD_OFFSET
@@ -111,22 +124,25 @@ def parse_layout(raw: bytes) -> Layout:
         length = number()
         value = raw[position : position + length]
         if len(value) != length:
-            raise ValueError("a text is longer than the message")
+            raise ValueError("have a text that is longer than the message")
         position += length
-        return value.removesuffix(b"\0").decode()
+        try:
+            return value.removesuffix(b"\0").decode()
+        except UnicodeDecodeError as error:
+            raise ValueError("have a text that is not UTF-8") from error
 
     text()
     names = number()
     if names > len(raw):
-        raise ValueError("more names than bytes")
+        raise ValueError("have more names than bytes")
     name = tuple(text() for _ in range(names))
     positions = number()
     if positions != names:
-        raise ValueError(f"{names} names but {positions} positions")
+        raise ValueError(f"have {names} names but {positions} positions")
     # Eight-byte numbers are aligned from the end of the four bytes of the encapsulation header.
     offset = position + (-(position - 4) % 8 if positions else 0)
     if offset + 8 * positions > len(raw):
-        raise ValueError("more positions than bytes")
+        raise ValueError("have more positions than bytes")
     return Layout(
         names=name,
         positions=struct.Struct(f"{order}{positions}d"),

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import shutil
+from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -17,6 +18,7 @@ from cdp_ident.bag.joint_state import MESSAGE_TYPE
 from cdp_ident.bag.limits import LARGEST_WINDOW, Budget
 from cdp_ident.bag.mcap_scan import McapScan
 from cdp_ident.bag.metadata import METADATA_FILE, read_information
+from cdp_ident.bag.sample_times import Time
 from cdp_ident.bag.sqlite_scan import sqlite_messages, sqlite_topics
 from cdp_ident.errors import BagError
 from cdp_ident.outside_text import shown
@@ -24,50 +26,69 @@ from cdp_ident.regular_file import open_regular
 
 _MESSAGE_TYPES = (MESSAGE_TYPE, "sensor_msgs/JointState")
 _SQLITE_MAGIC = b"SQLite format 3\0"
+_CONVERT = {"ros1": "; convert the ROS 1 recording with `rosbags-convert`", "json": "; record it with ROS 2"}
+_LONGEST_ERROR = 1000
 _BLOCK = 1 << 20
 _LEFT_FREE = 100_000_000
 """So much of the disk with the temporary files is left to others [bytes]."""
 
 
-def read_joint_states(bag: Path, topic: str) -> JointRecording:
+def read_joint_states(bag: Path, topic: str, time: Time = "auto") -> JointRecording:
     """Read the JointState messages on a topic of a rosbag2 bag; the bag itself is not changed.
 
     `bag` is a folder or one .mcap or .db3 file, also compressed as a whole (.zstd) or by message. `metadata.yaml` is
     not needed; where it names some of the folder's files, these are read. Of a file whose recorder was killed every
     complete chunk is read, and of several files those that can be. The time of a sample is its header's
-    stamp; where most messages have none, it is the time of receipt. Where the bag has `sensor_msgs/TimeReference`
+    stamp or the time of receipt, as `time` says (`sample_times`). Where the bag has `sensor_msgs/TimeReference`
     messages with the samples' stamps, they are the device's own times.
 
     A topic without a leading `/` that the bag does not have stands for its one topic of joint states of that name in
     a namespace.
 
-    Raises BagError where something cannot be read or the topic holds no JointState.
+    Raises BagError where something cannot be read or the topic holds no JointState that can be used.
     """
-    asked, topic = topic, f"/{topic.lstrip('/')}"
-    joints, devices, types = JointStates(bag), DeviceMessages(), dict[str, str]()
+    try:
+        return _read(bag, topic, time)
+    except (BagError, OSError, ValueError, RuntimeError) as error:
+        text = str(error) if isinstance(error, BagError) else f"{bag} cannot be read: {error}"
+        raise BagError(shown(text, _LONGEST_ERROR)) from error
+
+
+def _read(bag: Path, asked: str, time: Time) -> JointRecording:
     files, notes = _recorded_files(bag)
-    budget = Budget(bag, sum(file.stat().st_size for file in files))
+    contents = _Contents(
+        f"/{asked.lstrip('/')}", JointStates(bag), DeviceMessages(), Budget(bag, sum(map(_size, files)))
+    )
+    topic, joints = contents.topic, contents.joints
     for file in files:
         try:
-            with _uncompressed(file, budget) as plain:
-                notes += _read_file(plain, file, topic, joints, devices, types, budget)
+            with _uncompressed(file, contents.budget) as plain:
+                notes += contents.add(plain, file)
         except BagError as error:
             if len(files) == 1:
                 raise
             notes.append(f"nothing more is read of {file.name}: {error}")
-    if types.get(topic) not in _MESSAGE_TYPES:
-        suitable = sorted(name for name, message_type in types.items() if message_type in _MESSAGE_TYPES)
-        in_namespaces = [name for name in suitable if not asked.startswith("/") and name.endswith(topic)]
-        if topic not in types and len(in_namespaces) == 1:
-            found = read_joint_states(bag, in_namespaces[0])
-            return replace(found, notes=(f"joint states are those on {shown(in_namespaces[0])}", *found.notes))
-        raise BagError("; ".join([_wrong_topic(bag, topic, types, suitable), *map(shown, notes)]))
-    return with_device(joints.recording(bag_name(bag), topic, notes), devices)
+    suitable = sorted(name for name, message_type in contents.types.items() if message_type in _MESSAGE_TYPES)
+    in_namespaces = [name for name in suitable if not asked.startswith("/") and name.endswith(topic)]
+    if topic not in contents.types and len(in_namespaces) == 1:
+        found = _read(bag, in_namespaces[0], time)
+        return replace(found, notes=(f"joint states are those on {shown(in_namespaces[0])}", *found.notes))
+    if not len(joints):
+        others = [name for name in suitable if name != topic and contents.counts[name]]
+        raise BagError("; ".join([_nothing(bag, contents, others), *map(shown, notes)]))
+    return with_device(joints.recording(bag_name(bag), topic, notes, time), contents.devices)
 
 
 def is_storage_file(name: str) -> bool:
     """Return whether a file of this name holds messages of a bag; hidden files are those of other systems."""
     return name.removesuffix(".zstd").endswith((".mcap", ".db3")) and not name.startswith(".")
+
+
+def no_bag(bag: Path) -> str:
+    """Say that a bag is not there; a pattern that the shell left as it is has found none."""
+    if set(bag.name) & set("*?["):
+        return f"there is no bag in {bag.parent} that is called {bag.name}"
+    return f"there is no bag {bag}"
 
 
 def storage_files(bag: Path) -> list[Path]:
@@ -76,7 +97,7 @@ def storage_files(bag: Path) -> list[Path]:
         bag = bag.parent
     try:
         if not bag.exists():
-            raise BagError(f"there is no bag {bag}")
+            raise BagError(no_bag(bag))
         if not bag.is_dir():
             return [bag]
         files = [file for file in bag.iterdir() if is_storage_file(file.name)]
@@ -141,52 +162,74 @@ def _uncompressed(file: Path, budget: Budget) -> Iterator[Path]:
         yield plain
 
 
-def _read_file(
-    file: Path,
-    called: Path,
-    topic: str,
-    joints: JointStates,
-    devices: DeviceMessages,
-    types: dict[str, str],
-    budget: Budget,
-) -> list[str]:
-    """Add a file's messages to `joints` and `devices`, its topics to `types`; return what there is to say about it."""
+@dataclass
+class _Contents:
+    """What is read of a bag's files."""
+
+    topic: str
+    """Whose joint states are read."""
+    joints: JointStates
+    devices: DeviceMessages
+    budget: Budget
+    types: dict[str, str] = field(default_factory=dict)
+    """Message types of all topics."""
+    counts: Counter[str] = field(default_factory=Counter)
+    """Messages of topics with joint states."""
+
+    def add(self, file: Path, called: Path) -> list[str]:
+        """Add a file's contents; return what there is to say about it."""
+        try:
+            with open_regular(file) as stream:
+                is_sqlite = stream.read(len(_SQLITE_MAGIC)) == _SQLITE_MAGIC
+        except OSError as error:
+            raise BagError(f"{called} cannot be read: {error.strerror or error}") from error
+        if is_sqlite:
+            self.types.update(sqlite_topics(file))
+            for name, message_type in self.types.items():
+                if message_type in (*_MESSAGE_TYPES, *DeviceMessages.TYPES):
+                    for receipt, data in sqlite_messages(file, name):
+                        self.budget.spend(unfolded=len(data), records=1)
+                        self._take(name, message_type, receipt, data)
+            return []
+        scan = McapScan(file, self.budget)
+        for channel, receipt, data in scan.messages():
+            self._take(channel.name, channel.message_type, receipt, data, channel.serialization)
+        self.types.update(scan.types())
+        return [f"{called.name}: {damage}"] if (damage := scan.damage()) else []
+
+    def _take(self, topic: str, message_type: str, receipt: int, data: bytes, encoding: str = "cdr") -> None:
+        if message_type in DeviceMessages.TYPES:
+            self.devices.add(topic, message_type, data)
+        elif message_type in _MESSAGE_TYPES:
+            self.counts[topic] += 1
+            if topic == self.topic and encoding == "cdr":
+                self.joints.add(receipt, data)
+            elif topic == self.topic:
+                self.joints.drop(f"are encoded as {encoding[:20]}: expected cdr{_CONVERT.get(encoding, '')}")
+
+
+def _size(file: Path) -> int:
     try:
-        with open_regular(file) as stream:
-            is_sqlite = stream.read(len(_SQLITE_MAGIC)) == _SQLITE_MAGIC
-    except OSError as error:
-        raise BagError(f"{called} cannot be read: {error.strerror or error}") from error
-    if is_sqlite:
-        types.update(sqlite_topics(file))
-        if types.get(topic) in _MESSAGE_TYPES:
-            for stamp, data in sqlite_messages(file, topic):
-                budget.spend(unfolded=len(data), records=1)
-                joints.add(stamp, data)
-        for name, message_type in types.items():
-            if message_type in DeviceMessages.TYPES:
-                for _, data in sqlite_messages(file, name):
-                    budget.spend(unfolded=len(data), records=1)
-                    devices.add(name, message_type, data)
-        return []
-    scan = McapScan(file, budget)
-    for channel, stamp, data in scan.messages():
-        if channel.name == topic and channel.message_type in _MESSAGE_TYPES:
-            joints.add(stamp, data)
-        elif channel.message_type in DeviceMessages.TYPES:
-            devices.add(channel.name, channel.message_type, data)
-    types.update(scan.types())
-    return [f"{called.name}: {damage}"] if (damage := scan.damage()) else []
+        return file.stat().st_size
+    except OSError:  # it is told where the file is opened
+        return 0
 
 
-def _wrong_topic(bag: Path, topic: str, types: dict[str, str], suitable: list[str]) -> str:
-    if topic in types:
-        found = f"topic {topic} of {bag} holds {shown(types[topic])}, not {MESSAGE_TYPE}"
-    else:
+def _nothing(bag: Path, contents: _Contents, others: list[str]) -> str:
+    """Say why there is no joint state on the topic, and which other topics have some."""
+    topic, types = contents.topic, contents.types
+    if topic not in types:
         found = f"{bag} has no topic {topic}"
-    if suitable:
-        return f"{found}; joint states are on {shown(', '.join(suitable))}: name that topic"
+    elif types[topic] not in _MESSAGE_TYPES:
+        found = f"topic {topic} of {bag} holds {shown(types[topic]) or 'messages of unknown type'}, not {MESSAGE_TYPE}"
+    elif contents.counts[topic]:
+        found = f"{bag}: no message on {topic} is a joint state that can be used; {contents.joints.dropped}"
+    else:
+        found = f"there is no message on {topic} of {bag} (did its publisher offer another quality of service?)"
+    if others:
+        return f"{found}; joint states are on {shown(', '.join(others))}: name that topic"
     there = shown(", ".join(sorted(types))) or "no topics at all"
-    return f"{found}; no topic of it holds joint states (it has {there})"
+    return found if contents.counts[topic] else f"{found}; no topic of it holds joint states (it has {there})"
 
 
 def bag_name(bag: Path) -> str:

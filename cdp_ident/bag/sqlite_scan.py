@@ -1,5 +1,6 @@
 """One pass through an SQLite file of a rosbag2 bag."""
 
+import os
 import shutil
 import sqlite3
 from collections.abc import Iterator
@@ -51,7 +52,7 @@ def _database(path: Path) -> Iterator[sqlite3.Connection]:
     try:
         with TemporaryDirectory() as copies:
             place, mode = _with_journals(path, Path(copies))
-            with closing(sqlite3.connect(f"file:{quote(str(place))}?{mode}", uri=True)) as database:
+            with closing(sqlite3.connect(f"file:{quote(os.fsencode(place))}?{mode}", uri=True)) as database:
                 database.execute("PRAGMA trusted_schema = OFF")
                 database.execute("PRAGMA query_only = ON")
                 for table, columns in _COLUMNS.items():

@@ -2,9 +2,18 @@
 
 import struct
 
-from cdp_ident.bag.joint_state import NANOSECONDS
+from cdp_ident.bag.joint_state import LITTLE_ENDIAN, NANOSECONDS, cdr_text
 
 MESSAGE_TYPE = "sensor_msgs/msg/TimeReference"
+
+_HEAD = struct.Struct("<4siI8siI")
+_NO_FRAME = cdr_text("")
+
+
+def serialize_time_reference(stamp_ns: int, device_ns: int, source: str) -> bytes:
+    """Return the CDR bytes of a TimeReference of stamp and device's time [ns]."""
+    stamp, device = divmod(stamp_ns, NANOSECONDS), divmod(device_ns, NANOSECONDS)
+    return _HEAD.pack(LITTLE_ENDIAN, *stamp, _NO_FRAME, *device) + cdr_text(source)
 
 
 def parse_time_reference(raw: bytes) -> tuple[int, int, str]:

@@ -1,18 +1,17 @@
 """The arguments of `import_csv`."""
 
 import argparse
+import math
 from datetime import datetime, timezone
 from pathlib import Path
 
-import numpy as np
-
-from cdp_ident.bag.joint_state import NANOSECONDS
 from cdp_ident.command_line import ArgumentParser
 from cdp_ident.errors import OptionError
 from cdp_ident.trial.wording import Wording
+from cdp_ident.user_input import quoted
 
 TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
-ANGLE_UNITS = {"rad": 1.0, "deg": np.pi / 180, "turns": 2 * np.pi}
+ANGLE_UNITS = {"rad": 1.0, "deg": math.pi / 180, "turns": 2 * math.pi}
 LENGTH_UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
 AS_TYPED = Wording("--", " ", "-", {"start": "from", "stop": "to"}, "--anyway writes the bag all the same")
 """How options are named in messages to a user of the command line."""
@@ -37,14 +36,16 @@ def parse(arguments: list[str]) -> argparse.Namespace:
     options = _parser().parse_args(arguments)
     if options.every < 1:
         raise OptionError(f"--every is {options.every}: expected 1 or more")
+    if options.delimiter is not None and len(options.delimiter) != 1:
+        raise OptionError(f"--delimiter is {quoted(options.delimiter)}: expected one character")
     for name in ("rate", "length", "counts_per_metre"):
         value = getattr(options, name)
-        if value is not None and not 0 < value < np.inf:
+        if value is not None and not 0 < value < math.inf:
             raise OptionError(f"--{name.replace('_', '-')} is {value}: expected a positive number")
     counts = options.counts_per_turn or []
     if options.angle_unit != "counts" and counts:
         raise OptionError("--counts-per-turn goes with --angle-unit counts")
-    if options.angle_unit == "counts" and not (len(counts) in (1, 2) and all(0 < n < np.inf for n in counts)):
+    if options.angle_unit == "counts" and not (len(counts) in (1, 2) and all(0 < n < math.inf for n in counts)):
         raise OptionError("--angle-unit counts needs --counts-per-turn with one or two positive numbers")
     if options.cart_unit == "counts" and not options.counts_per_metre:
         raise OptionError("--cart-unit counts needs --counts-per-metre with a positive number")
@@ -104,9 +105,11 @@ def _parser() -> ArgumentParser:
     meaning.add_argument("--length", type=float, metavar="M", help="between the joints; checked against the motion [m]")
     choice = parser.add_argument_group("what is taken")
     choice.add_argument(
-        "--from", dest="start", type=float, default=-np.inf, metavar="S", help="file's time [s] to begin at"
+        "--from", dest="start", type=float, default=-math.inf, metavar="S", help="file's time [s] to begin at"
     )
-    choice.add_argument("--to", dest="stop", type=float, default=np.inf, metavar="S", help="file's time [s] to end at")
+    choice.add_argument(
+        "--to", dest="stop", type=float, default=math.inf, metavar="S", help="file's time [s] to end at"
+    )
     choice.add_argument("--every", type=int, default=1, metavar="N", help="take every Nth sample (default: 1)")
     choice.add_argument("--anyway", action="store_true", help="write the bag even if identify will refuse it")
     stamps = parser.add_argument_group("how it is written")
@@ -124,7 +127,7 @@ def _parser() -> ArgumentParser:
 def _stamp(text: str) -> int:
     """Return nanoseconds since 1970 of a date or of seconds."""
     try:
-        return round(float(text) * NANOSECONDS)
+        return round(float(text) * 1e9)
     except (ValueError, OverflowError):
         pass
     try:

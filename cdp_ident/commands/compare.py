@@ -2,13 +2,9 @@
 
 from pathlib import Path
 
-from rich.console import Console
-
 from cdp_ident.command_line import ArgumentParser, entry_point
-from cdp_ident.report.comparison import compare, read_runs
 from cdp_ident.report.folder import COMPARISON_PAGE, COMPARISON_TEXT, FIGURES, check_folder, write_files
-from cdp_ident.report.pictures import draw_comparison
-from cdp_ident.report.terminal import print_tables
+from cdp_ident.start import loading
 
 DESCRIPTION = """\
 Put the results of several identifications side by side, as before and after a bearing was changed: errors, base
@@ -27,6 +23,12 @@ def main(arguments: list[str]) -> int:
     parser.add_argument("--out", type=Path, metavar="DIR", help="where compare.html, compare.md and a figure go")
     parser.add_argument("--force", action="store_true", help="replace a comparison that is there already")
     options = parser.parse_args(arguments)
+    with loading("compare"):
+        from rich.console import Console
+
+        from cdp_ident.report.comparison import compare, read_runs
+        from cdp_ident.report.pictures import draw_comparison
+        from cdp_ident.report.terminal import print_tables
     if options.out:
         check_folder(options.out, options.force, (COMPARISON_PAGE, COMPARISON_TEXT))
     runs = read_runs(options.folders)

@@ -3,11 +3,10 @@
 from pathlib import Path
 
 from cdp_ident.command_line import ArgumentParser, entry_point
-from cdp_ident.configuration.fitted_model import read_fitted_model
 from cdp_ident.errors import OptionError
-from cdp_ident.model.linear import EQUILIBRIA, linearize, without_linear_part
+from cdp_ident.model.equilibria import EQUILIBRIA
 from cdp_ident.report.folder import json_text, write_files
-from cdp_ident.report.linear_model import linear_model_content, linear_model_text
+from cdp_ident.start import loading
 
 DESCRIPTION = """\
 Make the linear model x' = A x + B u, y = C x + D u of a fitted model about an equilibrium, for the design of a
@@ -28,6 +27,10 @@ def main(arguments: list[str]) -> int:
     options = _parser().parse_args(arguments)
     if options.out is not None and options.out.exists() and not options.force:
         raise OptionError(f"{options.out} is there already: give another --out, or --force to replace it")
+    with loading("linearize"):
+        from cdp_ident.configuration.fitted_model import read_fitted_model
+        from cdp_ident.model.linear import linearize, without_linear_part
+        from cdp_ident.report.linear_model import linear_model_content, linear_model_text
     fitted = read_fitted_model(options.fitted, "linearize")
     effects = fitted.motion.acting(fitted.values, fitted.trial())
     model = linearize(fitted.coefficients, EQUILIBRIA[options.at], effects)

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from cdp_ident.command_line import ArgumentParser, entry_point
 from cdp_ident.report.folder import FIGURES, PAGE, TEXT
-from cdp_ident.report.pictures import draw_again
+from cdp_ident.start import loading
 
 DESCRIPTION = """\
 Draw report.html and report.md of an identification anew, from the report.json and curves.npz that identify wrote; with
@@ -18,6 +18,8 @@ def main(arguments: list[str]) -> int:
     parser.add_argument("folders", type=Path, nargs="+", metavar="DIR", help="folders that identify wrote into")
     parser.add_argument("--figures", action="store_true", help="draw the figures as PNG and SVG, too")
     options = parser.parse_args(arguments)
+    with loading("report"):
+        from cdp_ident.report.pictures import draw_again
     for folder in options.folders:
         problem = draw_again(folder, options.figures)
         print(problem or f"{folder / PAGE} is drawn")

@@ -82,6 +82,12 @@ class FittedModel:
         """The coefficients (7,) of the equations of motion."""
         return self.motion.coefficients(self.values)
 
+    def dry_friction(self, joint: str) -> float:
+        """Return the torque of dry friction in a joint, as simulators take it: the same at all speeds [N m]."""
+        known = zip(self.motion.names, self.values.tolist(), strict=True)
+        torques = [value for name, value in known if name.endswith(f"friction.{joint}.torque")]
+        return sum(torques) * self.motion.mechanism.inertia
+
     def trial(self, name: str | None = None) -> int:
         """Return the number by which the model knows the trial of this name; without one, any other trial's."""
         return self.trials.index(name) if name in self.trials else _ELSEWHERE

@@ -47,10 +47,10 @@ class EncoderScale:
         if all(parameter.lower < self.factor - 1.0 < parameter.upper for parameter in limits):
             return ""
         whose = f"the {self.joints[0]} encoder shows" if len(self.joints) == 1 else "both encoders show"
-        settings = " and ".join(f"trial.{joint}_scale: {self.factor:.4g}" for joint in self.joints)
+        settings = ", ".join(f"{joint}_scale: {self.factor:.4g}" for joint in self.joints)
         return (
             f"the fit failed: by the balance of forces {whose} {self.factor:.4g} ± {self.std:.1g} times the angle. "
-            f"Check the counts per turn; for what is recorded already, set {settings}"
+            f"Check the counts per turn; for what is recorded already, set trial: {{{settings}}}"
         )
 
 

@@ -31,6 +31,6 @@ def refuse_a_failed_fit(fits: Sequence[Fit], noise: float) -> None:
             raise FitFailedError(
                 f"the fit failed: in {len(lost)} of {len(errors)} windows {which} the model moves otherwise than the "
                 f"rods, by {np.median(lost):.2g} rad; no parameter means anything. Check L, g and what the angles mean "
-                "(trial.zero, trial.outer_angle, trial.inner_sign, trial.outer_sign), the counts per turn, whether "
+                "(zero, outer_angle, inner_sign and outer_sign below trial), the counts per turn, whether "
                 "somebody touched the rods, and whether all bags are of one rig; or set a shorter window"
             )

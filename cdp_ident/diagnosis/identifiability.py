@@ -150,7 +150,9 @@ def _directions(fit: Fit) -> tuple[tuple[Direction, ...], tuple[Tradeoff, ...]]:
     """Part the unknowns that are not zero into combinations, by the singular values of their scaled sensitivities."""
     shown = np.flatnonzero(fit.model.of_rig & ~fit.model.of_curves & (fit.values != 0.0))
     names = [fit.model.names[index] for index in shown]
-    rows = [
+    # What is known beforehand counts as one more measurement of each.
+    rows = [np.diag(np.sqrt(np.diag(fit.model.penalty)))[:, shown]]
+    rows += [
         (np.sqrt(weight)[..., None] * sensitivity)[..., shown].reshape(-1, len(shown))
         for sensitivity, weight in zip(reduced_sensitivities(fit), fit.weights, strict=True)
     ]

@@ -7,7 +7,6 @@ from typing import TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.diagnosis.continuity import Continuity, continuity
 from cdp_ident.diagnosis.inertia import Inertia
 from cdp_ident.diagnosis.length import LengthByBalance
 from cdp_ident.diagnosis.repeatability import Repeatability, repeatability
@@ -42,7 +41,6 @@ class Identification:
     inertia: Inertia
     failure: str
     """Why no parameter means anything, in words; empty where the fit did not fail."""
-    continuity: Continuity | None
     repeatability: Repeatability | None
     failures: tuple[str, ...] = ()
     """What of the diagnosis could not be computed, in words."""
@@ -73,7 +71,6 @@ class Identification:
             physical=physical,
             inertia=Inertia.of(fit.model, fit.values, spread, physical),
             failure=failure,
-            continuity=_if_possible("the jumps between windows", lambda: continuity(fit), failures),
             repeatability=_if_possible("each trial alone", lambda: repeatability(fit, data.names), failures),
             failures=tuple(failures),
         )

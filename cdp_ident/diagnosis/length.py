@@ -72,7 +72,6 @@ def says_another_length(balance: ForceBalance, length: LengthByBalance | None) -
     if np.any(balance.unexplained > _BESIDE_NOISE * balance.noise_share):
         return (
             f"the fit failed: gravity, friction and inertia do not balance; {length.words}. Check L, g and what the "
-            "angles mean (trial.zero, trial.outer_angle, trial.inner_sign, trial.outer_sign), and that all bags are of "
-            "one rig"
+            "angles mean (zero, outer_angle, inner_sign and outer_sign below trial), and that all bags are of one rig"
         )
     return ""

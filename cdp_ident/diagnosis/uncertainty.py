@@ -75,8 +75,8 @@ def scaled_inverse(matrix: Array, cut_off: float, sizes: Array | None = None) ->
     return np.asarray(inverse), np.asarray(vectors[:, ~kept])
 
 
-def covariance(fit: Fit) -> Array:
-    """Return the covariance (unknowns, unknowns) of the fitted values.
+def covariance(fit: Fit, held: Sequence[int] = ()) -> Array:
+    """Return the covariance (unknowns, unknowns) of the fitted values, zero for those that were held.
 
     It is the curvature's, corrected for residuals that are correlated in time and of different size in the two angles:
     S^-1 B S^-1 with S the curvature and B the covariance of the scores. Noise is taken for an autoregressive process
@@ -98,12 +98,14 @@ def covariance(fit: Fit) -> Array:
     process = autoregressive(residuals, sizes, Followed(explained, reduced, inverse_factor(information)))
     middle = _covariance_of_scores(process, residuals, reduced)
     # Errors of weights are of unit variance, whatever the angles' noise is.
-    middle += np.diag(np.diag(fit.model.penalty) ** 2 * fit.model.of_weights)
-    inverse, left_out = scaled_inverse(information, _UNOBSERVABLE)
+    middle += fit.model.penalty_of_errors * fit.model.penalty
+    free = np.setdiff1d(np.arange(len(information)), held)
+    inverse = np.zeros_like(information)
+    inverse[np.ix_(free, free)], left_out = scaled_inverse(information[np.ix_(free, free)], _UNOBSERVABLE)
     result = inverse @ middle @ inverse
     for change in _changes_by_units_of_time(fit):
         result += np.outer(inverse @ change, inverse @ change)
-    undetermined = np.any(np.abs(left_out) > 1e-3, axis=1)
+    undetermined = free[np.any(np.abs(left_out) > 1e-3, axis=1)]
     result[undetermined, undetermined] = np.inf
     return np.asarray(result)
 

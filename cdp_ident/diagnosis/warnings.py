@@ -8,7 +8,7 @@ import numpy as np
 from cdp_ident.diagnosis.identification import Identification
 from cdp_ident.diagnosis.outlier_windows import outlier_windows
 from cdp_ident.fit.normal_equations import OUTLIER
-from cdp_ident.model.parameters import GROUPS, SYMBOLS
+from cdp_ident.model.parameters import CONSTANTS, GROUPS, SYMBOLS
 from cdp_ident.trial.differences import MEDIAN_OF_SIZE
 from cdp_ident.trial.outliers import outlier_words
 from cdp_ident.trial.trial import Trial
@@ -19,10 +19,8 @@ _WORSE = 3.0
 """A window whose error is so many times the median of the windows fits far worse."""
 _ABOVE_NOISE = 3.0
 """An error of so many times the noise means that something is missing in the model."""
-_JUMPS = 3.0
-"""Jumps between windows of so many times their expected size mean that, too."""
-_WEIGHT_OFF = 3.0
-"""A weight so many standard deviations from its place is not where it was said to be."""
+_OFF = 3.0
+"""What was measured beforehand is wrong where the motion shows it so many standard deviations off."""
 _MOST_NAMED = 4
 _DAMAGED = 0.02
 """A larger share of outliers means that a part is broken; of more than a few per cent, some are not found."""
@@ -90,12 +88,16 @@ def _impossible(found: Identification) -> Iterator[FitWarning]:
 
 def _length(found: Identification) -> Iterator[FitWarning]:
     if found.length is not None:
-        yield FitWarning(
-            "length_off",
-            ("L",),
-            f"{found.length.words}: measure it again, or fit it too (length_free: true). Effects that are named here "
-            "may stand for the wrong L",
-        )
+        advice = "measure it again, and give length_std. Effects that are named here may stand for the wrong L"
+        yield FitWarning("length_off", ("L",), f"{found.length.words}: {advice}")
+    model = found.fit.model
+    known = zip(model.base_names, found.fit.values, *model.known, strict=False)
+    units = {constant.symbol: constant.unit for constant in CONSTANTS}
+    for name, value, given, precision in known:
+        if name in units and (off := np.sqrt(precision) * abs(value - given)) > _OFF:
+            where = f"{off:.1f} standard deviations from the {given:g} {units[name]} that were given"
+            words = f"by the motion {name} is {value:.5g} {units[name]}, {where}: measure it again"
+            yield FitWarning("constant_off", (name,), words)
 
 
 def _weights(found: Identification) -> Iterator[FitWarning]:
@@ -104,7 +106,7 @@ def _weights(found: Identification) -> Iterator[FitWarning]:
         for weight in trial.weights:
             actual = weight.with_errors(dict(zip(found.fit.model.weight_errors, errors.tolist(), strict=True)))
             off = (actual.place - weight.place) / weight.place_std if weight.place_std else 0.0
-            if abs(off) > _WEIGHT_OFF:
+            if abs(off) > _OFF:
                 yield FitWarning(
                     "weight_off",
                     (trial.name,),
@@ -140,16 +142,6 @@ def _above_noise(found: Identification) -> Iterator[FitWarning]:
             (),
             f"the error of {1e3 * error:.3g} mrad is {error / noise:.1f} times the encoders' noise: the model lacks "
             "something, or L, g or the nominal values are far off",
-        )
-    joined = found.continuity
-    # Noise that is remembered moves initial states by more than white noise of its size does.
-    by_memory = 1.0 if error > _ABOVE_NOISE * noise else float(np.sqrt(found.fit.autocorrelation.integrated_time))
-    if joined is not None and joined.relative > _JUMPS * by_memory:
-        yield FitWarning(
-            "windows_do_not_join",
-            (),
-            f"from one window to the next the angles jump by {1e3 * joined.rms:.3g} mrad rms, "
-            f"{joined.relative / by_memory:.1f} times what the noise lets expect: the model lacks something",
         )
 
 

@@ -28,21 +28,23 @@ _LARGEST_ZERO = 0.5
 class ModelUnknowns:
     """The numbers that are adjusted: which there are, where each is, and what is known of them beforehand.
 
-    They are the five base parameters, on request the length L, gravity g and 1 / A22, errors of weights, the zeros of
-    trials' encoders, and the effects' parameters, torques being relative to A22. They are those of the rig without the
-    weights that some trials may have.
+    They are the five base parameters, the length L and gravity g where they are not taken for exact, 1 / A22 where
+    weights show it, errors of weights, the zeros of trials' encoders, and the effects' parameters, torques being
+    relative to A22. They are those of the rig without the weights that some trials may have.
     """
 
     mechanism: Mechanism
-    length_free: bool = False
-    gravity_free: bool = False
+    length_std: float = 0.0
+    """How well L is known beforehand: its relative standard deviation, 0 where it is taken for exact."""
+    gravity_std: float = 0.0
+    """The same of g."""
     inertia_free: bool = False
     """Whether 1 / A22 is an unknown, which only trials with different weights determine."""
     weight_errors: tuple[ErrorOf, ...] = ()
     """Errors of the weights' masses and places: unknowns, in units of their standard deviations."""
     penalty_of_errors: float = 0.0
-    """What an error by one standard deviation adds to the cost, of a weight or of a state that an effect brings: the
-    variance of the angles' noise [rad^2]."""
+    """What an error by one standard deviation adds to the cost, of what is known beforehand and of states that effects
+    bring: the variance of the angles' noise [rad^2]."""
     effects: tuple[ActiveEffect, ...] = ()
     zeros: tuple[int, ...] = ()
     """Trials whose encoders have a zero of their own; none where the zeros are right, or the same for all trials."""
@@ -54,11 +56,28 @@ class ModelUnknowns:
         """Names of the unknowns that do not belong to effects or zeros."""
         return (
             *(group.symbol for group in GROUPS),
-            *(("L",) if self.length_free else ()),
-            *(("g",) if self.gravity_free else ()),
+            *self._constants,
             *((INVERSE_INERTIA.symbol,) if self.inertia_free else ()),
             *(_name_of(error) for error in self.weight_errors),
         )
+
+    @cached_property
+    def _constants(self) -> dict[str, tuple[float, float]]:
+        """L and g where they are unknowns, with what is known of them: value and standard deviation."""
+        both = {
+            "L": (self.mechanism.length, self.length_std * self.mechanism.length),
+            "g": (self.mechanism.gravity, self.gravity_std * self.mechanism.gravity),
+        }
+        return {name: known for name, known in both.items() if known[1] > 0.0}
+
+    @cached_property
+    def known(self) -> tuple[Array, Array]:
+        """(unknowns,) what is known of the unknowns before any motion, effects apart: value, and precision."""
+        centre, precision = np.zeros(len(self.names)), self.of_weights.astype(float)
+        for name, (value, std) in self._constants.items():
+            place = self.base_names.index(name)
+            centre[place], precision[place] = value, std**-2
+        return centre, precision
 
     @cached_property
     def labels(self) -> tuple[str, ...]:
@@ -88,8 +107,8 @@ class ModelUnknowns:
 
     @cached_property
     def penalty(self) -> Array:
-        """(unknowns, unknowns) what the unknowns add to the cost of a fit, as a quadratic form [rad^2]."""
-        return np.diag(self.penalty_of_errors * self.of_weights)
+        """(unknowns, unknowns) what the unknowns, less what is known of them, add to a fit's cost: a form [rad^2]."""
+        return np.diag(self.penalty_of_errors * self.known[1])
 
     @property
     def of_weights(self) -> npt.NDArray[np.bool_]:
@@ -104,7 +123,7 @@ class ModelUnknowns:
 
         L and g, and A22 where it is not given, are as known beforehand.
         """
-        constants = [self.mechanism.length] * self.length_free + [self.mechanism.gravity] * self.gravity_free
+        constants = [value for value, _ in self._constants.values()]
         inverse = [1.0 / (inertia or self.mechanism.inertia)] * self.inertia_free
         return np.concatenate([groups, constants, inverse, np.zeros(len(self.weight_errors))])
 
@@ -183,9 +202,10 @@ class ModelUnknowns:
 
     def constants(self, values: Array) -> tuple[float, float]:
         """Return L [m] and g [m/s^2] under given values of the unknowns."""
-        names = self.base_names
-        length = float(values[names.index("L")]) if self.length_free else self.mechanism.length
-        return length, float(values[names.index("g")]) if self.gravity_free else self.mechanism.gravity
+        given = {"L": self.mechanism.length, "g": self.mechanism.gravity}
+        found = {name: float(values[self.base_names.index(name)]) for name in self._constants}
+        length, gravity = (given | found).values()
+        return length, gravity
 
     def inverse_inertia(self, values: Array) -> float:
         """Return 1 / A22 [1/(kg m^2)] under given values of the unknowns."""
@@ -215,7 +235,7 @@ class ModelUnknowns:
         return Layout(
             powers,
             tuple(carrying),
-            names.index("L") if self.length_free else None,
+            names.index("L") if "L" in names else None,
             names.index(INVERSE_INERTIA.symbol) if self.inertia_free else None,
             dict(zip(self.weight_errors, np.flatnonzero(self.of_weights).tolist(), strict=True)),
         )

@@ -68,15 +68,14 @@ class MotionModel(ModelUnknowns):
         if trial not in self._layouts:
             there = [k for k, active in enumerate(self.effects) if active.trial in (None, trial)]
             chosen = [(e, [p.typical for p in e.parameters]) for e in (self.effects[k].effect for k in there)]
-            constants = [name for name in ("L", "g") if name in self.base_names]
-            free = (*range(len(GROUPS)), *(COEFFICIENTS.index(name) for name in constants))
+            free = (*range(len(GROUPS)), *(COEFFICIENTS.index(name) for name in self._constants))
             acting = replace(
                 ActingEffects.of(chosen, self.mechanism.outer_length, fitted=True),
                 coefficients=free,
                 exact_encoders=self.exact_encoders,
             )
             fitted = np.array([at for k in there for at in range(*self.places(k).indices(len(self.names)))], dtype=int)
-            unknowns = [*range(len(GROUPS)), *(self.base_names.index(name) for name in constants), *fitted]
+            unknowns = [*range(len(GROUPS)), *(self.base_names.index(name) for name in self._constants), *fitted]
             columns = np.concatenate([np.arange(self.states), self.states + np.array(unknowns)])
             self._layouts[trial] = acting, fitted, columns
         return self._layouts[trial]

@@ -103,7 +103,7 @@ class NormalEquations:
         self._model, self._free, self._held = model, free, held
         self._columns = np.concatenate([np.arange(model.states), model.states + free])
         self._derivatives: Literal["all", "start"] = "start" if np.all(model.of_zeros[free]) else "all"
-        self._penalty = model.penalty[np.ix_(free, free)]
+        self._penalty, self._known = model.penalty[np.ix_(free, free)], model.known[0][free]
         self._windows = tuple(windows)
         self._blocks = [_Block.of(self._windows, block) for block in model.blocks(self._windows)]
         self._known_start = np.array([window.start_known for window in windows])
@@ -169,7 +169,8 @@ class NormalEquations:
                     evaluate_block(index)
 
         parallel_for(work, len(self._blocks))
-        cost = float(costs.sum() + values @ self._penalty @ values)
+        off = values - self._known
+        cost = float(costs.sum() + off @ self._penalty @ off)
         return Point(values, starts, cost, residuals, sensitivities, weights, normal, right), costs
 
     def residuals_at(self, values: Array, starts: Sequence[Array]) -> list[Array] | None:
@@ -190,7 +191,7 @@ class NormalEquations:
 
     def step(self, point: Point, damping: float) -> Step:
         """Return the damped Gauss-Newton step."""
-        penalised = self._penalty @ point.values
+        penalised = self._penalty @ (point.values - self._known)
         change, start_changes = self._solve(point.values, point.normal, point.right, damping, penalised)
         states = self._model.states
         right = np.where(self._known_start[:, None], 0.0, point.right[:, :states])

@@ -26,10 +26,11 @@ class IdentifyOptions:
     """Seed of the only random generator."""
     window: float = 0.0
     """Length of the windows of refinement and evaluation [s]; 0 for what suits the rig and its motion."""
-    length_free: bool = False
-    """Whether L is fitted too."""
-    gravity_free: bool = False
-    """Whether g is fitted too."""
+    length_std: float = 0.005
+    """How well L is known before it is fitted: its standard deviation as a share of it, by default that of a length
+    measured with a ruler; 0 where it is exact."""
+    gravity_std: float = 0.0
+    """How well g is known before it is fitted, likewise; where the cart rests, motion shows L / g alone."""
     named_effects_only: bool = False
     """Whether torques without a name are left unexplained, instead of being identified as curves."""
     effects_file: str = ""
@@ -41,6 +42,9 @@ class IdentifyOptions:
     def __post_init__(self) -> None:
         if not 0.0 <= self.window < math.inf:
             raise OptionError(f"window is {self.window} s; it must be positive, or 0 for what suits the rig")
+        for name, std in (("length_std", self.length_std), ("gravity_std", self.gravity_std)):
+            if not std >= 0.0:
+                raise OptionError(f"{name} is {std}; it must be a share of it such as 0.005, or 0 where it is exact")
         if self.motion_for_effects < 0.0:
             raise OptionError(f"motion_for_effects is {self.motion_for_effects} s; it must be positive, or 0")
         if self.method is not None and self.method not in METHODS:
@@ -58,4 +62,4 @@ class IdentifyOptions:
     @property
     def model(self) -> MotionModel:
         """The model to be fitted."""
-        return MotionModel(Mechanism.of(self.prior), self.length_free, self.gravity_free)
+        return MotionModel(Mechanism.of(self.prior), self.length_std, self.gravity_std)

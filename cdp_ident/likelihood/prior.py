@@ -44,13 +44,14 @@ class Known(NamedTuple):
 
 def known_before(model: MotionModel) -> Known:
     """Return what is known of a model's values before any trial."""
-    others = model.of_weights[: len(model.names) - sum(len(active.fitted) for active in model.effects)].astype(float)
+    end = len(model.names) - sum(len(active.fitted) for active in model.effects)
+    centre, precision = (of[:end] for of in model.known)
     unit = time_unit(model.mechanism.length, model.mechanism.gravity)
-    blocks, centres = list[Array]([np.diag(others)]), list[Array]([np.zeros(len(others))])
+    blocks, centres = list[Array]([np.diag(precision)]), list[Array]([centre])
     for active in model.effects:
-        precision, centre = known_of(active, unit)
-        blocks.append(precision)
-        centres.append(centre)
+        of_effect, its_centre = known_of(active, unit)
+        blocks.append(of_effect)
+        centres.append(its_centre)
     determinants = (np.linalg.slogdet(block[np.ix_(*[np.diag(block) > 0.0] * 2)])[1] for block in blocks)
     return Known(block_diag(*blocks), np.concatenate(centres), -float(sum(determinants)))
 

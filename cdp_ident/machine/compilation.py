@@ -15,7 +15,6 @@ import os
 import re
 import shutil
 import tempfile
-import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -29,6 +28,8 @@ from numba.core.caching import CompileResultCacheImpl, FunctionCache
 from numba.core.ccallback import CFunc
 from numba.core.sigutils import normalize_signature
 from numba.extending import register_jitable
+
+from cdp_ident.whole_file import write_whole
 
 Compilable = Callable[..., Any]
 
@@ -140,9 +141,7 @@ def kept(name: str, make: Callable[[], bytes]) -> bytes:
             return content
     content = make()
     with contextlib.suppress(OSError):
-        unfinished = file.with_name(f".{name}.{os.getpid()}.{threading.get_ident()}")
-        unfinished.write_bytes(content + _BEFORE_CHECKSUM + f"{hashlib.sha256(content).hexdigest()}\n".encode())
-        unfinished.replace(file)
+        write_whole({file: content + _BEFORE_CHECKSUM + f"{hashlib.sha256(content).hexdigest()}\n".encode()})
     return content
 
 

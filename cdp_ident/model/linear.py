@@ -25,14 +25,6 @@ INPUTS = {"u": "m/s^2"}
 OUTPUTS = {"x": "m", "theta1": "rad", "theta2": "rad"}
 """What encoders measure, as the model's absolute angles."""
 
-EQUILIBRIA = {
-    "upright": (0.0, 0.0),
-    "hanging": (np.pi, np.pi),
-    "up-down": (0.0, np.pi),
-    "down-up": (np.pi, 0.0),
-}
-"""Angles theta1, theta2 [rad] at which the paper's model rests, by name: the inner rod's direction comes first."""
-
 _NEAR = 0.3
 """How far effects may shift an equilibrium before it is another one [rad]."""
 _ROUNDING = 1e-12

@@ -1,24 +1,25 @@
 """Reads the rig's encoders from its serial port and publishes the joints' positions."""
 
-import array
 import math
 import os
 import time
 from typing import Any
 
-from sensor_msgs.msg import JointState, TimeReference
+from sensor_msgs.msg import TimeReference
 from std_srvs.srv import Trigger
 
+from cdp_ident.bag.time_reference import serialize_time_reference
 from cdp_ident.command_line import ArgumentParser, entry_point
 from cdp_ident.errors import OptionError, RigError
 from cdp_ident.rig.binary_codec import BinaryCodec
-from cdp_ident.rig.health import Level, PortState, assess
-from cdp_ident.rig.joints import Calibration
-from cdp_ident.rig.measurement import Measurement, MeasurementStream
+from cdp_ident.rig.health import Level, assess
+from cdp_ident.rig.joints import Calibration, Triple
+from cdp_ident.rig.measurement import MeasurementStream
 from cdp_ident.rig.port import PortReader
 from cdp_ident.rig.text_codec import TextCodec
 from cdp_ident.rig.zero import load_zero, save_zero
 from cdp_ident.ros.diagnostics import Diagnostics, Status, log
+from cdp_ident.ros.joint_state_publisher import QUEUE_DEPTH, JointStatePublisher, declare_velocity_window
 from cdp_ident.ros.node import parse_arguments, run_node
 from cdp_ident.ros.parameters import Parameters
 from cdp_ident.ros.qos import create_publisher
@@ -39,8 +40,7 @@ EXAMPLE = """\
 example:
   ros2 run cdp_ident driver --ros-args -p port:=/dev/ttyACM0 -p codec:=text -p baud:=115200"""
 
-QUEUE_DEPTH = 2000
-"""Two seconds at 1 kHz: what a busy subscriber may be behind without loss."""
+_JOINTS = (("cart", "cart", "m"), ("inner", "inner joint", "rad"), ("outer", "outer joint", "rad"))
 
 
 class Driver:
@@ -53,6 +53,9 @@ class Driver:
         port = parameters.declare("port", "/dev/ttyACM0", "serial port, or a pattern such as /dev/serial/by-id/usb-*")
         baud = parameters.declare("baud", 460800, "speed of the line", unit="baud", minimum=1200, maximum=12_000_000)
         codec = parameters.declare("codec", "binary", "how the rig writes its frames", choices=("binary", "text"))
+        reset_on_open = parameters.declare(
+            "reset_on_open", False, "let DTR fall as the port is closed: many boards are reset when it is opened again"
+        )
         calibration = _declare_calibration(parameters)
         names = [
             parameters.declare("cart_joint", "cart_joint", "name of the cart's joint; empty if it has no encoder"),
@@ -68,6 +71,7 @@ class Driver:
         self._stale_after = parameters.declare(
             "stale_after", 0.5, "without a sample for this long the rig is stale", unit="s", minimum=0.01, maximum=60.0
         )
+        velocity_window = declare_velocity_window(parameters)
         if not all(names[1:]):
             raise OptionError("inner_joint and outer_joint need a name: only the cart may be without an encoder")
         parameters.start()
@@ -81,57 +85,45 @@ class Driver:
             survives,
             bool(parameters.get("use_sim_time")),
         )
-        self._joint_states = create_publisher(node, JointState, "joint_states", QUEUE_DEPTH)
+        self._joint_states = JointStatePublisher(node, "joint_states", names[self._first_joint :], velocity_window)
         self._time_references = create_publisher(node, TimeReference, "time_reference", QUEUE_DEPTH)
         node.create_service(Trigger, "~/zero_hanging", self._zero_hanging)
-        self._message, self._reference = JointState(name=names[self._first_joint :]), TimeReference()
+        self._source = ""
         self._clock = node.get_clock()
         self._told: tuple[Level, str | None] | None = None
         """The level, and the port, that were last assessed."""
         self._before = self._stream.totals()
         self._assessed = time.monotonic()
         logger = node.get_logger()
-        self._reader = PortReader(port, baud, self._stream.port_was_opened, self._take, logger.info, logger.warning)
+        self._reader = PortReader(
+            port, baud, self._stream.port_was_opened, self._take, logger.info, logger.warning, reset_on_open
+        )
         self._diagnostics = Diagnostics(node, self._report)
         self._reader.start()
 
     def close(self) -> None:
-        """Close the port."""
+        """Close the port, and let everything arrive that was measured."""
         self._reader.stop()
+        self._joint_states.finish()
 
     def _take(self, data: bytes) -> None:
         now_ns = self._clock.now().nanoseconds
         if now_ns == 0:  # with use_sim_time, before the first /clock
             return
-        for measurement in self._stream.feed(data, now_ns):
-            self._publish(measurement)
-
-    def _publish(self, measurement: Measurement) -> None:
-        message, reference = self._message, self._reference
-        _set_time(message.header.stamp, measurement.stamp_ns)
-        message.position = array.array("d", measurement.positions[self._first_joint :])
-        reference.header.stamp = message.header.stamp
-        _set_time(reference.time_ref, measurement.device_ns)
-        self._time_references.publish(reference)
-        self._joint_states.publish(message)
+        for stamp_ns, device_ns, positions in self._stream.feed(data, now_ns):
+            self._time_references.publish(serialize_time_reference(stamp_ns, device_ns, self._source))
+            self._joint_states.publish(positions[self._first_joint :], stamp_ns)
 
     def _report(self) -> Status:
         if self._reader.failed:
             self.exit_code = 1
         now, instant = self._stream.totals(), time.monotonic()
         silence = (self._clock.now().nanoseconds - now.last_arrival_ns) * 1e-9 if now.last_arrival_ns else math.inf
-        port = PortState(self._reader.port, self._reader.problem, self._reader.unplugged)
-        health = assess(
-            self._before,
-            now,
-            instant - self._assessed,
-            silence,
-            self._stale_after,
-            port,
-            self._calibration,
-        )
+        port = self._reader.port
+        since = instant - self._assessed
+        health = assess(self._before, now, since, silence, self._stale_after, port, self._calibration)
         self._before, self._assessed = now, instant
-        self._reference.source = health.hardware_id
+        self._source = health.hardware_id
         told = health.level, port.name
         # That there is no port, its reader tells.
         if told != self._told and port.name and (self._told is not None or health.level in (Level.WARN, Level.ERROR)):
@@ -153,10 +145,6 @@ class Driver:
         return response
 
 
-def _set_time(time_message: Any, nanoseconds: int) -> None:
-    time_message.sec, time_message.nanosec = divmod(nanoseconds, 1_000_000_000)
-
-
 def _declare_calibration(parameters: Parameters) -> Calibration:
     def sign(joint: str) -> int:
         value = parameters.declare(
@@ -175,35 +163,27 @@ def _declare_calibration(parameters: Parameters) -> Calibration:
             maximum=2**31,
         )
 
-    slew, rest = "faster motion is dropped as a fault", "moves less than this in a second at rest"
+    def limits(kind: str, per: str, meaning: str, defaults: Triple, least: float, most: float) -> Triple:
+        cart, inner, outer = (
+            parameters.declare(
+                f"{name}_{kind}_limit", default, f"{joint}: {meaning}", unit=unit + per, minimum=least, maximum=most
+            )
+            for (name, joint, unit), default in zip(_JOINTS, defaults, strict=True)
+        )
+        return cart, inner, outer
+
     defaults = Calibration()
     return Calibration(
         signs=(sign("cart"), sign("inner"), sign("outer")),
         metres_per_count=parameters.declare(
-            "metres_per_count",
-            defaults.metres_per_count,
-            "the cart's way for one count",
-            unit="m",
-            minimum=1e-9,
+            "metres_per_count", defaults.metres_per_count, "the cart's way for one count", unit="m", minimum=1e-9,
             maximum=1.0,
         ),
         inner_counts_per_turn=counts("inner"),
         outer_counts_per_turn=counts("outer"),
-        slew_limits=(
-            parameters.declare("cart_slew_limit", 20.0, f"cart: {slew}", unit="m/s", minimum=0.01, maximum=1e6),
-            parameters.declare(
-                "inner_slew_limit", 100.0, f"inner joint: {slew}", unit="rad/s", minimum=0.1, maximum=1e6
-            ),
-            parameters.declare(
-                "outer_slew_limit", 100.0, f"outer joint: {slew}", unit="rad/s", minimum=0.1, maximum=1e6
-            ),
-        ),
-        rest_limits=(
-            parameters.declare("cart_rest_limit", 0.001, f"cart: {rest}", unit="m", minimum=0.0, maximum=1.0),
-            parameters.declare("inner_rest_limit", 0.01, f"inner joint: {rest}", unit="rad", minimum=0.0, maximum=1.0),
-            parameters.declare("outer_rest_limit", 0.01, f"outer joint: {rest}", unit="rad", minimum=0.0, maximum=1.0),
-        ),
-    )
+        slew_limits=limits("slew", "/s", "faster motion is dropped as a fault", defaults.slew_limits, 0.01, 1e6),
+        rest_limits=limits("rest", "", "moves less than this in a second at rest", defaults.rest_limits, 0.0, 1.0),
+    )  # fmt: skip
 
 
 def _default_zero_file(node: Any) -> str:

@@ -3,6 +3,7 @@
 import argparse
 import threading
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -100,56 +101,41 @@ def _parser() -> ArgumentParser:
     parser.add_argument("--link", type=Path, required=True, help="name of the serial port")
     parser.add_argument("--rig", type=Path, help="YAML file with physics, encoders and script")
     parser.add_argument("--codec", choices=("binary", "text"), default="binary", help="how frames are written")
-    parser.add_argument("--speed", type=_positive, default=1.0, help="the rig's time against the wall's (1)")
-    parser.add_argument("--seed", type=_unsigned, default=0, help="of noise and faults (0)")
+    parser.add_argument(
+        "--speed", type=_within(1e-3, 1000.0), default=1.0, help="the rig's time against the wall's (1)"
+    )
+    parser.add_argument("--seed", type=_within(0, 2**32 - 1, int), default=0, help="of noise and faults (0)")
+    probability, seconds = _within(0.0, 1.0), _within(0.0, 1e9)
     faults = parser.add_argument_group("faults (none by default)")
-    faults.add_argument("--flips", type=_probability, default=0.0, help="probability of a flipped bit in a byte")
-    faults.add_argument("--losses", type=_probability, default=0.0, help="probability that a byte is lost")
-    faults.add_argument("--bursts", type=_not_negative, default=0.0, help="bursts of arbitrary bytes in a second")
-    faults.add_argument("--delay", type=_not_negative, default=0.0, help="batches come up to this late [s]")
-    faults.add_argument("--stall-every", type=_not_negative, default=0.0, help="time from stall to stall [s]")
-    faults.add_argument("--stall-for", type=_not_negative, default=0.5, help="length of a stall [s]")
-    faults.add_argument("--reset-at", type=_not_negative, nargs="+", default=[], help="the device is reset [s]")
-    faults.add_argument("--unplug-at", type=_not_negative, nargs="+", default=[], help="the cable is unplugged [s]")
-    faults.add_argument("--unplugged-for", type=_not_negative, default=2.0, help="until it is plugged in again [s]")
+    faults.add_argument("--flips", type=probability, default=0.0, help="probability of a flipped bit in a byte")
+    faults.add_argument("--losses", type=probability, default=0.0, help="probability that a byte is lost")
+    faults.add_argument("--bursts", type=seconds, default=0.0, help="bursts of arbitrary bytes in a second")
+    faults.add_argument("--delay", type=seconds, default=0.0, help="batches come up to this late [s]")
+    faults.add_argument("--stall-every", type=seconds, default=0.0, help="time from stall to stall [s]")
+    faults.add_argument("--stall-for", type=seconds, default=0.5, help="length of a stall [s]")
+    faults.add_argument("--reset-at", type=seconds, nargs="+", default=[], help="the device is reset [s]")
+    faults.add_argument("--unplug-at", type=seconds, nargs="+", default=[], help="the cable is unplugged [s]")
+    faults.add_argument("--unplugged-for", type=seconds, default=2.0, help="until it is plugged in again [s]")
     faults.add_argument("--replug-as", type=Path, help="name of the port after that")
     faults.add_argument(
-        "--first-count", type=_counter, default=0, help="counters begin here (2147483000: soon roll over)"
+        "--first-count",
+        type=_within(-(2**31), 2**31 - 1, int),
+        default=0,
+        help="counters begin here (2147483000: soon roll over)",
     )
-    faults.add_argument("--first-time", type=_unsigned, default=0, help="device's clock begins here [us] (4290000000)")
+    faults.add_argument(
+        "--first-time", type=_within(0, 2**32 - 1, int), default=0, help="device's clock begins here [us] (4290000000)"
+    )
     return parser
 
 
-def _positive(text: str) -> float:
-    value = float(text)
-    if not 0.0 < value <= 1000.0:
-        raise argparse.ArgumentTypeError(f"{text} is not above 0 and at most 1000")
-    return value
+def _within(least: float, most: float, kind: Callable[[str], float] = float) -> Callable[[str], float]:
+    """Return a reader of an option that is a number within limits."""
 
+    def number(text: str) -> float:
+        value = kind(text)
+        if not least <= value <= most:
+            raise argparse.ArgumentTypeError(f"{text} is not a number from {least:.10g} to {most:.10g}")
+        return value
 
-def _not_negative(text: str) -> float:
-    value = float(text)
-    if not 0.0 <= value < 1e9:
-        raise argparse.ArgumentTypeError(f"{text} is not 0 or more")
-    return value
-
-
-def _counter(text: str) -> int:
-    value = int(text)
-    if not -(2**31) <= value < 2**31:
-        raise argparse.ArgumentTypeError(f"{text} is no signed number of 32 bits")
-    return value
-
-
-def _unsigned(text: str) -> int:
-    value = int(text)
-    if not 0 <= value < 2**32:
-        raise argparse.ArgumentTypeError(f"{text} is no unsigned number of 32 bits")
-    return value
-
-
-def _probability(text: str) -> float:
-    value = float(text)
-    if not 0.0 <= value <= 1.0:
-        raise argparse.ArgumentTypeError(f"{text} is not between 0 and 1")
-    return value
+    return number

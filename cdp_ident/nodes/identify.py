@@ -2,14 +2,15 @@
 
 import importlib.util
 from pathlib import Path
-
-from rich.console import Console
+from typing import TYPE_CHECKING
 
 from cdp_ident.command_line import ArgumentParser, entry_point
 from cdp_ident.errors import OptionError
-from cdp_ident.pipeline.identifier import Identifier, Request
-from cdp_ident.pipeline.interruption import Interruption
 from cdp_ident.search.options import METHODS
+from cdp_ident.start import loading
+
+if TYPE_CHECKING:
+    from rich.console import Console
 
 DESCRIPTION = """\
 Identify the parameters of a cart double pendulum from free-swing bags: find the zero-input motion in each, search,
@@ -20,7 +21,7 @@ parameters are served until Ctrl-C; with --once it ends, which needs no ROS.
 serves     the parameters m1 m2 m0 l1 l2 J1 J2 c1 c2 L g, groups.<group>, std.<each of these>, and the configuration
            ~/identify_again (std_srvs/Trigger)  read configuration and bags again and identify anew
            ~/cancel (std_srvs/Trigger)          end the search as Ctrl-C does: its best so far is reported and served
-publishes  ~/state (std_msgs/String, latched)   waiting, identifying, ready, or failed and why
+publishes  ~/state (std_msgs/String, latched)   waiting, identifying and how far, ready, or failed and why
            /diagnostics (diagnostic_msgs/DiagnosticArray)  the same, once a second
 
 With --watch, each trial that comes into the folder is checked by the model first, with a warning if it no longer fits,
@@ -46,13 +47,12 @@ _WIDTH = 120
 def main(arguments: list[str]) -> int:
     """Run the node."""
     uses_ros_arguments = "--ros-args" in arguments
-    if uses_ros_arguments:
-        _require_ros()
-        from cdp_ident.ros.node import parse_arguments  # noqa: PLC0415 - without ROS there is no such module
-
-        options = parse_arguments(_parser(), arguments)
-    else:
-        options = _parser().parse_args(arguments)
+    options = _parser().parse_args(arguments)
+    if options.watch and options.once:
+        raise OptionError("--watch goes on until Ctrl-C, so --once cannot go with it")
+    with loading("identify"):
+        from cdp_ident.pipeline.identifier import Identifier, Request
+        from cdp_ident.pipeline.interruption import Interruption
     request = Request(
         tuple(options.bag),
         tuple(options.holdout),
@@ -66,25 +66,26 @@ def main(arguments: list[str]) -> int:
         options.like,
         options.effects,
     )
-    if options.watch and options.once:
-        raise OptionError("--watch goes on until Ctrl-C, so --once cannot go with it")
     identifier = Identifier(request, _console(), _console(stderr=True))
     if options.once and not uses_ros_arguments:
         loaded, interruption = identifier.load({}), Interruption()
         interruption.install()
         try:
-            identifier.write(identifier.identify(loaded, interruption))
+            with interruption.identifying():
+                identifier.write(identifier.identify(loaded, interruption))
         finally:
             interruption.remove()
         return 0
     _require_ros()
-    from cdp_ident.nodes.identify_node import run_identify_node  # noqa: PLC0415
-
+    with loading("identify"):
+        from cdp_ident.nodes.identify_node import run_identify_node
     return run_identify_node(identifier, options.once, arguments)
 
 
-def _console(stderr: bool = False) -> Console:
+def _console(stderr: bool = False) -> "Console":
     """Return a console as wide as the terminal, or wide enough for the tables where there is none."""
+    from rich.console import Console
+
     console = Console(stderr=stderr)
     return console if console.is_terminal else Console(stderr=stderr, width=_WIDTH)
 

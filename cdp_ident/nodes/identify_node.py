@@ -100,7 +100,9 @@ class IdentifyNode:
         return Status(self._level, self._state, {"serves a result": str(self._serves).lower()})
 
     def _look(self) -> None:
-        """Identify anew when another bag has come into the folder that is watched."""
+        """Say how far the search is; identify anew when another bag has come into the folder that is watched."""
+        if (doing := self._identifier.doing) and (state := f"identifying: {doing}") != self._state:
+            self._say(state)
         if not self._thread.is_alive() and self._outcome is None and self._identifier.has_new:
             self._start(None)
 
@@ -112,11 +114,12 @@ class IdentifyNode:
     def _identify(self, loaded: LoadedJob | None) -> None:
         try:
             loaded = loaded or self._identifier.load(self._given)
-            result = self._identifier.identify(loaded, self._interruption)
-            if not result.failure:
-                self._found = (loaded.job.settings, result.report)
-                self._tell()
-            self._identifier.write(result)
+            with self._interruption.identifying():
+                result = self._identifier.identify(loaded, self._interruption)
+                if not result.failure:
+                    self._found = (loaded.job.settings, result.report)
+                    self._tell()
+                self._identifier.write(result)
             self._outcome = result.report
         except BaseException as error:  # noqa: BLE001 - raised again where the node's life is decided about
             self._outcome = error

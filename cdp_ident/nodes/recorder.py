@@ -15,7 +15,7 @@ from cdp_ident.rig.health import Level
 from cdp_ident.rig.recording.facts import JointNames
 from cdp_ident.rig.recording.options import RecorderOptions
 from cdp_ident.rig.recording.recorder import FLUSH_NS, Recorder, Surroundings
-from cdp_ident.ros.diagnostics import Diagnostics, Status
+from cdp_ident.ros.diagnostics import Diagnostics, Status, log
 from cdp_ident.ros.node import parse_arguments, run_node
 from cdp_ident.ros.parameters import Parameters
 from cdp_ident.ros.qos import Subscription, latched, offered
@@ -45,8 +45,8 @@ example:
   ros2 run cdp_ident recorder --ros-args -p folder:=bags -p rearm:=true"""
 
 
-_DEPTH = 5000
-"""Five seconds at 1 kHz: what it may be behind without loss."""
+_SAID_AFTER = 5
+"""So many seconds of silence are said in the log, too: a rig's first samples take some."""
 
 
 class RecorderNode:
@@ -62,7 +62,8 @@ class RecorderNode:
         parameters.start()
         self._state = node.create_publisher(String, "~/state", latched())
         self._bag = node.create_publisher(String, "~/bag", latched())
-        joint_states = node.resolve_topic_name("joint_states")
+        self._joint_states = node.resolve_topic_name("joint_states")
+        self._silent_for = 0
         logger = node.get_logger()
         self._recorder = Recorder(
             options,
@@ -71,18 +72,15 @@ class RecorderNode:
                 warn=lambda sentence: logger.warning(shown(sentence)),
                 on_state=lambda state: self._state.publish(String(data=state)),
                 on_bag=lambda folder: self._bag.publish(String(data=utf_8(folder))),
-                drivers=lambda: {
-                    f"{info.node_namespace.rstrip('/')}/{info.node_name}"
-                    for info in node.get_publishers_info_by_topic(joint_states)
-                },
+                drivers=self._drivers,
                 weights=lambda: self._weights.now,
                 offered=lambda topic: offered(node, topic),
             ),
         )
         self._subscriptions = [
-            self._subscribe(JointState, joint_state.MESSAGE_TYPE, "joint_states", _DEPTH),
-            self._subscribe(TimeReference, time_reference.MESSAGE_TYPE, "time_reference", _DEPTH),
-            self._subscribe(DiagnosticArray, diagnostics.MESSAGE_TYPE, "/diagnostics", 100),
+            self._subscribe(JointState, joint_state.MESSAGE_TYPE, "joint_states"),
+            self._subscribe(TimeReference, time_reference.MESSAGE_TYPE, "time_reference"),
+            self._subscribe(DiagnosticArray, diagnostics.MESSAGE_TYPE, "/diagnostics"),
         ]
         node.create_service(Trigger, "~/arm", self._arm)
         node.create_service(Trigger, "~/start", self._start)
@@ -91,7 +89,8 @@ class RecorderNode:
         self._diagnostics = Diagnostics(node, self._report)
 
     def close(self) -> None:
-        """Complete the bag that is being recorded."""
+        """Complete the bag that is being recorded, with all that has arrived."""
+        self._drain()
         self._recorder.close()
 
     def _report(self) -> Status:
@@ -99,17 +98,32 @@ class RecorderNode:
         values = {"state": recorder.state, "last bag": str(recorder.last_bag or "none"), "folder": str(recorder.folder)}
         if recorder.problem:
             return Status(Level.ERROR, recorder.problem, values)
-        if not recorder.hears_joint_states(self._now()):
-            return Status(Level.WARN, f"{recorder.state}: no joint states come", values)
-        return Status(Level.OK, recorder.state, values)
+        hears = recorder.hears_joint_states(self._now())
+        self._silent_for = 0 if hears else self._silent_for + 1
+        if hears:
+            return Status(Level.OK, recorder.state, values)
+        drivers = ", ".join(sorted(self._drivers()))
+        why = (
+            f", though {drivers} publishes them: after a kill, half a minute may pass"
+            if drivers
+            else ": no node publishes them"
+        )
+        problem = f"{recorder.state}: no joint states come on {self._joint_states}{why}"
+        if self._silent_for == _SAID_AFTER:
+            log(self._node.get_logger(), Level.WARN, shown(problem))
+        return Status(Level.WARN, problem, values)
 
-    def _subscribe(self, message_class: type, message_type: str, topic: str, depth: int) -> Subscription:
+    def _drivers(self) -> set[str]:
+        publishers = self._node.get_publishers_info_by_topic(self._joint_states)
+        return {f"{info.node_namespace.rstrip('/')}/{info.node_name}" for info in publishers}
+
+    def _subscribe(self, message_class: type, message_type: str, topic: str) -> Subscription:
         name = self._node.resolve_topic_name(topic)
 
         def take(raw: bytes) -> None:
             self._recorder.take(name, message_type, self._now(), raw)
 
-        return Subscription(self._node, message_class, topic, take, depth)
+        return Subscription(self._node, message_class, topic, take)
 
     def _now(self) -> int:
         return int(self._clock.now().nanoseconds)
@@ -121,7 +135,13 @@ class RecorderNode:
         return self._answer(response, lambda: self._recorder.start(self._now()))
 
     def _stop(self, _request: Any, response: Any) -> Any:
+        self._drain()
         return self._answer(response, self._recorder.stop)
+
+    def _drain(self) -> None:
+        """Take what waits, the joint states last: they may end the trial."""
+        for subscription in reversed(self._subscriptions):
+            subscription.drain()
 
     def _answer(self, response: Any, action: Any) -> Any:
         try:

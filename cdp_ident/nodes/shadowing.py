@@ -14,9 +14,6 @@ from cdp_ident.rig.recording.facts import JointNames, PositionReader
 from cdp_ident.ros.qos import Subscription
 from cdp_ident.trial.options import TrialOptions
 
-_DEPTH = 5000
-"""Five seconds at 1 kHz: what it may be behind without loss."""
-
 
 class Shadowing:
     """Follows the rig with whatever model it is given."""
@@ -29,7 +26,7 @@ class Shadowing:
         self._shadow: Shadow | None = None
         self._paused = False
         self._reader = PositionReader(JointNames(options.cart_joint, options.inner_joint, options.outer_joint))
-        self._subscription = Subscription(node, JointState, options.topic, self._take, _DEPTH)
+        self._subscription = Subscription(node, JointState, options.topic, self._take)
 
     @property
     def state(self) -> str:

@@ -20,6 +20,7 @@ from cdp_ident.nodes.playing import Pace, Playing
 from cdp_ident.nodes.shadowing import Shadowing
 from cdp_ident.replay.scene import Free, Replay, Scene, Start
 from cdp_ident.replay.shadow import DEFAULT_LEAD
+from cdp_ident.ros.joint_state_publisher import declare_velocity_window
 from cdp_ident.ros.model_parameters import ModelParameters, own_values
 from cdp_ident.ros.node import parse_arguments, run_node
 from cdp_ident.ros.parameter_source import ParameterSource
@@ -76,8 +77,9 @@ class Simulator:
             "lead", DEFAULT_LEAD, "shadow: so much after a release the start is fitted to", unit="s", minimum=0.1,
             maximum=10.0,
         )  # fmt: skip
+        velocity_window = declare_velocity_window(parameters)
         _refuse_contradictions(parameters, mode, source, bag, fitted, once)
-        self._frames = FramePublisher(node, mode == "replay", mode != "free", pace.clock)
+        self._frames = FramePublisher(node, mode == "replay", mode != "free", pace.clock, velocity_window)
         self._show: Playing | Shadowing
         if mode == "shadow":
             self._show = Shadowing(node, self._frames, trial_options, limits, lead)

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
 from rich.console import Console
 
@@ -30,9 +30,10 @@ from cdp_ident.report.folder import (
     PAGE,
     REPORT,
     TEXT,
+    State,
     check_folder,
-    clean_folder,
     json_text,
+    state_of,
     write_result,
 )
 from cdp_ident.report.outcome import Job, LoadedJob, Outcome
@@ -100,6 +101,9 @@ class Identifier:
         """Is given what is to be warned of beside the report, which is printed as well."""
         self._folder = request.out
         self._may_replace = request.force
+        self._seen: State = None
+        """The report in its folder that this one may take the place of."""
+        self._display: SearchDisplay | None = None
         self._watched = WatchedFolder(request.watch) if request.watch else None
         self._came: list[Path] = []
         """Bags of the watched folder that are fitted too."""
@@ -124,6 +128,11 @@ class Identifier:
     def waits_for(self) -> Path | None:
         """The folder whose bags are waited for, where no bag is given."""
         return None if self._request.bags else self._request.watch
+
+    @property
+    def doing(self) -> str:
+        """What the search that runs does, in words; empty where none runs."""
+        return self._display.doing if self._display else ""
 
     @property
     def has_new(self) -> bool:
@@ -151,6 +160,7 @@ class Identifier:
         name = self._request.watch.resolve().name if self._request.watch else loaded.fit[0].name
         self._folder = self._folder or DEFAULT_FOLDER / name
         check_folder(self._folder, self._may_replace)
+        self._seen = state_of(self._folder)
         return loaded
 
     def _take_new(self, watched: WatchedFolder, settings: Settings) -> None:
@@ -219,10 +229,14 @@ class Identifier:
                 display.say("the search ends here; its best so far is refined (Ctrl-C again ends at once)")
                 return "interrupted"
 
-            with interruption.searching():
-                outcome = run(
-                    loaded, stop, display.say, lambda: interruption.asked or interruption.given_up, display.trying
-                )
+            self._display = display
+            try:
+                with interruption.searching():
+                    outcome = run(
+                        loaded, stop, display.say, lambda: interruption.asked or interruption.given_up, display.trying
+                    )
+            finally:
+                self._display = None
         if interruption.given_up:
             raise GivenUpError
         if not outcome.trace.failure:
@@ -237,32 +251,29 @@ class Identifier:
         Raises `OptionError` where the numbers cannot be written; `fitted.yaml` is printed then, that they are not lost.
         Of a fit that failed there is no `fitted.yaml`; `FitFailedError` is raised when the report is written.
         """
-        assert self._folder is not None
-        if result.failure:
-            self._write_failed(self._folder, result)
-        content, fitted = result.report, fitted_yaml(result.report)
+        files: dict[str, str | bytes] = {REPORT: json_text(result.report), CURVES: curves_npz(result.curves)}
+        if not result.failure:
+            files[FITTED] = fitted_yaml(result.report)
         try:
-            clean_folder(self._folder)
-            files: dict[str, str | bytes] = {
-                REPORT: json_text(content),
-                FITTED: fitted,
-                CURVES: curves_npz(result.curves),
-            }
-            write_result(self._folder, files)
+            folder = self._write_numbers(files)
         except OptionError:
-            self._say(f"{FITTED}, which could not be written:")
-            self._output.print(fitted, highlight=False, markup=False, soft_wrap=True)
+            if not result.failure:
+                self._say(f"{FITTED}, which could not be written:")
+                self._output.print(files[FITTED], highlight=False, markup=False, soft_wrap=True)
             raise
-        self._may_replace = True
-        self._say(f"{self._folder / REPORT} and {FITTED} are written")
-        self._draw(self._folder, content, result.curves)
-
-    def _write_failed(self, folder: Path, result: Result) -> NoReturn:
-        clean_folder(folder)
-        write_result(folder, {REPORT: json_text(result.report), CURVES: curves_npz(result.curves)})
-        self._may_replace = True
+        if not result.failure:
+            self._say(f"{folder / REPORT} and {FITTED} are written")
         self._draw(folder, result.report, result.curves)
-        raise FitFailedError(f"{result.failure}; {folder / REPORT} tells more")
+        if result.failure:
+            raise FitFailedError(f"{result.failure}; {folder / REPORT} tells more")
+
+    def _write_numbers(self, files: Mapping[str, str | bytes]) -> Path:
+        assert self._folder is not None
+        folder = write_result(self._folder, files, self._seen)
+        if folder != self._folder:
+            self._warn(f"another identify has written into {self._folder} meanwhile: this one goes into {folder}")
+        self._folder, self._may_replace, self._seen = folder, True, state_of(folder)
+        return folder
 
     def _draw(self, folder: Path, content: Section, drawn_from: Curves) -> None:
         """Draw the report; a failure is reported and does not affect the result."""

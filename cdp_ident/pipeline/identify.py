@@ -126,5 +126,5 @@ def _balances(
     scale = encoder_scale(pieces, [*balances, free])
     if scale:
         return (scale.balance, *balances), None, scale.failure
-    length = None if options.length_free else length_by_balance(balances[0], free, options.prior.length)
-    return balances, length, says_another_length(balances[0], length)
+    length = length_by_balance(balances[0], free, options.prior.length)
+    return balances, None if options.length_std else length, says_another_length(balances[0], length)

@@ -1,4 +1,4 @@
-"""Ctrl-C, or a request to end, while a search runs."""
+"""Ctrl-C, or a request to end, while an identification runs."""
 
 import os
 import signal
@@ -11,16 +11,16 @@ _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
 class Interruption:
-    """While a search runs the first signal only asks it to stop; any other one does what it did before."""
+    """Until a result is written the first signal only asks the search to stop; others do what they did before."""
 
     def __init__(self) -> None:
         self.asked = False
-        """Whether the search that runs has been asked to stop."""
+        """Whether the identification that runs has been asked to stop."""
         self.ends = False
         """Whether the signal was one to end the program (SIGTERM), which it shall do once the result is there."""
         self.given_up = False
         """Whether nobody waits for the result any more."""
-        self._searching = False
+        self._identifying = self._searching = False
         self._before: dict[int, Callable[[int, FrameType | None], Any] | int | None] = {}
 
     def install(self) -> None:
@@ -40,9 +40,18 @@ class Interruption:
         return self._searching
 
     @contextmanager
+    def identifying(self) -> Iterator[None]:
+        """Say that an identification runs whose result is not written yet."""
+        self.asked, self._identifying = False, True
+        try:
+            yield
+        finally:
+            self._identifying = False
+
+    @contextmanager
     def searching(self) -> Iterator[None]:
-        """Say that a search runs."""
-        self.asked, self._searching = False, True
+        """Say that its search runs."""
+        self._searching = True
         try:
             yield
         finally:
@@ -50,7 +59,7 @@ class Interruption:
 
     def _handle(self, number: int, frame: FrameType | None) -> None:
         before = self._before.get(number)
-        if self._searching and not self.asked:
+        if self._identifying and not self.asked:
             self.asked = True
             self.ends = number == signal.SIGTERM
         elif callable(before):

@@ -15,7 +15,7 @@ from cdp_ident.replay.scene import Frame, frames
 from cdp_ident.replay.stream import MotionStream
 from cdp_ident.rig.recording.detector import EndDetector, ReleaseDetector, TrialLimits
 from cdp_ident.rig.recording.facts import Position
-from cdp_ident.trial.joints import model_angles
+from cdp_ident.trial.joints import in_radians, model_angles
 from cdp_ident.trial.options import TrialOptions
 from cdp_ident.trial.trial import Trial
 
@@ -85,7 +85,8 @@ class Shadow:
             self._release = ReleaseDetector(self._limits)
             self._wait("the rig's time went back")
         self._last_ns = position.stamp_ns
-        theta = model_angles(np.array([[position.inner, position.outer]]), self._options)[0]
+        angles = in_radians(np.array([[position.inner, position.outer]]), self._options)
+        theta = model_angles(angles, self._options)[0]
         inner, outer = float(theta[0]), float(theta[1] - theta[0])
         if self._release.update(position.stamp_ns, inner, outer):
             self._begin(position)

@@ -115,7 +115,7 @@ def _report(
         "residuals": residuals_section(outcome),
         "next_trial": next_trial,
         "selection": selection_section(outcome.trace),
-        "continuity": _continuity(completed),
+        "values_from": "windows" if outcome.trace.by_windows else "whole swings",
         "whole_swings": _whole_swings(outcome.trace.whole, completed.inertia.value),
         "repeatability": _repeatability(completed),
         "own_effects": dict(outcome.loaded.job.own_effects),
@@ -177,17 +177,6 @@ def _search(outcome: Outcome) -> Section:
         "seconds": outcome.search_seconds,
         "history": list(estimate.search.history),
         "stopped": estimate.search.stopped,
-    }
-
-
-def _continuity(found: Identification) -> Section | None:
-    compared = found.continuity
-    if compared is None:
-        return None
-    return {
-        "rms_rad": compared.rms,
-        "relative": compared.relative,
-        "boundaries": compared.boundaries,
     }
 
 

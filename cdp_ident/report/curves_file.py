@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.errors import ReportError
+from cdp_ident.model.parameters import LARGEST
 from cdp_ident.outside_text import shown
 from cdp_ident.regular_file import read_regular
 from cdp_ident.report.curves import Curves, TorqueCurves, TrialCurves
@@ -70,7 +71,10 @@ def read_curves(path: Path, trials: int, effects: int) -> Curves:
 def _part(
     kind: type[TrialCurves | TorqueCurves], path: Path, part: str, arrays: dict[str, npt.NDArray[Any]], effects: int = 0
 ) -> dict[str, npt.NDArray[Any]]:
-    """Return the arrays of one part of the curves by their fields, each of the type and shape that it must have."""
+    """Return the arrays of one part of the curves by their fields, each of the type and shape that it must have.
+
+    What is infinite, or larger than anything measured, is not a number there: it is not drawn.
+    """
     found: dict[str, npt.NDArray[Any]] = {}
     samples = int(arrays.get(f"{part}.time", np.empty(0)).size)
     for field in fields(kind):
@@ -85,7 +89,7 @@ def _part(
             raise ReportError(
                 f"{path} does not fit its report.json: {name} is {is_now}, not {dtype} of shape {shape}: identify again"
             )
-        found[field.name] = array
-    if not np.all(np.isfinite(found["time"])):
-        raise ReportError(f"{path} does not hold usable curves: {part}.time is not finite; identify again")
+        found[field.name] = array if array.dtype.kind != "f" else np.where(np.abs(array) <= LARGEST, array, np.nan)
+    if np.any(np.isnan(found["time"])):
+        raise ReportError(f"{path} does not hold usable curves: {part}.time has no time in it; identify again")
     return found

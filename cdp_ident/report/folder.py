@@ -1,23 +1,31 @@
 """The folder that a report is written into."""
 
+import fcntl
 import json
 import math
 import os
-from collections.abc import Mapping, Sequence
-from contextlib import suppress
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
 from typing import Any
 
 from cdp_ident.errors import OptionError
 from cdp_ident.free_space import free_space
+from cdp_ident.regular_file import read_regular
+from cdp_ident.whole_file import remove_unfinished, write_whole
 
 REPORT, FITTED, CURVES = "report.json", "fitted.yaml", "curves.npz"
 PAGE, TEXT, FIGURES = "report.html", "report.md", "figures"
 COMPARISON_PAGE, COMPARISON_TEXT = "compare.html", "compare.md"
 FILES = (REPORT, FITTED, CURVES, PAGE, TEXT, FIGURES)
+"""Those of a report; in the last one, a folder, there are the figures that `report.md` links to."""
 PICTURES = (".png", ".svg")
-"""Endings of the files in FIGURES that belong to a report."""
-_UNFINISHED = ".unfinished"
+"""Endings of the files that a figure is drawn as."""
+State = tuple[int, int] | None
+"""Which `report.json` is in a folder; None where there is none."""
+_LINK = re.compile(rf"\]\({FIGURES}/([^/)]+)\.svg\)")
+_LARGEST_TEXT = 1 << 24
 _LEAST_FREE = 20_000_000
 """With less space on the disk [bytes] nothing is begun: a report with its pictures takes a third of that."""
 
@@ -42,34 +50,47 @@ def check_folder(folder: Path, force: bool, files: Sequence[str] = FILES) -> Non
         raise OptionError(f"only {free / 1e6:.0f} MB are free on the disk of {existing}: give another --out")
 
 
-def clean_folder(folder: Path) -> None:
-    """Remove what a process that was killed while it wrote into a folder left there."""
-    for path in (*folder.glob(f".*{_UNFINISHED}"), *(folder / FIGURES).glob(f".*{_UNFINISHED}")):
-        process = path.name.removesuffix(_UNFINISHED).rpartition(".")[2]
-        if not (process.isdecimal() and _runs(int(process))):
-            with suppress(OSError):
-                path.unlink()
+@contextmanager
+def alone_in(folder: Path, wait: bool = True) -> Iterator[None]:
+    """Keep other processes from writing into a folder that is there; `wait` for the one that does.
 
-
-def _runs(process: int) -> bool:
+    Raises OSError where it cannot be opened, BlockingIOError where another one writes into it and is not waited for.
+    """
+    descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
     try:
-        os.kill(process, 0)
-    except PermissionError:
-        return True
-    except (OSError, OverflowError):
-        return False
-    return True
+        with suppress(OSError) if wait else nullcontext():  # file systems without locks
+            fcntl.flock(descriptor, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
+        yield
+    finally:
+        os.close(descriptor)
 
 
-def write_result(folder: Path, contents: Mapping[str, str | bytes]) -> None:
+def state_of(folder: Path) -> State:
+    """Return which `report.json` is in a folder."""
+    with suppress(OSError):
+        file = (folder / REPORT).lstat()
+        return file.st_ino, file.st_mtime_ns
+    return None
+
+
+def write_result(folder: Path, contents: Mapping[str, str | bytes], seen: State) -> Path:
     """Write the files of a result, `report.json` first among them; whatever was made of another one goes.
 
     Whenever this process is killed there is one whole `report.json`, and nothing beside it that is not of it.
+    Where another process wrote a report into the folder that was not `seen` there before, that one stays and this one
+    goes into a new folder beside it. Returns where it is.
 
     Raises:
         OptionError: the folder or a file cannot be written.
     """
-    write_files(folder, contents, instead_of=FILES)
+    place, number = folder, 1
+    while True:
+        with _writing(place, contents):
+            if state_of(place) == seen:
+                _replace(place, contents, (*FILES[:-1], *drawn_with(place)))
+                return place
+        number, seen = number + 1, None
+        place = folder.parent / f"{folder.name}_{number}"
 
 
 def write_files(folder: Path, contents: Mapping[str, str | bytes], instead_of: Sequence[str] = ()) -> None:
@@ -79,42 +100,51 @@ def write_files(folder: Path, contents: Mapping[str, str | bytes], instead_of: S
         folder: it is made where it is not there.
         contents: what to write, by the files' names in the folder. The first file takes its place at once, without
             a moment at which there is none.
-        instead_of: files and folders that go when all new ones are complete, before any takes its place.
+        instead_of: files that go when all new ones are complete, before any takes its place.
 
     Raises:
         OptionError: the folder or a file cannot be written.
     """
-    unfinished = {
-        name: (folder / name).with_name(f".{Path(name).name}.{os.getpid()}{_UNFINISHED}") for name in contents
-    }
+    with _writing(folder, contents):
+        _replace(folder, contents, instead_of)
+
+
+@contextmanager
+def _writing(folder: Path, contents: Mapping[str, str | bytes]) -> Iterator[None]:
+    """Make the folders of files, and write into them alone."""
     try:
-        for path in {folder, *(path.parent for path in unfinished.values())}:
-            path.mkdir(parents=True, exist_ok=True)
-        try:
-            for name, content in contents.items():
-                with unfinished[name].open("wb") as stream:
-                    stream.write(content.encode() if isinstance(content, str) else content)
-                    stream.flush()
-                    os.fsync(stream.fileno())
-            for name in instead_of:
-                if name not in list(contents)[:1]:
-                    _remove(folder / name)
-            for name, path in unfinished.items():
-                path.replace(folder / name)
-        finally:
-            for path in unfinished.values():
-                path.unlink(missing_ok=True)
+        folder.mkdir(parents=True, exist_ok=True)
+        with alone_in(folder):
+            for path in {(folder / name).parent for name in contents} - {folder}:
+                path.mkdir(exist_ok=True)
+                os.close(os.open(path, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW))
+            yield
     except OSError as error:
         raise OptionError(f"{folder} cannot be written: {error.strerror or error}; give another --out") from error
 
 
-def _remove(path: Path) -> None:
-    if path.is_dir() and not path.is_symlink():
-        for picture in path.iterdir():
-            if picture.suffix in PICTURES:
-                picture.unlink()
-    else:
-        path.unlink(missing_ok=True)
+def _replace(folder: Path, contents: Mapping[str, str | bytes], instead_of: Sequence[str]) -> None:
+    def remove() -> None:
+        for name in instead_of:
+            if name not in list(contents)[:1]:
+                (folder / name).unlink(missing_ok=True)
+
+    for path in (folder, folder / FIGURES):
+        if path.is_dir() and not path.is_symlink():
+            remove_unfinished(path)
+    files = {name: content.encode() if isinstance(content, str) else content for name, content in contents.items()}
+    write_whole({folder / name: content for name, content in files.items()}, remove)
+
+
+def drawn_with(folder: Path) -> list[str]:
+    """Return the files in FIGURES that were drawn with the `report.md` of a folder, which links to each."""
+    if (folder / FIGURES).is_symlink():
+        return []
+    try:
+        text = read_regular(folder / TEXT, _LARGEST_TEXT).decode(errors="replace")
+    except OSError:
+        return []
+    return [f"{FIGURES}/{name}{ending}" for name in _LINK.findall(text) for ending in PICTURES]
 
 
 def json_text(content: Any) -> str:

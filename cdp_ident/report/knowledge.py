@@ -50,8 +50,8 @@ def knowledge_of(report: Section) -> Knowledge | None:
     model = replace(
         model,
         effects=effects,
-        length_free="L" in names,
-        gravity_free="g" in names,
+        length_std=np.inf if "L" in names else 0.0,
+        gravity_std=np.inf if "g" in names else 0.0,
         inertia_free=INVERSE_INERTIA.symbol in names,
         weight_errors=tuple((error["of"], error["rod"], error["given"]) for error in errors),
     )

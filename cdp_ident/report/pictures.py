@@ -16,9 +16,9 @@ from cdp_ident.report.folder import (
     CURVES,
     FIGURES,
     PAGE,
-    PICTURES,
     REPORT,
     TEXT,
+    drawn_with,
     write_files,
 )
 from cdp_ident.report.report_file import read_report
@@ -77,17 +77,12 @@ def _for_paper(shown: Sequence[Figure]) -> dict[str, str | bytes]:
 
 
 def write_pictures(folder: Path, files: Mapping[str, str | bytes]) -> None:
-    """Write what was drawn; page and figures of an earlier report in the folder go.
+    """Write what was drawn; page and figures that were drawn there before go.
 
     Raises:
         OptionError: the folder or a file cannot be written.
     """
-    write_files(folder, files)
-    if PAGE not in files:
-        (folder / PAGE).unlink(missing_ok=True)
-    for path in (folder / FIGURES).iterdir() if (folder / FIGURES).exists() else ():
-        if path.suffix in PICTURES and f"{FIGURES}/{path.name}" not in files:
-            path.unlink(missing_ok=True)
+    write_files(folder, files, instead_of=(PAGE, *drawn_with(folder)))
 
 
 def draw_again(folder: Path, for_paper: bool = False) -> str:

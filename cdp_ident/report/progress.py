@@ -19,6 +19,8 @@ class SearchDisplay:
     def __init__(self, console: Console, generations: int, clock: Callable[[], float] = time.monotonic) -> None:
         """Make a display for a search of so many generations; a search that is repeated has twice as many."""
         self._console, self._clock = console, clock
+        self.doing = ""
+        """What is done, in words."""
         self._total = generations
         self._searches = 0
         self._began = self._told = clock()
@@ -53,14 +55,16 @@ class SearchDisplay:
         left = f", about {(now - self._began) * (1 / done - 1):.0f} s left" if 0 < done < 1 else ""
         state = f"generation {progress.generation} of {self._total}, best error {progress.error:.4g} rad²{left}"
         what = "refining" if done == 1 else "searching" if self._searches == 1 else f"search {self._searches}"
+        self.doing = f"{what}: {state}"
         if self._console.is_terminal:
             self._display.update(self._task, description=what, completed=done, total=1.0, state=state)
         elif now - self._told > _SECONDS_BETWEEN_LINES or done == 1:
             self._told = now
-            self._console.print(f"{what}: {state}", highlight=False)
+            self._console.print(self.doing, highlight=False)
 
     def trying(self, line: str) -> None:
         """Show what the tracing tries next, and how long it may take."""
+        self.doing = line
         if self._console.is_terminal:
             self._display.update(self._task, description="tracing", completed=0.0, total=None, state=line)
         elif self._clock() - self._told > _SECONDS_BETWEEN_TRIES:

@@ -6,6 +6,7 @@ import platform
 import re
 from pathlib import Path
 
+from cdp_ident.bag.reader import no_bag
 from cdp_ident.errors import BagError
 from cdp_ident.regular_file import open_regular
 
@@ -24,7 +25,7 @@ def bag_checksums(bag: Path) -> dict[str, str]:
     folder = bag.parent if bag.name == "metadata.yaml" else bag
     try:
         if not bag.exists():
-            raise BagError(f"there is no bag {bag}")
+            raise BagError(no_bag(bag))
         files = (
             [file for file in sorted(folder.iterdir()) if file.name.endswith(_STORAGE)] if folder.is_dir() else [bag]
         )

@@ -342,17 +342,10 @@ REPORT: Schema = {
                 "every effect that the final model does not have, the most probable first",
             ),
         ),
-        continuity=or_null(
-            an_object(
-                "how well windows join",
-                rms_rad=number("[rad]"),
-                relative=number("about 1 where the model holds"),
-                boundaries=count("between windows"),
-            )
-        ),
+        values_from=one_of(("whole swings", "windows"), "what the final values were fitted to"),
         whole_swings=or_null(
             an_object(
-                "the final values' likelihood, given all that was measured; null where they are those of the windows",
+                "the likelihood of whole swings, given all that was measured; null where no maximum was found",
                 noise_rad=an_object("standard deviation of the encoders' noise [rad]", **_OF_JOINTS),
                 noise_memory=an_object("its correlation from one reading to the next", **_OF_JOINTS),
                 missing_torque=an_object(

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from operator import le
 
 from cdp_ident.rig.codec import UNSIGNED_32
 from cdp_ident.rig.records import Sample
@@ -23,32 +24,35 @@ class Course:
 
     def __init__(self) -> None:
         self.last: Sample | None = None
-        self._slopes: list[float] | None = None
+        self._slopes: Sequence[float] | None = None
         """Change by the reading of time [us] and of the counts of cart, inner and outer joint."""
         self._period = math.inf
         """The shortest time between two readings of late [us]; a device may miss one."""
-        self._usual = list(_LEAST)
-        """How far off the samples of late were, in the same."""
+        self._limits = [_TIMES_USUAL * least for least in _LEAST]
+        """How far off a sample may be, in the same."""
+        self._step: tuple[Sample, tuple[int, Sequence[int], Sequence[float] | None]] | None = None
 
     def take(self, sample: Sample) -> None:
         """Go on to the next sample of the same run of the device."""
         if self.last is not None:
-            steps = steps_between(self.last, sample)
-            if self._slopes is not None:
-                off = self._off(sample, steps)
-                self._usual = [max(error, _FORGOTTEN * usual) for error, usual in zip(off, self._usual, strict=True)]
-            self._slopes = [change / steps for change in _changes(self.last, sample)]
+            steps, changes, off = self._step_to(sample)
+            if off is not None:
+                usual = [_TIMES_USUAL * error for error in off]
+                forgotten = [_FORGOTTEN * limit for limit in self._limits]
+                self._limits = list(map(max, _LEAST, usual, forgotten))
+            self._slopes = [change / steps for change in changes]
             self._period = min(self._slopes[0], _FORGOTTEN**-1 * self._period)
-        self.last = sample
+        self.last, self._step = sample, None
 
     def predicts(self, sample: Sample) -> bool:
         """Tell whether a sample is where the next one, or one a few readings on, is expected.
 
         The second sample of a run always is: nothing is known of its speeds.
         """
-        if self.last is None or self._slopes is None:
-            return self.last is not None
-        return self._is_near(self._off(sample, steps_between(self.last, sample)))
+        if self.last is None:
+            return False
+        _, _, off = self._step_to(sample)
+        return off is None or self._is_near(off)
 
     def has_between(self, sample: Sample, after: Sample) -> bool:
         """Tell whether a sample lies between the last one and one after it: more is known then than before."""
@@ -60,9 +64,20 @@ class Course:
         changes = zip(_changes(self.last, sample), _changes(self.last, after), strict=True)
         return self._is_near([abs(change - whole * steps / all_steps) for change, whole in changes])
 
+    def _step_to(self, sample: Sample) -> tuple[int, Sequence[int], Sequence[float] | None]:
+        """Return readings and changes since the last sample, and how far off they are, None where that is not known.
+
+        They are kept: `take` asks for what `predicts` has asked for.
+        """
+        assert self.last is not None
+        if self._step is None or self._step[0] is not sample:
+            steps, changes = steps_between(self.last, sample), _changes(self.last, sample)
+            off = _off(changes, self._slopes, steps) if self._slopes else None
+            self._step = (sample, (steps, changes, off))
+        return self._step[1]
+
     def _is_near(self, off: Sequence[float]) -> bool:
-        limits = zip(off, _LEAST, self._usual, strict=True)
-        return all(error <= max(least, _TIMES_USUAL * usual) for error, least, usual in limits)
+        return all(map(le, off, self._limits))
 
     def has_time_for(self, sample: Sample) -> bool:
         """Tell whether so many readings fit into the time between the last sample and this one."""
@@ -70,14 +85,6 @@ class Course:
             return True
         elapsed = (sample.time_us - self.last.time_us) & UNSIGNED_32
         return elapsed >= 0.5 * steps_between(self.last, sample) * self._period
-
-    def _off(self, sample: Sample, steps: int) -> list[float]:
-        """Return how far a sample is from where it was expected, by the steps: clocks run off, accelerations add up."""
-        assert self.last is not None
-        assert self._slopes is not None
-        powers = (steps, steps**2, steps**2, steps**2)
-        changes = zip(_changes(self.last, sample), self._slopes, powers, strict=True)
-        return [abs(change - slope * steps) / power for change, slope, power in changes]
 
 
 def steps_between(before: Sample, after: Sample) -> int:
@@ -89,11 +96,13 @@ def _changes(before: Sample, after: Sample) -> tuple[int, int, int, int]:
     """Return the changes of time [us] and of the counts of cart, inner and outer joint, their roll-over removed."""
     return (
         (after.time_us - before.time_us) & UNSIGNED_32,
-        _rolled(after.cart - before.cart),
-        _rolled(after.inner - before.inner),
-        _rolled(after.outer - before.outer),
+        ((after.cart - before.cart + 2**31) & UNSIGNED_32) - 2**31,
+        ((after.inner - before.inner + 2**31) & UNSIGNED_32) - 2**31,
+        ((after.outer - before.outer + 2**31) & UNSIGNED_32) - 2**31,
     )
 
 
-def _rolled(difference: int) -> int:
-    return (difference + 2**31) % 2**32 - 2**31
+def _off(changes: Sequence[int], slopes: Sequence[float], steps: int) -> Sequence[float]:
+    """Return how far changes are from those expected, by the steps: clocks run off, accelerations add up."""
+    time, *counts = [abs(change - slope * steps) for change, slope in zip(changes, slopes, strict=True)]
+    return [time, *counts] if steps == 1 else [time / steps, *[count / steps**2 for count in counts]]

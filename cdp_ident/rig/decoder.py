@@ -89,13 +89,13 @@ class Decoder:
     def _check(self, record: Record) -> Iterator[Event]:
         if isinstance(record, Hello):
             yield record
-        elif record in self._recent or record == self._doubtful:
-            self.counters.duplicates += 1
         elif self._follows(record) and self._course.predicts(record):
             doubtful, self._doubtful = self._doubtful, None
             if doubtful is not None and self._course.has_between(doubtful, record):
                 yield self._pass(doubtful)
             yield self._pass(record)
+        elif record in self._recent or record == self._doubtful:
+            self.counters.duplicates += 1
         elif self._doubtful is not None and _can_follow(self._doubtful, record):
             doubtful, self._doubtful = self._doubtful, None
             if not self._follows(doubtful):

@@ -2,6 +2,7 @@
 
 from collections import deque
 from itertools import pairwise
+from statistics import median
 
 import numpy as np
 
@@ -106,14 +107,17 @@ class DeviceClock:
         elif self._best is None or point[1] < self._best[1]:
             self._best = point
 
-    def stamp(self, time_us: int) -> int:
-        """Return the host's time [ns] of a device time that is at most half a roll-over from the last observed one."""
-        device_us = self._since_first(time_us)
-        return (self._origin_ns or 0) + device_us * 1000 + round(self._offset(device_us * 1e-6) * 1e9)
+    def times(self, time_us: int) -> tuple[int, int]:
+        """Return the host's time of a device time, and that itself with its roll-overs counted [ns].
 
-    def device_time(self, time_us: int) -> int:
-        """Return a device time as above [ns] with the roll-overs since the first observed one counted."""
-        return (self._first_us + self._since_first(time_us)) * 1000
+        It is at most half a roll-over from the last observed one. Raises ValueError where none was observed.
+        """
+        if self._last_us is None:
+            raise ValueError("nothing observed yet")
+        ahead = (time_us - self._last_us + ROLL_OVER_US // 2) % ROLL_OVER_US - ROLL_OVER_US // 2
+        elapsed = self._unrolled_us + ahead
+        stamp = (self._origin_ns or 0) + elapsed * 1000 + round(self._offset(elapsed * 1e-6) * 1e9)
+        return stamp, (self._first_us + elapsed) * 1000
 
     def rate(self) -> ClockRate | None:
         """Return how fast the device's clock runs by the last minute; None while too little was seen.
@@ -134,13 +138,6 @@ class DeviceClock:
         device, delay = np.array(least).T
         slope, low, high = median_slope(device, delay)
         return ClockRate(-slope / (1.0 + slope), (high - low) / 2.0)
-
-    def _since_first(self, time_us: int) -> int:
-        """Return the time since the first observed sample [us]."""
-        if self._last_us is None:
-            raise ValueError("nothing observed yet")
-        ahead = (time_us - self._last_us + ROLL_OVER_US // 2) % ROLL_OVER_US - ROLL_OVER_US // 2
-        return self._unrolled_us + ahead
 
     def _device(self, time_us: int) -> float:
         """Return device time since the first sample of this run [s]."""
@@ -174,7 +171,7 @@ class DeviceClock:
         self._late_buckets = self._late_buckets + 1 if late else 0
         self._anchor = (now, self._offset(now))
         settling = (offset - self._anchor[1]) / _SETTLE
-        self._rate = rate + float(np.clip(settling, -_LARGEST_SETTLING, _LARGEST_SETTLING))
+        self._rate = rate + min(max(settling, -_LARGEST_SETTLING), _LARGEST_SETTLING)
 
     def _is_warming_up(self, now: float) -> bool:
         if now < _WARM_UP or len(self._buckets) < 2:
@@ -193,9 +190,9 @@ def _line_below(points: list[Point], at: float) -> tuple[float, float]:
         return 0.0, min(delay for _, delay in points)
     hull = _lower_hull(points)
     left, right = next(edge for edge in pairwise(hull) if edge[1][0] >= 0.5 * (first + last))
-    slope = float(np.clip((right[1] - left[1]) / (right[0] - left[0]), -_LARGEST_RATE, _LARGEST_RATE))
+    slope = min(max((right[1] - left[1]) / (right[0] - left[0]), -_LARGEST_RATE), _LARGEST_RATE)
     delays = [delay - left[1] - slope * (device - left[0]) for device, delay in points]
-    feigned = (2.0 * float(np.median(delays)) + _LEAST_DOUBT) / (last - first)
+    feigned = (2.0 * median(delays) + _LEAST_DOUBT) / (last - first)
     slope *= slope**2 / (slope**2 + feigned**2)
     return slope, min(delay + slope * (at - device) for device, delay in points if device >= at - _RECENT)
 

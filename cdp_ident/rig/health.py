@@ -7,6 +7,10 @@ from enum import IntEnum
 from cdp_ident.bag.diagnostics import CLOCK_RATE, CLOCK_RATE_STD
 from cdp_ident.rig.joints import Calibration
 from cdp_ident.rig.measurement import Totals
+from cdp_ident.rig.port import PortState
+
+_GREETING_WITHIN_NS = 3_000_000_000
+"""A rig greets about once a second: after so long [ns] without, it does not greet."""
 
 
 class Level(IntEnum):
@@ -16,18 +20,6 @@ class Level(IntEnum):
     WARN = 1
     ERROR = 2
     STALE = 3
-
-
-@dataclass(frozen=True)
-class PortState:
-    """What the port's reader says of it."""
-
-    name: str | None
-    """The open port, None while none is open."""
-    problem: str
-    """Why none is open."""
-    unplugged: int
-    """How often an open port went away."""
 
 
 @dataclass(frozen=True)
@@ -113,6 +105,8 @@ def _level_and_message(
         since = f"for {silence:.1f} s" if math.isfinite(silence) else "yet"
         return Level.STALE, f"no sample {since}"
     if calibration.needs_greeting() and now.hello is None:
+        if (now.last_arrival_ns or 0) - (now.first_arrival_ns or 0) < _GREETING_WITHIN_NS:
+            return Level.OK, "waiting for the rig's greeting, which gives the counts per turn"
         return Level.ERROR, "nothing is published: no greeting gave the counts per turn; set them as parameters"
     happened = {
         "lost": now.line.lost - before.line.lost,

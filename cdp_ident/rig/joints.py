@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from cdp_ident.errors import RigError
-from cdp_ident.rig.device_clock import ROLL_OVER_US
+from cdp_ident.rig.codec import UNSIGNED_32
 from cdp_ident.rig.records import Hello, Sample
 
 HANGING = (0.0, math.pi, 0.0)
@@ -69,7 +69,8 @@ class JointTracker:
         self.jumps_dropped = 0
         """Samples dropped because a joint moved faster than its slew limit."""
         self._scales = scales
-        self._slew = calibration.slew_limits
+        self._fastest = [abs(limit / scale) for limit, scale in zip(calibration.slew_limits, scales, strict=True)]
+        """Counts in a second."""
         self._rest = calibration.rest_limits
         self._last: _Counted | None = None
         self._jumped: list[_Counted] = []
@@ -89,10 +90,10 @@ class JointTracker:
         self._jumped.clear()
         self._last = now
         self._keep_recent(now)
-        cart, inner, outer = (
+        cart, inner, outer = [
             hanging + scale * (count - zero)
             for hanging, scale, count, zero in zip(HANGING, self._scales, now.counts, self.zero, strict=True)
-        )
+        ]
         return cart, inner, outer
 
     def resting_counts(self) -> Triple:
@@ -114,19 +115,20 @@ class JointTracker:
 
     def _counted(self, time_us: int, raw: tuple[int, int, int]) -> _Counted:
         # At first, the counts are the ones next to the zero: the counters may have rolled over since it was taken.
-        before_raw = self._last.raw if self._last else tuple(round(zero) for zero in self.zero)
+        before_raw = self._last.raw if self._last else [round(zero) for zero in self.zero]
         before = self._last.counts if self._last else before_raw
-        cart, inner, outer = (
-            count + (new - old + 2**31) % 2**32 - 2**31 for count, new, old in zip(before, raw, before_raw, strict=True)
-        )
+        cart, inner, outer = [
+            count + ((new - old + 2**31) & UNSIGNED_32) - 2**31
+            for count, new, old in zip(before, raw, before_raw, strict=True)
+        ]
         return _Counted(time_us, raw, (cart, inner, outer))
 
     def _too_fast(self, before: _Counted, after: _Counted) -> bool:
         elapsed = max(_seconds(before, after), 1e-6)
-        return any(
-            abs(new - old) > 2 and abs((new - old) * scale) > limit * elapsed
-            for new, old, scale, limit in zip(after.counts, before.counts, self._scales, self._slew, strict=True)
-        )
+        for new, old, speed in zip(after.counts, before.counts, self._fastest, strict=True):
+            if abs(new - old) > max(2, speed * elapsed):
+                return True
+        return False
 
     def _keep_recent(self, now: _Counted) -> None:
         self._recent.append(now)
@@ -135,4 +137,4 @@ class JointTracker:
 
 
 def _seconds(before: _Counted, after: _Counted) -> float:
-    return (after.time_us - before.time_us) % ROLL_OVER_US * 1e-6
+    return ((after.time_us - before.time_us) & UNSIGNED_32) * 1e-6

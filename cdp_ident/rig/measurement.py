@@ -34,8 +34,10 @@ class Totals:
 
     line: Counters
     hello: Hello | None = None
+    first_arrival_ns: int | None = None
+    """When the first verified sample arrived (host's time) …"""
     last_arrival_ns: int | None = None
-    """When the last verified sample arrived (host's time)."""
+    """… and when the last one did."""
     measurements: int = 0
     encoder_faults: int = 0
     """Samples dropped because the device said that an encoder is faulty."""
@@ -75,7 +77,7 @@ class MeasurementStream:
         """
         self._simulated = simulated
         self._decoder = Decoder(codec)
-        self._calibration = calibration
+        self._calibration, self._needs_greeting = calibration, calibration.needs_greeting()
         self._zero = zero
         self._survives_reset = survives_reset
         self._totals = Totals(self._decoder.counters)
@@ -134,12 +136,13 @@ class MeasurementStream:
 
     def _take(self, sample: Sample, arrival_ns: int) -> list[Measurement]:
         result: list[Measurement] = []
+        self._totals.first_arrival_ns = self._totals.first_arrival_ns or arrival_ns
         self._totals.last_arrival_ns = arrival_ns
         if self._clock.is_new_run(sample.time_us, arrival_ns):
             result += self._begin_anew()
         self._clock.observe(sample.time_us, arrival_ns)
         self._waiting.append(sample)
-        if self._clock.ready and (self._totals.hello or not self._calibration.needs_greeting()):
+        if self._clock.ready and (self._totals.hello or not self._needs_greeting):
             result += self._stamp_waiting()
         elif len(self._waiting) > _MOST_WAITING:
             self._totals.unsent += len(self._waiting) // 2
@@ -154,15 +157,15 @@ class MeasurementStream:
         return result
 
     def _stamp_waiting(self) -> list[Measurement]:
-        if self._calibration.needs_greeting() and self._totals.hello is None:
+        if self._needs_greeting and self._totals.hello is None:
             self._totals.unsent += len(self._waiting)
             self._waiting.clear()
         result = []
         for sample in self._waiting:
-            stamp = self._clock.stamp(sample.time_us)
+            stamp, device = self._clock.times(sample.time_us)
             positions = self._positions(sample, stamp)
             if positions is not None:
-                result.append(Measurement(stamp, self._clock.device_time(sample.time_us), positions))
+                result.append(Measurement(stamp, device, positions))
         self._waiting.clear()
         return result
 
@@ -172,10 +175,11 @@ class MeasurementStream:
             if not self._zero.is_of_this_run(sample.sequence, stamp, self._totals.hello.period_us):
                 self._totals.zero = "the device was reset since it was taken"
         self._last = (sample, stamp)
-        self._totals.overruns += bool(sample.status & Status.OVERRUN)
-        if sample.status & ENCODER_FAULTS:
-            self._totals.encoder_faults += 1
-            return None
+        if sample.status:  # rarely: to ask for flags takes as long as all else here
+            self._totals.overruns += bool(sample.status & Status.OVERRUN)
+            if sample.status & ENCODER_FAULTS:
+                self._totals.encoder_faults += 1
+                return None
         if self._tracker is None:
             scales = self._calibration.scales(self._totals.hello)
             self._tracker = JointTracker(scales, self._calibration, self._totals.zero_counts)

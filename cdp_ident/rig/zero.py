@@ -1,6 +1,5 @@
 """The counts at which the pendulum hangs, kept in a file across restarts of the driver."""
 
-import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -9,6 +8,7 @@ import yaml
 
 from cdp_ident.errors import OptionError, RigError
 from cdp_ident.user_input import number
+from cdp_ident.whole_file import write_whole
 from cdp_ident.yaml_file import read_yaml
 
 _KEYS = {"cart_counts", "inner_counts", "outer_counts", "sequence", "taken_at_ns"}
@@ -66,14 +66,9 @@ def save_zero(path: Path, zero: Zero) -> None:
         "sequence": zero.sequence,
         "taken_at_ns": zero.taken_at_ns,
     }
-    unfinished = path.with_name(f".{path.name}.{os.getpid()}")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        with unfinished.open("w", encoding="utf-8") as stream:
-            yaml.safe_dump(content, stream, sort_keys=False)
-            stream.flush()
-            os.fsync(stream.fileno())
-        unfinished.replace(path)
+        write_whole({path: yaml.safe_dump(content, sort_keys=False).encode()})
     except OSError as error:
         raise RigError(f"the zero cannot be kept in {path}: {error.strerror or error}") from error
 

@@ -5,6 +5,8 @@ import contextlib
 import os
 import signal
 from collections.abc import Callable, Iterator, Sequence
+from itertools import pairwise
+from pathlib import Path
 from types import FrameType
 from typing import Any, Protocol
 
@@ -14,10 +16,9 @@ import rclpy.executors
 import rclpy.logging
 import rclpy.signals
 
-from cdp_ident.command_line import ArgumentParser
+from cdp_ident.command_line import ArgumentParser, split_arguments
 from cdp_ident.errors import OptionError
 from cdp_ident.regular_file import open_regular
-from cdp_ident.ros.arguments import parameter_files, split_arguments
 from cdp_ident.ros.parameters import Parameters
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
@@ -37,11 +38,11 @@ class Body(Protocol):
 
 
 def parse_arguments(parser: ArgumentParser, arguments: Sequence[str]) -> argparse.Namespace:
-    """Parse what is left of a node's arguments without `--ros-args …`, which `run_node` hands to ROS."""
+    """Parse a node's own arguments; those of ROS, of which the help tells, are `run_node`'s."""
     parser.epilog = (parser.epilog or "") + (
         "\n\nROS's own arguments follow --ros-args: -p NAME:=VALUE, --params-file FILE, -r OLD:=NEW, --log-level LEVEL."
     )
-    return parser.parse_args(split_arguments(arguments)[0])
+    return parser.parse_args(arguments)
 
 
 def run_node(name: str, make_body: Callable[[Any, Parameters], Body], arguments: Sequence[str]) -> int:
@@ -63,8 +64,9 @@ def run_node(name: str, make_body: Callable[[Any, Parameters], Body], arguments:
     rclpy.logging.set_logger_level("rcl", rclpy.logging.LoggingSeverity.FATAL)  # it repeats what is raised
     of_ros = split_arguments(arguments)[1]
     with _refusal():
-        for file in parameter_files(of_ros):
-            open_regular(file).close()  # ROS would wait at a pipe for ever
+        for option, file in pairwise(of_ros):
+            if option == "--params-file":
+                open_regular(Path(file)).close()  # ROS would wait at a pipe for ever
         if not _PLACES_OF_LOGS & os.environ.keys():
             raise OSError("there is no HOME to keep its logs below: set it, or ROS_LOG_DIR")
         rclpy.init(args=["--ros-args", *of_ros], signal_handler_options=rclpy.signals.SignalHandlerOptions.NO)
@@ -86,6 +88,8 @@ def run_node(name: str, make_body: Callable[[Any, Parameters], Body], arguments:
                 body.close()
         finally:
             node.destroy_node()
+    except rclpy.exceptions.NameValidationException as error:
+        raise OptionError(f"ROS takes no such name: {error}") from error
     finally:
         rclpy.try_shutdown()
         for number in _SIGNALS:
@@ -95,8 +99,8 @@ def run_node(name: str, make_body: Callable[[Any, Parameters], Body], arguments:
 
 @contextlib.contextmanager
 def _refusal() -> Iterator[None]:
-    """Turn what ROS raises about arguments, names and surroundings into an `OptionError`."""
+    """Turn what ROS raises about arguments and surroundings into an `OptionError`."""
     try:
         yield
-    except (RuntimeError, OSError, UnicodeEncodeError, rclpy.exceptions.NameValidationException) as error:
+    except (RuntimeError, OSError, UnicodeEncodeError) as error:
         raise OptionError(f"ROS cannot start with these arguments and surroundings: {error}") from error

@@ -13,6 +13,8 @@ from cdp_ident.configuration.parameter_file import QOS_OVERRIDES
 from cdp_ident.errors import OptionError
 
 _SIZE = (QoSPolicyKind.HISTORY, QoSPolicyKind.DEPTH)
+_DEPTH = 5000
+"""Five seconds at 1 kHz: what a subscriber may be behind without loss."""
 
 
 def latched(depth: int = 1) -> QoSProfile:
@@ -37,7 +39,7 @@ class Subscription:
     """
 
     def __init__(
-        self, node: Any, message_class: type, topic: str, callback: Callable[[bytes], None], depth: int
+        self, node: Any, message_class: type, topic: str, callback: Callable[[bytes], None], depth: int = _DEPTH
     ) -> None:
         """Raises `OptionError` where `qos_overrides` make no sense."""
         self._node, self._class, self._topic, self._callback = node, message_class, topic, callback
@@ -47,6 +49,15 @@ class Subscription:
         # A subscription cannot be replaced from within its own event.
         self._adapting = node.create_guard_condition(self._adapt)
         self._subscription = self._subscribe((*_SIZE, QoSPolicyKind.RELIABILITY))
+
+    def drain(self) -> None:
+        """Hand on all that waits by now, in the order of arrival; more may arrive meanwhile."""
+        for _ in range(self._profile.depth):
+            with self._subscription.handle:  # as rclpy's executor takes them
+                taken = self._subscription.handle.take_message(self._class, True)
+            if taken is None:
+                return
+            self._callback(taken[0])
 
     def _subscribe(self, policies: Sequence[QoSPolicyKind]) -> Any:
         return _checked(

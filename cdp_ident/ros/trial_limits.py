@@ -17,4 +17,5 @@ def declare_trial_limits(parameters: Parameters) -> TrialLimits:
         release=number("release_limit", defaults.release, "let go: a joint is this far from its hold", "rad", 3.0),
         rest=number("rest_limit", defaults.rest, "at rest: both joints stay within this for 1 s", "rad", 1.0),
         longest=number("longest", defaults.longest, "a trial ends after this", "s", 86400.0),
+        silence=number("silence", defaults.silence, "a trial ends where samples are missing for longer", "s", 60.0),
     )

@@ -128,8 +128,8 @@ def finished(task: Task) -> Finished | None:
         record = json.loads(read_regular(task.folder / RECORD, _LARGEST))
         if (record["schema"], record["key"]) != (_SCHEMA, task.key):
             return None
-        left_out = tuple(LeftOut(str(bag["bag"]), str(bag["reason"])) for bag in record["left_out"])
+        left_out = tuple(LeftOut(shown(bag["bag"]), shown(bag["reason"])) for bag in record["left_out"])
         report = read_report(task.folder / REPORT)
-        return Finished(task.piece, task.folder, report, left_out, str(record["failure"]))
+        return Finished(task.piece, task.folder, report, left_out, shown(record["failure"]))
     except (OSError, ValueError, RecursionError, KeyError, TypeError, ReportError):
         return None

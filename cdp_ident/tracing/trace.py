@@ -13,12 +13,12 @@ from cdp_ident.diagnosis.identification import Identification
 from cdp_ident.errors import FitFailedError, IdentificationError
 from cdp_ident.fit.data import Data
 from cdp_ident.fit.physical import PhysicalValues
-from cdp_ident.fit.refinement import Fit, fit_initial_states_near, refine, with_all_derivatives
+from cdp_ident.fit.refinement import Fit, fit_initial_states_near, with_all_derivatives
 from cdp_ident.likelihood.whole_swing import WholeSwings
 from cdp_ident.model.parameters import groups_of, inertia_about_cart
 from cdp_ident.tracing.expected import ExpectedEffect
 from cdp_ident.tracing.final_model import FinalModel, is_worse
-from cdp_ident.tracing.final_values import final_values, with_values
+from cdp_ident.tracing.final_values import final_values, over_windows, with_values
 from cdp_ident.tracing.found_effects import FoundEffect, found_effects
 from cdp_ident.tracing.in_doubt import InDoubt, added_covariance, effects_in_doubt
 from cdp_ident.tracing.select_effects import select_effects, withdrawn_from
@@ -72,7 +72,9 @@ class Trace:
     in_doubt: tuple[InDoubt, ...]
     """Effects that the motion neither shows nor excludes, the most likely first."""
     whole: WholeSwings | None
-    """The final values and what belongs to them, given all that was measured; None where they were not found."""
+    """The most likely values given whole swings, all that was measured; None where they were not found."""
+    by_windows: bool
+    """Whether the final values are not these, but were fitted over windows."""
     withdrawn: Withdrawn | None
     """Effects that were found and did not carry over to what was held out; None where none were."""
     longer: LongerWindows | None
@@ -122,9 +124,7 @@ def trace(
         except (IdentificationError, np.linalg.LinAlgError) as error:
             failures.append(f"effects were not looked for: {error}")
     # Held-out motion judges from here on, when everything is decided.
-    before, after = _final_models(
-        found.fit, _over_windows(found.fit, selection.after) if selection else found.fit, data
-    )
+    before, after, by_windows = _final_models(found.fit, selection.after if selection else None, data)
     try:
         refuse_a_failed_fit([after.fit, after.holdout], data.noise_level)
     except FitFailedError as error:
@@ -136,22 +136,23 @@ def trace(
         keys = tuple(active.effect.key for active in selection.after.model.effects)
         withdrawn, after = Withdrawn(keys, after.holdout.rmse()), before
         selection = withdrawn_from(selection, found.options.named_effects_only)
-    without = [_holdout_error(after, found.fit, other) for other in selection.without] if selection else []
+    others = selection.without if selection else ()
+    without = [_holdout_error(after, found.fit, other, by_windows) for other in others]
     errors = _errors(found, before, after)
     in_doubt = effects_in_doubt(selection.scores) if selection else ()
     # It has judged: from now on it tells of the values, too.
-    whole, not_whole = final_values(after, selection.after, data, say) if selection else (None, ())
-    fit = with_values(after.fit, whole.values) if whole else after.fit
-    completed = _completed(found, fit)
-    if whole or in_doubt:
-        spread = whole.covariance if whole else completed.covariance
+    final = final_values(after, selection.after, data, by_windows, say) if selection else None
+    whole = final.whole if final else None
+    completed = _completed(found, with_values(after.fit, final.values) if final else after.fit)
+    if final or in_doubt:
+        spread = final.covariance if final else completed.covariance
         completed = completed.with_covariance(spread + added_covariance(in_doubt))
     return Trace(
         selection=selection,
         searched=searched,
         before=before,
         after=after,
-        effects=found_effects(selection, after, fit, without, completed.covariance, completed.inertia)
+        effects=found_effects(selection, after, completed.fit, without, completed.covariance, completed.inertia)
         if selection
         else (),
         completed=completed,
@@ -159,58 +160,58 @@ def trace(
         unexplained=unexplained(after, whole, data.noise, completed.inertia.value),
         in_doubt=in_doubt,
         whole=whole,
+        by_windows=final.by_windows if final else True,
         withdrawn=withdrawn,
         longer=longer,
         failure=failure,
-        failures=(*failures, *completed.failures, *not_whole),
+        failures=(*failures, *completed.failures, *(final.failures if final else ())),
     )
 
 
-def _over_windows(fit: Fit, found: WholeSwings) -> Fit:
-    """Return a model with effects fitted over the windows of a fit of the paper's model, as that was.
-
-    Curves and what happens at an instant keep their values: windows alone do not determine them.
-    """
-    model, values = found.model, found.values
-    if not model.effects:
-        return fit
-    held = [
-        place
-        for index, active in enumerate(model.effects)
-        if active.effect.curve or active.effect.at_an_instant
-        for place in range(*model.places(index).indices(len(values)))
-    ]
-    begun = fit_initial_states_near(model, values, fit.windows, np.inf)
-    return with_all_derivatives(refine(model, values, begun.windows, held=held))
-
-
-def _final_models(before: Fit, after: Fit, data: Data) -> tuple[FinalModel, FinalModel]:
+def _final_models(fit: Fit, chosen: WholeSwings | None, data: Data) -> tuple[FinalModel, FinalModel, bool]:
     """Return the paper's model and the one with the effects; initial states of either are fitted from the other's.
 
     The paper's model comes first. Where it cannot follow the motion that is held out, the other one may lead there.
+    Where torques are missing, held-out motion also judges which values predict better, those fitted over windows or
+    those of whole swings; the third value is whether the former do.
 
     Raises:
         IdentificationError, LinAlgError: neither can be evaluated.
     """
+    after = fit if chosen is None else _fitted(fit, chosen, by_windows=True)
     try:
-        first = FinalModel.of(before, data)
+        first = FinalModel.of(fit, data)
+        last = first if after is fit else first.like_this(after)
     except (IdentificationError, np.linalg.LinAlgError):
-        if after is before:
+        if after is fit:
             raise
         last = FinalModel.of(after, data)
-        return last.like_this(before), last
-    return first, first if after is before else first.like_this(after)
+        first = last.like_this(fit)
+    if chosen is None or not np.any(chosen.is_missing):
+        return first, last, False
+    whole = last.like_this(_fitted(fit, chosen, by_windows=False))
+    by_windows = last.holdout.rmse() < whole.holdout.rmse()
+    return first, last if by_windows else whole, by_windows
 
 
-def _holdout_error(like: FinalModel, fit: Fit, other: WholeSwings | None) -> float:
-    """Return the error of another model, fitted over windows as the final one was, over what was held out [rad].
+def _fitted(fit: Fit, found: WholeSwings, by_windows: bool) -> Fit:
+    """Return a model over the windows of a fit, with values fitted to these or to whole swings."""
+    if not found.model.effects:
+        return fit
+    if by_windows:
+        return over_windows(found.model, found.values, fit.windows)
+    return with_all_derivatives(fit_initial_states_near(found.model, found.values, fit.windows, np.inf))
+
+
+def _holdout_error(like: FinalModel, fit: Fit, other: WholeSwings | None, by_windows: bool) -> float:
+    """Return the error of another model, fitted as the final one was, over what was held out [rad].
 
     Not a number where it cannot be computed.
     """
     if other is None:
         return float("nan")
     try:
-        values = _over_windows(fit, other).values
+        values = _fitted(fit, other, by_windows).values
         return fit_initial_states_near(other.model, values, like.holdout.windows, np.inf).rmse()
     except (IdentificationError, np.linalg.LinAlgError):
         return float("nan")

@@ -5,15 +5,13 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from cdp_ident.trial.even_times import evened
 from cdp_ident.trial.joints import Samples
+from cdp_ident.trial.order import elapsed, in_order
 from cdp_ident.trial.outliers import TURN, outliers
 
 Array = npt.NDArray[np.float64]
-Indices = npt.NDArray[np.int64]
 Mask = npt.NDArray[np.bool_]
-
-_CLOCK_STEP = 5
-"""So many samples in a row that go on from an earlier time mean that the clock was set back."""
 
 
 @dataclass(frozen=True)
@@ -50,29 +48,24 @@ class Piece:
 
 
 def clean(samples: Samples, start: float = 0.0, stop: float = np.inf) -> Cleaned:
-    """Drop repeated and late samples, take those from `start` to `stop` [s] after the first, and find the outliers.
+    """Put samples in order, take those from `start` to `stop` [s] after the first, and find the outliers.
 
-    An outlier of one joint makes the whole sample one: it is left out, as if its frame had been lost, before angles are
-    unwrapped, as turns would be counted by it.
+    Of several with one stamp the first is kept, unless they came in a burst (`evened`). An outlier of one joint makes
+    the whole sample one: it is left out, as if its frame had been lost, before angles are unwrapped, as turns would be
+    counted by it.
     """
-    notes = []
-    keep, duplicates, backwards = _in_order(samples.stamps)
-    if duplicates:
-        notes.append(f"{duplicates} samples with a stamp that was there already are dropped")
-    if backwards:
-        notes.append(f"{backwards} samples with a stamp earlier than the one before are dropped")
-    time = elapsed(samples.stamps[keep])
-    chosen = (time >= start) & (time <= stop)
-    kept, time = samples[keep[chosen]], time[chosen]
+    order, notes = in_order(samples.stamps)
+    samples = samples[order]
+    set_back = np.diff(samples.stamps) < 0
+    time, bursts = evened(elapsed(samples.stamps), samples.angles, np.flatnonzero(set_back) + 1)
+    first = np.concatenate([[True], (np.diff(time) > 0) | set_back])[: len(time)]
+    notes += bursts
+    if repeated := int(np.count_nonzero(~first)):
+        notes.append(f"{repeated} samples with a stamp that was there already are dropped")
+    chosen = first & (time >= start) & (time <= stop)
+    kept, time = samples[chosen], time[chosen]
     found = [outliers(time - time[0], angle, TURN) for angle in kept.angles.T] if len(time) else [chosen, chosen]
     return Cleaned(kept, time, np.logical_or(*found), tuple(notes))
-
-
-def elapsed(stamps: Indices) -> Array:
-    """Return how long after the first of some stamps each of them was [s], as if no clock had been set back."""
-    set_back = np.concatenate([[0], np.minimum(np.diff(stamps), 0)])
-    # Differences of the integers first: a float of seconds since 1970 does not resolve nanoseconds.
-    return np.asarray(stamps - stamps[0] - np.cumsum(set_back), dtype=float) * 1e-9
 
 
 def cut_at_gaps(cleaned: Cleaned, longest_gap: float) -> tuple[list[Piece], list[str]]:
@@ -108,32 +101,3 @@ def cut_at_gaps(cleaned: Cleaned, longest_gap: float) -> tuple[list[Piece], list
             Piece(times[chosen], np.asarray(np.unwrap(measured.angles, axis=0)), measured.cart, times[between])
         )
     return pieces, notes
-
-
-def _in_order(stamps: Indices) -> tuple[Indices, int, int]:
-    """Choose the samples to keep.
-
-    Returns their indices, and how many samples are left out because their stamp was there already or because it is
-    earlier than the one before. Where the clock was set back, the kept go on from an earlier time.
-    """
-    if np.all(np.diff(stamps) > 0):
-        return np.arange(len(stamps)), 0, 0
-    keep: list[int] = []
-    late: list[int] = []
-    duplicates = backwards = 0
-    for i, stamp in enumerate(stamps.tolist()):
-        if not keep or stamp > stamps[keep[-1]]:
-            backwards += len(late)
-            late.clear()
-            keep.append(i)
-        elif stamp == stamps[keep[-1]] or (late and stamp == stamps[late[-1]]):
-            duplicates += 1
-        else:
-            if late and stamp < stamps[late[-1]]:
-                backwards += len(late)
-                late.clear()
-            late.append(i)
-            if len(late) == _CLOCK_STEP:
-                keep += late
-                late.clear()
-    return np.array(keep), duplicates, backwards + len(late)

@@ -26,14 +26,16 @@ Mask = npt.NDArray[np.bool_]
 
 GOOD = 0.02
 """Up to this unexplained share of the acceleration, there is no evidence against a meaning."""
+_LOOKED_AT = 0.005
+"""Unexplained share from which it is looked whether readings are two or four times the angles."""
 _LOCKED = 0.01
 """A joint whose speed is less than this share of the inner rod's does not turn."""
 _MUCH_BETTER = 0.5
 """Another meaning must leave less than this share of the residual to speak against the one given."""
 _CLEAR = 0.01
 """Least coupling, and least ratio of the rods' gravity terms, that are more than an error of the fit."""
-_NO_PENDULUM = 0.1
-"""Unexplained share above which the motion is not that of a free double pendulum."""
+EVIDENT = 0.1
+"""Unexplained share up to which a meaning explains the motion, and wrong signs are evidence of a wrong zero."""
 
 
 def check_conventions(
@@ -62,29 +64,23 @@ def check_conventions(
         return None, ["there is too little motion to check the joints' conventions or to tell a hand from free motion"]
     if _is_locked(motions, moving, options):
         raise TrialError("the outer joint does not turn: this is not the motion of a double pendulum")
-    others = [
-        replace(options, outer_angle=outer_angle, outer_sign=outer_sign)
-        for outer_angle, outer_sign in itertools.product(get_args(OuterAngle), (1, -1))
-        if (outer_angle, outer_sign) != (options.outer_angle, options.outer_sign)
-    ]
-    fits = [(other, balance.lumped) for other in others if (balance := balance_of(motions, moving, other))]
-    best, fit = min(
-        ((other, fit) for other, fit in fits if fit.turned is not None),
-        key=lambda pair: pair[1].unexplained,
-        default=(options, given.lumped),
-    )
+    others = [other for other in possible_meanings(motions, moving, options) if other[0] != options]
+    best, fit = min(others, key=lambda other: other[1].unexplained, default=(options, given.lumped))
     unexplained = given.lumped.unexplained
     possible = given.lumped.turned is not None
     factor = _MUCH_BETTER if possible else 1.0
     least = min(unexplained, fit.unexplained)
-    scaled = best_scale(motions, moving, options) if least > GOOD else None
+    from_zero = wording is KEYS and options.zero == "upright" and options.scale_from == "hanging"
+    scaled = None
+    if least > _LOOKED_AT:
+        scaled = best_scale(motions, moving, options, any_factor=least > GOOD, from_zero=from_zero)
     if scaled and scaled[1].unexplained < min(GOOD, _MUCH_BETTER * least):
         contradiction = _wrong_scale(options, *scaled, given.lumped, wording)
-    elif best != options and unexplained > GOOD and fit.unexplained < min(factor * unexplained, _NO_PENDULUM):
+    elif best != options and unexplained > GOOD and fit.unexplained < min(factor * unexplained, EVIDENT):
         contradiction = _better(options, best, given.lumped, fit, wording)
     elif not may_be_rods(given.lumped) and (looks := uncoupled(motions, moving, options)):
         contradiction = f"this is no double pendulum: {looks}"
-    elif unexplained > _NO_PENDULUM:
+    elif unexplained > EVIDENT:
         contradiction = (
             f"the motion is not that of a free double pendulum: {unexplained:.1%} of the inner rod's "
             "acceleration is explained neither by gravity, coupling and friction nor by another meaning of the "
@@ -109,6 +105,18 @@ def check_conventions(
     return given, [contradiction]
 
 
+def possible_meanings(
+    motions: Sequence[Motion], moving: Sequence[Mask], options: TrialOptions
+) -> list[tuple[TrialOptions, Lumped]]:
+    """Return the meanings of the outer angle that make a double pendulum, and how forces balance with each."""
+    meanings = [
+        replace(options, outer_angle=outer_angle, outer_sign=outer_sign)
+        for outer_angle, outer_sign in itertools.product(get_args(OuterAngle), (1, -1))
+    ]
+    fits = [(meaning, found.lumped) for meaning in meanings if (found := balance_of(motions, moving, meaning))]
+    return [(meaning, fit) for meaning, fit in fits if fit.turned is not None]
+
+
 def _is_locked(motions: Sequence[Motion], moving: Sequence[Mask], options: TrialOptions) -> bool:
     """Return whether the outer rod turns with the inner one where the rods move."""
     half = WINDOW // 2
@@ -125,17 +133,17 @@ def _stands(fit: Lumped) -> bool:
     return fit.turned in ("", "both")
 
 
-def _changes(options: TrialOptions, other: TrialOptions, fit: Lumped, wording: Wording) -> str:
-    """Return which options would have to be set to what, for another meaning of the outer angle."""
+def changes(options: TrialOptions, other: TrialOptions, fit: Lumped, wording: Wording) -> str:
+    """Return which options would have to be set to what, for another meaning of the angles."""
     if fit.turned == "both":
         other = replace(other, zero=_opposite(other.zero))
-    names = ("outer_angle", "outer_sign", "zero")
-    changes = [
+    names = ("inner_unit", "outer_unit", "outer_angle", "outer_sign", "zero")
+    settings = [
         wording.setting(name, getattr(other, name)) for name in names if getattr(other, name) != getattr(options, name)
     ]
     if fit.turned in ("inner", "outer"):
-        changes.append(f"the {fit.turned} joint's zero half a turn on")
-    return " and ".join(changes)
+        settings.append(f"the {fit.turned} joint's zero half a turn on")
+    return " and ".join(settings)
 
 
 def _opposite(zero: Zero) -> Zero:
@@ -146,7 +154,7 @@ def _better(options: TrialOptions, other: TrialOptions, given: Lumped, fit: Lump
     return (
         f"the data contradict {wording.setting('outer_angle', options.outer_angle)} with "
         f"{wording.setting('outer_sign', options.outer_sign)}, which leaves {given.unexplained:.1%} of the inner rod's "
-        f"acceleration unexplained: {_changes(options, other, fit, wording)} leaves {fit.unexplained:.1%}; set that"
+        f"acceleration unexplained: {changes(options, other, fit, wording)} leaves {fit.unexplained:.1%}; set that"
     )
 
 
@@ -157,7 +165,10 @@ def _wrong_scale(options: TrialOptions, other: TrialOptions, fit: Lumped, given:
     ]
     factors = {joint: f"{getattr(other, f'{joint}_scale'):.4g}" for joint in changed}
     whose = f"the {changed[0]} joint's readings are" if len(changed) == 1 else "the readings of both joints are"
-    settings = " and ".join(wording.setting(f"{joint}_scale", factor) for joint, factor in factors.items())
+    options_of = {f"{joint}_scale": factor for joint, factor in factors.items()}
+    if other.scale_from != options.scale_from:
+        options_of["scale_from"] = other.scale_from
+    settings = " and ".join(wording.setting(name, value) for name, value in options_of.items())
     times = " and ".join(dict.fromkeys(factors.values()))
     return (
         f"{whose} {times} times the angle: {settings} leaves {fit.unexplained:.1%} of the inner rod's "
@@ -168,7 +179,7 @@ def _wrong_scale(options: TrialOptions, other: TrialOptions, fit: Lumped, given:
 def _cannot_tell(options: TrialOptions, other: TrialOptions, given: Lumped, fit: Lumped, wording: Wording) -> str:
     return (
         f"the data cannot tell {wording.setting('outer_angle', options.outer_angle)} ({given.unexplained:.1%} "
-        f"unexplained) from {_changes(options, other, fit, wording)} ({fit.unexplained:.1%}): make sure that it is "
+        f"unexplained) from {changes(options, other, fit, wording)} ({fit.unexplained:.1%}): make sure that it is "
         "right"
     )
 

@@ -11,10 +11,13 @@ import numpy as np
 import numpy.typing as npt
 from scipy.optimize import minimize_scalar
 
-from cdp_ident.trial.balance import Motion
+from cdp_ident.trial.balance import Motion, motion_on_grid
+from cdp_ident.trial.joints import model_angles
 from cdp_ident.trial.lumped import Lumped
 from cdp_ident.trial.meaning import balance_of
 from cdp_ident.trial.options import TrialOptions
+from cdp_ident.trial.scales import Scales
+from cdp_ident.trial.zero_input import moving_windows
 
 Mask = npt.NDArray[np.bool_]
 Joints = tuple[str, ...]
@@ -37,6 +40,10 @@ _BESIDE = 0.1
 """Weight of the residual's spread beside the share that noise does not explain."""
 _ENOUGH = 1500
 """Windows: of more, only some are taken, for neighbours overlap."""
+_FAR_LESS = 0.1
+"""A likely factor is taken where it leaves less than this share of what is left without it, ..."""
+_EXPLAINED = 0.003
+"""... and no more than this."""
 _WITHIN = 3e-4
 """Accuracy of the logarithm."""
 
@@ -75,29 +82,61 @@ def scaled(options: TrialOptions, joints: Joints, logarithm: float) -> TrialOpti
 
 
 def best_scale(
-    motions: Sequence[Motion], moving: Sequence[Mask], options: TrialOptions
+    motions: Sequence[Motion], moving: Sequence[Mask], options: TrialOptions, *, any_factor: bool, from_zero: bool
 ) -> tuple[TrialOptions, Lumped] | None:
     """Return the meaning of the angles with the factor with which forces balance best.
 
-    None where none is possible, or the best one is so near to one that something else may act like it.
+    A likely factor is taken where it leaves next to nothing. None where no factor is possible, or the best one
+    is so near to one that something else may act like it.
 
     Args:
         motions: of the recorded joints.
         moving: of each motion, the windows that show one.
         options: what the angles are taken to mean.
+        any_factor: whether others than likely factors are tried, too.
+        from_zero: whether readings that are right at zero are tried, too (`scale_from`).
     """
     apart = max(1, sum(np.count_nonzero(mask) for mask in moving) // _ENOUGH)
     some = [mask & (np.arange(len(mask)) % apart == 0) for mask in moving]
 
-    def lumped(joints: Joints, logarithm: float, moving: Sequence[Mask] = some) -> Lumped | None:
-        found = balance_of(motions, moving, scaled(options, joints, logarithm))
+    def lumped(meaning: TrialOptions, moving: Sequence[Mask] = some) -> Lumped | None:
+        found = balance_of(motions, moving, meaning)
         return found.lumped if found and found.lumped.is_mechanism and found.lumped.has_certain_signs else None
 
-    def misfit(joints: Joints, logarithm: float) -> float:
-        found = lumped(joints, logarithm)
-        # The spread decides between factors that leave nothing but noise.
-        return np.inf if found is None else found.unexplained + _BESIDE * found.spread
+    def left(meaning: TrialOptions) -> float:
+        return _left(lumped(meaning))
 
-    _, joints, logarithm = least_misfit(misfit)
-    found = lumped(joints, logarithm, moving) if abs(logarithm) > _NEAREST else None
-    return None if found is None else (scaled(options, joints, logarithm), found)
+    def least(base: TrialOptions) -> tuple[float, Joints, float]:
+        return least_misfit(lambda joints, logarithm: left(scaled(base, joints, logarithm)))
+
+    given = balance_of(motions, some, options)
+    most = min(_FAR_LESS * _left(given.lumped if given else None), _EXPLAINED)
+    bases = [options, replace(options, scale_from="zero")] if from_zero else [options]
+    factors = np.log(_LIKELY)
+    likely = [scaled(base, joints, factor) for base in bases for joints in _TOGETHER for factor in factors]
+    if explaining := [other for other in likely if left(other) < most]:
+        best = min(explaining, key=lambda other: _left(_with_own_scales(motions, other)))
+    elif any_factor:
+        (_, joints, logarithm), base = min(((least(base), base) for base in bases), key=lambda found: found[0][0])
+        if abs(logarithm) <= _NEAREST:
+            return None
+        best = scaled(base, joints, logarithm)
+    else:
+        return None
+    lumped_best = lumped(best, moving)
+    return None if lumped_best is None else (best, lumped_best)
+
+
+def _left(lumped: Lumped | None) -> float:
+    # The spread decides between factors that leave nothing but noise.
+    return np.inf if lumped is None else lumped.unexplained + _BESIDE * lumped.spread
+
+
+def _with_own_scales(motions: Sequence[Motion], meaning: TrialOptions) -> Lumped | None:
+    """Return what balances under a meaning with the scales of the motion that it makes, which noise hides less."""
+    again = []
+    for motion in motions:
+        scales = Scales.of(motion.time - motion.time[0], model_angles(motion.angles, meaning))
+        again.append(motion_on_grid(motion.time, motion.angles, motion.cart, scales))
+    found = balance_of(again, [moving_windows(motion, meaning) for motion in again], meaning)
+    return found.lumped if found else None

@@ -6,9 +6,9 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.errors import TrialError
-from cdp_ident.trial.balance import WINDOW, Motion, motion_on_grid
+from cdp_ident.trial.balance import WINDOW, Motion
 from cdp_ident.trial.balance import joined as joined_windows
-from cdp_ident.trial.cleaning import Piece, clean, cut_at_gaps
+from cdp_ident.trial.cleaning import Piece, clean
 from cdp_ident.trial.conventions import check_conventions
 from cdp_ident.trial.joints import Samples, model_angles
 from cdp_ident.trial.lumped import gravity_direction
@@ -16,15 +16,15 @@ from cdp_ident.trial.meaning import Balance, balance_of
 from cdp_ident.trial.options import TrialOptions
 from cdp_ident.trial.other_motions import driven
 from cdp_ident.trial.outliers import outlier_words
-from cdp_ident.trial.scales import PER_UNIT, Scales
+from cdp_ident.trial.recorded_motion import recorded_motion
+from cdp_ident.trial.scales import PER_UNIT
 from cdp_ident.trial.trial import Trial, joined
+from cdp_ident.trial.units import degrees_found
 from cdp_ident.trial.wording import KEYS, Wording
-from cdp_ident.trial.zero_input import Part, choose_parts, covering, find_parts, moving_windows
+from cdp_ident.trial.zero_input import Part, choose_parts, covering, find_parts
 
 Mask = npt.NDArray[np.bool_]
 
-_FEWEST_SAMPLES = 4
-"""Samples in one unit of the motion's time scale below which its velocities cannot be estimated."""
 _HANGING = 0.1
 """Share of the largest angle from hanging up to which rods hang still that stay below it for half a unit of time."""
 
@@ -52,12 +52,16 @@ def find_trial(samples: Samples, options: TrialOptions, wording: Wording = KEYS)
         TrialError: the data contradict the conventions, there is no motion long enough, or a hand led the rods up and
             they swing too shortly to tell it from free motion.
     """
-    pieces, motions, moving, notes = _motions(samples, options, wording)
+    in_degrees = degrees_found(samples, options) if wording is KEYS else ""
+    if in_degrees and options.conventions == "refuse":
+        raise TrialError(f"{in_degrees}; {wording.insist}")
+    pieces, motions, moving, notes = recorded_motion(samples, options, wording)
     by_motors = _driven(samples, motions, moving, options)
     moving = tuple(
         mask & ~covering(flags, WINDOW) if len(mask) else mask for mask, flags in zip(moving, by_motors, strict=True)
     )
     balance, warnings = check_conventions(motions, moving, options, wording)
+    warnings = [in_degrees, *warnings] if in_degrees else warnings
     parts, impulses = find_parts(motions, balance, by_motors, options)
     taken, cuts = choose_parts(parts, options.shortest or motions[0].scales.shortest)
     if balance is None and _begins_hanging(motions[taken[0].motion], options):
@@ -106,47 +110,14 @@ def _stretch(piece: Piece, part: Part, options: TrialOptions) -> Trial:
     )
 
 
-def _motions(
-    samples: Samples, options: TrialOptions, wording: Wording = KEYS
-) -> tuple[list[Piece], tuple[Motion, ...], tuple[Mask, ...], list[str]]:
-    """Return the pieces that are long enough, the motion of each, which windows show it, and what was dropped."""
-    cleaned = clean(samples, options.start, options.stop)
-    if not len(cleaned.time):
-        raise TrialError(
-            f"no sample lies between {wording.name('start')} {options.start} s and {wording.name('stop')} "
-            f"{options.stop} s: the recording has {clean(samples).time[-1]:.2f} s"
-        )
-    taken, time = cleaned.measurements, cleaned.time[~cleaned.outlier]
-    scales = Scales.of(time - time[0], model_angles(taken.angles, options))
-    longest_gap, shortest = options.longest_gap or scales.longest_gap, options.shortest or scales.shortest
-    pieces, gaps = cut_at_gaps(cleaned, longest_gap)
-    notes = [*cleaned.notes, *gaps]
-    pieces = [piece for piece in pieces if _is_long_enough(piece, shortest, scales)]
-    if not pieces:
-        length = time[-1] - time[0]
-        rules = f"at least {_FEWEST_SAMPLES / scales.unit:.0f} samples a second and no gap over {longest_gap:.3g} s"
-        raise TrialError(
-            f"{len(taken.stamps)} samples over {length:.2f} s hold no stretch of {shortest:.3g} s with {rules}; "
-            f"{'; '.join(notes) or 'the recording is too short'}"
-        )
-    motions = tuple(motion_on_grid(piece.time, piece.angles, piece.cart, scales) for piece in pieces)
-    return pieces, motions, tuple(moving_windows(motion, options) for motion in motions), notes
-
-
 def rough_balance(samples: Samples, options: TrialOptions) -> Balance | None:
     """Return the balance of forces under one meaning of the angles, whatever it says; None with too little motion."""
-    _, motions, moving, _ = _motions(samples, options)
+    _, motions, moving, _ = recorded_motion(samples, options)
     return balance_of(motions, moving, options)
 
 
 def rough_gravity(samples: Samples, options: TrialOptions) -> float | None:
     """Return gravity's direction by the motion (`gravity_direction`) [rad]; None with too little motion."""
-    _, motions, moving, _ = _motions(samples, options)
+    _, motions, moving, _ = recorded_motion(samples, options)
     balance = balance_of(motions, moving, options)
     return gravity_direction(joined_windows(list(balance.windows)), np.concatenate(moving)) if balance else None
-
-
-def _is_long_enough(piece: Piece, shortest: float, scales: Scales) -> bool:
-    duration = piece.time[-1] - piece.time[0]
-    enough = max(6.0, _FEWEST_SAMPLES * duration / scales.unit)
-    return bool(duration >= shortest and len(piece.time) >= enough)

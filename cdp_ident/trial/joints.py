@@ -7,8 +7,12 @@ import numpy.typing as npt
 
 from cdp_ident.bag.joint_recording import JointRecording
 from cdp_ident.errors import TrialError
+from cdp_ident.trial.common_time import at_common_times
 from cdp_ident.trial.options import TrialOptions
+from cdp_ident.trial.order import elapsed, in_order
 from cdp_ident.trial.outliers import outlier_words, outliers
+from cdp_ident.trial.publishers import alternates, still_publisher
+from cdp_ident.trial.readings import continuous, new_readings
 
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
@@ -25,7 +29,7 @@ class Samples:
     stamps: Indices
     """(n,) time of each sample [ns since the epoch]."""
     angles: Array
-    """(n, 2) positions of the inner and outer joint [rad]."""
+    """(n, 2) positions of the inner and outer joint, in the unit of each."""
     cart: Array | None
     """(n,) position of the cart [m]."""
     torques: Array | None = None
@@ -38,68 +42,100 @@ class Samples:
 
 
 def select_joints(recording: JointRecording, options: TrialOptions) -> tuple[Samples, list[str]]:
-    """Pick the joints that the options name; samples without a usable number are dropped.
+    """Pick the joints that the options name, at common times and in the order of time.
 
-    Returns the samples and what there is to say about them. Raises TrialError where a joint is missing.
+    Samples without a usable number, repetitions of a reading in motion, and a second publisher that never moves are
+    left out. Returns the samples and what there is to say about them. Raises TrialError where a joint is missing, or
+    samples alternate between two motions.
     """
-    notes = []
     wanted = [options.inner_joint, options.outer_joint]
     if missing := [joint for joint in wanted if joint not in recording.joints]:
         there = ", ".join(recording.joints) or "no joint at all"
         raise TrialError(
-            f"{recording.name}: topic {recording.topic} has no joint {' and no joint '.join(missing)}; it has {there}: "
+            f"topic {recording.topic} has no joint {' and no joint '.join(missing)}; it has {there}: "
             "name the joints by inner_joint and outer_joint"
         )
-    angles = recording.positions[:, [recording.joints.index(joint) for joint in wanted]]
-    usable = np.all(_usable(angles), axis=1)
-    if dropped := int(np.count_nonzero(~usable)):
-        notes.append(f"{dropped} of {len(usable)} samples have no usable number for both rods and are dropped")
-    if not np.any(usable):
+    order, notes = in_order(recording.stamps)
+    stamps, positions = recording.stamps[order], recording.positions[order]
+    time = elapsed(stamps)
+    readings = positions[:, [recording.joints.index(joint) for joint in wanted]]
+    known = _usable(readings)
+    both = np.flatnonzero(known.all(axis=1))
+    lacking = len(known) - len(both)
+    of_another, note = still_publisher(readings[both])
+    known[both[of_another]] = False
+    notes += [note] if note else []
+    for joint, column, has, angle in zip(wanted, readings.T, known.T, _hanging(options), strict=True):
+        new, repeated = new_readings(column[has])
+        column[has], wrapped = continuous(column[has], angle)
+        has[has] = new
+        notes += [f"readings of {joint} {what}" for what in (repeated, wrapped) if what]
+    rows, angles, note = at_common_times(time, readings, known)
+    notes += [note] if note else []
+    if lacking and not note:
+        notes.append(f"{lacking} of {len(known)} samples have no usable number for both rods and are dropped")
+    if not len(rows):
+        raise TrialError(f"no message on {recording.topic} has a usable number for both {' and '.join(wanted)}")
+    if alternates(angles):
         raise TrialError(
-            f"{recording.name}: no message on {recording.topic} has a usable number for both {' and '.join(wanted)}"
+            f"samples on {recording.topic} alternate between two motions (two publishers, two rigs?): "
+            "record one of them, or give each a topic of its own"
         )
     cart = None
     if options.cart_joint in recording.joints:
-        position = recording.positions[:, recording.joints.index(options.cart_joint)]
-        known = _usable(position)
-        if np.any(known):
+        position = positions[:, recording.joints.index(options.cart_joint)]
+        has = _usable(position)
+        if np.any(has):
             # A cart published in messages of its own is taken at the times of the rods' samples.
-            stamps, first = np.unique(recording.stamps[known], return_index=True)
-            times = (stamps - recording.stamps[usable][0]) * 1e-9
-            position = position[known][first]
+            times, first = np.unique(time[has], return_index=True)
+            position = position[has][first]
             outlying = outliers(times, position)
             if np.any(outlying):
-                notes.append(f"of the cart's position {outlier_words(times[outlying], np.count_nonzero(~outlying))}")
-            cart = np.interp(
-                (recording.stamps[usable] - recording.stamps[usable][0]) * 1e-9, times[~outlying], position[~outlying]
-            )
+                notes.append(
+                    f"of the cart's position {outlier_words(times[outlying].tolist(), np.count_nonzero(~outlying))}"
+                )
+            cart = np.interp(time[rows], times[~outlying], position[~outlying])
     elif options.cart_joint:
         notes.append(f"there is no joint {options.cart_joint}: the cart is taken to be at rest")
-    return Samples(recording.stamps[usable], angles[usable], cart, _torques(recording, wanted, usable)), notes
+    efforts = None if recording.efforts is None else recording.efforts[order][rows]
+    return Samples(stamps[rows], angles, cart, _torques(recording, efforts, wanted)), notes
 
 
-def _torques(recording: JointRecording, joints: list[str], usable: Mask) -> Array | None:
+def _torques(recording: JointRecording, efforts: Array | None, joints: list[str]) -> Array | None:
     """Return the efforts of two joints where any is known and not zero."""
-    if recording.efforts is None:
+    if efforts is None:
         return None
-    efforts = recording.efforts[:, [recording.joints.index(joint) for joint in joints]][usable]
-    efforts = np.where(_usable(efforts), efforts, 0.0)
-    return efforts if np.any(efforts) else None
+    torques = efforts[:, [recording.joints.index(joint) for joint in joints]]
+    torques = np.where(_usable(torques), torques, 0.0)
+    return torques if np.any(torques) else None
+
+
+def in_radians(readings: Array, options: TrialOptions) -> Array:
+    """Return readings of the inner and outer joint (n, 2) in radians."""
+    units = np.array([np.pi / 180 if unit == "degrees" else 1.0 for unit in (options.inner_unit, options.outer_unit)])
+    return np.asarray(readings * units)
 
 
 def model_angles(angles: Array, options: TrialOptions) -> Array:
     """Return theta1, theta2 (n, 2) [rad] of the continuous angles of the inner and outer joint (n, 2) [rad]."""
     offset = np.pi if options.zero == "hanging" else 0.0
+    right_at = np.pi if options.scale_from == "hanging" else offset
 
     def absolute(joint: Array, sign: int, scale: float) -> Array:
-        # Where the rods hang, encoders are right whatever their scale is.
         reading = sign * joint + offset
-        return np.asarray(reading + (1.0 / scale - 1.0) * (reading - np.pi))
+        return np.asarray(reading + (1.0 / scale - 1.0) * (reading - right_at))
 
     theta1 = absolute(angles[:, 0], options.inner_sign, options.inner_scale)
     if options.outer_angle == "absolute":
         return np.column_stack([theta1, absolute(angles[:, 1], options.outer_sign, options.outer_scale)])
     return np.column_stack([theta1, theta1 + options.outer_sign * angles[:, 1] / options.outer_scale])
+
+
+def _hanging(options: TrialOptions) -> tuple[float, float]:
+    """Return the angles of the inner and outer joint where the rods hang [rad]."""
+    absolute = np.pi if options.zero == "upright" else 0.0
+    outer = absolute if options.outer_angle == "absolute" else 0.0
+    return options.inner_sign * absolute, options.outer_sign * outer
 
 
 def _usable(values: Array) -> Mask:

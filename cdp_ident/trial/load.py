@@ -29,13 +29,13 @@ def load_trial(bag: Path, options: TrialOptions | None = None) -> Trial:
             weights in the bag's metadata are not possible.
     """
     options = options or TrialOptions()
-    recording, clock, clock_notes = in_device_time(read_joint_states(bag, options.topic))
+    recording, clock, clock_notes = in_device_time(read_joint_states(bag, options.topic, options.time))
     try:
         samples, notes = select_joints(recording, options)
         trial = find_trial(samples, options).trial
     except TrialError as error:
-        there = f"; joints: {shown(', '.join(recording.joints))}" if isinstance(error, OtherMotionError) else ""
-        raise TrialError(f"{bag}: {error}{there}") from error
+        there = [f"joints: {shown(', '.join(recording.joints))}"] if isinstance(error, OtherMotionError) else []
+        raise TrialError("; ".join([f"{shown(bag)}: {error}", *there, *recording.notes])) from error
     weights, weight_notes = recorded_weights(bag)
     notes = [*recording.notes, *weight_notes, *clock_notes, *notes, *trial.notes]
     return replace(trial, name=recording.name, notes=tuple(notes), clock=clock, weights=weights)

@@ -4,10 +4,13 @@ import math
 from dataclasses import dataclass
 from typing import Literal, get_args
 
+from cdp_ident.bag.sample_times import Time
 from cdp_ident.errors import OptionError
 
 OuterAngle = Literal["relative", "absolute"]
 Zero = Literal["upright", "hanging"]
+Unit = Literal["radians", "degrees"]
+ScaleFrom = Literal["hanging", "zero"]
 Conventions = Literal["refuse", "warn"]
 
 
@@ -20,6 +23,8 @@ class TrialOptions:
 
     topic: str = "joint_states"
     """Topic of the sensor_msgs/JointState messages; without a leading `/`, one in a namespace will do."""
+    time: Time = "auto"
+    """What tells when samples were measured; auto: the stamps, or receipt where stamps are missing or useless."""
     inner_joint: str = "inner_joint"
     """Name of the joint between cart and inner rod."""
     outer_joint: str = "outer_joint"
@@ -34,10 +39,16 @@ class TrialOptions:
     """1 if the inner joint counts positive towards the cart's +x, -1 if the other way."""
     outer_sign: int = 1
     """1 if the outer joint counts positive towards the cart's +x, -1 if the other way."""
+    inner_unit: Unit = "radians"
+    """Unit of the inner joint's readings."""
+    outer_unit: Unit = "radians"
+    """Unit of the outer joint's readings."""
     inner_scale: float = 1.0
     """What the inner joint's readings are over the angle that it turns by, where its counts per turn are wrong [1]."""
     outer_scale: float = 1.0
     """What the outer joint's readings are over the angle that it turns by, where its counts per turn are wrong [1]."""
+    scale_from: ScaleFrom = "hanging"
+    """Where absolute readings with a scale are right: where the rods hang, or where they are zero."""
     cart_sign: int = 1
     """1 if the cart's joint counts positive towards +x, -1 if the other way."""
     start: float = 0.0
@@ -58,7 +69,8 @@ class TrialOptions:
     """What to do where the data contradict zero, outer_angle or the signs: refuse the bag, or only warn."""
 
     def __post_init__(self) -> None:
-        for name, kind in (("outer_angle", OuterAngle), ("zero", Zero), ("conventions", Conventions)):
+        choices = {"time": Time, "outer_angle": OuterAngle, "zero": Zero, "inner_unit": Unit, "outer_unit": Unit}
+        for name, kind in (choices | {"scale_from": ScaleFrom, "conventions": Conventions}).items():
             if getattr(self, name) not in get_args(kind):
                 raise OptionError(f"{name} is {getattr(self, name)!r}: expected one of {', '.join(get_args(kind))}")
         for name in ("inner_sign", "outer_sign", "cart_sign"):

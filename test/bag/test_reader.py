@@ -160,6 +160,47 @@ def test_messages_that_are_no_joint_states_are_dropped_and_counted(tmp_path):
     assert f"{len(bad)} messages" in recording.notes[0]
 
 
+@pytest.mark.parametrize(
+    ("raw", "cause"),
+    [
+        (serialize_joint_state((), (), START), "name no joint"),
+        (
+            b"\0\7" + serialize_joint_state(NAMES, (1.0, 2.0), START)[2:],
+            "are XCDR2 or parameter lists: expected plain CDR",
+        ),
+        (serialize_joint_state(NAMES, (1.0, 2.0), START)[:50], "have a text that is longer than the message"),
+    ],
+    ids=["no names", "XCDR2", "cut"],
+)
+def test_where_no_message_can_be_used_the_error_says_why(tmp_path, raw, cause):
+    with BagWriter(tmp_path / "swing") as writer:
+        for _ in range(7):
+            writer.write("/joint_states", MESSAGE_TYPE, START, raw)
+    with pytest.raises(BagError, match=f"no message on /joint_states .* 7 messages are dropped: 7 ({cause})"):
+        read_joint_states(tmp_path / "swing", "joint_states")
+
+
+def test_a_topic_without_a_message_is_answered_with_those_that_have_some(tmp_path):
+    with BagWriter(tmp_path / "swing") as writer:
+        writer.add_topic("/joint_states", MESSAGE_TYPE)
+        writer.write("/rig1/joint_states", MESSAGE_TYPE, START, serialize_joint_state(NAMES, (1.0, 2.0), START))
+    with pytest.raises(BagError, match=r"no message on /joint_states .*; joint states are on /rig1/joint_states: name"):
+        read_joint_states(tmp_path / "swing", "joint_states")
+
+
+def test_paths_that_lead_nowhere_are_the_reader_s_own_errors(tmp_path):
+    (tmp_path / "loop").symlink_to(tmp_path / "loop")
+    (tmp_path / "bag").mkdir()
+    (tmp_path / "bag" / "a_0.mcap").symlink_to(tmp_path / "nowhere")
+    foreign = Path(os.fsdecode(os.fsencode(tmp_path) + b"/\xff\x1b.db3"))
+    foreign.write_bytes(b"SQLite format 3\0")
+    for path in (tmp_path / "loop", tmp_path / "bag", foreign, Path("y" * 5000), Path("/x" * 2500), Path("a\0b")):
+        with pytest.raises(BagError) as refused:
+            read_joint_states(path, "joint_states")
+        assert len(str(refused.value)) <= 1000
+        assert str(refused.value).isprintable()
+
+
 def test_what_rclpy_serialises_is_read(tmp_path):
     # It leaves stray bytes behind an empty last array, which readers of whole messages refuse.
     serialization = pytest.importorskip("rclpy.serialization")
@@ -188,6 +229,11 @@ def test_positions_are_found_wherever_names_put_them(joints, frame, order):
     layout = parse_layout(raw)
     assert layout.names == tuple(message.name)
     assert layout.positions.unpack_from(raw, layout.offset) == tuple(message.position)
+
+
+def test_a_pattern_that_the_shell_found_nothing_for_is_told_as_one(tmp_path):
+    with pytest.raises(BagError, match=r"there is no bag in .* that is called \*$"):
+        read_joint_states(tmp_path / "*", "joint_states")
 
 
 def test_a_missing_bag_is_named(tmp_path):

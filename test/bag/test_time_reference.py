@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cdp_ident.bag.time_reference import parse_time_reference
+from cdp_ident.bag.time_reference import parse_time_reference, serialize_time_reference
 from scenarios.device_messages import time_reference
 
 
@@ -14,6 +14,12 @@ from scenarios.device_messages import time_reference
 def test_stamp_time_and_source_are_read_whatever_stands_between(frame):
     raw = time_reference(1_700_000_000_123_456_789, 42_000_000_007, "a device", frame)
     assert parse_time_reference(raw) == (1_700_000_000_123_456_789, 42_000_000_007, "a device")
+
+
+@pytest.mark.parametrize("source", ["", "abc", "rig 1 on /dev/ttyACM0"])
+def test_the_bytes_are_those_of_another_writer_up_to_zeros_at_the_end(source):
+    raw = serialize_time_reference(1_700_000_000_123_456_789, 42_000_000_007, source)
+    assert raw.rstrip(b"\0") == time_reference(1_700_000_000_123_456_789, 42_000_000_007, source).rstrip(b"\0")
 
 
 @given(raw=st.binary(max_size=80))

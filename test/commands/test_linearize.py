@@ -7,7 +7,8 @@ from scipy.signal import StateSpace
 from cdp_ident.commands.linearize import main
 from cdp_ident.configuration.fitted_model import read_fitted_model
 from cdp_ident.configuration.parameter_file import parameter_file
-from cdp_ident.model.linear import EQUILIBRIA, linearize
+from cdp_ident.model.equilibria import EQUILIBRIA
+from cdp_ident.model.linear import linearize
 from cdp_ident.model.parameters import NOMINAL
 
 EFFECTS = {

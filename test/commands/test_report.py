@@ -3,6 +3,7 @@
 import json
 import shutil
 
+import numpy as np
 import pytest
 
 from cdp_ident.commands.report import main
@@ -31,7 +32,8 @@ def test_drawn_again_of_numbers_and_curves_it_is_the_same_to_the_byte_and_old_fi
 ):
     (folder / FIGURES).mkdir()
     (folder / FIGURES / "effect_9_cogging_torque_inner.svg").write_text("of an earlier run")
-    (folder / FIGURES / "notes.txt").write_text("mine")
+    (folder / TEXT).write_text(f"![Torque]({FIGURES}/effect_9_cogging_torque_inner.svg)")
+    (folder / FIGURES / "of_my_thesis.png").write_text("mine")
     assert main([str(folder), *options]) == 0
     assert str(folder / PAGE) in capsys.readouterr().out
     assert {path.name for path in folder.iterdir()} == {REPORT, CURVES, PAGE, TEXT, FIGURES}
@@ -41,7 +43,18 @@ def test_drawn_again_of_numbers_and_curves_it_is_the_same_to_the_byte_and_old_fi
     # The text links to figures where there are any.
     assert (f"]({FIGURES}/" in (folder / TEXT).read_text()) == bool(options)
     assert not (folder / FIGURES / "effect_9_cogging_torque_inner.svg").exists()
-    assert (folder / FIGURES / "notes.txt").exists()
+    assert (folder / FIGURES / "of_my_thesis.png").exists()
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, 1e308])
+def test_curves_without_a_usable_number_are_drawn_as_far_as_they_go(folder, value):
+    with np.load(folder / CURVES) as curves:
+        arrays = dict(curves)
+    for name, array in arrays.items():
+        if array.dtype.kind == "f" and not name.endswith(".time"):
+            arrays[name] = np.full(array.shape, value)
+    np.savez(folder / CURVES, **arrays)
+    assert main([str(folder), "--figures"]) == 0
 
 
 def test_a_folder_that_is_not_there_is_one_line(tmp_path, capsys):

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from cdp_ident.commands.survey import main
-from cdp_ident.report.folder import REPORT
+from cdp_ident.report.folder import REPORT, alone_in
 from cdp_ident.survey.identification import RECORD
 from scenarios.fleet import NOON, write_fleet
 
@@ -133,6 +133,15 @@ def test_bad_input_is_one_line(arguments, words, tmp_path, monkeypatch, capsys):
     assert error.startswith("survey: error: ")
     assert words in error
     assert error.count("\n") == 1
+
+
+def test_a_second_survey_into_the_folder_of_one_that_runs_is_refused(fleet, tmp_path, capsys):
+    place = tmp_path / "pieces"
+    place.mkdir()
+    with alone_in(place):
+        assert main([str(fleet / "trials"), "--workers", "1", "--out", str(tmp_path)]) == 2
+    assert f"another survey writes into {place}: " in capsys.readouterr().err
+    assert not list(place.iterdir())
 
 
 def test_without_distributed_a_scheduler_is_refused_in_one_line(fleet, tmp_path, monkeypatch, capsys):

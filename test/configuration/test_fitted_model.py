@@ -52,6 +52,11 @@ def test_groups_win_over_the_physical_values_that_they_may_not_belong_to():
     assert model.coefficients.tolist() == [*GIVEN_GROUPS.values(), NOMINAL["L"], NOMINAL["g"]]
 
 
+def test_dry_friction_is_told_in_physical_units_for_simulators():
+    model = model_of({"effects.coulomb_friction.outer.torque": 0.0018, "effects.air_drag.outer.coefficient": 0.01})
+    assert (model.dry_friction("inner"), model.dry_friction("outer")) == (0.0, pytest.approx(0.0018, rel=1e-12))
+
+
 def test_an_effect_of_one_s_own_comes_with_its_definition():
     strength = {"unit": "N m", "limits": [0, 1], "typical": 0.1}
     spring = {"joint": "inner", "torque": "-k*angle^3", "parameters": {"k": strength}}

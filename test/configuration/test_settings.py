@@ -106,7 +106,7 @@ def test_a_whole_number_may_stand_for_a_real_one_and_a_number_in_text_too():
         ({"seed": 1.5}, "seed is 1.5: expected a whole number"),
         ({"seed": -1}, "seed is -1; it must be 0 or more"),
         ({"seed": 10**30}, "not believed"),
-        ({"length_free": 1}, "expected true or false"),
+        ({"named_effects_only": 1}, "expected true or false"),
         ({"trial.topic": 3}, "expected text"),
         ({"method": "sga"}, "expected one of '', 'iga', 'tga'"),
         ({"trial.zero": "down"}, "trial.zero is 'down': expected one of 'upright', 'hanging'"),

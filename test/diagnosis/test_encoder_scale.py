@@ -40,14 +40,14 @@ def found_in(trials, of):
 @pytest.mark.parametrize(
     ("inner", "outer", "settings"),
     [
-        pytest.param(0.5, 1.0, "trial.inner_scale: 0.5", marks=pytest.mark.campaign),
-        (2.0, 2.0, "trial.inner_scale: 2 and trial.outer_scale: 2"),
+        pytest.param(0.5, 1.0, "trial: {inner_scale: 0.5}", marks=pytest.mark.campaign),
+        (2.0, 2.0, "trial: {inner_scale: 2, outer_scale: 2}"),
     ],
 )
 def test_a_wrong_setting_is_named_as_the_cause_of_the_failure(inner, outer, settings):
     found = found_in(read_with(inner, outer, made()), made())
     assert found.factor == pytest.approx(max((inner, outer), key=lambda f: abs(np.log(f))), rel=2e-3)
-    assert settings[:-1] in found.failure
+    assert settings[:-2] in found.failure
     assert "Check the counts per turn" in found.failure
 
 

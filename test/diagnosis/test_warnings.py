@@ -55,9 +55,19 @@ def test_an_interrupted_search_is_named_first():
     assert "(interrupted)" in find_warnings(found)[0].message
 
 
-def test_a_wrong_length_shows_as_error_above_the_noise_and_windows_that_do_not_join():
+def test_a_wrong_length_shows_as_error_above_the_noise():
+    found = identify(trials(), [], IdentifyOptions(prior=Prior(nominal={"L": 0.42}), length_std=0.0))
+    assert {"length_off", "error_above_noise"} <= set(names(found))
+
+
+def test_a_length_or_gravity_that_motion_contradicts_is_told_with_the_right_one():
     found = identify(trials(), [], IdentifyOptions(prior=Prior(nominal={"L": 0.42})))
-    assert {"error_above_noise", "windows_do_not_join"} <= set(names(found))
+    warning = of_name(found, "constant_off")
+    assert warning.about == ("L",)
+    assert warning.message.startswith("by the motion L is 0.4")
+    assert found.fit.values[-1] == pytest.approx(0.4, rel=1e-3)
+    options = IdentifyOptions(prior=Prior(nominal={"g": 9.3}), length_std=0.0, gravity_std=0.002)
+    assert of_name(identify(trials(), [], options), "constant_off").about == ("g",)
 
 
 def test_a_disturbance_is_found_in_its_window():
@@ -112,7 +122,7 @@ def test_a_value_at_or_beyond_its_limits_is_named(share, name):
 
 def test_a_friction_of_zero_is_named_once():
     found = clean()
-    fit = replace(found.fit, values=found.fit.values * [1, 1, 1, 1, 0])
+    fit = replace(found.fit, values=found.fit.values * [1, 1, 1, 1, 0, 1])
     values = found.physical.values.copy()
     values[-1] = 0.0
     found = replace(found, estimate=replace(found.estimate, fit=fit), physical=replace(found.physical, values=values))

@@ -22,9 +22,9 @@ MEASURED = ((), ("m2",), ("l2",), ("m0", "l2"), ("m1", "m2", "m0"), ("m1", "m2",
 PLACES = {"none": (), "on the inner rod": (INNER,), "on the outer rod": (OUTER,), "on both": (INNER, OUTER)}
 FITTED = {
     "": {},
-    "L": {"length_free": True},
-    "g": {"gravity_free": True},
-    "L and g": {"length_free": True, "gravity_free": True},
+    "L": {"length_std": np.inf},
+    "g": {"gravity_std": np.inf},
+    "L and g": {"length_std": np.inf, "gravity_std": np.inf},
 }
 
 

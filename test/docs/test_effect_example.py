@@ -55,7 +55,8 @@ def test_it_can_be_given_in_a_file_and_moves_a_pendulum(copy: Path) -> None:
     program = """
 from cdp_ident.configuration.fitted_model import fitted_model
 from cdp_ident.model.parameters import NOMINAL
-from cdp_ident.model.linear import EQUILIBRIA, linearize
+from cdp_ident.model.equilibria import EQUILIBRIA
+from cdp_ident.model.linear import linearize
 model = fitted_model({**NOMINAL, "effects.hardening_spring.outer.stiffness": 0.5}, "the example")
 (active,) = model.motion.effects
 print(active.effect.key, active.effect.description)

@@ -16,7 +16,7 @@ MODEL = ModelUnknowns(Mechanism.of(Prior()))
 
 
 def test_unknowns_are_named_in_the_order_of_their_values():
-    model = replace(MODEL, length_free=True)
+    model = replace(MODEL, length_std=np.inf)
     for key in ("joint_spring.outer", "cogging_torque.inner.3 per turn"):
         model = model.with_effect(ActiveEffect(EFFECTS[key]))
     assert model.names == (
@@ -32,7 +32,7 @@ def test_unknowns_are_named_in_the_order_of_their_values():
 
 
 def test_inertias_moments_and_frictions_may_not_be_negative():
-    lower, upper = replace(MODEL, length_free=True, gravity_free=True).limits
+    lower, upper = replace(MODEL, length_std=np.inf, gravity_std=np.inf).limits
     assert np.all(lower == 0.0)
     assert np.all(upper == np.inf)
 

@@ -120,7 +120,7 @@ def test_with_fewer_derivatives_or_none_the_readings_are_the_same():
 
 
 @pytest.mark.parametrize(
-    "free", [{"length_free": True}, {"gravity_free": True}, {"length_free": True, "gravity_free": True}]
+    "free", [{"length_std": np.inf}, {"gravity_std": np.inf}, {"length_std": np.inf, "gravity_std": np.inf}]
 )
 def test_derivatives_by_length_and_gravity_are_those_of_differences(free):
     model = replace(MODEL, **free)
@@ -200,7 +200,7 @@ def test_play_shows_in_one_encoder_and_by_half_of_the_gap_at_most(joint):
 
 
 def test_free_length_and_gravity_enter_the_coefficients():
-    model = replace(MODEL, length_free=True, gravity_free=True)
+    model = replace(MODEL, length_std=np.inf, gravity_std=np.inf)
     values = np.concatenate([TRUTH, [0.3, 9.7]])
     assert model.constants(values) == (0.3, 9.7)
     assert np.array_equal(model.coefficients(values), coefficients_of(TRUTH, 0.3, 9.7))
@@ -277,7 +277,7 @@ def test_a_base_that_swings_carries_the_weights_too():
 def test_derivatives_with_weights_are_those_of_differences(keys):
     model, values = with_effects(*keys)
     errors = tuple(error for weight in WEIGHTS for error in weight.errors)
-    free = replace(model, inertia_free=True, length_free=True, weight_errors=errors)
+    free = replace(model, inertia_free=True, length_std=np.inf, weight_errors=errors)
     values = np.concatenate([TRUTH, [0.4, 1.0 / A22], [0.2, 0.3, -0.4, 0.1], values[5:]])
     assert_derivatives_are_differences(free, values, replace(first_window(), weights=WEIGHTS))
 

@@ -63,7 +63,7 @@ def test_trials_from_different_starts_are_fitted_jointly():
 
 
 def test_a_free_length_is_found():
-    model = replace(MODEL, length_free=True)
+    model = replace(MODEL, length_std=np.inf)
     begin = np.append(NOMINAL, 0.37)
     fit = refine(model, begin, cut_into_windows([TWIN]))
     assert fit.values[-1] == pytest.approx(0.4, abs=4 * np.sqrt(covariance(fit)[-1, -1]))

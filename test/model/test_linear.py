@@ -6,7 +6,8 @@ from scipy.signal import StateSpace
 from cdp_ident.errors import OptionError
 from cdp_ident.model.acting import ActingEffects
 from cdp_ident.model.effects.catalogue import CATALOGUE
-from cdp_ident.model.linear import EQUILIBRIA, STATES, Mode, linearize, without_linear_part
+from cdp_ident.model.equilibria import EQUILIBRIA
+from cdp_ident.model.linear import STATES, Mode, linearize, without_linear_part
 from cdp_ident.model.motions import accelerations_at
 from cdp_ident.model.parameters import SYMBOLS, inertia_about_cart, physical_coefficients
 from reference import pendulum

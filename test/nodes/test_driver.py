@@ -62,6 +62,7 @@ def test_the_drivers_life_with_a_good_rig(
     # A busy computer brings samples late and then many at once.
     listener.wait_for(lambda: float(listener.value("rate [Hz]")) == pytest.approx(100, rel=0.2))
     assert "closed" not in driver.said
+    assert "no greeting" not in driver.said
 
     changed, reason = listener.set_parameter("/driver", "baud", 9600)
     assert not changed
@@ -137,14 +138,15 @@ def test_a_kilohertz_comes_through_without_loss(listener: Any, start_driver: Sta
     assert uneven(listener, 1e6) <= 0
 
 
-def test_faster_than_real_time_stamps_are_the_rigs_time(
+def test_faster_than_real_time_stamps_are_the_rigs_time_and_velocities_come_on_request(
     listener: Any, start_driver: Start, start_emulator: Start
 ) -> None:
-    start_driver("use_sim_time:=true")
+    start_driver("use_sim_time:=true", "velocity_window:=0.1")
     start_emulator("--speed", "4", rig=HANGING)
     listener.wait_for(lambda: len(listener.joint_states) > 1000)
     assert uneven(listener, PERIOD_NS) <= 0
     assert listener.count("lost") == 0
+    assert list(listener.joint_states[-1].velocity) == pytest.approx([0.0, 0.0, 0.0], abs=1e-9)
 
 
 @pytest.mark.parametrize(

@@ -15,10 +15,10 @@ Start = Callable[..., Any]
     ("arguments", "words"),
     [
         (["--rig", "nowhere.yaml"], "nowhere.yaml cannot be read"),
-        (["--flips", "2"], "not between 0 and 1"),
-        (["--speed", "0"], "not above 0"),
-        (["--seed", "-1"], "-1 is no unsigned number of 32 bits"),
-        (["--first-count", "2147483648"], "2147483648 is no signed number of 32 bits"),
+        (["--flips", "2"], "not a number from 0 to 1"),
+        (["--speed", "0"], "not a number from 0.001 to 1000"),
+        (["--seed", "-1"], "-1 is not a number from 0 to 4294967295"),
+        (["--first-count", "2147483648"], "2147483648 is not a number from -2147483648 to 2147483647"),
         ([], "is there and is no link"),
     ],
 )

@@ -156,6 +156,15 @@ def test_two_emulated_rigs_have_ports_of_their_own():
     assert len(ports) == 3
 
 
+@pytest.mark.parametrize(("speed", "simulated"), [("1", "False"), ("0.5", "True")])
+def test_all_nodes_of_the_loop_take_the_time_of_a_rig_of_another_speed(speed, simulated):
+    description = PythonLaunchDescriptionSource(path_of("loop")).get_launch_description(LaunchContext())
+    (time,) = (argument for argument in description.get_launch_arguments() if argument.name == "use_sim_time")
+    context = LaunchContext()
+    context.launch_configurations["speed"] = speed
+    assert "".join(part.perform(context) for part in time.default_value) == simulated
+
+
 def test_the_whole_loop_shows_the_model_beside_the_rig(launch, listener, tmp_path):
     needs("robot_state_publisher")
     (tmp_path / "rig.yaml").write_text(QUICK_RIG)

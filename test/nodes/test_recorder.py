@@ -15,6 +15,7 @@ import yaml
 from mcap.exceptions import EndOfFile
 from mcap.records import Channel, Message
 from mcap.stream_reader import StreamReader
+from rclpy.duration import Duration
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rosbags.highlevel import AnyReader
 from sensor_msgs.msg import JointState
@@ -172,6 +173,53 @@ def test_two_rigs_side_by_side_are_recorded_each_with_its_own_state(
         assert trial.clock is not None
         # On a busy machine, batches arrive late and the rate is known less well.
         assert abs(trial.clock.fast) < 8.0 * trial.clock.std < 1.0
+
+
+@pytest.mark.parametrize("end", ["stop", signal.SIGINT, signal.SIGTERM])
+def test_a_recorder_that_is_behind_takes_what_waits_before_it_ends(
+    listener: Any, start_recorder: Start, end: str | int
+) -> None:
+    recorder = start_recorder()
+    publisher = listener.node.create_publisher(JointState, "joint_states", 5000)
+    message = JointState(name=["inner_joint", "outer_joint"], position=[3.0, 0.0])
+    sent = 0
+
+    def publish(count: int) -> None:
+        nonlocal sent
+        for _ in range(count):
+            sent += 1
+            message.header.stamp.nanosec = 1000 * sent
+            publisher.publish(message)
+
+    def begin() -> bool:
+        publish(1)
+        time.sleep(0.1)
+        return bool(listener.call("/recorder/start")[0])
+
+    listener.wait_for(begin)
+    publish(4000)
+    if end == "stop":
+        assert listener.call("/recorder/stop")[0]
+    else:
+        assert publisher.wait_for_all_acked(Duration(seconds=30))
+        assert recorder.end(end) == 0
+    (bag,) = (Path(line.rpartition("recording ")[2]) for line in recorder.said.splitlines() if "started: " in line)
+    assert stamps(bag).tolist()[-4000:] == [1000 * (sent - back) for back in range(3999, -1, -1)]
+
+
+def test_a_recorder_that_hears_nothing_says_so_and_who_is_there(listener: Any, start_recorder: Start) -> None:
+    recorder = start_recorder("rearm:=true")
+    recorder.wait_until_it_says("armed: no joint states come on /joint_states: no node publishes them")
+    publisher = listener.node.create_publisher(JointState, "joint_states", 10)
+    message = JointState(name=["inner_joint", "outer_joint"], position=[3.0, 0.0])
+
+    def latest() -> str:
+        return next((status.message for status in listener.statuses[::-1] if status.name == "/recorder"), "")
+
+    listener.wait_for(lambda: "though /listener publishes them" in latest())
+    publisher.publish(message)
+    listener.wait_for(lambda: latest() == "armed")
+    assert recorder.said.count("no joint states come") == 1
 
 
 def test_a_best_effort_publisher_is_heard_and_what_it_offers_is_recorded(

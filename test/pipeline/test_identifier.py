@@ -3,6 +3,7 @@
 import io
 import os
 import shutil
+import signal
 import sys
 
 import pytest
@@ -11,8 +12,10 @@ from rich.console import Console
 
 from cdp_ident.commands.report import main as draw_again
 from cdp_ident.nodes.identify import main
+from cdp_ident.pipeline import identifier as module
 from cdp_ident.pipeline.identifier import Identifier, Request
 from cdp_ident.pipeline.job import run
+from cdp_ident.report.contents import report
 from cdp_ident.report.folder import CURVES, FIGURES, FITTED, PAGE, REPORT, TEXT
 from scenarios.clean_bags import write_clean_bags
 
@@ -43,6 +46,36 @@ def test_what_cannot_be_written_is_printed_all_the_same(tmp_path, capsys):
     assert values["groups.c1_over_A22"] > 0
     assert "cannot be written: Is a directory" in printed.err
     assert printed.err.splitlines()[-1].startswith("identify: error: ")
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_asked_to_end_when_the_search_is_over_it_writes_what_was_found(tmp_path, capsys, monkeypatch, number):
+    write_clean_bags(tmp_path, swing=6.0)
+
+    def interrupted(*arguments):
+        signal.raise_signal(number)
+        return report(*arguments)
+
+    monkeypatch.setattr(module, "report", interrupted)
+    monkeypatch.setattr(module, "run", lambda loaded, stop, *others: run(loaded, lambda progress: "enough"))
+    assert main(["--bag", str(tmp_path / "swing_wide"), "--out", str(tmp_path / "out"), "--once"]) == 0
+    assert {REPORT, FITTED, CURVES, PAGE} <= {path.name for path in (tmp_path / "out").iterdir()}
+
+
+def test_of_two_that_write_into_one_folder_both_results_are_kept(tmp_path, capsys, monkeypatch):
+    write_clean_bags(tmp_path, swing=6.0)
+    out = tmp_path / "out"
+
+    def meanwhile(loaded, stop, *others):
+        out.mkdir()
+        (out / REPORT).write_text("of the other one")
+        return run(loaded, lambda progress: "enough")
+
+    monkeypatch.setattr(module, "run", meanwhile)
+    assert main(["--bag", str(tmp_path / "swing_wide"), "--out", str(out), "--once"]) == 0
+    assert (out / REPORT).read_text() == "of the other one"
+    assert {REPORT, FITTED, CURVES, PAGE} <= {path.name for path in (tmp_path / "out_2").iterdir()}
+    assert f"has written into {out} meanwhile: this one goes into {out}_2" in capsys.readouterr().out
 
 
 @pytest.fixture

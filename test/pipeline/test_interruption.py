@@ -1,4 +1,4 @@
-"""Ctrl-C while a search runs."""
+"""Ctrl-C while an identification runs."""
 
 import signal
 import subprocess
@@ -18,7 +18,7 @@ def interruption():
 
 
 def test_the_first_ctrl_c_asks_the_search_to_stop_and_the_second_ends_the_program(interruption):
-    with interruption.searching():
+    with interruption.identifying():
         assert not interruption.asked
         signal.raise_signal(signal.SIGINT)
         assert interruption.asked
@@ -26,17 +26,17 @@ def test_the_first_ctrl_c_asks_the_search_to_stop_and_the_second_ends_the_progra
             signal.raise_signal(signal.SIGINT)
 
 
-def test_without_a_search_ctrl_c_ends_the_program(interruption):
+def test_where_nothing_is_identified_ctrl_c_ends_the_program(interruption):
     with pytest.raises(KeyboardInterrupt):
         signal.raise_signal(signal.SIGINT)
-    with interruption.searching():
+    with interruption.identifying():
         pass
     with pytest.raises(KeyboardInterrupt):
         signal.raise_signal(signal.SIGINT)
 
 
 def test_a_request_to_end_asks_the_search_to_stop_and_is_remembered(interruption):
-    with interruption.searching():
+    with interruption.identifying():
         signal.raise_signal(signal.SIGTERM)
         assert interruption.asked
         assert interruption.ends
@@ -48,7 +48,7 @@ import signal
 from cdp_ident.pipeline.interruption import Interruption
 interruption = Interruption()
 interruption.install()
-with interruption.searching():
+with interruption.identifying():
     signal.raise_signal(signal.SIGTERM)
     signal.raise_signal(signal.SIGTERM)
 """
@@ -56,10 +56,19 @@ with interruption.searching():
     assert (done.returncode, done.stderr) == (-signal.SIGTERM, b"")
 
 
-def test_each_search_is_asked_by_itself(interruption):
-    with interruption.searching():
+def test_a_search_is_cancelled_only_while_it_runs(interruption):
+    with interruption.identifying():
+        with interruption.searching():
+            assert interruption.cancel()
+        interruption.asked = False
+        assert not interruption.cancel()
+        assert not interruption.asked
+
+
+def test_each_identification_is_asked_by_itself(interruption):
+    with interruption.identifying():
         signal.raise_signal(signal.SIGINT)
-    with interruption.searching():
+    with interruption.identifying():
         assert not interruption.asked
 
 
@@ -68,7 +77,7 @@ def test_an_ignored_ctrl_c_stays_ignored():
     try:
         interruption = Interruption()
         interruption.install()
-        with interruption.searching():
+        with interruption.identifying():
             signal.raise_signal(signal.SIGINT)
         assert not interruption.asked
     finally:

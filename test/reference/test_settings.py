@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from reference.pendulum import SYMBOLS
-from reference.settings import COUNTS, NOMINAL_ERROR, RATES, SIZES, draw_setting
+from reference.settings import COUNTS, GRAVITY, NOMINAL_ERROR, RATES, RULER, SIZES, draw_setting
 
 SETTINGS = [draw_setting(np.random.default_rng(seed)) for seed in range(60)]
 
@@ -22,11 +22,12 @@ def test_rigs_and_encoders_vary():
     assert not all(correlated)
 
 
-def test_nominal_values_are_off_but_for_what_is_known():
+def test_nominal_values_are_off_lengths_by_what_a_ruler_is_and_g_by_what_it_varies():
     off = np.array([[setting.nominal[s] / setting.values[s] - 1.0 for s in SYMBOLS] for setting in SETTINGS])
     assert np.abs(off).max() <= NOMINAL_ERROR
     assert np.abs(off[:, :9]).max(axis=0).min() > 0.2
-    assert not off[:, 9:].any()
+    assert 0.0 < np.abs(off[:, 9] * [setting.values["L"] for setting in SETTINGS]).max() < 4.0 * RULER
+    assert 0.002 < np.abs(off[:, 10]).max() <= 9.81 / GRAVITY[0] - 1.0
 
 
 @pytest.mark.parametrize("setting", SETTINGS[:10])

@@ -120,3 +120,11 @@ def test_time_that_goes_back_begins_anew() -> None:
     fit_initial_states(shadow, *RELEASE, Wait(1.0))
     shadow.take(Position(BEGIN, 1.8, 0.0, 0.0))
     assert (shadow.phase, shadow.why) == (Phase.WAITING, "the rig's time went back")
+
+
+def test_it_stays_beside_a_rig_of_which_samples_are_missing() -> None:
+    rig, shadow = fit_initial_states(Shadow(TRUE), *RELEASE, Wait(4.0)), Shadow(TRUE)
+    gap = range(BEGIN + 3_500_000_000, BEGIN + 4_550_000_000)
+    shown = [shadow.take(one.position) for one in rig if one.position.stamp_ns not in gap]
+    assert shadow.phase is Phase.BESIDE
+    assert max(abs(error) for one in shown for _, frame in one for error in frame.error or ()) < 1e-3

@@ -77,7 +77,8 @@ def test_curves_of_another_report_are_refused(path, trials, effects):
         ("trial0.before", np.full((7, 2), "x"), "trial0.before"),
         ("trial1.window", np.zeros(7), "not int64"),
         ("torques_after.effects", np.zeros((2, 6, 2)), "torques_after.effects"),
-        ("trial0.time", np.full(7, np.nan), "not finite"),
+        ("trial0.time", np.full(7, np.nan), "has no time in it"),
+        ("trial1.time", np.full(7, 1e308), "has no time in it"),
         ("trial0.time", np.zeros(0), "trial0.time"),
         ("trial1.run_after", None, "trial1.run_after is missing"),
     ],
@@ -127,3 +128,13 @@ def test_a_zip_of_something_else_is_refused(tmp_path):
     (tmp_path / "curves.npz").write_bytes(stream.getvalue())
     with pytest.raises(ReportError, match=r"curves\.npz"):
         read_curves(tmp_path / "curves.npz", 2, 2)
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf, 1e308])
+def test_what_is_larger_than_anything_measured_is_not_a_number(path, value):
+    arrays = arrays_of(path)
+    arrays["trial0.measured"] = np.array(arrays["trial0.measured"])
+    arrays["trial0.measured"][3, 1] = value
+    np.savez(path, **arrays)
+    measured = read_curves(path, 2, 2).trials[0].measured
+    assert np.flatnonzero(np.isnan(measured)).tolist() == [7]

@@ -10,7 +10,6 @@ from types import SimpleNamespace
 import pytest
 
 from cdp_ident.errors import OptionError
-from cdp_ident.report import folder as module
 from cdp_ident.report.folder import (
     CURVES,
     FIGURES,
@@ -19,8 +18,8 @@ from cdp_ident.report.folder import (
     REPORT,
     TEXT,
     check_folder,
-    clean_folder,
     json_text,
+    state_of,
     write_files,
     write_result,
 )
@@ -70,7 +69,7 @@ def test_a_failure_half_way_leaves_the_old_report_and_nothing_else(tmp_path, mon
     def full(_descriptor):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(module.os, "fsync", full)
+    monkeypatch.setattr(os, "fsync", full)
     with pytest.raises(OptionError, match="No space left"):
         write_files(tmp_path, {REPORT: "new", FITTED: "new"})
     assert {path.name: path.read_text() for path in tmp_path.iterdir()} == {REPORT: "old", FITTED: "old"}
@@ -93,7 +92,8 @@ def test_a_disk_with_too_little_space_is_refused_before_any_work(tmp_path, monke
         check_folder(tmp_path, force=False)
 
 
-OLD = dict.fromkeys((REPORT, FITTED, CURVES, PAGE, TEXT, f"{FIGURES}/a.png"), "old")
+OLD = dict.fromkeys((REPORT, FITTED, CURVES, PAGE, f"{FIGURES}/a.png", f"{FIGURES}/a.svg"), "old")
+OLD[TEXT] = f"old ![a]({FIGURES}/a.svg)"
 
 
 @pytest.mark.parametrize("killed_at", range(9))
@@ -115,20 +115,41 @@ def test_whenever_it_is_killed_there_is_one_report_and_nothing_of_another(tmp_pa
     if child == 0:
         for name in ("unlink", "replace", "rename"):
             monkeypatch.setattr(Path, name, until_killed(getattr(Path, name)))
-        write_result(tmp_path, dict.fromkeys((REPORT, FITTED, CURVES), "new"))
+        write_result(tmp_path, dict.fromkeys((REPORT, FITTED, CURVES), "new"), state_of(tmp_path))
         os._exit(0)
     os.waitpid(child, 0)
-    there = {path.read_text() for path in tmp_path.rglob("*") if path.is_file() and path.name[0] != "."}
+    there = {path.read_text()[:3] for path in tmp_path.rglob("*") if path.is_file() and path.name[0] != "."}
     report = (tmp_path / REPORT).read_text()
     assert report in {"old", "new"}
     if report == "new":
         assert there == {"new"}
-    clean_folder(tmp_path)
+    write_files(tmp_path, {"next": ""})
     assert not list(tmp_path.rglob(".*"))
 
 
-def test_what_another_process_is_writing_is_left_alone(tmp_path):
-    mine = tmp_path / f".report.json.{os.getpid()}.unfinished"
-    mine.write_text("")
-    clean_folder(tmp_path)
-    assert mine.exists()
+def test_figures_that_the_report_does_not_link_to_stay(tmp_path):
+    write_files(tmp_path, {**OLD, f"{FIGURES}/of_my_thesis.png": "mine"})
+    write_result(tmp_path, {REPORT: "new"}, state_of(tmp_path))
+    assert [path.name for path in (tmp_path / FIGURES).iterdir()] == ["of_my_thesis.png"]
+
+
+def test_nothing_is_written_or_removed_through_a_link_in_the_figures_place(tmp_path):
+    folder, elsewhere = tmp_path / "report", tmp_path / "elsewhere"
+    write_files(folder, {REPORT: "old", TEXT: OLD[TEXT]})
+    elsewhere.mkdir()
+    (elsewhere / "a.svg").write_text("mine")
+    (folder / FIGURES).symlink_to(elsewhere)
+    with pytest.raises(OptionError, match="cannot be written: Not a directory"):
+        write_files(folder, {f"{FIGURES}/a.svg": "new"})
+    write_result(folder, {REPORT: "new"}, state_of(folder))
+    assert (elsewhere / "a.svg").read_text() == "mine"
+
+
+def test_a_report_that_another_process_wrote_meanwhile_stays_and_this_one_goes_beside_it(tmp_path):
+    folder = tmp_path / "out"
+    seen = state_of(folder)
+    assert write_result(folder, {REPORT: "first"}, seen) == folder
+    assert write_result(folder, {REPORT: "second"}, seen) == tmp_path / "out_2"
+    assert write_result(folder, {REPORT: "third"}, seen) == tmp_path / "out_3"
+    assert [(path / REPORT).read_text() for path in sorted(tmp_path.iterdir())] == ["first", "second", "third"]
+    assert write_result(folder, {REPORT: "newer"}, state_of(folder)) == folder

@@ -47,7 +47,8 @@ def test_an_effect_in_doubt_is_mentioned_with_what_it_would_change(read_content)
 
 
 def test_it_is_said_how_a_value_was_come_by(read_content):
-    assert how_determined(read_content, "L") == "given"
+    assert how_determined(read_content, "g") == "given"
+    assert how_determined(read_content, "L") == "yes"
     assert how_determined(read_content, "m1") == "no: nearest to nominal"
     read_content["after"]["physical"]["m1"]["determined"] = True
     assert how_determined(read_content, "m1") == "yes"

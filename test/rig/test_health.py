@@ -6,13 +6,21 @@ from dataclasses import replace
 import pytest
 
 from cdp_ident.rig.decoder import Counters
-from cdp_ident.rig.health import Level, PortState, assess
+from cdp_ident.rig.health import Level, assess
 from cdp_ident.rig.joints import Calibration
 from cdp_ident.rig.measurement import Totals
+from cdp_ident.rig.port import PortState
 from cdp_ident.rig.records import Hello
 
 OPEN = PortState("/dev/ttyACM0", "", 0)
-BEFORE = Totals(Counters(samples=1000), Hello(5000, 8000, 8000, "rig 1"), 1, 1000, zero="")
+BEFORE = Totals(
+    Counters(samples=1000),
+    Hello(5000, 8000, 8000, "rig 1"),
+    first_arrival_ns=10**18,
+    last_arrival_ns=10**18 + 5 * 10**9,
+    measurements=1000,
+    zero="",
+)
 NOW = replace(BEFORE, line=Counters(samples=1200))
 
 
@@ -65,6 +73,12 @@ def test_nothing_but_damaged_frames_asks_for_codec_and_baud() -> None:
     level, message = check(replace(BEFORE, line=Counters(samples=1000, malformed=70)), silence=2.0)
     assert level is Level.ERROR
     assert "codec and baud" in message
+
+
+def test_the_greeting_is_waited_for_some_seconds() -> None:
+    level, message = check(replace(NOW, hello=None, last_arrival_ns=10**18 + 10**9))
+    assert level is Level.OK
+    assert "waiting for the rig's greeting" in message
 
 
 def test_a_rig_without_greeting_and_parameters_is_an_error() -> None:

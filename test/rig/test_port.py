@@ -1,15 +1,23 @@
 """The port's reader on real pseudo-terminals."""
 
+import fcntl
 import os
+import struct
+import termios
 import time
 import tty
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from pathlib import Path
 
+import numpy as np
 import pytest
 import serial
 
 from cdp_ident.rig.port import PortReader
+
+TIOCGEXCL = 0x80045440
+"""Of Linux; Python has no name for it."""
 
 
 def wait_for(condition: Callable[[], bool]) -> None:
@@ -17,6 +25,11 @@ def wait_for(condition: Callable[[], bool]) -> None:
     while not condition():
         assert time.monotonic() < deadline, "it did not happen within 30 s"
         time.sleep(0.01)
+
+
+def is_taken(terminal: int) -> bool:
+    """Return whether a program has a terminal to itself."""
+    return bool(struct.unpack("i", fcntl.ioctl(terminal, TIOCGEXCL, bytes(4)))[0])
 
 
 class Cable:
@@ -35,15 +48,18 @@ class Cable:
 
 
 class Listener:
-    def __init__(self, pattern: str, baud: int = 115200) -> None:
+    def __init__(self, pattern: str, baud: int = 115200, reset_on_open: bool = False) -> None:
         self.data, self.said, self.opened = b"", [""], 0
-        self.reader = PortReader(pattern, baud, self.on_open, self.on_bytes, self.said.append, self.said.append)
+        self.arrivals: list[float] = []
+        said = self.said.append
+        self.reader = PortReader(pattern, baud, self.on_open, self.on_bytes, said, said, reset_on_open)
         self.reader.start()
 
     def on_open(self) -> None:
         self.opened += 1
 
     def on_bytes(self, data: bytes) -> None:
+        self.arrivals.append(time.monotonic())
         self.data += data
 
 
@@ -70,7 +86,7 @@ def test_bytes_come_through_in_order(tmp_path: Path, listen: Callable[..., Liste
         os.write(cable.device, piece)
     wait_for(lambda: len(listener.data) >= len(sent))
     assert listener.data == sent
-    assert listener.reader.port == str(cable.link)
+    assert listener.reader.port.name == str(cable.link)
 
 
 def test_a_missing_port_is_told_once_and_taken_when_it_comes(tmp_path: Path, listen: Callable[..., Listener]) -> None:
@@ -79,7 +95,7 @@ def test_a_missing_port_is_told_once_and_taken_when_it_comes(tmp_path: Path, lis
     time.sleep(0.7)  # two more attempts
     assert len(listener.said) == 2
     assert "no port matches" in listener.said[1]
-    assert listener.reader.port is None
+    assert listener.reader.port.name is None
     cable = Cable(tmp_path / "tty")
     wait_for(lambda: listener.opened == 1)
     assert "reading" in listener.said[2]
@@ -93,24 +109,79 @@ def test_a_port_that_comes_back_under_another_name_is_found_by_its_pattern(
     listener = listen(tmp_path / "ttyACM*")
     wait_for(lambda: listener.opened == 1)
     cable.unplug()
-    wait_for(lambda: listener.reader.unplugged == 1)
+    wait_for(lambda: listener.reader.port.unplugged == 1)
     cable = Cable(tmp_path / "ttyACM1")
     wait_for(lambda: listener.opened == 2)
     os.write(cable.device, b"again")
     wait_for(lambda: listener.data == b"again")
-    assert listener.reader.port == str(cable.link)
+    assert listener.reader.port.name == str(cable.link)
 
 
 def test_access_is_exclusive(tmp_path: Path, listen: Callable[..., Listener]) -> None:
     cable = Cable(tmp_path / "tty")
     listener = listen(cable.link)
     wait_for(lambda: listener.opened == 1)
-    with pytest.raises(serial.SerialException, match="exclusively lock"):
+    with pytest.raises(serial.SerialException, match=r"exclusively lock|busy"):
         serial.Serial(str(cable.link), exclusive=True)
     second = listen(cable.link)
     wait_for(lambda: len(second.said) == 2)
     assert "cannot be opened" in second.said[1]
-    assert second.reader.problem == second.said[1].removesuffix("; trying again until it works")
+    assert second.reader.port.problem == second.said[1].removesuffix("; trying again until it works")
+
+
+def test_other_programs_are_kept_out_while_it_reads(tmp_path: Path, listen: Callable[..., Listener]) -> None:
+    cable = Cable(tmp_path / "tty")
+    listener = listen(cable.link)
+    wait_for(lambda: listener.opened == 1)
+    assert is_taken(cable.computer)
+    listener.reader.stop()
+    assert not is_taken(cable.computer)
+
+
+def test_bytes_that_another_program_took_are_no_unplugged_port(tmp_path: Path, listen: Callable[..., Listener]) -> None:
+    cable = Cable(tmp_path / "tty")
+    os.set_blocking(cable.computer, False)  # opened before: it reads all the same
+    listener = listen(cable.link)
+    wait_for(lambda: listener.opened == 1)
+
+    def steal() -> bool:
+        for _ in range(20):
+            os.write(cable.device, b"sample")
+            with suppress(BlockingIOError):
+                os.read(cable.computer, 100)
+        return "another program takes bytes from" in listener.said[-1]
+
+    wait_for(steal)
+    for _ in range(20):
+        steal()
+    assert listener.reader.port.unplugged == 0
+    assert len(listener.said) == 3
+
+
+@pytest.mark.parametrize("reset_on_open", [False, True])
+def test_dtr_falls_as_the_port_is_closed_only_if_asked(
+    tmp_path: Path, listen: Callable[..., Listener], reset_on_open: bool
+) -> None:
+    cable = Cable(tmp_path / "tty")
+    attributes = termios.tcgetattr(cable.computer)
+    attributes[2] ^= (attributes[2] ^ (0 if reset_on_open else termios.HUPCL)) & termios.HUPCL
+    termios.tcsetattr(cable.computer, termios.TCSANOW, attributes)
+    listener = listen(cable.link, reset_on_open=reset_on_open)
+    wait_for(lambda: listener.opened == 1)
+    assert bool(termios.tcgetattr(cable.computer)[2] & termios.HUPCL) == reset_on_open
+
+
+def test_bytes_are_passed_on_as_they_come(tmp_path: Path, listen: Callable[..., Listener]) -> None:
+    cable = Cable(tmp_path / "tty")
+    listener = listen(cable.link)
+    wait_for(lambda: listener.opened == 1)
+    late = []
+    for count in range(100):
+        sent = time.monotonic()
+        os.write(cable.device, b"sample")
+        wait_for(lambda count=count: len(listener.data) > 6 * count)
+        late.append(listener.arrivals[-1] - sent)
+    assert np.percentile(late, 10) < 0.0015  # on a busy machine the others wait for their turn
 
 
 def test_something_that_is_no_serial_port_is_told(tmp_path: Path, listen: Callable[..., Listener]) -> None:
@@ -133,7 +204,7 @@ def test_an_error_of_the_program_is_not_taken_for_an_unplugged_port(tmp_path: Pa
     wait_for(lambda: bool(opened))
     os.write(cable.device, b"x")
     wait_for(lambda: reader.failed)
-    assert reader.unplugged == 0
+    assert reader.port.unplugged == 0
     reader.stop()
 
 

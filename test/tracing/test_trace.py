@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,6 +15,7 @@ from cdp_ident.pipeline.identify import identify
 from cdp_ident.tracing import final_values
 from cdp_ident.tracing import trace as tracing
 from cdp_ident.tracing.final_model import FinalModel, is_worse
+from cdp_ident.tracing.final_values import over_windows
 from cdp_ident.tracing.trace import trace
 from scenarios.twin import TEN_SECONDS, twin
 
@@ -81,7 +81,7 @@ def test_the_chosen_model_is_fitted_over_windows_as_the_paper_s_is_but_for_curve
     curve = next(effect for effect in known_effects() if effect.curve)
     model = fit.model.with_effect(ActiveEffect(curve))
     values = np.concatenate([fit.values * 1.01, np.full(curve.curve.count, 1e-9)])
-    found = tracing._over_windows(fit, SimpleNamespace(model=model, values=values)).values
+    found = over_windows(model, values, fit.windows).values
     np.testing.assert_array_equal(found[len(fit.values) :], values[len(fit.values) :])
     np.testing.assert_allclose(found[: len(fit.values)], fit.values, rtol=1e-3)
 
@@ -145,7 +145,7 @@ def test_the_final_values_are_those_of_all_that_was_measured(traced):
     assert np.all(np.abs(final - judged) < 5.0 * np.sqrt(of_windows))
 
 
-def test_without_values_from_whole_swings_those_of_the_windows_stand_and_the_report_says_why(identified, monkeypatch):
+def test_without_values_from_whole_swings_those_of_all_windows_stand_and_the_report_says_why(identified, monkeypatch):
     def fails(*arguments):
         raise IdentificationError("the most likely motion was not found in 60 steps")
 
@@ -153,7 +153,10 @@ def test_without_values_from_whole_swings_those_of_the_windows_stand_and_the_rep
     monkeypatch.setattr(final_values, "likely_near", fails)
     found = trace(identified, stop=lambda: True)
     assert found.whole is None
-    assert found.completed.fit is found.after.fit
+    of_windows = (*found.after.fit.windows, *found.after.holdout.windows)
+    np.testing.assert_allclose(
+        found.completed.fit.values, over_windows(found.after.model, found.after.fit.values, of_windows).values
+    )
     assert found.failures == ("values from whole swings: the most likely motion was not found in 60 steps",)
     assert found.unexplained.description == "what remains could not be examined"
 
@@ -161,7 +164,7 @@ def test_without_values_from_whole_swings_those_of_the_windows_stand_and_the_rep
 def test_an_effect_is_as_sure_as_the_models_with_it_are_probable(traced):
     (effect,) = traced.effects
     assert effect.certainty == "named"
-    assert effect.probability > 0.99
+    assert effect.probability > 0.98
     assert effect.log_odds > 10.0
     assert effect.also_possible == ()
     assert effect.holdout_without > effect.holdout_with == traced.after.holdout.rmse()

@@ -3,15 +3,19 @@
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 from rich.console import Console
+from scipy.interpolate import CubicSpline
 
 from cdp_ident.commands.import_csv import main as import_csv
-from cdp_ident.errors import TrialError
+from cdp_ident.errors import BagError, TrialError
 from cdp_ident.pipeline.identifier import Identifier, Request
 from cdp_ident.trial.load import load_trial
+from cdp_ident.trial.options import TrialOptions
 
 CASES = Path(__file__).parents[3] / "shared" / "cases"
+WHOLE = Path(__file__).parents[2] / "bags" / "swing_wide"
 
 pytestmark = pytest.mark.skipif(not CASES.exists(), reason=f"the recordings are not at {CASES}")
 
@@ -36,6 +40,81 @@ def test_a_bag_gives_as_long_a_swing_as_there_is_and_says_what_is_missing(case, 
     trial = load_trial(CASES / case)
     assert least <= trial.duration <= most
     assert note in "; ".join(trial.notes)
+
+
+@pytest.mark.parametrize(
+    ("case", "note"),
+    [
+        ("held_positions/b_held_both", "readings of inner_joint repeat 4 times in motion: 1951 repetitions"),
+        ("bursts/b_zero_batch", "samples came in bursts of about 4 every 19.8 ms"),
+        ("bursts/c_burst16", "samples came in bursts of about 3.1 every 15.7 ms"),
+        ("bursts/c_burst16j", "samples came in bursts of about 2.9"),
+        ("bursts/c_burst50", "samples came in bursts of about 9.7 every 48.7 ms"),
+        ("useless_stamps/b_seconly", "the stamps are whole seconds: the time of receipt is used"),
+        ("useless_stamps/b_f32epoch", "the stamps are whole seconds: the time of receipt is used"),
+        ("useless_stamps/b_msec", "the stamps hold milliseconds where nanoseconds belong"),
+        ("useless_stamps/b_usec", "the stamps hold microseconds where nanoseconds belong"),
+        ("one_joint_a_message/b_each_same", "joints are measured at times of their own"),
+        ("one_joint_a_message/b_each_diff", "joints are measured at times of their own"),
+        (
+            "two_publishers/b_zeros50",
+            "a second publisher that never moves says 0 and 0 on the same topic: its 651 messages",
+        ),
+        ("two_publishers/b_zeros200", "a second publisher that never moves"),
+        ("two_publishers/b_zeros_samestamp_first", "a second publisher that never moves"),
+    ],
+)
+def test_the_motion_is_that_of_the_bag_that_the_case_was_made_from(case, note):
+    trial = load_trial(CASES / case)
+    assert note in "; ".join(trial.notes)
+    assert trial.duration == pytest.approx(11.87, abs=0.03)
+    assert off(trial) < 0.5e-3
+
+
+@pytest.mark.parametrize(
+    ("case", "settings", "whose"),
+    [
+        ("b_deg", {"inner_unit": "degrees", "outer_unit": "degrees"}, "both joints are in degrees"),
+        ("c_deg_hang", {"inner_unit": "degrees", "outer_unit": "degrees", "zero": "hanging"}, "both joints are"),
+        ("c_deg_outer", {"outer_unit": "degrees"}, "the outer joint is in degrees"),
+    ],
+)
+def test_degrees_are_named_with_the_settings_that_put_them_right(case, settings, whose):
+    with pytest.raises(
+        TrialError, match=f"{whose}.*{' and '.join(f'{key}: {value}' for key, value in settings.items())}"
+    ):
+        load_trial(CASES / "degrees" / case)
+    assert off(load_trial(CASES / "degrees" / case, TrialOptions(**settings))) < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("case", "cause"),
+    [
+        ("two_publishers/b_tworigs", "alternate between two motions"),
+        (
+            "empty_topic/emptytopic",
+            "there is no message on /joint_states .* joint states are on /rig1/joint_states: name",
+        ),
+        ("empty_topic/emptyonly", "there is no message on /joint_states"),
+        ("ros1_encoding/ros1mcap", "2602 are encoded as ros1: expected cdr; .*rosbags-convert"),
+        ("ros1_encoding/jsonros", "2602 are encoded as json: expected cdr"),
+    ],
+)
+def test_what_cannot_be_used_is_refused_with_its_cause(case, cause):
+    with pytest.raises((BagError, TrialError), match=cause):
+        load_trial(CASES / case)
+
+
+def off(trial):
+    """How far a trial is from that of the bag that all are made from [rad rms], but for times that are late by much."""
+    whole = load_trial(WHOLE)
+    motion = CubicSpline(whole.time + whole.start, whole.theta)
+    errors = []
+    for late in np.arange(-0.03, 0.03, 0.25e-3):
+        times = trial.time + trial.start - late
+        inside = (times > whole.start) & (times < whole.start + whole.duration)
+        errors.append(np.sqrt(np.mean((trial.theta[inside] - motion(times[inside])) ** 2, axis=0)).max())
+    return min(errors)
 
 
 def test_microseconds_that_roll_over_are_counted_on(tmp_path, capsys):

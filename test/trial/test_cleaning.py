@@ -32,12 +32,6 @@ def test_of_repeated_stamps_the_first_is_kept():
     assert "2 samples with a stamp that was there already" in notes
 
 
-def test_a_late_sample_is_dropped():
-    pieces, _, notes = cleaned([0, 5, 10, 7, 15])
-    assert pieces == [[0, 1, 2, 4]]
-    assert "1 samples with a stamp earlier" in notes
-
-
 def test_a_clock_that_is_set_back_parts_the_recording_and_loses_nothing():
     pieces, times, notes = cleaned([1000, 1005, 1010, *range(500, 540, 5)])
     assert pieces == [[0, 1, 2], list(range(3, 11))]
@@ -57,7 +51,7 @@ def test_time_is_counted_on_where_the_clock_was_set_back_by_less_or_more_than_ha
 
 def test_one_stamp_far_in_the_future_does_not_cost_what_follows():
     pieces, _, _ = cleaned([0, 5, 3_600_000, *range(10, 100, 5)])
-    assert pieces[-1] == list(range(3, 21))
+    assert pieces[0] == [0, 1, *range(3, 21)]
 
 
 def test_long_gaps_part_the_recording_and_short_ones_are_told():
@@ -72,7 +66,7 @@ def test_whatever_the_stamps_times_increase_and_every_sample_is_used_at_most_onc
     samples = Samples(np.array(stamps), np.zeros((len(stamps), 2)), np.arange(len(stamps), dtype=float))
     pieces, _ = cut_at_gaps(clean(samples), 0.1)
     used = np.concatenate([piece.cart for piece in pieces])
-    assert np.all(np.diff(used) > 0)
+    assert len(np.unique(used)) == len(used)
     for piece in pieces:
         assert np.all(np.diff(piece.time) > 0)
         assert np.all(np.diff(piece.time) <= 0.1 + 1e-9)

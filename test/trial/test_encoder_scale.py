@@ -39,7 +39,20 @@ def test_counts_that_are_wrong_are_refused_with_the_factor(samples, factors, set
     wrong = read_as(samples, factors.get("inner", 1.0), factors.get("outer", 1.0))
     with pytest.raises(TrialError, match=f"{settings}.*check the counts per turn, or set that") as refused:
         find_trial(wrong, TrialOptions())
-    assert float(re.search(settings, str(refused.value))[1]) == pytest.approx(next(iter(factors.values())), rel=0.01)
+    assert float(re.search(settings, str(refused.value))[1]) == next(iter(factors.values()))
+
+
+def test_readings_that_are_right_at_zero_are_told_from_those_that_are_right_where_the_rods_hang(samples):
+    wrong = Samples(samples.stamps, samples.angles * np.array([4.0, 1.0]), None)
+    with pytest.raises(TrialError, match="inner_scale: 4 and scale_from: zero leaves"):
+        find_trial(wrong, TrialOptions())
+    mended = find_trial(wrong, TrialOptions(inner_scale=4.0, scale_from="zero"))
+    assert mended.trial.theta == pytest.approx(find_trial(samples, TrialOptions()).trial.theta, abs=1e-9)
+
+
+def test_any_other_factor_is_found_too(samples):
+    with pytest.raises(TrialError, match=r"outer_scale: (2\.9\d+|3|3\.0\d+) leaves"):
+        find_trial(read_as(samples, 1.0, 3.0), TrialOptions())
 
 
 def test_the_factor_that_the_refusal_names_puts_the_angles_right(samples):

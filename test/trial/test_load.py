@@ -215,7 +215,7 @@ def test_where_the_cart_is_driven_the_trial_ends(swing, make_bag):
     assert any("the cart is driven" in note for note in trial.notes)
 
 
-def test_duplicates_late_samples_and_nan_are_dropped_and_counted(swing, make_bag):
+def test_duplicates_late_samples_and_nan_are_counted(swing, make_bag):
     stamps, joints = swing.stamps(), swing.joints()
     joints[700:703] = np.nan
     stamps[900] = stamps[899]
@@ -223,8 +223,8 @@ def test_duplicates_late_samples_and_nan_are_dropped_and_counted(swing, make_bag
     trial = load_trial(make_bag(stamps, joints))
     notes = "; ".join(trial.notes)
     assert "3 of " in notes
-    assert "1 samples with a stamp that was there already" in notes
-    assert "1 samples with a stamp earlier" in notes
+    assert "2 samples with a stamp that was there already" in notes
+    assert "1 samples that were stored late are put where their stamps belong" in notes
     assert np.all(np.diff(trial.time) > 0)
     assert not np.any(np.isnan(trial.theta))
 
@@ -284,10 +284,22 @@ def test_missing_joints_are_named_with_those_that_are_there(swing, make_bag):
         load_trial(bag)
 
 
-def test_joints_that_never_come_together_are_no_trial(swing, make_bag):
+def test_joints_in_messages_of_their_own_are_taken_at_common_times(swing, make_bag):
     joints = swing.joints()
     joints[::2, 0] = np.nan
     joints[1::2, 1] = np.nan
+    trial = load_trial(make_bag(swing.stamps(), joints))
+    whole = load_trial(make_bag(swing.stamps(), swing.joints()))
+    # The first sample of all has no neighbour before it for the other joint, and is not used.
+    times = trial.time + trial.start + 1 / swing.rate
+    at = np.searchsorted(whole.time + whole.start, times - 1e-6)
+    assert trial.theta[times > whole.start] == pytest.approx(whole.theta[at[times > whole.start]], abs=2e-3)
+    assert any("joints are measured at times of their own" in note for note in trial.notes)
+
+
+def test_a_joint_that_never_has_a_number_is_no_trial(swing, make_bag):
+    joints = swing.joints()
+    joints[:, 1] = np.nan
     with pytest.raises(TrialError, match="usable number for both"):
         load_trial(make_bag(swing.stamps(), joints))
 

@@ -106,3 +106,19 @@ def test_a_body_is_one_that_can_exist():
             moments = sorted(float(inertia.get(axis)) for axis in ("ixx", "iyy", "izz"))
             assert moments[0] > 0.0
             assert moments[2] <= moments[0] + moments[1]
+
+
+def test_dry_friction_is_that_of_each_joint():
+    model = engine(description(inner_friction=0.003, outer_friction=0.0018))
+    assert [model.joint(name).frictionloss[0] for name in JOINTS] == [0.0, 0.003, 0.0018]
+
+
+def test_a_controller_may_drive_the_cart_and_read_all_joints():
+    assert ET.fromstring(description()).find("ros2_control") is None
+    control = ET.fromstring(description(controllers="/rig/controllers.yaml")).find("ros2_control")
+    joints = {joint.get("name"): [one.tag for one in joint] for joint in control.iter("joint")}
+    assert joints == {
+        "cart_joint": ["command_interface", "state_interface", "state_interface"],
+        "inner_joint": ["state_interface", "state_interface"],
+        "outer_joint": ["state_interface", "state_interface"],
+    }

@@ -198,7 +198,8 @@ def _mean(label: str, colour: Colour, x: Array, y: Array, dashed: bool, std: Arr
 def _panel(abscissa: Abscissa, joint: str, marks: list[Dots | Line]) -> Panel:
     """Return a panel whose limits leave out the few dots that are far off."""
     clouds = np.concatenate([mark.y for mark in marks if isinstance(mark, Dots)])
-    limit = max(1.2 * float(np.quantile(np.abs(clouds), _SHOWN)), 1e-9)
+    clouds = clouds[np.isfinite(clouds)]
+    limit = max(1.2 * float(np.quantile(np.abs(clouds), _SHOWN)), 1e-9) if len(clouds) else 1.0
     return Panel(
         Axis(_LABELS[abscissa].format(joint)), Axis(f"{joint} joint [mN m]", limits=(-limit, limit)), marks, height=240
     )

@@ -1,6 +1,7 @@
 """What page and text say beside the pictures: the rows of their tables and a few sentences, as plain text."""
 
 import math
+import re
 import shlex
 from collections.abc import Iterator
 from typing import Any
@@ -34,11 +35,14 @@ from cdp_ident.report.wording import (
 
 Row = tuple[str, ...]
 
+_STAMP = re.compile(r"(\d{4})(\d\d)(\d\d)_\d{6}")
+"""In the names that the recorder gives: year, month and day."""
+
 
 def words(report: Section) -> dict[str, Any]:
     """Return everything that the templates of page and text have in common, by name."""
     return {
-        "heading": ", ".join(trial["name"] for trial in report["trials"] if trial["role"] == "fit"),
+        "heading": _heading([trial["name"] for trial in report["trials"] if trial["role"] == "fit"]),
         "numbers": list(_numbers(report)),
         "found": effects_in_words(report),
         "expected": expected_in_words(report),
@@ -69,6 +73,15 @@ def words(report: Section) -> dict[str, Any]:
             "options": [(name, _value(value)) for name, value in report["run"]["options"].items()],
         },
     }
+
+
+def _heading(trials: list[str]) -> str:
+    """Return what a report is of: its trials by name or, where names are time stamps, how many of which days."""
+    stamps = [stamp for trial in trials if (stamp := _STAMP.search(trial))]
+    if len(stamps) < len(trials):
+        return ", ".join(trials)
+    days = sorted({"-".join(stamp.groups()) for stamp in stamps})
+    return f"{len(trials)} trial{'' if len(trials) == 1 else 's'} of {', '.join(days)}"
 
 
 def role(trial: Section) -> str:

@@ -1,12 +1,15 @@
 """The emulated cable's end at the computer: a pseudo-terminal behind a link."""
 
+import fcntl
 import os
+import termios
 import time
 import tty
 from contextlib import suppress
 from pathlib import Path
 
 from cdp_ident.errors import RigError
+from cdp_ident.whole_file import beside
 
 _PATIENCE = 0.5
 """Bytes wait this long for a computer that takes none [s]: it is busy, or nobody has opened the port."""
@@ -25,12 +28,11 @@ class PseudoTerminal:
         os.set_blocking(self._device, False)
         self._pending = b""
         self._taken = time.monotonic()
-        beside = link.with_name(f".{link.name}.{os.getpid()}")
         try:
             link.parent.mkdir(parents=True, exist_ok=True)
-            beside.unlink(missing_ok=True)
-            beside.symlink_to(os.ttyname(self._computer))
-            beside.replace(link)
+            new = beside(link)
+            new.symlink_to(os.ttyname(self._computer))
+            new.replace(link)
         except OSError as error:
             self.unplug()
             raise RigError(f"the link {link} cannot be made: {error.strerror}") from error
@@ -45,6 +47,7 @@ class PseudoTerminal:
         except BlockingIOError:
             if time.monotonic() - self._taken > _PATIENCE:
                 self._pending = b""
+                fcntl.ioctl(self._computer, termios.TIOCNXCL)  # whoever had it to himself was killed
 
     def unplug(self) -> None:
         """Take the port away; whoever reads it notices."""

@@ -40,21 +40,29 @@ class TrialLimits:
     """At rest: both joints stay within this for 1 s, and both rods hang [rad]."""
     longest: float = 60.0
     """A trial ends after this, wherever the pendulum is [s]."""
+    silence: float = 5.0
+    """A trial goes on where samples are missing, but not for longer than this [s]."""
 
 
 class SlidingRange:
-    """The difference between the largest and the smallest value of the last so many seconds."""
+    """The difference between the largest and the smallest value of the last so many seconds.
+
+    Where no value comes for half that time, or time goes back, nothing is known of what was between: it begins anew.
+    """
 
     def __init__(self, seconds: float) -> None:
         self._span_ns = round(seconds * 1e9)
-        self._first_ns: int | None = None
+        self._first_ns = self._last_ns = 0
         self._low: deque[tuple[int, float]] = deque()
         self._high: deque[tuple[int, float]] = deque()
 
     def update(self, stamp_ns: int, value: float) -> float:
         """Take the next value; return the range, infinity while less than the span was seen."""
-        if self._first_ns is None or stamp_ns < self._first_ns:
+        if not self._low or not 0 <= stamp_ns - self._last_ns <= self._span_ns // 2:
+            self._low.clear()
+            self._high.clear()
             self._first_ns = stamp_ns
+        self._last_ns = stamp_ns
         for extremes, sign in ((self._low, 1.0), (self._high, -1.0)):
             while extremes and sign * extremes[-1][1] >= sign * value:
                 extremes.pop()
@@ -72,29 +80,37 @@ class ReleaseDetector:
     def __init__(self, limits: TrialLimits) -> None:
         self._limits = limits
         self._ranges = (SlidingRange(_HOLD_SECONDS), SlidingRange(_HOLD_SECONDS))
-        self._still_since = 0
-        self._held: tuple[int, float, float] | None = None
+        self._last_ns = self._still_since = self._still_until = 0
+        self._place: tuple[float, float] | None = None
+        """Where it was held until then; None while it is not held."""
 
     def update(self, stamp_ns: int, inner: float, outer: float) -> bool:
         """Take the next positions [rad]; return whether this is the first one seen to be free."""
+        gap, self._last_ns = stamp_ns - self._last_ns, stamp_ns
+        if gap < 0 or (gap > _HOLD_SECONDS / 2 * 1e9 and self._is_near(inner, outer)):
+            self._still_since += gap  # a hold goes on as if there had been no gap: it is still there, or time went back
+            self._still_until += gap
         if _range(self._ranges, stamp_ns, inner, outer) <= self._limits.hold:
             if _from_hanging(inner, outer) <= self._limits.away:
-                self._held = None
+                self._place = None
                 return False
-            if self._held is None:
+            if self._place is None:
                 self._still_since = stamp_ns - round(_HOLD_SECONDS * 1e9)
-            self._held = (stamp_ns, inner, outer)
+            self._still_until, self._place = stamp_ns, (inner, outer)
             return False
-        if self._held is None:
+        if self._place is None:
             return False
-        still_until, held_inner, held_outer = self._held
-        leaving = stamp_ns - still_until
-        if max(abs(inner - held_inner), abs(outer - held_outer)) > self._limits.release:
-            self._held = None
-            return still_until - self._still_since > _HELD_FOR * leaving
+        leaving = stamp_ns - self._still_until
+        if not self._is_near(inner, outer):
+            self._place = None
+            return self._still_until - self._still_since > _HELD_FOR * leaving
         if leaving > _RELEASE_WITHIN * 1e9:
-            self._held = None
+            self._place = None
         return False
+
+    def _is_near(self, inner: float, outer: float) -> bool:
+        """Tell whether the pendulum is about where it was held."""
+        return self._place is not None and _moved(self._place, inner, outer) <= self._limits.release
 
 
 class EndDetector:
@@ -102,7 +118,7 @@ class EndDetector:
 
     def __init__(self, limits: TrialLimits, start_ns: int, ends_when_caught: bool = True) -> None:
         self._limits = limits
-        self._start_ns = start_ns
+        self._start_ns = self._last_ns = start_ns
         self._ends_when_caught = ends_when_caught
         self._first: tuple[float, float] | None = None
         self._moved = False
@@ -110,8 +126,12 @@ class EndDetector:
 
     def update(self, stamp_ns: int, inner: float, outer: float) -> End | None:
         """Take the next positions [rad]; return why the trial ends here, None while it goes on."""
+        gap, self._last_ns = stamp_ns - self._last_ns, stamp_ns
+        self._start_ns += min(gap, 0)  # what has passed counts on where time goes back
+        if gap > self._limits.silence * 1e9:
+            return End.SILENCE
         first = self._first = self._first or (inner, outer)
-        self._moved |= max(abs(inner - first[0]), abs(outer - first[1])) > self._limits.release
+        self._moved |= _moved(first, inner, outer) > self._limits.release
         moved = _range(self._ranges, stamp_ns, inner, outer)
         hangs = _from_hanging(inner, outer) < self._limits.away
         if self._moved and moved <= self._limits.rest and hangs:
@@ -119,6 +139,11 @@ class EndDetector:
         if self._moved and moved <= self._limits.hold and not hangs and self._ends_when_caught:
             return End.CAUGHT
         return End.TIME_OUT if stamp_ns - self._start_ns > self._limits.longest * 1e9 else None
+
+
+def _moved(place: tuple[float, float], inner: float, outer: float) -> float:
+    """Return how far the joint is from a place that is farther from it [rad]."""
+    return max(abs(inner - place[0]), abs(outer - place[1]))
 
 
 def _range(ranges: tuple[SlidingRange, SlidingRange], stamp_ns: int, inner: float, outer: float) -> float:

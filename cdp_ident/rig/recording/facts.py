@@ -6,6 +6,7 @@ import struct
 from array import array
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -102,12 +103,19 @@ class TrialFacts:
 
     def lost(self) -> int:
         """Return how many samples are missing, by the gaps between stamps."""
-        steps = np.diff(np.array(self.stamps, dtype=np.int64))
+        steps = self._steps()
         steps = steps[steps > 0]
         if len(steps) < 2:
             return 0
         periods = steps / np.median(steps)
         return int(np.sum(np.round(periods[periods > _GAP]) - 1))
+
+    def longest_gap(self) -> float:
+        """Return the longest time from one sample to the next [s], 0 where there are none."""
+        return float(np.max(self._steps(), initial=0)) * 1e-9
+
+    def _steps(self) -> "np.ndarray[tuple[int, ...], np.dtype[Any]]":
+        return np.diff(np.array(self.stamps, dtype=np.int64))
 
     def unevenness(self) -> tuple[float, float]:
         """Return how far the stamps are from even spacing [s]: root mean square, and at most."""
@@ -127,7 +135,10 @@ class TrialFacts:
         if motion is not None and motion > self.cart_limit:
             found.append(f"not zero-input: the cart moved by {motion:.4g} m (limit {self.cart_limit:g} m)")
         if lost:
-            found.append(f"{lost} of {len(self.stamps) + lost} samples are lost")
+            missing = f"the longest gap is {self.longest_gap():.3f} s"
+            found.append(f"{lost} of {len(self.stamps) + lost} samples are lost, {missing}")
+        if back := int(np.sum(self._steps() < 0)):
+            found.append(f"the stamps went back {back} times")
         if self.duration < self.shortest:
             found.append(f"too short to be useful: {self.duration:.1f} s (at least {self.shortest:g} s are)")
         if zero := self.rig.get("zero", "").removeprefix("taken"):
@@ -146,6 +157,7 @@ class TrialFacts:
             "duration_s": f"{self.duration:.3f}",
             "samples": str(len(self.stamps)),
             "samples_lost": str(self.lost()),
+            "longest_gap_s": f"{self.longest_gap():.6g}",
             "stamps_uneven_by_us": f"{1e6 * rms:.2g} rms, {1e6 * most:.2g} at most",
             "cart_at_rest": "not measured" if motion is None else str(motion <= self.cart_limit).lower(),
             "cart_motion_m": "" if motion is None else f"{motion:.6g}",

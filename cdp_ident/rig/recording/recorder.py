@@ -21,7 +21,6 @@ from cdp_ident.rig.recording.pre_trigger import PreTrigger
 
 FLUSH_NS = 250_000_000
 """Messages older than this survive a kill of the process [ns]; a bag has one chunk for each such time."""
-_SILENCE_NS = 5_000_000_000
 
 IDLE, ARMED, RECORDING = "idle", "armed", "recording"
 
@@ -95,14 +94,13 @@ class Recorder:
 
     def hears_joint_states(self, now_ns: int) -> bool:
         """Return whether positions of the pendulum came lately."""
-        return self._last_sample_ns is not None and now_ns - self._last_sample_ns <= _SILENCE_NS
+        return self._last_sample_ns is not None and now_ns - self._last_sample_ns <= self._options.limits.silence * 1e9
 
     def arm(self) -> None:
         """Wait for the release. Raises `RigError` while a trial is recorded, or where it could not be."""
         if self.state == RECORDING:
             raise RigError("a trial is being recorded: stop it first")
         self._bags.check()
-        self._release = ReleaseDetector(self._options.limits)
         self._set_state(ARMED)
 
     def start(self, now_ns: int) -> Path:

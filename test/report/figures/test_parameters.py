@@ -17,8 +17,8 @@ def test_groups_and_physical_values_stand_over_nominal(read_content):
     assert len(after.values) == 5
     assert after.values[2] == pytest.approx(read_content["after"]["groups"]["a1_over_A22"]["value"] / 2.6327, rel=1e-3)
     assert not any(after.hollow)
-    assert all(intervals(physical)[1].hollow)
-    assert [name for _, name in physical.y.ticks] == ["m1", "m2", "m0", "l1", "l2", "J1", "J2", "c1", "c2", "A22"]
+    assert list(intervals(physical)[1].hollow) == [True] * 9 + [False, True]  # L alone is determined
+    assert [name for _, name in physical.y.ticks] == ["m1", "m2", "m0", "l1", "l2", "J1", "J2", "c1", "c2", "L", "A22"]
     m1 = read_content["after"]["physical"]["m1"]
     assert intervals(physical)[1].half_widths[0] == pytest.approx(1.96 * m1["std"] / 0.108)
     assert before.colour != after.colour
@@ -41,8 +41,8 @@ def test_correlations_are_of_the_final_model(read_content):
     (figure,) = correlation(read_content)
     (heat,) = figure.panels[0].marks
     assert isinstance(heat, Heat)
-    assert figure.panels[0].y.ticks[-1] == (5.0, "coulomb friction,\nouter, torque  6")
-    assert figure.panels[0].x.ticks[-1] == (5.0, "6")
+    assert figure.panels[0].y.ticks[-1] == (6.0, "coulomb friction,\nouter, torque  7")
+    assert figure.panels[0].x.ticks[-1] == (6.0, "7")
     assert np.diag(heat.matrix) == pytest.approx(1.0)
     assert heat.matrix == pytest.approx(heat.matrix.T)
     assert f"A33/A22 with A23/A22: {heat.matrix[1, 0]:.2f}" in figure.alternative

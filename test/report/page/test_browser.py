@@ -18,6 +18,8 @@ pytestmark = pytest.mark.waits
 PHONE = {"width": 375, "height": 800}
 SECTIONS = ("result", "motion", "paper", "effects", "parameters", "warnings", "repeat")
 LENGTH, OUTER_LENGTH = 0.4, 0.4
+NEAR = 1e-4
+"""The page draws the fitted length [m]."""
 EVIL = "\"'><img src=x onerror=alert(1)></script><script>alert(2)</script>{{7*7}}$x$`<b>"
 WIDTHS = "[...document.querySelectorAll('.plot .main-svg')].map(s => s.clientWidth)"
 FIXED = {"schema", "role", "joint", "unit", "method", "written_at", "certainty"}
@@ -109,16 +111,16 @@ def test_the_pendulum_at_a_scrubbed_time_is_that_of_the_data(desktop, shown_curv
     for index in (0, 777, len(curve.time) - 1):
         scrub_to(page, index)
         assert float(page.get_attribute("#stage", "data-time")) == pytest.approx(curve.time[index], abs=1e-5)
-        assert tip(page, "measured") == pytest.approx(tips(curve.measured[index : index + 1])[0], abs=1e-5)
-        assert tip(page, "simulated") == pytest.approx(tips(curve.run_before[index : index + 1])[0], abs=1e-5)
+        assert tip(page, "measured") == pytest.approx(tips(curve.measured[index : index + 1])[0], abs=NEAR)
+        assert tip(page, "simulated") == pytest.approx(tips(curve.run_before[index : index + 1])[0], abs=NEAR)
     page.check("input[name=model][value=after]")
     scrub_to(page, 777)
-    assert tip(page, "simulated") == pytest.approx(tips(curve.run_after[777:778])[0], abs=1e-5)
+    assert tip(page, "simulated") == pytest.approx(tips(curve.run_after[777:778])[0], abs=NEAR)
     page.select_option("#start", "windows")
-    assert tip(page, "simulated") == pytest.approx(tips(curve.after[777:778])[0], abs=1e-5)
+    assert tip(page, "simulated") == pytest.approx(tips(curve.after[777:778])[0], abs=NEAR)
     page.select_option("#trial", "1")
     scrub_to(page, 100)
-    assert tip(page, "measured") == pytest.approx(tips(shown_curves.trials[1].measured[100:101])[0], abs=1e-5)
+    assert tip(page, "measured") == pytest.approx(tips(shown_curves.trials[1].measured[100:101])[0], abs=NEAR)
 
 
 def test_what_is_drawn_is_where_the_data_says(desktop):

@@ -1,5 +1,8 @@
 """The emulated port by itself."""
 
+import fcntl
+import struct
+import termios
 import threading
 from pathlib import Path
 
@@ -40,6 +43,21 @@ def test_what_nobody_reads_is_not_hoarded(tmp_path: Path) -> None:
         terminal.write(b"x" * 1000)
         terminal._taken -= 10.0
     assert len(terminal._pending) <= 1000
+    terminal.unplug()
+
+
+def test_a_port_whose_reader_was_killed_can_be_opened_again(tmp_path: Path) -> None:
+    terminal = PseudoTerminal(tmp_path / "tty")
+
+    def is_taken() -> bool:
+        return bool(struct.unpack("i", fcntl.ioctl(terminal._computer, 0x80045440, bytes(4)))[0])  # TIOCGEXCL
+
+    fcntl.ioctl(terminal._computer, termios.TIOCEXCL)
+    assert is_taken()
+    for _ in range(20):
+        terminal.write(b"x" * 1000)
+        terminal._taken -= 10.0
+    assert not is_taken()
     terminal.unplug()
 
 

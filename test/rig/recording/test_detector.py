@@ -133,3 +133,46 @@ def test_a_pendulum_that_is_let_go_again_is_noticed_again() -> None:
         if detector.update(round(number * PERIOD * 1e9), inner, outer):
             found.append(number * PERIOD)
     assert found == pytest.approx([2.6, 6.1], abs=0.15)
+
+
+def seen(
+    angles: NDArray[np.float64], missing: float = 0.0, jump: float = 0.0, at: float = 1.0
+) -> list[tuple[int, float, float]]:
+    """Return stamps [ns] and angles; from a time on some are missing for so long, or the stamps jump by so much [s]."""
+    times = np.arange(len(angles)) * PERIOD
+    kept = (times < at) | (times >= at + missing)
+    stamps = np.round((times + jump * (times >= at)) * 1e9).astype(np.int64)[kept]
+    return list(zip(stamps.tolist(), *angles[kept].T.tolist(), strict=True))
+
+
+@pytest.mark.parametrize(
+    ("missing", "jump"), [(0.35, 0.0), (1.05, 0.0), (4.0, 0.0), (0.0, 0.4), (0.0, 1.05), (0.0, -0.4), (0.0, -3600.0)]
+)
+def test_samples_that_are_missing_and_stamps_that_jump_are_no_stillness(missing: float, jump: float) -> None:
+    swing = joints(Hold(2.0, 2.0, 0.1), LetGo(), Wait(8.0))
+    for at in np.arange(1.0, 2.5, 0.025).tolist():
+        release, end = ReleaseDetector(TrialLimits()), EndDetector(TrialLimits(), 0)
+        for stamp, inner, outer in seen(swing, missing, jump, at):
+            assert not release.update(stamp, inner, outer)
+            assert end.update(stamp, inner, outer) is None
+
+
+def test_a_motion_of_which_nothing_is_seen_for_longer_than_the_limit_has_ended() -> None:
+    swing, detector = joints(Hold(2.0, 2.0, 0.1), LetGo(), Wait(8.0)), EndDetector(TrialLimits(silence=2.0), 0)
+    ends = [detector.update(*sample) for sample in seen(swing, missing=2.1)]
+    assert ends.index(End.SILENCE) == 200
+
+
+@pytest.mark.parametrize(("missing", "jump"), [(0.4, 0.0), (0.0, 0.5), (0.0, -0.5), (0.0, -3600.0)])
+@pytest.mark.parametrize("at", [1.6, 2.0, 2.3, 2.45])
+def test_a_release_after_a_hold_of_which_samples_are_missing_is_noticed(missing: float, jump: float, at: float) -> None:
+    hold = joints(Wait(1.0), Hold(1.5, 1.5, within=0.5), Wait(1.5), LetGo(), Wait(1.0))
+    detector = ReleaseDetector(TrialLimits())
+    found = [stamp * 1e-9 - jump for stamp, *angles in seen(hold, missing, jump, at) if detector.update(stamp, *angles)]
+    assert found == pytest.approx([3.1], abs=0.15)
+
+
+def test_a_trial_that_time_was_set_back_in_lasts_no_longer_than_others() -> None:
+    detector = EndDetector(TrialLimits(longest=3.0), 0)
+    ends = [detector.update(*sample) for sample in seen(joints(Wait(5.0)), jump=-3600.0, at=2.0)]
+    assert ends.index(End.TIME_OUT) * PERIOD == pytest.approx(3.0, abs=0.02)

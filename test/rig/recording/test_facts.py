@@ -54,6 +54,12 @@ def test_what_makes_a_trial_less_useful_is_said(bad: TrialFacts, words: str) -> 
     assert words in bad.warnings()[0]
 
 
+def test_stamps_that_went_back_are_said() -> None:
+    set_back = facts()
+    set_back.take(Position(9_800_000_000, 3.0, 0.0, None))
+    assert set_back.warnings() == ["the stamps went back 1 times"]
+
+
 def test_an_uncertain_zero_is_said() -> None:
     doubtful = facts()
     doubtful.rig = {"zero": "none was ever taken"}

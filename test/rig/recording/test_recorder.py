@@ -127,6 +127,28 @@ def test_a_catch_ends_a_trial_and_the_next_release_begins_another(tmp_path: Path
     assert [custom_data(bag)["started"] for bag in bench.bags] == 3 * ["by release"]
 
 
+@pytest.mark.parametrize("held", [0.95, 1.0, 1.05])
+def test_the_release_after_a_catch_is_not_lost_however_long_the_hand_holds(tmp_path: Path, held: float) -> None:
+    swing = (Hold(1.5, 1.5, 0.7), Wait(held), LetGo(), Wait(2.0))
+    bench = Bench(tmp_path, Wait(1.0), *4 * swing, Wait(15.0), rearm=True)
+    bench.run(1.0 + 4 * (2.7 + held) + 12.0)
+    assert [custom_data(bag)["started"] for bag in bench.bags] == 4 * ["by release"]
+
+
+def test_a_gap_is_noted_and_the_swing_goes_on(tmp_path: Path) -> None:
+    bench = Bench(tmp_path, shortest=1.0)
+    bench.recorder.arm()
+    bench.run(4.0)
+    bench.run(1.05, silent=True)
+    bench.run(13.0)
+    (bag,) = bench.bags
+    facts = custom_data(bag)
+    assert facts["ended"] == "the pendulum came to rest"
+    assert facts["longest_gap_s"] == "1.055"
+    assert facts["warnings"].startswith("210 of ")
+    assert facts["warnings"].endswith("samples are lost, the longest gap is 1.055 s")
+
+
 def test_not_rearmed_only_the_first_of_several_swings_is_recorded(tmp_path: Path) -> None:
     bench = Bench(tmp_path, *CATCHES)
     bench.recorder.arm()

@@ -1,0 +1,147 @@
+"""Which swing to record next, for `suggest`."""
+
+import argparse
+import math
+
+from rich.console import Console
+from rich.table import Table
+
+from cdp_ident.design.knowledge import Knowledge
+from cdp_ident.design.starts import Grid
+from cdp_ident.errors import IdentificationError, OptionError, ReportError
+from cdp_ident.model.effects.catalogue import known_effects
+from cdp_ident.model.parameters import GROUPS, INERTIA, INVERSE_INERTIA, SYMBOLS
+from cdp_ident.model.weight_settings import refuse_misplaced, weight_of
+from cdp_ident.model.weights import RODS, Rod, Weight
+from cdp_ident.report.curves_file import read_curves
+from cdp_ident.report.folder import CURVES, REPORT
+from cdp_ident.report.formatting import number
+from cdp_ident.report.knowledge import fitted_motion, knowledge_of
+from cdp_ident.report.next_trial import (
+    ALL,
+    Question,
+    answers,
+    strength_of,
+    usual_questions,
+)
+from cdp_ident.report.report_file import read_report
+from cdp_ident.report.schema import Section
+from cdp_ident.report.wording import one_advice
+from cdp_ident.user_input import refuse_unknown
+
+_FINEST, _COARSEST = 5.0, 90.0
+_MASSES = ("m1", "m2", "m0")
+
+
+def print_suggestions(options: argparse.Namespace) -> None:
+    """Print the starts to take. Raises CdpIdentError where there is no answer."""
+    grid = _grid(options.spacing, options.most_inner, options.most_outer)
+    report = read_report(options.folder / REPORT)
+    knowledge = knowledge_of(report)
+    if knowledge is None:
+        raise ReportError(f"{options.folder / REPORT} says nothing of a next trial: the fit failed")
+    questions = _questions(report, knowledge, options.wanted, options.between)
+    if options.weight_std and not options.weights:
+        raise OptionError("--weight-std is given, but --weight is not: give both")
+    weights = [*_used(report), *((_weight(given, options.weight_std, report),) for given in options.weights)]
+    curves = read_curves(options.folder / CURVES, len(report["trials"]), len(report["effects"]))
+    console = Console()
+    windows = fitted_motion(report, curves, knowledge)
+    for question, advice in zip(questions, answers(knowledge, windows, questions, grid, weights), strict=True):
+        if advice is None:
+            raise IdentificationError(
+                f"no trial tells {question.about} from {question.against}: the second can be the first, or does not fit"
+            )
+        console.print(one_advice(advice), highlight=False, markup=False, soft_wrap=True)
+        if advice["names"]:
+            console.print(_table(advice))
+        console.print()
+
+
+def _table(advice: Section) -> Table:
+    table = Table("", "standard deviation now", "then", box=None, pad_edge=False, padding=(0, 3, 0, 0))
+    for name, *both in zip(advice["names"], advice["std_now"], advice["std_then"], strict=True):
+        shown = (f"{std:.3g}" if math.isfinite(std) else "not determined" for std in map(number, both))
+        table.add_row(f"  {name}", *shown)
+    return table
+
+
+def _used(report: Section) -> list[tuple[Weight, ...]]:
+    """Return what the rods carried in the trials."""
+    return [tuple(Weight(**weight) for weight in trial["weights"]) for trial in report["trials"]]
+
+
+def _weight(given: str, given_std: str | None, report: Section) -> Weight:
+    """Return the weight that --weight describes."""
+    where, where_std = f"--weight {given}", f"--weight-std {given_std}"
+    name, _, added = given.partition("=")
+    refuse_unknown([name], RODS, "rod of --weight")
+    rod = next(each for each in RODS if each == name)
+    weight = weight_of(rod, _numbers(added), _numbers(given_std) if given_std else None, where, where_std)
+    if weight is None:
+        raise OptionError(f"{where}: a mass of 0 is no weight; starts without one are tried in any case")
+    physical = report["after"]["physical"]
+    lengths: dict[Rod, float] = {
+        "inner": number(physical["L"]["value"]),
+        "outer": report["after"]["outer_rod_length_m"],
+    }
+    refuse_misplaced(weight, lengths[rod], sum(number(physical[mass]["value"]) for mass in _MASSES), where)
+    return weight
+
+
+def _numbers(text: str) -> list[float] | str:
+    """Return numbers that are parted by commas; the text itself where they are none."""
+    try:
+        return [float(part) for part in text.split(",")]
+    except ValueError:
+        return text
+
+
+def _grid(spacing: float, most_inner: float, most_outer: float) -> Grid:
+    if not _FINEST <= spacing <= _COARSEST:
+        raise OptionError(f"--spacing is {spacing:g}°; it must be from {_FINEST:g} to {_COARSEST:g}")
+    for name, most in (("--most-inner", most_inner), ("--most-outer", most_outer)):
+        if not 0.0 <= most <= 180.0:
+            raise OptionError(f"{name} is {most:g}°; it must be from 0 to 180")
+    if max(most_inner, most_outer) < spacing:
+        raise OptionError(f"no rod may be led as far as one step of {spacing:g}°: give a smaller --spacing")
+    return Grid.of(spacing, most_inner, most_outer)
+
+
+def _questions(report: Section, knowledge: Knowledge, wanted: list[str], between: list[str] | None) -> list[Question]:
+    model = knowledge.model
+    if not wanted and not between:
+        labels = zip(model.labels, report["effects"], strict=True)
+        return usual_questions(model, {label: effect["also_possible"] for label, effect in labels})
+    if unseen := sorted(set(wanted) & set(SYMBOLS) - {"c1", "c2"}):
+        raise OptionError(
+            f"--for {unseen[0]}: no swing determines {unseen[0]} by itself; ask for a base parameter or, with a "
+            "weight, for A22"
+        )
+    names = {ALL: ALL, INERTIA.symbol: INERTIA.symbol}
+    names |= {name: name for name in knowledge.asked if name != INVERSE_INERTIA.symbol}
+    names |= {group.symbol.removesuffix("_over_A22"): group.symbol for group in GROUPS}
+    names |= {label: strength_of(model, label) for label in model.labels if strength_of(model, label)}
+    refuse_unknown(wanted, names, "--for")
+    questions = [Question(names[name]) for name in wanted]
+    return [*questions, _between(knowledge, *between)] if between else questions
+
+
+def _between(knowledge: Knowledge, first: str, second: str) -> Question:
+    """Return the question which of two effects it is; one of them is the fitted model's."""
+    places = {f"{effect.name}.{effect.joint}" for effect in known_effects() if not effect.at_an_instant}
+    refuse_unknown([first, second], places, "effect of --between")
+    own = {
+        f"{a.effect.name}.{a.effect.joint}": label
+        for a, label in zip(knowledge.model.effects, knowledge.model.labels, strict=True)
+    }
+    if second in own:
+        first, second = second, first
+    if first not in own:
+        found = ", ".join(own) or "no effect"
+        raise OptionError(f"--between {first} {second}: one of them must be in the fitted model, which has {found}")
+    if second in own:
+        raise OptionError(
+            f"--between {first} {second}: the fitted model has both; ask for the strength of one, --for {first}"
+        )
+    return Question(own[first], second)

@@ -1,0 +1,92 @@
+"""Samples in the order of their stamps, whatever order they are stored in."""
+
+from bisect import bisect
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
+Indices = npt.NDArray[np.int64]
+
+_CLOCK_STEP = 5
+"""So many samples in a row that go on from an earlier time mean that the clock was set back."""
+_NEAR = 3
+"""Samples are neighbours up to so many times the usual spacing."""
+_MOST_RUNS = 20_000
+"""Beyond so many runs of samples, an order that says anything of the clock is no longer looked for."""
+
+
+@dataclass(frozen=True, order=True)
+class _Run:
+    """Samples one after the other, without a gap between them."""
+
+    begin: int
+    """First stamp [ns]."""
+    end: int
+    """Last stamp [ns]."""
+    first: int
+    """Index of the first sample."""
+    last: int
+    """Index behind the last sample."""
+
+    @property
+    def is_long(self) -> bool:
+        return self.last - self.first >= _CLOCK_STEP
+
+
+def in_order(stamps: Indices) -> tuple[Indices, list[str]]:
+    """Return the samples that are used, in the order of time, and what there is to say about it.
+
+    Samples that were stored late, whose stamps lie among those of others or fill a gap between them, are put there.
+    Where samples go on from an earlier time instead, the clock was set back: they follow with stamps that are earlier.
+    A few that are far from all others, and after which time goes on as before, are dropped.
+
+    Args:
+        stamps: (n,) as they are stored [ns].
+    """
+    steps = np.diff(stamps)
+    if np.all(steps >= 0):
+        return np.arange(len(stamps)), []
+    near = _NEAR * int(np.median(np.abs(steps)))
+    cuts = [0, *(np.flatnonzero((steps < 0) | (steps > near)) + 1).tolist(), len(stamps)]
+    if len(cuts) > _MOST_RUNS:
+        return np.argsort(stamps, kind="stable"), ["the samples are stored in no order: they are put in that of stamps"]
+    runs = [_Run(int(stamps[a]), int(stamps[b - 1]), a, b) for a, b in pairwise(cuts) if b > a]
+    parts: list[list[_Run]] = [[]]
+    late = dropped = 0
+    for number, run in enumerate(runs):
+        latest = parts[-1][-1].end if parts[-1] else run.begin
+        if run.begin >= latest:
+            parts[-1].append(run)
+        elif _belongs(run, parts[-1], near):
+            parts[-1].insert(bisect(parts[-1], run), run)
+            late += int(np.count_nonzero(stamps[run.first : run.last] < latest))
+        elif not run.is_long and (number + 1 == len(runs) or runs[number + 1].begin >= latest):
+            dropped += run.last - run.first
+        else:
+            parts.append([run])
+    chosen = [np.concatenate([np.arange(run.first, run.last) for run in part]) for part in parts]
+    order = np.concatenate([part[np.argsort(stamps[part], kind="stable")] for part in chosen])
+    notes = [f"{late} samples that were stored late are put where their stamps belong"] if late else []
+    if dropped:
+        notes.append(f"{dropped} samples with stamps far from those before and after them are dropped")
+    return order, notes
+
+
+def elapsed(stamps: Indices) -> Array:
+    """Return how long after the first of some stamps each of them was [s], as if no clock had been set back."""
+    set_back = np.concatenate([[0], np.minimum(np.diff(stamps), 0)])
+    # Differences of the integers first: a float of seconds since 1970 does not resolve nanoseconds.
+    return np.asarray(stamps - stamps[0] - np.cumsum(set_back), dtype=float) * 1e-9
+
+
+def _belongs(run: _Run, others: list[_Run], near: int) -> bool:
+    """Return whether a run goes on from another, or leads to it, without the samples of both being of the same time."""
+    place = bisect(others, run)
+    before, after = others[place - 1] if place else None, others[place] if place < len(others) else None
+    from_before = run.begin - before.end if before else near + 1
+    to_after = after.begin - run.end if after else near + 1
+    crosses = any(other and other.is_long and gap < 0 for other, gap in ((before, from_before), (after, to_after)))
+    return not (run.is_long and crosses) and min(from_before, to_after) <= near

@@ -1,0 +1,80 @@
+"""What one joint's readings are before they are angles: repeated, or wrapped at the limits of a counter."""
+
+import numpy as np
+import numpy.typing as npt
+
+from cdp_ident.trial.differences import encoder_step
+
+Array = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
+
+_FAST = 3.5
+"""Steps of the encoder in a change of readings that is motion, in which none is repeated by rounding."""
+_FEWEST = 20
+_REPEATED = 1.05
+"""Mean number of equal readings in fast motion beyond which they are repetitions."""
+_AT_REST = 0.9
+"""At rest one of so many equal readings is kept as this quantile of their numbers in fast motion."""
+_JUMP = 0.5
+"""A change by more than this share of all that the readings go through is not motion."""
+_STAYS = 3
+"""A jump back within so many samples is that of a spike."""
+_LIKE = 0.02
+"""Share by which a wrap may seem to differ from a power of two of the encoder's steps, or from a turn."""
+
+
+def new_readings(readings: Array) -> tuple[Mask, str]:
+    """Return which readings (n,) are measured anew (n,), and in words what the others are; empty if all are.
+
+    An encoder that is read less often than it is published, or a film's repeated frame, gives the same reading again
+    in the midst of fast motion. At rest, where readings are the same anyway, as many are kept as in motion.
+    """
+    every = np.ones(len(readings), dtype=bool)
+    changes = np.flatnonzero(np.diff(readings)) + 1
+    starts = np.concatenate([[0], changes, [len(readings)]])
+    fast = np.abs(np.diff(readings)[changes - 1]) > _FAST * encoder_step(readings)
+    lengths = np.diff(starts)
+    in_motion = lengths[1:-1][fast[:-1] & fast[1:]]
+    if len(in_motion) < _FEWEST or np.mean(in_motion) < _REPEATED:
+        return every, ""
+    keep = np.ceil(np.quantile(in_motion, _AT_REST))
+    new = (np.arange(len(readings)) - np.repeat(starts[:-1], lengths)) % keep == 0
+    return np.asarray(
+        new
+    ), f"repeat {np.mean(in_motion):.2g} times in motion: {np.count_nonzero(~new)} repetitions are left out"
+
+
+def continuous(readings: Array, hanging: float) -> tuple[Array, str]:
+    """Return readings (n,) without the jumps of a counter of a few bits or of degrees, and in words what was found.
+
+    Readings that go on after a full turn of 2 pi are left as they are. From which of its ranges a counter began is not
+    known: it is taken to be that with which the rods hang, where the reading is `hanging`, at the end on average.
+    """
+    steps = np.diff(readings)
+    if len(steps) <= _STAYS:
+        return readings, ""
+    sizes = []
+    for at in np.flatnonzero(np.abs(steps) > _JUMP * np.ptp(readings)):
+        back = steps[at + 1 : at + 1 + _STAYS]
+        if 0 < at < len(steps) - 1 and not np.any(np.abs(back + steps[at]) < _JUMP * abs(steps[at])):
+            sizes.append(abs(steps[at] - 0.5 * (steps[at - 1] + steps[at + 1])))
+    if not sizes:
+        return readings, ""
+    size = float(np.median(sizes))
+    turns = size / (2.0 * np.pi)
+    if round(turns) and abs(turns - round(turns)) < _LIKE:
+        return readings, ""
+    counts = size / step if (step := encoder_step(readings)) else 1.0
+    bits = round(np.log2(max(counts, 1.0)))
+    if bits >= 8 and abs(counts / 2**bits - 1.0) < _LIKE:
+        period = 2**bits * step
+        counted_on = np.unwrap(readings, period=period)
+        off = np.mean(counted_on[-len(readings) // 3 :]) - hanging
+        ranges = round(off / period) + np.arange(-int(np.pi / period), int(np.pi / period) + 1)
+        nearest = ranges[np.argmin(np.abs(np.angle(np.exp(1j * (off - ranges * period)))))]
+        return np.asarray(
+            counted_on - nearest * period
+        ), f"wrap after {2**bits} counts ({bits} bits): they are counted on"
+    if abs(size / 360.0 - 1.0) < _LIKE:
+        return np.asarray(np.unwrap(readings, period=360.0)), "wrap after 360"
+    return readings, ""

@@ -1,0 +1,57 @@
+"""The motion in a recording, before anything is known of what its angles mean."""
+
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+
+from cdp_ident.errors import TrialError
+from cdp_ident.trial.balance import Motion, motion_on_grid
+from cdp_ident.trial.cleaning import Piece, clean, cut_at_gaps
+from cdp_ident.trial.joints import Samples, in_radians, model_angles
+from cdp_ident.trial.options import TrialOptions
+from cdp_ident.trial.scales import Scales
+from cdp_ident.trial.wording import KEYS, Wording
+from cdp_ident.trial.zero_input import moving_windows
+
+Mask = npt.NDArray[np.bool_]
+
+_FEWEST_SAMPLES = 4
+"""Samples in one unit of the motion's time scale below which its velocities cannot be estimated."""
+
+
+def recorded_motion(
+    samples: Samples, options: TrialOptions, wording: Wording = KEYS
+) -> tuple[list[Piece], tuple[Motion, ...], tuple[Mask, ...], list[str]]:
+    """Return the pieces that are long enough, the motion of each, which windows show it, and what was dropped.
+
+    Raises TrialError where no piece is long enough.
+    """
+    samples = replace(samples, angles=in_radians(samples.angles, options))
+    cleaned = clean(samples, options.start, options.stop)
+    if not len(cleaned.time):
+        raise TrialError(
+            f"no sample lies between {wording.name('start')} {options.start} s and {wording.name('stop')} "
+            f"{options.stop} s: the recording has {clean(samples).time[-1]:.2f} s"
+        )
+    taken, time = cleaned.measurements, cleaned.time[~cleaned.outlier]
+    scales = Scales.of(time - time[0], model_angles(taken.angles, options))
+    longest_gap, shortest = options.longest_gap or scales.longest_gap, options.shortest or scales.shortest
+    pieces, gaps = cut_at_gaps(cleaned, longest_gap)
+    notes = [*cleaned.notes, *gaps]
+    pieces = [piece for piece in pieces if _is_long_enough(piece, shortest, scales)]
+    if not pieces:
+        length = time[-1] - time[0]
+        rules = f"at least {_FEWEST_SAMPLES / scales.unit:.0f} samples a second and no gap over {longest_gap:.3g} s"
+        raise TrialError(
+            f"{len(taken.stamps)} samples over {length:.2f} s hold no stretch of {shortest:.3g} s with {rules}; "
+            f"{'; '.join(notes) or 'the recording is too short'}"
+        )
+    motions = tuple(motion_on_grid(piece.time, piece.angles, piece.cart, scales) for piece in pieces)
+    return pieces, motions, tuple(moving_windows(motion, options) for motion in motions), notes
+
+
+def _is_long_enough(piece: Piece, shortest: float, scales: Scales) -> bool:
+    duration = piece.time[-1] - piece.time[0]
+    enough = max(6.0, _FEWEST_SAMPLES * duration / scales.unit)
+    return bool(duration >= shortest and len(piece.time) >= enough)

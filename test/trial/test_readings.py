@@ -1,0 +1,51 @@
+"""What a joint's readings are before they are angles."""
+
+import numpy as np
+import pytest
+
+from cdp_ident.trial.readings import continuous, new_readings
+
+COUNT = 2 * np.pi / 8000
+TIME = np.arange(2600) * 0.005
+SWING = np.round((np.pi + 1.2 * np.exp(-TIME / 6) * np.sin(6 * TIME)) / COUNT) * COUNT
+
+
+@pytest.mark.parametrize("times", [2, 4, 7])
+def test_a_reading_that_is_repeated_in_motion_is_new_once(times):
+    new, note = new_readings(np.repeat(SWING[::times], times))
+    assert np.array_equal(np.flatnonzero(new), np.arange(0, len(new), times))
+    assert "repetitions are left out" in note
+
+
+@pytest.mark.parametrize("count", [COUNT, 20 * COUNT, 1e-9])
+def test_rounding_repeats_readings_in_slow_motion_and_all_are_new(count):
+    new, note = new_readings(np.round(SWING / count) * count)
+    assert np.all(new)
+    assert note == ""
+
+
+@pytest.mark.parametrize("bits", [8, 10, 11])
+def test_a_counter_of_few_bits_is_counted_on_from_the_range_with_which_the_rods_hang(bits):
+    counts = np.round(SWING / COUNT).astype(int)
+    readings, note = continuous(counts % 2**bits * COUNT, np.pi)
+    assert readings == pytest.approx(SWING, abs=1e-9)
+    assert f"wrap after {2**bits} counts ({bits} bits)" in note
+
+
+def test_a_16_bit_counter_that_begins_below_zero_is_counted_on():
+    counts = np.round((SWING - np.pi) / COUNT).astype(int)
+    readings, note = continuous(counts % 2**16 * COUNT, 0.0)
+    assert readings == pytest.approx(SWING - np.pi, abs=1e-9)
+    assert "16 bits" in note
+
+
+def test_degrees_that_wrap_are_continuous_and_full_turns_and_spikes_stay():
+    degrees, note = continuous(np.degrees(SWING + 3.0) % 360.0, np.pi)
+    assert np.ptp(np.diff(degrees)) < 10
+    assert note == "wrap after 360"
+    spiked = SWING.copy()
+    spiked[700] += 9.0
+    for readings in (SWING, spiked, (SWING + 3.0) % (2 * np.pi)):
+        found, note = continuous(readings, np.pi)
+        assert found is readings
+        assert note == ""
