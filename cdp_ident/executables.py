@@ -7,6 +7,7 @@ EXECUTABLES = {
     "recorder": "cdp_ident.nodes.recorder",
     "simulator": "cdp_ident.nodes.simulator",
     "compare": "cdp_ident.commands.compare",
+    "compare_searches": "cdp_ident.commands.compare_searches",
     "import_csv": "cdp_ident.commands.import_csv",
     "linearize": "cdp_ident.commands.linearize",
     "suggest": "cdp_ident.commands.suggest",

@@ -82,6 +82,7 @@ def place(report_folder, tmp_path_factory):
 USUAL = {
     "identify": ["--once", "--bag", "empty"],
     "compare": ["report", "report"],
+    "compare_searches": ["--bag", "empty"],
     "import_csv": ["swing.csv", "--outer-angle", "absolute", "--angle-unit", "rad"],
     "linearize": ["fitted.yaml"],
     "suggest": ["report", "--spacing", "90", "--for", "c1"],
@@ -102,6 +103,7 @@ CASES = [(name, option) for name in COMMANDS for option in options_of(name)]
 @example(("linearize", "--out"), LONG)
 @example(("linearize", "--out"), "\udcff")
 @example(("compare", "--out"), LONG)
+@example(("compare_searches", "--out"), LONG)
 @example(("survey", "--out"), LONG)
 @example(("identify", "--out"), LONG)
 @example(("identify", "--config"), LONG)

@@ -72,7 +72,7 @@ def test_nothing_that_takes_long_to_load_is_loaded_before_it_is_needed():
 
 
 NUMERICS = ("numpy", "numba", "scipy", "rich", "jsonschema", "rclpy")
-AT_ONCE = ["identify", "compare", "import_csv", "linearize", "report", "suggest", "survey"]
+AT_ONCE = ["identify", "compare", "compare_searches", "import_csv", "linearize", "report", "suggest", "survey"]
 
 
 def test_the_help_of_what_is_no_node_of_a_rig_waits_for_nothing_that_takes_long_to_load():

@@ -70,18 +70,23 @@ def search_objective(windows: Sequence[Window], span: float, prior: Prior) -> Ca
             run.append(window)
         segments.setdefault(run[0].weights, []).append(_segment(run))
     populations = {weights: Population(alike, windows[0].grid.step) for weights, alike in segments.items()}
-    length, gravity = prior.length, prior.gravity
 
     def objective(chromosomes: Array) -> Array:
-        groups, inertia = groups_of(chromosomes, length), inertia_about_cart(chromosomes, length)[:, None]
         error = np.zeros(len(chromosomes))
         for weights, population in populations.items():
-            added = added_by(weights, length)
-            weighted = (inertia * groups + added[1:]) / (inertia + added[0]) if weights else groups
-            error += population.squared_errors(coefficients_of(weighted, length, gravity)).sum(axis=1)
+            error += population.squared_errors(weighted_coefficients(chromosomes, weights, prior)).sum(axis=1)
         return error
 
     return objective
+
+
+def weighted_coefficients(chromosomes: Array, weights: tuple[Weight, ...], prior: Prior) -> Array:
+    """Return the coefficients (n, 7) of chromosomes (n, 9) with weights on the rods; the prior gives L and g."""
+    length = prior.length
+    groups, inertia = groups_of(chromosomes, length), inertia_about_cart(chromosomes, length)[:, None]
+    added = added_by(weights, length)
+    weighted = (inertia * groups + added[1:]) / (inertia + added[0]) if weights else groups
+    return coefficients_of(weighted, length, prior.gravity)
 
 
 def _segment(run: Sequence[Window]) -> Segment:

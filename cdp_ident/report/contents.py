@@ -10,7 +10,7 @@ from cdp_ident.diagnosis.new_trial import NewTrialCheck
 from cdp_ident.diagnosis.warnings import FitWarning, find_warnings, outlier_warnings
 from cdp_ident.likelihood.whole_swing import WholeSwings
 from cdp_ident.model.effects.effect import JOINTS
-from cdp_ident.model.parameters import GROUPS
+from cdp_ident.model.parameters import GROUPS, SYMBOLS
 from cdp_ident.outside_text import shown
 from cdp_ident.report.earlier import compared
 from cdp_ident.report.effects_section import effect_section, in_doubt_section, selection_section
@@ -173,6 +173,7 @@ def _search(outcome: Outcome) -> Section:
         "generations": len(estimate.search.history) - 1,
         "searches": estimate.searches,
         "evaluations": estimate.evaluations,
+        "best": dict(zip(SYMBOLS, estimate.search.best.tolist(), strict=True)),
         "sse": estimate.search.error,
         "seconds": outcome.search_seconds,
         "history": list(estimate.search.history),

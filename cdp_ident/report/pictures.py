@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from cdp_ident.errors import ReportError
-from cdp_ident.report.comparison import Run
+from cdp_ident.report.comparison import Comparison
 from cdp_ident.report.curves import Curves
 from cdp_ident.report.curves_file import read_curves
 from cdp_ident.report.figures.all import figures
@@ -41,21 +41,20 @@ def draw(report: Section, curves: Curves, for_paper: bool = False) -> Drawn:
 
     shown = figures(report, curves)
     on_paper = shown if for_paper else []
-    files = {TEXT: report_md(report, on_paper, FIGURES), **_for_paper(on_paper)}
+    files = {TEXT: report_md(report, on_paper), **_for_paper(on_paper)}
     return _with_page(files, PAGE, lambda: report_html(report, curves, shown))
 
 
-def draw_comparison(runs: Sequence[Run]) -> Drawn:
-    """Draw a comparison: page, text and figure."""
-    from cdp_ident.report.page.comparison_page import (  # noqa: PLC0415
-        comparison_figures,
-        comparison_html,
-        comparison_md,
-    )
+def draw_comparison(heading: str, tables: Sequence[Comparison], shown: Sequence[Figure]) -> Drawn:
+    """Draw a comparison: page, text and figures."""
+    from cdp_ident.report.figures.for_page import Arrays  # noqa: PLC0415
+    from cdp_ident.report.page.rendering import render_page, render_text  # noqa: PLC0415
 
-    shown = comparison_figures(runs)
-    files = {COMPARISON_TEXT: comparison_md(runs, shown, FIGURES), **_for_paper(shown)}
-    return _with_page(files, COMPARISON_PAGE, lambda: comparison_html(runs, shown))
+    content = {"heading": heading, "tables": tables}
+    files = {COMPARISON_TEXT: render_text("compare.md", shown, content), **_for_paper(shown)}
+    return _with_page(
+        files, COMPARISON_PAGE, lambda: render_page("compare.html", shown, content, {}, Arrays(), ("charts.js",))
+    )
 
 
 def _with_page(files: dict[str, str | bytes], name: str, page: Callable[[], str]) -> Drawn:

@@ -79,7 +79,7 @@ def genetic_search(
     search = _Search(objective, lower, upper, options, rng)
     population = rng.uniform(lower, upper, size=(options.population, len(lower)))
     errors = search.errors_of(population)
-    best, error = population[np.argmin(errors)], float(errors.min())
+    best, error = population[np.argmin(errors)].copy(), float(errors.min())
     history = [error]
     reason = stop(Progress(0, search.evaluations, best, error))
     generation = 0
@@ -87,7 +87,7 @@ def genetic_search(
         generation += 1
         population, errors = search.next_generation(population, errors)
         if errors.min() < error:
-            best, error = population[np.argmin(errors)], float(errors.min())
+            best, error = population[np.argmin(errors)].copy(), float(errors.min())
         history.append(error)
         reason = stop(Progress(generation, search.evaluations, best, error))
     stopped = reason or f"all {generation} generations done"

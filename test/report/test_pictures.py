@@ -10,9 +10,9 @@ from cdp_ident.report.folder import CURVES, FIGURES, PAGE, REPORT, TEXT
 from cdp_ident.report.pictures import draw_again
 
 PICTURES = {
-    "errors", "angles_1_swing_wide", "angles_2_swing_folded", "angles_3_swing_check", "best_error",
-    "contrast_1_swing_wide", "contrast_2_swing_folded", "contrast_3_swing_check", "angular_error_1_swing_wide",
-    "angular_error_2_swing_folded", "angular_error_3_swing_check", "selection", "torque_over_time",
+    "errors", "angles_1_swing_wide", "angles_2_swing_folded", "angles_3_swing_check",
+    "contrast_1_swing_wide", "contrast_2_swing_folded", "contrast_3_swing_check",
+    "selection", "torque_over_time",
     "torque_over_speed", "torque_over_angle", "prediction", "residual_correlation", "next_trial",
     "effect_1_coulomb_friction_outer", "parameters", "correlation", "repeatability",
 }  # fmt: skip

@@ -18,7 +18,7 @@ def figures(report: Section, curves: Curves) -> list[Figure]:
         *angles(report, curves),
         *prediction(report),
         residual_correlation(report),
-        best_error(report),
+        *best_error(report),
         *continuous_runs(report, curves),
         *selection(report),
         *missing_torques(report, curves),

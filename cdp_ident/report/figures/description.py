@@ -121,8 +121,6 @@ class Axis:
     ticks: Sequence[tuple[float, str]] = ()
     """Places with names, the first on top; where there are none, places are numbers."""
     limits: tuple[float, float] | None = None
-    spacing: float | None = None
-    """Between numbers that are written, where not any will do."""
 
 
 @dataclass(frozen=True)

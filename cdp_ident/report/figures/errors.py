@@ -1,7 +1,7 @@
 """The errors of a report: before and after, over the generations of the search, and along the selection of effects."""
 
 import textwrap
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -16,6 +16,7 @@ _LABEL_WIDTH = 22
 """Characters in a line of a name beside an axis: two thirds of a phone remain beside it."""
 _ROOM = 27.0
 """Height of a bar with a name of two lines [pixels]."""
+GENERATION = Axis("generation")
 _WHERE = {"holdout": "held out", "fit": "fitted"}
 
 
@@ -59,28 +60,27 @@ def before_and_after(report: Section) -> Figure:
     )
 
 
-def best_error(report: Section) -> Figure:
-    """Return the search's best error over its generations (the paper's Figs. 7, 9 and 13)."""
+def best_error(report: Section) -> Iterator[Figure]:
+    """Yield the search's best error over its generations, where it was not cut short to a few."""
     search = report["search"]
+    if search["cut_short"]:
+        return
     history = np.array([number(error) for error in search["history"]])
-    generations = np.arange(len(history), dtype=float)
-    name = search["method"].upper() + (", cut short" if search["cut_short"] else "")
-    return Figure(
+    name = search["method"].upper()
+    yield Figure(
         "best_error",
         "paper",
         "Evolution of the best error",
         f"Squared error (Eq. 10) of the best chromosome after each generation of the search ({name}), from which the "
         "refinement starts. As the paper's Figs. 7, 9 and 13.",
         f"From {history[0]:.4g} to {history[-1]:.4g} rad² in {len(history) - 1} generations.",
-        [
-            Panel(
-                Axis("generation", spacing=max(1.0, len(history) // 8)),
-                Axis("best error [rad²]", logarithmic=bool(history[0] > 10 * history[-1] > 0)),
-                [Line(name, "after", generations, history, 2.0, marked=len(history) < 60)],
-                height=260,
-            )
-        ],
+        [evolution([Line(name, "after", np.arange(len(history), dtype=float), history, 2.0)])],
     )
+
+
+def evolution(lines: Sequence[Line]) -> Panel:
+    """Return best errors over the generations of searches."""
+    return Panel(GENERATION, Axis("best error E(Z) [rad²]", logarithmic=True), lines, height=260)
 
 
 def selection(report: Section) -> Iterator[Figure]:

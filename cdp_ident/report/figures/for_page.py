@@ -201,8 +201,6 @@ def _axis(axis: Axis, which: str) -> Json:
     }  # fmt: skip
     if axis.logarithmic:
         drawn |= {"type": "log", "dtick": 1}
-    if axis.spacing:
-        drawn |= {"tick0": 0, "dtick": axis.spacing}
     if axis.limits:
         drawn["range"] = list(axis.limits)
     if axis.ticks:

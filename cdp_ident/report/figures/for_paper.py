@@ -13,7 +13,6 @@ from matplotlib.figure import Figure as Canvas
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from matplotlib.ticker import MultipleLocator
 
 from cdp_ident.report.figures.description import (
     Axis,
@@ -113,8 +112,6 @@ def _axis(axis: Axis, ax: Axes, which: str) -> None:
     getattr(ax, f"set_{which}label")(_literal(axis.label))
     if axis.logarithmic:
         getattr(ax, f"set_{which}scale")("log")
-    if axis.spacing:
-        getattr(ax, f"{which}axis").set_major_locator(MultipleLocator(axis.spacing))
     if axis.limits:
         getattr(ax, f"set_{which}lim")(*axis.limits)
     if axis.ticks:

@@ -1,7 +1,7 @@
 """Angles over time, measured and simulated."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -28,19 +28,17 @@ def angles(report: Section, curves: Curves) -> Iterator[Figure]:
     """Yield a figure for each trial: angles over windows, and what is left of them beneath on the same axis."""
     every = shown_samples(curves)
     for number, (trial, curve) in enumerate(zip(report["trials"], curves.trials, strict=True), start=1):
-        errors = {model: curve.measured - getattr(curve, model.key) for model in models(report)}
         window = float(np.ptp(curve.time)) / max(int(curve.window.max()) + 1, 1)
-        yield _figure(
+        yield measured_and_simulated(
             f"angles_{number}_{file_name(trial['name'])}",
             "motion",
             f"Angles of {trial['name']} ({_role(trial)})",
             f"Top: measured and simulated over windows of {window:.2g} s, whose initial states are fitted. Below: "
             "measured less simulated." + _thinned(every),
-            report,
-            curve,
-            every,
-            {model: getattr(curve, model.key) for model in models(report)},
-            errors,
+            curve.time[every],
+            curve.measured[every],
+            {model: getattr(curve, model.key)[every] for model in models(report)},
+            _held_out(curve),
         )
 
 
@@ -48,25 +46,17 @@ def continuous_runs(report: Section, curves: Curves) -> Iterator[Figure]:
     """Yield the paper's contrast curves and angular errors of each trial, from one continuous run (Eq. 10)."""
     every = shown_samples(curves)
     for number, (trial, curve) in enumerate(zip(report["trials"], curves.trials, strict=True), start=1):
-        runs = {model: getattr(curve, f"run_{model.key}") for model in models(report)}
-        common = (
-            "One simulation of the whole trial from its fitted initial state (Eq. 10). Where the motion is chaotic, no "
-            "model follows it for long." + _thinned(every)
-        )
-        yield _figure(
+        yield measured_and_simulated(
             f"contrast_{number}_{file_name(trial['name'])}",
             "paper",
-            f"Contrast curves of {trial['name']} ({_role(trial)})",
-            f"{common} As the paper's Figs. 3, 4, 8 and 10.",
-            report, curve, every, runs, {},
-        )  # fmt: skip
-        yield _figure(
-            f"angular_error_{number}_{file_name(trial['name'])}",
-            "paper",
-            f"Angular error of {trial['name']} ({_role(trial)})",
-            f"{common} As the paper's Figs. 11 and 12.",
-            report, curve, every, {}, {model: curve.measured - run for model, run in runs.items()},
-        )  # fmt: skip
+            f"Contrast curves and angular errors of {trial['name']} ({_role(trial)})",
+            "One simulation of the whole trial from its fitted initial state (Eq. 10). Where the motion is chaotic, no "
+            f"model follows it for long.{_thinned(every)} As the paper's Figs. 3, 4, 8 and 10 to 12.",
+            curve.time[every],
+            curve.measured[every],
+            {model: getattr(curve, f"run_{model.key}")[every] for model in models(report)},
+            _held_out(curve),
+        )
 
 
 def file_name(name: str) -> str:
@@ -74,38 +64,33 @@ def file_name(name: str) -> str:
     return re.sub(r"[^A-Za-z0-9_-]+", "_", name)[:40]
 
 
-def _figure(
+def measured_and_simulated(
     name: str,
     section: Place,
     title: str,
     caption: str,
-    report: Section,
-    curve: TrialCurves,
-    every: slice,
-    simulated: dict[Model, Array],
-    errors: dict[Model, Array],
+    time: Array,
+    measured: Array,
+    simulated: Mapping[Model, Array],
+    held_out: Sequence[tuple[float, float]] = (),
 ) -> Figure:
-    time, spans = curve.time[every], _held_out(curve)
+    """Return the figure of a motion: angles (n, 2) measured and simulated [rad], and beneath what is left of them."""
+    left = {model: measured - angles for model, angles in simulated.items()}
     panels = []
-    for column, angle in enumerate(_ANGLES if simulated else ()):
-        measured = Line("measured", "ink", time, curve.measured[every, column], width=2.5)
+    for column, angle in enumerate(_ANGLES):
         lines = [
-            Line(model.label, model.colour, time, angles[every, column], dashed=model.key == "before")
+            Line(model.label, model.colour, time, angles[:, column], dashed=model.key == "before")
             for model, angles in simulated.items()
         ]
-        panels.append(Panel(_TIME, Axis(f"{angle} [rad]"), [measured, *lines], height=190, held_out=spans))
-    for column, angle in enumerate(_ANGLES if errors else ()):
-        lines = [
-            Line(model.label, model.colour, time, 1e3 * left[every, column], 1.2) for model, left in errors.items()
-        ]
-        panels.append(
-            Panel(_TIME, Axis(f"error of {angle} [mrad]"), lines, height=150 if simulated else 190, held_out=spans)
-        )
-    return Figure(name, section, title, caption, _alternative(title, simulated, errors, curve), panels, shared_x=True)
+        lines.insert(0, Line("measured", "ink", time, measured[:, column], width=2.5))
+        panels.append(Panel(_TIME, Axis(f"{angle} [rad]"), lines, height=190, held_out=held_out))
+    for column, angle in enumerate(_ANGLES):
+        lines = [Line(model.label, model.colour, time, 1e3 * error[:, column], 1.2) for model, error in left.items()]
+        panels.append(Panel(_TIME, Axis(f"error of {angle} [mrad]"), lines, height=150, held_out=held_out))
+    return Figure(name, section, title, caption, _alternative(title, left, time[-1]), panels, shared_x=True)
 
 
-def _alternative(title: str, simulated: dict[Model, Array], errors: dict[Model, Array], curve: TrialCurves) -> str:
-    errors = errors or {model: curve.measured - angles for model, angles in simulated.items()}
+def _alternative(title: str, errors: Mapping[Model, Array], duration: float) -> str:
     said = []
     for model, left in errors.items():
         known = left[np.isfinite(left).all(axis=1)]
@@ -114,7 +99,7 @@ def _alternative(title: str, simulated: dict[Model, Array], errors: dict[Model, 
             continue
         rms = 1e3 * np.sqrt(np.mean(known**2, axis=0))
         said.append(f"{model.label}: {rms[0]:.3g} mrad rms in θ1 and {rms[1]:.3g} mrad in θ2")
-    return f"{title}, over {curve.time[-1]:.3g} s. Measured less simulated: {'; '.join(said)}."
+    return f"{title}, over {duration:.3g} s. Measured less simulated: {'; '.join(said)}."
 
 
 def _held_out(curve: TrialCurves) -> list[tuple[float, float]]:

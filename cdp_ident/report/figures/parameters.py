@@ -5,6 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from cdp_ident.diagnosis.identifiability import CONFIDENCE
+from cdp_ident.report.comparison import Run
 from cdp_ident.report.figures.description import Axis, Figure, Heat, Intervals, Level, Panel
 from cdp_ident.report.figures.errors import wrapped
 from cdp_ident.report.figures.models import models
@@ -111,6 +112,22 @@ def repeatability(report: Section) -> Iterator[Figure]:
         "difference from the joint fit [%]",
         "joint fit",
     )
+
+
+def runs_compared(runs: Sequence[Run]) -> Figure:
+    """Return the base parameters of several reports against those of the first."""
+    first = runs[0]
+    groups = {name: number(quantity["value"]) for name, quantity in first.report["after"]["groups"].items()}
+    figure = Figure(
+        "compare_groups",
+        "compare",
+        f"Base parameters against those of {first.name}",
+        "Of each final model, with 95 % intervals.",
+        "",
+        (),
+    )
+    estimates = [(run.name, run.report["after"]["groups"]) for run in runs]
+    return estimates_against(estimates, groups, figure, f"difference from {first.name} [%]", "no difference")
 
 
 def estimates_against(

@@ -3,6 +3,7 @@
 import base64
 import hashlib
 import re
+from collections.abc import Sequence
 from functools import cache
 from typing import Any, get_args
 
@@ -13,6 +14,7 @@ from cdp_ident.errors import ReportError
 from cdp_ident.report.figures.description import Figure, Place
 from cdp_ident.report.figures.for_page import Arrays, plotly_figure
 from cdp_ident.report.figures.palette import DARK, LIGHT
+from cdp_ident.report.folder import FIGURES
 
 _LOADER = jinja2.PackageLoader("cdp_ident.report.page", "templates")
 _MARKDOWN = re.compile(r"([\\`*_\[\]#|~])")
@@ -20,7 +22,7 @@ _MARKDOWN = re.compile(r"([\\`*_\[\]#|~])")
 
 def render_page(
     template: str,
-    shown: list[Figure],
+    shown: Sequence[Figure],
     content: dict[str, Any],
     data: dict[str, Any],
     arrays: Arrays,
@@ -52,9 +54,13 @@ def render_page(
     )
 
 
-def render_text(template: str, shown: list[Figure], content: dict[str, Any]) -> str:
-    """Return a Markdown text with links to the figures' files."""
-    return _texts().get_template(template).render(**content, figures=_by_place(shown))
+def render_text(template: str, shown: Sequence[Figure], content: dict[str, Any]) -> str:
+    """Return a Markdown text with links to the figures' SVG files, in a folder beside it."""
+
+    def picture(figure: Figure) -> Markup:
+        return Markup(f"{FIGURES}/{figure.name}.svg")
+
+    return _texts().get_template(template).render(**content, figures=_by_place(shown), picture=picture)
 
 
 @cache
@@ -77,7 +83,7 @@ def _texts() -> jinja2.Environment:
     return environment
 
 
-def _by_place(shown: list[Figure]) -> dict[str, list[Figure]]:
+def _by_place(shown: Sequence[Figure]) -> dict[str, list[Figure]]:
     return {place: [figure for figure in shown if figure.section == place] for place in get_args(Place)}
 
 

@@ -2,8 +2,6 @@
 
 from typing import Any
 
-from markupsafe import Markup
-
 from cdp_ident.model.acting import outer_rod_length
 from cdp_ident.report.curves import Curves
 from cdp_ident.report.figures.description import Figure
@@ -29,13 +27,9 @@ def report_html(report: Section, curves: Curves, shown: list[Figure]) -> str:
     return render_page("report.html", shown, content, data, arrays, ("charts.js", "player.js"))
 
 
-def report_md(report: Section, shown: list[Figure], folder: str) -> str:
-    """Return `report.md`, whose figures are SVG files in a folder beside it."""
-
-    def picture(figure: Figure) -> Markup:
-        return Markup(f"{folder}/{figure.name}.svg")
-
-    return render_text("report.md", shown, {**words(report), "r": report, "picture": picture})
+def report_md(report: Section, shown: list[Figure]) -> str:
+    """Return `report.md`."""
+    return render_text("report.md", shown, {**words(report), "r": report})
 
 
 def _player(report: Section, curves: Curves, arrays: Arrays) -> dict[str, Any]:

@@ -255,7 +255,8 @@ def _search(report: Section) -> list[Row]:
         ("population", f"{search['population']:.0f}"),
         ("generations", f"{search['generations']:.0f} ({search['stopped']})"),
         ("evaluations", f"{search['evaluations']:.0f} in {search['searches']:.0f} searches"),
-        ("best error", f"{number(search['sse']):.4g} rad²"),
+        ("best chromosome", ", ".join(f"{symbol} {value:.4g}" for symbol, value in search["best"].items())),
+        ("its error", f"{number(search['sse']):.4g} rad²"),
         ("time", f"{search['seconds']:.1f} s for the search, {report['run']['seconds']:.1f} s in all"),
     ]
 

@@ -18,13 +18,15 @@ def test_errors_stand_beside_the_noise(read_content):
     assert f"{before.lengths[0]:.3g} mrad held out" in figure.alternative
 
 
-def test_the_search_s_history_is_shown_on_a_logarithmic_axis_where_it_falls_far(read_content):
-    read_content["search"]["history"] = [100.0, 5.0, 0.1]
-    figure = best_error(read_content)
+def test_the_history_of_a_search_in_full_is_shown(read_content):
+    read_content["search"] |= {"history": [100.0, 5.0, 0.1], "cut_short": False}
+    (figure,) = best_error(read_content)
     assert figure.panels[0].y.logarithmic
     assert np.array_equal(figure.panels[0].marks[0].y, [100.0, 5.0, 0.1])
-    read_content["search"]["history"] = [10.0, 9.0]
-    assert not best_error(read_content).panels[0].y.logarithmic
+
+
+def test_a_search_that_was_cut_short_has_no_evolution_to_show(read_content):
+    assert not list(best_error(read_content))
 
 
 @pytest.fixture

@@ -35,10 +35,10 @@ def test_each_trial_has_its_angles_and_beneath_them_what_is_left(read_content, s
 
 
 def test_the_paper_s_figures_are_of_one_continuous_run(read_content, shown_curves):
-    contrast, error, *_ = continuous_runs(read_content, shown_curves)
+    contrast, *_ = continuous_runs(read_content, shown_curves)
     curve = shown_curves.trials[0]
     assert np.array_equal(contrast.panels[0].marks[2].y, curve.run_after[:, 0])
-    assert error.panels[0].marks[1].y == pytest.approx(1e3 * (curve.measured - curve.run_after)[:, 0])
+    assert contrast.panels[2].marks[1].y == pytest.approx(1e3 * (curve.measured - curve.run_after)[:, 0])
     assert "Eq. 10" in contrast.caption
 
 

@@ -6,12 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cdp_ident.report.comparison import Run
+from cdp_ident.report.comparison import Run, compare
 from cdp_ident.report.curves import Curves
 from cdp_ident.report.figures.all import figures
-from cdp_ident.report.folder import PAGE
-from cdp_ident.report.page.comparison_page import comparison_figures, comparison_html
+from cdp_ident.report.figures.parameters import runs_compared
+from cdp_ident.report.folder import COMPARISON_PAGE, PAGE
 from cdp_ident.report.page.report_page import report_html
+from cdp_ident.report.pictures import draw_comparison
 
 pytestmark = pytest.mark.waits
 
@@ -301,7 +302,8 @@ def test_text_from_bags_and_files_stays_text(visit, read_content, shown_curves, 
 
 def test_a_comparison_is_a_page_of_the_same_kind(visit, read_content, tmp_path):
     runs = [Run("worn", read_content), Run(f"oiled{EVIL}", hostile(read_content))]
-    (tmp_path / "compare.html").write_text(comparison_html(runs, comparison_figures(runs)))
+    drawn = draw_comparison(f"worn, oiled{EVIL}", compare(runs), [runs_compared(runs)])
+    (tmp_path / "compare.html").write_text(drawn.files[COMPARISON_PAGE])
     for viewport in ({"width": 1280, "height": 900}, PHONE):
         visited = visit(tmp_path / "compare.html", viewport=viewport)
         visited.draw_all()

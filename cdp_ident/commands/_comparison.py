@@ -1,0 +1,31 @@
+"""A comparison on the terminal and in a folder."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from rich.console import Console
+
+from cdp_ident.report.comparison import Comparison
+from cdp_ident.report.figures.description import Figure
+from cdp_ident.report.folder import COMPARISON_PAGE, COMPARISON_TEXT, FIGURES, write_files
+from cdp_ident.report.pictures import draw_comparison
+from cdp_ident.report.terminal import print_tables
+
+_WIDTH = 140
+"""Where there is no terminal."""
+
+
+def show_comparison(heading: str, tables: Sequence[Comparison], figures: Sequence[Figure], out: Path | None) -> None:
+    """Print tables and, where a folder is given, write page, text and figures into it.
+
+    Raises:
+        OptionError: the folder cannot be written.
+    """
+    console = Console(highlight=False, markup=False)
+    console = console if console.is_terminal else Console(highlight=False, markup=False, width=_WIDTH)
+    print_tables(console, tables)
+    if out:
+        drawn = draw_comparison(heading, tables, figures)
+        write_files(out, drawn.files)
+        console.print(drawn.problem or f"{out / COMPARISON_PAGE} is written", soft_wrap=True)
+        console.print(f"{out / COMPARISON_TEXT} and {FIGURES}/ are written", soft_wrap=True)

@@ -1,0 +1,136 @@
+"""The paper's two genetic algorithms side by side, in tables: what it shows in its Tables 4 and 5."""
+
+import statistics
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from cdp_ident.fit.windows import Window
+from cdp_ident.model.parameters import GROUPS, SYMBOLS, groups_of
+from cdp_ident.report.comparison import Comparison
+from cdp_ident.report.wording import group_words
+from cdp_ident.search.genetic_search import Progress
+from cdp_ident.search.operators import logarithmic_fitness
+from cdp_ident.search.options import GeneticOptions
+
+Array = npt.NDArray[np.float64]
+
+_IN_PAPER = (1, 20, 40, 60, 80, 100, 200, 300, 400, 500)
+"""Generations of its tables."""
+
+
+@dataclass(frozen=True)
+class Course:
+    """One search from its first population to its end."""
+
+    seed: int
+    generations: tuple[Progress, ...]
+    """After the first population, and after each generation."""
+    seconds: float
+    """That it took [s]."""
+
+    @property
+    def end(self) -> Progress:
+        """What it came to."""
+        return self.generations[-1]
+
+
+@dataclass(frozen=True)
+class Algorithm:
+    """One algorithm's searches, which differ by the seed."""
+
+    name: str
+    options: GeneticOptions
+    courses: tuple[Course, ...]
+    """By their last error, the best first."""
+    typical: Course
+    """The one in the middle."""
+    simulated: tuple[Array, ...]
+    """(n, 2) angles in each window with the best chromosome of the typical search [rad]."""
+
+
+@dataclass(frozen=True)
+class Searches:
+    """Both algorithms on the same motion."""
+
+    trials: tuple[str, ...]
+    """Names."""
+    windows: tuple[Window, ...]
+    """What is searched of each trial."""
+    noise_error: float
+    """What the encoders' noise alone leaves [rad^2]."""
+    length: float
+    """L [m]."""
+    algorithms: tuple[Algorithm, Algorithm]
+    """The traditional one and the improved one."""
+
+
+def shown_generations(last: int) -> list[int]:
+    """Return which generations of a search are shown: those of the paper's tables, and its last one."""
+    return [*(generation for generation in _IN_PAPER if generation < last), last]
+
+
+def fitness(errors: Array, options: GeneticOptions) -> Array:
+    """Return H(Z) of Eq. (7)."""
+    return logarithmic_fitness(errors, options.fitness_offset, options.fitness_error_limit)
+
+
+def search_tables(searches: Searches) -> list[Comparison]:
+    """Return what the algorithms found, and the chromosomes of a typical search of each by generation."""
+    names = tuple(algorithm.name for algorithm in searches.algorithms)
+    seeds = len(searches.algorithms[0].courses)
+    return [
+        Comparison(
+            f"Best error E(Z) after the last generation, {seeds} searches each [rad²]",
+            ("", "median", "smallest", "largest", "simulations", "time of one [s]"),
+            tuple(_ends(algorithm) for algorithm in searches.algorithms),
+            f"The encoders' noise alone leaves about {searches.noise_error:.3g} rad². Whatever the paper's model lacks "
+            "of this rig adds to that.",
+        ),
+        *(_by_generation(algorithm) for algorithm in searches.algorithms),
+        Comparison(
+            "Best chromosomes and base parameters, mean ± spread",
+            ("", *names),
+            tuple(_spreads(searches)),
+            "Searches that follow the motion equally well differ in the nine values, for it depends on the five base "
+            "parameters alone.",
+        ),
+    ]
+
+
+def _ends(algorithm: Algorithm) -> tuple[str, ...]:
+    errors = [course.end.error for course in algorithm.courses]
+    seconds = statistics.median(course.seconds for course in algorithm.courses)
+    shown = (statistics.median(errors), errors[0], errors[-1])
+    simulations = algorithm.typical.end.evaluations
+    return algorithm.name, *(f"{error:.4g}" for error in shown), f"{simulations}", f"{seconds:.3g}"
+
+
+def _by_generation(algorithm: Algorithm) -> Comparison:
+    course = algorithm.typical
+    return Comparison(
+        f"Best chromosome of {algorithm.name} by generation, seed {course.seed}",
+        ("G", *SYMBOLS, "E(Z) [rad²]", "H(Z)"),
+        tuple(
+            (
+                str(one.generation),
+                *(f"{value:.4g}" for value in one.best),
+                f"{one.error:.5g}",
+                f"{fitness(np.array(one.error), algorithm.options):.3f}",
+            )
+            for one in (course.generations[generation] for generation in shown_generations(course.end.generation))
+        ),
+        f"Of the {len(algorithm.courses)} searches the one in the middle, by its last error.",
+    )
+
+
+def _spreads(searches: Searches) -> list[tuple[str, ...]]:
+    columns = []
+    for algorithm in searches.algorithms:
+        best = np.array([course.end.best for course in algorithm.courses])
+        values = np.concatenate([best, groups_of(best, searches.length)], axis=1)
+        mean, std = values.mean(axis=0), values.std(axis=0)
+        columns.append([f"{m:.4g} ± {100 * s / m:.2g} %" if m else "0" for m, s in zip(mean, std, strict=True)])
+    names = [*SYMBOLS, *(group_words(group) for group in GROUPS)]
+    return [(name, *cells) for name, *cells in zip(names, *columns, strict=True)]
