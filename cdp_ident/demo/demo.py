@@ -55,10 +55,19 @@ def main(arguments: list[str]) -> int:
 
         console.rule("2  Identify", align="left")
         console.print(
-            "It is given the bags and nothing else. It fits the paper's model, looks for what the model lacks, and\n"
-            "evaluates the result on the last bag.\n"
+            "It is given the bags and nothing else. It fits the paper's model, beginning with the improved genetic\n"
+            "algorithm in full, looks for what the model lacks, and evaluates the result on the last bag.\n"
         )
-        command = ["--bag", *map(str, fitted), "--holdout", str(held_out), "--out", str(out / "report")]
+        command = [
+            "--bag",
+            *map(str, fitted),
+            "--holdout",
+            str(held_out),
+            "--method",
+            "iga",
+            "--out",
+            str(out / "report"),
+        ]
         console.print(f"$ ros2 run cdp_ident identify {' '.join(command)} &\n", soft_wrap=True)
         nodes.start("identify", *command, logged=False)
         states = client.hear("/identify/state")
@@ -94,6 +103,15 @@ def _new_folder(asked: Path | None) -> Path:
 
 
 def _print_result(console: Console, report: dict[str, Any]) -> None:
+    from cdp_ident.report.searches import shown_generations  # noqa: PLC0415
+
+    history = report["search"]["history"]
+    generations = shown_generations(len(history) - 1)
+    evolution = Table("generation", *map(str, generations), box=None, pad_edge=False)
+    evolution.add_row("E(Z) [rad²]", *(f"{history[generation]:.4g}" for generation in generations))
+    console.print(f"The improved genetic algorithm's best error, which {PAGE} draws as a curve:")
+    console.print(evolution)
+    console.print()
     before, after = (report[stage]["error"]["holdout"] for stage in ("before", "after"))
     console.print(report["verdict"])
     console.print("\nOn the trial that no fit has seen, measured against simulated:")

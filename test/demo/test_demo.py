@@ -55,6 +55,9 @@ def test_it_records_identifies_asks_the_node_and_names_what_is_hidden(tmp_path):
     said, errors = demo.communicate(timeout=900)
     assert demo.returncode == 0, errors
     assert "Dry friction in the outer joint" in said
+    errors = [float(error) for error in re.search(r"E\(Z\) \[rad²\] +(.+)", said)[1].split()]
+    assert errors == sorted(errors, reverse=True)
+    assert len(errors) == 10
     asked = re.search(r"param get /identify effects.coulomb_friction.outer.torque +(\S+)", said)
     assert 0.001 < float(asked[1]) < 0.003
     hidden, found = re.search(r"coulomb friction, outer: torque / A22 +(\S+) +(\S+)", said).groups()
