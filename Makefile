@@ -4,7 +4,7 @@ PYTHON ?= python3
 VENV := $(CURDIR)/.venv
 REQUIREMENTS ?= requirements-dev.txt
 BIN := $(VENV)/bin
-SHARED := $(wildcard config/* launch/* urdf/*)
+SHARED := $(wildcard config/* examples/* launch/* urdf/*)
 # Nodes of tests and demonstrations find each other on this machine only, on a domain of this run's own. They are started
 # often, so their bytecode is kept. The threads of linear algebra would compete for the cores with our own.
 ROS := export OPENBLAS_NUM_THREADS=1 PYTHONDONTWRITEBYTECODE= HOME="$${HOME:-/tmp}" ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST ROS_DOMAIN_ID=$$(( $$$$ % 100 + 1 )) \

@@ -57,7 +57,7 @@ setup(
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
         (f"share/{NAME}", ["package.xml"]),
-        *(shared(folder) for folder in ("config", "launch", "urdf")),
+        *(shared(folder) for folder in ("config", "examples", "launch", "urdf")),
     ],
     # Kept equal to requirements.txt's names; ROS's own packages are not distributions that pip sees.
     install_requires=[

@@ -1,6 +1,6 @@
 """Balance a fitted pendulum upright: an LQR designed on its linear model, tried on a simulated rig.
 
-    python examples/lqr.py identification/one/fitted.yaml
+    python3 $(ros2 pkg prefix --share cdp_ident)/examples/lqr.py identification/one/fitted.yaml
 
 The controller knows the linear model only. The rig that it balances is the fitted model in full, dry friction and all;
 nothing real moves. What a real rig needs besides, docs/how_to/linear_model.md tells.

@@ -4,9 +4,7 @@ import os
 import re
 import shutil
 import signal
-import stat
 import subprocess
-import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -28,55 +26,42 @@ _INERTIA = 0.1296 * 0.2007**2 + 0.0007 + (0.1154 + 0.2192) * 0.4**2
 """A22 of the rig that the tutorial describes [kg m^2]."""
 PATIENCE = 300.0
 """Longest wait for anything [s]: the machine may be busy, and may have to compile first."""
-ROS2 = """\
-#!{python}
-# ROS's command line is not on PyPI: this does what the tutorial asks of it.
-import os, sys
-what, arguments = sys.argv[1:3], sys.argv[3:]
-if what == ["run", "cdp_ident"]:
-    os.execv(sys.executable, [sys.executable, "-m", "cdp_ident", *arguments])
-assert what == ["service", "call"] and arguments[1:] == ["std_srvs/srv/Trigger"], sys.argv
-import rclpy
-from std_srvs.srv import Trigger
-rclpy.init()
-node = rclpy.create_node("caller")
-client = node.create_client(Trigger, arguments[0])
-assert client.wait_for_service({patience})
-answer = client.call_async(Trigger.Request())
-rclpy.spin_until_future_complete(node, answer, timeout_sec={patience})
-print(answer.result())
-sys.exit(0 if answer.result().success else 1)
-"""
+WITHOUT_ROS = shutil.which("ros2") is None
+BLOCKS = re.findall(r"```sh\n(.*?)```", DOCUMENT, re.DOTALL)
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return the reader's folder, with the rig's file and the package's examples."""
-    folder = tmp_path_factory.mktemp("tutorial")
+    """Return the reader's folder, with the rig's file that the page has, and nothing else."""
+    folder = tmp_path_factory.mktemp("home") / "tutorial"
     rig = re.search(r"```yaml\n(.*?)```", DOCUMENT, re.DOTALL)
     assert rig
+    folder.mkdir()
     (folder / "rig.yaml").write_text(rig[1])
-    (folder / "examples").symlink_to(ROOT / "examples")
-    if shutil.which("ros2") is None:
-        command = folder / "bin/ros2"
-        command.parent.mkdir()
-        command.write_text(ROS2.format(python=sys.executable, patience=PATIENCE))
-        command.chmod(command.stat().st_mode | stat.S_IXUSR)
     return folder
 
 
 @pytest.fixture(scope="module")
 def shell(folder: Path) -> Iterator[Callable[[str], "subprocess.Popen[str]"]]:
-    """Return what starts commands in a shell; all that they left running is ended with the test."""
-    path = os.pathsep.join([str(folder / "bin"), str(Path(sys.executable).parent), os.environ["PATH"]])
-    python = os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])
-    environment = {**os.environ, "PATH": path, "PYTHONPATH": python}
+    """Return what starts commands in a terminal that was set up as the page says.
+
+    Without ROS, that terminal knows nothing of the package beforehand. What is left running is ended with the test.
+    """
+    environment = {**os.environ, "HOME": str(folder.parent)}
+    place = BLOCKS[WITHOUT_ROS].replace("~/ros2_ws/", f"{ROOT}/").replace("~/cdp_ident", str(ROOT))
+    if WITHOUT_ROS:
+        environment["PATH"] = os.defpath
+        for name in ("PYTHONPATH", "AMENT_PREFIX_PATH", "COLCON_PREFIX_PATH", "VIRTUAL_ENV"):
+            environment.pop(name, None)
     started: list[subprocess.Popen[str]] = []
 
     def start(commands: str) -> subprocess.Popen[str]:
+        if WITHOUT_ROS:
+            commands = re.sub(r"(?m)^ros2 (service|param) .*$", "", commands)
+            commands = commands.replace("ros2 run cdp_ident", "python3 -m cdp_ident")
         process = subprocess.Popen(
-            ["bash", "-e", "-c", f"{commands}\nwait"], cwd=folder, env=environment, start_new_session=True, text=True,
-            stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+            ["bash", "-e", "-c", f"{place}\ncd ~/tutorial\n{commands}\nwait"], env=environment, text=True,
+            start_new_session=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
         )  # fmt: skip
         started.append(process)
         return process
@@ -92,7 +77,8 @@ def shell(folder: Path) -> Iterator[Callable[[str], "subprocess.Popen[str]"]]:
 def test_it_leads_from_wiring_to_a_controller_that_stands(
     folder: Path, shell: Callable[[str], "subprocess.Popen[str]"]
 ) -> None:
-    nodes, zero, identify, suggest, heavier, *then = re.findall(r"```sh\n(.*?)```", DOCUMENT, re.DOTALL)
+    *_, new_folder, nodes, zero, identify, suggest, heavier, again, linearize, balance = BLOCKS
+    assert new_folder == "mkdir ~/tutorial\ncd ~/tutorial\n"
 
     def record(commands: str, trials: int, zero: str = "") -> None:
         *before, driver, recorder, rig = commands.splitlines()
@@ -123,7 +109,9 @@ def test_it_leads_from_wiring_to_a_controller_that_stands(
     assert not fitted()["determined.A22"]
     assert "it is determined then, to ± 0." in do(suggest)
     record(heavier, 4)
-    output = [do(commands) for commands in then][-1]
+    do(again)
+    do(linearize)
+    output = do(balance)
     assert fitted()["effects.coulomb_friction.outer.torque"] == pytest.approx(0.002, rel=0.03)
     assert fitted()["determined.A22"]
     assert fitted()["A22"] == pytest.approx(_INERTIA, rel=0.01)
