@@ -82,7 +82,7 @@ def search_tables(searches: Searches) -> list[Comparison]:
     seeds = len(searches.algorithms[0].courses)
     return [
         Comparison(
-            f"Best error E(Z) after the last generation, {seeds} searches each [rad²]",
+            f"Last best error E(Z) [rad²], {seeds} searches each",
             ("", "median", "smallest", "largest", "simulations", "time of one [s]"),
             tuple(_ends(algorithm) for algorithm in searches.algorithms),
             f"The encoders' noise alone leaves about {searches.noise_error:.3g} rad². Whatever the paper's model lacks "
