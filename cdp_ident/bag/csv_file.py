@@ -140,11 +140,10 @@ def read_table(path: Path, delimiter: str | None = None, decimal: str | None = N
         f"decimal {'commas' if form.decimal == ',' else 'points'}, "
         f"{f'titles in line {where}' if where else 'joints by their names' if titles else 'no titles'}"
     )
-    notes = (
-        [f"lines without numbers are left out: {len(stray)}, first line {stray[0][0]}, {shown(stray[0][1], 60)!r}"]
-        if stray
-        else []
-    )
+    notes = []
+    if stray:
+        number, line = stray[0]
+        notes.append(f"lines without numbers are left out: {len(stray)}, first line {number}, {shown(line, 60)!r}")
     return Table(path, titles, table, written, no_numbers, tuple(notes))
 
 

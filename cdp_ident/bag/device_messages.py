@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from cdp_ident.bag import diagnostics, time_reference
 from cdp_ident.bag.diagnostics import ClockRate, read_statuses
-from cdp_ident.bag.message_compression import plain_message
+from cdp_ident.bag.limits import plain_message
 from cdp_ident.bag.time_reference import parse_time_reference
 
 Times = npt.NDArray[np.int64]

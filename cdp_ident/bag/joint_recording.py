@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from cdp_ident.bag.device_messages import DeviceMessages, DeviceTime
 from cdp_ident.bag.joint_state import HEAD_OFFSET, NANOSECONDS, STAMP_OFFSET, Layout, parse_layout
-from cdp_ident.bag.message_compression import plain_message
+from cdp_ident.bag.limits import plain_message
 from cdp_ident.bag.sample_times import Time, sample_times
 from cdp_ident.errors import BagError
 from cdp_ident.outside_text import shown

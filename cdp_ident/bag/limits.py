@@ -18,6 +18,7 @@ _BYTES, _BYTES_PER_BYTE = 1 << 30, 8
 _RECORDS, _BYTES_PER_RECORD = 10_000_000, 64
 """Records of any bag, and bytes on the disk for which there may be another one."""
 _BLOCK = 1 << 20
+_ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
 LARGEST_WINDOW = 1 << 27
 """Bytes that zstd may look back; `zstd --ultra --long=27` writes no more."""
 
@@ -67,3 +68,11 @@ def decompressed(data: bytes, compression: str, most: int) -> bytes:
     if len(result) > most:
         raise ValueError(f"more than {most} bytes are compressed")
     return bytes(result)
+
+
+def plain_message(raw: bytes) -> bytes:
+    """Return the serialised message that rosbag2 may have compressed in `raw`.
+
+    Raises ValueError where it cannot be decompressed, or is larger than a mebibyte.
+    """
+    return decompressed(raw, "zstd", LARGEST_MESSAGE) if raw[:4] == _ZSTD_MAGIC else raw

@@ -189,16 +189,13 @@ class McapScan:
 
     def damage(self) -> str:
         """Return in words what the pass, now at its end, could not read; empty if nothing."""
-        parts = []
-        if self.lost_bytes:
-            parts.append(f"{self.lost_bytes} bytes at the end are not readable (its recorder was killed?)")
-        if self.damaged_chunks:
-            parts.append(f"{self.damaged_chunks} chunk(s) that are damaged, or claim too much, are left out")
-        if self.orphaned_messages:
-            parts.append(f"{self.orphaned_messages} messages without a known topic are left out")
-        if self.loose_messages:
-            parts.append(f"{self.loose_messages} messages beside the chunks, without a checksum, are left out")
-        return ", ".join(parts)
+        found = (
+            (self.lost_bytes, "bytes at the end are not readable (its recorder was killed?)"),
+            (self.damaged_chunks, "chunk(s) that are damaged, or claim too much, are left out"),
+            (self.orphaned_messages, "messages without a known topic are left out"),
+            (self.loose_messages, "messages beside the chunks, without a checksum, are left out"),
+        )
+        return ", ".join(f"{count} {what}" for count, what in found if count)
 
 
 def _uncompressed(chunk: Chunk, budget: Budget) -> bytes:

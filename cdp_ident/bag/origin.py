@@ -1,4 +1,4 @@
-"""Where and when a bag was recorded, from its metadata."""
+"""What a recorder wrote of a trial into the `metadata.yaml` of its bag: where, when, and what else."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,14 +20,21 @@ class Origin:
     """Time of the first message [ns since the epoch]."""
 
 
+def read_custom_data(bag: Path) -> tuple[dict[str, str], str]:
+    """Return the custom data of a bag's metadata, and in words why they could not be read, if they are there."""
+    information, problem = read_information(bag)
+    custom = information.get("custom_data")
+    if not isinstance(custom, dict):
+        return {}, problem
+    return {key: value for key, value in custom.items() if isinstance(key, str) and isinstance(value, str)}, problem
+
+
 def origin_of(bag: Path) -> Origin:
     """Return the origin of a bag; its name is fit to be shown."""
-    information, _ = read_information(bag)
-    custom = information.get("custom_data")
-    name = custom.get(RIG_NAME) if isinstance(custom, dict) else None
-    start = information.get("starting_time")
+    name = read_custom_data(bag)[0].get(RIG_NAME, UNKNOWN)
+    start = read_information(bag)[0].get("starting_time")
     stamp = start.get("nanoseconds_since_epoch") if isinstance(start, dict) else None
     return Origin(
-        shown(name, _LONGEST_NAME) if isinstance(name, str) and name != UNKNOWN else "",
+        shown(name, _LONGEST_NAME) if name != UNKNOWN else "",
         stamp if type(stamp) is int and 0 <= stamp <= _LATEST_NS else None,
     )
