@@ -1,17 +1,24 @@
 """When the rows of a CSV file were measured."""
 
 import argparse
+from datetime import datetime, timezone
+from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.bag.csv_file import Table
 from cdp_ident.bag.csv_titles import FRAME, TIME, seconds_and_nanoseconds
+from cdp_ident.bag.joint_state import NANOSECONDS
 from cdp_ident.commands._csv_arguments import TIME_UNITS
-from cdp_ident.errors import OptionError
+from cdp_ident.errors import BagError, OptionError
 
 Array = npt.NDArray[np.float64]
+Indices = npt.NDArray[np.int64]
 
+_ABSOLUTE = 1e9
+"""Times [s] from here on, which is 2001, are taken as seconds since 1970."""
+_DEFAULT_START = datetime(2000, 1, 1, tzinfo=timezone.utc)
 _COUNTERS = {86400.0: "a time of day", 2.0**16: "a counter of 16 bits", 2.0**32: "a counter of 32 bits"}
 """What times begin anew after."""
 _LIKE_OTHERS = 10.0
@@ -86,3 +93,21 @@ def _time_unit(table: Table, steps: Array, place: int) -> tuple[str, str]:
         if step * factor <= _LONGEST_STEP:
             return unit, "" if unit == "s" else f" (not stated: steps of {step:.4g} s would be too long for a swing)"
     return "s", ""
+
+
+def stamps_of(time: Array, path: Path, options: argparse.Namespace) -> Indices:
+    """Return the stamp [ns since the epoch] of each of the file's times (n,) [s]."""
+    if options.start_stamp is not None:
+        origin, base = time[0], options.start_stamp
+    else:
+        origin, base = 0.0, 0 if time[0] >= _ABSOLUTE else round(_DEFAULT_START.timestamp()) * NANOSECONDS
+    if not np.abs(time - origin).max() < 2**62 / NANOSECONDS:
+        raise BagError(f"{path}: its times reach {np.abs(time).max():.3g} s: check --time and --time-unit")
+    stamps = base + np.round((time - origin) * NANOSECONDS).astype(np.int64)
+    first, last = stamps.min(), stamps.max()
+    if first <= 0 or last >= 2**31 * NANOSECONDS:
+        raise OptionError(
+            f"samples would be stamped {first} to {last} ns since 1970: ROS's stamps reach from then to 2038; give "
+            "another --start-stamp"
+        )
+    return stamps

@@ -43,6 +43,8 @@ class Piece:
     """(n, 2) continuous angles of the inner and outer joint as recorded [rad]."""
     cart: Array | None
     """(n,) position of the cart [m]."""
+    torques: Array | None
+    """(n, 2) torques of motors in the joints, as recorded."""
     outliers: Array
     """(k,) times between these at which outliers were left out [s]."""
 
@@ -97,7 +99,6 @@ def cut_at_gaps(cleaned: Cleaned, longest_gap: float) -> tuple[list[Piece], list
     for chosen in np.split(kept, np.unique(np.concatenate([long, steps]))):
         between = np.setdiff1d(np.arange(chosen[0], chosen[-1]), chosen)
         measured = samples[chosen]
-        pieces.append(
-            Piece(times[chosen], np.asarray(np.unwrap(measured.angles, axis=0)), measured.cart, times[between])
-        )
+        angles = np.asarray(np.unwrap(measured.angles, axis=0))
+        pieces.append(Piece(times[chosen], angles, measured.cart, measured.torques, times[between]))
     return pieces, notes

@@ -2,6 +2,7 @@
 
 import numpy as np
 import numpy.typing as npt
+from scipy.interpolate import CubicSpline
 
 from cdp_ident.trial.outliers import TURN, outliers
 
@@ -19,7 +20,7 @@ def at_common_times(time: Array, readings: Array, known: Mask) -> tuple[Indices,
     """Return the rows in which both joints have a reading, their readings (m, 2), and in words how they have one.
 
     Where most rows lack one joint, the readings of the joint that is measured more often are taken at the times of the
-    other, by cubics through four neighbours each.
+    other, by a cubic spline.
 
     Args:
         time: (n,) of the rows, ascending [s].
@@ -51,12 +52,7 @@ def _between(times: Array, values: Array, at: Array) -> tuple[Mask, Array]:
         return np.zeros(len(at), dtype=bool), np.zeros(len(at))
     place = np.clip(np.searchsorted(times, at, side="right") - 1, 0, len(times) - 2)
     before, after = times[place], times[place + 1]
-    there = (at >= before) & (at <= after)
-    there &= (after - before <= _BRIDGED * np.median(np.diff(times))) | (at == before) | (at == after)
-    nodes = np.clip(place - 1, 0, len(times) - 4)[:, None] + np.arange(4)
-    apart = times[nodes]
-    weights = np.ones(nodes.shape)
-    for node in range(4):
-        for other in set(range(4)) - {node}:
-            weights[:, node] *= (at - apart[:, other]) / (apart[:, node] - apart[:, other])
-    return there, np.asarray(np.sum(weights * values[nodes], axis=1))
+    step = np.median(np.diff(times))
+    bridged = (at >= before) & (at <= after) & (after - before <= _BRIDGED * step)
+    there = bridged | (np.minimum(np.abs(at - before), np.abs(at - after)) <= step / 2)
+    return there, np.asarray(CubicSpline(times, values)(at))

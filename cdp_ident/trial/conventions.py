@@ -14,28 +14,31 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.errors import OtherMotionError, TrialError
-from cdp_ident.trial.balance import WINDOW, Motion
+from cdp_ident.trial.balance import Motion
 from cdp_ident.trial.encoder_scale import best_scale
 from cdp_ident.trial.lumped import Lumped
-from cdp_ident.trial.meaning import Balance, balance_of, in_model_angles
+from cdp_ident.trial.meaning import EVIDENT, GOOD, MUCH_BETTER, Balance, balance_of
 from cdp_ident.trial.options import OuterAngle, TrialOptions, Zero
 from cdp_ident.trial.other_motions import may_be_rods, still_joint, uncoupled
 from cdp_ident.trial.wording import KEYS, Wording
 
 Mask = npt.NDArray[np.bool_]
 
-GOOD = 0.02
-"""Up to this unexplained share of the acceleration, there is no evidence against a meaning."""
 _LOOKED_AT = 0.005
 """Unexplained share from which it is looked whether readings are two or four times the angles."""
-_LOCKED = 0.01
-"""A joint whose speed is less than this share of the inner rod's does not turn."""
-_MUCH_BETTER = 0.5
-"""Another meaning must leave less than this share of the residual to speak against the one given."""
+_SETTINGS = (
+    "inner_unit",
+    "outer_unit",
+    "outer_angle",
+    "outer_sign",
+    "zero",
+    "inner_scale",
+    "outer_scale",
+    "scale_from",
+)
+"""What meanings of the angles differ in."""
 _CLEAR = 0.01
 """Least coupling, and least ratio of the rods' gravity terms, that are more than an error of the fit."""
-EVIDENT = 0.1
-"""Unexplained share up to which a meaning explains the motion, and wrong signs are evidence of a wrong zero."""
 
 
 def check_conventions(
@@ -53,32 +56,32 @@ def check_conventions(
         The balance under that meaning, or None where there is too little motion for one, and warnings.
 
     Raises:
-        TrialError: the data contradict the options and `options.conventions` is "refuse".
+        TrialError: a joint does not turn, or the data contradict the options and `options.conventions` is "refuse".
     """
+    if looks := still_joint(motions, moving, options):
+        raise OtherMotionError(f"this is no double pendulum: {looks}")
     given = balance_of(motions, moving, options)
-    if looks := still_joint(motions, moving):
-        if options.conventions == "refuse":
-            raise OtherMotionError(f"this is no double pendulum: {looks}; {wording.insist}")
-        return given, [f"this is no double pendulum: {looks}"]
     if given is None:
         return None, ["there is too little motion to check the joints' conventions or to tell a hand from free motion"]
-    if _is_locked(motions, moving, options):
-        raise TrialError("the outer joint does not turn: this is not the motion of a double pendulum")
-    others = [other for other in possible_meanings(motions, moving, options) if other[0] != options]
+    fits = outer_meanings(motions, moving, options)
+    others = [(other, fit) for other, fit in fits.items() if other != options and fit.turned is not None]
     best, fit = min(others, key=lambda other: other[1].unexplained, default=(options, given.lumped))
     unexplained = given.lumped.unexplained
     possible = given.lumped.turned is not None
-    factor = _MUCH_BETTER if possible else 1.0
+    factor = MUCH_BETTER if possible else 1.0
     least = min(unexplained, fit.unexplained)
     from_zero = wording is KEYS and options.zero == "upright" and options.scale_from == "hanging"
     scaled = None
     if least > _LOOKED_AT:
         scaled = best_scale(motions, moving, options, any_factor=least > GOOD, from_zero=from_zero)
-    if scaled and scaled[1].unexplained < min(GOOD, _MUCH_BETTER * least):
-        contradiction = _wrong_scale(options, *scaled, given.lumped, wording)
+    if scaled and scaled[1].unexplained < min(GOOD, MUCH_BETTER * least):
+        other, fit = scaled
+        contradiction = instead(_scaled_words(options, other), options, other, given.lumped, fit, wording)
     elif best != options and unexplained > GOOD and fit.unexplained < min(factor * unexplained, EVIDENT):
-        contradiction = _better(options, best, given.lumped, fit, wording)
-    elif not may_be_rods(given.lumped) and (looks := uncoupled(motions, moving, options)):
+        said = [wording.setting(name, getattr(options, name)) for name in ("outer_angle", "outer_sign")]
+        wrong = f"the data contradict {' with '.join(said)}"
+        contradiction = instead(wrong, options, best, given.lumped, fit, wording)
+    elif not may_be_rods(given.lumped) and (looks := uncoupled(motions, fits.values())):
         contradiction = f"this is no double pendulum: {looks}"
     elif unexplained > EVIDENT:
         contradiction = (
@@ -97,7 +100,11 @@ def check_conventions(
                 f"{wording.setting('zero', options.zero)} and {wording.setting('outer_angle', options.outer_angle)} "
                 "are right"
             )
-        elif best != options and _stands(fit) and fit.unexplained < max(unexplained / _MUCH_BETTER, GOOD / 2):
+        elif (
+            best != options
+            and fit.turned in ("", "both")
+            and fit.unexplained < max(unexplained / MUCH_BETTER, GOOD / 2)
+        ):
             warnings.append(_cannot_tell(options, best, given.lumped, fit, wording))
         return given, warnings
     if options.conventions == "refuse":
@@ -105,75 +112,53 @@ def check_conventions(
     return given, [contradiction]
 
 
-def possible_meanings(
+def outer_meanings(
     motions: Sequence[Motion], moving: Sequence[Mask], options: TrialOptions
-) -> list[tuple[TrialOptions, Lumped]]:
-    """Return the meanings of the outer angle that make a double pendulum, and how forces balance with each."""
+) -> dict[TrialOptions, Lumped]:
+    """Return the meanings that the outer angle can have, and how forces balance with each."""
     meanings = [
         replace(options, outer_angle=outer_angle, outer_sign=outer_sign)
         for outer_angle, outer_sign in itertools.product(get_args(OuterAngle), (1, -1))
     ]
-    fits = [(meaning, found.lumped) for meaning in meanings if (found := balance_of(motions, moving, meaning))]
-    return [(meaning, fit) for meaning, fit in fits if fit.turned is not None]
-
-
-def _is_locked(motions: Sequence[Motion], moving: Sequence[Mask], options: TrialOptions) -> bool:
-    """Return whether the outer rod turns with the inner one where the rods move."""
-    half = WINDOW // 2
-    parts = [
-        in_model_angles(motion, options).rates[half : half + len(mask)][mask]
-        for motion, mask in zip(motions, moving, strict=True)
-    ]
-    rates = np.concatenate(parts)
-    return bool(np.std(rates[:, 1] - rates[:, 0]) < _LOCKED * np.std(rates[:, 0]))
-
-
-def _stands(fit: Lumped) -> bool:
-    """Return whether the fit is a pendulum with a common error of both zeros."""
-    return fit.turned in ("", "both")
+    return {meaning: found.lumped for meaning in meanings if (found := balance_of(motions, moving, meaning))}
 
 
 def changes(options: TrialOptions, other: TrialOptions, fit: Lumped, wording: Wording) -> str:
     """Return which options would have to be set to what, for another meaning of the angles."""
     if fit.turned == "both":
         other = replace(other, zero=_opposite(other.zero))
-    names = ("inner_unit", "outer_unit", "outer_angle", "outer_sign", "zero")
-    settings = [
-        wording.setting(name, getattr(other, name)) for name in names if getattr(other, name) != getattr(options, name)
-    ]
+    values = {name: getattr(other, name) for name in _SETTINGS if getattr(other, name) != getattr(options, name)}
+    shown = {name: f"{value:.4g}" if isinstance(value, float) else value for name, value in values.items()}
+    settings = [wording.setting(name, value) for name, value in shown.items()]
     if fit.turned in ("inner", "outer"):
         settings.append(f"the {fit.turned} joint's zero half a turn on")
     return " and ".join(settings)
+
+
+def instead(
+    wrong: str, options: TrialOptions, other: TrialOptions, given: Lumped | None, fit: Lumped, wording: Wording
+) -> str:
+    """Return what is wrong, which settings explain the motion, and how much better than those given."""
+    than = f" instead of {given.unexplained:.1%}" if given and np.isfinite(given.unexplained) else ""
+    return (
+        f"{wrong}: {changes(options, other, fit, wording)} leaves {fit.unexplained:.1%} of the inner rod's "
+        f"acceleration unexplained{than}; "
+    ) + ("check the counts per turn, or set that" if "times the angle" in wrong else "set that")
 
 
 def _opposite(zero: Zero) -> Zero:
     return "hanging" if zero == "upright" else "upright"
 
 
-def _better(options: TrialOptions, other: TrialOptions, given: Lumped, fit: Lumped, wording: Wording) -> str:
-    return (
-        f"the data contradict {wording.setting('outer_angle', options.outer_angle)} with "
-        f"{wording.setting('outer_sign', options.outer_sign)}, which leaves {given.unexplained:.1%} of the inner rod's "
-        f"acceleration unexplained: {changes(options, other, fit, wording)} leaves {fit.unexplained:.1%}; set that"
-    )
-
-
-def _wrong_scale(options: TrialOptions, other: TrialOptions, fit: Lumped, given: Lumped, wording: Wording) -> str:
+def _scaled_words(options: TrialOptions, other: TrialOptions) -> str:
     """Say by which factor readings are larger than the angles."""
-    changed = [
-        joint for joint in ("inner", "outer") if getattr(other, f"{joint}_scale") != getattr(options, f"{joint}_scale")
-    ]
-    factors = {joint: f"{getattr(other, f'{joint}_scale'):.4g}" for joint in changed}
-    whose = f"the {changed[0]} joint's readings are" if len(changed) == 1 else "the readings of both joints are"
-    options_of = {f"{joint}_scale": factor for joint, factor in factors.items()}
-    if other.scale_from != options.scale_from:
-        options_of["scale_from"] = other.scale_from
-    settings = " and ".join(wording.setting(name, value) for name, value in options_of.items())
-    times = " and ".join(dict.fromkeys(factors.values()))
-    return (
-        f"{whose} {times} times the angle: {settings} leaves {fit.unexplained:.1%} of the inner rod's "
-        f"acceleration unexplained instead of {given.unexplained:.1%}; check the counts per turn, or set that"
-    )
+    factors = {
+        joint: f"{factor:.4g}"
+        for joint in ("inner", "outer")
+        if (factor := getattr(other, f"{joint}_scale")) != getattr(options, f"{joint}_scale")
+    }
+    whose = "the readings of both joints are" if len(factors) > 1 else f"the {''.join(factors)} joint's readings are"
+    return f"{whose} {' and '.join(dict.fromkeys(factors.values()))} times the angle"
 
 
 def _cannot_tell(options: TrialOptions, other: TrialOptions, given: Lumped, fit: Lumped, wording: Wording) -> str:

@@ -5,7 +5,7 @@ more just after the driver's start, while the fit settles. The device's clock is
 recorded by the driver, or estimated from a line through the stamps, once for a whole recording.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
@@ -14,7 +14,6 @@ from cdp_ident.bag.diagnostics import ClockRate
 from cdp_ident.bag.joint_recording import JointRecording
 
 Array = npt.NDArray[np.float64]
-Indices = npt.NDArray[np.int64]
 
 _SET = 20_000_000
 """Where device and stamps go on by times that differ by more than this [ns], one of the clocks was set."""
@@ -25,60 +24,37 @@ _PARTS = 4
 _FEWEST = 10 * _PARTS
 
 
-@dataclass(frozen=True)
-class _Run:
-    """The samples of one run of the device's clock."""
-
-    first: int
-    last: int
-    rate: ClockRate
-    stamps: Indices
-    """(n,) of the samples, by the device's time [ns]."""
-    wander: Array
-    """(n,) how far the recorded stamps are from these [s]."""
-
-
 def in_device_time(recording: JointRecording) -> tuple[JointRecording, ClockRate | None, list[str]]:
     """Return a recording with stamps by the device's own time, how fast that ran, and what there is to say about it.
 
     Where the recording has no device's time, or less than a second of it, it is returned as it is.
     """
-    if recording.device is None:
+    device, recorded = recording.device, recording.stamps
+    if device is None:
         return recording, None, []
-    runs = _runs(recording)
+    set_apart = np.flatnonzero(np.abs(np.diff(device.times) - np.diff(recorded)) > _SET) + 1
+    parts = np.split(np.arange(len(recorded)), set_apart)
+    runs = [run for run in parts if len(run) >= _FEWEST and np.ptp(device.times[run]) >= _SHORTEST]
     if not runs:
         return recording, None, []
-    stamps = recording.stamps.copy()
+    stamps, wander = recorded.copy(), []
+    rates = []
     for run in runs:
-        stamps[run.first : run.last] = run.stamps
-    longest = max(runs, key=lambda run: run.last - run.first)
-    wander = np.concatenate([run.wander for run in runs])
+        # Differences of the integers first: a float does not resolve nanoseconds since 1970.
+        ticks, host = ((values[run] - values[run[0]]) * 1e-9 for values in (device.times, recorded))
+        rates.append(device.rate or _rate_of_stamps(ticks, host))
+        even = ticks / (1.0 + rates[-1].fast)
+        even += np.mean(host - even)
+        stamps[run] = recorded[run[0]] + np.round(even * 1e9).astype(np.int64)
+        wander.append(host - even)
+    _, rate = max(zip(map(len, runs), rates, strict=True), key=lambda run: run[0])
+    away = np.concatenate(wander)
     note = (
-        f"times are the device's own; its clock is {longest.rate} fast against ROS time, "
-        f"{'by its driver' if recording.device.rate else 'by the stamps'}; the stamps wander from it by "
-        f"{1e6 * np.sqrt(np.mean(wander**2)):.2g} us rms, {1e6 * np.max(np.abs(wander)):.2g} us at most"
+        f"times are the device's own; its clock is {rate} fast against ROS time, "
+        f"{'by its driver' if device.rate else 'by the stamps'}; the stamps wander from it by "
+        f"{1e6 * np.sqrt(np.mean(away**2)):.2g} us rms, {1e6 * np.max(np.abs(away)):.2g} us at most"
     )
-    return replace(recording, stamps=stamps), longest.rate, [note]
-
-
-def _runs(recording: JointRecording) -> list[_Run]:
-    assert recording.device is not None
-    stamps, times = recording.stamps, recording.device.times
-    borders = np.flatnonzero(np.abs(np.diff(times) - np.diff(stamps)) > _SET) + 1
-    runs = []
-    for first, last in zip([0, *borders.tolist()], [*borders.tolist(), len(stamps)], strict=True):
-        if last - first >= _FEWEST and np.ptp(times[first:last]) >= _SHORTEST:
-            runs.append(_run(first, last, stamps[first:last], times[first:last], recording.device.rate))
-    return runs
-
-
-def _run(first: int, last: int, stamps: Indices, times: Indices, given: ClockRate | None) -> _Run:
-    # Differences of the integers first: a float does not resolve nanoseconds since 1970.
-    device, host = (np.asarray(values - values[0], dtype=float) * 1e-9 for values in (times, stamps))
-    rate = given or _rate_of_stamps(device, host)
-    even = device / (1.0 + rate.fast)
-    even += np.mean(host - even)
-    return _Run(first, last, rate, stamps[0] + np.round(even * 1e9).astype(np.int64), host - even)
+    return replace(recording, stamps=stamps), rate, [note]
 
 
 def _rate_of_stamps(device: Array, host: Array) -> ClockRate:

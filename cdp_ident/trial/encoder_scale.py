@@ -11,13 +11,10 @@ import numpy as np
 import numpy.typing as npt
 from scipy.optimize import minimize_scalar
 
-from cdp_ident.trial.balance import Motion, motion_on_grid
-from cdp_ident.trial.joints import model_angles
+from cdp_ident.trial.balance import Motion
 from cdp_ident.trial.lumped import Lumped
 from cdp_ident.trial.meaning import balance_of
 from cdp_ident.trial.options import TrialOptions
-from cdp_ident.trial.scales import Scales
-from cdp_ident.trial.zero_input import moving_windows
 
 Mask = npt.NDArray[np.bool_]
 Joints = tuple[str, ...]
@@ -50,17 +47,12 @@ _WITHIN = 3e-4
 
 def least_misfit(misfit: Misfit) -> tuple[float, Joints, float]:
     """Return the least misfit of all factors, the joints that have this factor, and its logarithm."""
-    minima = [found for joints in _TOGETHER for found in _minima(misfit, joints)]
-    minima.sort(key=lambda found: found[0])
-    refined = [refine(misfit, joints, near) for _, joints, near in minima[:_REFINED]]
+    tried = np.array([[misfit(joints, logarithm) for logarithm in _LOGARITHMS] for joints in _TOGETHER])
+    around = np.pad(tried, ((0, 0), (1, 1)), constant_values=np.inf)
+    minima = np.argwhere(np.isfinite(tried) & (tried <= around[:, :-2]) & (tried <= around[:, 2:])).tolist()
+    minima.sort(key=lambda place: tried[tuple(place)])
+    refined = [refine(misfit, _TOGETHER[joints], float(_LOGARITHMS[near])) for joints, near in minima[:_REFINED]]
     return min(refined, key=lambda found: found[0], default=(np.inf, _TOGETHER[0], 0.0))
-
-
-def _minima(misfit: Misfit, joints: Joints) -> list[tuple[float, Joints, float]]:
-    tried = np.array([misfit(joints, logarithm) for logarithm in _LOGARITHMS])
-    around = np.concatenate([[np.inf], tried, [np.inf]])
-    lowest = (tried <= around[:-2]) & (tried <= around[2:]) & np.isfinite(tried)
-    return [(float(tried[k]), joints, float(_LOGARITHMS[k])) for k in np.flatnonzero(lowest)]
 
 
 def refine(misfit: Misfit, joints: Joints, near: float) -> tuple[float, Joints, float]:
@@ -99,44 +91,29 @@ def best_scale(
     apart = max(1, sum(np.count_nonzero(mask) for mask in moving) // _ENOUGH)
     some = [mask & (np.arange(len(mask)) % apart == 0) for mask in moving]
 
-    def lumped(meaning: TrialOptions, moving: Sequence[Mask] = some) -> Lumped | None:
+    def balanced(meaning: TrialOptions, moving: Sequence[Mask] = some) -> Lumped | None:
         found = balance_of(motions, moving, meaning)
         return found.lumped if found and found.lumped.is_mechanism and found.lumped.has_certain_signs else None
 
-    def left(meaning: TrialOptions) -> float:
-        return _left(lumped(meaning))
-
     def least(base: TrialOptions) -> tuple[float, Joints, float]:
-        return least_misfit(lambda joints, logarithm: left(scaled(base, joints, logarithm)))
+        return least_misfit(lambda joints, logarithm: _left(balanced(scaled(base, joints, logarithm))))
 
     given = balance_of(motions, some, options)
     most = min(_FAR_LESS * _left(given.lumped if given else None), _EXPLAINED)
     bases = [options, replace(options, scale_from="zero")] if from_zero else [options]
-    factors = np.log(_LIKELY)
-    likely = [scaled(base, joints, factor) for base in bases for joints in _TOGETHER for factor in factors]
-    if explaining := [other for other in likely if left(other) < most]:
-        best = min(explaining, key=lambda other: _left(_with_own_scales(motions, other)))
-    elif any_factor:
+    likely = [scaled(base, joints, log) for base in bases for joints in _TOGETHER for log in np.log(_LIKELY)]
+    left, best = min(((_left(balanced(other)), other) for other in likely), key=lambda found: found[0])
+    if left > most:
+        if not any_factor:
+            return None
         (_, joints, logarithm), base = min(((least(base), base) for base in bases), key=lambda found: found[0][0])
         if abs(logarithm) <= _NEAREST:
             return None
         best = scaled(base, joints, logarithm)
-    else:
-        return None
-    lumped_best = lumped(best, moving)
-    return None if lumped_best is None else (best, lumped_best)
+    found = balanced(best, moving)
+    return (best, found) if found else None
 
 
 def _left(lumped: Lumped | None) -> float:
     # The spread decides between factors that leave nothing but noise.
     return np.inf if lumped is None else lumped.unexplained + _BESIDE * lumped.spread
-
-
-def _with_own_scales(motions: Sequence[Motion], meaning: TrialOptions) -> Lumped | None:
-    """Return what balances under a meaning with the scales of the motion that it makes, which noise hides less."""
-    again = []
-    for motion in motions:
-        scales = Scales.of(motion.time - motion.time[0], model_angles(motion.angles, meaning))
-        again.append(motion_on_grid(motion.time, motion.angles, motion.cart, scales))
-    found = balance_of(again, [moving_windows(motion, meaning) for motion in again], meaning)
-    return found.lumped if found else None

@@ -5,8 +5,7 @@ nothing in between. The device samples evenly all the same, and how many came te
 is so, the motion decides: it is smoother in its true times.
 """
 
-from dataclasses import dataclass
-from itertools import pairwise
+from collections.abc import Iterator
 
 import numpy as np
 import numpy.typing as npt
@@ -35,18 +34,6 @@ _FAST = 0.9
 """It is looked at where it is fast, at this quantile: at rest, all times are as good."""
 
 
-@dataclass(frozen=True)
-class _Even:
-    """Evenly spaced times of some samples."""
-
-    first: int
-    last: int
-    times: Array
-    """[s]."""
-    wait: float
-    """Usual time between bursts [s]."""
-
-
 def evened(time: Array, angles: Array, parts: Indices) -> tuple[Array, list[str]]:
     """Return times of samples (n,) [s], evenly spaced where they came in bursts, and what there is to say about it.
 
@@ -55,35 +42,29 @@ def evened(time: Array, angles: Array, parts: Indices) -> tuple[Array, list[str]
         angles: (n, k) measured then [rad].
         parts: where the clock was set back: the first sample after each such place.
     """
-    borders = [0, *parts.tolist(), len(time)]
-    even = [
-        found
-        for first, last in pairwise(borders)
-        for found in _even_stretches(first, time[first:last])
-        if _is_smoother(found, time[found.first : found.last], angles[found.first : found.last])
-    ]
-    if not even:
+    times, longest, step, wait = time.copy(), 0, 0.0, 0.0
+    for part in np.split(np.arange(len(time)), parts):
+        for stretch, even, between in _even_stretches(part, time[part]):
+            if _is_smoother(even, time[stretch], angles[stretch], between):
+                times[stretch] = even
+                if len(stretch) > longest:
+                    longest, step, wait = len(stretch), float(even[1] - even[0]), between
+    if not longest:
         return time, []
-    times = time.copy()
-    for stretch in even:
-        times[stretch.first : stretch.last] = stretch.times
-    longest = max(even, key=lambda stretch: stretch.last - stretch.first)
-    step = float(longest.times[1] - longest.times[0])
     return times, [
-        f"samples came in bursts of about {longest.wait / step:.2g} every {1e3 * longest.wait:.3g} ms (a latency "
-        f"timer, a buffer?): they are taken {1e3 * step:.4g} ms apart, as the motion is smoother so"
+        f"samples came in bursts of about {wait / step:.2g} every {1e3 * wait:.3g} ms (a latency timer, a buffer?): "
+        f"they are taken {1e3 * step:.4g} ms apart, as the motion is smoother so"
     ]
 
 
-def _even_stretches(first: int, time: Array) -> list[_Even]:
-    """Return even times of the stretches in which no sample is missing, and times are uneven."""
+def _even_stretches(part: Indices, time: Array) -> Iterator[tuple[Indices, Array, float]]:
+    """Yield stretches in which no sample is missing and times are uneven, even times, and the usual time of a burst."""
     steps = np.diff(time)
     if len(steps) < _FEWEST or not np.any(steps > 0):
-        return []
+        return
     # The step in which an instant drawn at random lies: that between bursts, not those within them.
     by_size = np.sort(np.minimum(steps, _LONGEST_WAIT))
     wait = float(by_size[np.searchsorted(np.cumsum(by_size), by_size.sum() / 2)])
-    found = []
     for stretch in np.split(np.arange(len(time)), np.flatnonzero(steps > _GAP * wait) + 1):
         if len(stretch) < _FEWEST:
             continue
@@ -93,19 +74,17 @@ def _even_stretches(first: int, time: Array) -> list[_Even]:
         off = time[stretch] - even
         # A sample waits for no longer than from one burst to the next.
         if np.std(off) > _UNEVEN * step and np.max(np.abs(off)) < wait:
-            found.append(_Even(first + int(stretch[0]), first + int(stretch[-1]) + 1, even, wait))
-    return found
+            yield part[stretch], even, wait
 
 
-def _is_smoother(even: _Even, time: Array, angles: Array) -> bool:
+def _is_smoother(even: Array, time: Array, angles: Array, wait: float) -> bool:
     """Return whether the motion is smoother in even times than in those of the stamps, each taken once.
 
     Where stamps are repeated, samples would be lost, and it need not be smoother, but as smooth.
     """
     once = np.concatenate([[True], np.diff(time) > 0])
-    lasts = _BURSTS * even.wait
     share = _SMOOTHER if np.mean(once) > _ONCE else _AS_SMOOTH
-    return _roughness(even.times, angles, lasts) < share * _roughness(time[once], angles[once], lasts)
+    return _roughness(even, angles, _BURSTS * wait) < share * _roughness(time[once], angles[once], _BURSTS * wait)
 
 
 def _roughness(time: Array, angles: Array, lasts: float) -> float:

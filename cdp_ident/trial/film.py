@@ -28,7 +28,7 @@ _AT_REST = 0.02
 _LEVEL = 0.1
 """A pivot on a cart moves up and down less than this [distances between the joints, standard deviation]."""
 _CIRCLE_ROUNDS = 20
-_AT_REST_FRAMES = 4
+_AT_REST_FRAMES = 10
 """So many frames in a row that repeat the one before show rods at rest; fewer are frames that were written twice."""
 
 
@@ -85,16 +85,16 @@ def rods_on_film(points: Array, y_down: bool) -> Film:
             f"in {np.count_nonzero(lost)} of {np.count_nonzero(seen)} frames neither marker is {length:.4g} from the "
             "pivot, as the joint must be: check which columns are pivot, joint and tip"
         )
-    if count := int(np.count_nonzero(~seen)):
-        notes.append(f"{count} frames lack a marker and are left out")
-    if count := int(np.count_nonzero(seen & repeated)):
-        notes.append(
-            f"{count} frames repeat the one before and are left out: they show it once more, not a later moment"
-        )
-    if count := int(np.count_nonzero(exchanged & kept)):
-        notes.append(f"joint and tip are exchanged in {count} frames: put right")
-    if count := int(np.count_nonzero(lost)):
-        notes.append(f"in {count} frames the joint is not where it can be: left out")
+    told = (
+        (~seen, "{} frames lack a marker and are left out"),
+        (
+            seen & repeated,
+            "{} frames repeat the one before and are left out: they show it once more, not a later moment",
+        ),
+        (exchanged & kept, "joint and tip are exchanged in {} frames: put right"),
+        (lost, "in {} frames the joint is not where it can be: left out"),
+    )
+    notes += [words.format(np.count_nonzero(frames)) for frames, words in told if np.any(frames)]
     rods, put_right = without_offsets(points[kept])
     notes.extend(put_right)
     angles = np.arctan2(rods[:, :, 0], rods[:, :, 1])
@@ -103,12 +103,9 @@ def rods_on_film(points: Array, y_down: bool) -> Film:
 
 def _repeated(points: Array) -> Mask:
     """Return which frames (n,) have every marker exactly where the frame before has it, but for those at rest."""
-    same = np.concatenate([[False], np.all(points[1:] == points[:-1], axis=(1, 2))])
-    runs = np.split(np.arange(len(same)), np.flatnonzero(np.diff(same)) + 1)
-    repeated = np.zeros(len(same), dtype=bool)
-    for run in runs:
-        repeated[run] = same[run[0]] and len(run) < _AT_REST_FRAMES
-    return repeated
+    changes = np.concatenate([[True], np.any(points[1:] != points[:-1], axis=(1, 2))])
+    _, lengths = np.unique(np.cumsum(changes), return_counts=True)
+    return np.asarray(~changes & np.repeat(lengths <= _AT_REST_FRAMES, lengths))
 
 
 def _spread(values: Array) -> Array:

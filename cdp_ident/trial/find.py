@@ -1,5 +1,6 @@
 """From samples as recorded to the zero-input motion in them, checked against the physics."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -8,7 +9,7 @@ import numpy.typing as npt
 from cdp_ident.errors import TrialError
 from cdp_ident.trial.balance import WINDOW, Motion
 from cdp_ident.trial.balance import joined as joined_windows
-from cdp_ident.trial.cleaning import Piece, clean
+from cdp_ident.trial.cleaning import Piece
 from cdp_ident.trial.conventions import check_conventions
 from cdp_ident.trial.joints import Samples, model_angles
 from cdp_ident.trial.lumped import gravity_direction
@@ -56,7 +57,7 @@ def find_trial(samples: Samples, options: TrialOptions, wording: Wording = KEYS)
     if in_degrees and options.conventions == "refuse":
         raise TrialError(f"{in_degrees}; {wording.insist}")
     pieces, motions, moving, notes = recorded_motion(samples, options, wording)
-    by_motors = _driven(samples, motions, moving, options)
+    by_motors = _driven(pieces, motions, moving, options)
     moving = tuple(
         mask & ~covering(flags, WINDOW) if len(mask) else mask for mask, flags in zip(moving, by_motors, strict=True)
     )
@@ -78,17 +79,17 @@ def find_trial(samples: Samples, options: TrialOptions, wording: Wording = KEYS)
 
 
 def _driven(
-    samples: Samples, motions: tuple[Motion, ...], moving: tuple[Mask, ...], options: TrialOptions
+    pieces: Sequence[Piece], motions: tuple[Motion, ...], moving: tuple[Mask, ...], options: TrialOptions
 ) -> list[Mask]:
     """Return at which grid points of each motion motors drive the joints, by their torques."""
-    cleaned = clean(samples, options.start, options.stop)
-    known = cleaned.samples.torques
-    if known is None:
-        return [np.zeros(len(motion.time), dtype=bool) for motion in motions]
     torques = [
-        np.column_stack([np.interp(motion.time, cleaned.time, of_joint) for of_joint in known.T]) for motion in motions
+        np.column_stack([np.interp(motion.time, piece.time, of_joint) for of_joint in piece.torques.T])
+        for piece, motion in zip(pieces, motions, strict=True)
+        if piece.torques is not None
     ]
-    return driven(motions, moving, torques, options)
+    return (
+        driven(motions, moving, torques, options) if torques else [np.zeros(len(m.time), dtype=bool) for m in motions]
+    )
 
 
 def _begins_hanging(motion: Motion, options: TrialOptions) -> bool:
@@ -108,12 +109,6 @@ def _stretch(piece: Piece, part: Part, options: TrialOptions) -> Trial:
         start=float(time[0]),
         outliers=tuple(at for at in piece.outliers.tolist() if time[0] <= at <= time[-1]),
     )
-
-
-def rough_balance(samples: Samples, options: TrialOptions) -> Balance | None:
-    """Return the balance of forces under one meaning of the angles, whatever it says; None with too little motion."""
-    _, motions, moving, _ = recorded_motion(samples, options)
-    return balance_of(motions, moving, options)
 
 
 def rough_gravity(samples: Samples, options: TrialOptions) -> float | None:

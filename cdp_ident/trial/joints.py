@@ -11,7 +11,7 @@ from cdp_ident.trial.common_time import at_common_times
 from cdp_ident.trial.options import TrialOptions
 from cdp_ident.trial.order import elapsed, in_order
 from cdp_ident.trial.outliers import outlier_words, outliers
-from cdp_ident.trial.publishers import alternates, still_publisher
+from cdp_ident.trial.publishers import still_publisher
 from cdp_ident.trial.readings import continuous, new_readings
 
 Array = npt.NDArray[np.float64]
@@ -45,8 +45,7 @@ def select_joints(recording: JointRecording, options: TrialOptions) -> tuple[Sam
     """Pick the joints that the options name, at common times and in the order of time.
 
     Samples without a usable number, repetitions of a reading in motion, and a second publisher that never moves are
-    left out. Returns the samples and what there is to say about them. Raises TrialError where a joint is missing, or
-    samples alternate between two motions.
+    left out. Returns the samples and what there is to say about them. Raises TrialError where a joint is missing.
     """
     wanted = [options.inner_joint, options.outer_joint]
     if missing := [joint for joint in wanted if joint not in recording.joints]:
@@ -75,11 +74,9 @@ def select_joints(recording: JointRecording, options: TrialOptions) -> tuple[Sam
     if lacking and not note:
         notes.append(f"{lacking} of {len(known)} samples have no usable number for both rods and are dropped")
     if not len(rows):
-        raise TrialError(f"no message on {recording.topic} has a usable number for both {' and '.join(wanted)}")
-    if alternates(angles):
         raise TrialError(
-            f"samples on {recording.topic} alternate between two motions (two publishers, two rigs?): "
-            "record one of them, or give each a topic of its own"
+            f"no sample of {recording.topic} has a usable number for both {' and '.join(wanted)}: {lacking} of "
+            f"{len(known)} lack one"
         )
     cart = None
     if options.cart_joint in recording.joints:
@@ -97,17 +94,17 @@ def select_joints(recording: JointRecording, options: TrialOptions) -> tuple[Sam
             cart = np.interp(time[rows], times[~outlying], position[~outlying])
     elif options.cart_joint:
         notes.append(f"there is no joint {options.cart_joint}: the cart is taken to be at rest")
-    efforts = None if recording.efforts is None else recording.efforts[order][rows]
-    return Samples(stamps[rows], angles, cart, _torques(recording, efforts, wanted)), notes
+    torques: Array = np.zeros((len(rows), 2))
+    if recording.efforts is not None:
+        efforts = recording.efforts[order][:, [recording.joints.index(joint) for joint in wanted]]
+        torques = np.column_stack([_held(time[rows], time, effort) for effort in efforts.T])
+    return Samples(stamps[rows], angles, cart, torques if np.any(torques) else None), notes
 
 
-def _torques(recording: JointRecording, efforts: Array | None, joints: list[str]) -> Array | None:
-    """Return the efforts of two joints where any is known and not zero."""
-    if efforts is None:
-        return None
-    torques = efforts[:, [recording.joints.index(joint) for joint in joints]]
-    torques = np.where(_usable(torques), torques, 0.0)
-    return torques if np.any(torques) else None
+def _held(at: Array, time: Array, values: Array) -> Array:
+    """Return values (n,) at some times by straight lines between those that are usable; zero where none is."""
+    known = _usable(values)
+    return np.interp(at, time[known], values[known]) if np.any(known) else np.zeros(len(at))
 
 
 def in_radians(readings: Array, options: TrialOptions) -> Array:

@@ -10,6 +10,7 @@ from cdp_ident.trial.device_time import in_device_time
 from cdp_ident.trial.find import find_trial
 from cdp_ident.trial.joints import select_joints
 from cdp_ident.trial.options import TrialOptions
+from cdp_ident.trial.publishers import check_publishers
 from cdp_ident.trial.trial import Trial
 from cdp_ident.trial.weights import recorded_weights
 
@@ -32,6 +33,7 @@ def load_trial(bag: Path, options: TrialOptions | None = None) -> Trial:
     recording, clock, clock_notes = in_device_time(read_joint_states(bag, options.topic, options.time))
     try:
         samples, notes = select_joints(recording, options)
+        check_publishers(samples.angles, recording.topic)
         trial = find_trial(samples, options).trial
     except TrialError as error:
         there = [f"joints: {shown(', '.join(recording.joints))}"] if isinstance(error, OtherMotionError) else []

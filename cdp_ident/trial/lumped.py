@@ -260,7 +260,4 @@ def _solution(matrix: Array, right: Array) -> Array:
     factor, solution, failed = dposv(matrix, right)
     if not failed and factor.diagonal().prod() ** 2 > _REGULAR:
         return np.asarray(solution)
-    eigenvalues, directions = np.linalg.eigh(matrix)
-    sizes = np.abs(eigenvalues)
-    eigenvalues[sizes <= _SINGULAR * sizes.max()] = np.inf
-    return np.asarray(directions @ (right @ directions / eigenvalues))
+    return np.asarray(np.linalg.lstsq(matrix, right, rcond=_SINGULAR)[0])

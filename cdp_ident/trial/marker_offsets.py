@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 Array = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
 
 _BLOCKS = 20
 """In so many parts of the film the offsets' standard deviations are found, each left out in turn (jackknife)."""
@@ -83,15 +84,14 @@ def _regression(lengths: Array, regressors: Array) -> tuple[Array, Array]:
     """
     design = np.column_stack([regressors, np.ones(len(lengths))])
     part = np.arange(len(lengths)) * _BLOCKS // len(lengths)
-    usable = np.ones(len(lengths), dtype=bool)
+    usable: Mask = np.ones(len(lengths), dtype=bool)
+
+    def fit(chosen: Mask) -> Array:
+        return np.asarray(np.linalg.lstsq(design[chosen], lengths[chosen], rcond=None)[0][:-1])
+
     for _ in range(_ROUNDS):
-        squares = np.array([design[usable & (part == k)].T @ design[usable & (part == k)] for k in range(_BLOCKS)])
-        products = np.array([design[usable & (part == k)].T @ lengths[usable & (part == k)] for k in range(_BLOCKS)])
-        found = np.linalg.pinv(squares.sum(axis=0), hermitian=True) @ products.sum(axis=0)
-        error = np.abs(lengths - design @ found)
+        error = lengths - regressors @ fit(usable)
+        error = np.abs(error - np.median(error))
         usable = error <= _OUTLIER * 1.4826 * np.median(error)
-    others = np.linalg.pinv(squares.sum(axis=0) - squares, hermitian=True)
-    without = np.einsum("kij,kj->ki", others, products.sum(axis=0) - products)
-    apart = without - without.mean(axis=0)
-    covariance = (_BLOCKS - 1) / _BLOCKS * apart.T @ apart
-    return found[:-1], covariance[:-1, :-1]
+    without = np.array([fit(usable & (part != k)) for k in range(_BLOCKS)])
+    return fit(usable), (_BLOCKS - 1) * np.cov(without.T, bias=True)

@@ -13,6 +13,12 @@ from cdp_ident.trial.options import TrialOptions
 
 Mask = npt.NDArray[np.bool_]
 
+GOOD = 0.02
+"""Up to this unexplained share of the acceleration, there is no evidence against a meaning."""
+EVIDENT = 0.1
+"""Unexplained share up to which a meaning explains the motion, and wrong signs are evidence of a wrong zero."""
+MUCH_BETTER = 0.5
+"""Another meaning must leave less than this share of the residual to speak against the one given."""
 _FEWEST_WINDOWS = 100
 """Windows that show motion, below which nothing can be said: five units of its time scale."""
 

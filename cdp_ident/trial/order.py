@@ -1,8 +1,8 @@
 """Samples in the order of their stamps, whatever order they are stored in."""
 
 from bisect import bisect
-from dataclasses import dataclass
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -18,18 +18,13 @@ _MOST_RUNS = 20_000
 """Beyond so many runs of samples, an order that says anything of the clock is no longer looked for."""
 
 
-@dataclass(frozen=True, order=True)
-class _Run:
-    """Samples one after the other, without a gap between them."""
+class _Run(NamedTuple):
+    """Samples one after the other, without a gap between them: first and last stamp [ns], and which they are."""
 
     begin: int
-    """First stamp [ns]."""
     end: int
-    """Last stamp [ns]."""
     first: int
-    """Index of the first sample."""
     last: int
-    """Index behind the last sample."""
 
     @property
     def is_long(self) -> bool:

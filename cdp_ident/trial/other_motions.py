@@ -5,10 +5,7 @@ equation of an outer rod holds with nothing but zeros. Where motors drive the jo
 gravity, coupling and friction leave.
 """
 
-import itertools
-from collections.abc import Sequence
-from dataclasses import replace
-from typing import get_args
+from collections.abc import Collection, Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -16,8 +13,8 @@ import numpy.typing as npt
 from cdp_ident.trial import weak_form
 from cdp_ident.trial.balance import WINDOW, Motion, joined
 from cdp_ident.trial.lumped import Lumped
-from cdp_ident.trial.meaning import Balance, balance_of
-from cdp_ident.trial.options import OuterAngle, TrialOptions
+from cdp_ident.trial.meaning import GOOD, MUCH_BETTER, Balance, balance_of, in_model_angles
+from cdp_ident.trial.options import TrialOptions
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -29,34 +26,33 @@ _COUPLED = 0.02
 _SIGMAS = 3.0
 _FOLLOWS = 0.95
 """Correlation of the joints' speeds from which one column is said to follow the other."""
-_EXPLAINED = 0.02
-"""Up to this unexplained share of the acceleration, no motor had a part in the motion."""
-_FAR_BETTER = 0.5
-"""Torques of motors must leave at most this share of the squared residual."""
 _LUMPED = 8
 """The lumped numbers that torques are fitted beside: all but the geared rotor and errors of zeros."""
 
 
-def still_joint(motions: Sequence[Motion], moving: Sequence[Mask]) -> str:
-    """Return that a recorded joint does not turn while the other does, in words; empty where both turn or none.
-
-    `moving` are, of each motion, the windows that show one.
-    """
-    if not any(map(np.any, moving)):
-        return ""
-    inner, outer = _speeds(motions)
-    joint = "inner" if inner < _STILL * outer else "outer" if outer < _STILL * inner else ""
-    return joint and f"the {joint} joint does not turn while the other does: one pendulum, or a column that is no angle"
-
-
-def uncoupled(motions: Sequence[Motion], moving: Sequence[Mask], options: TrialOptions) -> str:
-    """Return what two columns look like that are not coupled as rods are, whatever they mean; empty where they may be.
+def still_joint(motions: Sequence[Motion], moving: Sequence[Mask], options: TrialOptions) -> str:
+    """Return that a joint does not turn while the other does, in words; empty where both turn or none.
 
     `moving` are, of each motion of the recorded joints, the windows that show one.
     """
-    meanings = itertools.product(get_args(OuterAngle), (1, -1))
-    others = [replace(options, outer_angle=angle, outer_sign=sign) for angle, sign in meanings]
-    fits = [balance.lumped for other in others if (balance := balance_of(motions, moving, other))]
+    if not any(map(np.any, moving)):
+        return ""
+
+    def speed(rates: Sequence[Array]) -> Array:
+        return np.std(np.concatenate([of_motion - of_motion.mean(axis=0) for of_motion in rates]), axis=0)
+
+    inner, outer = speed([motion.rates for motion in motions])
+    # The outer rod may turn with the inner one.
+    _, apart = speed([np.diff(in_model_angles(motion, options).rates, axis=1, prepend=0.0) for motion in motions])
+    joint = "inner" if inner < _STILL * outer else "outer" if min(outer, apart) < _STILL * inner else ""
+    return joint and f"the {joint} joint does not turn while the other does: one pendulum, or a column that is no angle"
+
+
+def uncoupled(motions: Sequence[Motion], fits: Collection[Lumped]) -> str:
+    """Return what two columns look like that are not coupled as rods are, whatever they mean; empty where they may be.
+
+    `fits` are those of the meanings that the outer angle can have.
+    """
     apart = [fit for fit in fits if abs(fit.values[0]) + _SIGMAS * np.sqrt(fit.covariance[0, 0]) < _COUPLED]
     if not apart or any(map(may_be_rods, fits)):
         return ""
@@ -71,11 +67,6 @@ def uncoupled(motions: Sequence[Motion], moving: Sequence[Mask], options: TrialO
     return (
         f"the two columns have nothing to do with each other as rods do (coupling {coupling:+.3f} ± {std:.1g}): {looks}"
     )
-
-
-def _speeds(motions: Sequence[Motion]) -> Array:
-    """Return how much the speeds of both recorded joints vary (2,) [rad/s]."""
-    return np.std(np.concatenate([motion.rates - motion.rates.mean(axis=0) for motion in motions]), axis=0)
 
 
 def may_be_rods(fit: Lumped) -> bool:
@@ -103,8 +94,8 @@ def driven(
     if balance is None:
         return nowhere
     acting = [_integrated(motion, torque) for motion, torque in zip(motions, torques, strict=True)]
-    left, values = _left(balance, moving, acting)
-    if values is None or left > _FAR_BETTER:
+    values = _with_torques(balance, moving, acting)
+    if values is None:
         return nowhere
     gravity = np.maximum(np.abs(values[4:6]), 0.1 * np.abs(values[4:6]).max())
     shares = [np.abs(torque * values[_LUMPED:]) / gravity for torque in torques]
@@ -118,19 +109,13 @@ def _integrated(motion: Motion, torque: Array) -> Array:
     return np.stack([np.column_stack([inner, -outer]), np.column_stack([np.zeros_like(inner), outer])], axis=1)
 
 
-def _left(balance: Balance, moving: Sequence[Mask], acting: Sequence[Array]) -> tuple[float, Array | None]:
-    """Return which share of the squared residual torques leave, and the lumped numbers with theirs behind them.
-
-    No numbers where the balance holds without torques.
-    """
+def _with_torques(balance: Balance, moving: Sequence[Mask], acting: Sequence[Array]) -> Array | None:
+    """Return the lumped numbers and behind them those of torques; None where these do not explain what is left."""
     windows = joined(list(balance.windows))[np.concatenate(moving)]
     torques = np.concatenate(acting)[np.concatenate(moving)]
     rows = np.concatenate([windows.coefficients[..., :_LUMPED], torques], axis=2).reshape(-1, _LUMPED + 2)
     target = windows.target.ravel()
-    squares = []
-    for count in (_LUMPED, _LUMPED + 2):
-        values = np.linalg.lstsq(rows[:, :count], target, rcond=None)[0]
-        squares.append(float(np.sum((rows[:, :count] @ values - target) ** 2)))
-    if squares[0] <= _EXPLAINED**2 * float(target @ target):
-        return 1.0, None
-    return squares[1] / squares[0], values
+    fits = [np.linalg.lstsq(rows[:, :count], target, rcond=None)[0] for count in (_LUMPED, _LUMPED + 2)]
+    without, left = (float(np.sum((rows[:, : len(fit)] @ fit - target) ** 2)) for fit in fits)
+    is_explained = without > GOOD**2 * float(target @ target) and left <= MUCH_BETTER * without
+    return fits[1] if is_explained else None

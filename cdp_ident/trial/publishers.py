@@ -3,6 +3,8 @@
 import numpy as np
 import numpy.typing as npt
 
+from cdp_ident.errors import TrialError
+
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
@@ -47,3 +49,12 @@ def alternates(readings: Array) -> bool:
     apart = [np.max(np.abs(readings[k:] - readings[:-k])[: len(readings) - _NEXT], axis=1) for k in range(1, _NEXT + 1)]
     next_one, nearest = np.median(apart[0]), np.median(np.min(apart[1:], axis=0))
     return bool(next_one > max(_FAR, _NEARER * nearest))
+
+
+def check_publishers(readings: Array, topic: str) -> None:
+    """Raise TrialError where samples of a topic (n, 2) go to and fro between two motions."""
+    if alternates(readings):
+        raise TrialError(
+            f"samples on {topic} alternate between two motions (two publishers, two rigs?): record one of them, or "
+            "give each a topic of its own"
+        )

@@ -11,8 +11,8 @@ Mask = npt.NDArray[np.bool_]
 _FAST = 3.5
 """Steps of the encoder in a change of readings that is motion, in which none is repeated by rounding."""
 _FEWEST = 20
-_REPEATED = 1.05
-"""Mean number of equal readings in fast motion beyond which they are repetitions."""
+_REPEATED, _STEPS = 1.05, 100.0
+"""Mean numbers of equal readings in fast motion between which they are repetitions; beyond, they are no angle's."""
 _AT_REST = 0.9
 """At rest one of so many equal readings is kept as this quantile of their numbers in fast motion."""
 _JUMP = 0.5
@@ -35,13 +35,12 @@ def new_readings(readings: Array) -> tuple[Mask, str]:
     fast = np.abs(np.diff(readings)[changes - 1]) > _FAST * encoder_step(readings)
     lengths = np.diff(starts)
     in_motion = lengths[1:-1][fast[:-1] & fast[1:]]
-    if len(in_motion) < _FEWEST or np.mean(in_motion) < _REPEATED:
+    if len(in_motion) < _FEWEST or not _REPEATED <= np.mean(in_motion) < _STEPS:
         return every, ""
     keep = np.ceil(np.quantile(in_motion, _AT_REST))
     new = (np.arange(len(readings)) - np.repeat(starts[:-1], lengths)) % keep == 0
-    return np.asarray(
-        new
-    ), f"repeat {np.mean(in_motion):.2g} times in motion: {np.count_nonzero(~new)} repetitions are left out"
+    note = f"repeat {np.mean(in_motion):.2g} times in motion: {np.count_nonzero(~new)} repetitions are left out"
+    return np.asarray(new), note
 
 
 def continuous(readings: Array, hanging: float) -> tuple[Array, str]:

@@ -30,10 +30,9 @@ def recorded_motion(
     samples = replace(samples, angles=in_radians(samples.angles, options))
     cleaned = clean(samples, options.start, options.stop)
     if not len(cleaned.time):
-        raise TrialError(
-            f"no sample lies between {wording.name('start')} {options.start} s and {wording.name('stop')} "
-            f"{options.stop} s: the recording has {clean(samples).time[-1]:.2f} s"
-        )
+        limits = {name: at for name in ("start", "stop") if np.isfinite(at := getattr(options, name))}
+        asked = " and ".join(wording.setting(name, f"{at} s") for name, at in limits.items())
+        raise TrialError(f"no sample lies within {asked}: the recording has {clean(samples).time[-1]:.2f} s")
     taken, time = cleaned.measurements, cleaned.time[~cleaned.outlier]
     scales = Scales.of(time - time[0], model_angles(taken.angles, options))
     longest_gap, shortest = options.longest_gap or scales.longest_gap, options.shortest or scales.shortest

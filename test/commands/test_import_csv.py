@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 from rosbags.highlevel import AnyReader
 
 from cdp_ident.bag.reader import read_joint_states
-from cdp_ident.commands._csv_recording import _at
 from cdp_ident.commands.import_csv import main
 from cdp_ident.model.motions import simulate
 from cdp_ident.model.parameters import NOMINAL, physical_coefficients
@@ -243,7 +242,7 @@ def test_rows_without_a_number_are_left_out_and_counted(convert, capsys):
     angles[[3, 7]] = np.nan
     _, stamps, _ = convert([TIME, angles])
     assert len(stamps) == len(TIME) - 2
-    assert "2 rows lack a number" in capsys.readouterr().out
+    assert f"2 of {len(TIME)} samples have no usable number for both rods and are dropped" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(
@@ -256,8 +255,8 @@ def test_rows_without_a_number_are_left_out_and_counted(convert, capsys):
         (["--angle-unit", "counts", "--counts-per-turn", "0"], "positive"),
         (["--every", "0"], "--every is 0"),
         (["--rate", "-5"], "--rate is -5.0: expected a positive number"),
-        (["--from", "100"], "no row with a time and a number for both rods --from 100 s"),
-        (["--start-stamp", "0"], "later --start-stamp"),
+        (["--from", "100"], "no row with a time --from 100 s"),
+        (["--start-stamp", "0"], "another --start-stamp"),
         (["--cart", "3", "--cart-unit", "counts"], "needs --counts-per-metre"),
         (["--time", "b", "--time-unit", "s", "--from", "1e300"], "does not increase"),
         (["--points", "a", "b"], "--points has 2 columns"),
@@ -384,29 +383,38 @@ def test_a_drop_with_geared_drives_becomes_a_trial_and_a_wrong_meaning_does_not(
         assert main([file, "--out", str(tmp_path / "wrong"), *wrong]) == 2
 
 
-def test_columns_with_rows_of_their_own_are_joined_on_the_inner_rod_s_times(tmp_path, capsys):
+def test_columns_with_rows_of_their_own_are_joined_at_the_times_of_one(tmp_path, capsys):
     lines = ["time,inner,outer"]
     later = RELATIVE[:, 1] + 1e-4 * np.gradient(RELATIVE[:, 1], TIME)
     for seconds, inner, outer in zip(TIME, RELATIVE[:, 0], later, strict=True):
         lines += [f"{seconds:.6f},{inner:.9f},", f"{seconds + 1e-4:.6f},,{outer:.9f}"]
     (tmp_path / "log.csv").write_text("\n".join(lines))
     assert main([str(tmp_path / "log.csv"), "--out", str(tmp_path / "bag")]) == 0
-    assert "each column has rows of its own" in capsys.readouterr().out
+    assert "joints are measured at times of their own" in capsys.readouterr().out
     found = read_joint_states(tmp_path / "bag", "joint_states").positions
     assert found == pytest.approx(RELATIVE, abs=2e-4)
 
 
-def test_wrapped_angles_are_not_joined_across_the_wrap():
-    times, angles = np.arange(0.0, 4.0, 0.01), np.mod(3.0 * np.arange(0.0, 4.0, 0.01), 2 * np.pi)
-    found = _at(times[:-1] + 0.004, times, angles)
-    error = np.angle(np.exp(1j * (found - 3.0 * (times[:-1] + 0.004))))
-    assert np.abs(error).max() < 0.03
-    assert np.all(np.isnan(_at(times, times[::100][:1], angles[::100][:1])))
-
-
 def test_rows_that_never_meet_are_counted(refuse):
     error = refuse([TIME, RELATIVE[:, 0], np.full(len(TIME), np.nan)], "--inner", "1", "--outer", "2")
-    assert f"no row with a time and a number for both rods : {len(TIME)} of {len(TIME)} rows lack one" in error
+    assert f"has a usable number for both inner_joint and outer_joint: {len(TIME)} of {len(TIME)} lack one" in error
+
+
+@pytest.mark.parametrize(
+    ("angles", "options", "said"),
+    [
+        (np.repeat(RELATIVE[::4], 4, axis=0), [], "repeat 4 times in motion: 600 repetitions are left out"),
+        (np.round(RELATIVE / (2 * np.pi) * 4000) % 1024, ["--angle-unit", "counts", "--counts-per-turn", "4000"],
+         "wrap after 1024 counts (10 bits)"),
+        (np.degrees(RELATIVE) % 360, [], "wrap after 360"),
+    ],
+)  # fmt: skip
+def test_a_file_is_mended_as_a_bag_with_its_numbers_is(convert, capsys, angles, options, said):
+    positions, stamps, _ = convert([TIME, angles], *options)
+    assert said in capsys.readouterr().out
+    places = np.round((stamps - stamps[0]) * 200e-9).astype(int)
+    off = positions - RELATIVE[places]
+    assert np.abs(off - off[0]).max() < 2e-3
 
 
 @pytest.mark.parametrize("joined", [False, True])

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -37,7 +39,7 @@ def test_numbers_that_are_no_measurements_are_dropped(bad):
 
 
 def test_no_usable_number_at_all_is_an_error():
-    with pytest.raises(TrialError, match="no message on /joint_states has a usable number"):
+    with pytest.raises(TrialError, match="no sample of /joint_states has a usable number"):
         select_joints(recording([[0, NAN, 2]] * 6), TrialOptions())
 
 
@@ -69,3 +71,12 @@ def test_a_cart_is_bridged_where_its_position_is_an_outlier_and_the_rods_samples
     assert len(samples.stamps) == 400
     assert samples.cart == pytest.approx(truth, abs=1e-4)
     assert notes == ["of the cart's position 2 outliers (0.5 %) are left out, the first at 0.500 s"]
+
+
+def test_torques_in_messages_of_their_own_are_taken_at_the_times_of_the_rods():
+    positions = [[1, 2], [NAN, NAN]] * 3
+    efforts = np.array([[NAN, NAN], [0.1, NAN], [NAN, NAN], [0.3, NAN], [NAN, NAN], [0.5, NAN]])
+    samples, _ = select_joints(
+        replace(recording(positions, ("inner_joint", "outer_joint")), efforts=efforts), TrialOptions()
+    )
+    assert samples.torques == pytest.approx(np.array([[0.1, 0.0], [0.2, 0.0], [0.4, 0.0]]))

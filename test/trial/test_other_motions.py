@@ -75,6 +75,13 @@ def test_it_is_taken_all_the_same_where_the_user_insists():
     assert "no double pendulum" in found.warnings[0]
 
 
+@pytest.mark.parametrize("wobble", [0.0, 1e-4, 3e-3])
+def test_a_still_joint_is_refused_at_once_even_where_the_user_insists(wobble):
+    still = 0.1 + wobble * np.sin(3.0 * TIMES)
+    with pytest.raises(OtherMotionError, match="the inner joint does not turn while the other does"):
+        find_trial(samples(np.column_stack([still, ANGLE])), replace(HANGING, conventions="warn"))
+
+
 def test_a_free_swing_is_taken_whatever_efforts_its_motors_measure():
     angles = double_pendulum()
     noise = np.random.default_rng(2).normal(size=angles.shape)
