@@ -184,7 +184,8 @@ def _lasting(flags: Mask) -> tuple[Mask, list[int]]:
     the ends of a motion everything counts as lasting: there the two cannot be distinguished; and so does an impulse
     shortly before or after a lasting torque, with what is between: that is how a hand catches and lets go.
     """
-    runs = [run for run in np.split(np.arange(len(flags)), np.flatnonzero(np.diff(flags)) + 1) if flags[run[0]]]
+    runs = np.split(np.arange(len(flags)), np.flatnonzero(np.diff(flags)) + 1)
+    runs = [run for run in runs if len(run) and flags[run[0]]]
     lasting: Mask = np.zeros(len(flags), dtype=bool)
     for run in runs:
         if run[0] == 0 or run[-1] == len(flags) - 1 or len(run) > WINDOW + _INSTANT:

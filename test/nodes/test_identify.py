@@ -351,7 +351,7 @@ def test_it_identifies_again_with_what_configuration_and_bags_say_then(start, cl
     changed = {parameter.name: parameter.value.double_value for parameter in event.changed_parameters}
     assert changed["window"] == 3.0
     assert {"m1", "std.m1"} <= set(changed)
-    assert "L" not in changed  # it has not
+    assert "g" not in changed  # it has not
     listener.wait_for(lambda: client.values("window") == [3.0])
     listener.wait_for(lambda: client.states[-1].startswith("ready"))
     assert listener.call("/identify/cancel") == (False, "no search is running")

@@ -115,7 +115,7 @@ def test_unplugged_it_comes_back_under_another_name(tmp_path: Path) -> None:
         unplugged_for=0.3,
         replug_as=tmp_path / "tty1",
     ) as result:
-        wait_for(lambda: result.reader.unplugged == 1 and result.reader.port == str(tmp_path / "tty1"))
+        wait_for(lambda: result.reader.port.unplugged == 1 and result.reader.port.name == str(tmp_path / "tty1"))
         seen = len(result.samples)
         wait_for(lambda: len(result.samples) > seen + 20)
     assert result.decoder.counters.resets == 0
