@@ -22,6 +22,8 @@ Array = npt.NDArray[np.float64]
 
 CONFIDENCE = 1.96
 """Half width of a 95 % interval, in standard deviations."""
+GUESSED = 0.5
+"""Relative standard deviation from which on a value is as good as guessed."""
 _WIDEST = 0.5
 """Half width of the interval, as a share of the value, from which on a value counts as not determined."""
 _UNOBSERVABLE = 1e-6
@@ -137,7 +139,7 @@ def identifiability(
     )
     words = [*_words_on_unknowns(result, names, values, std), *_words_on_inertia(fit, inertia, trials)]
     if physical.possible:
-        words += _words_on_physical_values(result, tuple(prior.known))
+        words += _words_on_physical_values(result, tuple(prior.known), inertia, physical.inertia_std_once_weighed)
     return Identifiability(**{**vars(result), "words": tuple(words)})
 
 
@@ -250,8 +252,15 @@ def _words_on_inertia(fit: Fit, inertia: Inertia, trials: Sequence[str]) -> Iter
     yield f"A22 = {inertia.value:.4g} ± {inertia.std:.2g} kg m^2, determined {by}, and with it every torque in N m"
 
 
-def _words_on_physical_values(found: Identifiability, known: Sequence[str]) -> Iterator[str]:
+def _words_on_physical_values(
+    found: Identifiability, known: Sequence[str], inertia: Inertia, once_weighed: float
+) -> Iterator[str]:
     yield from map(str, found.tradeoffs)
+    if inertia.relative_std > GUESSED:
+        yield (
+            "no mass is known but the paper's rig's: what is in N m or kg may be three times as much, or a third; with "
+            f"the outer rod weighed (known.m2) it is known to ± {100.0 * CONFIDENCE * once_weighed:.2g} %"
+        )
     measured = f"what was measured ({_enumerated(known)})" if known else "no physical value measured beforehand"
     if new := [symbol for symbol in found.determined_physical if symbol not in known]:
         yield f"with {measured}, these trials determine {_enumerated(new)}"

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.optimize import minimize
 
-from cdp_ident.fit.prior import Prior
+from cdp_ident.fit.prior import KNOWN_RELATIVE_STD, Prior
 from cdp_ident.model.acting import outer_rod_length
 from cdp_ident.model.parameters import GROUPS, SYMBOLS, groups_of, inertia_about_cart
 
@@ -43,6 +43,8 @@ class PhysicalValues:
     """(9,) whether trials and measured values determine the value, or the nominal values had to."""
     inertia_relative_std: float
     """Relative standard deviation of their A22, to which all torques of the model are relative."""
+    inertia_std_once_weighed: float
+    """The same, were the outer rod's mass known."""
     possible: bool
     """Whether a mechanism with these base parameters was found; if not, the values are those known before."""
 
@@ -128,8 +130,7 @@ def nearest_physical_values(shown: Array, covariance: Array, prior: Prior, lengt
     found = result.x * scale
     possible = bool(np.max(np.abs(mismatch(found))) < _MET and np.min(room_for_inertia(found)) > -_MET)
     values = physical(found) if possible else centre
-    std, determined, inertia_std = _uncertainty(values, shown, covariance, prior, length)
-    return PhysicalValues(values, std, determined, inertia_std, possible)
+    return PhysicalValues(values, *_uncertainty(values, shown, covariance, prior, length), possible)
 
 
 def logarithmic_derivatives(values: Array, length: float, with_inertia: bool = False) -> Array:
@@ -147,8 +148,11 @@ def logarithmic_derivatives(values: Array, length: float, with_inertia: bool = F
 
 def _uncertainty(
     values: Array, shown: Array, shown_covariance: Array, prior: Prior, length: float
-) -> tuple[Array, npt.NDArray[np.bool_], float]:
-    """Return standard deviations (9,), what is determined, and the relative one of A22, linearised about the values."""
+) -> tuple[Array, npt.NDArray[np.bool_], float, float]:
+    """Return standard deviations (9,), what is determined, and the relative one of A22, now and with a rod weighed.
+
+    All are linearised about the values.
+    """
     seen = shown > 0
     derivatives = logarithmic_derivatives(values, length, len(shown) > len(GROUPS))[seen]
     relative = shown_covariance[np.ix_(seen, seen)] / np.outer(shown[seen], shown[seen])
@@ -156,8 +160,7 @@ def _uncertainty(
         np.where(np.isfinite(np.diag(relative)), 0.0, _VAGUE**2)
     )
 
-    def posterior(deviations: Array) -> Array:
-        spread = np.diag(deviations**2)
+    def posterior(spread: Array) -> Array:
         gain = spread @ derivatives.T @ np.linalg.pinv(derivatives @ spread @ derivatives.T + relative, hermitian=True)
         return spread - gain @ derivatives @ spread
 
@@ -167,15 +170,17 @@ def _uncertainty(
     without_nominal = np.where(prior.is_known, prior.relative_std, _VAGUE)
     # A friction of zero has no logarithm: its deviation is that of its base parameter.
     inertia = values[~_FRICTIONS]
-    covariance = posterior(prior.relative_std)
+    covariance = posterior(prior.covariance)
     std = std_of(covariance) * values
-    determined = std_of(posterior(without_nominal)) < _DETERMINED
+    determined = std_of(posterior(np.diag(without_nominal**2))) < _DETERMINED
     step = np.exp(1e-6 * np.eye(len(values)))
     by_values = np.log(inertia_about_cart(step * values, length) / inertia_about_cart(values, length)) / 1e-6
-    variance = float(by_values @ covariance @ by_values)
-    inertia_std = float(np.sqrt(max(variance, 0.0)))
+    with_inertia, rod = covariance @ by_values, _PLACES["m2"]
+    variance = by_values @ with_inertia
+    once_weighed = variance - with_inertia[rod] ** 2 / (covariance[rod, rod] + KNOWN_RELATIVE_STD**2)
+    inertia_std, inertia_std_once_weighed = (float(np.sqrt(max(v, 0.0))) for v in (variance, once_weighed))
     for friction, group in zip(np.flatnonzero(_FRICTIONS), np.flatnonzero(_FRICTION_GROUPS), strict=True):
         if shown[group] <= 0:
             A22 = groups_of(np.array([*inertia, 1.0, 1.0]), length)[group] ** -1
             std[friction] = np.sqrt(shown_covariance[group, group]) * A22
-    return std, determined & (prior.centre > 0), inertia_std
+    return std, determined & (prior.centre > 0), inertia_std, inertia_std_once_weighed

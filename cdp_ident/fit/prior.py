@@ -14,7 +14,9 @@ Array = npt.NDArray[np.float64]
 
 _RANGE_IN_DEVIATIONS = 4.0
 """A search range, from lower to upper limit, is taken for so many standard deviations of the nominal value."""
-_KNOWN_RELATIVE_STD = 0.01
+_GUESSED_SCALE = np.log(3.0)
+"""Standard deviation of the logarithm of one factor on all masses of which nothing but the paper's rig is known."""
+KNOWN_RELATIVE_STD = 0.01
 """Relative standard deviation of a known value for which none is given."""
 
 
@@ -27,7 +29,8 @@ class Prior:
     """
 
     nominal: Mapping[str, float] = field(default_factory=dict)
-    """Estimates; those of the paper's rig (Table 2) where missing. L and g are among them."""
+    """Estimates; those of the paper's rig (Table 2) where missing. L and g are among them. One that is just the paper's
+    says nothing of how heavy another rig is."""
     lower: Mapping[str, float] = field(default_factory=dict)
     """Lower limits of the search; the paper's factors on the nominal values where missing."""
     upper: Mapping[str, float] = field(default_factory=dict)
@@ -90,7 +93,19 @@ class Prior:
         deviations = []
         for symbol, parameter, value in zip(SYMBOLS, PARAMETERS, self.centre, strict=True):
             if symbol in self.known:
-                deviations.append(self.known_std.get(symbol, _KNOWN_RELATIVE_STD * value) / value if value else 0.0)
+                deviations.append(self.known_std.get(symbol, KNOWN_RELATIVE_STD * value) / value if value else 0.0)
             else:
                 deviations.append(np.log(parameter.upper_factor / parameter.lower_factor) / _RANGE_IN_DEVIATIONS)
         return np.maximum(np.array(deviations), 1e-6)
+
+    @property
+    def covariance(self) -> Array:
+        """(9, 9) covariance of the logarithms of `centre`.
+
+        Masses, inertias and frictions that are only the paper's may all be off by one factor besides.
+        """
+        scaled = [
+            p.symbol not in ("l1", "l2", *self.known) and value == p.nominal
+            for p, value in zip(PARAMETERS, self.centre, strict=True)
+        ]
+        return np.diag(self.relative_std**2) + _GUESSED_SCALE**2 * np.outer(scaled, scaled)

@@ -1,12 +1,16 @@
 """Numbers of a report, and how sure names are, as people read them."""
 
 import math
+from collections.abc import Mapping
+from typing import Any
 
-from cdp_ident.diagnosis.identifiability import CONFIDENCE
+from cdp_ident.diagnosis.identifiability import CONFIDENCE, GUESSED
 
 CERTAINTY = {"named": "", "probable": "probably ", "acts_like": "something that acts like "}
 """Words before the name of an effect, by how sure the name is."""
 CERTAINTY_WORDS = {"named": "named", "probable": "probable", "acts_like": "acts like it"}
+_OVER_INERTIA = {"N m": "1/s²", "N m s": "1/s", "N m s^2": "", "N m/rad": "1/s²", "kg m^2": ""}
+"""Units, and the same over that of A22."""
 _SAID_AS_POWER = 3.0
 """Decimal logarithm of odds from which on they are written as a power of ten."""
 
@@ -23,10 +27,34 @@ def with_std(value: float | None, std: float | None) -> str:
     return f"{_to_digits_of(number(std), number(value))} ± {_to_digits_of(number(std), number(std))}"
 
 
-def interval(value: float | None, std: float | None) -> str:
-    """Write the 95 % interval of a value."""
+def over_inertia(value: float | None, std: float | None, symbol: str, shown: float, shown_std: float) -> str:
+    """Write a torque over A22 where its physical value rests on masses that nobody knows; else nothing.
+
+    Args:
+        value: the physical one, in the unit `symbol`.
+        std: its standard deviation.
+        symbol: its unit.
+        shown: as the motion shows it.
+        shown_std: the standard deviation of that.
+    """
+    is_guessed = number(std) > GUESSED * abs(number(value)) and shown_std < GUESSED * abs(shown)
+    if symbol not in _OVER_INERTIA or not is_guessed:
+        return ""
+    return f"{with_std(shown, shown_std)} {_OVER_INERTIA[symbol]}".strip() + " over A22"
+
+
+def quantity_words(quantity: Mapping[str, Any]) -> str:
+    """Write a parameter of an effect: over A22 first where no mass is known."""
+    words = f"{with_std(quantity['value'], quantity['std'])} {unit(quantity['unit'])}".strip()
+    shown = [number(quantity["as_fitted"][of]) for of in ("value", "std")]
+    first = over_inertia(quantity["value"], quantity["std"], quantity["unit"], *shown)
+    return f"{first} ({words})" if first else words
+
+
+def interval(value: float | None, std: float | None, lowest: float = -math.inf) -> str:
+    """Write the 95 % interval of a value that is not below the `lowest`."""
     deviation = number(std)
-    low, high = number(value) - CONFIDENCE * deviation, number(value) + CONFIDENCE * deviation
+    low, high = max(number(value) - CONFIDENCE * deviation, lowest), number(value) + CONFIDENCE * deviation
     return f"{_to_digits_of(deviation, low)} to {_to_digits_of(deviation, high)}"
 
 

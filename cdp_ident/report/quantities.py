@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from cdp_ident.report.formatting import number, unit, with_std
+from cdp_ident.report.formatting import number, quantity_words, unit, with_std
 from cdp_ident.report.schema import Section
 from cdp_ident.report.wording import effect_name, how_determined
 
@@ -43,7 +43,6 @@ def effect_quantities(report: Section, of_trials: bool = True) -> dict[str, Quan
         if effect["trial"] and not of_trials:
             continue
         for name, quantity in effect["parameters"].items():
-            text = f"{with_std(quantity['value'], quantity['std'])} {unit(quantity['unit'])}".strip()
-            shown = quantity["as_fitted"]
-            found[f"{effect_name(effect)}: {name}"] = Quantity(text, number(shown["value"]), number(shown["std"]))
+            shown = [number(quantity["as_fitted"][of]) for of in ("value", "std")]
+            found[f"{effect_name(effect)}: {name}"] = Quantity(quantity_words(quantity), *shown)
     return found

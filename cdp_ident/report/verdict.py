@@ -1,6 +1,7 @@
 """The result for people: one sentence, and each effect in words."""
 
-from cdp_ident.report.formatting import CERTAINTY, with_std
+from cdp_ident.diagnosis.identifiability import CONFIDENCE
+from cdp_ident.report.formatting import CERTAINTY, over_inertia, with_std
 from cdp_ident.report.wording import key_words
 from cdp_ident.tracing.final_model import is_worse
 from cdp_ident.tracing.found_effects import FoundEffect, FoundParameter
@@ -26,7 +27,7 @@ def verdict(trace: Trace) -> str:
         subject = " and ".join(map(key_words, withdrawn.effects))
     else:
         subject = effect_in_words(effects[0]) if count == 1 else f"{_numeral(count)} effects"
-    return judgement(
+    said = judgement(
         subject,
         count,
         trace.before.holdout.rmse(),
@@ -35,6 +36,10 @@ def verdict(trace: Trace) -> str:
         trace.unexplained.significant,
         trace.selection is not None,
     )
+    if any(_over_inertia(parameter) for effect in effects for parameter in effect.parameters):
+        width = CONFIDENCE * trace.physical.inertia_std_once_weighed
+        said += f" Torques in N m are known to ± {100.0 * width:.2g} % once the outer rod is weighed."
+    return said
 
 
 def judgement(
@@ -120,11 +125,11 @@ def _in_words(found: FoundEffect) -> str:
         place = f" in the {effect.joint} joint"
     if found.curve:
         largest, at = found.parameters
-        size = f", up to {_with_unit(largest)} at {_with_unit(at)}" if _is_shown(largest) else ""
+        size = f", up to {_strength(largest)} at {_with_unit(at)}" if _is_shown(largest) else ""
         likeness = f", as {found.curve.likeness} would have" if found.curve.likeness else ""
         return f"{effect.description}{place}{size}{likeness}"
     strength = next((p for p in found.parameters if not p.description.shape and _is_shown(p)), None)
-    named = f"{CERTAINTY[found.certainty]}{effect.description}{place}{f', {_with_unit(strength)}' if strength else ''}"
+    named = f"{CERTAINTY[found.certainty]}{effect.description}{place}{f', {_strength(strength)}' if strength else ''}"
     others = " or ".join(map(key_words, found.also_possible))
     return f"{named} (or {others}, which the data do not distinguish from it)" if others else named
 
@@ -134,10 +139,24 @@ def _is_shown(parameter: FoundParameter) -> bool:
     return float(_with_unit(parameter).split()[0]) != 0.0
 
 
+def _strength(found: FoundParameter) -> str:
+    """Return a value with its unit: over A22 first where no mass is known, and in the unit what that may be."""
+    first = _over_inertia(found)
+    return f"{first} ({_scaled(found, 0.0)}, give or take a factor of three)" if first else _with_unit(found)
+
+
+def _over_inertia(found: FoundParameter) -> str:
+    return over_inertia(found.value, found.std, found.description.unit, found.shown, found.shown_std)
+
+
 def _with_unit(parameter: FoundParameter) -> str:
+    return _scaled(parameter, parameter.std)
+
+
+def _scaled(parameter: FoundParameter, std: float) -> str:
     unit = "" if parameter.description.unit == "1" else parameter.description.unit
-    size = max(abs(parameter.value), parameter.std)
+    size = max(abs(parameter.value), std)
     takes_prefix = unit and not unit.startswith("k")
     factor, prefix = next(((f, p) for f, p in _PREFIXES if size >= f), _PREFIXES[-1]) if takes_prefix else (1.0, "")
-    value, std = parameter.value / factor, parameter.std / factor
+    value, std = parameter.value / factor, std / factor
     return f"{with_std(value, std) if std else f'{value:.3g}'} {prefix}{unit}".rstrip()

@@ -187,3 +187,11 @@ def test_with_A22_only_what_changes_no_combination_has_no_derivative(values):  #
     scaled = np.array([symbol not in ("l1", "l2") for symbol in SYMBOLS], dtype=float)
     slopes = logarithmic_derivatives(physical, LENGTH, with_inertia=True) @ scaled
     assert slopes == pytest.approx([0, 0, 0, 0, 0, -1], abs=1e-7)
+
+
+def test_a_factor_of_three_in_all_masses_fits_into_the_interval_where_only_the_paper_s_rig_is_known():
+    guessed = nearest()
+    assert 1.0 + 1.96 * guessed.inertia_relative_std > 3.0
+    assert nearest(prior=Prior(nominal={"m1": 0.11, "m2": 0.11})).inertia_relative_std < 0.3
+    weighed = nearest(prior=Prior(known={"m2": guessed.values[M2]}))
+    assert weighed.inertia_relative_std == pytest.approx(guessed.inertia_std_once_weighed, rel=0.02)

@@ -43,7 +43,7 @@ def test_torques_differ_as_the_motion_shows_them_not_as_the_masses_are_known(run
 def test_an_effect_that_only_one_has_stands_alone(runs):
     runs[1].report["effects"] = []
     worn, oiled, difference = table(runs, "Effects")["coulomb friction, outer: torque"]
-    assert worn.endswith("N m")
+    assert worn.endswith(" N m)")
     assert (oiled, difference) == ("–", "–")
 
 

@@ -26,7 +26,7 @@ def test_the_tables_hold_the_report_s_numbers(content):
     assert "no: nearest to nominal" in text
     assert "given" in text
     assert all(sentence[:40] in text for sentence in content["identifiability"]["words"])
-    assert "coulomb_friction" in text
+    assert "dry friction (outer joint)" in text
 
 
 def test_a_report_read_from_its_file_gives_the_same_text(content):
@@ -55,7 +55,7 @@ def test_a_number_that_json_cannot_hold_is_printed_as_infinite(content):
     content["stages"]["nominal"]["holdout"]["sse_free_run"] = None
     text = text_of(content)
     assert "± inf" in text
-    assert "not determined by these trials" in text
+    assert "not by these trials" in text
 
 
 def test_the_summary_is_the_verdict_on_the_fitted_trials(content):

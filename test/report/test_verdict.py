@@ -28,9 +28,17 @@ def named(trace):
 def test_it_names_the_effect_its_place_its_strength_and_what_is_left(trace):
     (parameter,) = trace.effects[0].parameters
     sentence = verdict(named(trace))
-    assert sentence.startswith(f"Dry friction in the outer joint, {1e3 * parameter.value:.2f} ± ")
-    assert " mN m, explains 100 % of what the paper's model could not: " in sentence
-    assert sentence.endswith(" mrad on held-out motion; the rest is encoder noise.")
+    assert sentence.startswith(f"Dry friction in the outer joint, {parameter.shown:.4f}")
+    in_newton_metres = f"{1e3 * parameter.value:.3g} mN m, give or take a factor of three"
+    assert f" 1/s² over A22 ({in_newton_metres}), explains 100 % of what the paper's model could not: " in sentence
+    assert " mrad on held-out motion; the rest is encoder noise. " in sentence
+    assert sentence.endswith(" Torques in N m are known to ± 21 % once the outer rod is weighed.")
+
+
+def test_newton_metres_are_headlined_where_they_rest_on_something(weighted_outcome):
+    said = verdict(named(weighted_outcome.trace))
+    assert " mN m, explains " in said
+    assert "A22" not in said
 
 
 def test_a_strength_is_written_as_precisely_as_it_is_known(trace):
@@ -52,7 +60,7 @@ def test_several_effects_are_counted_and_named_one_by_one(trace):
 
 def test_what_remains_is_said_with_and_without_effects(trace):
     remains = replace(trace.unexplained, significant=True, description="a lot")
-    assert verdict(replace(trace, unexplained=remains)).endswith("; more than the encoders' noise remains.")
+    assert "; more than the encoders' noise remains." in verdict(replace(trace, unexplained=remains))
     left = replace(trace, effects=(), unexplained=remains)
     assert verdict(replace(left, selection=None)).endswith("and effects could not be looked for.")
     error = f"{1e3 * trace.after.holdout.rmse():.3g} mrad"

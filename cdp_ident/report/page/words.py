@@ -8,7 +8,7 @@ from typing import Any
 
 from cdp_ident.model.parameters import CONSTANTS, GROUPS, INERTIA, PARAMETERS
 from cdp_ident.report.figures.models import models
-from cdp_ident.report.formatting import interval, milliradians, number, odds, per_cent, unit, with_std
+from cdp_ident.report.formatting import interval, milliradians, number, odds, per_cent, quantity_words, unit, with_std
 from cdp_ident.report.schema import Section
 from cdp_ident.report.typesetting import Formula
 from cdp_ident.report.wording import (
@@ -59,6 +59,7 @@ def words(report: Section) -> dict[str, Any]:
             "selection": _selection(report),
             "tried": _tried(report),
             "candidates": candidate_rows(report),
+            "base": [(of, f"{value} {of_unit}", sure) for of, _, value, _, of_unit, sure in _groups(report)],
             "groups": _groups(report),
             "physical": _physical(report),
             "repeatability": _repeatability(report),
@@ -122,7 +123,11 @@ def _numbers(report: Section) -> list[Row]:
 def _predicted(report: Section) -> Iterator[Row]:
     if report["prediction"]:
         limit = report["prediction"]["before"]["within"][0]["limit_deg"]
-        yield f"predicts within {limit:.3g}° for", predicted_for(report, 0).replace("->", "→"), "s"
+        yield (
+            f"predicts within {limit:.3g}° for",
+            predicted_for(report, 0).replace("->", "→").replace("≥ ", "≥\u202f"),
+            "s",
+        )
 
 
 def _fit(report: Section) -> list[Row]:
@@ -156,14 +161,20 @@ def _effects(report: Section) -> list[Row]:
         evidence = effect["evidence"]
         errors = (evidence["rmse_holdout_before_rad"], evidence["rmse_holdout_after_rad"])
         for index, (name, quantity) in enumerate(effect["parameters"].items()):
-            value = f"{with_std(quantity['value'], quantity['std'])} {unit(quantity['unit'])}".strip()
             about = (
                 sure_words(effect),
                 " → ".join(map(milliradians, errors)),
                 Formula(effect["formula"]),
                 others_words(effect) or "–",
             )
-            rows.append(("" if index else effect_title(effect), name, value, *(("",) * 4 if index else about)))
+            rows.append(
+                (
+                    "" if index else effect_title(effect),
+                    name,
+                    quantity_words(quantity),
+                    *(("",) * 4 if index else about),
+                )
+            )
     return rows
 
 
@@ -213,7 +224,7 @@ def _physical(report: Section) -> list[Row]:
             parameter.description,
             f"{nominal_value(report, parameter.symbol):.4g}",
             with_std(found["value"], found["std"]),
-            "" if found["std"] == 0.0 else interval(found["value"], found["std"]),
+            "" if found["std"] == 0.0 else interval(found["value"], found["std"], 0.0),
             found["unit"],
             how_determined(report, parameter.symbol),
         )
