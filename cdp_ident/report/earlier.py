@@ -19,7 +19,7 @@ _NO_ESTIMATE = {"as_fitted": {"value": None, "std": None}}
 def expected_effects(report: Section) -> tuple[ExpectedEffect, ...]:
     """Return the effects of a report that may be expected again.
 
-    Effects of an instant are left out, and so are torques without a name, whose shapes belong to their trials.
+    Effects of an instant are left out, and so are nonparametric torques, whose shapes belong to their trials.
     """
     sections = {(section["name"], section["joint"], section["variant"]): section for section in report["effects"]}
     found = []

@@ -106,7 +106,7 @@ def _fit(about: str) -> Schema:
 
 
 _CURVE = an_object(
-    "the shape of a torque without a name",
+    "the shape of a nonparametric torque",
     over=one_of(("angle", "speed"), "of its joint, on which it depends"),
     at=points(finite(), "angles from hanging [rad] or speeds [rad/s]", POINTS),
     torque=points(number(), "there; of dry friction its size [N m]", POINTS),

@@ -10,7 +10,7 @@ from cdp_ident.report.folder import CURVES, FIGURES, PAGE, REPORT, TEXT
 from cdp_ident.report.pictures import draw_again
 
 PICTURES = {
-    "errors", "angles_1_swing_wide", "angles_2_swing_folded", "angles_3_swing_check",
+    "errors", "candidates", "angles_1_swing_wide", "angles_2_swing_folded", "angles_3_swing_check",
     "contrast_1_swing_wide", "contrast_2_swing_folded", "contrast_3_swing_check",
     "selection", "torque_over_time",
     "torque_over_speed", "torque_over_angle", "prediction", "residual_correlation", "next_trial",
@@ -33,7 +33,7 @@ def test_the_text_has_the_verdict_the_numbers_and_links_to_figures_that_are_ther
     links = re.findall(r"\]\((figures/\S+)\)", text)
     assert len(links) == len(PICTURES)
     assert all((report_folder / link).exists() for link in links)
-    assert "dry friction (outer joint) | torque | 0.0018" in text
+    assert "dry friction (outer joint) | torque | 0.0336" in text
 
 
 def test_without_curves_nothing_is_drawn(report_folder, tmp_path):

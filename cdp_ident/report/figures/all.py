@@ -2,7 +2,7 @@
 
 from cdp_ident.report.curves import Curves
 from cdp_ident.report.figures.description import Figure
-from cdp_ident.report.figures.errors import before_and_after, best_error, selection
+from cdp_ident.report.figures.errors import before_and_after, best_error, candidates, selection
 from cdp_ident.report.figures.motion import angles, continuous_runs
 from cdp_ident.report.figures.next_trial import next_trial
 from cdp_ident.report.figures.parameters import against_nominal, correlation, repeatability
@@ -21,6 +21,7 @@ def figures(report: Section, curves: Curves) -> list[Figure]:
         *best_error(report),
         *continuous_runs(report, curves),
         *selection(report),
+        *candidates(report),
         *missing_torques(report, curves),
         *effects_through_residuals(report, curves),
         *torques_without_a_name(report),

@@ -93,6 +93,8 @@ class Heat:
     """Of the columns."""
     matrix: Array
     limits: tuple[float, float] = (-1.0, 1.0)
+    digits: int = 2
+    """Behind the point."""
 
     @property
     def written(self) -> bool:

@@ -8,9 +8,9 @@ import numpy as np
 from cdp_ident.report.figures.description import Axis, Bars, Figure, Level, Line, Panel
 from cdp_ident.report.figures.models import models
 from cdp_ident.report.figures.palette import Colour
-from cdp_ident.report.formatting import is_known, number
+from cdp_ident.report.formatting import chance, is_known, number, odds
 from cdp_ident.report.schema import Section
-from cdp_ident.report.wording import action_words, effects_words, noise_floor
+from cdp_ident.report.wording import action_words, effects_words, key_words, noise_floor
 
 _LABEL_WIDTH = 22
 """Characters in a line of a name beside an axis: two thirds of a phone remain beside it."""
@@ -102,6 +102,40 @@ def selection(report: Section) -> Iterator[Figure]:
             f"Decimal logarithms of odds over the model before: {'; '.join(said)}.",
             panels,
         )
+
+
+def candidates(report: Section) -> Iterator[Figure]:
+    """Yield how probable the model would be with each effect that it does not have."""
+    best: dict[str, Section] = {}
+    for one in report["selection"]["candidates"]:
+        if is_known(one["log10_odds"]):
+            best.setdefault(key_words(".".join(one["effect"].split(".")[:2])), one)
+    if not best:
+        return
+    found = list(best.values())
+    words = [f"{odds(one['log10_odds'])}, {chance(one['probability'])}" for one in found]
+    places = [float(place) for place in range(len(found))]
+    ticks = list(zip(places, best, strict=True))
+    yield Figure(
+        "candidates",
+        "selection",
+        "What else was looked for",
+        "The model with one effect more beside the model without it, before any fit: odds, and the probability that "
+        "the effect is there; of an effect with several forms those of the best one. Left of zero the trials speak "
+        "against it.",
+        "; ".join(f"{name}: {said}" for (_, name), said in zip(ticks, words, strict=True)) + ".",
+        [
+            Panel(
+                Axis("log10 of the odds"),
+                Axis(ticks=ticks),
+                [
+                    Bars("with it", "noise", places, [number(one["log10_odds"]) for one in found], words),
+                    Level("as probable as without it", "before", 0.0),
+                ],
+                height=40.0 + 20.0 * len(found),
+            )
+        ],
+    )
 
 
 def _step(index: int, action: str, tried: list[Section]) -> Panel:

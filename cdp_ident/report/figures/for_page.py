@@ -184,11 +184,12 @@ def _intervals(mark: Intervals) -> Json:
 def _heat(mark: Heat, arrays: Arrays) -> Json:
     rows_of, columns_of = (list(range(count)) for count in mark.matrix.shape)
     low, high = mark.limits
-    rows = [[round(float(v), 2) if math.isfinite(v) else None for v in row] for row in mark.matrix]
+    rows = [[round(float(v), mark.digits) if math.isfinite(v) else None for v in row] for row in mark.matrix]
     return {
         "type": "heatmap", "x": columns_of, "y": rows_of, "z": rows, "zmin": low, "zmax": high, "showscale": False,
         "colorscale": [[0, _colour("after")], [0.5, _colour("surface")], [1, _colour("before")]],
-        "texttemplate": "%{z:.2f}" if mark.written else "", "hovertemplate": "%{z:.2f}<extra></extra>",
+        "texttemplate": f"%{{z:.{mark.digits}f}}" if mark.written else "",
+        "hovertemplate": f"%{{z:.{mark.digits}f}}<extra></extra>",
         "xgap": 2, "ygap": 2,
     }  # fmt: skip
 

@@ -158,7 +158,14 @@ def _heat(mark: Heat, ax: Axes) -> None:
     ax.imshow(mark.matrix, cmap=colours, vmin=mark.limits[0], vmax=mark.limits[1], aspect="auto")
     ax.grid(False)
     for (row, column), value in np.ndenumerate(mark.matrix) if mark.written else ():
-        ax.text(column, row, f"{value:.2f}" if math.isfinite(value) else "?", ha="center", va="center", fontsize=8)
+        ax.text(
+            column,
+            row,
+            f"{value:.{mark.digits}f}" if math.isfinite(value) else "?",
+            ha="center",
+            va="center",
+            fontsize=8,
+        )
 
 
 def _handle(label: str, colour: Colour, kind: str) -> Line2D | Patch:

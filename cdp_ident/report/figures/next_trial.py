@@ -26,8 +26,8 @@ def next_trial(report: Section) -> Iterator[Figure]:
         "What a next trial would bring",
         "By the angles from hanging from which both rods are let go, at rest. Blue: to what share of their width "
         "intervals fall, the deeper the further, or of a value that no trial shows yet its interval then; of two "
-        "effects, vermilion: by how many standard deviations they would differ. The ring is the start to take: it is "
-        f"good as well where the hand misses it by {HAND:.0f}°.",
+        "effects, vermilion: by how many standard deviations they would differ. The ring is the start to take; "
+        f"its number is that for a hand that misses by up to {HAND:.0f}°.",
         " ".join(f"{words}." for words in advice_words(report)),
         [_panel(advice) for advice in found["advice"]],
     )
@@ -36,27 +36,31 @@ def next_trial(report: Section) -> Iterator[Figure]:
 def _panel(advice: Section) -> Panel:
     of = advice["map"]
     values = np.array([[number(value) for value in row] for row in of["values"]])
-    inner, outer = np.degrees(of["inner_rad"]), np.degrees(of["outer_rad"])[::-1]
+    inner, outer = np.degrees(of["inner_rad"]), np.degrees(of["outer_rad"])
     title = f"{advice_title(advice)}{', with a weight' if advice['weights'] else ''}"
-    if not is_determined_now(advice):
-        values, title = 100.0 * CONFIDENCE * values, f"{title} [± %]"
+    column, row = _place(inner, advice["inner_rad"]), _place(outer, advice["outer_rad"])
+    if np.isfinite(values[column, row]):
+        values[column, row] = number(advice["expected"])  # what the words say of it: where the hand misses it, too
+    if not advice["against"]:
+        is_known = is_determined_now(advice)
+        values, title = (100.0 if is_known else 100.0 * CONFIDENCE) * values, f"{title} [{'' if is_known else '± '}%]"
     most = max(float(np.max(np.abs(values[np.isfinite(values)]), initial=0.0)), 1e-300)
-    half = 1.0 if is_determined_now(advice) else most
+    half = 100.0 if is_determined_now(advice) else most
     limits = (-most, most) if advice["against"] else (0.0, 2.0 * half)
     chosen = Dots(
         "the start to take",
         "ink",
-        _place(inner, advice["inner_rad"]),
-        _place(outer, advice["outer_rad"]),
+        np.array([float(column)]),
+        np.array([float(len(outer) - 1 - row)]),
         size=34.0,
         opacity=1.0,
         hollow=True,
     )
     return Panel(
         Axis("inner rod, from hanging [°]", ticks=_ticks(inner)),
-        Axis("outer rod, from hanging [°]", ticks=_ticks(outer)),
+        Axis("outer rod, from hanging [°]", ticks=_ticks(outer[::-1])),
         [
-            Heat([f"{angle:.0f}" for angle in inner], values.T[::-1], limits),
+            Heat([f"{angle:.0f}" for angle in inner], values.T[::-1], limits, 1 if advice["against"] else 0),
             chosen,
         ],
         title,
@@ -64,9 +68,9 @@ def _panel(advice: Section) -> Panel:
     )
 
 
-def _place(angles: Array, chosen: float) -> Array:
-    """Return the place (1,) of an angle [rad] among some [degrees]."""
-    return np.array([float(np.argmin(np.abs(angles - np.degrees(chosen))))])
+def _place(angles: Array, chosen: float) -> int:
+    """Return the place of an angle [rad] among some [degrees]."""
+    return int(np.argmin(np.abs(angles - np.degrees(chosen))))
 
 
 def _ticks(angles: Array) -> list[tuple[float, str]]:

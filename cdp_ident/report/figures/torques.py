@@ -79,7 +79,7 @@ def missing_torques(report: Section, curves: Curves) -> Iterator[Figure]:
             panels.append(_panel(abscissa, joint, marks))
         yield Figure(
             f"torque_over_{abscissa}",
-            "torques",
+            "errors" if abscissa == "speed" else "torques",
             f"Missing torque over {abscissa}",
             f"{common} Lines are means in bins: what matters is a mean away from zero.",
             f"Missing torque over {abscissa}, root mean square in mN m: {sizes}.",
@@ -140,7 +140,7 @@ def torques_without_a_name(report: Section) -> Iterator[Figure]:
             f"curve_{number}_{effect['name']}_{effect['joint']}",
             "torques",
             f"{title[0].upper()}{title[1:]}",
-            "A torque that nobody has a name for, as the motion shows it, over the range that the motion covers."
+            "A nonparametric torque, as the motion shows it, over the range that the motion covers."
             + likeness
             + _in_newton_metres(),
             f"{title}: up to {1e3 * torque[place]:.3g} ± {1e3 * std[place]:.2g} mN m at {x[place]:.3g}." + likeness,

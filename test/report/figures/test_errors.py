@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from cdp_ident.report.figures.description import Bars, Level
-from cdp_ident.report.figures.errors import before_and_after, best_error, selection
+from cdp_ident.report.figures.errors import before_and_after, best_error, candidates, selection
+from cdp_ident.report.formatting import chance, odds
 
 
 def test_errors_stand_beside_the_noise(read_content):
@@ -89,3 +90,15 @@ def test_where_nothing_was_tried_there_is_no_picture_of_it(read_content):
     for step in read_content["selection"]["steps"]:
         step["tried"] = []
     assert list(selection(read_content)) == []
+
+
+def test_every_effect_that_was_looked_for_has_a_bar_with_its_odds_and_probability(read_content):
+    (figure,) = candidates(read_content)
+    (panel,) = figure.panels
+    looked_for = {tuple(one["effect"].split(".")[:2]) for one in read_content["selection"]["candidates"]}
+    assert len(panel.y.ticks) == len(looked_for)
+    best = read_content["selection"]["candidates"][0]
+    assert panel.marks[0].lengths[0] == best["log10_odds"]
+    assert panel.marks[0].words[0] == f"{odds(best['log10_odds'])}, {chance(best['probability'])}"
+    read_content["selection"]["candidates"] = []
+    assert list(candidates(read_content)) == []

@@ -6,16 +6,18 @@ import pytest
 from cdp_ident.report.figures.next_trial import next_trial
 
 
-def test_the_map_has_each_start_and_a_dot_at_the_one_to_take(read_content):
+def test_the_map_has_each_start_and_at_the_one_to_take_a_dot_and_what_the_words_say(read_content):
     (figure,) = next_trial(read_content)
     advice = read_content["next_trial"]["advice"][0]
     heat, dot = figure.panels[0].marks
     inner, outer = (int(place[0]) for place in (dot.x, dot.y))
     assert np.degrees(advice["inner_rad"]) == pytest.approx(float(heat.names[inner]))
-    across, along = advice["map"]["inner_rad"], advice["map"]["outer_rad"]
-    value = advice["map"]["values"][across.index(advice["inner_rad"])][along.index(advice["outer_rad"])]
-    assert heat.matrix[outer, inner] == value
-    assert figure.panels[0].title == "all base parameters"
+    assert heat.matrix[outer, inner] == 100.0 * advice["expected"]
+    assert f"fall to {heat.matrix[outer, inner]:.2g} %" in figure.alternative
+    others = np.delete(heat.matrix.ravel(), outer * len(heat.names) + inner)
+    exact = 100.0 * np.array(advice["map"]["values"])
+    assert np.isin(others, exact).all()
+    assert figure.panels[0].title == "all base parameters [%]"
     assert "all base parameters: let go" in figure.alternative
 
 

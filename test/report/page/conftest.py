@@ -72,7 +72,6 @@ class Visit:
           const play = document.getElementById('play');
           if (play.textContent === 'Pause') play.click();
           all('#player option').forEach((option) => { option.selected = option.defaultSelected; });
-          all('#player input[type=radio]').forEach((input) => { input.checked = input.defaultChecked; });
           document.getElementById('trial').dispatchEvent(new Event('change', { bubbles: true }));
           all('.legend button[aria-pressed=false]').forEach((button) => button.click());
           document.activeElement.blur();

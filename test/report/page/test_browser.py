@@ -32,8 +32,12 @@ def tips(theta):
     return (LENGTH * along[..., 0] + OUTER_LENGTH * along[..., 1]).T
 
 
-def tip(page, group):
-    return [float(number) for number in page.get_attribute(f"#{group}", "data-tip").split(",")]
+def drawn(group, model="before"):
+    return f".stage.{model} .{group}"
+
+
+def tip(page, *group):
+    return [float(number) for number in page.get_attribute(drawn(*group), "data-tip").split(",")]
 
 
 def scrub_to(page, index):
@@ -82,6 +86,7 @@ def test_everything_is_drawn_for_a_phone_in_the_dark_and_for_printing(visit):
     visited.draw_all()
     assert_everything_is_there(visited, PHONE["width"])
     assert visited.page.locator(".controls").is_visible()
+    assert visited.page.inner_text("#play") == "Pause"  # it plays by itself
     before = visited.page.evaluate(WIDTHS)
 
     visited.page.emulate_media(media="print", color_scheme="dark")
@@ -109,16 +114,17 @@ def test_verdict_and_numbers_are_those_of_the_report(desktop, read_content):
 
 def test_the_pendulum_at_a_scrubbed_time_is_that_of_the_data(desktop, shown_curves):
     page, curve = desktop.page, shown_curves.trials[2]
+    page.select_option("#factor", "1")
+    page.select_option("#start", "run")
     for index in (0, 777, len(curve.time) - 1):
         scrub_to(page, index)
-        assert float(page.get_attribute("#stage", "data-time")) == pytest.approx(curve.time[index], abs=1e-5)
+        assert float(page.get_attribute(".stage.before", "data-time")) == pytest.approx(curve.time[index], abs=1e-5)
         assert tip(page, "measured") == pytest.approx(tips(curve.measured[index : index + 1])[0], abs=NEAR)
         assert tip(page, "simulated") == pytest.approx(tips(curve.run_before[index : index + 1])[0], abs=NEAR)
-    page.check("input[name=model][value=after]")
     scrub_to(page, 777)
-    assert tip(page, "simulated") == pytest.approx(tips(curve.run_after[777:778])[0], abs=NEAR)
+    assert tip(page, "simulated", "after") == pytest.approx(tips(curve.run_after[777:778])[0], abs=NEAR)
     page.select_option("#start", "windows")
-    assert tip(page, "simulated") == pytest.approx(tips(curve.after[777:778])[0], abs=NEAR)
+    assert tip(page, "simulated", "after") == pytest.approx(tips(curve.after[777:778])[0], abs=NEAR)
     page.select_option("#trial", "1")
     scrub_to(page, 100)
     assert tip(page, "measured") == pytest.approx(tips(shown_curves.trials[1].measured[100:101])[0], abs=NEAR)
@@ -128,27 +134,26 @@ def test_what_is_drawn_is_where_the_data_says(desktop):
     page = desktop.page
     scrub_to(page, 500)
     x, z = tip(page, "measured")
-    end = re.findall(r"L(\S+),(\S+)", page.get_attribute("#measured path", "d"))[-1]
+    end = re.findall(r"L(\S+),(\S+)", page.get_attribute(drawn("measured") + " path", "d"))[-1]
     assert [float(number) for number in end] == pytest.approx([100 * x, -100 * z], abs=0.01)
 
 
 def test_a_difference_too_small_to_see_is_magnified(desktop, shown_curves):
     page, curve = desktop.page, shown_curves.trials[2]
     scrub_to(page, 1000)
-    page.select_option("#factor", "100")
-    magnified = curve.measured[1000] + 100 * (curve.run_before[1000] - curve.measured[1000])
+    magnified = curve.measured[1000] + 100 * (curve.before[1000] - curve.measured[1000])
     assert tip(page, "simulated") == pytest.approx(tips(magnified[None])[0], abs=1e-3)
 
 
 def test_playing_moves_it_and_pausing_holds_it(desktop):
     page = desktop.page
     page.click("#play")
-    desktop.until("Number(document.getElementById('stage').dataset.time) > 0.3")
+    desktop.until("Number(document.querySelector('.stage').dataset.time) > 0.3")
     page.click("#play")
     assert page.inner_text("#play") == "Play"
-    held = page.get_attribute("#stage", "data-time")
+    held = page.get_attribute(".stage.before", "data-time")
     page.wait_for_timeout(150)
-    assert page.get_attribute("#stage", "data-time") == held
+    assert page.get_attribute(".stage.before", "data-time") == held
     assert page.input_value("#scrub") != "0"
 
 
@@ -158,10 +163,10 @@ def test_the_keyboard_works_the_player(desktop):
     page.keyboard.press("ArrowRight")
     page.keyboard.press("ArrowRight")
     assert page.input_value("#scrub") == "2"
-    assert float(page.get_attribute("#stage", "data-time")) > 0
+    assert float(page.get_attribute(".stage.before", "data-time")) > 0
     assert "seconds" in page.get_attribute("#scrub", "aria-valuetext")
     page.keyboard.press(" ")
-    desktop.until("Number(document.getElementById('stage').dataset.time) > 0.2")
+    desktop.until("Number(document.querySelector('.stage').dataset.time) > 0.2")
     page.keyboard.press(" ")
     assert page.inner_text("#play") == "Play"
     page.keyboard.press("Tab")
@@ -252,9 +257,7 @@ def test_everything_that_can_be_used_has_a_name_and_every_chart_a_text_in_its_pl
     assert page.get_attribute("html", "lang") == "en"
 
 
-def test_a_rig_that_lacks_nothing_has_a_page_too_and_what_nobody_scrolled_to_is_printed(
-    visit, read_content, shown_curves, tmp_path
-):
+def test_a_rig_that_lacks_nothing_has_a_page_too_and_all_of_it_is_printed(visit, read_content, shown_curves, tmp_path):
     """One trial, nothing added, nothing to warn of, and a run that diverged."""
     report = read_content | {"effects": [], "repeatability": None, "warnings": [], "trials": read_content["trials"][:1]}
     report["selection"]["steps"] = [report["selection"]["steps"][1]]
@@ -264,16 +267,17 @@ def test_a_rig_that_lacks_nothing_has_a_page_too_and_what_nobody_scrolled_to_is_
     curves = Curves((trial,), shown_curves.before, after)
     (tmp_path / PAGE).write_text(report_html(report, curves, figures(report, curves)))
     visited = visit(tmp_path / PAGE)
-    assert visited.page.locator(".plot:not([data-drawn])").count() > 0
     visited.page.evaluate("dispatchEvent(new Event('beforeprint'))")
     assert visited.page.locator(".plot:not([data-drawn])").count() == 0
     assert visited.complaints == []
     text = visited.page.inner_text("main")
     assert "None was added." in text
-    assert "–, – mrad" in text  # the pendulum that no run follows
-    assert not visited.page.locator("#simulated").is_visible()
+    visited.page.select_option("#start", "run")
+    visited.page.click("#play")
+    assert "before –, –" in visited.page.inner_text("#reading")  # the pendulum that no run follows
+    assert not visited.page.locator(drawn("simulated")).is_visible()
     visited.page.select_option("#start", "windows")
-    assert visited.page.locator("#simulated path").get_attribute("d").startswith("M")
+    assert visited.page.locator(f"{drawn('simulated')} path").get_attribute("d").startswith("M")
 
 
 def hostile(value, key=""):

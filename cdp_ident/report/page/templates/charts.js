@@ -1,12 +1,12 @@
 "use strict";
-// Draws the page's figures: each when it comes near the window, all before printing, anew when the theme changes.
+// Draws the page's figures: one after the other, all before printing, anew when the theme changes.
 (() => {
   const page = JSON.parse(document.getElementById("page-data").textContent);
+  const bytes = (base64) => Uint8Array.from(atob(base64), (character) => character.charCodeAt(0));
   const decoded = new Map();
   const array = (name) => {
     if (!decoded.has(name)) {
-      const bytes = Uint8Array.from(atob(page.arrays[name]), (character) => character.charCodeAt(0));
-      decoded.set(name, new Float32Array(bytes.buffer));
+      decoded.set(name, new Float32Array(bytes(page.arrays[name]).buffer));
     }
     return decoded.get(name);
   };
@@ -36,7 +36,10 @@
       layout.margin.t += 28;
       layout.height += 28;
     }
-    if (printing) layout.width = 660; // what the margins leave of a sheet
+    if (printing) {
+      layout.width = plot.closest(".columns") ? 320 : 660; // what the margins leave of a sheet, or of half of it
+      layout.height *= 0.75;
+    }
     if (phone.matches) layout.margin.l = 44;
     plot.style.height = `${layout.height}px`;
     Plotly.react(plot, data, layout, {
@@ -48,11 +51,18 @@
   };
 
   // plotly.js takes a second to start; the page is there before.
-  const start = () => {
+  const start = async () => {
+    const packed = new Blob([bytes(document.getElementById("plotly").textContent)]);
     const script = document.createElement("script");
-    script.textContent = document.getElementById("plotly").textContent;
+    script.textContent = await new Response(packed.stream().pipeThrough(new DecompressionStream("gzip"))).text();
     document.body.append(script);
-    plots.forEach((plot) => near.observe(plot));
+    const next = () => {
+      const plot = plots.find((one) => !one.dataset.drawn);
+      if (!plot) return;
+      draw(plot);
+      setTimeout(next);
+    };
+    next();
     addEventListener("beforeprint", () => {
       printing = true;
       plots.forEach(draw);
@@ -66,17 +76,6 @@
   };
 
   const plots = [...document.querySelectorAll(".plot")];
-  const near = new IntersectionObserver(
-    (entries) => {
-      for (const entry of entries) {
-        if (entry.isIntersecting) {
-          near.unobserve(entry.target);
-          draw(entry.target);
-        }
-      }
-    },
-    { rootMargin: "400px" },
-  );
   const again = () => {
     const drawn = plots.filter((plot) => plot.dataset.drawn);
     drawn.forEach(draw);

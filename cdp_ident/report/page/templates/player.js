@@ -4,7 +4,8 @@
   const { page, array } = window.reportData;
   const scene = page.player;
   const element = (id) => document.getElementById(id);
-  const [stage, play, scrub, reading] = ["stage", "play", "scrub", "reading"].map(element);
+  const [play, scrub, reading] = ["play", "scrub", "reading"].map(element);
+  const stages = [...document.querySelectorAll(".stage")];
   const TRAIL = 1.0; // seconds of the tips' paths
   const reach = scene.length + scene.outer_length;
   const SCALE = 80 / reach; // of the drawing's units to a metre: rods of any size beside the same cart and joints
@@ -27,7 +28,6 @@
     place = index;
     clock = curve.time[index];
   };
-  const chosen = (name) => document.querySelector(`#player [name="${name}"]:checked`).value;
 
   const ends = (index, angles) => {
     const [x, [theta1, theta2]] = [curve.cart[index], angles];
@@ -37,15 +37,14 @@
   };
   const drawn = ([x, y]) => `${(SCALE * x).toFixed(2)},${(-SCALE * y).toFixed(2)}`;
   const measuredAt = (index) => curve.measured.map((angle) => angle[index]);
-  const simulatedAt = (index) => {
+  const simulatedAt = (model) => (index) => {
     const factor = Number(element("factor").value);
-    return curve[element("start").value][chosen("model")].map((angle, k) => {
+    return curve[element("start").value][model].map((angle, k) => {
       const measured = curve.measured[k][index];
       return measured + factor * (angle[index] - measured);
     });
   };
-  const show = (id, index, anglesAt) => {
-    const group = element(id);
+  const show = (group, index, anglesAt) => {
     const rods = ends(index, anglesAt(index));
     const exists = rods.tip.every(Number.isFinite);
     group.style.display = exists ? "" : "none";
@@ -67,18 +66,20 @@
   };
   const render = () => {
     const time = curve.time[place];
-    stage.dataset.time = time;
-    element("simulated").setAttribute("class", chosen("model"));
-    element("cart").setAttribute("x", (SCALE * curve.cart[place] - 9).toFixed(2));
-    show("measured", place, measuredAt);
-    show("simulated", place, simulatedAt);
     const measured = measuredAt(place);
-    const errors = curve[element("start").value][chosen("model")].map((angle, k) => 1e3 * (measured[k] - angle[place]));
     const written = (numbers, digits) => numbers.map((n) => (Number.isFinite(n) ? n.toFixed(digits) : "–"));
     const [theta1, theta2] = written(measured, 3);
-    const [error1, error2] = written(errors, 2);
+    const errors = stages.map((stage) => {
+      const { model } = stage.dataset;
+      stage.dataset.time = time;
+      stage.querySelector(".cart").setAttribute("x", (SCALE * curve.cart[place] - 9).toFixed(2));
+      show(stage.querySelector(".measured"), place, measuredAt);
+      show(stage.querySelector(".simulated"), place, simulatedAt(model));
+      const left = curve[element("start").value][model].map((angle, k) => 1e3 * (measured[k] - angle[place]));
+      return `${model} ${written(left, 2).join(", ")}`;
+    });
     reading.textContent =
-      `t = ${time.toFixed(2)} s · measured θ1 ${theta1}, θ2 ${theta2} rad · less simulated ${error1}, ${error2} mrad`;
+      `t = ${time.toFixed(2)} s · measured θ1 ${theta1}, θ2 ${theta2} rad · less simulated [mrad]: ${errors.join("; ")}`;
     scrub.value = place;
     scrub.setAttribute("aria-valuetext", `${time.toFixed(2)} seconds`);
   };
@@ -96,7 +97,8 @@
     });
     const margin = 0.15 * reach;
     const box = [left - margin, -top - margin, right - left + 2 * margin, top - bottom + 2 * margin];
-    stage.setAttribute("viewBox", box.map((length) => (SCALE * length).toFixed(1)).join(" "));
+    const view = box.map((length) => (SCALE * length).toFixed(1)).join(" ");
+    stages.forEach((stage) => stage.setAttribute("viewBox", view));
     render();
   };
   const step = (now) => {
@@ -126,9 +128,10 @@
   element("trial").addEventListener("change", choose);
   element("player").addEventListener("change", render);
   element("player").addEventListener("keydown", (event) => {
-    if (event.key !== " " || event.target.closest("button, select, input[type=radio]")) return;
+    if (event.key !== " " || event.target.closest("button, select")) return;
     event.preventDefault();
     toggle();
   });
   choose();
+  if (!matchMedia("(prefers-reduced-motion: reduce)").matches) toggle();
 })();
