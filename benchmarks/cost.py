@@ -57,7 +57,7 @@ class Case:
     hidden: int = 0
     """How many effects there are: dry friction, and a spring."""
     named_only: bool = False
-    """Whether torques without a name are not looked for."""
+    """Whether nonparametric torques are not looked for."""
 
     def measured(self, seed: int) -> list[Trial]:
         """Return its trials."""
@@ -153,7 +153,7 @@ def _over_catalogue(costs: Sequence[Cost]) -> Table:
     named = len(CATALOGUE) - len(CURVES)
     looked_for = {
         f"{named} named effects": True,
-        f"{named} named effects and {len(CURVES)} torques without a name": False,
+        f"{named} named effects and {len(CURVES)} nonparametric torques": False,
     }
     rows = [
         (

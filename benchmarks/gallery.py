@@ -34,7 +34,7 @@ from reference.truths import Truth, truth
 
 KINDS = (*SINGLE, "rotor_inertia.outer", "presliding_friction.inner", "presliding_friction.outer", "magnet.inner",
          "magnet.outer", "partial_rub.inner", "partial_rub.outer")  # fmt: skip
-"""What is hidden: each effect that the catalogue names, and two torques without a name."""
+"""What is hidden: each effect that the catalogue names, and two nonparametric torques."""
 NAMED = {(effect.name, effect.joint) for effect in CATALOGUE}
 """What the package has names for."""
 DRAWN = 20.0
@@ -143,7 +143,7 @@ def _milliradians(error: float) -> float:
 
 
 def _recognised(made: Truth, found: Trace) -> bool:
-    """Return whether what is hidden was named, or found as the torque without a name that it is.
+    """Return whether what is hidden was named, or found as the nonparametric torque that it is.
 
     By the name of a simpler effect it is not.
     """

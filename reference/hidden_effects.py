@@ -27,7 +27,7 @@ _STRIPS = 20
 _KNOCK = 0.04
 """Duration of a knock [s]."""
 _CART_MASS = 0.6
-"""Mass of a cart that gives way [kg]."""
+"""Mass of a compliant base [kg]."""
 _CART_DAMPING = 0.2
 """Its damping, relative to the critical one."""
 

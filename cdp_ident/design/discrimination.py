@@ -31,7 +31,7 @@ Array = npt.NDArray[np.float64]
 
 _UNOBSERVABLE = 1e-12
 _SAME = 0.1
-"""A rival that is nearer to the model than so many deviations can be it, as a richer form of an effect can."""
+"""A rival that is nearer to the model than so many deviations can be it, as an extended model of an effect can."""
 
 
 @dataclass(frozen=True)
@@ -137,5 +137,5 @@ def _beginning(new: ActiveEffect, unit: float) -> Array:
 
 
 def can_be_the_same(rival: Rival) -> bool:
-    """Return whether a rival can say all that the fitted model says, as a richer form of its effect can."""
+    """Return whether a rival can say all that the fitted model says, as an extended model of its effect can."""
     return rival.deviations_now < _SAME

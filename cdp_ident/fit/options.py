@@ -32,7 +32,7 @@ class IdentifyOptions:
     gravity_std: float = 0.0
     """How well g is known before it is fitted, likewise; where the cart rests, motion shows L / g alone."""
     named_effects_only: bool = False
-    """Whether torques without a name are left unexplained, instead of being identified as curves."""
+    """Whether nonparametric torques are left unexplained, instead of being identified as curves."""
     effects_file: str = ""
     """YAML file of effects that are looked for beside the catalogue's; as --effects."""
     motion_for_effects: float = 0.0

@@ -44,7 +44,7 @@ class FoundParameter:
 
 @dataclass(frozen=True)
 class FoundCurve:
-    """A torque without a name, in N m, over the range that the fitted motion covers."""
+    """A nonparametric torque, in N m, over the range that the fitted motion covers."""
 
     over: str
     """What it depends on: the joint's angle or its speed."""
@@ -83,7 +83,7 @@ class FoundEffect:
     also_possible: tuple[str, ...]
     """Effects that the data do not distinguish from this one."""
     curve: FoundCurve | None = None
-    """Of a torque without a name."""
+    """Of a nonparametric torque."""
 
 
 def found_effects(

@@ -1,4 +1,4 @@
-"""Known shapes that a torque without a name is similar to; other causes may have the same shape."""
+"""Known shapes that a nonparametric torque is similar to; other causes may have the same shape."""
 
 from collections.abc import Iterator
 

@@ -135,7 +135,7 @@ class ModelSearch:
     ) -> bool:
         """Fit neighbours, and go on from the most probable model; return whether that is another one.
 
-        What is no effect of its own, zeros and richer forms, need not leave less of a missing torque.
+        What is no effect of its own, zeros and extended models, need not leave less of a missing torque.
         """
         tried = self._fit_all(origin, neighbours)
         if not tried:
@@ -193,7 +193,7 @@ class ModelSearch:
         )
 
     def _spell_out(self, before: WholeSwings) -> None:
-        """Try effects that have a name in the place of a torque that has none, and richer forms of those that are."""
+        """Try named effects in the place of a nonparametric torque, and extended models of those that are."""
         named, tried, added = before, list[tuple[WholeSwings, tuple[str, ...]]](), tuple[str, ...]()
         for _ in range(_SEVERAL):
             neighbours, _ = additions(named, named_only=True)
@@ -217,7 +217,7 @@ class ModelSearch:
         return (best, what) if self.cost(best) < self.cost(than) else None
 
     def _enrich(self) -> bool:
-        """Try richer forms of effects in whose joints torques are missing."""
+        """Try extended models of effects in whose joints torques are missing."""
         for forms in richer_forms(self.best):
             before = self.best
             if self._move(before, [(begins[0], None) for begins in forms], "added", must_explain=False):
@@ -279,7 +279,7 @@ class ModelSearch:
     def _at_another_maximum(self, found: WholeSwings) -> WholeSwings:
         """Return a model that leaves more than noise, or what it is if one begins without, where that is more likely.
 
-        The likelihood may have several maxima: unknown torques follow what is noise with a memory, noise with a memory
+        The likelihood may have several maxima: unknown torques follow what is autocorrelated noise, that noise
         follows what is motion, and a joint that dry friction holds is not held where torques move it.
         """
         recorded = self._recorded

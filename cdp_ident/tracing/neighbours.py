@@ -27,7 +27,7 @@ _BENDS = (1e-3, 1e-2, 1e-1)
 """Smoothness of curves, from which their score chooses; see `ActiveEffect.bend`."""
 _PROMISES = -2.0
 """An effect is tried where its score changes the misfit by less than this. The odds against it are not in that: where
-torques or noise with a memory stand in for it, a score is too small."""
+torques or autocorrelated noise stand in for it, a score is too small."""
 _RIVALS = 0.5
 """Another effect is tried in the place of one if its score is at least this share of that."""
 
@@ -52,7 +52,7 @@ def additions(found: WholeSwings, named_only: bool) -> tuple[list[Neighbour], li
     neighbours = []
     nameless = False
     for score in scored:
-        # A torque without a name takes long to fit: one is tried, and where names say less.
+        # A nonparametric torque takes long to fit: one is tried, and where names say less.
         is_curve = score.active.effect.curve is not None
         worth = not is_curve or (score.misfit < best_named and not nameless)
         nameless = nameless or is_curve
@@ -66,7 +66,7 @@ def _scores(found: WholeSwings, named_only: bool, lasting: bool = False) -> list
 
     Args:
         found: the model.
-        named_only: whether torques without a name are left out.
+        named_only: whether nonparametric torques are left out.
         lasting: whether what happens at an instant is left out, and what brings states of its own.
     """
     present = [active.effect for active in found.model.effects]
@@ -74,7 +74,7 @@ def _scores(found: WholeSwings, named_only: bool, lasting: bool = False) -> list
     plain = [e for e in allowed if e.has_score and not e.contains and not e.curve and not e.brings_states]
     scored = scores(found, [ActiveEffect(effect) for effect in plain])
     for factor in _SHAPES:
-        # Beside what it contains, a richer form shows by what it has more.
+        # Beside what it contains, an extended model shows by what it has more.
         scored += scores(found, [ActiveEffect(e) for e in _richer(present) if e.has_score], factor)
         if np.any(found.leaves_more) and not lasting:
             for effect in allowed:
@@ -155,7 +155,7 @@ def _by_name(found: WholeSwings, index: int) -> dict[str, float]:
 
 
 def richer_forms(found: WholeSwings) -> Iterator[list[list[Neighbour]]]:
-    """Yield models with a richer form of an effect in whose joint a torque is missing.
+    """Yield models that extend an effect in whose joint a torque is missing.
 
     Its score says too little, if any: unknown torques follow what it has more.
 
@@ -178,8 +178,8 @@ def richer_forms(found: WholeSwings) -> Iterator[list[list[Neighbour]]]:
 def hidden_by_torques(found: WholeSwings) -> Iterator[Neighbour]:
     """Yield models with an effect whose states are known without it.
 
-    Such an effect, play in a coupling, shows by jumps, which unknown torques or noise with a memory follow as well: its
-    score says too little.
+    Such an effect, play in a coupling, shows by jumps, which unknown torques or autocorrelated noise follow as well:
+    its score says too little.
     """
     for effect in known_effects():
         if effect.states and effect.known_at_zero and not effect.moves:
@@ -190,7 +190,7 @@ def hidden_by_torques(found: WholeSwings) -> Iterator[Neighbour]:
 
 
 def _beginnings(found: WholeSwings, index: int, effect: Effect) -> Iterator[list[float]]:
-    """Yield values to begin a richer form with."""
+    """Yield values to begin an extended model with."""
     known, unit, active = _by_name(found, index), found.recorded.time_unit, ActiveEffect(effect)
     formulas = max(len(parameter.begins) for parameter in effect.parameters)
     given = dict(zip(COEFFICIENTS, found.model.coefficients(found.values).tolist(), strict=True)) | known
@@ -220,7 +220,7 @@ def replacements(
         index: of the effect.
         without: the model without it.
         beside: what others would do beside it.
-        named_only: whether torques without a name are left out.
+        named_only: whether nonparametric torques are left out.
     """
     own, scored = found.model.effects[index].effect, _scores(without, named_only, lasting=True)
     of_own = min((score.misfit for score in scored if score.active.effect == own), default=0.0)

@@ -19,7 +19,7 @@ def unlikelihood(active: ActiveEffect, recorded: Recorded) -> float:
 def ambiguity(active: ActiveEffect, recorded: Recorded) -> float:
     """Return twice the logarithm of how many effects share the odds of one.
 
-    What happens at an instant may happen at any; harmonics of a turn are one effect. A torque without a name is as
+    What happens at an instant may happen at any; harmonics of a turn are one effect. A nonparametric torque is as
     unlikely as two effects that have one.
     """
     effect, forms = active.effect, 1.0

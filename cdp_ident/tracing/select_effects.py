@@ -69,7 +69,7 @@ def withdrawn_from(selection: Selection, named_only: bool) -> Selection:
 
     Args:
         selection: with effects.
-        named_only: whether torques without a name are left out.
+        named_only: whether nonparametric torques are left out.
     """
     paper = selection.before
     _, scored = additions(paper, named_only)

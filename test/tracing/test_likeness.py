@@ -1,4 +1,4 @@
-"""Known shapes are recognised in torques without a name."""
+"""Known shapes are recognised in nonparametric torques."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""A cart that gives way under the rods' pull."""
+"""A compliant base under the rods' pull."""
 
 from cdp_ident.model.effects.effect import Effect, EffectParameter, Law, State
 
@@ -12,7 +12,7 @@ CART = (
     Effect(
         "pivot_compliance",
         "base",
-        "a cart that gives way",
+        "a compliant base",
         # It is ahead by minus the compliance times the rods' pull, along the motion of the paper's model.
         Law(
             cart="-compliance*rate(rate(free_pull))",
@@ -29,7 +29,7 @@ CART = (
     Effect(
         "pivot_compliance",
         "base",
-        "a cart that gives way and swings by itself",
+        "a compliant base with a mode of its own",
         # 1 / (compliance natural_frequency^2) is the mass of what moves along: cart, rods and all. The weights that a
         # trial's rods carry come on top.
         Law(

@@ -1,4 +1,4 @@
-"""Torques without a name: smooth curves over a joint's angle or speed, whose shape is estimated from the data.
+"""Nonparametric torques: smooth curves over a joint's angle or speed, whose shape is estimated from the data.
 
 A curve is a cubic B-spline on uniform knots; its coefficients are the effect's parameters. Its smoothness is not part
 of the effect: in the fit, a penalty on differences of neighbouring coefficients determines it (P-splines: Eilers and

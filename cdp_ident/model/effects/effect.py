@@ -151,7 +151,7 @@ class Effect:
     contains: str = ""
     """Name of a simpler effect of the same joint that this one is where some of its parameters are zero, if any."""
     curve: Curve | None = field(default=None)
-    """What its parameters are the coefficients of, where it is a torque without a name; they are fitted smoothly."""
+    """What its parameters are the coefficients of, where it is a nonparametric torque; they are fitted smoothly."""
 
     def __hash__(self) -> int:
         """Return one quickly: an effect is looked up often."""
