@@ -40,7 +40,9 @@ def test_one_that_does_not_is_refused_with_what_to_try(fits, place, which):
     right, wrong = fits
     pair = [right, right]
     pair[place] = wrong
-    with pytest.raises(FitFailedError, match=rf"of {len(WINDOWS)} windows {which} .*\(zero, outer_angle.* shorter window"):
+    with pytest.raises(
+        FitFailedError, match=rf"of {len(WINDOWS)} windows {which} .*\(zero, outer_angle.* shorter window"
+    ):
         refuse_a_failed_fit(pair, NOISE)
 
 
