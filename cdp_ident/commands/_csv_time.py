@@ -103,11 +103,11 @@ def stamps_of(time: Array, path: Path, options: argparse.Namespace) -> Indices:
         origin, base = 0.0, 0 if time[0] >= _ABSOLUTE else round(_DEFAULT_START.timestamp()) * NANOSECONDS
     if not np.abs(time - origin).max() < 2**62 / NANOSECONDS:
         raise BagError(f"{path}: its times reach {np.abs(time).max():.3g} s: check --time and --time-unit")
-    stamps = base + np.round((time - origin) * NANOSECONDS).astype(np.int64)
-    first, last = stamps.min(), stamps.max()
+    since = np.round((time - origin) * NANOSECONDS).astype(np.int64)
+    first, last = base + int(since.min()), base + int(since.max())
     if first <= 0 or last >= 2**31 * NANOSECONDS:
         raise OptionError(
             f"samples would be stamped {first} to {last} ns since 1970: ROS's stamps reach from then to 2038; give "
             "another --start-stamp"
         )
-    return stamps
+    return base + since
