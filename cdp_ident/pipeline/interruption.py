@@ -17,7 +17,7 @@ class Interruption:
         self.asked = False
         """Whether the identification that runs has been asked to stop."""
         self.ends = False
-        """Whether the signal was one to end the program (SIGTERM), which it shall do once the result is there."""
+        """Whether the program shall end once the result is there: by SIGTERM, or asked when no search ran any more."""
         self.given_up = False
         """Whether nobody waits for the result any more."""
         self._identifying = self._searching = False
@@ -61,7 +61,7 @@ class Interruption:
         before = self._before.get(number)
         if self._identifying and not self.asked:
             self.asked = True
-            self.ends = number == signal.SIGTERM
+            self.ends = number == signal.SIGTERM or not self._searching
         elif callable(before):
             before(number, frame)
         elif before is signal.SIG_DFL:
