@@ -15,9 +15,10 @@ import numpy.typing as npt
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.bounded import minimum_within_limits
 from cdp_ident.likelihood.prior import known_of, typical
+from cdp_ident.likelihood.reduction import Part, memory_for_rows, most_likely_change, reduced
 from cdp_ident.likelihood.sweeps import backwards, forwards
 from cdp_ident.likelihood.swing import Linearised, Swing
-from cdp_ident.likelihood.whole_swing import Part, WholeSwings, memory_for_rows, most_likely_change, reduced
+from cdp_ident.likelihood.whole_swing import WholeSwings
 from cdp_ident.model.effects.effect import JOINTS, Joint
 
 Array = npt.NDArray[np.float64]

@@ -121,6 +121,15 @@ def _held(model: MotionModel) -> list[int]:
     ]
 
 
-def with_values(fit: Fit, values: Array) -> Fit:
-    """Return a fit with other values (unknowns,) near its own, all initial states fitted anew."""
-    return with_all_derivatives(fit_initial_states_near(fit.model, values, fit.windows, np.inf))
+def at_values(model: MotionModel, values: Array, windows: Sequence[Window]) -> Fit:
+    """Return a model with given values (unknowns,) over windows, all initial states fitted anew.
+
+    Args:
+        model: gives the motion.
+        values: (unknowns,) near those that the windows' initial states belong to.
+        windows: with initial states of this model or another one.
+
+    Raises:
+        IdentificationError, LinAlgError: no motion can be computed.
+    """
+    return with_all_derivatives(fit_initial_states_near(model, values, windows, np.inf))

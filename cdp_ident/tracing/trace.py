@@ -13,12 +13,12 @@ from cdp_ident.diagnosis.identification import Identification
 from cdp_ident.errors import FitFailedError, IdentificationError
 from cdp_ident.fit.data import Data
 from cdp_ident.fit.physical import PhysicalValues
-from cdp_ident.fit.refinement import Fit, fit_initial_states_near, with_all_derivatives
+from cdp_ident.fit.refinement import Fit, fit_initial_states_near
 from cdp_ident.likelihood.whole_swing import WholeSwings
 from cdp_ident.model.parameters import groups_of, inertia_about_cart
 from cdp_ident.tracing.expected import ExpectedEffect
 from cdp_ident.tracing.final_model import FinalModel, is_worse
-from cdp_ident.tracing.final_values import final_values, over_windows, with_values
+from cdp_ident.tracing.final_values import at_values, final_values, over_windows
 from cdp_ident.tracing.found_effects import FoundEffect, found_effects
 from cdp_ident.tracing.in_doubt import InDoubt, added_covariance, effects_in_doubt
 from cdp_ident.tracing.select_effects import select_effects, withdrawn_from
@@ -143,7 +143,7 @@ def trace(
     # It has judged: from now on it tells of the values, too.
     final = final_values(after, selection.after, data, by_windows, say) if selection else None
     whole = final.whole if final else None
-    completed = _completed(found, with_values(after.fit, final.values) if final else after.fit)
+    completed = _completed(found, at_values(after.model, final.values, after.fit.windows) if final else after.fit)
     if final or in_doubt:
         spread = final.covariance if final else completed.covariance
         completed = completed.with_covariance(spread + added_covariance(in_doubt))
@@ -200,7 +200,7 @@ def _fitted(fit: Fit, found: WholeSwings, by_windows: bool) -> Fit:
         return fit
     if by_windows:
         return over_windows(found.model, found.values, fit.windows)
-    return with_all_derivatives(fit_initial_states_near(found.model, found.values, fit.windows, np.inf))
+    return at_values(found.model, found.values, fit.windows)
 
 
 def _holdout_error(like: FinalModel, fit: Fit, other: WholeSwings | None, by_windows: bool) -> float:

@@ -25,7 +25,7 @@ def folders(read_content, tmp_path):
 def test_the_difference_is_told_on_the_terminal(folders, capsys):
     assert main(folders) == 0
     out = capsys.readouterr().out
-    assert re.search(r"coulomb friction, outer: torque +0.0018\S* .* 0.0009\S* .*-\S+ \(changed\)", out)
+    assert re.search(r"coulomb friction, outer: torque +0.0336\S* .* 0.0168\S* .*-\S+ \(changed\)", out)
     assert "oiled − worn, in std" in out
     assert "Dry friction in the outer joint" in out
 
