@@ -5,17 +5,17 @@ from pathlib import Path
 
 from rich.console import Console
 
-from cdp_ident.report.comparison import Comparison
 from cdp_ident.report.figures.description import Figure
 from cdp_ident.report.folder import COMPARISON_PAGE, COMPARISON_TEXT, FIGURES, write_files
+from cdp_ident.report.parts import Chapter, Charts, Document, Table
 from cdp_ident.report.pictures import draw_comparison
-from cdp_ident.report.terminal import print_tables
+from cdp_ident.report.terminal import print_chapter
 
 _WIDTH = 140
 """Where there is no terminal."""
 
 
-def show_comparison(heading: str, tables: Sequence[Comparison], figures: Sequence[Figure], out: Path | None) -> None:
+def show_comparison(heading: str, tables: Sequence[Table], figures: Sequence[Figure], out: Path | None) -> None:
     """Print tables and, where a folder is given, write page, text and figures into it.
 
     Raises:
@@ -23,9 +23,11 @@ def show_comparison(heading: str, tables: Sequence[Comparison], figures: Sequenc
     """
     console = Console(highlight=False, markup=False)
     console = console if console.is_terminal else Console(highlight=False, markup=False, width=_WIDTH)
-    print_tables(console, tables)
+    first, *others = tables
+    chapter = Chapter("result", "", (first, Charts("compare"), *others))
+    print_chapter(console, chapter)
     if out:
-        drawn = draw_comparison(heading, tables, figures)
+        drawn = draw_comparison(Document("Cart double pendulum, compared", heading, "", (chapter,)), figures)
         write_files(out, drawn.files)
         console.print(drawn.problem or f"{out / COMPARISON_PAGE} is written", soft_wrap=True)
         console.print(f"{out / COMPARISON_TEXT} and {FIGURES}/ are written", soft_wrap=True)

@@ -15,11 +15,11 @@ from cdp_ident.outside_text import shown
 from cdp_ident.pipeline.identifier import read_configuration
 from cdp_ident.report.folder import alone_in, check_folder, json_text, write_files
 from cdp_ident.report.schema import Section
-from cdp_ident.report.terminal import print_tables
+from cdp_ident.report.terminal import print_chapter
 from cdp_ident.survey.contents import survey
 from cdp_ident.survey.identification import Finished
 from cdp_ident.survey.run import PIECES, Plan, conduct, plan
-from cdp_ident.survey.tables import problems, tables, verdict
+from cdp_ident.survey.tables import chapter, verdict
 from cdp_ident.survey.workers import cluster, processes
 
 PAGE, CONTENTS = "survey.html", "survey.json"
@@ -45,7 +45,7 @@ def conduct_survey(options: argparse.Namespace) -> None:
     )
     everything = {**planned.done, **{piece.folder: piece for piece in came}}
     content = survey([everything[task.folder] for task in planned.tasks], options.by, settings, planned.left_out)
-    print_tables(console, [*tables(content), *([failed] if (failed := problems(content)).rows else [])])
+    print_chapter(console, chapter(content))
     console.print(verdict(content), style="bold", soft_wrap=True)
     _write(options.out, content, console)
     without = sum(bool(piece.problem) for piece in everything.values())

@@ -9,6 +9,7 @@ from cdp_ident.errors import OptionError
 from cdp_ident.model.parameters import GROUPS
 from cdp_ident.report.folder import REPORT
 from cdp_ident.report.formatting import milliradians, number
+from cdp_ident.report.parts import Table
 from cdp_ident.report.quantities import Quantity, effect_quantities, fitted_quantity
 from cdp_ident.report.report_file import read_report
 from cdp_ident.report.schema import Section
@@ -25,16 +26,6 @@ class Run:
 
     name: str
     report: Section
-
-
-@dataclass(frozen=True)
-class Comparison:
-    """A table: what is compared, and what of each of the runs or rigs."""
-
-    title: str
-    columns: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
-    note: str = ""
 
 
 def read_runs(folders: Sequence[Path]) -> list[Run]:
@@ -58,7 +49,7 @@ def read_runs(folders: Sequence[Path]) -> list[Run]:
     ]
 
 
-def compare(runs: Sequence[Run]) -> list[Comparison]:
+def compare(runs: Sequence[Run]) -> list[Table]:
     """Return what to put side by side: verdicts, errors, base parameters, effects and physical values."""
     names = tuple(run.name for run in runs)
     others = tuple(f"{name} − {names[0]}, in std" for name in names[1:])
@@ -67,21 +58,21 @@ def compare(runs: Sequence[Run]) -> list[Comparison]:
     physical = [(symbol, [fitted_quantity(run.report, "physical", symbol) for run in runs]) for symbol in symbols]
     differences = "A difference is in standard deviations of itself"
     return [
-        Comparison("Verdicts", ("run", "verdict"), tuple((run.name, run.report["verdict"]) for run in runs)),
-        Comparison("Errors", ("", *names), tuple(_errors(runs))),
-        Comparison(
+        Table("Verdicts", ("run", "verdict"), tuple((run.name, run.report["verdict"]) for run in runs)),
+        Table("Errors", ("", *names), tuple(_errors(runs))),
+        Table(
             "Base parameters, all that a free swing depends on",
             ("base parameter", *names, *others),
             tuple(_row(name, quantities) for name, quantities in groups),
             f"{differences}; from {CHANGED:.0f} on it is marked as changed.",
         ),
-        Comparison(
+        Table(
             "Effects",
             ("effect", *names, *others),
             tuple(_row(name, quantities) for name, quantities in _effects(runs).items()),
             f"{differences}, of torques over A22, which is all that a free swing shows of them.",
         ),
-        Comparison(
+        Table(
             "Physical values",
             ("parameter", *names, *others),
             tuple(_row(name, quantities) for name, quantities in physical),

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from cdp_ident.errors import ReportError
-from cdp_ident.report.comparison import Comparison
+from cdp_ident.report.chapters import document_of
 from cdp_ident.report.curves import Curves
 from cdp_ident.report.curves_file import read_curves
 from cdp_ident.report.figures.all import figures
@@ -21,6 +21,8 @@ from cdp_ident.report.folder import (
     drawn_with,
     write_files,
 )
+from cdp_ident.report.markdown import markdown
+from cdp_ident.report.parts import Document
 from cdp_ident.report.report_file import read_report
 from cdp_ident.report.schema import Section
 
@@ -37,24 +39,20 @@ class Drawn(NamedTuple):
 def draw(report: Section, curves: Curves, for_paper: bool = False) -> Drawn:
     """Draw a report: page and text; only `for_paper` the figures as files, to which the text links then."""
     # Only who draws waits for what draws to be loaded.
-    from cdp_ident.report.page.report_page import report_html, report_md  # noqa: PLC0415
+    from cdp_ident.report.page.report_page import report_html  # noqa: PLC0415
 
     shown = figures(report, curves)
     on_paper = shown if for_paper else []
-    files = {TEXT: report_md(report, on_paper), **_for_paper(on_paper)}
+    files = {TEXT: markdown(document_of(report), on_paper), **_for_paper(on_paper)}
     return _with_page(files, PAGE, lambda: report_html(report, curves, shown))
 
 
-def draw_comparison(heading: str, tables: Sequence[Comparison], shown: Sequence[Figure]) -> Drawn:
+def draw_comparison(document: Document, shown: Sequence[Figure]) -> Drawn:
     """Draw a comparison: page, text and figures."""
-    from cdp_ident.report.figures.for_page import Arrays  # noqa: PLC0415
-    from cdp_ident.report.page.rendering import render_page, render_text  # noqa: PLC0415
+    from cdp_ident.report.page.rendering import render_page  # noqa: PLC0415
 
-    content = {"heading": heading, "tables": tables}
-    files = {COMPARISON_TEXT: render_text("compare.md", shown, content), **_for_paper(shown)}
-    return _with_page(
-        files, COMPARISON_PAGE, lambda: render_page("compare.html", shown, content, {}, Arrays(), ("charts.js",))
-    )
+    files = {COMPARISON_TEXT: markdown(document, shown), **_for_paper(shown)}
+    return _with_page(files, COMPARISON_PAGE, lambda: render_page(document, shown))
 
 
 def _with_page(files: dict[str, str | bytes], name: str, page: Callable[[], str]) -> Drawn:

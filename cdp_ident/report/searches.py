@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from cdp_ident.fit.windows import Window
 from cdp_ident.model.parameters import GROUPS, SYMBOLS, groups_of
-from cdp_ident.report.comparison import Comparison
+from cdp_ident.report.parts import Table
 from cdp_ident.report.wording import group_words
 from cdp_ident.search.genetic_search import Progress
 from cdp_ident.search.operators import logarithmic_fitness
@@ -76,12 +76,12 @@ def fitness(errors: Array, options: GeneticOptions) -> Array:
     return logarithmic_fitness(errors, options.fitness_offset, options.fitness_error_limit)
 
 
-def search_tables(searches: Searches) -> list[Comparison]:
+def search_tables(searches: Searches) -> list[Table]:
     """Return what the algorithms found, and the chromosomes of a typical search of each by generation."""
     names = tuple(algorithm.name for algorithm in searches.algorithms)
     seeds = len(searches.algorithms[0].courses)
     return [
-        Comparison(
+        Table(
             f"Last best error E(Z) [rad²], {seeds} searches each",
             ("", "median", "smallest", "largest", "simulations", "time of one [s]"),
             tuple(_ends(algorithm) for algorithm in searches.algorithms),
@@ -89,7 +89,7 @@ def search_tables(searches: Searches) -> list[Comparison]:
             "of this rig adds to that.",
         ),
         *(_by_generation(algorithm) for algorithm in searches.algorithms),
-        Comparison(
+        Table(
             "Best chromosomes and base parameters, mean ± spread",
             ("", *names),
             tuple(_spreads(searches)),
@@ -107,9 +107,9 @@ def _ends(algorithm: Algorithm) -> tuple[str, ...]:
     return algorithm.name, *(f"{error:.4g}" for error in shown), f"{simulations}", f"{seconds:.3g}"
 
 
-def _by_generation(algorithm: Algorithm) -> Comparison:
+def _by_generation(algorithm: Algorithm) -> Table:
     course = algorithm.typical
-    return Comparison(
+    return Table(
         f"Best chromosome of {algorithm.name} by generation, seed {course.seed}",
         ("G", *SYMBOLS, "E(Z) [rad²]", "H(Z)"),
         tuple(

@@ -29,7 +29,6 @@ _FELT, _MOST_IN_DOUBT = 0.5, 3
 _ALL = 0.95
 """From this share of the fitted motion on, effects were looked for in all of it."""
 _MOST_CANDIDATES = 10
-STAGES = {"nominal": "nominal values", "search": "after the search", "refined": "refined"}
 
 
 def nominal_value(report: Section, symbol: str) -> float:
@@ -171,6 +170,11 @@ def noise_floor(report: Section) -> float:
 def group_words(group: Group) -> str:
     """Write a base parameter's short name and what it stands for."""
     return f"{short_name(group.symbol)} = {group.formula}"
+
+
+def role_words(trial: Section) -> str:
+    """Say what a trial was for."""
+    return "fitted" if trial["role"] == "fit" else "held out"
 
 
 def weights_words(trial: Section) -> str:

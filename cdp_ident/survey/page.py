@@ -4,12 +4,12 @@ import numpy as np
 
 from cdp_ident.diagnosis.identifiability import CONFIDENCE
 from cdp_ident.report.figures.description import Axis, Figure, Intervals, Line, Panel
-from cdp_ident.report.figures.for_page import Arrays
 from cdp_ident.report.figures.palette import series
 from cdp_ident.report.formatting import unit
 from cdp_ident.report.page.rendering import render_page
+from cdp_ident.report.parts import Document
 from cdp_ident.report.schema import Section
-from cdp_ident.survey.tables import pieces, problems, tables, verdict
+from cdp_ident.survey.tables import chapter, verdict
 
 _MOST_TICKS = 3
 """Dates for which a phone has room."""
@@ -23,15 +23,9 @@ def survey_html(survey: Section) -> str:
     Raises:
         ReportError: plotly is not installed.
     """
-    content = {
-        "names": [rig["name"] for rig in survey["rigs"]],
-        "by": survey["by"],
-        "verdict": verdict(survey),
-        "tables": tables(survey),
-        "problems": problems(survey),
-        "pieces": list(pieces(survey)),
-    }
-    return render_page("survey.html", figures(survey), content, {}, Arrays(), ("charts.js",))
+    names = ", ".join(rig["name"] for rig in survey["rigs"])
+    about = f"Cart double pendulum, rigs surveyed by {survey['by']}"
+    return render_page(Document(about, names, verdict(survey), (chapter(survey),)), figures(survey))
 
 
 def figures(survey: Section) -> list[Figure]:

@@ -2,8 +2,8 @@
 
 from collections.abc import Iterator
 
-from cdp_ident.report.comparison import Comparison
 from cdp_ident.report.formatting import milliradians, unit, with_std
+from cdp_ident.report.parts import Chapter, Charts, Link, Row, Table
 from cdp_ident.report.schema import Section
 
 _NONE = "–"
@@ -29,27 +29,39 @@ def verdict(survey: Section) -> str:
     return f"{'; '.join(said)}."
 
 
-def tables(survey: Section) -> list[Comparison]:
-    """Return what changed, which rig differs, and where the rigs are now."""
-    return [table for table in (_changed(survey), _different(survey), _latest(survey)) if table.rows]
+def chapter(survey: Section) -> Chapter:
+    """Return what changed, which rig differs, where the rigs are now, the pieces, and what has no result."""
+    return Chapter(
+        "result",
+        "",
+        (
+            _changed(survey),
+            _different(survey),
+            _latest(survey),
+            Charts("survey"),
+            Table(
+                "Pieces",
+                ("rig", survey["by"], "bags", "held out [mrad]", "result"),
+                list(_pieces(survey)),
+                at_terminal=False,
+            ),
+            Table("Without a result", ("rig", "what", "why"), list(_problems(survey))),
+        ),
+    )
 
 
-def problems(survey: Section) -> Comparison:
-    """Return the bags and pieces without a result."""
-    return Comparison("Without a result", ("rig", "what", "why"), tuple(_problems(survey)))
-
-
-def pieces(survey: Section) -> Iterator[tuple[Section, tuple[str, ...]]]:
-    """Yield each piece with what is said of it: rig, piece, bags, error on held-out motion, verdict."""
+def _pieces(survey: Section) -> Iterator[Row]:
     for rig in survey["rigs"]:
         for piece in rig["pieces"]:
+            has_report, name = piece["has_report"], piece["name"]
             bags = len(piece["bags"]) - len(piece["left_out"])
-            error = milliradians(piece["rmse_holdout_rad"]) if piece["has_report"] else _NONE
-            yield piece, (rig["name"], piece["name"], str(bags), error, piece["problem"] or piece["verdict"])
+            error = milliradians(piece["rmse_holdout_rad"]) if has_report else _NONE
+            name = Link(name, f"{piece['folder']}/report.html") if has_report else name
+            yield rig["name"], name, str(bags), error, piece["problem"] or piece["verdict"]
 
 
-def _changed(survey: Section) -> Comparison:
-    return Comparison(
+def _changed(survey: Section) -> Table:
+    return Table(
         "What changed",
         ("rig", "quantity", "last before", "first after", "before", "after", "change", "p"),
         tuple(
@@ -80,8 +92,8 @@ def _sides(survey: Section, change: Section) -> tuple[str, str, str]:
     )
 
 
-def _different(survey: Section) -> Comparison:
-    return Comparison(
+def _different(survey: Section) -> Table:
+    return Table(
         "Which rig differs",
         ("rig", "from", "quantity", "it has", "they have", "difference", "in std", "p"),
         tuple(
@@ -102,11 +114,11 @@ def _different(survey: Section) -> Comparison:
     )
 
 
-def _latest(survey: Section) -> Comparison:
+def _latest(survey: Section) -> Table:
     rigs = survey["rigs"]
     by_rig = [{quantity["name"]: quantity for quantity in rig["quantities"]} for rig in rigs]
     names = dict.fromkeys(name for of in by_rig for name in of)
-    return Comparison(
+    return Table(
         "Parameters and effects, since their last change",
         ("quantity", *(rig["name"] for rig in rigs)),
         tuple((name, *(_latest_words(of.get(name)) for of in by_rig)) for name in names),
@@ -121,7 +133,7 @@ def _latest_words(quantity: Section | None) -> str:
     return f"{with_std(latest['value'], latest['std'])} {unit(quantity['unit'])}".strip() + f" ({latest['pieces']})"
 
 
-def _problems(survey: Section) -> Iterator[tuple[str, ...]]:
+def _problems(survey: Section) -> Iterator[Row]:
     for rig in survey["rigs"]:
         for piece in rig["pieces"]:
             if piece["problem"]:

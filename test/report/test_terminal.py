@@ -3,6 +3,7 @@
 import copy
 import io
 import json
+import re
 
 from rich.console import Console
 
@@ -25,7 +26,7 @@ def test_the_tables_hold_the_report_s_numbers(content):
     assert with_std(content["after"]["physical"]["l2"]["value"], content["after"]["physical"]["l2"]["std"]) in text
     assert "no: nearest to nominal" in text
     assert "given" in text
-    assert all(sentence[:40] in text for sentence in content["identifiability"]["words"])
+    assert all(sentence[1:40] in text for sentence in content["identifiability"]["words"])
     assert "dry friction (outer joint)" in text
 
 
@@ -36,7 +37,7 @@ def test_a_report_read_from_its_file_gives_the_same_text(content):
 def test_warnings_are_printed(content):
     content = copy.deepcopy(content)
     content["warnings"] = []
-    assert "Warnings" not in text_of(content)
+    assert "Warnings\nNone." in re.sub(" +\n", "\n", text_of(content))
     content["warnings"] = [{"name": "x", "about": [], "message": "the sky is falling"}]
     assert "the sky is falling" in text_of(content)
 

@@ -11,7 +11,7 @@ from cdp_ident.report.folder import json_text
 from cdp_ident.survey.contents import survey
 from cdp_ident.survey.page import figures, survey_html
 from cdp_ident.survey.pieces import LeftOut
-from cdp_ident.survey.tables import problems, tables, verdict
+from cdp_ident.survey.tables import chapter, verdict
 from scenarios.fleet import finished
 
 OILED = 4
@@ -75,7 +75,8 @@ def test_an_effect_that_is_found_from_a_day_on_is_told(read_content):
         {"found": 0, "of": 12},
         {"found": 12, "of": 12},
     )
-    assert any("found in 0 of 12" in row for table in tables(surveyed(pieces)) for row in table.rows)
+    (changed, *_) = chapter(surveyed(pieces)).shown
+    assert any("found in 0 of 12" in row for row in changed.rows)
 
 
 def test_pieces_without_a_result_are_told_and_take_nothing_from_the_others(pieces, read_content):
@@ -83,7 +84,7 @@ def test_pieces_without_a_result_are_told_and_take_nothing_from_the_others(piece
     found = surveyed([*pieces, *failed], left_out=[LeftOut("/trials/copy", "it is the same bag as another")])
     assert len(found["changes"]) == 1
     assert found["rigs"][3]["quantities"] == []
-    assert [row[2] for row in problems(found).rows] == [
+    assert [row[2] for row in chapter(found).shown[-1].rows] == [
         "no bag of it holds a trial",
         "fit failed",
         "it is the same bag as another",

@@ -10,6 +10,7 @@ from cdp_ident.report.curves import NO_WINDOW, Curves, TrialCurves
 from cdp_ident.report.figures.description import Axis, Figure, Line, Panel, Place
 from cdp_ident.report.figures.models import Model, models
 from cdp_ident.report.schema import Section
+from cdp_ident.report.wording import role_words
 
 Array = npt.NDArray[np.float64]
 
@@ -32,7 +33,7 @@ def angles(report: Section, curves: Curves) -> Iterator[Figure]:
         yield measured_and_simulated(
             f"angles_{number}_{file_name(trial['name'])}",
             "motion",
-            f"Angles of {trial['name']} ({_role(trial)})",
+            f"Angles of {trial['name']} ({role_words(trial)})",
             f"Top: measured and simulated over windows of {window:.2g} s, whose initial states are fitted. Below: "
             "measured less simulated." + _thinned(every),
             curve.time[every],
@@ -49,7 +50,7 @@ def continuous_runs(report: Section, curves: Curves) -> Iterator[Figure]:
         yield measured_and_simulated(
             f"contrast_{number}_{file_name(trial['name'])}",
             "paper",
-            f"Contrast curves and angular errors of {trial['name']} ({_role(trial)})",
+            f"Contrast curves and angular errors of {trial['name']} ({role_words(trial)})",
             "One simulation of the whole trial from its fitted initial state (Eq. 10). Where the motion is chaotic, no "
             f"model follows it for long.{_thinned(every)} As the paper's Figs. 3, 4, 8 and 10 to 12.",
             curve.time[every],
@@ -108,10 +109,6 @@ def _held_out(curve: TrialCurves) -> list[tuple[float, float]]:
         return []
     windows = np.unique(curve.window[curve.held_out])
     return [(float(t[0]), float(t[-1])) for t in (curve.time[curve.window == window] for window in windows)]
-
-
-def _role(trial: Section) -> str:
-    return "fitted" if trial["role"] == "fit" else "held out"
 
 
 def _thinned(every: slice) -> str:

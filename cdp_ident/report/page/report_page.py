@@ -1,18 +1,18 @@
-"""`report.html`, a report with everything in it, and `report.md`, the same as text with links to its figures."""
+"""`report.html`: a report with everything in it, its pendulum included."""
 
 from typing import Any
 
 from cdp_ident.model.acting import outer_rod_length
+from cdp_ident.report.chapters import base_parameters, document_of
 from cdp_ident.report.curves import Curves
 from cdp_ident.report.figures.description import Figure
 from cdp_ident.report.figures.for_page import Arrays
 from cdp_ident.report.figures.models import models
 from cdp_ident.report.figures.motion import shown_samples
 from cdp_ident.report.formatting import number
-from cdp_ident.report.page.rendering import render_page, render_text
-from cdp_ident.report.page.words import words
+from cdp_ident.report.page.rendering import render_page
 from cdp_ident.report.schema import Section
-from cdp_ident.report.wording import nominal_value
+from cdp_ident.report.wording import nominal_value, role_words
 
 
 def report_html(report: Section, curves: Curves, shown: list[Figure]) -> str:
@@ -21,15 +21,10 @@ def report_html(report: Section, curves: Curves, shown: list[Figure]) -> str:
     Raises:
         ReportError: plotly is not installed.
     """
-    arrays = Arrays()
-    content = {**words(report), "report": report, "models": models(report)}
-    data = {"player": _player(report, curves, arrays)}
-    return render_page("report.html", shown, content, data, arrays, ("charts.js", "player.js"))
-
-
-def report_md(report: Section, shown: list[Figure]) -> str:
-    """Return `report.md`."""
-    return render_text("report.md", shown, {**words(report), "r": report})
+    document, arrays = document_of(report), Arrays()
+    content = {"report": report, "models": models(report), "role": role_words, "base": base_parameters(report)}
+    player = _player(report, curves, arrays)
+    return render_page(document, shown, "report.html", content, {"player": player}, arrays, ("charts.js", "player.js"))
 
 
 def _player(report: Section, curves: Curves, arrays: Arrays) -> dict[str, Any]:

@@ -12,6 +12,7 @@ from cdp_ident.report.figures.all import figures
 from cdp_ident.report.figures.parameters import runs_compared
 from cdp_ident.report.folder import COMPARISON_PAGE, PAGE
 from cdp_ident.report.page.report_page import report_html
+from cdp_ident.report.parts import Chapter, Charts, Document
 from cdp_ident.report.pictures import draw_comparison
 
 pytestmark = pytest.mark.waits
@@ -306,7 +307,10 @@ def test_text_from_bags_and_files_stays_text(visit, read_content, shown_curves, 
 
 def test_a_comparison_is_a_page_of_the_same_kind(visit, read_content, tmp_path):
     runs = [Run("worn", read_content), Run(f"oiled{EVIL}", hostile(read_content))]
-    drawn = draw_comparison(f"worn, oiled{EVIL}", compare(runs), [runs_compared(runs)])
+    document = Document(
+        "compared", f"worn, oiled{EVIL}", "", [Chapter("result", "", [*compare(runs), Charts("compare")])]
+    )
+    drawn = draw_comparison(document, [runs_compared(runs)])
     (tmp_path / "compare.html").write_text(drawn.files[COMPARISON_PAGE])
     for viewport in ({"width": 1280, "height": 900}, PHONE):
         visited = visit(tmp_path / "compare.html", viewport=viewport)

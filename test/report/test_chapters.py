@@ -1,8 +1,8 @@
-"""What a page says in words."""
+"""A report as a document."""
 
 import pytest
 
-from cdp_ident.report.page.words import words
+from cdp_ident.report.chapters import document_of
 
 
 @pytest.mark.parametrize(
@@ -19,4 +19,4 @@ from cdp_ident.report.page.words import words
 def test_a_report_is_called_by_its_trials_and_not_by_time_stamps(read_content, names, heading):
     (some, *_) = read_content["trials"]
     read_content["trials"] = [{**some, "role": "fit", "name": name} for name in names]
-    assert words(read_content)["heading"] == heading
+    assert document_of(read_content).heading == heading

@@ -1,0 +1,260 @@
+"""The report as a document: its chapters, and the rows of their tables, each said once for all forms of it."""
+
+import math
+import re
+from collections.abc import Iterator
+
+from cdp_ident.model.parameters import CONSTANTS, GROUPS, INERTIA, PARAMETERS
+from cdp_ident.report.figures.models import models
+from cdp_ident.report.formatting import interval, milliradians, number, odds, per_cent, quantity_words, unit, with_std
+from cdp_ident.report.parts import Chapter, Charts, Document, Parts, Row, Sentences, Table
+from cdp_ident.report.repetition import to_repeat
+from cdp_ident.report.schema import Section
+from cdp_ident.report.typesetting import Formula
+from cdp_ident.report.wording import (
+    action_words,
+    advice_words,
+    candidate_rows,
+    determined_words,
+    effect_title,
+    effects_in_words,
+    effects_words,
+    expected_in_words,
+    group_words,
+    how_determined,
+    key_words,
+    noise_floor,
+    nominal_groups,
+    nominal_value,
+    others_words,
+    predicted_for,
+    share_words,
+    short_name,
+    sure_words,
+    validation_words,
+)
+
+_STAMP = re.compile(r"(\d{4})(\d\d)(\d\d)_\d{6}")
+"""In the names that the recorder gives: year, month and day."""
+_STAGES = {"nominal": "nominal values", "search": "after the search", "refined": "refined"}
+
+
+def document_of(report: Section) -> Document:
+    """Return the document that a report is; its first chapter is the result."""
+    fitted = [trial["name"] for trial in report["trials"] if trial["role"] == "fit"]
+    found, numbers = Sentences(effects_in_words(report)), Table("", ("", "", ""), list(_numbers(report)))
+    chapters = (
+        Chapter("result", "", (found, numbers, Charts("errors"))),
+        Chapter("motion", "Angles over time", (Charts("motion"),)),
+        Chapter("validation", "Validation", _validation(report)),
+        Chapter("paper", "The paper's figures for this rig", (Charts("paper", side_by_side=True),)),
+        Chapter("effects", "Effects that the paper's model lacks", _effects(report)),
+        Chapter("parameters", "Parameters", _parameters(report)),
+        Chapter("next", "Which swing next", _next(report)),
+        Chapter("warnings", "Warnings", (_warnings(report),)),
+        Chapter("repeat", "To repeat this run", to_repeat(report)),
+    )
+    return Document("Cart double pendulum, identified", _heading(fitted), report["verdict"], chapters)
+
+
+def _heading(trials: list[str]) -> str:
+    """Return what a report is of: its trials by name or, where names are time stamps, how many of which days."""
+    stamps = [stamp for trial in trials if (stamp := _STAMP.search(trial))]
+    if len(stamps) < len(trials):
+        return ", ".join(trials)
+    days = sorted({"-".join(stamp.groups()) for stamp in stamps})
+    return f"{len(trials)} trial{'' if len(trials) == 1 else 's'} of {', '.join(days)}"
+
+
+def _sentences(phrases: list[str], title: str = "", noted: bool = False) -> Sentences:
+    return Sentences([_sentence(phrase) for phrase in phrases], title, noted)
+
+
+def _sentence(text: str) -> str:
+    """Write a phrase as a sentence; a symbol at its beginning, such as m1 or g, is not capitalised."""
+    first = text.partition(" ")[0]
+    begun = text[0].upper() + text[1:] if first.isalpha() and len(first) > 1 else text
+    return begun if begun.endswith(".") else f"{begun}."
+
+
+def _numbers(report: Section) -> Iterator[Row]:
+    """Yield the result in numbers: name, value, and what belongs to it."""
+    has_effects, window = bool(report["effects"]), report["before"]["error"]["holdout"]["window_s"]
+    for where, name in (("holdout", f"error held out, over {window:.2g} s"), ("fit", "error fitted")):
+        before, after = (1e3 * number(report[model]["error"][where]["rmse_rad"]) for model in ("before", "after"))
+        falls = f", {before / after:.3g} times less" if has_effects and 0.0 < after < before else ""
+        yield name, f"{before:.3g} → {after:.3g}" if has_effects else f"{after:.3g}", f"mrad{falls}"
+    if report["prediction"]:
+        limit = report["prediction"]["before"]["within"][0]["limit_deg"]
+        seconds = predicted_for(report, 0).replace("->", "→").replace("≥ ", "≥\u202f")
+        yield f"predicts within {limit:.3g}° for", seconds, "s"
+    yield "the encoders' noise", f"{1e3 * noise_floor(report):.3g}", "mrad"
+    yield "effects found", str(len(report["effects"])), ", ".join(key_words(e["name"]) for e in report["effects"])
+    squared = (number(report[model.key]["error"]["holdout"]["sse_free_run"]) for model in models(report))
+    said = (f"{error:.3g}" if math.isfinite(error) else "diverges" for error in squared)
+    yield "Eq. (10), held out", " → ".join(said), "rad²"
+
+
+def _validation(report: Section) -> Parts:
+    def fits(error: Section) -> Iterator[str]:
+        for role in ("holdout", "fit"):
+            yield " and ".join(per_cent(error[role][f"fit_{angle}_percent"]) for angle in ("theta1", "theta2"))
+
+    stages = [(label, report["stages"][stage]) for stage, label in _STAGES.items()]
+    if report["effects"]:
+        stages.append(("with the effects found", report["after"]["error"]))
+    errors = [
+        (
+            label,
+            *(milliradians(errors[role]["rmse_rad"]) for role in ("fit", "holdout")),
+            f"{number(errors['holdout']['sse_free_run']):.4g}",
+        )
+        for label, errors in stages
+    ]
+    noise = ("the encoders' noise", " and ".join(map(milliradians, report["noise_rad"].values())), "", "")
+    return (
+        _sentences(validation_words(report)),
+        Table(
+            f"Error, measured against simulated, over windows of {report['before']['error']['fit']['window_s']:.3g} s",
+            ("model", "fit [mrad]", "held out [mrad]", "Eq. (10), held out [rad²]"),
+            [*errors, noise],
+        ),
+        Table(
+            "Fit of θ1 and θ2 (NRMSE) [%]",
+            ("model", "held out", "fitted"),
+            [(model.label, *fits(report[model.key]["error"])) for model in models(report)],
+            at_terminal=False,
+        ),
+        Charts("validation", side_by_side=True),
+    )
+
+
+def _effects(report: Section) -> Parts:
+    steps = list(enumerate(report["selection"]["steps"], start=1))
+    others = [
+        f"Instead of {effect_title(effect)} it could be {others_words(effect)}: the trials do not distinguish them"
+        for effect in report["effects"]
+        if effect["also_possible"]
+    ]
+    about = ("held out without → with [mrad]", "formula", "also possible")
+    no_other = "No other effect could take the place of what was added, as far as the trials show"
+    interrupted = report["selection"]["interrupted"]
+    return (
+        Table(
+            "Found and added",
+            ("effect", "parameter", "value ± std", "how sure", *about),
+            [row for effect in report["effects"] for row in _parameters_of(effect)],
+            wide=("formula",),
+        ),
+        _sentences([] if report["effects"] else ["None was added"]),
+        _sentences([f"What remains: {report['unexplained']['description']}"]),
+        _sentences(expected_in_words(report), "Beside the earlier report"),
+        _sentences(others or [no_other] if report["effects"] else [], "What the trials do not distinguish"),
+        _sentences(["The tracing was interrupted: there may be more to find"] if interrupted else [], noted=True),
+        _sentences(share_words(report), noted=True),
+        _sentences([] if steps else ["Effects were not looked for"]),
+        Table(
+            "Step by step",
+            ("step", "what was done", "odds over the paper's model"),
+            [(str(index), action_words(step), odds(step["log10_odds"])) for index, step in steps],
+            at_terminal=False,
+        ),
+        Charts("selection"),
+        Table(
+            "What else was looked for",
+            ("effect", "odds, were it added", "probability"),
+            candidate_rows(report),
+            folded=True,
+        ),
+        Table(
+            "All that was tried",
+            ("step", "effect", "odds over the model before"),
+            [
+                (str(index), effects_words(tried["effects"]), odds(tried["log10_odds"]))
+                for index, step in steps
+                for tried in step["tried"]
+            ],
+            folded=True,
+            at_terminal=False,
+        ),
+        Charts("torques", side_by_side=True),
+    )
+
+
+def _parameters_of(effect: Section) -> Iterator[Row]:
+    """Yield an effect's parameters, the first with what is said of the effect."""
+    evidence = effect["evidence"]
+    errors = (evidence["rmse_holdout_before_rad"], evidence["rmse_holdout_after_rad"])
+    said = (" → ".join(map(milliradians, errors)), Formula(effect["formula"]), others_words(effect) or "–")
+    title, about = effect_title(effect), [sure_words(effect), *said]
+    for name, quantity in effect["parameters"].items():
+        yield title, name, quantity_words(quantity), *about
+        title, about = "", [""] * 4
+
+
+def _parameters(report: Section) -> Parts:
+    after, compared = report["after"], report["repeatability"]
+    trials = compared["trials"] if compared else ()
+    agree = "agree" if compared and compared["agree"] else "do not agree"
+    found = ("fitted ± std", "95 % interval", "unit")
+    return (
+        base_parameters(report, ("base parameter", "nominal", *found, "determined")),
+        Table(
+            "Physical values",
+            ("parameter", "what it is", "nominal", *found, "determined by the trials"),
+            [
+                (
+                    parameter.symbol,
+                    parameter.description,
+                    f"{nominal_value(report, parameter.symbol):.4g}",
+                    with_std(value["value"], value["std"]),
+                    "" if value["std"] == 0.0 else interval(value["value"], value["std"], 0.0),
+                    value["unit"],
+                    how_determined(report, parameter.symbol),
+                )
+                for parameter in (*PARAMETERS, *CONSTANTS, INERTIA)
+                for value in [after["physical"][parameter.symbol]]
+            ],
+            wide=("what it is",),
+        ),
+        _sentences(determined_words(report), "What the trials determine"),
+        Table(
+            f"Each trial alone: they {agree} (p = {compared['p_value']:.2g})" if compared else "",
+            ("base parameter", "jointly", *(trial["trial"] for trial in trials)),
+            [
+                (short_name(group), *(with_std(of[group]["value"], of[group]["std"]) for of in estimates))
+                for estimates in [(after["groups"], *(trial["groups"] for trial in trials))]
+                for group in (after["groups"] if trials else ())
+            ],
+        ),
+        Charts("parameters", side_by_side=True),
+    )
+
+
+def base_parameters(report: Section, columns: Row = ("base parameter", "fitted ± std", "determined")) -> Table:
+    """Return the base parameters of the final model; with their units where there is no column for these."""
+    nominal, rows = nominal_groups(report), []
+    for group in GROUPS:
+        found = report["after"]["groups"][group.symbol]
+        said = {
+            "base parameter": group_words(group),
+            "nominal": f"{nominal[group.symbol]:.4g}",
+            "fitted ± std": with_std(found["value"], found["std"]),
+            "95 % interval": interval(found["value"], found["std"]),
+            "unit": unit(found["unit"]),
+            "determined": "yes" if found["determined"] else "not by these trials",
+        }
+        if "unit" not in columns:
+            said["fitted ± std"] += f" {said['unit']}"
+        rows.append(tuple(said[column] for column in columns))
+    return Table("Base parameters, all that a free swing depends on", columns, rows)
+
+
+def _next(report: Section) -> Parts:
+    where = "Where to hold both rods before they are let go, in angles from hanging, positive towards +x"
+    return _sentences(advice_words(report), where), Charts("next_trial")
+
+
+def _warnings(report: Section) -> Sentences:
+    said = [f"{key_words(warning['name'])}: {warning['message']}" for warning in report["warnings"]]
+    return _sentences(said or ["None"], noted=bool(said))
