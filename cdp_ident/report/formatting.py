@@ -27,6 +27,11 @@ def with_std(value: float | None, std: float | None) -> str:
     return f"{_to_digits_of(number(std), number(value))} ± {_to_digits_of(number(std), number(std))}"
 
 
+def is_guessed(value: float | None, std: float | None) -> bool:
+    """Return whether a physical value rests on masses that nobody knows."""
+    return number(std) > GUESSED * abs(number(value))
+
+
 def over_inertia(value: float | None, std: float | None, symbol: str, shown: float, shown_std: float) -> str:
     """Write a torque over A22 where its physical value rests on masses that nobody knows; else nothing.
 
@@ -37,8 +42,7 @@ def over_inertia(value: float | None, std: float | None, symbol: str, shown: flo
         shown: as the motion shows it.
         shown_std: the standard deviation of that.
     """
-    is_guessed = number(std) > GUESSED * abs(number(value)) and shown_std < GUESSED * abs(shown)
-    if symbol not in _OVER_INERTIA or not is_guessed:
+    if symbol not in _OVER_INERTIA or not is_guessed(value, std) or shown_std >= GUESSED * abs(shown):
         return ""
     return f"{with_std(shown, shown_std)} {_OVER_INERTIA[symbol]}".strip() + " over A22"
 

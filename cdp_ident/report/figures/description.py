@@ -173,7 +173,7 @@ HELD_OUT = "held out"
 
 def _kind(mark: Line | Dots | Bars | Intervals | Level) -> str:
     if isinstance(mark, Line):
-        return "dashed" if mark.dashed else "line"
+        return "dashed" if mark.dashed else "thin" if mark.width < 1.0 else "line"
     if isinstance(mark, Dots) and mark.hollow:
         return "ring"
     return mark.shape if isinstance(mark, Intervals) else type(mark).__name__.lower()

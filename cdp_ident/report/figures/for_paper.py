@@ -176,7 +176,7 @@ def _handle(label: str, colour: Colour, kind: str) -> Line2D | Patch:
     style = {"dots": "none", "ring": "none", "level": ":", "dashed": "--"}.get(kind, "-")
     return Line2D(
         [], [], color=LIGHT[colour], marker=marker, markersize=4.5, linestyle=style, label=label,
-        fillstyle="none" if kind == "ring" else "full",
+        linewidth=0.5 if kind == "thin" else 1.5, fillstyle="none" if kind == "ring" else "full",
     )  # fmt: skip
 
 

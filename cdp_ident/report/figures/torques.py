@@ -1,17 +1,19 @@
 """The torques that the models lack, over speed and angle of the joints, and the fitted effects drawn through them."""
 
 from collections.abc import Iterator
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.diagnosis.identifiability import CONFIDENCE
 from cdp_ident.model.effects.effect import JOINTS
+from cdp_ident.model.parameters import INERTIA
 from cdp_ident.report.curves import Curves, TorqueCurves
 from cdp_ident.report.figures.description import Axis, Dots, Figure, Line, Panel
 from cdp_ident.report.figures.models import Model, models
 from cdp_ident.report.figures.palette import Colour
+from cdp_ident.report.formatting import is_guessed
 from cdp_ident.report.schema import Section
 from cdp_ident.report.wording import effect_title
 
@@ -31,39 +33,55 @@ _SHOWN = 0.97
 _LABELS: dict[Abscissa, str] = {"speed": "speed of the {} joint [rad/s]", "angle": "angle of the {} joint [rad]"}
 
 
+class _Unit(NamedTuple):
+    """What torques are shown in: over A22 where nothing but a guess gives N m."""
+
+    name: str
+    size: float
+    """What a torque [N m] is multiplied by."""
+    caption: str
+
+    @classmethod
+    def of(cls, report: Section) -> "_Unit":
+        inertia = report["after"]["physical"][INERTIA.symbol]
+        if is_guessed(inertia["value"], inertia["std"]):
+            return cls("1/s²", 1 / inertia["value"], " Over A22, which is all that a free swing shows of torques.")
+        return cls("mN m", 1e3, " In N m by A22, which a free swing does not show.")
+
+
 def missing_torques(report: Section, curves: Curves) -> Iterator[Figure]:
     """Yield what the models lack over time, over speed and over angle, in a panel for each joint."""
     shown = [(model, getattr(curves, model.key)) for model in models(report)]
     lacking = [k for k in range(len(JOINTS)) if any(np.any(torques.missing[:, k]) for _, torques in shown)]
     if not lacking:
         return  # effects were not looked for, or nothing is missing
+    unit = _Unit.of(report)
     sizes = "; ".join(
         f"{joint} joint "
-        + ", ".join(f"{_rms(1e3 * torques.missing[:, k]):.3g} {model.key}" for model, torques in shown)
+        + ", ".join(f"{_rms(unit.size * torques.missing[:, k]):.3g} {model.key}" for model, torques in shown)
         for k, joint in enumerate(JOINTS)
     )
     common = (
         "Torque that no law of a model gives, as the motion shows it: what is most likely, given all readings, with a "
-        "band of one standard deviation; in a joint that is not shown, none is missing beyond chance."
-        + _in_newton_metres()
+        "band of one standard deviation; in a joint that is not shown, none is missing beyond chance." + unit.caption
     )
     yield Figure(
         "torque_over_time",
         "torques",
         "Missing torque over time",
         common,
-        f"Missing torque over time, root mean square in mN m: {sizes}.",
+        f"Missing torque over time, root mean square in {unit.name}: {sizes}.",
         [
             Panel(
                 _TIME,
-                Axis(f"{joint} joint [mN m]"),
-                [mark for model, torques in shown for mark in _over_time(model, torques, number, column)],
+                Axis(f"{joint} joint [{unit.name}]"),
+                [mark for model, torques in shown for mark in _over_time(model, torques, index, column, unit)],
                 f"{trial['name']}, {joint} joint",
                 190.0,
             )
-            for number, trial in enumerate(report["trials"])
+            for index, trial in enumerate(report["trials"])
             for column, joint in enumerate(JOINTS)
-            if any(np.any(torques.missing[torques.trial == number, column]) for _, torques in shown)
+            if any(np.any(torques.missing[torques.trial == index, column]) for _, torques in shown)
         ],
     )
     for abscissa in _LABELS:
@@ -73,24 +91,24 @@ def missing_torques(report: Section, curves: Curves) -> Iterator[Figure]:
             marks: list[Dots | Line] = []
             for model, torques in shown:
                 x = _abscissa(torques, abscissa, column)
-                missing, std = 1e3 * torques.missing[:, column], 1e3 * torques.std[:, column]
+                missing, std = (unit.size * of[:, column] for of in (torques.missing, torques.std))
                 marks.append(_cloud(model.label, model.colour, x, missing))
                 marks += _mean(f"mean {model.key}", model.colour, x, missing, model.key == "before", std)
-            panels.append(_panel(abscissa, joint, marks))
+            panels.append(_panel(abscissa, joint, marks, unit))
         yield Figure(
             f"torque_over_{abscissa}",
             "errors" if abscissa == "speed" else "torques",
             f"Missing torque over {abscissa}",
             f"{common} Lines are means in bins: what matters is a mean away from zero.",
-            f"Missing torque over {abscissa}, root mean square in mN m: {sizes}.",
+            f"Missing torque over {abscissa}, root mean square in {unit.name}: {sizes}.",
             panels,
         )
 
 
 def effects_through_residuals(report: Section, curves: Curves) -> Iterator[Figure]:
     """Yield for each effect that is a torque what is missing without it, and its fitted torque drawn through."""
-    torques = curves.after
-    for number, (effect, of_effect) in enumerate(zip(report["effects"], torques.effects, strict=True), start=1):
+    torques, unit = curves.after, _Unit.of(report)
+    for place, (effect, of_effect) in enumerate(zip(report["effects"], torques.effects, strict=True), start=1):
         if not np.any(of_effect):
             continue  # an encoder's, or one of a trial that is not among these
         column = (
@@ -98,8 +116,8 @@ def effects_through_residuals(report: Section, curves: Curves) -> Iterator[Figur
             if effect["joint"] == "base"
             else JOINTS.index(effect["joint"])
         )
-        fitted, without = 1e3 * of_effect[:, column], 1e3 * (torques.missing + of_effect)[:, column]
-        std = 1e3 * torques.std[:, column]
+        shown = (of_effect, torques.missing + of_effect, torques.std)
+        fitted, without, std = (unit.size * of[:, column] for of in shown)
         panels = []
         for abscissa in _LABELS:
             x = _abscissa(torques, abscissa, column)
@@ -108,48 +126,46 @@ def effects_through_residuals(report: Section, curves: Curves) -> Iterator[Figur
                 *_mean("mean without it", "before", x, without, True, std),
                 _cloud("the fitted effect", "ink", x, fitted, size=3.0, opacity=0.9),
             ]
-            panels.append(_panel(abscissa, JOINTS[column], marks))
+            panels.append(_panel(abscissa, JOINTS[column], marks, unit))
         title = effect_title(effect)
         yield Figure(
-            f"effect_{number}_{effect['name']}_{effect['joint']}",
+            f"effect_{place}_{effect['name']}_{effect['joint']}",
             "torques",
             f"{title[0].upper()}{title[1:]}, through what is missing without it",
             f"What the final model would lack without this effect, and the effect's own torque: {effect['formula']}. "
-            "It is a line where it depends on nothing but what is along the axis." + _in_newton_metres(),
-            f"{title}: a torque between {fitted.min():.3g} and {fitted.max():.3g} mN m. In the joint "
-            f"{_rms(without):.3g} mN m rms are missing without it, {_rms(without - fitted):.3g} with it.",
+            "It is a line where it depends on nothing but what is along the axis." + unit.caption,
+            f"{title}: a torque between {fitted.min():.3g} and {fitted.max():.3g} {unit.name}. In the joint "
+            f"{_rms(without):.3g} {unit.name} rms are missing without it, {_rms(without - fitted):.3g} with it.",
             panels,
         )
 
 
 def torques_without_a_name(report: Section) -> Iterator[Figure]:
     """Yield each torque that has no name, over what it depends on, with its band of uncertainty."""
-    for number, effect in enumerate(report["effects"], start=1):
+    unit = _Unit.of(report)
+    for index, effect in enumerate(report["effects"], start=1):
         if (curve := effect["curve"]) is None:
             continue
-        x, torque, std = (np.array(curve[key], dtype=float) for key in ("at", "torque", "std"))
+        x = np.array(curve["at"], dtype=float)
+        torque, std = (unit.size * np.array(curve[key], dtype=float) for key in ("torque", "std"))
         marks = [
-            Line("the torque", "after", x, 1e3 * torque, width=2.5),
-            Line("95 % band", "quiet", x, 1e3 * (torque + CONFIDENCE * std), dashed=True),
-            Line("95 % band, below", "quiet", x, 1e3 * (torque - CONFIDENCE * std), dashed=True),
+            Line("the torque", "after", x, torque, width=2.5),
+            Line("95 % band", "quiet", x, torque + CONFIDENCE * std, dashed=True),
+            Line("95 % band, below", "quiet", x, torque - CONFIDENCE * std, dashed=True),
         ]
         title, likeness = effect_title(effect), f" It is like that of {curve['likeness']}." if curve["likeness"] else ""
         label = _LABELS[curve["over"]].format(effect["joint"])
         place = int(np.argmax(np.abs(torque)))
         yield Figure(
-            f"curve_{number}_{effect['name']}_{effect['joint']}",
+            f"curve_{index}_{effect['name']}_{effect['joint']}",
             "torques",
             f"{title[0].upper()}{title[1:]}",
             "A nonparametric torque, as the motion shows it, over the range that the motion covers."
             + likeness
-            + _in_newton_metres(),
-            f"{title}: up to {1e3 * torque[place]:.3g} ± {1e3 * std[place]:.2g} mN m at {x[place]:.3g}." + likeness,
-            [Panel(Axis(label), Axis(f"{effect['joint']} joint [mN m]"), marks, height=240)],
+            + unit.caption,
+            f"{title}: up to {torque[place]:.3g} ± {std[place]:.2g} {unit.name} at {x[place]:.3g}." + likeness,
+            [Panel(Axis(label), Axis(f"{effect['joint']} joint [{unit.name}]"), marks, height=240)],
         )
-
-
-def _in_newton_metres() -> str:
-    return " In N m for the masses nearest to the nominal ones: a free swing shows torques over A22 only."
 
 
 def _rms(torque: Array) -> float:
@@ -166,11 +182,11 @@ def _cloud(label: str, colour: Colour, x: Array, y: Array, size: float = 4.0, op
     return Dots(label, colour, x[every], y[every], size, opacity)
 
 
-def _over_time(model: Model, torques: TorqueCurves, trial: int, column: int) -> list[Line]:
+def _over_time(model: Model, torques: TorqueCurves, trial: int, column: int, unit: _Unit) -> list[Line]:
     """Return the missing torque in a trial, and its band; both are interrupted where the motion is."""
     own = np.flatnonzero(torques.trial == trial)
     own = own[:: max(1, -(-len(own) // _MOST_IN_TIME))]
-    time, missing, std = torques.time[own], 1e3 * torques.missing[own, column], 1e3 * torques.std[own, column]
+    time, (missing, std) = torques.time[own], (unit.size * of[own, column] for of in (torques.missing, torques.std))
     steps = np.diff(time)
     gaps = np.flatnonzero(steps > _GAP * np.median(steps)) + 1 if len(steps) else np.zeros(0, dtype=int)
     time, missing, std = (np.insert(values, gaps, np.nan) for values in (time, missing, std))
@@ -195,11 +211,14 @@ def _mean(label: str, colour: Colour, x: Array, y: Array, dashed: bool, std: Arr
     return [line, _band(label, at, mean, np.sqrt(variance))] if np.any(variance) else [line]
 
 
-def _panel(abscissa: Abscissa, joint: str, marks: list[Dots | Line]) -> Panel:
+def _panel(abscissa: Abscissa, joint: str, marks: list[Dots | Line], unit: _Unit) -> Panel:
     """Return a panel whose limits leave out the few dots that are far off."""
     clouds = np.concatenate([mark.y for mark in marks if isinstance(mark, Dots)])
     clouds = clouds[np.isfinite(clouds)]
     limit = max(1.2 * float(np.quantile(np.abs(clouds), _SHOWN)), 1e-9) if len(clouds) else 1.0
     return Panel(
-        Axis(_LABELS[abscissa].format(joint)), Axis(f"{joint} joint [mN m]", limits=(-limit, limit)), marks, height=240
+        Axis(_LABELS[abscissa].format(joint)),
+        Axis(f"{joint} joint [{unit.name}]", limits=(-limit, limit)),
+        marks,
+        height=240,
     )

@@ -12,6 +12,7 @@ def test_the_legend_has_each_name_once_with_colour_and_kind():
         Line("a", "ink", NOTHING, NOTHING),
         Line("b", "before", NOTHING, NOTHING, dashed=True),
         Level("n", "noise", 1),
+        Line("t", "before", NOTHING, NOTHING, width=0.6),
     ]
     again = [
         Line("a", "ink", NOTHING, NOTHING),
@@ -23,6 +24,7 @@ def test_the_legend_has_each_name_once_with_colour_and_kind():
         ("a", "ink", "line"),
         ("b", "before", "dashed"),
         ("n", "noise", "level"),
+        ("t", "before", "thin"),
         ("d", "after", "dots"),
         ("e", "after", "bars"),
         ("held out", "held_out", "span"),

@@ -8,6 +8,23 @@ import pytest
 from cdp_ident.report.figures.torques import effects_through_residuals, missing_torques, torques_without_a_name
 
 
+@pytest.fixture
+def read_content(read_content):
+    """The report of a rig that was weighed."""
+    read_content["after"]["physical"]["A22"]["std"] = 1e-3
+    return read_content
+
+
+def test_torques_are_over_the_inertia_where_no_mass_is_known(read_content, shown_curves):
+    weighed = next(missing_torques(read_content, shown_curves)).panels[0]
+    inertia = read_content["after"]["physical"]["A22"]
+    inertia["std"] = 2 * inertia["value"]
+    figure = next(missing_torques(read_content, shown_curves))
+    assert figure.panels[0].y.label == "outer joint [1/s²]"
+    assert figure.panels[0].marks[0].y == pytest.approx(1e-3 / inertia["value"] * weighed.marks[0].y, nan_ok=True)
+    assert "Over A22" in figure.caption
+
+
 def test_there_is_a_panel_for_each_joint_that_lacks_a_torque(read_content, shown_curves):
     missing = shown_curves.before.missing.copy()
     missing[:, 0] = 1e-3
