@@ -1,8 +1,8 @@
-"""Two effects that the trials cannot tell apart: which further trial does.
+"""Two effects that the trials do not distinguish: which further trial does.
 
-T-optimal is the trial in which the rival model, its values adjusted as well as they can be, comes least near to what
-the fitted model says (Atkinson and Fedorov, Biometrika 62, 1975). The rival must keep explaining the trials that there
-are: it is adjusted to their motion, as the fitted model has it, along with the new one.
+T-optimal is the trial in which the alternative model, its values adjusted as well as they can be, comes least near to
+what the fitted model says (Atkinson and Fedorov, Biometrika 62, 1975). The alternative must keep explaining the trials
+that there are: it is adjusted to their motion, as the fitted model has it, along with the new one.
 """
 
 from collections.abc import Iterator, Sequence
@@ -31,11 +31,11 @@ Array = npt.NDArray[np.float64]
 
 _UNOBSERVABLE = 1e-12
 _SAME = 0.1
-"""A rival that is nearer to the model than so many deviations can be it, as an extended model of an effect can."""
+"""An alternative nearer to the model than so many deviations can be it, as an extended model of an effect can."""
 
 
 @dataclass(frozen=True)
-class Rival:
+class Alternative:
     """A model with another effect in the place of one, adjusted to what the fitted model says of the trials."""
 
     knowledge: Knowledge
@@ -44,7 +44,7 @@ class Rival:
     """The effect of the fitted model whose place was taken."""
     instead: Effect
     fit: Fit
-    """The rival's, to the motion of the trials as the fitted model has it, or to windows spread evenly over it."""
+    """Of the alternative, to the trials' motion as the fitted model has it, or to windows spread evenly over it."""
     share: float = 1.0
     """Of the windows to which it was fitted: so much of what all of them show."""
 
@@ -56,7 +56,7 @@ class Rival:
     def deviations(self, trial: CandidateTrial) -> float:
         """Return by how many standard deviations the two would differ with a further trial; 0 if it has no motion.
 
-        The rival is linear about its values.
+        The alternative is linear about its values.
         """
         try:
             windows = windows_of(trial, self.knowledge)
@@ -73,10 +73,10 @@ class Rival:
         return float(np.sqrt(max(squared, 0.0))) / self.knowledge.noise
 
 
-def _followed(rival: Fit, windows: Sequence[Window]) -> Fit | None:
-    """Return how a rival follows the motion of windows from their starts; None where it cannot be computed."""
+def _followed(alternative: Fit, windows: Sequence[Window]) -> Fit | None:
+    """Return how an alternative follows the motion of windows from their starts; None where it cannot be computed."""
     residuals, sensitivities = [], []
-    predicted = predictions(rival.model, rival.values, windows)
+    predicted = predictions(alternative.model, alternative.values, windows)
     for window, (theta, by_unknowns) in zip(windows, predicted, strict=True):
         residuals.append(window.whitened(window.theta - theta))
         sensitivities.append(window.whitened(by_unknowns))
@@ -84,7 +84,11 @@ def _followed(rival: Fit, windows: Sequence[Window]) -> Fit | None:
         return None
     weights = tuple(np.ones_like(residual) for residual in residuals)
     return replace(
-        rival, windows=tuple(windows), residuals=tuple(residuals), sensitivities=tuple(sensitivities), weights=weights
+        alternative,
+        windows=tuple(windows),
+        residuals=tuple(residuals),
+        sensitivities=tuple(sensitivities),
+        weights=weights,
     )
 
 
@@ -95,7 +99,7 @@ def _beside_the_start(fit: Fit, index: int) -> float:
     return float(np.sum(InitialState.of(by_state).eliminated_from(fit.residuals[index].ravel()) ** 2))
 
 
-def rivals(knowledge: Knowledge, windows: Sequence[Window], label: str, key: str) -> Iterator[Rival]:
+def alternatives(knowledge: Knowledge, windows: Sequence[Window], label: str, key: str) -> Iterator[Alternative]:
     """Yield models with another effect in the place of one; of several forms each that can be fitted.
 
     They are fitted to a share of the windows, where there is more motion than effects are looked for in.
@@ -125,7 +129,7 @@ def rivals(knowledge: Knowledge, windows: Sequence[Window], label: str, key: str
             fit = refine(model.with_effect(new), begin, removed.windows)
         except (IdentificationError, np.linalg.LinAlgError):
             continue
-        yield Rival(knowledge, own.effect, form, fit, len(chosen) / len(windows))
+        yield Alternative(knowledge, own.effect, form, fit, len(chosen) / len(windows))
 
 
 def _beginning(new: ActiveEffect, unit: float) -> Array:
@@ -136,6 +140,6 @@ def _beginning(new: ActiveEffect, unit: float) -> Array:
     return np.asarray(np.clip(beginning_of(new, unit), lower, upper))
 
 
-def can_be_the_same(rival: Rival) -> bool:
-    """Return whether a rival can say all that the fitted model says, as an extended model of its effect can."""
-    return rival.deviations_now < _SAME
+def can_be_the_same(alternative: Alternative) -> bool:
+    """Return whether an alternative can say all that the fitted model says, as an extended model of its effect can."""
+    return alternative.deviations_now < _SAME

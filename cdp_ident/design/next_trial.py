@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from cdp_ident.design.candidate_trial import CandidateTrial, fit_to, information_of
 from cdp_ident.design.criteria import Criterion
-from cdp_ident.design.discrimination import Rival
+from cdp_ident.design.discrimination import Alternative
 from cdp_ident.design.knowledge import Knowledge
 from cdp_ident.design.loads import UNLOADED, Loads
 from cdp_ident.design.starts import Grid, Survey, survey
@@ -46,9 +46,9 @@ class Sharper:
 
 @dataclass(frozen=True)
 class Apart:
-    """The trial that tells two effects apart best."""
+    """The trial that distinguishes two effects best."""
 
-    rival: Rival
+    alternative: Alternative
     survey: Survey
     """With the load that is best; its losses are deviations between the two, negative."""
     unloaded: Survey | None
@@ -117,9 +117,9 @@ class NextTrial:
             unloaded,
         )
 
-    def furthest_apart(self, rival: Rival, loads: Loads = UNLOADED) -> Apart:
-        """Return the trial that tells an effect of the model and its rival apart best."""
-        return Apart(rival, *self._survey(lambda trial: -rival.deviations(trial), loads, self.grid))
+    def furthest_apart(self, alternative: Alternative, loads: Loads = UNLOADED) -> Apart:
+        """Return the trial that distinguishes an effect of the model from its alternative best."""
+        return Apart(alternative, *self._survey(lambda trial: -alternative.deviations(trial), loads, self.grid))
 
     def _survey(
         self, loss: Callable[[CandidateTrial], float], loads: Loads, grid: Grid

@@ -1,10 +1,13 @@
 """The contents of `report.json`."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import is_dataclass
 from datetime import datetime, timezone
 from typing import Any
 
-from cdp_ident.diagnosis.identifiability import Identifiability, Tradeoff, identifiability
+import numpy as np
+
+from cdp_ident.diagnosis.identifiability import identifiability
 from cdp_ident.diagnosis.identification import Identification
 from cdp_ident.diagnosis.new_trial import NewTrialCheck
 from cdp_ident.diagnosis.warnings import FitWarning, find_warnings, outlier_warnings
@@ -35,81 +38,49 @@ def report(outcome: Outcome, new_trials: Sequence[NewTrialCheck] = ()) -> Sectio
         outcome: what was found.
         new_trials: how trials that came later fitted before they were seen, in the order in which they came.
     """
-    found = outcome.identification
-    completed = outcome.trace.completed
-    determined = identifiability(
-        completed.fit,
-        completed.covariance,
-        completed.physical,
-        completed.inertia,
-        found.options.prior,
-        found.data.names,
-    )
-    return dict(shown_texts(_report(outcome, new_trials, found, determined)))
+    return dict(plain(_report(outcome, new_trials)))
 
 
-def shown_texts(content: Any) -> Any:
-    """Return contents of a report whose texts are all fit to be shown."""
+def plain(content: Any) -> Any:
+    """Return contents of a report as plain values, whose texts are all fit to be shown."""
     if isinstance(content, str):
         return shown(content, LONGEST_TEXT)
+    if is_dataclass(content):
+        content = vars(content)
     if isinstance(content, Mapping):
-        return {shown(key, LONGEST_TEXT): shown_texts(value) for key, value in content.items()}
+        return {shown(key, LONGEST_TEXT): plain(value) for key, value in content.items()}
     if isinstance(content, list | tuple):
-        return [shown_texts(value) for value in content]
-    return content
+        return [plain(value) for value in content]
+    return content.tolist() if isinstance(content, np.ndarray | np.generic) else content
 
 
-def _report(
-    outcome: Outcome, new_trials: Sequence[NewTrialCheck], found: Identification, determined: Identifiability
-) -> Section:
-    completed = outcome.trace.completed
+def _report(outcome: Outcome, new_trials: Sequence[NewTrialCheck]) -> Section:
+    found, completed = outcome.identification, outcome.trace.completed
     # Without an effect it is one model, whose values are the final ones.
     paper = completed if completed.fit.model.names == found.fit.model.names else found
+    unexplained = outcome.trace.unexplained
     failures, expected = list(outcome.trace.failures), outcome.loaded.job.expected
     next_trial = next_trial_section(outcome, failures.append)
     return {
         "schema": SCHEMA,
         "trials": _trials(outcome),
-        "noise_rad": {"theta1": float(found.data.noise[0]), "theta2": float(found.data.noise[1])},
+        "noise_rad": dict(zip(("theta1", "theta2"), found.data.noise, strict=True)),
         "search": _search(outcome),
         "stages": {
             stage: errors_section(found.data, errors)
             for stage, errors in outcome.trace.errors.items()
             if stage != "effects"
         },
-        "before": fit_section(
-            paper.fit.model,
-            paper.fit.values,
-            paper.covariance,
-            paper.physical,
-            paper.inertia,
-            errors_section(found.data, outcome.trace.errors["refined"]),
-        ),
+        "before": fit_section(paper, outcome.trace.errors["refined"]),
         "refinement": {
             "iterations": found.fit.iterations,
             "simulations": found.fit.simulations,
             "converged": found.fit.converged,
-            "windows": {
-                "fit": len(found.data.fit),
-                "holdout": len(found.data.holdout),
-            },
+            "windows": {"fit": len(found.data.fit), "holdout": len(found.data.holdout)},
         },
         "effects": [effect_section(outcome, index) for index in range(len(outcome.trace.effects))],
-        "after": fit_section(
-            completed.fit.model,
-            completed.fit.values,
-            completed.covariance,
-            completed.physical,
-            completed.inertia,
-            errors_section(found.data, outcome.trace.errors["effects"]),
-        ),
-        "unexplained": {
-            "significant": outcome.trace.unexplained.significant,
-            "joint": outcome.trace.unexplained.joint,
-            "times_noise": outcome.trace.unexplained.times_noise,
-            "torque": dict(zip(JOINTS, outcome.trace.unexplained.torque.tolist(), strict=True)),
-            "description": outcome.trace.unexplained.description,
-        },
+        "after": fit_section(completed, outcome.trace.errors["effects"]),
+        "unexplained": {**vars(unexplained), "torque": dict(zip(JOINTS, unexplained.torque, strict=True))},
         "verdict": verdict(outcome.trace),
         "prediction": prediction_section(outcome),
         "residuals": residuals_section(outcome),
@@ -118,20 +89,17 @@ def _report(
         "values_from": "windows" if outcome.trace.by_windows else "whole swings",
         "whole_swings": _whole_swings(outcome.trace.whole, completed.inertia.value),
         "repeatability": _repeatability(completed),
-        "own_effects": dict(outcome.loaded.job.own_effects),
+        "own_effects": outcome.loaded.job.own_effects,
         "expected": compared(expected, outcome.trace.effects) if expected else [],
         "new_trials": [_new_trial(check) for check in new_trials],
-        "identifiability": _identifiability(determined),
+        "identifiability": _identifiability(completed, found),
         "in_doubt": in_doubt_section(outcome.trace),
         "warnings": [
-            {"name": warning.name, "about": list(warning.about), "message": warning.message}
-            for warning in (
-                *_doubts(new_trials),
-                *_failures(outcome.trace, failures),
-                *_not_followed(outcome),
-                *outlier_warnings(_loaded(outcome)),
-                *find_warnings(completed),
-            )
+            *_doubts(new_trials),
+            *_failures(outcome.trace, failures),
+            *_not_followed(outcome),
+            *outlier_warnings(_loaded(outcome)),
+            *find_warnings(completed),
         ],
         "run": _run(outcome),
     }
@@ -148,10 +116,10 @@ def _trials(outcome: Outcome) -> list[Section]:
             "samples": len(trial.time),
             "start_s": trial.start,
             "duration_s": trial.duration,
-            "clock": trial.clock and {"fast": trial.clock.fast, "std": trial.clock.std},
-            "outliers_s": list(trial.outliers),
-            "weights": [vars(weight) for weight in trial.weights],
-            "warnings": list(trial.notes),
+            "clock": trial.clock,
+            "outliers_s": trial.outliers,
+            "weights": trial.weights,
+            "warnings": trial.notes,
         }
         for index, (bag, trial) in enumerate(zip(bags, _loaded(outcome), strict=True))
     ]
@@ -173,10 +141,10 @@ def _search(outcome: Outcome) -> Section:
         "generations": len(estimate.search.history) - 1,
         "searches": estimate.searches,
         "evaluations": estimate.evaluations,
-        "best": dict(zip(SYMBOLS, estimate.search.best.tolist(), strict=True)),
+        "best": dict(zip(SYMBOLS, estimate.search.best, strict=True)),
         "sse": estimate.search.error,
         "seconds": outcome.search_seconds,
-        "history": list(estimate.search.history),
+        "history": estimate.search.history,
         "stopped": estimate.search.stopped,
     }
 
@@ -186,9 +154,9 @@ def _whole_swings(found: WholeSwings | None, inertia: float) -> Section | None:
         return None
     noise = found.noise
     return {
-        "noise_rad": dict(zip(JOINTS, noise.encoders.tolist(), strict=True)),
-        "noise_memory": dict(zip(JOINTS, noise.memory.tolist(), strict=True)),
-        "missing_torque": dict(zip(JOINTS, (inertia * found.torque).tolist(), strict=True)),
+        "noise_rad": dict(zip(JOINTS, noise.encoders, strict=True)),
+        "noise_memory": dict(zip(JOINTS, noise.memory, strict=True)),
+        "missing_torque": dict(zip(JOINTS, inertia * found.torque, strict=True)),
         "swings": len(found.states),
         "steps": found.steps,
     }
@@ -206,7 +174,7 @@ def _repeatability(found: Identification) -> Section | None:
             {
                 "trial": trial,
                 "groups": {
-                    name: {"value": float(value), "std": float(std)}
+                    name: {"value": value, "std": std}
                     for name, value, std in zip(names, values, deviations, strict=False)
                 },
             }
@@ -221,9 +189,7 @@ def _new_trial(check: NewTrialCheck) -> Section:
         "rmse_rad": check.error,
         "expected_rmse_rad": check.expected,
         "fits": check.fits,
-        "changed": [
-            {"name": c.name, "before": c.before, "alone": c.alone, "deviations": c.deviations} for c in check.changed
-        ],
+        "changed": check.changed,
     }
 
 
@@ -254,21 +220,23 @@ def _not_followed(outcome: Outcome) -> Iterator[FitWarning]:
         )
 
 
-def _identifiability(found: Identifiability) -> Section:
-    def changes(tradeoffs: tuple[Tradeoff, ...]) -> list[Mapping[str, float]]:
-        return [tradeoff.changes for tradeoff in tradeoffs]
-
+def _identifiability(completed: Identification, found: Identification) -> Section:
+    determined = identifiability(
+        completed.fit,
+        completed.covariance,
+        completed.physical,
+        completed.inertia,
+        found.options.prior,
+        found.data.names,
+    )
     return {
-        "directions": [
-            {"singular_value": direction.singular_value, "exponents": direction.exponents}
-            for direction in found.directions
-        ],
-        "undetermined": list(found.undetermined),
-        "unseen_changes": changes(found.unobservable),
-        "determined_physical": list(found.determined_physical),
-        "physical_changes_without_effect": changes(found.tradeoffs),
-        "to_measure": list(found.to_measure),
-        "words": list(found.words),
+        "directions": determined.directions,
+        "undetermined": determined.undetermined,
+        "unseen_changes": [tradeoff.changes for tradeoff in determined.unobservable],
+        "determined_physical": determined.determined_physical,
+        "physical_changes_without_effect": [tradeoff.changes for tradeoff in determined.tradeoffs],
+        "to_measure": determined.to_measure,
+        "words": determined.words,
     }
 
 
@@ -279,5 +247,5 @@ def _run(outcome: Outcome) -> Section:
         "seconds": outcome.seconds,
         "versions": versions(),
         "options": loaded.job.settings.values(),
-        "bag_sha256": {str(bag): dict(files) for bag, files in loaded.checksums.items()},
+        "bag_sha256": {str(bag): files for bag, files in loaded.checksums.items()},
     }

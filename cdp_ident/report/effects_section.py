@@ -9,7 +9,6 @@ from cdp_ident.model.parameters import GROUPS
 from cdp_ident.report.outcome import Outcome
 from cdp_ident.report.schema import Section
 from cdp_ident.report.verdict import effect_in_words
-from cdp_ident.tracing.found_effects import FoundCurve
 from cdp_ident.tracing.odds import unlikelihood
 from cdp_ident.tracing.selection import Selection
 from cdp_ident.tracing.trace import Trace
@@ -37,7 +36,7 @@ def effect_section(outcome: Outcome, index: int) -> Section:
             }
             for parameter in found.parameters
         },
-        "curve": None if found.curve is None else _curve(found.curve),
+        "curve": found.curve,
         "evidence": {
             "log10_odds": found.log_odds,
             "probability": found.probability,
@@ -45,7 +44,7 @@ def effect_section(outcome: Outcome, index: int) -> Section:
             "rmse_holdout_after_rad": found.holdout_with,
         },
         "certainty": found.certainty,
-        "also_possible": list(found.also_possible),
+        "also_possible": found.also_possible,
     }
 
 
@@ -55,22 +54,10 @@ def in_doubt_section(traced: Trace) -> list[Section]:
         {
             "effect": effect.active.effect.key,
             "weight": effect.weight,
-            "changes": {group.symbol: float(effect.change[index]) for index, group in enumerate(GROUPS)},
+            "changes": {group.symbol: effect.change[index] for index, group in enumerate(GROUPS)},
         }
         for effect in traced.in_doubt
     ]
-
-
-def _curve(found: FoundCurve) -> Section:
-    return {
-        "over": found.over,
-        "at": found.at.tolist(),
-        "torque": found.torque.tolist(),
-        "std": found.std.tolist(),
-        "coefficients": found.coefficients.tolist(),
-        "coefficients_std": found.coefficients_std.tolist(),
-        "likeness": found.likeness,
-    }
 
 
 def selection_section(traced: Trace) -> Section:
@@ -85,9 +72,7 @@ def selection_section(traced: Trace) -> Section:
             {
                 "action": step.action,
                 "log10_odds": _log10_odds(step.misfit),
-                "tried": [
-                    {"effects": list(tried.effects), "log10_odds": _log10_odds(tried.misfit)} for tried in step.tried
-                ],
+                "tried": [{"effects": tried.effects, "log10_odds": _log10_odds(tried.misfit)} for tried in step.tried],
             }
             for step in selection.steps
         ],

@@ -5,10 +5,9 @@ import numpy.typing as npt
 
 from cdp_ident.diagnosis.evaluation import Errors, ErrorsByRole
 from cdp_ident.diagnosis.identifiability import is_determined
-from cdp_ident.diagnosis.inertia import Inertia
+from cdp_ident.diagnosis.identification import Identification
 from cdp_ident.fit.data import Data
 from cdp_ident.fit.motion_model import MotionModel
-from cdp_ident.fit.physical import PhysicalValues
 from cdp_ident.fit.windows import Window
 from cdp_ident.model.parameters import CONSTANTS, GROUPS, INERTIA, PARAMETERS
 from cdp_ident.report.schema import Section
@@ -16,20 +15,10 @@ from cdp_ident.report.schema import Section
 Array = npt.NDArray[np.float64]
 
 
-def fit_section(
-    model: MotionModel, values: Array, covariance: Array, physical: PhysicalValues, inertia: Inertia, error: Section
-) -> Section:
-    """Return what a fitted model is: physical values, base parameters and errors.
-
-    Args:
-        model: the model.
-        values: (unknowns,) its fitted values, the base parameters first.
-        covariance: (unknowns, unknowns) their covariance.
-        physical: the physical values chosen for the base parameters.
-        inertia: A22.
-        error: its errors, as `errors_section` gives them.
-    """
-    std = np.sqrt(np.diag(covariance))
+def fit_section(found: Identification, errors: ErrorsByRole) -> Section:
+    """Return what a fitted model is: physical values, base parameters and errors."""
+    model, values, physical, inertia = found.fit.model, found.fit.values, found.physical, found.inertia
+    std = np.sqrt(np.diag(found.covariance))
     numbers = zip(PARAMETERS, physical.values, physical.std, physical.determined, strict=True)
     section = {
         parameter.symbol: _quantity(value, deviation, parameter.unit, sure)
@@ -50,15 +39,15 @@ def fit_section(
             for group, value, deviation in zip(GROUPS, values, std, strict=False)
         },
         "weight_errors": _weight_errors(model, values, std),
-        "correlation": _correlation(model, covariance),
-        "error": error,
+        "correlation": _correlation(model, found.covariance),
+        "error": errors_section(found.data, errors),
     }
 
 
 def _weight_errors(model: MotionModel, values: Array, std: Array) -> list[Section]:
     estimates = zip(model.weight_errors, values[model.of_weights], std[model.of_weights], strict=True)
     return [
-        {"of": of, "rod": rod, "given": given, "value": float(value), "std": float(deviation)}
+        {"of": of, "rod": rod, "given": given, "value": value, "std": deviation}
         for (of, rod, given), value, deviation in estimates
     ]
 
@@ -73,22 +62,16 @@ def _correlation(model: MotionModel, covariance: Array) -> Section:
     std = np.sqrt(np.diag(covariance))
     with np.errstate(divide="ignore", invalid="ignore"):
         matrix = covariance / np.outer(std, std)
-    return {
-        "names": [name for name, is_shown in zip(model.names, shown, strict=True) if is_shown],
-        "matrix": matrix.tolist(),
-    }
+    return {"names": [name for name, is_shown in zip(model.names, shown, strict=True) if is_shown], "matrix": matrix}
 
 
 def _quantity(value: float, std: float, unit: str, determined: bool) -> Section:
-    return {"value": float(value), "std": float(std), "unit": unit, "determined": bool(determined)}
+    return {"value": value, "std": std, "unit": unit, "determined": determined}
 
 
 def errors_section(data: Data, errors: ErrorsByRole) -> Section:
     """Return the errors of a model over the motion of each role."""
-    return {
-        "fit": _error(errors.fit, data.fit),
-        "holdout": _error(errors.holdout, data.holdout),
-    }
+    return {"fit": _error(errors.fit, data.fit), "holdout": _error(errors.holdout, data.holdout)}
 
 
 def _error(errors: Errors, windows: tuple[Window, ...]) -> Section:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.design.discrimination import Rival, can_be_the_same, rivals
+from cdp_ident.design.discrimination import Alternative, alternatives, can_be_the_same
 from cdp_ident.design.knowledge import Knowledge
 from cdp_ident.design.loads import loads_of, telling_weight
 from cdp_ident.design.next_trial import Apart, NextTrial, Sharper
@@ -128,8 +128,8 @@ def answers(
     of_inertia = grid if showing[0] in loads else grid.thinned
     for question in questions:
         if question.against:
-            rival = _nearest_rival(knowledge, windows, question)
-            yield None if rival is None else _apart(question, trials.furthest_apart(rival, loads))
+            alternative = _nearest_alternative(knowledge, windows, question)
+            yield None if alternative is None else _apart(question, trials.furthest_apart(alternative, loads))
         elif question.about == INERTIA.symbol:
             yield _sharper(question, knowledge, trials.sharpest((INVERSE_INERTIA.symbol,), showing, of_inertia))
         else:
@@ -137,10 +137,10 @@ def answers(
             yield _sharper(question, knowledge, trials.sharpest(names, loads))
 
 
-def _nearest_rival(knowledge: Knowledge, windows: Sequence[Window], question: Question) -> Rival | None:
+def _nearest_alternative(knowledge: Knowledge, windows: Sequence[Window], question: Question) -> Alternative | None:
     """Return the form of the other effect that comes nearest; None where it can be the same, or cannot be fitted."""
-    found = rivals(knowledge, windows, question.about, question.against)
-    nearest = min(found, key=lambda rival: rival.deviations_now, default=None)
+    found = alternatives(knowledge, windows, question.about, question.against)
+    nearest = min(found, key=lambda alternative: alternative.deviations_now, default=None)
     return None if nearest is None or can_be_the_same(nearest) else nearest
 
 
@@ -169,7 +169,7 @@ def _apart(question: Question, found: Apart) -> Section:
         "names": [],
         "std_now": [],
         "std_then": [],
-        "deviations_now": found.rival.deviations_now,
+        "deviations_now": found.alternative.deviations_now,
     }
 
 

@@ -10,7 +10,7 @@ from cdp_ident.model.effects.catalogue import known_effects
 from cdp_ident.model.parameters import INERTIA
 from cdp_ident.outside_text import shown
 from cdp_ident.regular_file import read_regular
-from cdp_ident.report.contents import shown_texts
+from cdp_ident.report.contents import plain
 from cdp_ident.report.formatting import number
 from cdp_ident.report.schema import SCHEMA, Section, problem
 from cdp_ident.user_input import refuse_unknown
@@ -42,7 +42,7 @@ def read_report(path: Path) -> Section:
     for section in ("effects", "expected"):
         known = {effect.name for effect in known_effects()}
         refuse_unknown((effect["name"] for effect in content[section]), known, f"effect in {path}")
-    return dict(shown_texts(content))
+    return dict(plain(content))
 
 
 def _refuse(constant: str) -> NoReturn:

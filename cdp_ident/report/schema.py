@@ -62,11 +62,7 @@ _ERROR = an_object(
     fit_theta1_percent=number("NRMSE fit of the inner rod over all windows together, 100 where nothing is left [%]"),
     fit_theta2_percent=number("of the outer rod [%]"),
 )
-_ERRORS = an_object(
-    "over fitted motion, and over what neither fit nor choice has seen",
-    fit=_ERROR,
-    holdout=_ERROR,
-)
+_ERRORS = an_object("over fitted motion, and over what neither fit nor choice has seen", fit=_ERROR, holdout=_ERROR)
 _WEIGHT = an_object(
     rod=one_of(RODS),
     mass=finite("[kg]"),

@@ -24,14 +24,14 @@ def _planned(plan: Plan, prediction: Prediction) -> Section:
         "starts": len(plan.starts),
         "told_s": plan.fitted_span,
         "horizon_s": plan.horizon,
-        "time_s": prediction.time.tolist(),
+        "time_s": prediction.time,
     }
 
 
 def _prediction(prediction: Prediction) -> Section:
     return {
-        "median_rad": prediction.median.tolist(),
-        "upper_rad": prediction.upper.tolist(),
+        "median_rad": prediction.median,
+        "upper_rad": prediction.upper,
         "within": [
             {"limit_deg": within.limit, "median_s": within.median, "longer": within.longer}
             for within in prediction.within
@@ -59,4 +59,4 @@ def _whiteness(found: Whiteness) -> Section:
 
 
 def _correlations(found: Correlations) -> Section:
-    return {"values": found.values.tolist(), "bound": found.bound, "related": found.related}
+    return {"values": found.values, "bound": found.bound, "related": found.related}

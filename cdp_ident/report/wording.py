@@ -11,15 +11,7 @@ from cdp_ident.design.starts import HAND
 from cdp_ident.diagnosis.identifiability import CONFIDENCE
 from cdp_ident.model.effects.catalogue import known_effects
 from cdp_ident.model.parameters import CONSTANTS, GROUPS, INERTIA, SYMBOLS, Group, groups_of, inertia_about_cart
-from cdp_ident.report.formatting import (
-    CERTAINTY,
-    CERTAINTY_WORDS,
-    chance,
-    number,
-    odds,
-    per_cent,
-    with_std,
-)
+from cdp_ident.report.formatting import CERTAINTY, CERTAINTY_WORDS, chance, number, odds, per_cent, with_std
 from cdp_ident.report.schema import Section
 
 _HARDLY_LESS = 0.95

@@ -1,4 +1,4 @@
-"""Two effects that the trials cannot tell apart, and the trial that does."""
+"""Two effects that the trials do not distinguish, and the trial that does."""
 
 from dataclasses import replace
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cdp_ident.design.candidate_trial import CandidateTrial, fit_to
-from cdp_ident.design.discrimination import can_be_the_same, rivals
+from cdp_ident.design.discrimination import alternatives, can_be_the_same
 from cdp_ident.design.knowledge import Knowledge
 from cdp_ident.design.next_trial import NextTrial
 from cdp_ident.design.starts import Grid
@@ -48,38 +48,40 @@ def knowledge(known):
 
 
 @pytest.fixture(scope="module")
-def rival(knowledge, exact):
-    (found,) = rivals(knowledge, exact, "quadratic_friction.outer", "coulomb_friction.outer")
+def alternative(knowledge, exact):
+    (found,) = alternatives(knowledge, exact, "quadratic_friction.outer", "coulomb_friction.outer")
     return found
 
 
-def test_a_rival_is_adjusted_to_what_the_fitted_model_says(rival, exact):
-    assert rival.fit.model.labels == ("coulomb_friction.outer",)
+def test_an_alternative_is_adjusted_to_what_the_fitted_model_says(alternative, exact):
+    assert alternative.fit.model.labels == ("coulomb_friction.outer",)
     without = refine(MODEL, TRUTH, exact)
-    assert 0 < rival.fit.squared_error <= without.squared_error * (1 + 1e-6)
-    assert not can_be_the_same(rival)
+    assert 0 < alternative.fit.squared_error <= without.squared_error * (1 + 1e-6)
+    assert not can_be_the_same(alternative)
 
 
-def test_a_rival_of_long_recordings_is_adjusted_to_a_share_that_stands_for_all(rival, knowledge, exact):
+def test_an_alternative_of_long_recordings_is_adjusted_to_a_share_that_stands_for_all(alternative, knowledge, exact):
     times = 30
-    (found,) = rivals(knowledge, exact * times, "quadratic_friction.outer", "coulomb_friction.outer")
+    (found,) = alternatives(knowledge, exact * times, "quadratic_friction.outer", "coulomb_friction.outer")
     assert len(found.fit.windows) == found.share * times * len(exact) < times * len(exact)
-    assert found.deviations_now == pytest.approx(np.sqrt(times) * rival.deviations_now, rel=0.1)
+    assert found.deviations_now == pytest.approx(np.sqrt(times) * alternative.deviations_now, rel=0.1)
     still = CandidateTrial(np.pi, np.pi)
     assert found.deviations(still) == pytest.approx(found.deviations_now)
 
 
-def test_the_deviations_are_those_of_a_rival_that_is_fitted_to_both_trials(rival, known):
+def test_the_deviations_are_those_of_a_alternative_that_is_fitted_to_both_trials(alternative, known):
     start = (np.pi + 1.2, np.pi + 0.5)
-    foretold = rival.deviations(CandidateTrial(*start))
-    both = refine(rival.fit.model, rival.fit.values, [*rival.fit.windows, *moved(known.sampling, start)])
+    foretold = alternative.deviations(CandidateTrial(*start))
+    both = refine(
+        alternative.fit.model, alternative.fit.values, [*alternative.fit.windows, *moved(known.sampling, start)]
+    )
     assert foretold == pytest.approx(np.sqrt(both.squared_error) / NOISE, rel=0.3)
-    assert foretold > rival.deviations_now
+    assert foretold > alternative.deviations_now
 
 
-def test_so_they_are_of_a_trial_with_a_weight_whose_rival_may_have_another_inertia(knowledge, exact):
+def test_so_they_are_of_a_trial_with_a_weight_whose_alternative_may_have_another_inertia(knowledge, exact):
     with_weight = knowledge.with_weights([WEIGHT])
-    (found,) = rivals(with_weight, exact, "quadratic_friction.outer", "coulomb_friction.outer")
+    (found,) = alternatives(with_weight, exact, "quadratic_friction.outer", "coulomb_friction.outer")
     trial = CandidateTrial(np.pi + 0.6, np.pi + 0.5, (WEIGHT,))
     both = refine(found.fit.model, found.fit.values, [*found.fit.windows, *fit_to(trial, with_weight).windows])
     cost = both.squared_error + both.values @ both.model.penalty @ both.values
@@ -87,21 +89,21 @@ def test_so_they_are_of_a_trial_with_a_weight_whose_rival_may_have_another_inert
     assert found.deviations(trial) == pytest.approx(np.sqrt(cost) / NOISE, rel=0.3)
 
 
-def test_the_trial_that_is_advised_tells_them_apart_better_than_most(rival, knowledge):
-    found = NextTrial(knowledge, Grid.of(60.0)).furthest_apart(rival)
+def test_the_trial_that_is_advised_tells_them_apart_better_than_most(alternative, knowledge):
+    found = NextTrial(knowledge, Grid.of(60.0)).furthest_apart(alternative)
     assert found.deviations >= np.median(-found.survey.losses)
-    assert found.deviations > 2 * rival.deviations_now
+    assert found.deviations > 2 * alternative.deviations_now
 
 
-def test_rods_that_hang_still_tell_nothing_apart(rival):
-    assert rival.deviations(CandidateTrial(np.pi, np.pi)) == pytest.approx(rival.deviations_now)
+def test_rods_that_hang_still_tell_nothing_apart(alternative):
+    assert alternative.deviations(CandidateTrial(np.pi, np.pi)) == pytest.approx(alternative.deviations_now)
 
 
-def test_a_richer_form_of_an_effect_can_be_the_same(known):
+def test_an_extended_model_of_an_effect_can_be_the_same(known):
     coulomb = next(effect for effect in CATALOGUE if effect.key == "coulomb_friction.outer")
     model, values = MODEL.with_effect(ActiveEffect(coulomb)), np.append(TRUTH, 0.01)
     with_friction = Knowledge(model, values, np.eye(6), NOISE, np.eye(2), known.sampling)
     windows = fit_to(CandidateTrial(4.0, 3.8), with_friction).windows
-    found = list(rivals(with_friction, windows, "coulomb_friction.outer", "stribeck_friction.outer"))
+    found = list(alternatives(with_friction, windows, "coulomb_friction.outer", "stribeck_friction.outer"))
     assert found
-    assert all(can_be_the_same(rival) for rival in found)
+    assert all(can_be_the_same(alternative) for alternative in found)

@@ -4,17 +4,7 @@ import math
 
 import pytest
 
-from cdp_ident.report.formatting import (
-    chance,
-    interval,
-    is_known,
-    milliradians,
-    number,
-    odds,
-    per_cent,
-    unit,
-    with_std,
-)
+from cdp_ident.report.formatting import chance, interval, is_known, milliradians, number, odds, per_cent, unit, with_std
 
 
 @pytest.mark.parametrize(

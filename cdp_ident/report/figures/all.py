@@ -6,7 +6,7 @@ from cdp_ident.report.figures.errors import before_and_after, best_error, candid
 from cdp_ident.report.figures.motion import angles, continuous_runs
 from cdp_ident.report.figures.next_trial import next_trial
 from cdp_ident.report.figures.parameters import against_nominal, correlation, repeatability
-from cdp_ident.report.figures.torques import effects_through_residuals, missing_torques, torques_without_a_name
+from cdp_ident.report.figures.torques import effects_through_residuals, missing_torques, nonparametric_torques
 from cdp_ident.report.figures.validation import prediction, residual_correlation
 from cdp_ident.report.schema import Section
 
@@ -24,7 +24,7 @@ def figures(report: Section, curves: Curves) -> list[Figure]:
         *candidates(report),
         *missing_torques(report, curves),
         *effects_through_residuals(report, curves),
-        *torques_without_a_name(report),
+        *nonparametric_torques(report),
         against_nominal(report),
         *correlation(report),
         *repeatability(report),

@@ -11,16 +11,7 @@ from cdp_ident.report.figures.palette import Colour
 
 Array = npt.NDArray[np.float64]
 Place = Literal[
-    "errors",
-    "motion",
-    "validation",
-    "paper",
-    "selection",
-    "torques",
-    "parameters",
-    "next_trial",
-    "compare",
-    "survey",
+    "errors", "motion", "validation", "paper", "selection", "torques", "parameters", "next_trial", "compare", "survey"
 ]
 
 

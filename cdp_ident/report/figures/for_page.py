@@ -15,18 +15,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.report.figures.description import (
-    Axis,
-    Bars,
-    Dots,
-    Figure,
-    Heat,
-    Intervals,
-    Level,
-    Line,
-    Mark,
-    Panel,
-)
+from cdp_ident.report.figures.description import Axis, Bars, Dots, Figure, Heat, Intervals, Level, Line, Mark, Panel
 from cdp_ident.report.figures.palette import Colour
 
 Json = dict[str, Any]

@@ -14,18 +14,7 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from cdp_ident.report.figures.description import (
-    Axis,
-    Bars,
-    Dots,
-    Figure,
-    Heat,
-    Intervals,
-    Level,
-    Line,
-    Mark,
-    Panel,
-)
+from cdp_ident.report.figures.description import Axis, Bars, Dots, Figure, Heat, Intervals, Level, Line, Mark, Panel
 from cdp_ident.report.figures.palette import LIGHT, Colour
 
 _WIDTH = 6.5

@@ -140,8 +140,8 @@ def effects_through_residuals(report: Section, curves: Curves) -> Iterator[Figur
         )
 
 
-def torques_without_a_name(report: Section) -> Iterator[Figure]:
-    """Yield each torque that has no name, over what it depends on, with its band of uncertainty."""
+def nonparametric_torques(report: Section) -> Iterator[Figure]:
+    """Yield each nonparametric torque over what it depends on, with its band of uncertainty."""
     unit = _Unit.of(report)
     for index, effect in enumerate(report["effects"], start=1):
         if (curve := effect["curve"]) is None:

@@ -5,7 +5,7 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from cdp_ident.report.figures.torques import effects_through_residuals, missing_torques, torques_without_a_name
+from cdp_ident.report.figures.torques import effects_through_residuals, missing_torques, nonparametric_torques
 
 
 @pytest.fixture
@@ -107,12 +107,12 @@ def test_a_few_wild_dots_do_not_squeeze_the_rest(read_content, shown_curves):
     assert high < 20.0
 
 
-def test_a_torque_without_a_name_is_drawn_with_its_band(read_content):
-    assert list(torques_without_a_name(read_content)) == []
+def test_a_nonparametric_torque_is_drawn_with_its_band(read_content):
+    assert list(nonparametric_torques(read_content)) == []
     curve = {"over": "angle", "at": [-1.0, 0.0, 1.0], "torque": [0.0, 0.02, 0.01], "std": [1e-3, 2e-3, 1e-3]}
     curve |= {"coefficients": [0.0], "coefficients_std": [0.0], "likeness": "a magnet at 0 rad"}
     effect = read_content["effects"][0] | {"curve": curve, "name": "unknown_torque"}
-    (figure,) = torques_without_a_name(read_content | {"effects": [effect]})
+    (figure,) = nonparametric_torques(read_content | {"effects": [effect]})
     torque, above, below = figure.panels[0].marks
     assert torque.y.tolist() == [0.0, 20.0, 10.0]
     assert above.y - torque.y == pytest.approx(torque.y - below.y)
