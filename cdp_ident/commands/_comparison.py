@@ -3,16 +3,11 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from rich.console import Console
-
 from cdp_ident.report.figures.description import Figure
 from cdp_ident.report.folder import COMPARISON_PAGE, COMPARISON_TEXT, FIGURES, write_files
 from cdp_ident.report.parts import Chapter, Charts, Document, Table
 from cdp_ident.report.pictures import draw_comparison
-from cdp_ident.report.terminal import print_chapter
-
-_WIDTH = 140
-"""Where there is no terminal."""
+from cdp_ident.report.terminal import print_chapter, wide_console
 
 
 def show_comparison(heading: str, tables: Sequence[Table], figures: Sequence[Figure], out: Path | None) -> None:
@@ -21,8 +16,7 @@ def show_comparison(heading: str, tables: Sequence[Table], figures: Sequence[Fig
     Raises:
         OptionError: the folder cannot be written.
     """
-    console = Console(highlight=False, markup=False)
-    console = console if console.is_terminal else Console(highlight=False, markup=False, width=_WIDTH)
+    console = wide_console()
     first, *others = tables
     chapter = Chapter("result", "", (first, Charts("compare"), *others))
     print_chapter(console, chapter)

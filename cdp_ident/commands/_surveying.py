@@ -15,7 +15,7 @@ from cdp_ident.outside_text import shown
 from cdp_ident.pipeline.identifier import read_configuration
 from cdp_ident.report.folder import alone_in, check_folder, json_text, write_files
 from cdp_ident.report.schema import Section
-from cdp_ident.report.terminal import print_chapter
+from cdp_ident.report.terminal import print_chapter, wide_console
 from cdp_ident.survey.contents import survey
 from cdp_ident.survey.identification import Finished
 from cdp_ident.survey.run import PIECES, Plan, conduct, plan
@@ -23,8 +23,6 @@ from cdp_ident.survey.tables import chapter, verdict
 from cdp_ident.survey.workers import cluster, processes
 
 PAGE, CONTENTS = "survey.html", "survey.json"
-_WIDTH = 140
-"""Where there is no terminal."""
 _LONGEST_LINE = 300
 
 
@@ -36,8 +34,7 @@ def conduct_survey(options: argparse.Namespace) -> None:
     settings = Settings.of(given)
     check_folder(options.out, force=True)
     planned = plan(options.folders, options.out, options.by, given, options.force)
-    console = Console(highlight=False, markup=False)
-    console = console if console.is_terminal else Console(highlight=False, markup=False, width=_WIDTH)
+    console = wide_console()
     count = min(options.workers or core_count(), max(1, len(planned.left)))
     workers = cluster(options.scheduler) if options.scheduler else processes(count)
     came = _conduct_alone(

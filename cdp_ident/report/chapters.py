@@ -96,37 +96,31 @@ def _numbers(report: Section) -> Iterator[Row]:
 
 
 def _validation(report: Section) -> Parts:
-    def fits(error: Section) -> Iterator[str]:
-        for role in ("holdout", "fit"):
-            yield " and ".join(per_cent(error[role][f"fit_{angle}_percent"]) for angle in ("theta1", "theta2"))
-
     stages = [(label, report["stages"][stage]) for stage, label in _STAGES.items()]
     if report["effects"]:
         stages.append(("with the effects found", report["after"]["error"]))
-    errors = [
-        (
-            label,
-            *(milliradians(errors[role]["rmse_rad"]) for role in ("fit", "holdout")),
-            f"{number(errors['holdout']['sse_free_run']):.4g}",
-        )
-        for label, errors in stages
-    ]
-    noise = ("the encoders' noise", " and ".join(map(milliradians, report["noise_rad"].values())), "", "")
+    window = report["before"]["error"]["fit"]["window_s"]
+    fits = ("NRMSE fit of θ1 and θ2 [%]", "held out [%]")
+    noise = " and ".join(map(milliradians, report["noise_rad"].values()))
     return (
         _sentences(validation_words(report)),
         Table(
-            f"Error, measured against simulated, over windows of {report['before']['error']['fit']['window_s']:.3g} s",
-            ("model", "fit [mrad]", "held out [mrad]", "Eq. (10), held out [rad²]"),
-            [*errors, noise],
-        ),
-        Table(
-            "Fit of θ1 and θ2 (NRMSE) [%]",
-            ("model", "held out", "fitted"),
-            [(model.label, *fits(report[model.key]["error"])) for model in models(report)],
-            at_terminal=False,
+            f"Error, measured against simulated, over windows of {window:.3g} s",
+            ("model", "fit [mrad]", "held out [mrad]", "Eq. (10), held out [rad²]", *fits),
+            [*((label, *_error(errors)) for label, errors in stages), ("the encoders' noise", noise, "", "", "", "")],
+            wide=fits,
         ),
         Charts("validation", side_by_side=True),
     )
+
+
+def _error(errors: Section) -> Iterator[str]:
+    """Yield the errors of a model as the columns of the table have them."""
+    for role in ("fit", "holdout"):
+        yield milliradians(errors[role]["rmse_rad"])
+    yield f"{number(errors['holdout']['sse_free_run']):.4g}"
+    for role in ("fit", "holdout"):
+        yield " and ".join(per_cent(errors[role][f"fit_{angle}_percent"]) for angle in ("theta1", "theta2"))
 
 
 def _effects(report: Section) -> Parts:

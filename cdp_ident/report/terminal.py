@@ -10,6 +10,12 @@ from cdp_ident.report.parts import Chapter, Charts, Table
 from cdp_ident.report.schema import Section
 
 
+def wide_console() -> Console:
+    """Return the terminal; where there is none, what is as wide as tables of several runs or rigs."""
+    console = Console(highlight=False, markup=False)
+    return console if console.is_terminal else Console(highlight=False, markup=False, width=140)
+
+
 def print_report(console: Console, report: Section) -> None:
     """Print the tables and sentences of a report; the result comes last, where people look."""
     document = document_of(report)

@@ -1,6 +1,7 @@
 """Parameters with their intervals: against nominal, with each other, and from trial to trial."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -68,16 +69,14 @@ def _over_nominal(report: Section, kind: str, nominal: Mapping[str, float], titl
 def correlation(report: Section) -> Iterator[Figure]:
     """Yield how the errors of the final model's estimates go together."""
     found = report["after"]["correlation"]
-    names = [wrapped(short_name(name)) for name in found["names"]]
+    short = [short_name(name) for name in found["names"]]
+    names = [wrapped(name) for name in short]
     matrix = np.array([[np.nan if value is None else value for value in row] for row in found["matrix"]])
     pairs = sorted(
         ((abs(matrix[i, j]), i, j) for i in range(len(names)) for j in range(i) if np.isfinite(matrix[i, j])),
         reverse=True,
     )
-    strongest = "; ".join(
-        f"{short_name(found['names'][i])} with {short_name(found['names'][j])}: {matrix[i, j]:.2f}"
-        for _, i, j in pairs[:3]
-    )
+    strongest = "; ".join(f"{short[i]} with {short[j]}: {matrix[i, j]:.2f}" for _, i, j in pairs[:3])
     numbers = Axis(ticks=[(float(place), str(place + 1)) for place in range(len(names))])
     named = Axis(ticks=[(float(place), f"{name}  {place + 1}") for place, name in enumerate(names)])
     yield Figure(
@@ -118,14 +117,8 @@ def runs_compared(runs: Sequence[Run]) -> Figure:
     """Return the base parameters of several reports against those of the first."""
     first = runs[0]
     groups = {name: number(quantity["value"]) for name, quantity in first.report["after"]["groups"].items()}
-    figure = Figure(
-        "compare_groups",
-        "compare",
-        f"Base parameters against those of {first.name}",
-        "Of each final model, with 95 % intervals.",
-        "",
-        (),
-    )
+    title = f"Base parameters against those of {first.name}"
+    figure = Figure("compare_groups", "compare", title, "Of each final model, with 95 % intervals.", "", ())
     estimates = [(run.name, run.report["after"]["groups"]) for run in runs]
     return estimates_against(estimates, groups, figure, f"difference from {first.name} [%]", "no difference")
 
@@ -159,6 +152,4 @@ def estimates_against(
     ticks = [(float(place), short_name(name)) for place, name in enumerate(names)]
     height = 60.0 + max(34.0, 13.0 * len(estimates)) * len(names)
     panel = Panel(Axis(label), Axis(ticks=ticks), marks, height=height)
-    return Figure(
-        figure.name, figure.section, figure.title, figure.caption, f"{figure.title}. {'; '.join(said)}.", [panel]
-    )
+    return replace(figure, alternative=f"{figure.title}. {'; '.join(said)}.", panels=[panel])
