@@ -13,6 +13,7 @@ from cdp_ident.model.effects.catalogue import known_effects
 from cdp_ident.model.parameters import GROUPS, INERTIA, INVERSE_INERTIA, SYMBOLS
 from cdp_ident.model.weight_settings import refuse_misplaced, weight_of
 from cdp_ident.model.weights import RODS, Rod, Weight
+from cdp_ident.report.advice import one_advice
 from cdp_ident.report.curves_file import read_curves
 from cdp_ident.report.folder import CURVES, REPORT
 from cdp_ident.report.formatting import number
@@ -26,7 +27,6 @@ from cdp_ident.report.next_trial import (
 )
 from cdp_ident.report.report_file import read_report
 from cdp_ident.report.schema import Section
-from cdp_ident.report.wording import one_advice
 from cdp_ident.user_input import refuse_unknown
 
 _FINEST, _COARSEST = 5.0, 90.0

@@ -5,6 +5,7 @@ import re
 from collections.abc import Iterator
 
 from cdp_ident.model.parameters import CONSTANTS, GROUPS, INERTIA, PARAMETERS
+from cdp_ident.report.advice import advice_words
 from cdp_ident.report.figures.models import models
 from cdp_ident.report.formatting import interval, milliradians, number, odds, per_cent, quantity_words, unit, with_std
 from cdp_ident.report.parts import Chapter, Charts, Document, Parts, Row, Sentences, Table
@@ -13,7 +14,6 @@ from cdp_ident.report.schema import Section
 from cdp_ident.report.typesetting import Formula
 from cdp_ident.report.wording import (
     action_words,
-    advice_words,
     candidate_rows,
     determined_words,
     effect_title,

@@ -7,15 +7,11 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.design.starts import HAND
-from cdp_ident.diagnosis.identifiability import CONFIDENCE
 from cdp_ident.model.effects.catalogue import known_effects
 from cdp_ident.model.parameters import CONSTANTS, GROUPS, INERTIA, SYMBOLS, Group, groups_of, inertia_about_cart
 from cdp_ident.report.formatting import CERTAINTY, CERTAINTY_WORDS, chance, number, odds, per_cent, with_std
 from cdp_ident.report.schema import Section
 
-_HARDLY_LESS = 0.95
-"""What leaves intervals as wide as that share of what they are is not worth a trial."""
 _FELT, _MOST_IN_DOUBT = 0.5, 3
 """Effects in doubt are mentioned if they make half of a standard deviation, and at most so many."""
 _ALL = 0.95
@@ -260,63 +256,3 @@ def _residual_words(report: Section) -> Iterator[str]:
 
 def _most(correlations: Section) -> float:
     return max(abs(number(value)) for value in correlations["values"][1:])
-
-
-def advice_title(advice: Section) -> str:
-    """Say what a trial is to tell of."""
-    if advice["against"]:
-        return f"{key_words(advice['for'])}, or {key_words(advice['against'])}"
-    return "all base parameters" if advice["for"] == "all" else short_name(advice["for"])
-
-
-def advice_words(report: Section) -> list[str]:
-    """Say which trial to record next, for each purpose, and what it would bring."""
-    found = report["next_trial"]
-    return [one_advice(advice) for advice in found["advice"]] if found else []
-
-
-def one_advice(advice: Section) -> str:
-    """Say from where to let go for one purpose, with which weight, and what that would bring."""
-    several = len(advice["names"]) > 1
-    if not advice["against"] and is_determined_now(advice) and number(advice["expected"]) > _HARDLY_LESS:
-        least = _percent(1.0 - _HARDLY_LESS)
-        return f"{advice_title(advice)}: no trial makes {'them' if several else 'it'} surer by as much as {least}"
-    start = f"let go with the inner rod {_held(advice['inner_rad'])} and the outer rod {_held(advice['outer_rad'])}"
-    if advice["weights"]:
-        start = f"clamp {weights_words(advice)}, and {start}"
-    besides = ", and with it every torque in N m" if advice["for"] == INERTIA.symbol else ""
-    return f"{advice_title(advice)}{besides}: {start}: {_gained(advice, several)}"
-
-
-def _gained(advice: Section, several: bool) -> str:
-    expected, worst, unloaded = (number(advice[key]) for key in ("expected", "worst", "expected_unloaded"))
-    otherwise = "; without a weight {}" if np.isfinite(unloaded) else ""
-    missed = f"at worst, where the hand misses by {HAND:.0f}°"
-    if advice["against"]:
-        now = f"the two are then {expected:.2g} standard deviations apart, now {number(advice['deviations_now']):.2g}"
-        return now + otherwise.format(f"{unloaded:.2g}")
-    if is_determined_now(advice):
-        share = f"{_percent(expected)} of what {'they are' if several else 'it is'} ({_percent(worst)} {missed})"
-        falls = "their intervals fall" if several else "its interval falls"
-        return f"{falls} to {share}" + otherwise.format(f"to {_percent(unloaded)}")
-    if several:
-        return "they are determined then"
-    if not np.isfinite(expected):
-        return "these trials do not show it, and no such trial does"
-    width, widest = (_percent(CONFIDENCE * relative_std) for relative_std in (expected, worst))
-    return f"these trials do not show it; it is determined then, to ± {width} ({widest} {missed})"
-
-
-def _percent(share: float) -> str:
-    """Write a share to its two leading digits."""
-    return f"{float(f'{100 * share:.2g}'):g} %"
-
-
-def is_determined_now(advice: Section) -> bool:
-    """Return whether the trials that there are show all values that a next one is to tell of."""
-    return all(np.isfinite(number(std)) for std in advice["std_now"])
-
-
-def _held(from_hanging: float) -> str:
-    angle = round(float(np.degrees(from_hanging)))
-    return "upright" if abs(angle) == 180 else f"at {angle:+d}°" if angle else "hanging"

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from cdp_ident.design.starts import Grid
+from cdp_ident.report.advice import advice_words
 from cdp_ident.report.knowledge import knowledge_of
 from cdp_ident.report.next_trial import Question, answers, next_trial_section, strength_of, usual_questions
-from cdp_ident.report.wording import advice_words
 from scenarios.weighted import WEIGHT
 
 

@@ -7,10 +7,10 @@ import numpy.typing as npt
 
 from cdp_ident.design.starts import HAND
 from cdp_ident.diagnosis.identifiability import CONFIDENCE
+from cdp_ident.report.advice import advice_title, advice_words, is_determined_now
 from cdp_ident.report.figures.description import Axis, Dots, Figure, Heat, Panel
 from cdp_ident.report.formatting import number
 from cdp_ident.report.schema import Section
-from cdp_ident.report.wording import advice_title, advice_words, is_determined_now
 
 Array = npt.NDArray[np.float64]
 
