@@ -24,7 +24,6 @@ from cdp_ident.fit.windows import Window
 from cdp_ident.likelihood.prior import typical
 from cdp_ident.likelihood.scores import beginning_of
 from cdp_ident.model.effects.catalogue import known_effects
-from cdp_ident.model.effects.effect import Effect
 from cdp_ident.model.parameters import time_unit
 
 Array = npt.NDArray[np.float64]
@@ -40,9 +39,6 @@ class Alternative:
 
     knowledge: Knowledge
     """Of the fitted model."""
-    effect: Effect
-    """The effect of the fitted model whose place was taken."""
-    instead: Effect
     fit: Fit
     """Of the alternative, to the trials' motion as the fitted model has it, or to windows spread evenly over it."""
     share: float = 1.0
@@ -111,7 +107,6 @@ def alternatives(knowledge: Knowledge, windows: Sequence[Window], label: str, ke
         key: of the effect instead; name and joint alone stand for all of its forms.
     """
     index = knowledge.model.labels.index(label)
-    own = knowledge.model.effects[index]
     model, remain = knowledge.model.without_effect(index)
     unit = time_unit(*knowledge.model.constants(knowledge.values))
     chosen = share_of(windows, ENOUGH * unit)
@@ -129,7 +124,7 @@ def alternatives(knowledge: Knowledge, windows: Sequence[Window], label: str, ke
             fit = refine(model.with_effect(new), begin, removed.windows)
         except (IdentificationError, np.linalg.LinAlgError):
             continue
-        yield Alternative(knowledge, own.effect, form, fit, len(chosen) / len(windows))
+        yield Alternative(knowledge, fit, len(chosen) / len(windows))
 
 
 def _beginning(new: ActiveEffect, unit: float) -> Array:

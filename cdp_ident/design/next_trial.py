@@ -38,11 +38,6 @@ class Sharper:
     unloaded: Survey | None
     """The same without a weight, if that was asked for."""
 
-    @property
-    def ratio(self) -> float:
-        """To what share of their width the intervals fall, in the geometric mean, wherever the hand misses."""
-        return self.survey.expected / self.size_now if np.isfinite(self.size_now) else 0.0
-
 
 @dataclass(frozen=True)
 class Apart:
@@ -53,11 +48,6 @@ class Apart:
     """With the load that is best; its losses are deviations between the two, negative."""
     unloaded: Survey | None
     """The same without a weight, if that was asked for."""
-
-    @property
-    def deviations(self) -> float:
-        """By how many standard deviations the two will differ, wherever the hand misses."""
-        return -self.survey.expected
 
 
 class NextTrial:
