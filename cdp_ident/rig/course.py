@@ -37,10 +37,9 @@ class Course:
         if self.last is not None:
             steps, changes, off = self._step_to(sample)
             if off is not None:
-                usual = [_TIMES_USUAL * error for error in off]
-                forgotten = [_FORGOTTEN * limit for limit in self._limits]
-                self._limits = list(map(max, _LEAST, usual, forgotten))
-            self._slopes = [change / steps for change in changes]
+                of_each = zip(_LEAST, off, self._limits, strict=True)
+                self._limits = [max(x, _TIMES_USUAL * error, _FORGOTTEN * limit) for x, error, limit in of_each]
+            self._slopes = changes if steps == 1 else [change / steps for change in changes]
             self._period = min(self._slopes[0], _FORGOTTEN**-1 * self._period)
         self.last, self._step = sample, None
 
