@@ -89,7 +89,7 @@ def rig(folder: Path, namespace: str) -> Iterator[dict[str, Usage]]:
         for process in processes.values():
             process.terminate()
         for process in processes.values():
-            process.wait(timeout=30.0)
+            process.wait(timeout=300.0)  # many rigs on few cores take long
 
 
 def main(seconds: float = 600.0, rigs: int = 1) -> None:
