@@ -122,12 +122,14 @@ class BagWriter:
         """Hand everything written so far to the operating system, as a chunk of its own.
 
         It then outlives this process, not a power cut: only `close` waits for the disk. Raises BagError where the disk
-        does not take it.
+        does not take it, or the file was removed: it would take everything, for nobody.
         """
         if self._stream.closed:
             return
         try:
             self._writer.flush()
+            if not os.fstat(self._stream.fileno()).st_nlink and not self._path.exists():
+                raise FileNotFoundError("it was removed meanwhile")
         except OSError as error:
             raise self._failure(error) from error
 
