@@ -138,7 +138,7 @@ def share() -> tuple[float, float]:
     words = ["--ros-args", "-p", "port:=/nowhere", "-p", "zero_file:=/nowhere/zero.yaml"]
     node = rclpy.create_node("driver", cli_args=words)
     driver, plain = Driver(node, Parameters(node, words)), minimal(node)
-    frames = [CODEC.encode(Sample(number, number * 5000, 0, number % 800, number % 300)) for number in range(6000)]
+    frames = [CODEC.encode(Sample(number, number * 5000, 0, number % 800, number % 300)) for number in range(24_000)]
     arrivals = itertools.count(10**18, 5_000_000)
     driver._clock = SimpleNamespace(now=lambda: SimpleNamespace(nanoseconds=next(arrivals)))
     driver._take(HELLO)

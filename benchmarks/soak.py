@@ -54,19 +54,21 @@ class Usage:
 
 def call(service: str) -> str:
     """Call a Trigger service until it succeeds; return its message."""
-    node = rclpy.create_node("soak")
+    node, answer = rclpy.create_node("soak"), "no answer"
     try:
         client = node.create_client(Trigger, service)
         for _ in range(120):  # the emulator may compile first
             if client.wait_for_service(timeout_sec=2.0):
                 future = client.call_async(Trigger.Request())
                 rclpy.spin_until_future_complete(node, future, timeout_sec=10.0)
-                if future.done() and future.result().success:
-                    return str(future.result().message)
+                if future.done():
+                    answer = str(future.result().message)
+                    if future.result().success:
+                        return answer
             time.sleep(1.0)
     finally:
         node.destroy_node()
-    raise RuntimeError(f"{service} did not succeed")
+    raise RuntimeError(f"{service} did not succeed: {answer}")
 
 
 @contextmanager
@@ -77,10 +79,15 @@ def rig(folder: Path, namespace: str) -> Iterator[dict[str, Usage]]:
     commands = {
         "emulator": ["--link", port, "--rig", str(folder / "rig.yaml"), "--delay", "0.005", *here],
         "driver": [*here, "-p", f"port:={port}", "-p", f"zero_file:={folder / 'zero.yaml'}"],
-        "recorder": [*here, "-p", f"folder:={folder / 'trials'}", "-p", "longest:=86400.0"],
+        # Nothing ends the recording but ~/stop: no rest, no gap.
+        "recorder": [
+            *here,
+            *("-p", f"folder:={folder / 'trials'}", "-p", "longest:=86400.0"),
+            *("-p", "away_limit:=0.0", "-p", "silence:=60.0"),
+        ],
     }
     processes = {
-        name: subprocess.Popen([sys.executable, "-m", "cdp_ident", name, *arguments], stderr=subprocess.DEVNULL)
+        name: subprocess.Popen([sys.executable, "-m", "cdp_ident", name, *arguments])
         for name, arguments in commands.items()
     }
     try:
@@ -89,7 +96,7 @@ def rig(folder: Path, namespace: str) -> Iterator[dict[str, Usage]]:
         for process in processes.values():
             process.terminate()
         for process in processes.values():
-            process.wait(timeout=30.0)
+            process.wait(timeout=300.0)  # many rigs on few cores take long
 
 
 def main(seconds: float = 600.0, rigs: int = 1) -> None:

@@ -57,7 +57,8 @@ def entry_point(body: Callable[[list[str]], int]) -> Callable[[Sequence[str] | N
 
     The body takes the arguments after the executable's name and returns the exit code. Bad input, which the body
     reports by raising a `CdpIdentError`, ends as one line on stderr and the error's exit code, never as a traceback. So
-    does what the file system or an encoding refuses, which the body need not foresee: names of files that are too long.
+    does what the file system, an encoding or the system refuses, which the body need not foresee: names of files that
+    are too long, memory, threads.
     """
     name = body.__module__.rpartition(".")[2]
 
@@ -70,9 +71,12 @@ def entry_point(body: Callable[[list[str]], int]) -> Callable[[Sequence[str] | N
         except CdpIdentError as error:
             print(f"{name}: error: {shown(error, _LONGEST_ERROR)}", file=sys.stderr)
             return error.exit_code
-        except (OSError, UnicodeError) as error:
+        except (OSError, UnicodeError, MemoryError, RuntimeError) as error:
+            if isinstance(error, RuntimeError) and "new thread" not in str(error):
+                raise
             file = getattr(error, "filename", None)
             reason = f"{file}: {error.strerror}" if isinstance(error, OSError) and file is not None else error
+            reason = str(reason) or "the memory does not suffice"
             print(f"{name}: error: {shown(reason, _LONGEST_ERROR)}", file=sys.stderr)
             return EXIT_BAD_INPUT
         except KeyboardInterrupt:

@@ -3,6 +3,7 @@
 import os
 import re
 import secrets
+import shutil
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
@@ -35,10 +36,14 @@ def write_whole(files: Mapping[Path, bytes], before: Callable[[], None] = lambda
 
 
 def remove_unfinished(folder: Path) -> None:
-    """Remove what a killed process left of `write_whole` in a folder, into which nobody else may be writing.
+    """Remove what a killed process left `beside` the files of a folder, into which nobody else may be writing.
 
     Raises OSError.
     """
     for path in folder.iterdir():
-        if _UNFINISHED.fullmatch(path.name):
+        if not _UNFINISHED.fullmatch(path.name):
+            continue
+        if path.is_dir() and not path.is_symlink():
+            shutil.rmtree(path)
+        else:
             path.unlink(missing_ok=True)

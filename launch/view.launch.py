@@ -12,12 +12,15 @@ from launch.conditions import IfCondition
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
+from launch_ros.ros_adapters import get_ros_node
 
 from cdp_ident.configuration.fitted_model import fitted_model, read_fitted_model
 from cdp_ident.model.parameters import NOMINAL
 from cdp_ident.ros.launching import common_arguments, given, needs, node, value
+from cdp_ident.ros.robot_description import describe, keep_described
 
 SHARE = Path(get_package_share_directory("cdp_ident"))
+XACRO = SHARE / "urdf/cart_double_pendulum.urdf.xacro"
 
 SIMULATED = {"colour": "0.85 0.4 0.1", "alpha": "0.45"}
 """How the simulated rig differs from the measured one in the scene, beside its place."""
@@ -84,21 +87,19 @@ def _chosen(viewer: str) -> IfCondition:
 
 
 def _rigs(context: LaunchContext) -> list[Node]:
-    import xacro  # noqa: PLC0415 - `needs` has told where it is missing
-
     namespace, bag, fitted, source = (value(context, name) for name in ("namespace", "bag", "fitted", "source"))
     namespace = f"/{namespace.strip('/')}".rstrip("/")
     mode = value(context, "mode") or ("replay" if bag else "free")
-    looks = _looks(Path(fitted) if fitted else None)
+    model = read_fitted_model(Path(fitted), "simulator") if fitted else fitted_model(NOMINAL, "the nominal values")
+    described = {}
     time = given(context, use_sim_time=bool)
 
     def rig(name: str, looks_besides: dict[str, str], remappings: dict[str, str]) -> Node:
         # /tf is one for all rigs: its frames begin with the namespace.
         prefix = f"{namespace}/{name}/".lstrip("/")
-        description = xacro.process_file(
-            str(SHARE / "urdf/cart_double_pendulum.urdf.xacro"), mappings=looks | looks_besides | {"prefix": prefix}
-        ).toxml()
-        text = ParameterValue(description, value_type=str)
+        looks = looks_besides | {"prefix": prefix}
+        described[f"{namespace}/{name}/robot_state_publisher"] = looks
+        text = ParameterValue(describe(XACRO, model, looks), value_type=str)
         return node(
             "robot_state_publisher",
             package="robot_state_publisher",
@@ -123,13 +124,5 @@ def _rigs(context: LaunchContext) -> list[Node]:
     if mode != "free":
         # Only a replay has measured joint states of its own; a live rig has its driver's.
         rigs.append(rig("measured", {}, {"joint_states": f"{namespace}/joint_states"} if mode == "shadow" else {}))
+    keep_described(get_ros_node(context), f"{namespace}/simulator", XACRO, described)
     return [*rigs, simulator]
-
-
-def _looks(fitted: Path | None) -> dict[str, str]:
-    """Return the arguments of the rig's description that the model gives: nominal values where none is fitted."""
-    model = read_fitted_model(fitted, "simulator") if fitted else fitted_model(NOMINAL, "the nominal values")
-    values = {symbol: value for symbol, value in model.physical.items() if symbol != "g"}
-    values |= {f"{joint}_friction": model.dry_friction(joint) for joint in ("inner", "outer")}
-    values["outer_rod_length"] = model.motion.mechanism.outer_length
-    return {name: repr(value) for name, value in values.items()}

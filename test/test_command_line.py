@@ -4,7 +4,7 @@ import importlib
 
 import pytest
 
-from cdp_ident.command_line import ArgumentParser, split_arguments
+from cdp_ident.command_line import ArgumentParser, entry_point, split_arguments
 from cdp_ident.executables import EXECUTABLES
 
 MAINS = [pytest.param(importlib.import_module(module).main, id=name) for name, module in EXECUTABLES.items()]
@@ -52,3 +52,28 @@ def test_what_a_launch_file_s_node_appends_is_taken(main, capsys):
     appended = ["--ros-args", "-r", "__node:=mine", "--params-file", "/dev/null"]
     assert main(["--no-such-option", *appended]) == 2
     assert not {"--ros-args", "__node:=mine"} & set(capsys.readouterr().err.split())
+
+
+@pytest.mark.parametrize(
+    ("error", "words"),
+    [
+        (RuntimeError("can't start new thread"), "can't start new thread"),
+        (MemoryError(), "the memory does not suffice"),
+        (MemoryError("Unable to allocate 8 GiB"), "Unable to allocate 8 GiB"),
+        (OSError(24, "Too many open files", "a.yaml"), "a.yaml: Too many open files"),
+    ],
+)
+def test_what_the_system_refuses_is_one_line_and_exit_code_2(error, words, capsys):
+    def body(_arguments):
+        raise error
+
+    assert entry_point(body)([]) == 2
+    assert capsys.readouterr().err.endswith(f": error: {words}\n")
+
+
+def test_an_error_of_the_program_is_none_of_the_system():
+    def body(_arguments):
+        raise RuntimeError("a mistake")
+
+    with pytest.raises(RuntimeError, match="a mistake"):
+        entry_point(body)([])

@@ -3,7 +3,7 @@
 import struct
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -41,28 +41,28 @@ def serialize_joint_state(
     [rad/s, m/s] and `efforts` of motors [N m, N], if there are any; `stamp_ns` is the time of the measurement [ns since
     the epoch].
     """
-    sizes = len(velocities), len(efforts)
-    if len(names) != len(positions) or not {*sizes} <= {0, len(names)}:
-        others = f"{sizes[0]} velocities and {sizes[1]} efforts"
-        raise ValueError(f"{len(names)} names but {len(positions)} positions, {others}")
-    message, head = _written(tuple(names), sizes[0] > 0, sizes[1] > 0)
-    seconds, nanoseconds = divmod(stamp_ns, NANOSECONDS)
-    values = (*positions, sizes[0], *velocities, sizes[1], *efforts)
-    return message.pack(LITTLE_ENDIAN, seconds, nanoseconds, head, *values)
+    sizes = len(positions), len(velocities), len(efforts)
+    message, head = _written(tuple(names), *sizes)
+    values = (*positions, sizes[1], *velocities, sizes[2], *efforts)
+    return message.pack(LITTLE_ENDIAN, *divmod(stamp_ns, NANOSECONDS), head, *values)
 
 
 @cache
-def _written(names: tuple[str, ...], with_velocities: bool, with_efforts: bool) -> tuple[struct.Struct, bytes]:
+def _written(names: tuple[str, ...], positions: int, velocities: int, efforts: int) -> tuple[struct.Struct, bytes]:
     """Return how a JointState of these joints is written, and what stands between its stamp and its positions."""
-    count = struct.pack("<I", len(names))
+    if len(names) != positions or not {velocities, efforts} <= {0, positions}:
+        others = f"{velocities} velocities and {efforts} efforts"
+        raise ValueError(f"{len(names)} names but {positions} positions, {others}")
+    count = struct.pack("<I", positions)
     head = cdr_text("") + count + b"".join(map(cdr_text, names)) + count
     # Eight-byte numbers are aligned from the end of the four bytes of the encapsulation header.
     padded = head + bytes(-(HEAD_OFFSET - 4 + len(head)) % 8 if names else 0)
-    velocities = f"4x{len(names)}d" if with_velocities else ""
-    efforts = f"{'4x' * with_velocities}{len(names)}d" if with_efforts else ""
-    return struct.Struct(f"<4siI{len(padded)}s{len(names)}dI{velocities}I{efforts}"), padded
+    of_velocities = f"4x{positions}d" if velocities else ""
+    of_efforts = f"{'4x' * bool(velocities)}{positions}d" if efforts else ""
+    return struct.Struct(f"<4siI{len(padded)}s{positions}dI{of_velocities}I{of_efforts}"), padded
 
 
+@lru_cache(maxsize=64)
 def cdr_text(text: str) -> bytes:
     """Return a text in CDR, with zeros up to where the next number may begin."""
     data = text.encode() + b"\0"

@@ -14,6 +14,7 @@ from cdp_ident.bag.metadata import METADATA_FILE, read_offered
 from cdp_ident.bag.writer import BagWriter
 from cdp_ident.errors import BagError
 from cdp_ident.regular_file import open_regular
+from cdp_ident.whole_file import beside, remove_unfinished
 
 
 @dataclass(frozen=True)
@@ -58,15 +59,17 @@ def complete_bag(folder: Path) -> Salvaged | None:
     if len(files) != 1:
         raise BagError(f"{folder} has {len(files)} .mcap files: expected one; `ros2 bag reindex` makes bags of several")
     (original,) = files
-    unfinished = folder / ".salvage"
+    unfinished = beside(original)
     with _exclusively(original):
         if not is_incomplete(folder):
             return None
         try:
-            shutil.rmtree(unfinished, ignore_errors=True)
+            remove_unfinished(folder)
             salvaged, damaged = _write_anew(original, unfinished)
             if damaged:
-                shutil.copy2(original, original.with_name(f"{original.name}.damaged"))
+                kept = f"{original.name}.damaged"
+                shutil.copy2(original, unfinished / kept)
+                (unfinished / kept).replace(folder / kept)
             # The file last: with it goes the lock, and who comes then finds nothing left to do.
             (unfinished / METADATA_FILE).replace(folder / METADATA_FILE)
             (unfinished / original.name).replace(original)

@@ -6,7 +6,6 @@ from collections.abc import Collection, Mapping, Sequence
 from contextlib import nullcontext, suppress
 from pathlib import Path
 from types import TracebackType
-from typing import Any
 
 from mcap.writer import Writer
 from rosbags.typesys.base import TypesysError
@@ -22,6 +21,7 @@ from cdp_ident.bag.metadata import (
     dump_yaml,
 )
 from cdp_ident.errors import BagError
+from cdp_ident.whole_file import write_whole
 
 
 class BagWriter:
@@ -122,12 +122,14 @@ class BagWriter:
         """Hand everything written so far to the operating system, as a chunk of its own.
 
         It then outlives this process, not a power cut: only `close` waits for the disk. Raises BagError where the disk
-        does not take it.
+        does not take it, or the file was removed: it would take everything, for nobody.
         """
         if self._stream.closed:
             return
         try:
             self._writer.flush()
+            if not os.fstat(self._stream.fileno()).st_nlink and not self._path.exists():
+                raise FileNotFoundError("it was removed meanwhile")
         except OSError as error:
             raise self._failure(error) from error
 
@@ -147,12 +149,9 @@ class BagWriter:
         try:
             self._writer.add_metadata("rosbag2", {"serialized_metadata": dump_yaml(information)})
             self._writer.finish()
-            _sync(self._stream)
-            unfinished = self.folder / f".{METADATA_FILE}"
-            with unfinished.open("w", encoding="utf-8") as stream:
-                stream.write(text)
-                _sync(stream)
-            unfinished.rename(self.folder / METADATA_FILE)
+            self._stream.flush()
+            os.fsync(self._stream.fileno())
+            write_whole({self.folder / METADATA_FILE: text.encode()})
             self._stream.close()  # and with it the lock: without metadata the bag would look unfinished to `salvage`
         except OSError as error:
             raise self._failure(error) from error
@@ -173,8 +172,3 @@ class BagWriter:
             with suppress(OSError):
                 self._stream.close()
         return BagError(f"the bag {self.folder} cannot be written: {error.strerror or error}")
-
-
-def _sync(stream: Any) -> None:
-    stream.flush()
-    os.fsync(stream.fileno())

@@ -19,7 +19,8 @@ with report.html to look at, report.md, report.json, and fitted.yaml (a ROS para
 parameters are served until Ctrl-C; with --once it ends, which needs no ROS.
 
 serves     the parameters m1 m2 m0 l1 l2 J1 J2 c1 c2 L g, groups.<group>, std.<each of these>, and the configuration
-           ~/identify_again (std_srvs/Trigger)  read configuration and bags again and identify anew
+           ~/identify_again (std_srvs/Trigger)  read configuration and bags again and identify anew, from those that the
+           parameter bags then names
            ~/cancel (std_srvs/Trigger)          end the search as Ctrl-C does: its best so far is reported and served
 publishes  ~/state (std_msgs/String, latched)   waiting, identifying and how far, ready, or failed and why
            /diagnostics (diagnostic_msgs/DiagnosticArray)  the same, once a second

@@ -13,7 +13,7 @@ from cdp_ident.configuration.keys import Scalar, description_of, is_key
 from cdp_ident.configuration.settings import Settings, is_result
 from cdp_ident.errors import CdpIdentError
 from cdp_ident.outside_text import shown, utf_8
-from cdp_ident.pipeline.identifier import NODE_NAME, Identifier
+from cdp_ident.pipeline.identifier import BAGS, NODE_NAME, Identifier
 from cdp_ident.pipeline.interruption import Interruption
 from cdp_ident.report.outcome import LoadedJob
 from cdp_ident.report.schema import Section
@@ -24,6 +24,7 @@ from cdp_ident.ros.node import run_node
 from cdp_ident.ros.parameters import Parameters, Shown
 from cdp_ident.ros.qos import latched
 from cdp_ident.ros.steady_timer import call_every
+from cdp_ident.user_input import user_path
 
 _SECONDS_BETWEEN_LOOKS = 1.0
 _LONGEST_GOODBYE = 5.0
@@ -37,8 +38,18 @@ class IdentifyNode:
 
     def __init__(self, node: Any, parameters: Parameters, identifier: Identifier, once: bool) -> None:
         self._node, self._parameters, self._identifier, self._once = node, parameters, identifier, once
+        self._bags = [utf_8(bag) for bag in identifier.request.bags] or [""]  # ROS has no empty list of strings
+        """What the parameter was whose bags are fitted."""
+        parameters.declare(
+            BAGS,
+            self._bags,
+            "what is fitted jointly, beside bags of --watch; changed, by ~/identify_again",
+            changeable=True,
+        )
+        self._take_bags()
         self._given = parameters.given(is_key)
         waits_for = identifier.waits_for
+        self._waits = waits_for is not None
         loaded = None if waits_for else identifier.load(self._given)
         self._shown: set[str] = set()
         self._show(loaded.job.settings if loaded else identifier.settings(self._given), None)
@@ -83,6 +94,12 @@ class IdentifyNode:
             response.success, response.message = True, "identifying: ~/state tells when it is done"
         return response
 
+    def _take_bags(self) -> None:
+        """Go on with the bags that the parameter names, where it has become another: their names may not be UTF-8."""
+        if (bags := list(self._parameters.get(BAGS))) != self._bags:
+            self._bags = bags
+            self._identifier.take_bags(tuple(user_path(bag) for bag in bags if bag))
+
     def _cancel(self, _request: Any, response: Any) -> Any:
         response.success = self._interruption.cancel()
         response.message = (
@@ -113,7 +130,9 @@ class IdentifyNode:
 
     def _identify(self, loaded: LoadedJob | None) -> None:
         try:
-            loaded = loaded or self._identifier.load(self._given)
+            if loaded is None:
+                self._take_bags()
+                loaded = self._identifier.load(self._given)
             with self._interruption.identifying():
                 result = self._identifier.identify(loaded, self._interruption)
                 if not result.failure:
@@ -143,7 +162,7 @@ class IdentifyNode:
             return
         ends = self._once or self._interruption.ends
         if isinstance(outcome, BaseException):
-            waits = (self._serves or self._identifier.waits_for is not None) and not ends
+            waits = (self._serves or self._waits) and not ends
             if not waits or not isinstance(outcome, CdpIdentError):
                 raise outcome
             self._say(f"failed: {shown(outcome)}", Level.ERROR)

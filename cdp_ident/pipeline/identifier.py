@@ -1,7 +1,7 @@
 """One identification from the command line's request to the files of its report, without ROS."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -47,6 +47,8 @@ from cdp_ident.trial.trial import Trial
 from cdp_ident.user_input import user_path
 
 NODE_NAME = "identify"
+BAGS = "bags"
+"""The node's parameter that names the bags, which is no setting."""
 DEFAULT_FOLDER = Path("identification")
 _LONGEST_SENTENCE = 2000
 
@@ -96,11 +98,12 @@ class Identifier:
     """Identifies what was requested, as often as asked, into the same folder."""
 
     def __init__(self, request: Request, output: Console, progress: Console) -> None:
-        self._request, self._output, self._progress = request, output, progress
+        self.request, self._output, self._progress = request, output, progress
         self.warn: Callable[[str], None] = lambda sentence: None
         """Is given what is to be warned of beside the report, which is printed as well."""
         self._folder = request.out
-        self._may_replace = request.force
+        self._written: set[Path] = set()
+        """Folders whose reports are its own."""
         self._seen: State = None
         """The report in its folder that this one may take the place of."""
         self._display: SearchDisplay | None = None
@@ -115,8 +118,9 @@ class Identifier:
 
         Raises `CdpIdentError` for whatever is wrong with it.
         """
-        request = self._request
+        request = self.request
         values, passed_over = without_results({**read_configuration(request.config), **given})
+        values.pop(BAGS, None)
         if passed_over:
             self._say(passed_over)
         values |= {
@@ -124,10 +128,14 @@ class Identifier:
         }
         return Settings.of(values)
 
+    def take_bags(self, bags: tuple[Path, ...]) -> None:
+        """Identify from other bags the next time, into a folder of the first one's name unless one was asked for."""
+        self.request, self._folder = replace(self.request, bags=bags), self.request.out
+
     @property
     def waits_for(self) -> Path | None:
         """The folder whose bags are waited for, where no bag is given."""
-        return None if self._request.bags else self._request.watch
+        return None if self.request.bags else self.request.watch
 
     @property
     def doing(self) -> str:
@@ -149,17 +157,17 @@ class Identifier:
             self._leave_out_vanished()
             self._take_new(self._watched, settings)
         forget_own()
-        earlier = read_report(self._request.like / REPORT) if self._request.like else None
+        earlier = read_report(self.request.like / REPORT) if self.request.like else None
         own_effects = dict(earlier["own_effects"]) if earlier else {}
         if file := settings.identify.effects_file:
             own_effects |= own.read_own_effects(user_path(file))
         own.use(own_effects, settings.identify.model.mechanism.inertia, file or "--like")
         expected = expected_effects(earlier) if earlier else ()
-        job = Job((*self._request.bags, *self._came), self._request.holdout, settings, expected, own_effects)
+        job = Job((*self.request.bags, *self._came), self.request.holdout, settings, expected, own_effects)
         loaded = load(job, more_to_come=self._watched is not None)
-        name = self._request.watch.resolve().name if self._request.watch else loaded.fit[0].name
+        name = self.request.watch.resolve().name if self.request.watch else loaded.fit[0].name
         self._folder = self._folder or DEFAULT_FOLDER / name
-        check_folder(self._folder, self._may_replace)
+        check_folder(self._folder, self.request.force or self._folder in self._written)
         self._seen = state_of(self._folder)
         return loaded
 
@@ -174,7 +182,7 @@ class Identifier:
             others = [other for other in self._came if other != bag]
             try:
                 trial = load_with_weights(bag, settings)
-                refuse_copies([*self._request.bags, *others, bag, *self._request.holdout])
+                refuse_copies([*self.request.bags, *others, bag, *self.request.holdout])
                 if self._latest and not again:
                     self._check_new_trial(self._latest, trial)
             except CdpIdentError as error:
@@ -272,19 +280,20 @@ class Identifier:
         folder = write_result(self._folder, files, self._seen)
         if folder != self._folder:
             self._warn(f"another identify has written into {self._folder} meanwhile: this one goes into {folder}")
-        self._folder, self._may_replace, self._seen = folder, True, state_of(folder)
+        self._folder, self._seen = folder, state_of(folder)
+        self._written.add(folder)
         return folder
 
     def _draw(self, folder: Path, content: Section, drawn_from: Curves) -> None:
         """Draw the report; a failure is reported and does not affect the result."""
         try:
-            drawn = draw(content, drawn_from, self._request.figures)
+            drawn = draw(content, drawn_from, self.request.figures)
             write_pictures(folder, drawn.files)
         except Exception as error:  # noqa: BLE001 - whatever it is, the parameters are to be served
             reason = shown(error) or type(error).__name__
             said = f"no pictures: {reason}; once that is mended, `ros2 run cdp_ident report {folder}` draws them"
         else:
             page = drawn.problem or f"{folder / PAGE} shows it all"
-            drawn_too = f"{folder / TEXT} and {FIGURES}/ are" if self._request.figures else f"{folder / TEXT} is"
+            drawn_too = f"{folder / TEXT} and {FIGURES}/ are" if self.request.figures else f"{folder / TEXT} is"
             said = f"{page}; {drawn_too} for version control and papers"
         self._say(said)

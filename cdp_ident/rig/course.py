@@ -30,17 +30,16 @@ class Course:
         """The shortest time between two readings of late [us]; a device may miss one."""
         self._limits = [_TIMES_USUAL * least for least in _LEAST]
         """How far off a sample may be, in the same."""
-        self._step: tuple[Sample, tuple[int, Sequence[int], Sequence[float] | None]] | None = None
+        self._step: tuple[Sample, tuple[int, Sequence[float], Sequence[float] | None]] | None = None
 
     def take(self, sample: Sample) -> None:
         """Go on to the next sample of the same run of the device."""
         if self.last is not None:
             steps, changes, off = self._step_to(sample)
             if off is not None:
-                usual = [_TIMES_USUAL * error for error in off]
-                forgotten = [_FORGOTTEN * limit for limit in self._limits]
-                self._limits = list(map(max, _LEAST, usual, forgotten))
-            self._slopes = [change / steps for change in changes]
+                of_each = zip(_LEAST, off, self._limits, strict=True)
+                self._limits = [max(x, _TIMES_USUAL * error, _FORGOTTEN * limit) for x, error, limit in of_each]
+            self._slopes = changes if steps == 1 else [change / steps for change in changes]
             self._period = min(self._slopes[0], _FORGOTTEN**-1 * self._period)
         self.last, self._step = sample, None
 
@@ -64,7 +63,7 @@ class Course:
         changes = zip(_changes(self.last, sample), _changes(self.last, after), strict=True)
         return self._is_near([abs(change - whole * steps / all_steps) for change, whole in changes])
 
-    def _step_to(self, sample: Sample) -> tuple[int, Sequence[int], Sequence[float] | None]:
+    def _step_to(self, sample: Sample) -> tuple[int, Sequence[float], Sequence[float] | None]:
         """Return readings and changes since the last sample, and how far off they are, None where that is not known.
 
         They are kept: `take` asks for what `predicts` has asked for.
@@ -102,7 +101,7 @@ def _changes(before: Sample, after: Sample) -> tuple[int, int, int, int]:
     )
 
 
-def _off(changes: Sequence[int], slopes: Sequence[float], steps: int) -> Sequence[float]:
+def _off(changes: Sequence[float], slopes: Sequence[float], steps: int) -> Sequence[float]:
     """Return how far changes are from those expected, by the steps: clocks run off, accelerations add up."""
     time, *counts = [abs(change - slope * steps) for change, slope in zip(changes, slopes, strict=True)]
     return [time, *counts] if steps == 1 else [time / steps, *[count / steps**2 for count in counts]]

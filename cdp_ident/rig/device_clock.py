@@ -95,9 +95,9 @@ class DeviceClock:
         """Take the device's time of a sample and the host's time when it arrived, in the order of the device."""
         if self._origin_ns is None:
             self._origin_ns, self._first_us = arrival_ns, time_us
-        device = self._device(time_us)
         self._unrolled_us += 0 if self._last_us is None else (time_us - self._last_us) % ROLL_OVER_US
         self._last_us = time_us
+        device = self._unrolled_us * 1e-6
         point = (device, self._delay(device, arrival_ns))
         if device >= self._bucket_end:
             if self._best is not None:
@@ -200,12 +200,11 @@ def _line_below(points: list[Point], at: float) -> tuple[float, float]:
 def _lower_hull(points: list[Point]) -> list[Point]:
     """Return the lower convex hull of points in ascending order (Andrew 1979)."""
     hull: list[Point] = []
-    for point in points:
-        while len(hull) > 1 and _turns_right(hull[-2], hull[-1], point):
+    for x, y in points:
+        while len(hull) > 1:
+            (x1, y1), (x2, y2) = hull[-2:]
+            if (x2 - x1) * (y - y1) > (y2 - y1) * (x - x1):
+                break
             hull.pop()
-        hull.append(point)
+        hull.append((x, y))
     return hull
-
-
-def _turns_right(first: Point, second: Point, third: Point) -> bool:
-    return (second[0] - first[0]) * (third[1] - first[1]) <= (second[1] - first[1]) * (third[0] - first[0])

@@ -13,6 +13,7 @@ HANGING = (0.0, math.pi, 0.0)
 """Positions of cart [m], inner and outer joint [rad] where the pendulum hangs: both rods down, the cart at its zero."""
 REST_SECONDS = 1.0
 """How long the pendulum must rest before its position is taken as hanging [s]."""
+_REST_US = round(REST_SECONDS * 1e6)
 _BELIEVED_AFTER = 3
 """A jump past the slew limit is believed when this many samples in a row agree on it."""
 
@@ -89,7 +90,9 @@ class JointTracker:
                 return None
         self._jumped.clear()
         self._last = now
-        self._keep_recent(now)
+        self._recent.append(now)
+        while (now.time_us - self._recent[0].time_us) & UNSIGNED_32 > _REST_US:
+            self._recent.popleft()
         cart, inner, outer = [
             hanging + scale * (count - zero)
             for hanging, scale, count, zero in zip(HANGING, self._scales, now.counts, self.zero, strict=True)
@@ -129,11 +132,6 @@ class JointTracker:
             if abs(new - old) > max(2, speed * elapsed):
                 return True
         return False
-
-    def _keep_recent(self, now: _Counted) -> None:
-        self._recent.append(now)
-        while _seconds(self._recent[0], now) > REST_SECONDS:
-            self._recent.popleft()
 
 
 def _seconds(before: _Counted, after: _Counted) -> float:

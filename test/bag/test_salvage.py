@@ -129,10 +129,26 @@ def test_a_disk_without_room_leaves_the_bag_as_it_was(whole):
 
 def test_a_salvage_that_was_itself_killed_is_begun_again(whole):
     killed = killed_at(whole, (whole / "whole_0.mcap").stat().st_size // 2)
-    shutil.copytree(whole, killed / ".salvage")
+    shutil.copytree(whole, killed / f".cdp_ident-{'0' * 16}")
     salvaged = complete_bag(killed)
     assert len(positions(killed)) == salvaged.messages
-    assert not (killed / ".salvage").exists()
+    assert sorted(path.name for path in killed.iterdir()) == ["killed_0.mcap", "metadata.yaml"]
+
+
+def test_links_and_folders_with_names_of_what_is_completed_are_neither_followed_nor_removed(whole, tmp_path):
+    content = bytearray((whole / "whole_0.mcap").read_bytes())
+    content[len(content) // 2] ^= 1
+    killed = killed_at(whole, len(content) - 100)
+    (killed / "killed_0.mcap").write_bytes(content[:-100])
+    (tmp_path / "secret").write_text("mine")
+    planted = (".metadata.yaml", "metadata.yaml", "killed_0.mcap.damaged", f".cdp_ident-{'0' * 16}")
+    for name in planted:
+        (killed / name).symlink_to(tmp_path / "secret")
+    (killed / ".salvage").mkdir()
+    salvaged = complete_bag(killed)
+    assert len(positions(killed)) == salvaged.messages
+    assert (tmp_path / "secret").read_text() == "mine"
+    assert (killed / ".salvage").is_dir()
 
 
 def test_a_file_with_nothing_in_it_is_named(tmp_path):

@@ -387,6 +387,32 @@ def test_a_folder_that_is_not_utf_8_is_watched_without_a_clock_too_and_told_with
     assert process.end() == 0
 
 
+def test_bags_are_given_to_the_node_as_a_goal_and_those_that_are_not_there_leave_it_running(
+    start, client, listener, tmp_path, out
+):
+    process = start("identify", "--watch", str(tmp_path), "--out", str(out), *QUICK)
+    listener.wait_for(lambda: client.states == [f"waiting for a first trial in {tmp_path}"])
+
+    def identify(*bags):
+        assert listener.set_parameter("/identify", "bags", list(bags))[0]
+        assert listener.call("/identify/identify_again")[0]
+
+    for bag, complaint in (
+        ("~no_such_user/one", "is no path"),
+        ("nowhere", "there is no bag nowhere"),
+        ("", "nothing to"),
+    ):
+        identify(bag)
+        listener.wait_for(
+            lambda complaint=complaint: client.states[-1].startswith("failed") and complaint in client.states[-1]
+        )
+    identify(WIDE)
+    client.wait_until_it_serves()
+    assert [trial["bag"] for trial in report_in(out)["trials"]] == [WIDE]
+    assert any(state.startswith("identifying: ") for state in client.states)
+    assert process.end() == 0
+
+
 def write_broken_bag(folder):
     folder.mkdir(parents=True)
     (folder / f"{folder.name}_0.mcap").write_text("nothing")

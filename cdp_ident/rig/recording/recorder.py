@@ -243,7 +243,7 @@ class Recorder:
         try:
             trial.writer.close(trial.facts.as_metadata(end, self._parameters()))
         except BagError as error:
-            self._fail_with(f"{error}; what was written is kept, and completed at the recorder's next start")
+            self._fail_with(f"{error}; what is on the disk is completed at the recorder's next start")
             raise RigError(str(error)) from error
         folder = trial.writer.folder
         self._say(f"{folder}: {end.value} after {trial.facts.duration:.1f} s, {len(trial.facts.stamps)} samples")
@@ -259,12 +259,13 @@ class Recorder:
     def _fail(self, error: BagError) -> None:
         """Give up the trial whose bag cannot be written; what is on the disk stays there."""
         trial, self._trial = self._trial, None
-        self._fail_with(f"{error}; recording stops, what was written is kept")
+        self._fail_with(f"{error}; recording stops, what is on the disk is kept")
         if trial is not None:
             try:
                 trial.writer.close(trial.facts.as_metadata(End.FAILED, self._parameters()))
             except BagError:
-                self._warn(f"{trial.writer.folder} is completed at the recorder's next start")
+                if trial.writer.folder.is_dir():
+                    self._warn(f"{trial.writer.folder} is completed at the recorder's next start")
 
     def _fail_with(self, problem: str) -> None:
         self.problem = problem

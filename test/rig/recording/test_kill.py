@@ -27,7 +27,7 @@ SCRIPT = textwrap.dedent(
     """
     import json, os, sys, time
     from pathlib import Path
-    from cdp_ident.bag.joint_state import MESSAGE_TYPE, serialize_joint_state
+    from cdp_ident.bag.joint_state import MESSAGE_TYPE, serialize_joint_state, typestore
     from cdp_ident.rig.recording.recorder import Recorder, Surroundings
     from cdp_ident.rig.recording.options import RecorderOptions
 
@@ -47,7 +47,7 @@ SCRIPT = textwrap.dedent(
             time.sleep(0.005)
 
     parent, batches, recorders = Path(sys.argv[1]), int(sys.argv[2]), int(sys.argv[3])
-    serialize_joint_state(["a"], [0.0], 0)  # loads what is loaded once, before the clock runs
+    typestore()  # loads what is loaded once, before the clock runs
     for batch in range(batches):
         children = {}
         for number in range(recorders):

@@ -331,6 +331,16 @@ def test_a_disk_that_takes_no_more_is_said_at_once_and_what_was_written_is_compl
     assert kept[-1][0] >= EPOCH_NS + 2_700_000_000
 
 
+def test_a_bag_that_is_removed_while_it_is_recorded_is_said_at_once(tmp_path: Path) -> None:
+    bench = Bench(tmp_path)
+    bench.run(1.0)
+    shutil.rmtree(bench.recorder.start(bench.now_ns))
+    bench.run(0.5)
+    assert bench.recorder.state == IDLE
+    assert "it was removed meanwhile; recording stops" in bench.recorder.problem
+    assert len(bench.warned) == 1
+
+
 @pytest.mark.parametrize("by_hand", [True, False])
 def test_a_disk_that_does_not_take_the_first_samples_is_no_success(tmp_path: Path, by_hand: bool) -> None:
     bench = Bench(tmp_path)
