@@ -6,7 +6,7 @@ import sympy
 from cdp_ident.trial.trial import Trial
 from reference.pendulum import TABLE_5, TIME, Array, cart_position, motion
 
-TIMES = np.arange(0.0, 8.0, 0.005)
+TIMES: Array = np.asarray(np.arange(0.0, 8.0, 0.005), dtype=float)
 NOISE, CART_NOISE = 2e-4, 5e-5
 """Standard deviations of the encoders' noise [rad] and of the cart's position [m]."""
 FRICTION = 2e-3
@@ -29,7 +29,9 @@ def driven_by_motors(seed: int, lag: float = 0.0) -> Trial:
         return inner - outer, outer
 
     theta = motion(TABLE_5, START, TIMES, torque=acting, tolerance=1e-10)[:, :2]
-    return Trial(f"driven {seed}", TIMES, _measured(theta, rng), torques=np.array([torques(at) for at in TIMES]))
+    return Trial(
+        f"driven {seed}", TIMES, _measured(theta, rng), torques=np.array([torques(at) for at in TIMES.tolist()])
+    )
 
 
 def driven_by_cart(seed: int) -> Trial:

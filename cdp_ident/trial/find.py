@@ -123,7 +123,7 @@ def _joined(pieces: Sequence[Piece], taken: Sequence[Part], options: TrialOption
 def _driven(
     pieces: Sequence[Piece], motions: tuple[Motion, ...], moving: tuple[Mask, ...], options: TrialOptions
 ) -> tuple[list[Mask], Array]:
-    """Return at which grid points of each motion motors drive the joints, and what multiplies their torques (2,)."""
+    """Return at which grid points of each motion motors drive the joints, and their torques' gains (2,)."""
     torques = [
         interpolated(motion.time, piece.time, piece.torques)
         for piece, motion in zip(pieces, motions, strict=True)
@@ -141,8 +141,8 @@ def _refuse_reversed(gains: Array, options: TrialOptions) -> None:
     for joint, gain in zip(JOINTS, gains * [options.inner_sign, options.outer_sign], strict=True):
         if gain < 0.0:
             raise TrialError(
-                f"the efforts of the {joint} joint count against its angle: positive ones turn it backwards; record them "
-                "with the other sign, or set input: none to take free motion alone"
+                f"the efforts of the {joint} joint count against its angle: positive ones turn it backwards; record "
+                "them with the other sign, or set input: none to take free motion alone"
             )
 
 

@@ -78,7 +78,7 @@ def may_be_rods(fit: Lumped) -> bool:
 def driven(
     motions: Sequence[Motion], moving: Sequence[Mask], torques: Sequence[Array], options: TrialOptions
 ) -> tuple[list[Mask], Array]:
-    """Return near which grid points (m,) of each motion motors drive the joints, and what multiplies their torques (2,).
+    """Return near which grid points (m,) of each motion motors drive the joints, and their torques' gains (2,).
 
     Args:
         motions: of the recorded joints.

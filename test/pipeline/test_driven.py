@@ -48,7 +48,7 @@ def test_base_parameters_are_right_and_what_the_model_lacks_has_its_name(driver,
     assert traced.errors["refined"].holdout.rmse > 5.0 * NOISE
 
 
-def test_torques_in_N_m_show_the_inertia_as_well_as_they_are_known(by_motors):
+def test_torques_in_newton_metres_show_the_inertia_as_well_as_they_are_known(by_motors):
     _, traced = by_motors
     inertia = traced.completed.inertia
     assert inertia.shown
