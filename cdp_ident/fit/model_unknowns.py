@@ -19,6 +19,8 @@ from cdp_ident.model.weights import ErrorOf, Weight
 Array = npt.NDArray[np.float64]
 Model = TypeVar("Model", bound="ModelUnknowns")
 
+TORQUE_STD = 0.05
+"""Relative standard deviation of a torque constant, where nothing else is known."""
 _LARGEST_ERROR = 20.0
 """No weight is further off than so many standard deviations."""
 _LARGEST_ZERO = 0.5
@@ -43,7 +45,7 @@ class ModelUnknowns:
     """Whether 1 / A22 is an unknown, which only trials with different weights or known torques determine."""
     motors: bool = False
     """Whether torques of motors in the joints are known."""
-    torque_std: float = 0.0
+    torque_std: float = TORQUE_STD
     """How well they are, that of each joint for itself: their relative standard deviation."""
     weight_errors: tuple[ErrorOf, ...] = ()
     """Errors of the weights' masses and places: unknowns, in units of their standard deviations."""

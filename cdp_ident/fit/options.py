@@ -7,6 +7,7 @@ from typing import Literal
 from cdp_ident.errors import OptionError
 from cdp_ident.fit.estimation import PAPER_SPAN, SHORT_IGA
 from cdp_ident.fit.mechanism import Mechanism
+from cdp_ident.fit.model_unknowns import TORQUE_STD
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.prior import Prior
 from cdp_ident.search.options import METHODS, GeneticOptions
@@ -31,7 +32,7 @@ class IdentifyOptions:
     measured with a ruler; 0 where it is exact."""
     gravity_std: float = 0.0
     """How well g is known before it is fitted, likewise; where the cart rests, motion shows L / g alone."""
-    torque_std: float = 0.05
+    torque_std: float = TORQUE_STD
     """How well torques of motors are known, where these drive the joints: the relative standard deviation of a torque
     constant."""
     named_effects_only: bool = False
