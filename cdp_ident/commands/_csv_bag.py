@@ -60,7 +60,8 @@ def _checked(table: Table, recording: Recording, options: argparse.Namespace) ->
             there = f"; columns: {table.columns}" if isinstance(error, OtherMotionError) else ""
             raise TrialError(f"{options.csv}: identify would refuse it: {error}{there}") from error
         return [f"warning: identify will refuse it: {error}"]
-    lines = [f"zero-input motion: {found.trial.duration:.3f} s from {found.trial.start:.3f} s on"]
+    kind = "zero-input motion" if found.trial.torques is None else "motion driven by motors"
+    lines = [f"{kind}: {found.trial.duration:.3f} s from {found.trial.start:.3f} s on"]
     lines += [f"  {note}" for note in found.trial.notes if note not in found.warnings]
     lines += [f"warning: {warning}" for warning in found.warnings]
     return lines + what_the_motion_says(found, recording, options.rate)

@@ -6,7 +6,7 @@ with `std.<name>` and `determined.<name>` beside them.
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -87,6 +87,12 @@ class FittedModel:
         known = zip(self.motion.names, self.values.tolist(), strict=True)
         torques = [value for name, value in known if name.endswith(f"friction.{joint}.torque")]
         return sum(torques) * self.motion.mechanism.inertia
+
+    def with_motors(self) -> "FittedModel":
+        """Return it with motors in the joints, whose torques act as they are recorded."""
+        motion = replace(self.motion, motors=True)
+        more = np.zeros(len(motion.of_motors))
+        return replace(self, motion=motion, values=np.insert(self.values, motion.places_of_motors.start, more))
 
     def trial(self, name: str | None = None) -> int:
         """Return the number by which the model knows the trial of this name; without one, any other trial's."""

@@ -241,13 +241,23 @@ def _words_on_unknowns(found: Identifiability, names: Sequence[str], values: Arr
 
 
 def _words_on_inertia(fit: Fit, inertia: Inertia, trials: Sequence[str]) -> Iterator[str]:
-    """Say what A22 is and which weights show it; without weights there is nothing to say."""
+    """Say what A22 is and what shows it, if anything: weights or motors."""
     if not fit.model.inertia_free:
         return
     weighted = [trials[index] for index in sorted({window.trial for window in fit.windows if window.weights})]
-    by = f"by the {'weight' if len(weighted) == 1 else 'weights'} in {_enumerated(weighted)}"
+    by, more = (
+        f"by the {'weight' if len(weighted) == 1 else 'weights'} in {_enumerated(weighted)}",
+        "a heavier one, or one further out",
+    )
+    if fit.model.motors:
+        by, more = f"by the motors' torques, known to {100.0 * fit.model.torque_std:.2g} %", "stronger ones"
+        imbalance, *late = fit.values[fit.model.places_of_motors]
+        yield (
+            f"the motors' torques act {1e3 * late[0]:.2g} ms (inner joint) and {1e3 * late[1]:.2g} ms (outer joint) "
+            f"after their record, in the outer joint {100.0 * imbalance:+.2g} % more strongly than in the inner one"
+        )
     if not inertia.shown or not is_determined(inertia.value, inertia.std):
-        yield f"A22 is not determined {by}: take a heavier one, or one further out"
+        yield f"A22 is not determined {by}: take {more}"
         return
     yield f"A22 = {inertia.value:.4g} ± {inertia.std:.2g} kg m^2, determined {by}, and with it every torque in N m"
 

@@ -111,4 +111,8 @@ def _physical(options: IdentifyOptions, fit: Fit, spread: Array) -> PhysicalValu
     shown = list(range(len(GROUPS)))
     if fit.model.inertia_free and fit.model.inverse_inertia(fit.values) > 0.0:
         shown.append(fit.model.names.index(INVERSE_INERTIA.symbol))
-    return nearest_physical_values(fit.values[shown], spread[np.ix_(shown, shown)], options.prior, length)
+    covariance = spread[np.ix_(shown, shown)]
+    if fit.model.motors:
+        # All torques may be larger or smaller than they are recorded.
+        covariance[-1, -1] += (fit.model.torque_std * fit.values[shown[-1]]) ** 2
+    return nearest_physical_values(fit.values[shown], covariance, options.prior, length)

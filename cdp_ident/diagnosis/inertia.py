@@ -22,7 +22,7 @@ class Inertia:
     covariance: Array
     """(unknowns,) covariance of its logarithm with each unknown of the model."""
     shown: bool
-    """Whether trials with different weights show it; if not, it is that of the nearest physical values."""
+    """Whether weights or motors show it; if not, it is that of the nearest physical values."""
 
     @property
     def std(self) -> float:
@@ -37,5 +37,6 @@ class Inertia:
             value = float(inertia_about_cart(physical.values, length))
             return cls(value, physical.inertia_relative_std, np.zeros(len(values)), False)
         spread = covariance[:, model.names.index(INVERSE_INERTIA.symbol)] / inverse
-        std = float(np.sqrt(spread[model.names.index(INVERSE_INERTIA.symbol)] / inverse))
+        of_torques = model.torque_std if model.motors else 0.0
+        std = float(np.hypot(np.sqrt(spread[model.names.index(INVERSE_INERTIA.symbol)] / inverse), of_torques))
         return cls(1.0 / inverse, std, -spread, True)

@@ -74,7 +74,9 @@ def search_objective(windows: Sequence[Window], span: float, prior: Prior) -> Ca
     def objective(chromosomes: Array) -> Array:
         error = np.zeros(len(chromosomes))
         for weights, population in populations.items():
-            error += population.squared_errors(weighted_coefficients(chromosomes, weights, prior)).sum(axis=1)
+            coefficients = weighted_coefficients(chromosomes, weights, prior)
+            inertia = inertia_about_cart(chromosomes, prior.length) + added_by(weights, prior.length)[0]
+            error += population.squared_errors(coefficients, inertia).sum(axis=1)
         return error
 
     return objective
@@ -91,11 +93,13 @@ def weighted_coefficients(chromosomes: Array, weights: tuple[Weight, ...], prior
 
 def _segment(run: Sequence[Window]) -> Segment:
     beginning = run[0].begin
+    torques = [window.torques for window in run if window.torques is not None]
     return Segment(
         start=run[0].start,
         time=np.concatenate([window.begin - beginning + window.time for window in run]),
         theta=np.concatenate([window.theta for window in run]),
         cart_acceleration=np.concatenate([window.cart_acceleration for window in run]),
+        torques=np.concatenate(torques) if len(torques) == len(run) else None,
     )
 
 

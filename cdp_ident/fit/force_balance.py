@@ -17,6 +17,7 @@ from cdp_ident.fit.bounded import minimum_within_limits
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.effect import JOINTS, Effect, Law
 from cdp_ident.model.parameters import GROUPS, INVERSE_INERTIA, time_unit
+from cdp_ident.model.time_grid import interpolated
 from cdp_ident.model.weights import Weight, added_by
 from cdp_ident.trial.balance import WINDOW, Motion, motion_on_grid
 from cdp_ident.trial.scales import PER_UNIT, Scales
@@ -83,7 +84,10 @@ class Pieces:
             for stretch in trial.stretches:
                 scales = Scales.at_least(unit, stretch.time)
                 if stretch.duration > 2 * WINDOW / PER_UNIT * scales.unit:
-                    motions.append(motion_on_grid(stretch.time, stretch.theta, stretch.cart, scales))
+                    motion = motion_on_grid(stretch.time, stretch.theta, stretch.cart, scales)
+                    torques = stretch.torques
+                    known = None if torques is None else interpolated(motion.time, stretch.time, torques)
+                    motions.append(replace(motion, torques=known))
                     weights.append(trial.weights)
         return cls(length, gravity, tuple(motions), tuple(weights))
 
@@ -103,9 +107,14 @@ class Pieces:
         return replace(self, motions=tuple(turned))
 
     @property
+    def motors(self) -> bool:
+        """Whether torques of motors are known, which show A22."""
+        return any(motion.torques is not None for motion in self.motions)
+
+    @property
     def inertia_free(self) -> bool:
-        """Whether weights show A22."""
-        return len(set(self.weights)) > 1
+        """Whether weights or motors show A22."""
+        return self.motors or len(set(self.weights)) > 1
 
 
 @dataclass(frozen=True)
@@ -144,7 +153,7 @@ class ForceBalance:
 
     @property
     def inertia(self) -> float | None:
-        """A22 [kg m^2]; None where no weights show it."""
+        """A22 [kg m^2]; None where neither weights nor motors show it."""
         if INVERSE_INERTIA.symbol not in self.names:
             return None
         inverse = float(self.values[self.names.index(INVERSE_INERTIA.symbol)])
@@ -229,7 +238,7 @@ class _Rows:
 
 
 def _rows(motion: Motion, gravity: float, columns: Sequence[str]) -> _Rows:
-    k = Kinematics(motion.scales.spacing, motion.angles, motion.rates, motion.cart_velocity)
+    k = Kinematics(motion.scales.spacing, motion.angles, motion.rates, motion.cart_velocity, motion.torques)
     windows = Windows.of(WINDOW // 2, motion.scales.spacing, STRIDE)
     directions = k.directions([motion.scales.slow] * 2)
     lumped = integrated(k, windows, directions, gravity, columns)
@@ -262,7 +271,7 @@ def _unknowns(
             found[0]["G2"] = g / length
         if pieces.inertia_free:
             A22, A23, A33, a1, *_ = added_by(weights, length).tolist()
-            found.append({"A22": A22, "A23": A23, "A33": A33, "G1": g * a1, "G2": g / length * A23})
+            found.append({"A22": A22, "A23": A23, "A33": A33, "G1": g * a1, "G2": g / length * A23, "M": 1.0})
         for effect, name in of_effects:
             column = _COLUMNS_OF[effect.law][name]
             found.append({column if column in COLUMNS else f"{column}{1 + JOINTS.index(effect.joint)}": 1.0})

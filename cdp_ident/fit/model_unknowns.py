@@ -11,13 +11,16 @@ import numpy.typing as npt
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.mechanism import Mechanism
 from cdp_ident.fit.weighted import Layout, Weighted
-from cdp_ident.model.effects.effect import JOINTS
+from cdp_ident.model.effects.effect import JOINTS, EffectParameter
+from cdp_ident.model.effects.motors import MOTORS
 from cdp_ident.model.parameters import GROUPS, INVERSE_INERTIA
 from cdp_ident.model.weights import ErrorOf, Weight
 
 Array = npt.NDArray[np.float64]
 Model = TypeVar("Model", bound="ModelUnknowns")
 
+TORQUE_STD = 0.05
+"""Relative standard deviation of a torque constant, where nothing else is known."""
 _LARGEST_ERROR = 20.0
 """No weight is further off than so many standard deviations."""
 _LARGEST_ZERO = 0.5
@@ -39,7 +42,11 @@ class ModelUnknowns:
     gravity_std: float = 0.0
     """The same of g."""
     inertia_free: bool = False
-    """Whether 1 / A22 is an unknown, which only trials with different weights determine."""
+    """Whether 1 / A22 is an unknown, which only trials with different weights or known torques determine."""
+    motors: bool = False
+    """Whether torques of motors in the joints are known."""
+    torque_std: float = TORQUE_STD
+    """How well they are, that of each joint for itself: their relative standard deviation."""
     weight_errors: tuple[ErrorOf, ...] = ()
     """Errors of the weights' masses and places: unknowns, in units of their standard deviations."""
     penalty_of_errors: float = 0.0
@@ -58,8 +65,20 @@ class ModelUnknowns:
             *(group.symbol for group in GROUPS),
             *self._constants,
             *((INVERSE_INERTIA.symbol,) if self.inertia_free else ()),
+            *(f"{MOTORS.name}.{parameter.name}" for parameter in self.of_motors),
             *(_name_of(error) for error in self.weight_errors),
         )
+
+    @property
+    def of_motors(self) -> tuple[EffectParameter, ...]:
+        """Unknowns of the motors; the gain of their torques is 1 / A22."""
+        return MOTORS.parameters[1:] if self.motors else ()
+
+    @property
+    def places_of_motors(self) -> slice:
+        """Where they are."""
+        end = len(self.base_names) - len(self.weight_errors)
+        return slice(end - len(self.of_motors), end)
 
     @cached_property
     def _constants(self) -> dict[str, tuple[float, float]]:
@@ -77,6 +96,7 @@ class ModelUnknowns:
         for name, (value, std) in self._constants.items():
             place = self.base_names.index(name)
             centre[place], precision[place] = value, std**-2
+        precision[self.places_of_motors] = [(p.width or np.sqrt(2.0) * self.torque_std) ** -2 for p in self.of_motors]
         return centre, precision
 
     @cached_property
@@ -103,6 +123,8 @@ class ModelUnknowns:
         lower = np.concatenate([np.zeros(base), -zeros, [p.lower for p in parameters]])
         upper = np.concatenate([np.full(base, np.inf), zeros, [p.upper for p in parameters]])
         lower[self.of_weights], upper[self.of_weights] = -_LARGEST_ERROR, _LARGEST_ERROR
+        lower[self.places_of_motors] = [parameter.lower for parameter in self.of_motors]
+        upper[self.places_of_motors] = [parameter.upper for parameter in self.of_motors]
         return lower, upper
 
     @cached_property
@@ -125,7 +147,7 @@ class ModelUnknowns:
         """
         constants = [value for value, _ in self._constants.values()]
         inverse = [1.0 / (inertia or self.mechanism.inertia)] * self.inertia_free
-        return np.concatenate([groups, constants, inverse, np.zeros(len(self.weight_errors))])
+        return np.concatenate([groups, constants, inverse, np.zeros(len(self.of_motors) + len(self.weight_errors))])
 
     def with_base_parameters(self, values: Array, groups: Array, inertia: float | None) -> Array:
         """Return values (unknowns,) with other base parameters (5,) and, where it is given, another A22 [kg m^2]."""
@@ -232,6 +254,8 @@ class ModelUnknowns:
             powers[self.places(index)] = [p.inertia_power for p in active.fitted]
             carrying[self.places(index)] = [active.effect.joint if p.includes_weights else "" for p in active.fitted]
         names = self.base_names
+        if self.inertia_free:
+            powers[names.index(INVERSE_INERTIA.symbol)] = 1.0
         return Layout(
             powers,
             tuple(carrying),

@@ -12,9 +12,10 @@ import numpy.typing as npt
 from cdp_ident.fit.model_unknowns import ModelUnknowns
 from cdp_ident.fit.windows import Window
 from cdp_ident.model.acting import ActingEffects
+from cdp_ident.model.effects.motors import MOTORS
 from cdp_ident.model.layout import RODS_STATES
 from cdp_ident.model.motions import InitialValueProblem, motions
-from cdp_ident.model.parameters import COEFFICIENTS, GROUPS, coefficients_of
+from cdp_ident.model.parameters import COEFFICIENTS, GROUPS, INVERSE_INERTIA, coefficients_of
 from cdp_ident.model.time_grid import TimeGrid
 
 Array = npt.NDArray[np.float64]
@@ -68,13 +69,21 @@ class MotionModel(ModelUnknowns):
         if trial not in self._layouts:
             there = [k for k, active in enumerate(self.effects) if active.trial in (None, trial)]
             chosen = [(e, [p.typical for p in e.parameters]) for e in (self.effects[k].effect for k in there)]
+            own = np.array([at for k in there for at in range(*self.places(k).indices(len(self.names)))], dtype=int)
+            of_motors = [*range(*self.places_of_motors.indices(len(self.names)))]
+            if self.motors:
+                chosen.insert(0, (MOTORS, [1.0 / self.mechanism.inertia, *(p.typical for p in self.of_motors)]))
+                if self.inertia_free:
+                    of_motors.insert(0, self.base_names.index(INVERSE_INERTIA.symbol))
+            fitted = np.concatenate([of_motors, own]).astype(int)
             free = (*range(len(GROUPS)), *(COEFFICIENTS.index(name) for name in self._constants))
+            laid_out = ActingEffects.of(chosen, self.mechanism.outer_length, fitted=True)
             acting = replace(
-                ActingEffects.of(chosen, self.mechanism.outer_length, fitted=True),
+                laid_out,
+                parameters=laid_out.parameters[len(laid_out.parameters) - len(fitted) :],
                 coefficients=free,
                 exact_encoders=self.exact_encoders,
             )
-            fitted = np.array([at for k in there for at in range(*self.places(k).indices(len(self.names)))], dtype=int)
             unknowns = [*range(len(GROUPS)), *(self.base_names.index(name) for name in self._constants), *fitted]
             columns = np.concatenate([np.arange(self.states), self.states + np.array(unknowns)])
             self._layouts[trial] = acting, fitted, columns
@@ -95,7 +104,9 @@ class MotionModel(ModelUnknowns):
         of_trial = weighted.values if weighted else values
         acting = self.acting(of_trial, window.trial, weighted.carried if weighted else 0.0).without_directions()
         grid, start = replace(window.grid, place=times / window.grid.step), self.initial_state(window.start)
-        problem = InitialValueProblem(self.coefficients(of_trial), start, grid, window.u, acting, window.begin)
+        problem = InitialValueProblem(
+            self.coefficients(of_trial), start, grid, window.u, acting, window.begin, window.drive
+        )
         return motions([problem], shown=False).states
 
     def predict(
@@ -145,8 +156,9 @@ class MotionModel(ModelUnknowns):
         coefficients = self.coefficients(weighted.values if weighted else values)
         found = motions(
             [
-                InitialValueProblem(coefficients, self.initial_state(start), *self._times(window), acting, window.begin)
+                InitialValueProblem(coefficients, self.initial_state(start), grid, u, acting, window.begin, drive)
                 for start, window in zip(starts, windows, strict=True)
+                for grid, u, drive in [self._times(window)]
             ],
             derive=derivatives != "none",
         )
@@ -171,12 +183,14 @@ class MotionModel(ModelUnknowns):
         """By how much an encoder may be read before its time [s]."""
         return LATEST if any(active.effect.law.lateness for active in self.effects) else 0.0
 
-    def _times(self, window: Window) -> tuple[TimeGrid, Array]:
-        """Return a window's steps, up to what an early encoder sees, and the cart's acceleration at their halves."""
+    def _times(self, window: Window) -> tuple[TimeGrid, Array, Array | None]:
+        """Return a window's steps, up to what an early encoder sees, and the inputs at their halves."""
         if not self._earliest:
-            return window.grid, window.u
-        grid = window.grid.extended(self._earliest)
-        return grid, np.pad(window.u, (0, 2 * grid.steps + 1 - len(window.u)), mode="edge")
+            return window.grid, window.u, window.drive
+        grid, drive = window.grid.extended(self._earliest), window.drive
+        more = (0, 2 * grid.steps + 1 - len(window.u))
+        drive = None if drive is None else np.pad(drive, (more, (0, 0)), mode="edge")
+        return grid, np.pad(window.u, more, mode="edge"), drive
 
     def blocks(self, windows: Sequence[Window]) -> list[slice]:
         """Return which windows are predicted together: neighbours of one trial, so that cores can share them out."""

@@ -7,6 +7,7 @@ from typing import Literal
 from cdp_ident.errors import OptionError
 from cdp_ident.fit.estimation import PAPER_SPAN, SHORT_IGA
 from cdp_ident.fit.mechanism import Mechanism
+from cdp_ident.fit.model_unknowns import TORQUE_STD
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.prior import Prior
 from cdp_ident.search.options import METHODS, GeneticOptions
@@ -31,6 +32,9 @@ class IdentifyOptions:
     measured with a ruler; 0 where it is exact."""
     gravity_std: float = 0.0
     """How well g is known before it is fitted, likewise; where the cart rests, motion shows L / g alone."""
+    torque_std: float = TORQUE_STD
+    """How well torques of motors are known, where these drive the joints: the relative standard deviation of a torque
+    constant."""
     named_effects_only: bool = False
     """Whether nonparametric torques are left unexplained, instead of being identified as curves."""
     effects_file: str = ""
@@ -42,7 +46,8 @@ class IdentifyOptions:
     def __post_init__(self) -> None:
         if not 0.0 <= self.window < math.inf:
             raise OptionError(f"window is {self.window} s; it must be positive, or 0 for what suits the rig")
-        for name, std in (("length_std", self.length_std), ("gravity_std", self.gravity_std)):
+        for name in ("length_std", "gravity_std", "torque_std"):
+            std = getattr(self, name)
             if not std >= 0.0:
                 raise OptionError(f"{name} is {std}; it must be a share of it such as 0.005, or 0 where it is exact")
         if self.motion_for_effects < 0.0:

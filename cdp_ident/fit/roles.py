@@ -40,13 +40,7 @@ class PartedTrial:
         samples = np.concatenate([np.arange(first, last) for first, last in bounds])
         lengths = np.cumsum([last - first for first, last in bounds])
         trial = self.trial
-        return replace(
-            trial,
-            time=trial.time[samples],
-            theta=trial.theta[samples],
-            cart=None if trial.cart is None else trial.cart[samples],
-            breaks=tuple(int(end) for end in lengths[:-1]),
-        )
+        return replace(trial.of_samples(samples), breaks=tuple(int(end) for end in lengths[:-1]))
 
 
 def assign_roles(fit: Sequence[Trial], holdout: Sequence[Trial], time_unit: float) -> list[PartedTrial]:

@@ -24,7 +24,8 @@ def thinned(trial: Trial, together: int) -> Trial:
     if together < 2 or len(trial.time) < 3 * together:
         return trial
     span = together * float(np.median(np.diff(trial.time)))
-    measured = trial.theta if trial.cart is None else np.column_stack([trial.theta, trial.cart])
+    inputs = [of for of in (trial.cart, trial.torques) if of is not None]
+    measured = np.column_stack([trial.theta, *inputs])
     stretches = [_averaged(trial.time[a:b], measured[a:b], span) for a, b in trial.bounds]
     time, average = (np.concatenate(parts) for parts in zip(*stretches, strict=True))
     note = (
@@ -35,6 +36,7 @@ def thinned(trial: Trial, together: int) -> Trial:
         time=time - time[0],
         theta=np.ascontiguousarray(average[:, :2]),
         cart=None if trial.cart is None else average[:, 2],
+        torques=None if trial.torques is None else average[:, -2:],
         start=trial.start + float(time[0]),
         breaks=tuple(int(end) for end in np.cumsum([len(own) for own, _ in stretches])[:-1]),
         notes=(*trial.notes, note),

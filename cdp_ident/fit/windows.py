@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from cdp_ident.fit.noise import NO_STEPS
 from cdp_ident.fit.rest import READINGS, weights_at_rest
-from cdp_ident.model.time_grid import DEFAULT_STEP, TimeGrid
+from cdp_ident.model.time_grid import DEFAULT_STEP, TimeGrid, interpolated
 from cdp_ident.model.weights import Weight
 from cdp_ident.trial.kinematics import HALF_WIDTH, local_motion
 from cdp_ident.trial.trial import Trial
@@ -48,6 +48,8 @@ class Window:
     """(2 steps + 1,) cart's acceleration at the half steps [m/s^2]."""
     start: Array
     """(4,) state at time 0, estimated from the measured angles: theta1, theta2 [rad], omega1, omega2 [rad/s]."""
+    drive: Array | None = None
+    """(2 steps + 1, 2) motors' torques in both joints at the half steps [N m]; None where there are none."""
     start_known: bool = False
     """Whether that state is exact, and not estimated along with the parameters."""
     half_width: float = HALF_WIDTH
@@ -70,6 +72,11 @@ class Window:
     def cart_acceleration(self) -> Array:
         """(n,) the cart's acceleration u at its samples [m/s^2]."""
         return np.interp(self.time, self.grid.half_step_times(), self.u)
+
+    @property
+    def torques(self) -> Array | None:
+        """(n, 2) the motors' torques at its samples [N m]; None where there are none."""
+        return None if self.drive is None else interpolated(self.time, self.grid.half_step_times(), self.drive)
 
     @cached_property
     def local_motion(self) -> tuple[Array, Array]:
@@ -209,6 +216,7 @@ def cut_at(
                 theta=theta,
                 grid=grid,
                 u=u,
+                drive=grid.at_half_steps(time, None if trial.torques is None else trial.torques[first:last]),
                 start=start,
                 half_width=half_width,
                 time_std=time_std,
@@ -241,6 +249,7 @@ def split(window: Window, parts: int) -> list[Window]:
                 theta=theta,
                 grid=grid,
                 u=np.interp(grid.half_step_times() + window.time[first], half_steps, window.u),
+                drive=grid.at_half_steps(half_steps, window.drive, window.time[first]),
                 start=np.concatenate([angles[0], velocities[0]]) if first else window.start,
                 start_known=window.start_known and first == 0,
                 half_width=window.half_width,

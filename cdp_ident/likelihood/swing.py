@@ -57,6 +57,8 @@ class Swing:
     """(nodes + 1,) where the samples of each begin."""
     u: tuple[Array, ...]
     """The cart's acceleration at the half steps from each node on [m/s^2]."""
+    drives: tuple[Array | None, ...]
+    """(half steps, 2) torques of motors in both joints from each node on [N m]; None where there are none."""
     weights: tuple[Weight, ...]
     """On the rods."""
     time: Array
@@ -101,6 +103,8 @@ class Swing:
             u = [np.zeros(len(halves))] * nodes
             if acceleration is not None:
                 u = [np.interp(k * every * step + halves, time, acceleration[first:last]) for k in range(nodes)]
+            torques = None if trial.torques is None else trial.torques[first:last]
+            grids = tuple(TimeGrid(step, every, place[a:b]) for a, b in pairwise(samples_at))
             runs, rests = weights_of_runs(theta), weights_at_rest(time, theta, half_width, steps)
             swings.append(
                 cls(
@@ -108,9 +112,10 @@ class Swing:
                     begin=begin + float(trial.time[first]),
                     readings=theta @ READINGS.T,
                     counts=runs if rests is None else np.minimum(runs, rests),
-                    grids=tuple(TimeGrid(step, every, place[a:b]) for a, b in pairwise(samples_at)),
+                    grids=grids,
                     samples_at=samples_at.astype(np.int64),
                     u=tuple(u),
+                    drives=tuple(grid.at_half_steps(time, torques, k * every * step) for k, grid in enumerate(grids)),
                     weights=trial.weights,
                     time=time,
                     time_std=trial.clock.std if trial.clock else 0.0,
@@ -161,8 +166,8 @@ class Swing:
         begins = self.begin + self.node_times
         found = motions(
             [
-                InitialValueProblem(coefficients, state[: model.states], grid, u, acting, begin)
-                for state, grid, u, begin in zip(states, self.grids, self.u, begins, strict=True)
+                InitialValueProblem(coefficients, state[: model.states], grid, u, acting, begin, drive)
+                for state, grid, u, begin, drive in zip(states, self.grids, self.u, begins, self.drives, strict=True)
             ],
             derive=True,
         )

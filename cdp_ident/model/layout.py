@@ -66,10 +66,11 @@ MODE, IS_TURNED, IS_SOUGHT, PROGRESS = range(4)
 have ended within a step. The last row is of the step, see `STOPPED`."""
 STOPPED, EVENTS, NO_EVENT = 0, 1, -1
 """Which mode ended with a part of a step, if any; and how many events there were in the step so far."""
-SIZES, HOLDS, INERTIAS, CART_INPUTS, LONGEST, VIOLATIONS = 0, 2, 4, 8, 11, 12
+SIZES, HOLDS, INERTIAS, CART_INPUTS, DRIVES, STEP_BEGIN, PER_STEP, LONGEST, VIOLATIONS = 0, 2, 4, 8, 11, 17, 18, 19, 20
 """Places of the joints' dry friction, the torques that hold sticking joints, the inertia matrix, all over A22; the
-cart's acceleration at a step's beginning, middle and end [m/s^2]; how long the next part of a step may be, as a share
-of it; and by how much each mode's condition is violated at its end."""
+cart's acceleration at a step's beginning, middle and end [m/s^2], and the torques of the inner and the outer joint's
+motor there [N m]; where motors act, when the step begins [s], and one over its length [1/s]; how long the next part of
+a step may be, as a share of it; and by how much each mode's condition is violated at its end."""
 
 
 class Work(NamedTuple):

@@ -40,6 +40,8 @@ class InitialValueProblem:
     effects: ActingEffects = NO_EFFECTS
     begin: float = 0.0
     """Time in the trial at the grid's time 0 [s], for effects that happen at an instant."""
+    drive: Array | None = None
+    """(2 steps + 1, 2) the motors' torques in both joints at the half steps [N m]; None where there are none."""
 
 
 @dataclass(frozen=True)
@@ -108,6 +110,7 @@ def _times(grids: Sequence[TimeGrid], problems: Sequence[InitialValueProblem]) -
         begins([len(grid.place) for grid in grids]),
         np.concatenate([grid.place for grid in grids]),
         np.concatenate([problem.u for problem in problems]),
+        np.concatenate([np.zeros((0, 2)) if problem.drive is None else problem.drive for problem in problems]),
     )
 
 

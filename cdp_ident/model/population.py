@@ -39,6 +39,8 @@ class Segment:
     """(n, 2) measured angles [rad]."""
     cart_acceleration: Array | None = None
     """(n,) cart's acceleration u at the samples [m/s^2], or None for a cart at rest."""
+    torques: Array | None = None
+    """(n, 2) torques of motors in both joints at the samples [N m], or None for joints that are free."""
 
     def __post_init__(self) -> None:
         """Refuse parts that do not fit together, which compiled code would not notice.
@@ -48,10 +50,13 @@ class Segment:
         """
         samples = len(self.time)
         u = (samples,) if self.cart_acceleration is None else self.cart_acceleration.shape
-        if self.start.shape != (4,) or self.theta.shape != (samples, 2) or u != (samples,):
+        torques = (samples, 2) if self.torques is None else self.torques.shape
+        of_angles = {self.theta.shape, torques}
+        if self.start.shape != (4,) or of_angles != {(samples, 2)} or u != (samples,):
             raise OptionError(
                 f"a segment of {samples} samples needs a start (4,), angles ({samples}, 2) and, if any, the cart's "
-                f"acceleration ({samples},); it got {self.start.shape}, {self.theta.shape} and {u}"
+                f"acceleration ({samples},) and torques ({samples}, 2); it got {self.start.shape}, "
+                f"{self.theta.shape}, {u} and {torques}"
             )
 
 
@@ -65,22 +70,24 @@ class Population:
                 np.ascontiguousarray(segment.start, dtype=float),
                 grid,
                 np.ascontiguousarray(segment.theta, dtype=float),
-                input_at_half_steps(segment, grid),
+                inputs_at_half_steps(segment, grid),
             )
             for segment in segments
             for grid in [TimeGrid.over(segment.time, step)]
         ]
 
-    def squared_errors(self, coefficients: Array) -> Array:
+    def squared_errors(self, coefficients: Array, inertia: Array | float = np.inf) -> Array:
         """Return each pendulum's squared error in each segment, (members, segments) [rad^2].
 
         Args:
             coefficients: (members, 7) `COEFFICIENTS` of each pendulum.
+            inertia: (members,) A22 of each [kg m^2], which matters where motors act.
 
         Returns:
             The sum of Eq. (10) over one segment; infinite where the motion of a member could not be computed.
         """
         members = len(coefficients)
+        coefficients = np.column_stack([coefficients, np.broadcast_to(1.0 / np.asarray(inertia), members)])
         blocks = -(-members // _LANES)
         # Lanes beyond the last member repeat it, so that every member is computed by the same instructions.
         padded = np.concatenate([coefficients, np.repeat(coefficients[-1:], blocks * _LANES - members, axis=0)])
@@ -90,9 +97,16 @@ class Population:
         def work(first: int, last: int) -> None:
             for item in range(first, last):
                 block, segment = divmod(item, len(self._segments))
-                start, grid, theta, u = self._segments[segment]
+                start, grid, theta, inputs = self._segments[segment]
                 _squared_errors(
-                    lanes[block], start, u, grid.step, grid.first_sample, grid.weights, theta, errors[block, segment]
+                    lanes[block],
+                    start,
+                    inputs,
+                    grid.step,
+                    grid.first_sample,
+                    grid.weights,
+                    theta,
+                    errors[block, segment],
                 )
 
         parallel_for(work, blocks * len(self._segments))
@@ -100,26 +114,32 @@ class Population:
         return np.where(np.isfinite(by_member), by_member, np.inf)
 
 
-def input_at_half_steps(segment: Segment, grid: TimeGrid) -> Array:
-    """Return the cart's acceleration of a segment at the half steps of its grid [m/s^2]."""
+def inputs_at_half_steps(segment: Segment, grid: TimeGrid) -> Array:
+    """Return the cart's acceleration [m/s^2] and both motors' torques [N m] at the half steps of a grid (k, 3)."""
     times = grid.half_step_times()
-    if segment.cart_acceleration is None:
-        return np.zeros(len(times))
-    return np.interp(times, segment.time, segment.cart_acceleration)
+    inputs = np.zeros((len(times), 3))
+    if segment.cart_acceleration is not None:
+        inputs[:, 0] = np.interp(times, segment.time, segment.cart_acceleration)
+    torques = grid.at_half_steps(segment.time, segment.torques)
+    if torques is not None:
+        inputs[:, 1:] = torques
+    return inputs
 
 
 @inlined
-def _accelerations(theta1, theta2, omega1, omega2, u, A23, A33, a1, c1, c2, L, g):
+def _accelerations(theta1, theta2, omega1, omega2, inputs, A23, A33, a1, c1, c2, L, g, per_inertia):
+    u, inner, outer = inputs
     sin1, cos1 = sine_and_cosine(theta1)
     sin2, cos2 = sine_and_cosine(theta2)
     n1, n2, m = pushes(sin1, cos1, sin2, cos2, omega1, omega2, u, A23, A33, a1, c1, c2, L, g)
+    n1, n2 = n1 + per_inertia * (inner - outer), n2 + per_inertia * outer
     inverse = 1.0 / (A33 - m * m)
     return (A33 * n1 - m * n2) * inverse, (n2 - m * n1) * inverse
 
 
 @inlined
 def _runge_kutta_step(theta1, theta2, omega1, omega2, step, inputs, pendulum):
-    """Return the state after one step, given the cart's accelerations at its beginning, middle and end."""
+    """Return the state after one step, given the inputs at its beginning, middle and end."""
     half, (u0, u1, u2) = 0.5 * step, inputs
     k1, j1 = _accelerations(theta1, theta2, omega1, omega2, u0, *pendulum)
     p1, q1 = omega1 + half * k1, omega2 + half * j1
@@ -138,22 +158,25 @@ def _runge_kutta_step(theta1, theta2, omega1, omega2, step, inputs, pendulum):
 
 
 @compiled
-def _squared_errors(lanes, start, u, step, first_sample, weights, theta, errors):
+def _squared_errors(lanes, start, inputs, step, first_sample, weights, theta, errors):
     theta1, theta2 = np.empty(_LANES), np.empty(_LANES)
     omega1, omega2 = np.empty(_LANES), np.empty(_LANES)
     before1, before2 = np.empty(_LANES), np.empty(_LANES)
     speed1, speed2 = np.empty(_LANES), np.empty(_LANES)
     sums = np.zeros(_LANES)
     A23, A33, a1, c1, c2, L, g = lanes[0], lanes[1], lanes[2], lanes[3], lanes[4], lanes[5], lanes[6]
+    per_inertia = lanes[7]
     for i in range(_LANES):
         theta1[i], theta2[i], omega1[i], omega2[i] = start[0], start[1], start[2], start[3]
     for k in range(len(first_sample) - 1):
-        u0, u1, u2 = u[2 * k], u[2 * k + 1], u[2 * k + 2]
+        begins = inputs[2 * k, 0], inputs[2 * k, 1], inputs[2 * k, 2]
+        halfway = inputs[2 * k + 1, 0], inputs[2 * k + 1, 1], inputs[2 * k + 1, 2]
+        ends = inputs[2 * k + 2, 0], inputs[2 * k + 2, 1], inputs[2 * k + 2, 2]
         for i in range(_LANES):
             before1[i], before2[i], speed1[i], speed2[i] = theta1[i], theta2[i], omega1[i], omega2[i]
             theta1[i], theta2[i], omega1[i], omega2[i] = _runge_kutta_step(
-                theta1[i], theta2[i], omega1[i], omega2[i], step, (u0, u1, u2),
-                (A23[i], A33[i], a1[i], c1[i], c2[i], L[i], g[i]),
+                theta1[i], theta2[i], omega1[i], omega2[i], step, (begins, halfway, ends),
+                (A23[i], A33[i], a1[i], c1[i], c2[i], L[i], g[i], per_inertia[i]),
             )  # fmt: skip
         for j in range(first_sample[k], first_sample[k + 1]):
             begin, end, begin_slope, end_slope = weights[j, 0], weights[j, 1], weights[j, 2], weights[j, 3]

@@ -38,8 +38,8 @@ STICKS = 0
 
 _COEFFICIENTS, _CART = len(COEFFICIENTS), 2 * PARAMETERS
 _ALPHA1, _U, _OWN, _FIRST = (INPUTS.index(name) for name in (ACCELERATIONS[0], "u", OWN[0], COEFFICIENTS[0]))
-_T, _DIRECTIONS, _OUTER_LENGTH, _SINES = (
-    INPUTS.index(name) for name in ("t", "direction_inner", "outer_length", "sin1")
+_T, _DIRECTIONS, _OUTER_LENGTH, _SINES, _DRIVES = (
+    INPUTS.index(name) for name in ("t", "direction_inner", "outer_length", "sin1", "drive_inner")
 )
 _BY_ALPHA1, _BY_ALPHA2, _BY_U, _BY_OWN, _BY_FIRST = (
     1 + VARIABLES.index(name) for name in (*ACCELERATIONS, OWN[0], COEFFICIENTS[0])
@@ -92,6 +92,17 @@ def fill_inputs(motion, work, state, t):
     for k in range(_COEFFICIENTS):
         z[_FIRST + k] = motion[k]
     z[_OUTER_LENGTH], z[_OUTER_LENGTH + 1] = motion[at.OUTER_LENGTH], motion[at.CARRIED]
+    per_step = work.numbers[at.PER_STEP]
+    if per_step > 0.0:
+        s = (t - work.numbers[at.STEP_BEGIN]) * per_step
+        for joint in range(2):
+            begin = work.numbers[at.DRIVES + 3 * joint]
+            middle, end = (
+                work.numbers[at.DRIVES + 3 * joint + 1] - begin,
+                work.numbers[at.DRIVES + 3 * joint + 2] - begin,
+            )
+            z[_DRIVES + joint] = begin + s * (4.0 * middle - end + 2.0 * s * (end - 2.0 * middle))
+            z[_DRIVES + 2 + joint] = (4.0 * middle - end + 4.0 * s * (end - 2.0 * middle)) * per_step
 
 
 @inlined

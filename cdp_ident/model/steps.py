@@ -62,6 +62,8 @@ class Times(NamedTuple):
     """(samples,) when each sample is taken, in steps from the beginning of its motion."""
     u: Array
     """(2 steps + motions,) the cart's acceleration at the beginnings and middles of steps, and at the end [m/s^2]."""
+    drive: Array
+    """(2 steps + motions, 2) the motors' torques in both joints then [N m]; (0, 2) where there are none."""
 
 
 class Results(NamedTuple):
@@ -132,8 +134,11 @@ def _make_steps(memory, laws, motion, work, times, m, next_ones, results):
             return False
         for half in range(3):
             work.numbers[at.CART_INPUTS + half] = times.u[2 * k + m + half]
+            for joint in range(2 if len(times.drive) > 0 else 0):
+                work.numbers[at.DRIVES + 3 * joint + half] = times.drive[2 * k + m + half, joint]
         work.numbers[at.LONGEST] = 1.0
         begin, done, work.modes[at.PROGRESS, at.EVENTS] = times.begin[m] + (k - first) * step, 0.0, 0
+        work.numbers[at.STEP_BEGIN], work.numbers[at.PER_STEP] = begin, 1.0 / step if len(times.drive) > 0 else 0.0
         for parts in range(_MOST_PARTS + 1):
             if done >= 1.0:
                 break

@@ -71,6 +71,17 @@ class TimeGrid:
         """Return the times (2 steps + 1,) [s] at which the integrator looks at an input."""
         return np.asarray(np.arange(2 * self.steps + 1) * (0.5 * self.step), dtype=float)
 
+    def at_half_steps(self, times: Array, torques: Array | None, since: float = 0.0) -> Array | None:
+        """Return torques (n, 2) that are known at times (n,) [s] at the half steps; the grid begins at `since` [s]."""
+        if torques is None:
+            return None
+        return interpolated(self.half_step_times() + since, times, torques)
+
+
+def interpolated(at: Array, times: Array, values: Array) -> Array:
+    """Return values (n, k) at times (n,) at others (m,), by straight lines: (m, k)."""
+    return np.column_stack([np.interp(at, times, column) for column in values.T])
+
 
 def _index(place: Array) -> Indices:
     """Return in which step each of some places lies; one at the end of a step, give or take rounding, is in that."""

@@ -51,7 +51,13 @@ def identify(
     """
     if not fit:
         raise IdentificationError("there is no trial to fit: give at least one bag")
-    prior, inertia_free = options.prior, _weights_differ(fit, holdout)
+    prior, motors = options.prior, any(trial.torques is not None for trial in fit)
+    inertia_free = _weights_differ(fit, holdout)
+    if motors and inertia_free:
+        raise IdentificationError(
+            "motors drive some trials and weights are on the rods of others: each would show A22 by itself, and "
+            "they are not fitted together; leave one kind out"
+        )
     parted = assign_roles(fit, holdout, time_unit(prior.length, prior.gravity))
     shown = [part.shown for part in parted if part.is_fitted]
     noise = noise_over(shown)
@@ -70,7 +76,9 @@ def identify(
     level = data.noise_level
     model = replace(
         options.model,
-        inertia_free=inertia_free,
+        inertia_free=inertia_free or motors,
+        motors=motors,
+        torque_std=max(options.torque_std, np.finfo(float).eps),
         weight_errors=tuple(dict.fromkeys(e for trial in fit for weight in trial.weights for e in weight.errors)),
         penalty_of_errors=max(level, np.finfo(float).tiny) ** 2,
     )

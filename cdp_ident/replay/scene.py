@@ -70,10 +70,12 @@ class Replay:
         self._measured = CubicSpline(trial.time, np.column_stack([cart, trial.theta]))
         acceleration = trial.cart_acceleration
         self._acceleration = None if acceleration is None else (trial.time, acceleration)
+        self._torques = None if trial.torques is None else (trial.time, trial.torques)
         self.take_model(model, 0.0)
 
     def take_model(self, model: FittedModel, now: float) -> None:
         """See `Scene`."""
+        model = model.with_motors() if self._torques else model
         self._model, self._index = model, model.trial(self._trial.name)
         self._start = start_of(model.motion, model.values, self._trial, self._index, DEFAULT_WINDOW)
         self.restart()
@@ -81,7 +83,9 @@ class Replay:
     def restart(self) -> None:
         """See `Scene`."""
         trial = self._trial
-        self._stream = MotionStream(self._model, self._start, self._index, self._acceleration, trial.weights)
+        self._stream = MotionStream(
+            self._model, self._start, self._index, self._acceleration, trial.weights, self._torques
+        )
 
     def frames(self, times: Array) -> list[Frame]:
         """See `Scene`."""

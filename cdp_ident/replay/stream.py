@@ -26,6 +26,7 @@ class MotionStream:
         trial: int | None = None,
         cart: tuple[Array, Array] | None = None,
         weights: tuple[Weight, ...] = (),
+        torques: tuple[Array, Array] | None = None,
     ) -> None:
         """Begin at time 0.
 
@@ -36,8 +37,9 @@ class MotionStream:
             cart: times (n,) [s] and the cart's acceleration at them [m/s^2], in between linear; None for a cart at
                 rest.
             weights: that are clamped to the rods.
+            torques: times (n,) [s] and motors' torques (n, 2) in the joints at them [N m], likewise.
         """
-        self._model, self._cart = model, cart
+        self._model, self._cart, self._torques = model, cart, torques
         self._trial = model.trial() if trial is None else trial
         self._weights = weights
         weighted = model.motion.with_weights(model.values, weights)
@@ -55,8 +57,9 @@ class MotionStream:
         since = times - self._now
         grid = TimeGrid.over(since)
         window = Window(
-            self._trial, 0, self._now, since, np.empty((0, 2)), grid, self._u(grid), self._state, weights=self._weights
-        )
+            self._trial, 0, self._now, since, np.empty((0, 2)), grid, self._u(grid), self._state,
+            drive=self._drive(grid), weights=self._weights,
+        )  # fmt: skip
         theta, _ = self._model.motion.predict(self._model.values, self._state, window, "none")
         return theta
 
@@ -76,9 +79,15 @@ class MotionStream:
         if steps <= 0:
             return
         grid = TimeGrid(DEFAULT_STEP, steps, np.empty(0))
-        problem = InitialValueProblem(self._coefficients, self._state, grid, self._u(grid), self._effects, self._now)
+        problem = InitialValueProblem(
+            self._coefficients, self._state, grid, self._u(grid), self._effects, self._now, self._drive(grid)
+        )
         self._state = motions([problem]).ends[0]
         self._step += steps
+
+    def _drive(self, grid: TimeGrid) -> Array | None:
+        """Return the motors' torques at the half steps of a grid that begins now."""
+        return grid.at_half_steps(*self._torques, self._now) if self._torques else None
 
     def _u(self, grid: TimeGrid) -> Array:
         """Return the cart's acceleration at the half steps of a grid that begins now."""

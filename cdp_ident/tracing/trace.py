@@ -143,7 +143,14 @@ def trace(
     # It has judged: from now on it tells of the values, too.
     final = final_values(after, selection.after, data, by_windows, say) if selection else None
     whole = final.whole if final else None
-    completed = _completed(found, at_values(after.model, final.values, after.fit.windows) if final else after.fit)
+    completed = None
+    if final:
+        try:
+            completed = _completed(found, at_values(after.model, final.values, after.fit.windows))
+        except (IdentificationError, np.linalg.LinAlgError) as error:
+            failures += [*final.failures, f"the final values, so those are given that were judged: {error}"]
+            final = None
+    completed = completed or _completed(found, after.fit)
     if final or in_doubt:
         spread = final.covariance if final else completed.covariance
         completed = completed.with_covariance(spread + added_covariance(in_doubt))

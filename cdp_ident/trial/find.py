@@ -7,6 +7,8 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.errors import TrialError
+from cdp_ident.model.effects.effect import JOINTS
+from cdp_ident.model.time_grid import interpolated
 from cdp_ident.trial.balance import WINDOW, Motion
 from cdp_ident.trial.balance import joined as joined_windows
 from cdp_ident.trial.cleaning import Piece
@@ -22,10 +24,13 @@ from cdp_ident.trial.scales import PER_UNIT
 from cdp_ident.trial.trial import Trial, joined
 from cdp_ident.trial.units import degrees_found
 from cdp_ident.trial.wording import KEYS, Wording
-from cdp_ident.trial.zero_input import Part, choose_parts, covering, find_parts
+from cdp_ident.trial.zero_input import Part, at_rest, cart_driven, choose_parts, covering, find_parts, moving_windows
 
+Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
+_MOSTLY = 0.5
+"""What drives more than this share of the motion is its input; else what is driven is cut off."""
 _HANGING = 0.1
 """Share of the largest angle from hanging up to which rods hang still that stay below it for half a unit of time."""
 
@@ -42,7 +47,7 @@ class Found:
 
 
 def find_trial(samples: Samples, options: TrialOptions, wording: Wording = KEYS) -> Found:
-    """Find the longest zero-input motion in samples of the joints, and check what the options say about the angles.
+    """Find the longest motion without input, or with a known one, and check what the options say about the angles.
 
     Args:
         samples: as recorded.
@@ -57,7 +62,14 @@ def find_trial(samples: Samples, options: TrialOptions, wording: Wording = KEYS)
     if in_degrees and options.conventions == "refuse":
         raise TrialError(f"{in_degrees}; {wording.insist}")
     pieces, motions, moving, notes = recorded_motion(samples, options, wording)
-    by_motors = _driven(pieces, motions, moving, options)
+    by_motors, gains = _driven(pieces, motions, moving, options)
+    driver = options.input if options.input != "auto" else _driver(motions, by_motors, options)
+    if driver == "joints":
+        _refuse_reversed(gains, options)
+        motions, by_motors = _with_torques(motions, pieces), [np.zeros(len(m.time), dtype=bool) for m in motions]
+    if driver == "cart":
+        options = replace(options, cart_limit=np.finfo(float).max)
+        moving = tuple(moving_windows(motion, options) for motion in motions)
     moving = tuple(
         mask & ~covering(flags, WINDOW) if len(mask) else mask for mask, flags in zip(moving, by_motors, strict=True)
     )
@@ -71,25 +83,67 @@ def find_trial(samples: Samples, options: TrialOptions, wording: Wording = KEYS)
             f"from free motion: record a longer swing, or take the part without the hand by {wording.name('start')} "
             f"and {wording.name('stop')}"
         )
-    stretches = [_stretch(pieces[part.motion], part, options) for part in taken]
-    trial = joined(stretches)
-    left_out = [outlier_words(trial.outliers, len(trial.time))] if trial.outliers else []
-    trial = replace(trial, notes=(*notes, *left_out, *warnings, *cuts, *impulses))
-    return Found(trial, tuple(warnings), balance)
+    trial = _joined(pieces, taken, options)
+    trial = trial if driver == "joints" else replace(trial, torques=None)
+    if driver == "joints":
+        notes = [*notes, "motors drive the joints: their efforts are known torques [N m]"]
+    return Found(replace(trial, notes=(*notes, *trial.notes, *warnings, *cuts, *impulses)), tuple(warnings), balance)
+
+
+def _driver(motions: Sequence[Motion], by_motors: Sequence[Mask], options: TrialOptions) -> str:
+    """Return what drives most of the motion: the measured cart, motors in the joints, or nothing."""
+    moves = ~np.concatenate([at_rest(motion, options.rest_amplitude) for motion in motions])
+    by_cart = np.concatenate([cart_driven(motion, options.cart_limit) for motion in motions])
+    shares = {
+        name: np.count_nonzero(moves & by) / max(np.count_nonzero(moves), 1)
+        for name, by in (("joints", np.concatenate(by_motors)), ("cart", by_cart))
+    }
+    most = max(shares, key=lambda name: shares[name])
+    return most if shares[most] > _MOSTLY else "none"
+
+
+def _with_torques(motions: Sequence[Motion], pieces: Sequence[Piece]) -> tuple[Motion, ...]:
+    """Return motions with the torques of the motors in their joints.
+
+    Raises TrialError where there are none.
+    """
+    pairs = [(motion, piece.time, piece.torques) for motion, piece in zip(motions, pieces, strict=True)]
+    known = [(m, interpolated(m.time, times, torques)) for m, times, torques in pairs if torques is not None]
+    if len(known) < len(pairs):
+        raise TrialError("input is joints, but neither joint has an effort of a motor, or all are 0")
+    return tuple(replace(motion, torques=torques) for motion, torques in known)
+
+
+def _joined(pieces: Sequence[Piece], taken: Sequence[Part], options: TrialOptions) -> Trial:
+    """Return a trial of some parts, whose notes tell of samples that were left out of it."""
+    trial = joined([_stretch(pieces[part.motion], part, options) for part in taken])
+    return replace(trial, notes=(outlier_words(trial.outliers, len(trial.time)),)) if trial.outliers else trial
 
 
 def _driven(
     pieces: Sequence[Piece], motions: tuple[Motion, ...], moving: tuple[Mask, ...], options: TrialOptions
-) -> list[Mask]:
-    """Return at which grid points of each motion motors drive the joints, by their torques."""
+) -> tuple[list[Mask], Array]:
+    """Return at which grid points of each motion motors drive the joints, and their torques' gains (2,)."""
     torques = [
-        np.column_stack([np.interp(motion.time, piece.time, of_joint) for of_joint in piece.torques.T])
+        interpolated(motion.time, piece.time, piece.torques)
         for piece, motion in zip(pieces, motions, strict=True)
         if piece.torques is not None
     ]
     return (
-        driven(motions, moving, torques, options) if torques else [np.zeros(len(m.time), dtype=bool) for m in motions]
+        driven(motions, moving, torques, options)
+        if torques
+        else ([np.zeros(len(m.time), dtype=bool) for m in motions], np.zeros(2))
     )
+
+
+def _refuse_reversed(gains: Array, options: TrialOptions) -> None:
+    """Raise TrialError where a motor's recorded torque acts the other way."""
+    for joint, gain in zip(JOINTS, gains * [options.inner_sign, options.outer_sign], strict=True):
+        if gain < 0.0:
+            raise TrialError(
+                f"the efforts of the {joint} joint count against its angle: positive ones turn it backwards; record "
+                "them with the other sign, or set input: none to take free motion alone"
+            )
 
 
 def _begins_hanging(motion: Motion, options: TrialOptions) -> bool:
@@ -98,15 +152,20 @@ def _begins_hanging(motion: Motion, options: TrialOptions) -> bool:
     return bool(np.max(away[: PER_UNIT // 2]) < _HANGING * np.max(away))
 
 
+def _of_part(piece: Piece, part: Part, values: Array) -> Array:
+    """Return the values (n, …) that were measured in a part."""
+    return np.asarray(values[(piece.time >= part.start) & (piece.time <= part.stop)])
+
+
 def _stretch(piece: Piece, part: Part, options: TrialOptions) -> Trial:
-    chosen = (piece.time >= part.start) & (piece.time <= part.stop)
-    time = piece.time[chosen]
+    time, signs = _of_part(piece, part, piece.time), np.array([options.inner_sign, options.outer_sign])
     return Trial(
         name="",
         time=time - time[0],
-        theta=model_angles(piece.angles[chosen], options),
-        cart=None if piece.cart is None else options.cart_sign * piece.cart[chosen],
+        theta=model_angles(_of_part(piece, part, piece.angles), options),
+        cart=None if piece.cart is None else options.cart_sign * _of_part(piece, part, piece.cart),
         start=float(time[0]),
+        torques=None if piece.torques is None else signs * _of_part(piece, part, piece.torques),
         outliers=tuple(at for at in piece.outliers.tolist() if time[0] <= at <= time[-1]),
     )
 

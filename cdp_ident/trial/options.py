@@ -12,6 +12,7 @@ Zero = Literal["upright", "hanging"]
 Unit = Literal["radians", "degrees"]
 ScaleFrom = Literal["hanging", "zero"]
 Conventions = Literal["refuse", "warn"]
+Input = Literal["auto", "none", "cart", "joints"]
 
 
 @dataclass(frozen=True)
@@ -31,6 +32,9 @@ class TrialOptions:
     """Name of the joint between the rods."""
     cart_joint: str = "cart_joint"
     """Name of the cart's joint; the cart is taken to be at rest where a bag lacks it. Empty: do not look for it."""
+    input: Input = "auto"
+    """What drives the motion that is taken: nothing, the measured cart, or motors in the joints, whose efforts are
+    torques [N m]; auto: what drives most of it."""
     outer_angle: OuterAngle = "relative"
     """Whether the outer joint's position is the angle relative to the inner rod, or absolute."""
     zero: Zero = "upright"
@@ -70,7 +74,7 @@ class TrialOptions:
 
     def __post_init__(self) -> None:
         choices = {"time": Time, "outer_angle": OuterAngle, "zero": Zero, "inner_unit": Unit, "outer_unit": Unit}
-        for name, kind in (choices | {"scale_from": ScaleFrom, "conventions": Conventions}).items():
+        for name, kind in (choices | {"scale_from": ScaleFrom, "conventions": Conventions, "input": Input}).items():
             if getattr(self, name) not in get_args(kind):
                 raise OptionError(f"{name} is {getattr(self, name)!r}: expected one of {', '.join(get_args(kind))}")
         for name in ("inner_sign", "outer_sign", "cart_sign"):

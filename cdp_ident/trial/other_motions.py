@@ -77,8 +77,8 @@ def may_be_rods(fit: Lumped) -> bool:
 
 def driven(
     motions: Sequence[Motion], moving: Sequence[Mask], torques: Sequence[Array], options: TrialOptions
-) -> list[Mask]:
-    """Return near which grid points (m,) of each motion motors drive the joints.
+) -> tuple[list[Mask], Array]:
+    """Return near which grid points (m,) of each motion motors drive the joints, and their torques' gains (2,).
 
     Args:
         motions: of the recorded joints.
@@ -92,14 +92,14 @@ def driven(
     nowhere: list[Mask] = [np.zeros(len(motion.time), dtype=bool) for motion in motions]
     balance = balance_of(motions, moving, options)
     if balance is None:
-        return nowhere
+        return nowhere, np.zeros(2)
     acting = [_integrated(motion, torque) for motion, torque in zip(motions, torques, strict=True)]
     values = _with_torques(balance, moving, acting)
     if values is None:
-        return nowhere
+        return nowhere, np.zeros(2)
     gravity = np.maximum(np.abs(values[4:6]), 0.1 * np.abs(values[4:6]).max())
     shares = [np.abs(torque * values[_LUMPED:]) / gravity for torque in torques]
-    return [np.asarray(np.any(share > options.hand_torque, axis=1)) for share in shares]
+    return [np.asarray(np.any(share > options.hand_torque, axis=1)) for share in shares], -values[_LUMPED:]
 
 
 def _integrated(motion: Motion, torque: Array) -> Array:

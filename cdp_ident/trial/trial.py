@@ -43,6 +43,8 @@ class Trial:
     """When samples were left out as outliers, since the beginning of the bag [s]."""
     weights: tuple[Weight, ...] = ()
     """The known weights that were clamped to the rods."""
+    torques: Array | None = None
+    """(n, 2) torques of motors in the inner and the outer joint [N m]; None where the joints are free."""
 
     @property
     def duration(self) -> float:
@@ -60,6 +62,11 @@ class Trial:
             return None
         return np.asarray(make_smoothing_spline(self.time, self.cart).derivative(2)(self.time))
 
+    def of_samples(self, chosen: slice | npt.NDArray[np.int64]) -> "Trial":
+        """Return it with some of the samples, at the times that they have."""
+        cart, torques = (None if of is None else of[chosen] for of in (self.cart, self.torques))
+        return replace(self, time=self.time[chosen], theta=self.theta[chosen], cart=cart, torques=torques)
+
     @property
     def bounds(self) -> tuple[tuple[int, int], ...]:
         """First sample of each stretch without such gaps, and the one after its last."""
@@ -73,10 +80,8 @@ class Trial:
             return (self,)
         return tuple(
             replace(
-                self,
+                self.of_samples(slice(first, last)),
                 time=self.time[first:last] - self.time[first],
-                theta=self.theta[first:last],
-                cart=None if self.cart is None else self.cart[first:last],
                 start=self.start + float(self.time[first]),
                 breaks=(),
                 outliers=self._outliers(first, last),
@@ -105,11 +110,13 @@ def joined(stretches: Sequence[Trial]) -> Trial:
         times.append(after.time + after.start - first.start)
         angles.append(after.theta + 2.0 * np.pi * turns)
     carts = [stretch.cart for stretch in stretches if stretch.cart is not None]
+    torques = [stretch.torques for stretch in stretches if stretch.torques is not None]
     return replace(
         first,
         time=np.concatenate(times),
         theta=np.concatenate(angles),
         cart=np.concatenate(carts) if carts else None,
+        torques=np.concatenate(torques) if torques else None,
         breaks=tuple(breaks),
         outliers=tuple(at for stretch in stretches for at in stretch.outliers),
     )

@@ -2,9 +2,9 @@
 
 The equations of motion of both rods are rates of change of momenta p and torques q, each linear in lumped numbers over
 A22: those of the paper's model, G1 = a1 g and G2 = m2 l2 g for gravity, the joints' dry friction k1, k2, springs
-(stiffness s, torque t), and the constant coupling D of a rotor geared to the outer joint. With s, c the sine and cosine
-of theta1 - theta2, w1, w2 the angular velocities, d1, d2 the directions in which the joints turn, and u the cart's
-acceleration::
+(stiffness s, torque t), motors' torques times M, and the constant coupling D of a rotor geared to the outer joint. With
+s, c the sine and cosine of theta1 - theta2, w1, w2 the angular velocities, d1, d2 the directions in which the joints
+turn, and u the cart's acceleration::
 
     w1' + A23 [(c w2)' + s w1 w2] + D w2' + c1 w1 + c2 (w1 - w2) + k1 d1 - k2 d2 = G1 (sin theta1 - cos theta1 u / g)
     A23 [(c w1)' - s w1 w2] + D w1' + A33 w2' + c2 (w2 - w1) + k2 d2             = G2 (sin theta2 - cos theta2 u / g)
@@ -28,8 +28,10 @@ from scipy.special import erf
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
-COLUMNS = ("A22", "A23", "A33", "c1", "c2", "G1", "G2", "k1", "k2", "D", "s1", "t1", "s2", "t2", "E12", "E1", "E2")
-"""What the balance is linear in; A22 itself is one."""
+COLUMNS = (
+    *("A22", "A23", "A33", "c1", "c2", "G1", "G2", "k1", "k2", "D", "s1", "t1", "s2", "t2", "E12", "E1", "E2", "M"),
+)
+"""What the balance is linear in; A22 itself is one, and M what motors' torques are multiplied by."""
 
 
 @dataclass(frozen=True)
@@ -44,6 +46,8 @@ class Kinematics:
     """(1 + copies, m, 2) omega1, omega2 [rad/s]."""
     cart: Array
     """(1 + copies, m) speed of the cart [m/s]."""
+    torques: Array | None = None
+    """(1 + copies, m, 2) torques of motors in the joints [N m]; None where there are none."""
 
     @property
     def joint_angles(self) -> Array:
@@ -154,6 +158,9 @@ def integrated(k: Kinematics, windows: Windows, directions: Array, gravity: floa
         elif name == "E12":
             turned = q(c * product)
             first[:], second[:] = turned - p(s * w2), -turned - p(s * w1)
+        elif name == "M":
+            inner, outer = np.moveaxis(np.zeros_like(k.theta) if k.torques is None else k.torques, -1, 0)
+            first[:], second[:] = q(outer - inner), -q(outer)
         elif name == "E1":
             first[:] = -q(np.cos(theta1))
         elif name == "E2":

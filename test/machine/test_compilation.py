@@ -35,7 +35,7 @@ def loop_over_lanes():
     kernel = population._squared_errors
     real, reals, table, indices = numba.float64, numba.float64[::1], numba.float64[:, ::1], numba.int64[::1]
     options = {name: value for name, value in kernel.targetoptions.items() if name != "nopython"}
-    return numba.njit((table, reals, reals, real, indices, table, table, reals), **options)(kernel.py_func)
+    return numba.njit((table, reals, table, real, indices, table, table, reals), **options)(kernel.py_func)
 
 
 def _counted(assembly: str) -> collections.Counter[tuple[str, str]]:

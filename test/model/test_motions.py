@@ -12,12 +12,14 @@ from scipy.linalg import eigh, expm
 from cdp_ident.errors import OptionError
 from cdp_ident.model.acting import ActingEffects
 from cdp_ident.model.effects.catalogue import CATALOGUE
+from cdp_ident.model.effects.motors import MOTORS
 from cdp_ident.model.motions import InitialValueProblem, motions, simulate
-from cdp_ident.model.parameters import SYMBOLS, groups_of, physical_coefficients
+from cdp_ident.model.parameters import SYMBOLS, groups_of, inertia_about_cart, physical_coefficients
 from cdp_ident.model.time_grid import DEFAULT_STEP, TimeGrid
 from reference import pendulum
 from reference.pendulum import TABLE_2, TABLE_3, TABLE_5, TIME
 from reference.strategies import pendulums, starts
+from scenarios.driven import FRICTION, NOISE, START, driven_by_motors
 
 ON_THE_GRID = np.arange(0, 10.0005, 0.005)
 ANYWHERE = np.sort(np.random.default_rng(7).uniform(0, 10, 1500))
@@ -324,3 +326,20 @@ def test_states_are_asked_for_in_the_place_of_readings_and_end_where_the_last_st
     np.testing.assert_allclose(shown.readings - seen, np.tile([offset, 0.0], (100, 1)), rtol=0, atol=1e-12)
     at_end = replace(problem.grid, place=np.array([float(problem.grid.steps)]))
     np.testing.assert_allclose(motions([replace(problem, grid=at_end)], shown=False).states, states.ends, atol=1e-12)
+
+
+def test_motors_torques_move_the_rods_as_in_the_reference():
+    trial = driven_by_motors(1, lag=0.0)
+    of_rig = physical_coefficients(TABLE_5)
+    inertia = float(inertia_about_cart(np.array([TABLE_5[symbol] for symbol in SYMBOLS]), TABLE_5["L"]))
+    grid = TimeGrid.over(trial.time, 0.0025)
+    friction = next(effect for effect in CATALOGUE if effect.key == "quadratic_friction.outer")
+    acting = ActingEffects.of(
+        [(MOTORS, [1.0 / inertia, 0.0, 0.0, 0.0]), (friction, [FRICTION / inertia])], TABLE_5["L"]
+    )
+    drive = grid.at_half_steps(trial.time, trial.torques)
+    problem = InitialValueProblem(of_rig, START, grid, np.zeros(2 * grid.steps + 1), acting, drive=drive)
+    theta = motions([problem], shown=False).states[:, :2]
+    assert np.std(theta - trial.theta) < 2.0 * NOISE
+    still = motions([replace(problem, drive=None)], shown=False).states[:, :2]
+    assert np.std(still - trial.theta) > 0.1

@@ -6,7 +6,7 @@ from cdp_ident.errors import OptionError
 from cdp_ident.machine import parallel
 from cdp_ident.model.motions import simulate
 from cdp_ident.model.parameters import PARAMETERS, coefficients_of, groups_of, physical_coefficients
-from cdp_ident.model.population import Population, Segment, input_at_half_steps
+from cdp_ident.model.population import Population, Segment, inputs_at_half_steps
 from cdp_ident.model.time_grid import TimeGrid
 from reference.pendulum import TABLE_3, TABLE_5, TIME, cart_acceleration
 from scenarios.twin import twin
@@ -52,9 +52,9 @@ def test_errors_are_those_of_each_simulated_alone(segments):
         [
             np.sum(
                 (
-                    simulate(pendulum, each.start, each.time, input_at_half_steps(each, TimeGrid.over(each.time)))[
-                        :, :2
-                    ]
+                    simulate(
+                        pendulum, each.start, each.time, inputs_at_half_steps(each, TimeGrid.over(each.time))[:, 0]
+                    )[:, :2]
                     - each.theta
                 )
                 ** 2

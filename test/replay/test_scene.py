@@ -15,7 +15,9 @@ from cdp_ident.model.weights import Weight
 from cdp_ident.replay.scene import Free, Replay, Start
 from cdp_ident.trial.load import load_trial
 from cdp_ident.trial.trial import Trial
+from reference.pendulum import TABLE_5
 from reference.weights import with_weight
+from scenarios.driven import FRICTION, NOISE, driven_by_motors
 
 BAG = Path(__file__).parents[2] / "bags/swing_check"
 MODEL = fitted_model(NOMINAL | {"c1": 0.01, "effects.encoder_offset.outer.offset": 0.01}, "test")
@@ -42,6 +44,17 @@ def test_a_replay_of_a_trial_with_a_weight_is_that_of_a_heavier_rod(trial: Trial
     )
     expected = free_run(heavier.motion, heavier.values, trial, heavier.trial(), 2.5)
     np.testing.assert_allclose(theta, expected, rtol=0, atol=1e-6)
+
+
+def test_a_replay_of_a_driven_trial_is_driven_as_that_was() -> None:
+    driven = driven_by_motors(1)
+    model = fitted_model({**TABLE_5, "effects.quadratic_friction.outer.coefficient": FRICTION}, "test")
+    theta = np.cumsum([frame.simulated[1:] for frame in Replay(driven, model).frames(driven.time)], axis=1)
+    assert np.std(theta - driven.theta) < 2.0 * NOISE
+    theta = np.cumsum(
+        [f.simulated[1:] for f in Replay(replace(driven, torques=None), model).frames(driven.time)], axis=1
+    )
+    assert np.std(theta - driven.theta) > 0.1
 
 
 def test_a_replay_shows_the_samples_themselves_and_the_error_of_each_joint(trial: Trial) -> None:

@@ -15,6 +15,7 @@ from cdp_ident.trial.load import load_trial
 from cdp_ident.trial.options import TrialOptions
 
 CASES = Path(__file__).parents[3] / "shared" / "cases"
+DRIVEN = CASES.parent / "data" / "dfki_driven"
 WHOLE = Path(__file__).parents[2] / "bags" / "swing_wide"
 
 pytestmark = pytest.mark.skipif(not CASES.exists(), reason=f"the recordings are not at {CASES}")
@@ -141,9 +142,6 @@ def test_a_dump_of_identify_s_parameters_is_its_configuration(capsys, dump, said
         ("pendule_pi_cart_single", ["position", "angle"], "nothing to do with each other"),
         ("pendule_pi_cart_single", ["angle", "position"], "nothing to do with each other"),
         ("pendule_pi_cart_single", ["pwm", "angle"], "the inner joint does not turn"),
-        ("dfki_C1_driven", [], "there is none .*motors drive the joints"),
-        ("../../data/dfki_driven/run1", [], "there is none .*motors drive the joints"),
-        ("../../data/dfki_driven/run2", ["inner_rad", "outer_rad"], "there is none .*motors drive the joints"),
     ],
 )
 def test_what_is_no_free_double_pendulum_is_refused_in_one_line(tmp_path, capsys, file, columns, words):
@@ -168,11 +166,28 @@ def test_good_free_swings_are_taken_with_and_without_motors(tmp_path, file, opti
     assert load_trial(tmp_path / "bag").duration >= least
 
 
-def test_efforts_in_a_bag_tell_that_its_joints_are_driven(tmp_path):
-    file = CASES.parent / "data" / "dfki_driven" / "run3.csv.gz"
-    assert import_csv([str(file), "--out", str(tmp_path / "bag"), "--zero", "hanging", "--anyway"]) == 0
+@pytest.mark.parametrize(
+    ("file", "columns"),
+    [
+        (CASES / "not_a_double_pendulum" / "dfki_C1_driven.csv.gz", []),
+        (DRIVEN / "run1.csv.gz", []),
+        (DRIVEN / "run2.csv.gz", ["--inner", "inner_rad", "--outer", "outer_rad", "--angle-unit", "rad"]),
+        (DRIVEN / "run3.csv.gz", []),
+    ],
+)
+def test_joints_that_motors_drive_are_taken_with_their_torques(tmp_path, capsys, file, columns):
+    assert import_csv([str(file), "--out", str(tmp_path / "bag"), "--zero", "hanging", *columns]) == 0
+    assert "motion driven by motors" in capsys.readouterr().out
+    trial = load_trial(tmp_path / "bag")
+    assert trial.duration > 9.9
+    assert trial.torques.shape == trial.theta.shape
     with pytest.raises(TrialError, match="motors drive the joints"):
-        load_trial(tmp_path / "bag")
+        load_trial(tmp_path / "bag", TrialOptions(input="none"))
+
+
+def test_what_the_angles_of_driven_joints_mean_is_checked(tmp_path, capsys):
+    assert import_csv([str(DRIVEN / "run3.csv.gz"), "--out", str(tmp_path / "bag")]) == 2
+    assert "set --zero hanging" in capsys.readouterr().err
 
 
 def test_columns_that_have_rows_of_their_own_give_the_whole_swing(tmp_path):

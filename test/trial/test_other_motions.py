@@ -4,12 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import sympy
 from scipy.integrate import solve_ivp
 
 from cdp_ident.errors import OtherMotionError, TrialError
 from cdp_ident.trial.find import find_trial
 from cdp_ident.trial.joints import Samples
 from cdp_ident.trial.options import TrialOptions
+from reference.pendulum import TABLE_5, TIME, cart_position, motion
 
 HANGING = TrialOptions(zero="hanging", outer_angle="absolute")
 STEP = 0.005
@@ -97,9 +99,41 @@ def test_driven_joints_are_told_by_their_torques_in_any_unit(unit):
     torques = np.column_stack([0.6 * np.sin(3.1 * TIMES), 0.3 * np.cos(4.3 * TIMES)])
     angles = double_pendulum(lambda time: (0.6 * np.sin(3.1 * time), 0.3 * np.cos(4.3 * time)))
     with pytest.raises(TrialError, match="motors drive the joints"):
-        find_trial(samples(angles, unit * torques), HANGING)
+        find_trial(samples(angles, unit * torques), replace(HANGING, input="none"))
     with pytest.raises(TrialError, match="if a hand or motors move the rods"):
         find_trial(samples(angles), HANGING)
+
+
+def test_joints_that_are_driven_most_of_the_time_are_taken_with_their_torques():
+    torques = np.column_stack([0.6 * np.sin(3.1 * TIMES), 0.3 * np.cos(4.3 * TIMES)])
+    angles = double_pendulum(lambda time: (0.6 * np.sin(3.1 * time), 0.3 * np.cos(4.3 * time)))
+    found = find_trial(samples(angles, torques), HANGING)
+    assert found.trial.duration == pytest.approx(15.0, abs=0.01)
+    assert found.trial.torques == pytest.approx(torques)
+    assert found.balance.lumped.values[[0, 1, 4, 5]] == pytest.approx([A23, A33, G1, G2], rel=0.02)
+    mirrored = find_trial(samples(-angles, -torques), replace(HANGING, inner_sign=-1, outer_sign=-1))
+    assert mirrored.trial.torques == pytest.approx(torques)
+    with pytest.raises(TrialError, match="contradict zero: upright"):
+        find_trial(samples(angles, torques), replace(HANGING, zero="upright"))
+    with pytest.raises(TrialError, match="outer joint count against its angle"):
+        find_trial(samples(angles, torques * [1.0, -1.0]), HANGING)
+    with pytest.raises(TrialError, match="neither joint has an effort"):
+        find_trial(samples(double_pendulum()), replace(HANGING, input="joints"))
+
+
+def test_a_cart_that_is_driven_most_of_the_time_is_an_input():
+    cart = 0.06 * sympy.sin(2.3 * TIME)
+    theta = motion(TABLE_5, (3.6, 2.9, 0.0, 0.0), TIMES[:2000], cart)[:, :2]
+    noise = np.random.default_rng(1)
+    angles = theta + 2e-4 * noise.normal(size=theta.shape)
+    measured = cart_position(cart, TIMES[:2000]) + 5e-5 * noise.normal(size=2000)
+    stamps = np.arange(2000) * round(STEP * 1e9)
+    recorded = Samples(stamps, angles, measured)
+    found = find_trial(recorded, TrialOptions(outer_angle="absolute"))
+    assert found.trial.duration == pytest.approx(10.0, abs=0.01)
+    assert found.trial.cart_acceleration is not None
+    with pytest.raises(TrialError, match="the cart is driven"):
+        find_trial(recorded, TrialOptions(outer_angle="absolute", input="none"))
 
 
 def test_what_is_free_after_motors_let_go_is_taken():

@@ -78,5 +78,6 @@ def _source(name: str) -> bytes:
 
 if __name__ == "__main__":
     from cdp_ident.model.effects.catalogue import NAMED
+    from cdp_ident.model.effects.motors import MOTORS
 
-    build(NAMED)
+    build((*NAMED, MOTORS))

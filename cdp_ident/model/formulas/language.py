@@ -16,10 +16,13 @@ COEFFICIENTS = ("A23", "A33", "a1", "c1", "c2", "L", "g")
 """The base parameters over A22, L [m] and g [m/s^2]."""
 VARIABLES = (*STATE, *ACCELERATIONS, *OWN, *COEFFICIENTS)
 """What laws are differentiated by, beside their parameters: they are first among the inputs of compiled code."""
-GIVEN = ("t", "direction_inner", "direction_outer", "outer_length", "carried", "sin1", "cos1", "sin2", "cos2")
+GIVEN = (
+    *("t", "direction_inner", "direction_outer", "outer_length", "carried", "sin1", "cos1", "sin2", "cos2"),
+    *("drive_inner", "drive_outer", "drive_rate_inner", "drive_rate_outer"),
+)
 """What else they may depend on: the time t in the trial [s], the direction in which each joint slips (1 or -1), the
-outer rod's length [m], the mass of weights on the rods over A22 [1/m^2], and the sines and cosines of theta1 and
-theta2."""
+outer rod's length [m], the mass of weights on the rods over A22 [1/m^2], the sines and cosines of theta1 and theta2,
+and the torques that motors are known to bring to the joints [N m], with their rates [N m/s]."""
 INPUTS = (*VARIABLES, *GIVEN)
 VALUE, PARAMETERS = 0, 1 + len(VARIABLES)
 """Columns of what compiled laws return: the value, its derivatives by the variables, and from here on by the
@@ -44,10 +47,22 @@ OPERATORS = {
 }
 
 OF_JOINT = {
-    "inner": {"angle": "theta1 - pi", "speed": "omega1", "acceleration": "alpha1"},
-    "outer": {"angle": "theta2 - theta1", "speed": "omega2 - omega1", "acceleration": "alpha2 - alpha1"},
+    "inner": {
+        "angle": "theta1 - pi",
+        "speed": "omega1",
+        "acceleration": "alpha1",
+        "drive": "drive_inner",
+        "drive_rate": "drive_rate_inner",
+    },
+    "outer": {
+        "angle": "theta2 - theta1",
+        "speed": "omega2 - omega1",
+        "acceleration": "alpha2 - alpha1",
+        "drive": "drive_outer",
+        "drive_rate": "drive_rate_outer",
+    },
 }
-"""A joint's own angle, speed and acceleration."""
+"""A joint's own angle, speed and acceleration, its motor's torque and the rate of that."""
 DERIVED = {
     "m2_l2": "A23/L",
     "pull": "a1*(cos(theta1)*alpha1 - sin(theta1)*omega1^2) + m2_l2*(cos(theta2)*alpha2 - sin(theta2)*omega2^2)",
