@@ -11,6 +11,7 @@ from cdp_ident.trial.find import find_trial
 from cdp_ident.trial.joints import select_joints
 from cdp_ident.trial.options import TrialOptions
 from cdp_ident.trial.publishers import check_publishers
+from cdp_ident.trial.sample_times import in_measured_time
 from cdp_ident.trial.trial import Trial
 from cdp_ident.trial.weights import recorded_weights
 
@@ -30,7 +31,8 @@ def load_trial(bag: Path, options: TrialOptions | None = None) -> Trial:
             weights in the bag's metadata are not possible.
     """
     options = options or TrialOptions()
-    recording, clock, clock_notes = in_device_time(read_joint_states(bag, options.topic, options.time))
+    recording = in_measured_time(read_joint_states(bag, options.topic), options)
+    recording, clock, clock_notes = in_device_time(recording)
     try:
         samples, notes = select_joints(recording, options)
         check_publishers(samples.angles, recording.topic)
