@@ -14,6 +14,7 @@ from cdp_ident.commands._csv_arguments import ANGLE_UNITS, AS_TYPED, LENGTH_UNIT
 from cdp_ident.commands._csv_time import stamps_of, times
 from cdp_ident.errors import BagError, OptionError
 from cdp_ident.trial.film import rods_on_film
+from cdp_ident.trial.gravity import in_right_ranges
 from cdp_ident.trial.joints import Samples, in_radians, select_joints
 from cdp_ident.trial.meaning import MUCH_BETTER
 from cdp_ident.trial.options import TrialOptions, Unit
@@ -93,9 +94,10 @@ def recording_of(table: Table, options: argparse.Namespace) -> Recording:
     how = ""
     if not rows.is_unit_known:
         unit, how = _angle_unit(samples, meaning)
-        samples = replace(
-            samples, angles=in_radians(samples.angles, replace(meaning, inner_unit=unit, outer_unit=unit))
-        )
+        found = replace(meaning, inner_unit=unit, outer_unit=unit)
+        inner, outer = in_radians(np.array([samples.ranges]), found)[0].tolist()
+        samples = replace(samples, angles=in_radians(samples.angles, found), ranges=(inner, outer))
+    samples = in_right_ranges(samples, meaning)
     lean = np.radians(options.lean) * np.array([meaning.inner_sign, meaning.outer_sign], dtype=float)
     lean[1] *= meaning.outer_angle == "absolute"
     samples = replace(samples, angles=np.unwrap(samples.angles, axis=0) + lean)
