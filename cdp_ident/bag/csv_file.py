@@ -35,7 +35,7 @@ _LOOKED_AT, _LETTERS = 200, 1 << 18
 _IN_MATLAB = "there, `writematrix([ts.Time ts.Data], 'swing.csv')` makes a CSV file of a timeseries"
 _OTHERS = {
     b"#ROSBAG": "a bag of ROS 1: `rosbags-convert --src {path} --dst FOLDER` makes one of ROS 2, which identify takes",
-    b"MATLAB": f"a file of MATLAB: {_IN_MATLAB}",
+    b"MATLAB": f"a file of MATLAB: {_IN_MATLAB}; without it, `scipy.io.loadmat` of Python reads plain arrays",
     b"\x89HDF": f"a file of MATLAB 7.3 (HDF5): {_IN_MATLAB}",
     b"PK\x03\x04": "a spreadsheet or an archive: save the sheet as CSV",
 }

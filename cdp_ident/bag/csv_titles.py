@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 _UNITS = {
+    "d": ("day", "days"),
     "s": ("s", "sec", "secs", "second", "seconds", "sek"),
     "ms": ("ms", "msec", "millis", "milliseconds"),
     "us": ("us", "µs", "μs", "usec", "micros", "microseconds"),
@@ -30,8 +31,11 @@ ANGLE_UNITS = ("rad", "deg", "turns", "counts")
 _SECONDS, _NANOSECONDS = re.compile("(.*)secs?"), "{}nanosecs?|{}nsecs?"
 TIME, FRAME, INNER, OUTER, CART = "time", "frame", "inner", "outer", "cart"
 POINTS = ("pivot_x", "pivot_y", "joint_x", "joint_y", "tip_x", "tip_y")
+_TIMES_BY_UNIT = "ms us millis micros"
+"""What a column of times may be called by its unit alone."""
 _NAMES = {
-    TIME: "t time times zeit temps tiempo tempo timestamp stamp elapsed elapsedtime seconds sec clock",
+    TIME: "t time times zeit temps tiempo tempo stamp timestamp elapsed elapsedtime clock sec seconds "
+    + _TIMES_BY_UNIT,
     FRAME: "frame frames framenumber frameno frameidx frameindex image bild sample samples index idx",
     CART: "cart cartposition cartpos cartx xcart cartjoint slider sliderposition",
     INNER: "inner innerangle innerjoint innerrod innerarm shoulder upper upperangle upperrod upperarm",
@@ -77,6 +81,7 @@ class Title:
         match = _BRACKETS.match(name) or _SUFFIX.match(name)
         if match and (match.re is _BRACKETS or is_unit(match[2])):
             name, stated = match[1].strip(), stated or match[2]
+        stated = stated or (name if name.casefold() in _TIMES_BY_UNIT.split() else "")
         return cls(text.strip(), name, _CANONICAL.get(stated.casefold(), ""))
 
     @property

@@ -14,7 +14,6 @@ import numpy.typing as npt
 from cdp_ident.bag.device_messages import DeviceMessages, DeviceTime
 from cdp_ident.bag.joint_state import HEAD_OFFSET, NANOSECONDS, STAMP_OFFSET, Layout, parse_layout
 from cdp_ident.bag.limits import plain_message
-from cdp_ident.bag.sample_times import Time, sample_times
 from cdp_ident.errors import BagError
 from cdp_ident.outside_text import shown
 
@@ -41,7 +40,7 @@ class JointRecording:
     joints: tuple[str, ...]
     """Every joint that is named in any message."""
     stamps: npt.NDArray[np.int64]
-    """(n,) time of the measurement [ns since the epoch]; see `notes` for where it was taken from."""
+    """(n,) of the messages' headers [ns since the epoch]; 0 where a message has none."""
     positions: npt.NDArray[np.float64]
     """(n, joints) positions as recorded [rad or m]; NaN where a message does not name the joint."""
     notes: tuple[str, ...]
@@ -50,6 +49,16 @@ class JointRecording:
     """The device's own time of the samples, where the bag has it."""
     efforts: npt.NDArray[np.float64] | None = None
     """(n, joints) efforts as recorded [N m or N], NaN where a message has none; None where no message has any."""
+    receipts: npt.NDArray[np.int64] | None = None
+    """(n,) times of receipt, ascending [ns since the epoch]; None where nothing was received."""
+
+    def __getitem__(self, chosen: npt.NDArray[np.bool_] | npt.NDArray[np.int64]) -> JointRecording:
+        """Return some of the samples."""
+        efforts = None if self.efforts is None else self.efforts[chosen]
+        receipts = None if self.receipts is None else self.receipts[chosen]
+        stamps, positions = self.stamps[chosen], self.positions[chosen]
+        device = self.device and replace(self.device, times=self.device.times[chosen])
+        return replace(self, stamps=stamps, positions=positions, efforts=efforts, receipts=receipts, device=device)
 
 
 @dataclass
@@ -159,8 +168,8 @@ class JointStates:
             )
         return group
 
-    def recording(self, name: str, topic: str, notes: list[str], time: Time) -> JointRecording:
-        """Return all messages as one recording, in the order of their receipt; `time` says which times are taken."""
+    def recording(self, name: str, topic: str, notes: list[str]) -> JointRecording:
+        """Return all messages as one recording, in the order of their receipt."""
         joints = tuple(self._joints)
         column = {joint: i for i, joint in enumerate(joints)}
         positions = np.full((len(self._receipts), len(joints)), np.nan)
@@ -176,10 +185,7 @@ class JointStates:
         if self.dropped:
             notes = [*notes, f"of {topic} {self.dropped}"]
         order = np.argsort(receipts, kind="stable")
-        times, kept, note = sample_times(stamps[order], receipts[order], time)
-        chosen = order[kept]
-        efforts = None if efforts is None else efforts[chosen]
-        return JointRecording(name, topic, joints, times[kept], positions[chosen], (*notes, *note), efforts=efforts)
+        return JointRecording(name, topic, joints, stamps, positions, tuple(notes), None, efforts, receipts)[order]
 
 
 def with_device(recording: JointRecording, devices: DeviceMessages) -> JointRecording:
@@ -191,11 +197,4 @@ def with_device(recording: JointRecording, devices: DeviceMessages) -> JointReco
     notes = recording.notes
     if not np.all(known):
         notes = (*notes, f"{np.count_nonzero(~known)} samples without the device's own time are dropped")
-    return replace(
-        recording,
-        stamps=recording.stamps[known],
-        positions=recording.positions[known],
-        efforts=None if recording.efforts is None else recording.efforts[known],
-        notes=notes,
-        device=device,
-    )
+    return replace(recording[known], notes=notes, device=device)

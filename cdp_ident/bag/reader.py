@@ -18,7 +18,6 @@ from cdp_ident.bag.joint_state import MESSAGE_TYPE
 from cdp_ident.bag.limits import LARGEST_WINDOW, Budget
 from cdp_ident.bag.mcap_scan import McapScan
 from cdp_ident.bag.metadata import METADATA_FILE, read_information
-from cdp_ident.bag.sample_times import Time
 from cdp_ident.bag.sqlite_scan import sqlite_messages, sqlite_topics
 from cdp_ident.errors import BagError
 from cdp_ident.outside_text import shown
@@ -33,13 +32,12 @@ _LEFT_FREE = 100_000_000
 """So much of the disk with the temporary files is left to others [bytes]."""
 
 
-def read_joint_states(bag: Path, topic: str, time: Time = "auto") -> JointRecording:
+def read_joint_states(bag: Path, topic: str) -> JointRecording:
     """Read the JointState messages on a topic of a rosbag2 bag; the bag itself is not changed.
 
     `bag` is a folder or one .mcap or .db3 file, also compressed as a whole (.zstd) or by message. `metadata.yaml` is
     not needed; where it names some of the folder's files, these are read. Of a file whose recorder was killed every
-    complete chunk is read, and of several files those that can be. The time of a sample is its header's
-    stamp or the time of receipt, as `time` says (`sample_times`). Where the bag has `sensor_msgs/TimeReference`
+    complete chunk is read, and of several files those that can be. Where the bag has `sensor_msgs/TimeReference`
     messages with the samples' stamps, they are the device's own times.
 
     A topic without a leading `/` that the bag does not have stands for its one topic of joint states of that name in
@@ -48,13 +46,13 @@ def read_joint_states(bag: Path, topic: str, time: Time = "auto") -> JointRecord
     Raises BagError where something cannot be read or the topic holds no JointState that can be used.
     """
     try:
-        return _read(bag, topic, time)
+        return _read(bag, topic)
     except (BagError, OSError, ValueError, RuntimeError) as error:
         text = str(error) if isinstance(error, BagError) else f"{bag} cannot be read: {error}"
         raise BagError(shown(text, _LONGEST_ERROR)) from error
 
 
-def _read(bag: Path, asked: str, time: Time) -> JointRecording:
+def _read(bag: Path, asked: str) -> JointRecording:
     files, notes = _recorded_files(bag)
     contents = _Contents(
         f"/{asked.lstrip('/')}", JointStates(bag), DeviceMessages(), Budget(bag, sum(map(_size, files)))
@@ -71,12 +69,12 @@ def _read(bag: Path, asked: str, time: Time) -> JointRecording:
     suitable = sorted(name for name, message_type in contents.types.items() if message_type in _MESSAGE_TYPES)
     in_namespaces = [name for name in suitable if not asked.startswith("/") and name.endswith(topic)]
     if topic not in contents.types and len(in_namespaces) == 1:
-        found = _read(bag, in_namespaces[0], time)
+        found = _read(bag, in_namespaces[0])
         return replace(found, notes=(f"joint states are those on {shown(in_namespaces[0])}", *found.notes))
     if not len(joints):
         others = [name for name in suitable if name != topic and contents.counts[name]]
         raise BagError("; ".join([_nothing(bag, contents, others), *map(shown, notes)]))
-    return with_device(joints.recording(bag_name(bag), topic, notes, time), contents.devices)
+    return with_device(joints.recording(bag_name(bag), topic, notes), contents.devices)
 
 
 def is_storage_file(name: str) -> bool:

@@ -10,7 +10,7 @@ from cdp_ident.errors import OptionError
 from cdp_ident.trial.wording import Wording
 from cdp_ident.user_input import quoted
 
-TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "d": 86400.0}
 ANGLE_UNITS = {"rad": 1.0, "deg": math.pi / 180, "turns": 2 * math.pi}
 LENGTH_UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
 AS_TYPED = Wording("--", " ", "-", {"start": "from", "stop": "to"}, "--anyway writes the bag all the same")

@@ -5,7 +5,8 @@ import numpy as np
 from cdp_ident.commands._csv_recording import Recording
 from cdp_ident.errors import TrialError
 from cdp_ident.model.parameters import NOMINAL
-from cdp_ident.trial.find import Found, rough_gravity
+from cdp_ident.trial.find import Found
+from cdp_ident.trial.gravity import gravity_of
 from cdp_ident.trial.joints import Samples
 from cdp_ident.trial.options import TrialOptions
 
@@ -19,8 +20,9 @@ _WELL_KNOWN = 0.2
 
 def check_film(samples: Samples, meaning: TrialOptions) -> None:
     """Raise TrialError where gravity does not pull down in the picture."""
-    lean = rough_gravity(samples, meaning)
-    if lean is None or abs(lean) <= _LARGEST_LEAN:
+    directions = gravity_of(samples, meaning)
+    lean = 0.0 if directions is None else float(np.angle(np.mean(np.exp(1j * directions))))
+    if abs(lean) <= _LARGEST_LEAN:
         return
     degrees = np.degrees(lean)
     if abs(abs(degrees) - 180) < np.degrees(_LARGEST_LEAN):

@@ -2,7 +2,6 @@
 
 import argparse
 from dataclasses import dataclass, replace
-from typing import get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -14,16 +13,18 @@ from cdp_ident.commands._csv_arguments import ANGLE_UNITS, AS_TYPED, LENGTH_UNIT
 from cdp_ident.commands._csv_time import stamps_of, times
 from cdp_ident.errors import BagError, OptionError
 from cdp_ident.trial.film import rods_on_film
+from cdp_ident.trial.gravity import in_right_ranges
 from cdp_ident.trial.joints import Samples, in_radians, select_joints
-from cdp_ident.trial.meaning import MUCH_BETTER
 from cdp_ident.trial.options import TrialOptions, Unit
-from cdp_ident.trial.units import unexplained_in
+from cdp_ident.trial.units import found_units
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
 _FEWEST_DEGREES, _MOST_RADIANS = 7.0, 20.0
 """Angles that state no unit are radians if they vary by less, and degrees by more if the motion does not tell."""
+_TELLS = 0.3
+"""Share of the acceleration that the right unit leaves unexplained at most, be a zero off or the camera lean."""
 _MEANINGS = ("zero", "outer_angle", "inner_sign", "outer_sign", "inner_scale", "outer_scale")
 """What the user may say about angles, but not about points."""
 
@@ -90,16 +91,17 @@ def recording_of(table: Table, options: argparse.Namespace) -> Recording:
     recording = JointRecording("", str(table.path), names, stamps, numbers[wanted], (), efforts=efforts)
     samples, notes = select_joints(recording, meaning)
     samples = samples[np.arange(0, len(samples.stamps), options.every)]
-    how = ""
     if not rows.is_unit_known:
-        unit, how = _angle_unit(samples, meaning)
-        samples = replace(
-            samples, angles=in_radians(samples.angles, replace(meaning, inner_unit=unit, outer_unit=unit))
-        )
+        units, how = _with_units(samples, meaning)
+        inner, outer = in_radians(np.array([samples.ranges]), units)[0].tolist()
+        samples = replace(samples, angles=in_radians(samples.angles, units), ranges=(inner, outer))
+        told = (units.inner_unit, units.outer_unit)
+        rows.columns = [f"{column}{unit[:3]} ({how})" for column, unit in zip(rows.columns, told, strict=True)]
+    samples = in_right_ranges(samples, meaning)
     lean = np.radians(options.lean) * np.array([meaning.inner_sign, meaning.outer_sign], dtype=float)
     lean[1] *= meaning.outer_angle == "absolute"
     samples = replace(samples, angles=np.unwrap(samples.angles, axis=0) + lean)
-    columns += [column + how for column in rows.columns]
+    columns += rows.columns
     length = rows.length or options.length
     return Recording(samples, meaning, length, bool(points), columns, [*table.notes, *rows.notes, *notes])
 
@@ -168,7 +170,8 @@ def _next_place(table: Table, used: set[int]) -> int:
     if not left:
         raise BagError(
             f"{table.path}: two angles of rods are needed besides the time, and its titles tell fewer, as those of one "
-            f"pendulum do: name the columns by --inner and --outer; they are {table.columns}"
+            "pendulum do: name the columns by --inner and --outer, or of x and y by --points; they are "
+            f"{table.columns}"
         )
     return left[0]
 
@@ -213,16 +216,14 @@ def _angle_factors(table: Table, places: list[int], options: argparse.Namespace)
     return np.ones(2), ""
 
 
-def _angle_unit(samples: Samples, meaning: TrialOptions) -> tuple[Unit, str]:
-    """Find the unit of angles that state none: by their size, or the one in which they move as a pendulum does."""
+def _with_units(samples: Samples, meaning: TrialOptions) -> tuple[TrialOptions, str]:
+    """Find the units of angles that state none: those in which they move as a pendulum does, else by their size."""
     size = float(np.ptp(samples.angles, axis=0).max())
     if size < _FEWEST_DEGREES:
-        return "radians", "rad (not stated: a swing in degrees is wider)"
-    left = {unit: unexplained_in(unit, samples, meaning) for unit in get_args(Unit)}
+        return meaning, "not stated: a swing in degrees is wider"
+    found, fit, _ = found_units(samples, meaning)
+    if fit and fit.unexplained < _TELLS:
+        how = f"not stated: {fit.unexplained:.1%} of the motion is unexplained in it"
+        return replace(meaning, inner_unit=found.inner_unit, outer_unit=found.outer_unit), how
     unit: Unit = "degrees" if size > _MOST_RADIANS else "radians"
-    if left["degrees"] < MUCH_BETTER * left["radians"] or left["radians"] < MUCH_BETTER * left["degrees"]:
-        unit = min(get_args(Unit), key=lambda unit: left[unit])
-        how = f"not stated: {left[unit]:.1%} of the motion is unexplained in it"
-    else:
-        how = "not stated: by their size"
-    return unit, f"{unit[:3]} ({how})"
+    return replace(meaning, inner_unit=unit, outer_unit=unit), "not stated: by their size"

@@ -23,8 +23,10 @@ _COUNTERS = {86400.0: "a time of day", 2.0**16: "a counter of 16 bits", 2.0**32:
 """What times begin anew after."""
 _LIKE_OTHERS = 10.0
 """Within how many usual steps of one they go on then."""
-_LONGEST_STEP = 0.05
-"""Steps of a time [s] longer than this show no swing: the unit is another one."""
+_LONGEST_STEP, _SHORTEST_STEP = 0.05, 2e-6
+"""Steps of a time [s] longer or shorter than these show no swing: the unit is another one."""
+_FIRST_OF_1970 = (719529.0, 25569.0)
+"""In the days of MATLAB and of spreadsheets."""
 
 
 def times(table: Table, options: argparse.Namespace, known: dict[str, int]) -> tuple[Array, set[int], list[str]]:
@@ -54,7 +56,8 @@ def times(table: Table, options: argparse.Namespace, known: dict[str, int]) -> t
     place = table.place(options.time) if options.time else known.get(TIME, 0)
     time, rolls_over = _counted_on(table.column(place))
     steps = np.diff(time[np.isfinite(time)])
-    if len(steps) and np.count_nonzero(steps > 0) < len(steps) / 2:
+    # Some logs begin with the newest row.
+    if len(steps) and np.mean(steps > 0) < 0.5 and not np.all(steps < 0):
         raise OptionError(
             f"{table.path}: {table.name(place)} does not increase as times do: name their column by --time, or give "
             "--rate if there is none"
@@ -64,6 +67,8 @@ def times(table: Table, options: argparse.Namespace, known: dict[str, int]) -> t
         unit, how = _time_unit(table, steps, place)
     if unit not in TIME_UNITS:
         raise OptionError(f"{table.path}: times in {unit}? Give --time-unit")
+    if unit == "d":
+        time = time - next((day for day in _FIRST_OF_1970 if np.nanmin(time) > day), 0.0)
     return time * TIME_UNITS[unit], counted | {place}, [f"time from {table.name(place)} in {unit}{how}{rolls_over}"]
 
 
@@ -84,11 +89,13 @@ def _counted_on(time: Array) -> tuple[Array, str]:
 
 def _time_unit(table: Table, steps: Array, place: int) -> tuple[str, str]:
     """Find the unit of a time that states none by its steps."""
-    step = float(np.median(steps)) if len(steps) else 0.0
+    step = float(np.median(np.abs(steps))) if len(steps) else 0.0
     if step == 1 and np.all(steps == np.round(steps)):
         raise OptionError(
             f"{table.path}: {table.name(place)} counts 1, 2, 3: give --rate if these are frames, or --time-unit"
         )
+    if 0.0 < step < _SHORTEST_STEP:
+        return "d", f" (not stated: steps of {step:.2g} s would be too short for a log)"
     for unit, factor in TIME_UNITS.items():
         if step * factor <= _LONGEST_STEP:
             return unit, "" if unit == "s" else f" (not stated: steps of {step:.4g} s would be too long for a swing)"

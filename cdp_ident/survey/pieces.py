@@ -120,10 +120,7 @@ def surveyed(bags: Sequence[Path], topic: str) -> tuple[list[SurveyedBag], list[
 
 
 def _first_stamp(bag: Path, topic: str) -> int:
-    stamps = read_joint_states(bag, topic).stamps
-    if not len(stamps):
-        raise BagError(f"{bag} holds no joint states")
-    return int(stamps[0])
+    return next((stamp for stamp in read_joint_states(bag, topic).stamps.tolist() if stamp), 0)
 
 
 def pieces_of(bags: Sequence[SurveyedBag], by: By) -> Iterator[Piece]:

@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from cdp_ident.model.parameters import NOMINAL
 from cdp_ident.trial import weak_form
-from cdp_ident.trial.kinematics import local_motion
+from cdp_ident.trial.kinematics import CUBIC_AT_CENTRE, local_motion
 from cdp_ident.trial.scales import Scales, sampling_step
 from cdp_ident.trial.weak_form import Kinematics
 
@@ -27,8 +27,6 @@ COLUMNS = ("A23", "A33", "c1", "c2", "G1", "G2", "k1", "k2", "D", "E12", "E1", "
 _STICKS = 0.5
 """A joint sticks where the direction of its friction is uncertain by more than this share."""
 _NOISE_SAMPLES = 2000
-_CUBIC_AT_CENTRE = 2.25
-"""A cubic fitted to N samples follows the noise of the one in the middle by this over N."""
 
 
 @dataclass(frozen=True)
@@ -149,7 +147,7 @@ def _noise(time: Array, angles: Array, scales: Scales) -> Array:
     values, _ = local_motion(time, angles, time[::every], scales.half_width)
     together = max(6.0, 2 * scales.half_width / sampling_step(time))
     median = np.median(np.abs(angles[::every] - values), axis=0)
-    return np.asarray(1.4826 * median / np.sqrt(1 - _CUBIC_AT_CENTRE / together))
+    return np.asarray(1.4826 * median / np.sqrt(1 - CUBIC_AT_CENTRE / together))
 
 
 def _gain(time: Array, scales: Scales) -> float:

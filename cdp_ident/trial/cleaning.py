@@ -5,10 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.trial.even_times import evened
 from cdp_ident.trial.joints import Samples
 from cdp_ident.trial.order import elapsed, in_order
 from cdp_ident.trial.outliers import TURN, outliers
+from cdp_ident.trial.sample_times import evened
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]

@@ -10,12 +10,10 @@ from cdp_ident.errors import TrialError
 from cdp_ident.model.effects.effect import JOINTS
 from cdp_ident.model.time_grid import interpolated
 from cdp_ident.trial.balance import WINDOW, Motion
-from cdp_ident.trial.balance import joined as joined_windows
 from cdp_ident.trial.cleaning import Piece
 from cdp_ident.trial.conventions import check_conventions
 from cdp_ident.trial.joints import Samples, model_angles
-from cdp_ident.trial.lumped import gravity_direction
-from cdp_ident.trial.meaning import Balance, balance_of
+from cdp_ident.trial.meaning import Balance
 from cdp_ident.trial.options import TrialOptions
 from cdp_ident.trial.other_motions import driven
 from cdp_ident.trial.outliers import outlier_words
@@ -168,10 +166,3 @@ def _stretch(piece: Piece, part: Part, options: TrialOptions) -> Trial:
         torques=None if piece.torques is None else signs * _of_part(piece, part, piece.torques),
         outliers=tuple(at for at in piece.outliers.tolist() if time[0] <= at <= time[-1]),
     )
-
-
-def rough_gravity(samples: Samples, options: TrialOptions) -> float | None:
-    """Return gravity's direction by the motion (`gravity_direction`) [rad]; None with too little motion."""
-    _, motions, moving, _ = recorded_motion(samples, options)
-    balance = balance_of(motions, moving, options)
-    return gravity_direction(joined_windows(list(balance.windows)), np.concatenate(moving)) if balance else None

@@ -34,11 +34,13 @@ class Samples:
     """(n,) position of the cart [m]."""
     torques: Array | None = None
     """(n, 2) torque of a motor in each joint, as measured or commanded; None where none is known."""
+    ranges: tuple[float, float] = (0.0, 0.0)
+    """Of counters of a few bits, which angles are known up to; 0 for a joint that has none [its unit]."""
 
     def __getitem__(self, chosen: Mask | Indices) -> "Samples":
         """Return some of the samples."""
         cart, torques = (None if values is None else values[chosen] for values in (self.cart, self.torques))
-        return Samples(self.stamps[chosen], self.angles[chosen], cart, torques)
+        return Samples(self.stamps[chosen], self.angles[chosen], cart, torques, self.ranges)
 
 
 def select_joints(recording: JointRecording, options: TrialOptions) -> tuple[Samples, list[str]]:
@@ -64,9 +66,10 @@ def select_joints(recording: JointRecording, options: TrialOptions) -> tuple[Sam
     of_another, note = still_publisher(readings[both])
     known[both[of_another]] = False
     notes += [note] if note else []
-    for joint, column, has, angle in zip(wanted, readings.T, known.T, _hanging(options), strict=True):
+    ranges = [0.0, 0.0]
+    for place, (joint, column, has) in enumerate(zip(wanted, readings.T, known.T, strict=True)):
         new, repeated = new_readings(column[has])
-        column[has], wrapped = continuous(column[has], angle)
+        column[has], ranges[place], wrapped = continuous(column[has])
         has[has] = new
         notes += [f"readings of {joint} {what}" for what in (repeated, wrapped) if what]
     rows, angles, note = at_common_times(time, readings, known)
@@ -98,7 +101,7 @@ def select_joints(recording: JointRecording, options: TrialOptions) -> tuple[Sam
     if recording.efforts is not None:
         efforts = recording.efforts[order][:, [recording.joints.index(joint) for joint in wanted]]
         torques = np.column_stack([_held(time[rows], time, effort) for effort in efforts.T])
-    return Samples(stamps[rows], angles, cart, torques if np.any(torques) else None), notes
+    return Samples(stamps[rows], angles, cart, torques if np.any(torques) else None, (ranges[0], ranges[1])), notes
 
 
 def _held(at: Array, time: Array, values: Array) -> Array:
@@ -126,13 +129,6 @@ def model_angles(angles: Array, options: TrialOptions) -> Array:
     if options.outer_angle == "absolute":
         return np.column_stack([theta1, absolute(angles[:, 1], options.outer_sign, options.outer_scale)])
     return np.column_stack([theta1, theta1 + options.outer_sign * angles[:, 1] / options.outer_scale])
-
-
-def _hanging(options: TrialOptions) -> tuple[float, float]:
-    """Return the angles of the inner and outer joint where the rods hang [rad]."""
-    absolute = np.pi if options.zero == "upright" else 0.0
-    outer = absolute if options.outer_angle == "absolute" else 0.0
-    return options.inner_sign * absolute, options.outer_sign * outer
 
 
 def _usable(values: Array) -> Mask:

@@ -8,9 +8,11 @@ from cdp_ident.errors import OtherMotionError, TrialError
 from cdp_ident.outside_text import shown
 from cdp_ident.trial.device_time import in_device_time
 from cdp_ident.trial.find import find_trial
+from cdp_ident.trial.gravity import in_right_ranges
 from cdp_ident.trial.joints import select_joints
 from cdp_ident.trial.options import TrialOptions
 from cdp_ident.trial.publishers import check_publishers
+from cdp_ident.trial.sample_times import in_measured_time
 from cdp_ident.trial.trial import Trial
 from cdp_ident.trial.weights import recorded_weights
 
@@ -30,11 +32,12 @@ def load_trial(bag: Path, options: TrialOptions | None = None) -> Trial:
             weights in the bag's metadata are not possible.
     """
     options = options or TrialOptions()
-    recording, clock, clock_notes = in_device_time(read_joint_states(bag, options.topic, options.time))
+    recording = in_measured_time(read_joint_states(bag, options.topic), options)
+    recording, clock, clock_notes = in_device_time(recording)
     try:
         samples, notes = select_joints(recording, options)
         check_publishers(samples.angles, recording.topic)
-        trial = find_trial(samples, options).trial
+        trial = find_trial(in_right_ranges(samples, options), options).trial
     except TrialError as error:
         there = [f"joints: {shown(', '.join(recording.joints))}"] if isinstance(error, OtherMotionError) else []
         raise TrialError("; ".join([f"{shown(bag)}: {error}", *there, *recording.notes])) from error

@@ -131,18 +131,18 @@ def fit_lumped(balance: Windows, trusted: Mask) -> Lumped:
     return Lumped(values, float(unexplained), spread, _covariance(sums, left / max(1, 2 * len(fitted))))
 
 
-def gravity_direction(balance: Windows, trusted: Mask) -> float:
-    """Return how far gravity's direction is from where the angles take it to be [rad], positive as the angles are.
+def gravity_directions(balance: Windows, trusted: Mask) -> Array:
+    """Return how far gravity's direction is from where each rod's angle takes it to be (2,) [rad], as angles count.
 
-    It is any from -pi to pi: gravity's terms are fitted with sine and cosine to the windows `trusted` (k,), twice, the
-    second time without outliers. The angles must be absolute.
+    It is any from -pi to pi: gravity's terms and the coupling are fitted with sine and cosine to the windows `trusted`
+    (k,), twice, the second time without outliers.
     """
     balance = balance[trusted]
-    columns = (*_VISCOUS, *_FRICTION, 10, 11)
+    columns = (*_VISCOUS, *_FRICTION, *_OFFSETS)
     values = _least_squares(_Sums.of(balance), columns)
     squares = _squares(balance, values)
     values = _least_squares(_Sums.of(balance[squares <= _OUTLIER * np.median(squares)]), columns)
-    return float(np.arctan2(values[10] + values[11], values[4] + values[5]))
+    return np.arctan2(values[[10, 11]], values[[4, 5]])
 
 
 @dataclass(frozen=True)

@@ -4,11 +4,11 @@ import math
 from dataclasses import dataclass
 from typing import Literal, get_args
 
-from cdp_ident.bag.sample_times import Time
 from cdp_ident.errors import OptionError
 
 OuterAngle = Literal["relative", "absolute"]
 Zero = Literal["upright", "hanging"]
+Time = Literal["auto", "stamps", "receipt"]
 Unit = Literal["radians", "degrees"]
 ScaleFrom = Literal["hanging", "zero"]
 Conventions = Literal["refuse", "warn"]

@@ -43,37 +43,32 @@ def new_readings(readings: Array) -> tuple[Mask, str]:
     return np.asarray(new), note
 
 
-def continuous(readings: Array, hanging: float) -> tuple[Array, str]:
+def continuous(readings: Array) -> tuple[Array, float, str]:
     """Return readings (n,) without the jumps of a counter of a few bits or of degrees, and in words what was found.
 
-    Readings that go on after a full turn of 2 pi are left as they are. From which of its ranges a counter began is not
-    known: it is taken to be that with which the rods hang, where the reading is `hanging`, at the end on average.
+    The second value is the counter's range, 0 where there is none: from which of its ranges it began is not known.
+    Readings that go on after a full turn of 2 pi are left as they are.
     """
     steps = np.diff(readings)
     if len(steps) <= _STAYS:
-        return readings, ""
+        return readings, 0.0, ""
     sizes = []
     for at in np.flatnonzero(np.abs(steps) > _JUMP * np.ptp(readings)):
         back = steps[at + 1 : at + 1 + _STAYS]
         if 0 < at < len(steps) - 1 and not np.any(np.abs(back + steps[at]) < _JUMP * abs(steps[at])):
             sizes.append(abs(steps[at] - 0.5 * (steps[at - 1] + steps[at + 1])))
     if not sizes:
-        return readings, ""
+        return readings, 0.0, ""
     size = float(np.median(sizes))
     turns = size / (2.0 * np.pi)
     if round(turns) and abs(turns - round(turns)) < _LIKE:
-        return readings, ""
+        return readings, 0.0, ""
     counts = size / step if (step := encoder_step(readings)) else 1.0
     bits = round(np.log2(max(counts, 1.0)))
     if bits >= 8 and abs(counts / 2**bits - 1.0) < _LIKE:
         period = 2**bits * step
-        counted_on = np.unwrap(readings, period=period)
-        off = np.mean(counted_on[-len(readings) // 3 :]) - hanging
-        ranges = round(off / period) + np.arange(-int(np.pi / period), int(np.pi / period) + 1)
-        nearest = ranges[np.argmin(np.abs(np.angle(np.exp(1j * (off - ranges * period)))))]
-        return np.asarray(
-            counted_on - nearest * period
-        ), f"wrap after {2**bits} counts ({bits} bits): they are counted on"
+        counted_on = np.asarray(np.unwrap(readings, period=period))
+        return counted_on, float(period), f"wrap after {2**bits} counts ({bits} bits): they are counted on"
     if abs(size / 360.0 - 1.0) < _LIKE:
-        return np.asarray(np.unwrap(readings, period=360.0)), "wrap after 360"
-    return readings, ""
+        return np.asarray(np.unwrap(readings, period=360.0)), 0.0, "wrap after 360"
+    return readings, 0.0, ""

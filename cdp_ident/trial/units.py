@@ -16,10 +16,15 @@ from cdp_ident.trial.wording import KEYS
 
 _WIDE = 4.0 * np.pi
 """Readings that change by less are no swing in degrees."""
+_PART = 0.25
+"""One joint that hardly moves, for its readings are taken for degrees, leaves a single pendulum, which may do."""
 
 
-def degrees_found(samples: Samples, options: TrialOptions) -> str:
-    """Say which joints are in degrees, with the settings that put it right; empty where none is, or it is set so."""
+def found_units(samples: Samples, options: TrialOptions) -> tuple[TrialOptions, Lumped | None, Lumped | None]:
+    """Return the meaning, with joints in degrees if need be, that explains the motion, and how forces balance with it.
+
+    The last value is the balance with the units given: the same where no others explain far more.
+    """
     given = options.inner_unit, options.outer_unit
     wide = np.ptp(in_radians(samples.angles, options), axis=0) > _WIDE
     # Both first: with one in the wrong unit, the other may pass for a pendulum, and leave nothing either.
@@ -29,17 +34,33 @@ def degrees_found(samples: Samples, options: TrialOptions) -> str:
     ]
     units = itertools.product(*choices)
     others = [replace(options, inner_unit=inner, outer_unit=outer) for inner, outer in units if (inner, outer) != given]
-    if not others:
-        return ""
-    meaning, fit = min((_best(samples, other) for other in others), key=lambda found: _unexplained(found[1]))
-    _, before = _best(samples, options)
-    degrees = [joint for joint in ("inner", "outer") if getattr(meaning, f"{joint}_unit") == "degrees"]
-    # One joint that hardly moves, for its readings are taken for degrees, leaves a single pendulum, which may do.
-    most = EVIDENT if len(degrees) > 1 else GOOD
+    others = [other for other in others if _swings_as_the_other(samples, other)]
+    as_given, before = _best(samples, options)
+    tried = (_best(samples, other) for other in others)
+    meaning, fit = min(tried, key=lambda found: _unexplained(found[1]), default=(options, None))
+    most = EVIDENT if meaning.inner_unit == meaning.outer_unit else GOOD
     if fit is None or fit.unexplained > min(most, MUCH_BETTER * _unexplained(before)):
+        return as_given, before, before
+    return meaning, fit, before
+
+
+def degrees_found(samples: Samples, options: TrialOptions) -> str:
+    """Say which joints are in degrees, with the settings that put it right; empty where none is, or it is set so."""
+    if not np.any(np.ptp(in_radians(samples.angles, options), axis=0) > _WIDE):
         return ""
+    meaning, fit, before = found_units(samples, options)
+    if fit is None or fit is before:
+        return ""
+    degrees = [joint for joint in ("inner", "outer") if getattr(meaning, f"{joint}_unit") == "degrees"]
     whose = "both joints are" if len(degrees) > 1 else f"the {''.join(degrees)} joint is"
     return instead(f"{whose} in degrees", options, meaning, before, fit, KEYS)
+
+
+def _swings_as_the_other(samples: Samples, options: TrialOptions) -> bool:
+    """Return whether a joint that alone is in degrees turns by no less than a part of what the other does."""
+    inner, outer = np.ptp(in_radians(samples.angles, options), axis=0)
+    alone = {("degrees", "radians"): inner >= _PART * outer, ("radians", "degrees"): outer >= _PART * inner}
+    return bool(alone.get((options.inner_unit, options.outer_unit), True))
 
 
 def _best(samples: Samples, options: TrialOptions) -> tuple[TrialOptions, Lumped | None]:
@@ -52,11 +73,6 @@ def _best(samples: Samples, options: TrialOptions) -> tuple[TrialOptions, Lumped
         (meaning, fit) for meaning, fit in outer_meanings(motions, moving, options).items() if fit.turned is not None
     ]
     return min(found, key=lambda pair: pair[1].unexplained, default=(options, None))
-
-
-def unexplained_in(unit: Unit, samples: Samples, options: TrialOptions) -> float:
-    """Return what is unexplained of samples' motion with both joints in a unit, whatever the outer angle means."""
-    return _unexplained(_best(samples, replace(options, inner_unit=unit, outer_unit=unit))[1])
 
 
 def _unexplained(fit: Lumped | None) -> float:

@@ -130,21 +130,11 @@ def test_joints_of_several_publishers_have_gaps_where_a_message_does_not_name_th
     assert np.all(recording.positions[1::2, 1] == 2.0)
 
 
-def test_without_stamps_the_time_of_receipt_is_used_and_said(tmp_path):
-    with BagWriter(tmp_path / "swing") as writer:
-        for stamp in STAMPS.tolist():
-            writer.write("/joint_states", MESSAGE_TYPE, stamp, serialize_joint_state(NAMES, (0.0, 1.0), 0))
-    recording = read_joint_states(tmp_path / "swing", "joint_states")
-    assert np.array_equal(recording.stamps, STAMPS)
-    assert "time of receipt" in recording.notes[0]
-
-
-def test_few_messages_without_stamp_are_dropped_and_counted(tmp_path):
-    stamps = STAMPS.copy()
-    stamps[[3, 9]] = 0
+def test_times_of_receipt_stand_beside_the_stamps(tmp_path):
+    stamps = np.where(np.arange(COUNT) == 0, 0, STAMPS)
     recording = read_joint_states(fill(tmp_path / "swing", stamps), "joint_states")
-    assert np.array_equal(recording.stamps, np.delete(STAMPS, [3, 9]))
-    assert "2 messages without a stamp" in recording.notes[0]
+    assert np.array_equal(recording.stamps, stamps)
+    assert np.array_equal(recording.receipts, STAMPS + 1000)
 
 
 def test_messages_that_are_no_joint_states_are_dropped_and_counted(tmp_path):

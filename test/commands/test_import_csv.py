@@ -9,6 +9,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from rosbags.highlevel import AnyReader
+from scipy.io import savemat
 
 from cdp_ident.bag.reader import read_joint_states
 from cdp_ident.commands.import_csv import main
@@ -442,3 +443,53 @@ def test_times_of_day_go_on_after_midnight(tmp_path, capsys):
     assert "a time of day, counted on where it rolls over" in capsys.readouterr().out
     stamps = read_joint_states(tmp_path / "bag", "joint_states").stamps
     assert (stamps - stamps[0]) * 1e-9 == pytest.approx(TIME, abs=1e-6)
+
+
+def written(folder, title, *columns):
+    """A file of columns of numbers or texts; returns its path."""
+    rows = zip(*(column if isinstance(column, list) else column.tolist() for column in columns), strict=True)
+    (folder / "log.csv").write_text(f"{title}\n" + "\n".join(",".join(map(str, row)) for row in rows) + "\n")
+    return str(folder / "log.csv")
+
+
+@pytest.mark.parametrize(
+    ("title", "times", "said"),
+    [
+        ("datenum", 739403.5 + TIME / 86400, "in d (not stated: steps of 5.8e-08 s would be too short for a log)"),
+        ("Time [days]", 45443.5 + TIME / 86400, "in d"),
+        ("date", [f"05/31/2024 12:00:{time:09.6f}" for time in TIME], "in s"),
+        ("datum", [f"31.05.2024 12:00:{time:09.6f}" for time in TIME], "in s"),
+        ("seq,millis", [f"{number % 65536},{1e3 * time}" for number, time in enumerate(TIME)], "'millis' in ms"),
+    ],
+)
+def test_days_dates_and_milliseconds_beside_a_counter_are_times(tmp_path, capsys, title, times, said):
+    file = written(tmp_path, f"{title},inner,outer", times, *RELATIVE.T)
+    assert main([file, "--out", str(tmp_path / "bag")]) == 0
+    assert said in capsys.readouterr().out.splitlines()[1]
+    stamps = read_joint_states(tmp_path / "bag", "joint_states").stamps
+    assert (stamps - stamps[0]) * 1e-9 == pytest.approx(TIME, abs=2e-5)
+
+
+def test_rows_that_begin_with_the_newest_are_put_in_order(tmp_path, capsys):
+    file = written(tmp_path, "t,inner,outer", TIME[::-1], *RELATIVE[::-1].T)
+    assert main([file, "--out", str(tmp_path / "bag")]) == 0
+    assert "stored late are put where their stamps belong" in capsys.readouterr().out
+    assert read_joint_states(tmp_path / "bag", "joint_states").positions == pytest.approx(RELATIVE, abs=1e-9)
+
+
+def test_one_joint_in_degrees_that_states_no_unit_is_found(tmp_path, capsys):
+    file = written(tmp_path, "t,inner,outer", TIME, RELATIVE[:, 0], np.degrees(RELATIVE[:, 1]))
+    assert main([file, "--out", str(tmp_path / "bag")]) == 0
+    said = capsys.readouterr().out
+    assert "inner from column 'inner' in rad (not stated" in said
+    assert "outer from column 'outer' in deg (not stated" in said
+
+
+@pytest.mark.parametrize("contents", [{"log": np.ones((9, 3))}, {"log": {"time": np.ones(9), "data": np.ones((9, 2))}}])
+@pytest.mark.parametrize("compressed", [False, True])
+def test_a_file_of_matlab_is_refused_with_the_line_that_makes_it_a_table(tmp_path, capsys, contents, compressed):
+    savemat(tmp_path / "log.mat", contents, do_compression=compressed)
+    assert main([str(tmp_path / "log.mat"), "--out", str(tmp_path / "bag")]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "is a file of MATLAB: there, `writematrix(" in line
+    assert "scipy.io.loadmat" in line

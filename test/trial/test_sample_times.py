@@ -1,0 +1,124 @@
+"""The times of samples are those in which the motion is smooth: stamps, times of receipt or even ones."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cdp_ident.bag.joint_recording import JointRecording
+from cdp_ident.trial.options import TrialOptions
+from cdp_ident.trial.sample_times import evened, in_measured_time
+
+TRUE = np.arange(2000) * 0.005
+NONE = np.empty(0, dtype=np.int64)
+NOISE = np.random.default_rng(1).normal(0.0, 2e-4, (2000, 2))
+SWING = np.column_stack([np.sin(5 * TRUE), 2 * np.cos(7 * TRUE)]) + NOISE
+STAMPS = 1_700_000_000_200_000_000 + 5_000_000 * np.arange(2000)
+RECEIPTS = STAMPS + 300_000 + np.random.default_rng(1).integers(0, 200_000, 2000)
+
+
+def recorded(stamps, receipts=RECEIPTS, angles=SWING):
+    return JointRecording("", "/joint_states", ("inner_joint", "outer_joint"), stamps, angles, (), receipts=receipts)
+
+
+@pytest.mark.parametrize(
+    ("stamps", "fault"),
+    [
+        (STAMPS // 10**9 * 10**9, "are whole seconds"),
+        (STAMPS // 10**9 * 10**9 + STAMPS % 10**9 // 1000, "hold microseconds where nanoseconds belong"),
+        (STAMPS // 10**9 * 10**9 + STAMPS % 10**9 // 10**6, "hold milliseconds where nanoseconds belong"),
+        (np.full(2000, STAMPS[0]), "are not the times of the samples"),
+        ((np.float32((STAMPS - STAMPS[0]) / 1e9 + 1e5).astype(float) * 1e9).astype(np.int64), "are not the times"),
+        (np.zeros(2000, dtype=np.int64), "are missing"),
+    ],
+)
+def test_useless_stamps_give_way_to_the_times_of_receipt_unless_they_are_asked_for(stamps, fault):
+    found = in_measured_time(recorded(stamps), TrialOptions())
+    assert np.array_equal(found.stamps, RECEIPTS)
+    assert f"the stamps {fault}" in found.notes[0]
+    if np.any(stamps):
+        assert np.array_equal(in_measured_time(recorded(stamps), TrialOptions(time="stamps")).stamps, stamps)
+
+
+@pytest.mark.parametrize(
+    ("stamps", "receipts"),
+    [
+        (STAMPS, RECEIPTS),
+        (STAMPS, STAMPS // 50_000_000 * 50_000_000),
+        (STAMPS + np.where(np.arange(2000) < 900, 10**11, 0), RECEIPTS),
+        (STAMPS + np.random.default_rng(3).integers(0, 2_000_000, 2000), STAMPS[0] + np.arange(2000)),
+        (STAMPS, np.full(2000, STAMPS[0])),
+    ],
+    ids=["good", "received in batches", "clock set back", "copied at once", "no receipt"],
+)
+def test_good_stamps_are_used_whatever_the_times_of_receipt_are(stamps, receipts):
+    found = in_measured_time(recorded(stamps, receipts), TrialOptions())
+    assert np.array_equal(found.stamps, stamps)
+    assert found.notes == ()
+    assert np.array_equal(in_measured_time(recorded(stamps, receipts), TrialOptions(time="receipt")).stamps, receipts)
+
+
+def test_right_stamps_in_another_order_are_kept():
+    order = np.random.default_rng(2).permutation(2000)
+    found = in_measured_time(recorded(STAMPS[order], angles=SWING[order]), TrialOptions())
+    assert np.array_equal(found.stamps, STAMPS[order])
+
+
+def test_few_messages_without_stamp_are_dropped_and_counted():
+    found = in_measured_time(recorded(np.where(np.isin(np.arange(2000), [3, 9]), 0, STAMPS)), TrialOptions())
+    assert np.array_equal(found.stamps, np.delete(STAMPS, [3, 9]))
+    assert "2 messages without a stamp are dropped" in found.notes
+    assert in_measured_time(replace(found, receipts=None), TrialOptions(time="receipt")).stamps is found.stamps
+
+
+def arrivals(every, apart, jitter=0.0):
+    """When samples come through a buffer that is emptied so often [s], one after the other."""
+    turn = np.ceil((TRUE + 1e-9) / every).astype(int)
+    emptied = turn * every + np.random.default_rng(4).uniform(0.0, jitter, turn[-1] + 1)[turn]
+    place = np.arange(2000) - np.searchsorted(turn, turn)
+    return emptied + apart * place
+
+
+@pytest.mark.parametrize("apart", [0.0, 50e-6, 150e-6])
+@pytest.mark.parametrize("every", [0.010, 0.016, 0.050])
+def test_times_of_bursts_are_those_of_the_samples(every, apart):
+    times, (note,) = evened(arrivals(every, apart), SWING, NONE)
+    assert times - times.mean() == pytest.approx(TRUE - TRUE.mean(), abs=2e-4)
+    assert "samples came in bursts" in note
+
+
+@pytest.mark.parametrize("every", [0.016, 0.050])
+@pytest.mark.parametrize("jitter", [0.0, 2e-3])
+def test_samples_that_were_lost_within_bursts_leave_gaps(every, jitter):
+    kept = np.random.default_rng(5).random(2000) > 0.01
+    times, (note,) = evened(arrivals(every, 100e-6, jitter)[kept], SWING[kept], NONE)
+    off = times - TRUE[kept]
+    assert off - np.median(off) == pytest.approx(np.zeros(len(off)), abs=5e-4)
+    assert f"{np.count_nonzero(~kept)} are missing among them" in note
+
+
+def test_a_sample_lost_in_slow_motion_shows_in_all_later_bursts():
+    slow = (SWING - NOISE) * (1.0 - np.exp(-(((TRUE - 3.0) / 0.5) ** 4)))[:, None] + NOISE
+    kept = np.arange(2000) != 600
+    times, (note,) = evened(arrivals(0.016, 1e-4)[kept], slow[kept], NONE)
+    assert np.ptp((times - TRUE[kept])[abs(TRUE[kept] - 3.0) > 0.5]) < 1e-3
+    assert "1 are missing among them" in note
+
+
+def test_stamps_in_bursts_are_kept_where_samples_were_measured_so():
+    stamps = arrivals(0.016, 150e-6)
+    measured = np.column_stack([np.sin(5 * stamps), 2 * np.cos(7 * stamps)]) + NOISE
+    times, notes = evened(stamps, measured, NONE)
+    assert times is stamps
+    assert notes == []
+
+
+def test_what_is_published_twice_with_one_stamp_is_not_spread_out():
+    times, angles = np.repeat(TRUE, 2), np.repeat(SWING, 2, axis=0)
+    assert evened(times, angles, NONE)[0] is times
+
+
+def test_jitter_gaps_and_rest_leave_times_as_they_are():
+    jitter = TRUE + np.random.default_rng(2).uniform(0.0, 2e-3, 2000)
+    for stamps, angles in ((jitter, SWING), (TRUE + 3.0 * (TRUE > 4.0), SWING), (arrivals(0.016, 0.0), 0.0 * SWING)):
+        assert evened(stamps, angles, NONE)[0] is stamps
