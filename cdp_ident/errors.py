@@ -26,6 +26,10 @@ class TrialError(CdpIdentError):
     """A bag is readable, but what it holds is not a trial that parameters can be identified from."""
 
 
+class NoFreeMotionError(TrialError):
+    """A recording holds no zero-input motion that is long enough."""
+
+
 class OtherMotionError(TrialError):
     """The motion is not that of a free double pendulum, whatever its columns mean."""
 

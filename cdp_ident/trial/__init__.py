@@ -1,1 +1,1 @@
-"""From the samples of a bag to a trial: one zero-input motion in the model's angles."""
+"""From the samples of a bag to a trial: one motion, free or with known inputs, in the model's angles."""

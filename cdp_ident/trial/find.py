@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.errors import TrialError
+from cdp_ident.errors import NoFreeMotionError, TrialError
 from cdp_ident.model.effects.effect import JOINTS
 from cdp_ident.model.time_grid import interpolated
 from cdp_ident.trial.balance import WINDOW, Motion
@@ -14,10 +14,10 @@ from cdp_ident.trial.cleaning import Piece
 from cdp_ident.trial.conventions import check_conventions
 from cdp_ident.trial.joints import Samples, model_angles
 from cdp_ident.trial.meaning import Balance
-from cdp_ident.trial.options import TrialOptions
+from cdp_ident.trial.options import Input, TrialOptions
 from cdp_ident.trial.other_motions import driven
 from cdp_ident.trial.outliers import outlier_words
-from cdp_ident.trial.recorded_motion import recorded_motion
+from cdp_ident.trial.recorded_motion import Recorded, recorded_motion
 from cdp_ident.trial.scales import PER_UNIT
 from cdp_ident.trial.trial import Trial, joined
 from cdp_ident.trial.units import degrees_found
@@ -28,7 +28,7 @@ Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
 _MOSTLY = 0.5
-"""What drives more than this share of the motion is its input; else what is driven is cut off."""
+"""What drives more than this share of a motion that is nowhere free for long is its input."""
 _HANGING = 0.1
 """Share of the largest angle from hanging up to which rods hang still that stay below it for half a unit of time."""
 
@@ -59,15 +59,45 @@ def find_trial(samples: Samples, options: TrialOptions, wording: Wording = KEYS)
     in_degrees = degrees_found(samples, options) if wording is KEYS else ""
     if in_degrees and options.conventions == "refuse":
         raise TrialError(f"{in_degrees}; {wording.insist}")
-    pieces, motions, moving, notes = recorded_motion(samples, options, wording)
-    by_motors, gains = _driven(pieces, motions, moving, options)
-    driver = options.input if options.input != "auto" else _driver(motions, by_motors, options)
-    if driver == "joints":
+    recorded = recorded_motion(samples, options, wording)
+    by_motors, gains = _driven(*recorded[:3], options)
+    if options.input != "auto":
+        return _found(recorded, by_motors, gains, options, wording, in_degrees)
+    try:
+        return _found(recorded, by_motors, gains, replace(options, input="none"), wording, in_degrees)
+    except NoFreeMotionError:
+        if (driver := _driver(recorded[1], by_motors, options)) == "none":
+            raise
+        return _found(recorded, by_motors, gains, replace(options, input=driver), wording, in_degrees)
+
+
+def _found(
+    recorded: Recorded,
+    by_motors: Sequence[Mask],
+    gains: Array,
+    options: TrialOptions,
+    wording: Wording,
+    in_degrees: str,
+) -> Found:
+    """Find a motion with a given input.
+
+    Args:
+        recorded: see `recorded_motion`.
+        by_motors: at which grid points (m,) of each motion motors drive the joints.
+        gains: (2,) of their torques.
+        options: what the angles mean, and the input.
+        wording: how the user writes options.
+        in_degrees: that readings are in degrees, in words, or nothing.
+    """
+    pieces, motions, moving, notes = recorded
+    if options.input == "joints":
         _refuse_reversed(gains, options)
         motions, by_motors = _with_torques(motions, pieces), [np.zeros(len(m.time), dtype=bool) for m in motions]
-    if driver == "cart":
+        notes = [*notes, "motors drive the joints: their efforts are known torques [N m]"]
+    if options.input == "cart":
         options = replace(options, cart_limit=np.finfo(float).max)
         moving = tuple(moving_windows(motion, options) for motion in motions)
+        notes = [*notes, "the cart is driven: its measured acceleration is a known input"]
     moving = tuple(
         mask & ~covering(flags, WINDOW) if len(mask) else mask for mask, flags in zip(moving, by_motors, strict=True)
     )
@@ -82,20 +112,15 @@ def find_trial(samples: Samples, options: TrialOptions, wording: Wording = KEYS)
             f"and {wording.name('stop')}"
         )
     trial = _joined(pieces, taken, options)
-    trial = trial if driver == "joints" else replace(trial, torques=None)
-    if driver == "joints":
-        notes = [*notes, "motors drive the joints: their efforts are known torques [N m]"]
+    trial = trial if options.input == "joints" else replace(trial, torques=None)
     return Found(replace(trial, notes=(*notes, *trial.notes, *warnings, *cuts, *impulses)), tuple(warnings), balance)
 
 
-def _driver(motions: Sequence[Motion], by_motors: Sequence[Mask], options: TrialOptions) -> str:
+def _driver(motions: Sequence[Motion], by_motors: Sequence[Mask], options: TrialOptions) -> Input:
     """Return what drives most of the motion: the measured cart, motors in the joints, or nothing."""
     moves = ~np.concatenate([at_rest(motion, options.rest_amplitude) for motion in motions])
     by_cart = np.concatenate([cart_driven(motion, options.cart_limit) for motion in motions])
-    shares = {
-        name: np.count_nonzero(moves & by) / max(np.count_nonzero(moves), 1)
-        for name, by in (("joints", np.concatenate(by_motors)), ("cart", by_cart))
-    }
+    shares: dict[Input, float] = {"joints": np.mean(np.concatenate(by_motors)[moves]), "cart": np.mean(by_cart[moves])}
     most = max(shares, key=lambda name: shares[name])
     return most if shares[most] > _MOSTLY else "none"
 

@@ -15,14 +15,13 @@ from cdp_ident.trial.wording import KEYS, Wording
 from cdp_ident.trial.zero_input import moving_windows
 
 Mask = npt.NDArray[np.bool_]
+Recorded = tuple[list[Piece], tuple[Motion, ...], tuple[Mask, ...], list[str]]
 
 _FEWEST_SAMPLES = 4
 """Samples in one unit of the motion's time scale below which its velocities cannot be estimated."""
 
 
-def recorded_motion(
-    samples: Samples, options: TrialOptions, wording: Wording = KEYS
-) -> tuple[list[Piece], tuple[Motion, ...], tuple[Mask, ...], list[str]]:
+def recorded_motion(samples: Samples, options: TrialOptions, wording: Wording = KEYS) -> Recorded:
     """Return the pieces that are long enough, the motion of each, which windows show it, and what was dropped.
 
     Raises TrialError where no piece is long enough.

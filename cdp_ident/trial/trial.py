@@ -1,4 +1,4 @@
-"""A trial: one stretch of zero-input motion, in the angles that the model uses."""
+"""A trial: one stretch of motion without input, or with a known one, in the angles that the model uses."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -17,7 +17,7 @@ Array = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Trial:
-    """One zero-input motion of the pendulum, as measured.
+    """One motion of the pendulum, free or with known inputs, as measured.
 
     `theta` holds the paper's theta1 (inner rod) and theta2 (outer rod): both absolute, zero upright, pi hanging,
     positive towards +x, continuous. Samples keep the spacing at which they were measured; nothing is resampled.

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.ndimage import binary_closing, binary_dilation, maximum_filter1d, minimum_filter1d
 
-from cdp_ident.errors import TrialError
+from cdp_ident.errors import NoFreeMotionError
 from cdp_ident.trial.balance import WINDOW, Motion, torques
 from cdp_ident.trial.meaning import Balance
 from cdp_ident.trial.options import TrialOptions
@@ -140,14 +140,14 @@ def find_parts(
 def choose_parts(parts: Sequence[Part], shortest: float) -> tuple[list[Part], list[str]]:
     """Take the longest free motion: one part, or several with nothing between them but short gaps in the samples.
 
-    The notes say what is cut and why. Raises TrialError where none lasts `shortest` [s].
+    The notes say what is cut and why. Raises NoFreeMotionError where none lasts `shortest` [s].
     """
     motions = _free_motions(parts, shortest)
     longest = max(motions, key=_lasts, default=[])
     if _lasts(longest) < shortest:
         found = f"the longest has {_lasts(longest):.2f} s" if longest else "there is none"
         causes = ", ".join(_describe(part) for part in parts if part.cause != FREE and part.duration > 0.05)
-        raise TrialError(
+        raise NoFreeMotionError(
             f"no zero-input motion of at least {shortest:.3g} s: {found} ({causes or 'nothing else is there'})"
         )
     notes = [f"cut {_describe(part)}" for part in parts if part.cause != FREE]
