@@ -33,8 +33,8 @@ class TrialOptions:
     cart_joint: str = "cart_joint"
     """Name of the cart's joint; the cart is taken to be at rest where a bag lacks it. Empty: do not look for it."""
     input: Input = "auto"
-    """What drives the motion that is taken: nothing, the measured cart, or motors in the joints; auto: nothing, or where
-    no motion is free for long what drives most of it. Efforts of motors are in [N m]."""
+    """What drives the motion that is taken: nothing, the measured cart, or motors in the joints; auto: nothing, or
+    where no motion is free for long what drives most of it. Efforts of motors are in [N m]."""
     outer_angle: OuterAngle = "relative"
     """Whether the outer joint's position is the angle relative to the inner rod, or absolute."""
     zero: Zero = "upright"
