@@ -11,7 +11,7 @@ from itertools import combinations
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.diagnosis.inertia import Inertia
+from cdp_ident.diagnosis.inertia import GUESSED, Inertia
 from cdp_ident.diagnosis.uncertainty import reduced_sensitivities
 from cdp_ident.fit.physical import PhysicalValues, logarithmic_derivatives
 from cdp_ident.fit.prior import Prior
@@ -22,8 +22,6 @@ Array = npt.NDArray[np.float64]
 
 CONFIDENCE = 1.96
 """Half width of a 95 % interval, in standard deviations."""
-GUESSED = 0.5
-"""Relative standard deviation from which on a value is as good as guessed."""
 _WIDEST = 0.5
 """Half width of the interval, as a share of the value, from which on a value counts as not determined."""
 _UNOBSERVABLE = 1e-6

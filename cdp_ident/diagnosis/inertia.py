@@ -11,6 +11,9 @@ from cdp_ident.model.parameters import INVERSE_INERTIA, inertia_about_cart
 
 Array = npt.NDArray[np.float64]
 
+GUESSED = 0.5
+"""Relative standard deviation from which on a value is as good as guessed."""
+
 
 @dataclass(frozen=True)
 class Inertia:

@@ -4,7 +4,8 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from cdp_ident.diagnosis.identifiability import CONFIDENCE, GUESSED
+from cdp_ident.diagnosis.identifiability import CONFIDENCE
+from cdp_ident.diagnosis.inertia import GUESSED
 
 CERTAINTY = {"named": "", "probable": "probably ", "acts_like": "something that acts like "}
 """Words before the name of an effect, by how sure the name is."""

@@ -164,7 +164,7 @@ def trace(
         else (),
         completed=completed,
         errors=errors,
-        unexplained=unexplained(after, whole, data.noise, completed.inertia.value),
+        unexplained=unexplained(after, whole, data.noise, completed.inertia),
         in_doubt=in_doubt,
         whole=whole,
         by_windows=final.by_windows if final else True,

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from cdp_ident.diagnosis.inertia import GUESSED, Inertia
 from cdp_ident.likelihood.whole_swing import LARGER, NEAR, WholeSwings
 from cdp_ident.model.effects.effect import JOINTS, Joint
 from cdp_ident.tracing.final_model import FinalModel
@@ -32,14 +33,14 @@ class Unexplained:
     """What it is and how large, in words."""
 
 
-def unexplained(final: FinalModel, whole: WholeSwings | None, noise: Array, inertia: float) -> Unexplained:
+def unexplained(final: FinalModel, whole: WholeSwings | None, noise: Array, inertia: Inertia) -> Unexplained:
     """Describe what remains.
 
     Args:
         final: the model with the effects that were found, as it was judged.
         whole: the same with its final values; None where these were not found.
         noise: (2,) standard deviation of the noise of theta1 and theta2 [rad].
-        inertia: A22 [kg m^2], to give torques in N m.
+        inertia: A22; where it is but guessed, words give torques over it.
     """
     errors = np.array([max(fit.rmse(angle) for fit in (final.fit, final.holdout)) for angle in range(2)])
     times = final.holdout.rmse() / float(np.sqrt(np.mean(noise**2)))
@@ -50,9 +51,10 @@ def unexplained(final: FinalModel, whole: WholeSwings | None, noise: Array, iner
     over_noise = errors / _with_memory(noise, whole)
     worst = int(np.argmax(over_noise))
     missing = MissingTorque.of(whole)
-    torque = inertia * np.sqrt(np.mean(missing.torque**2 + missing.std**2, axis=0))
+    over_inertia = np.sqrt(np.mean(missing.torque**2 + missing.std**2, axis=0))
+    torque = inertia.value * over_inertia
     joints = np.flatnonzero(whole.is_missing)
-    said = " and ".join(f"{1e3 * torque[k]:.2g} mN m in the {JOINTS[k]} joint" for k in joints)
+    said = " and ".join(f"{_size(over_inertia[k], inertia)} in the {JOINTS[k]} joint" for k in joints)
     if not np.any(over_noise > LARGER):
         memory = whole.noise.memory
         words = ["nothing but the encoders' noise"]
@@ -68,6 +70,13 @@ def unexplained(final: FinalModel, whole: WholeSwings | None, noise: Array, iner
         worst = dependence.joint
         words = [f"torques of {said} are missing (root mean square)", dependence.words(inertia)]
     return Unexplained(True, JOINTS[worst], times, torque, "; ".join(words))
+
+
+def _size(torque: float, inertia: Inertia) -> str:
+    """Return a torque over A22 in words."""
+    if inertia.relative_std > GUESSED:
+        return f"{torque:.2g} 1/s² over A22"
+    return f"{1e3 * inertia.value * torque:.2g} mN m"
 
 
 def _with_memory(noise: Array, whole: WholeSwings) -> Array:
@@ -92,10 +101,10 @@ class _Dependence:
     torque: float
     """Mean missing torque in the bin where it is largest, over A22 [rad/s^2]."""
 
-    def words(self, inertia: float) -> str:
+    def words(self, inertia: Inertia) -> str:
         return (
             f"{100 * self.share:.0f} % of that in the {JOINTS[self.joint]} joint goes with the {self.regressor}, which "
-            f"is {1e3 * inertia * self.torque:.2g} mN m at {self.low:.2g} to {self.high:.2g} {self.unit}"
+            f"is {_size(self.torque, inertia)} at {self.low:.2g} to {self.high:.2g} {self.unit}"
         )
 
 

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from cdp_ident.diagnosis.inertia import Inertia
 from cdp_ident.likelihood.noise import Noise
 from cdp_ident.likelihood.whole_swing import likely_near
 from cdp_ident.tracing.unexplained import unexplained
@@ -15,8 +16,8 @@ OF_ANGLES = NOISE * np.array([1.0, np.sqrt(2.0)])
 """Noise of theta1 and theta2, the sum of both encoders' angles [rad]."""
 FRICTION = 4e-4
 """In the outer joint [N m]."""
-INERTIA = 0.06
-"""A22 [kg m^2]."""
+INERTIA = Inertia(0.06, 0.1, np.zeros(len(TRUE)), False)
+"""A22."""
 
 
 def final(error=1.0, outer=None):
@@ -29,8 +30,8 @@ def final(error=1.0, outer=None):
     return SimpleNamespace(fit=SimpleNamespace(rmse=rmse), holdout=SimpleNamespace(rmse=rmse))
 
 
-def remains(whole, **of_final):
-    return unexplained(final(**of_final), whole, OF_ANGLES, INERTIA)
+def remains(whole, inertia=INERTIA, **of_final):
+    return unexplained(final(**of_final), whole, OF_ANGLES, inertia)
 
 
 def of_its_noise(whole):
@@ -68,6 +69,9 @@ def test_a_missing_torque_remains_in_its_joint_with_what_it_goes_with(rubbing_tw
     assert found.torque[0] == 0.0
     assert found.torque[1] == pytest.approx(FRICTION, rel=0.6)
     assert f"{1e3 * found.torque[1]:.2g} mN m in the outer joint are missing" in found.description
+    guessed = remains(rubbing_twice, replace(INERTIA, relative_std=1.0), error=3.0)
+    assert f"{found.torque[1] / INERTIA.value:.2g} 1/s² over A22 in the outer joint are missing" in guessed.description
+    assert "N m" not in guessed.description
     assert "% of that in the outer joint goes with the outer joint's speed" in found.description
 
 
