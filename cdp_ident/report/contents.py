@@ -116,7 +116,7 @@ def _trials(outcome: Outcome) -> list[Section]:
             "samples": len(trial.time),
             "start_s": trial.start,
             "duration_s": trial.duration,
-            "clock": trial.clock,
+            "clock": trial.clock and trial.clock._asdict(),
             "outliers_s": trial.outliers,
             "weights": trial.weights,
             "warnings": trial.notes,

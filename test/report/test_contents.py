@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from cdp_ident.bag.diagnostics import ClockRate
 from cdp_ident.configuration.settings import Settings
 from cdp_ident.diagnosis.warnings import find_warnings
 from cdp_ident.model.parameters import GROUPS, NOMINAL
@@ -45,6 +46,14 @@ def test_it_has_the_keys_of_its_schema(content):
         assert list(quantity) == ["value", "std", "unit", "determined"]
     assert set(before["error"]["fit"]) == set(before["error"]["holdout"]) == ERROR
     assert list(content["stages"]) == ["nominal", "search", "refined"]
+
+
+def test_a_device_s_clock_is_stated_with_its_deviation(outcome):
+    first, *others = outcome.loaded.fit
+    timed = (replace(first, clock=ClockRate(3e-6, 2e-6)), *others)
+    content = json.loads(json_text(report(replace(outcome, loaded=replace(outcome.loaded, fit=timed)))))
+    assert content["trials"][0]["clock"] == {"fast": 3e-6, "std": 2e-6}
+    assert not problem(content)
 
 
 def test_an_effect_comes_with_its_evidence_and_its_parameters_with_units(content):
