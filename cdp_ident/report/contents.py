@@ -1,7 +1,7 @@
 """The contents of `report.json`."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import is_dataclass
+from dataclasses import fields, is_dataclass
 from datetime import datetime, timezone
 from typing import Any
 
@@ -46,7 +46,7 @@ def plain(content: Any) -> Any:
     if isinstance(content, str):
         return shown(content, LONGEST_TEXT)
     if is_dataclass(content):
-        content = vars(content)
+        content = {field.name: getattr(content, field.name) for field in fields(content)}
     if isinstance(content, Mapping):
         return {shown(key, LONGEST_TEXT): plain(value) for key, value in content.items()}
     if isinstance(content, list | tuple):
