@@ -31,7 +31,7 @@ BLUE = "#3a8fc4"
 CONFIDENCE = 1.96
 EDGES = (0.0, 0.5, 0.7, 0.9, 0.99, 0.999, 1.0)
 """Of bins of probabilities: most names are nearly certain."""
-NOTHING, NO_NAME = "nothing", "a torque without a name"
+NOTHING, NO_NAME = "nothing", "a nonparametric torque"
 
 Result = dict[str, Any]
 
@@ -73,7 +73,7 @@ def outcomes(results: Sequence[Result]) -> Table:
         "right",
         "missed",
         "too weak",
-        "without a name",
+        "nonparametric",
         "false",
         "error / noise, median",
         "worst",

@@ -47,7 +47,7 @@ def test_intervals_are_counted_by_group():
         (result("none", named=[], probability=[], right=[]), [("nothing", "nothing")]),
         (result("none", right=[], false=["backlash.inner"]), [("nothing", "backlash")]),
         (result(right=[], missed=["air_drag.inner"]), [("air_drag", "nothing")]),
-        (WRONG, [("magnet", "joint_spring"), ("nothing", "a torque without a name")]),
+        (WRONG, [("magnet", "joint_spring"), ("nothing", "a nonparametric torque")]),
     ],
 )
 def test_what_was_hidden_stands_beside_what_was_found_for_it(of, pairs):
