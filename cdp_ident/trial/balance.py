@@ -101,19 +101,16 @@ def windows(motion: Motion) -> Windows:
     balance = weak_form.integrated(k, functions, directions, NOMINAL["g"], ("A22", *COLUMNS))
     slack = functions.values_of(1.0 - np.abs(directions.T)).T
     if motion.torques is not None:
-        balance = _without_torques(balance, functions.values_of(motion.torques.T))
+        balance = _without_torques(balance, weak_form.pushes_of(functions, motion.torques))
     return Windows(balance[..., 1:], -balance[..., 0], slack, np.tile(motion.noise, (len(balance), 1)))
 
 
-def _without_torques(balance: Array, torques: Array) -> Array:
-    """Return the balance (k, 2, columns) without what torques in both joints (2, k) explain, whatever their gains are.
+def _without_torques(balance: Array, pushes: Array) -> Array:
+    """Return the balance (k, 2, columns) without what torques (`pushes_of`) explain, whatever their gains are.
 
     What else is fitted to it is as if the gains were fitted, too (Frisch and Waugh, Econometrica 1, 1933).
     """
-    inner, outer = torques
-    # A torque between the rods acts on both.
-    known = np.stack([np.column_stack([inner, -outer]), np.column_stack([np.zeros_like(inner), outer])], axis=1)
-    basis, _ = np.linalg.qr(known.reshape(-1, 2))
+    basis, _ = np.linalg.qr(pushes.reshape(-1, 2))
     rows = balance.reshape(len(basis), -1)
     return np.asarray((rows - basis @ (basis.T @ rows)).reshape(balance.shape))
 

@@ -93,20 +93,16 @@ def driven(
     balance = balance_of(motions, moving, options)
     if balance is None:
         return nowhere, np.zeros(2)
-    acting = [_integrated(motion, torque) for motion, torque in zip(motions, torques, strict=True)]
+    acting = [
+        weak_form.pushes_of(weak_form.Windows.of(WINDOW // 2, motion.scales.spacing), torque)
+        for motion, torque in zip(motions, torques, strict=True)
+    ]
     values = _with_torques(balance, moving, acting)
     if values is None:
         return nowhere, np.zeros(2)
     gravity = np.maximum(np.abs(values[4:6]), 0.1 * np.abs(values[4:6]).max())
     shares = [np.abs(torque * values[_LUMPED:]) / gravity for torque in torques]
     return [np.asarray(np.any(share > options.hand_torque, axis=1)) for share in shares], -values[_LUMPED:]
-
-
-def _integrated(motion: Motion, torque: Array) -> Array:
-    """Return what the torques of both joints (m, 2) do to both rods in each window, (k, 2, 2)."""
-    inner, outer = weak_form.Windows.of(WINDOW // 2, motion.scales.spacing).values_of(torque.T)
-    # A torque between the rods acts on both.
-    return np.stack([np.column_stack([inner, -outer]), np.column_stack([np.zeros_like(inner), outer])], axis=1)
 
 
 def _with_torques(balance: Balance, moving: Sequence[Mask], acting: Sequence[Array]) -> Array | None:

@@ -47,7 +47,7 @@ class Kinematics:
     cart: Array
     """(1 + copies, m) speed of the cart [m/s]."""
     torques: Array | None = None
-    """(1 + copies, m, 2) torques of motors in the joints [N m]; None where there are none."""
+    """(m, 2) torques of motors in the joints [N m]; None where there are none."""
 
     @property
     def joint_angles(self) -> Array:
@@ -119,6 +119,13 @@ class Windows:
         return np.asarray(view[:: self.stride].all(axis=-1))
 
 
+def pushes_of(windows: Windows, torques: Array) -> Array:
+    """Return what torques in both joints (m, 2) do to both rods in each window, (windows, rods, joints)."""
+    inner, outer = windows.values_of(torques.T)
+    # A torque between the rods acts on both.
+    return np.stack([np.column_stack([inner, -outer]), np.column_stack([np.zeros_like(inner), outer])], axis=1)
+
+
 def integrated(k: Kinematics, windows: Windows, directions: Array, gravity: float, columns: Sequence[str]) -> Array:
     """Return what lumped numbers are multiplied by in each window, (…, windows, 2, columns), of both equations.
 
@@ -159,8 +166,8 @@ def integrated(k: Kinematics, windows: Windows, directions: Array, gravity: floa
             turned = q(c * product)
             first[:], second[:] = turned - p(s * w2), -turned - p(s * w1)
         elif name == "M":
-            inner, outer = np.moveaxis(np.zeros_like(k.theta) if k.torques is None else k.torques, -1, 0)
-            first[:], second[:] = q(outer - inner), -q(outer)
+            if k.torques is not None:
+                found[..., place] = -pushes_of(windows, k.torques).sum(axis=-1)
         elif name == "E1":
             first[:] = -q(np.cos(theta1))
         elif name == "E2":
