@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from cdp_ident.machine import compilation
 from cdp_ident.machine.compilation import compiled, is_to_be_kept
 from cdp_ident.pipeline.compile_ahead import compile_ahead
 
@@ -48,6 +49,17 @@ def test_what_is_kept_is_not_compiled_again(monkeypatch):
     before = threading.active_count()
     compile_ahead()
     assert threading.active_count() == before
+
+
+def test_a_second_program_loads_everything_that_a_first_one_compiled():
+    def files_after_a_program():
+        subprocess.run([sys.executable, "-m", "cdp_ident.pipeline.compile_ahead"], check=True)
+        assert compilation._CACHE_FOLDER is not None
+        return {path.name: path.stat().st_mtime_ns for path in Path(compilation._CACHE_FOLDER).glob("*.nbc")}
+
+    kept = files_after_a_program()
+    assert len(kept) > 10
+    assert files_after_a_program() == kept
 
 
 @pytest.mark.campaign

@@ -6,6 +6,7 @@ code. Making it needs sympy, using it does not.
 """
 
 import hashlib
+import sys
 from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
@@ -37,14 +38,15 @@ def module_of(effects: tuple[Effect, ...], paper: bool) -> Generated:
     """
     digest = _digest(effects, paper)
     if BUILT.exists() and f'DIGEST = "{digest}"' in (text := BUILT.read_text(encoding="utf-8")):
-        return _executed(text, str(BUILT))
+        return _executed(digest, text, str(BUILT))
     name = f"laws_{digest}.py"
-    return _executed(kept(name, lambda: _text(effects, digest, paper).encode()).decode(), name)
+    return _executed(digest, kept(name, lambda: _text(effects, digest, paper).encode()).decode(), name)
 
 
-def _executed(text: str, file: str) -> Generated:
-    module = Generated(Path(file).stem)
+def _executed(digest: str, text: str, file: str) -> Generated:
+    module = Generated(f"{__package__}.laws_{digest}")
     module.text = text
+    sys.modules[module.__name__] = module  # where kept machine code looks for what it is made of
     exec(compile(text, file, "exec"), module.__dict__)
     return module
 
