@@ -19,7 +19,7 @@ from cdp_ident.fit.mechanism import Mechanism
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.prior import Prior
-from cdp_ident.fit.refinement import refine_from_afar
+from cdp_ident.fit.refinement import refine
 from cdp_ident.fit.windows import cut_into_windows
 from cdp_ident.machine.parallel import core_count
 from cdp_ident.model.effects.catalogue import CATALOGUE
@@ -177,7 +177,7 @@ def _of_measured() -> list[Table]:
     clock, theta1, theta2 = np.loadtxt(MEASURED, delimiter=",", skiprows=1, usecols=(0, 1, 2))[::5].T
     windows = cut_into_windows([Trial("measured", clock - clock[0], np.column_stack([theta1, theta2]))])
     begin = time.process_time()
-    fit = refine_from_afar(MEASURED_MODEL, MEASURED_MODEL.initial_values(MEASURED_GROUPS), windows)
+    fit = refine(MEASURED_MODEL, MEASURED_MODEL.initial_values(MEASURED_GROUPS), windows)
     seconds = time.process_time() - begin
     duration = windows[-1].begin + windows[-1].duration
     return [

@@ -81,13 +81,17 @@ def _fixed_windows(_trial: Any, scales: Any, *_others: Any) -> Callable[[float],
     return lambda time: 12.0 * float(scales.time_unit)
 
 
+def _its_values(found: Any) -> Any:
+    return found.values
+
+
 def _as_many(theta: Any) -> Any:
     return np.ones_like(theta)
 
 
 RULES = (
-    Rule("other maxima", "cdp_ident.tracing.model_search:ModelSearch._at_another_maximum", _second),
-    Rule("promises of second maxima", "cdp_ident.tracing.model_search:ModelSearch._from_second", _no),
+    Rule("other maxima", "cdp_ident.tracing.model_search:likelier_maximum", _first),
+    Rule("other maxima of the paper's model", "cdp_ident.pipeline.identify:likelier_maximum", _first),
     Rule("zeros by trial", "cdp_ident.tracing.model_search:ModelSearch._zeros", _no),
     Rule("extended models", "cdp_ident.tracing.model_search:ModelSearch._enrich", _no),
     Rule("replacements", "cdp_ident.tracing.model_search:ModelSearch._replace", _no),
@@ -99,17 +103,9 @@ RULES = (
     Rule("imitation", "cdp_ident.tracing.certainty:_imitates", _no),
     Rule("withdrawal", "cdp_ident.tracing.trace:is_worse", _no),
     Rule("predictable windows", "cdp_ident.pipeline.identify:predictable_lengths", _fixed_windows),
-    Rule("reweighting", "cdp_ident.pipeline.identify:reweighted", _first),
-    Rule("spikes", "cdp_ident.fit.spikes:_LIMIT", 1e9),
     Rule("windows astray", "cdp_ident.tracing.final_model:with_starts_found_again", _first),
-    Rule(
-        "geodesic acceleration",
-        "cdp_ident.fit.normal_equations:NormalEquations.accelerated",
-        lambda self, point, step, damping: step,
-    ),
-    Rule("searches again", "cdp_ident.fit.estimation:_MOST_SEARCHES", 1),
-    Rule("shorter windows", "cdp_ident.pipeline.identify_and_trace:_MOST_ATTEMPTS", 1),
     Rule("windows of half a swing", "cdp_ident.pipeline.identify_and_trace:_is_followed", _yes),
+    Rule("values with less torque", "cdp_ident.tracing.final_model:values_with_less_torque", _its_values),
     Rule("tails of torques", "cdp_ident.likelihood.noise:Noise.with_tails", _first),
     Rule("memory of noise", "cdp_ident.likelihood.whole_swing:_Search._remember", _nothing),
     Rule("runs of readings", "cdp_ident.likelihood.swing:weights_of_runs", _as_many),

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cdp_ident.design.knowledge import Knowledge
-from cdp_ident.diagnosis.uncertainty import covariance
+from cdp_ident.diagnosis.uncertainty import curvature, scaled_inverse
 from cdp_ident.fit.data import noise_over
 from cdp_ident.fit.mechanism import Mechanism
 from cdp_ident.fit.motion_model import MotionModel
@@ -45,6 +45,11 @@ def swing(
     heavier = with_weight(TABLE_5, weight.rod, mass, place, weight.inertia)
     trial = twin(rng, heavier, start, times, noise=NOISE, counts_per_turn=None, tolerance=1e-10)
     return replace(trial, weights=(weight,))
+
+
+def covariance(fit: Fit) -> Array:
+    """Return the covariance (unknowns, unknowns) of values fitted over windows, of white noise."""
+    return np.asarray(fit.variance * scaled_inverse(curvature(fit) + fit.model.penalty, 1e-12)[0])
 
 
 @dataclass(frozen=True)

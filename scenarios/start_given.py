@@ -9,10 +9,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cdp_ident.fit.estimation import SHORT_IGA, search_objective
 from cdp_ident.fit.force_balance import Pieces, balances_of
 from cdp_ident.fit.mechanism import Mechanism
 from cdp_ident.fit.motion_model import MotionModel
+from cdp_ident.fit.objective import SHORT_IGA, search_objective
 from cdp_ident.fit.prior import Prior
 from cdp_ident.fit.refinement import refine
 from cdp_ident.fit.windows import Window, as_one_window, cut_into_windows

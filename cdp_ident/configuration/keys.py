@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 from cdp_ident.configuration.field_documentation import field_documentation, without_unit
-from cdp_ident.fit.estimation import SHORT_IGA
+from cdp_ident.fit.objective import SHORT_IGA
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.model.parameters import CONSTANTS, PARAMETERS
 from cdp_ident.model.weight_settings import ADDED, DESCRIPTIONS
@@ -81,9 +81,7 @@ def _of_dataclass(of: type[Any], defaults: Any, prefix: str, fixed_defaults: boo
 
 
 def _method() -> Key:
-    text = (
-        "the paper's search in full, by name; empty: the improved one, cut short, as the refinement takes over from it"
-    )
+    text = "the paper's search in full, by name; empty: the improved one, cut short, as the fit takes over from it"
     return Key("method", str, "", text, choices=("", *METHODS))
 
 

@@ -72,7 +72,6 @@ def fit_to(candidate: CandidateTrial, knowledge: Knowledge) -> Fit:
         residuals=tuple(np.zeros(shape) for shape in shapes),
         sensitivities=tuple(sensitivities),
         weights=tuple(np.ones(shape) for shape in shapes),
-        iterations=0,
         simulations=1,
         converged=True,
     )

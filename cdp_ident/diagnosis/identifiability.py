@@ -11,10 +11,9 @@ from itertools import combinations
 import numpy as np
 import numpy.typing as npt
 
+from cdp_ident.diagnosis.identification import Identification
 from cdp_ident.diagnosis.inertia import GUESSED, Inertia
-from cdp_ident.diagnosis.uncertainty import reduced_sensitivities
-from cdp_ident.fit.physical import PhysicalValues, logarithmic_derivatives
-from cdp_ident.fit.prior import Prior
+from cdp_ident.fit.physical import logarithmic_derivatives
 from cdp_ident.fit.refinement import Fit
 from cdp_ident.model.parameters import GROUPS, INVERSE_INERTIA, SYMBOLS
 
@@ -41,8 +40,8 @@ class Direction:
     """One combination of the model's unknowns, a product of powers of them."""
 
     singular_value: float
-    """By how many times the residual all the measured angles together change when the logarithm of the combination
-    changes by 1: its inverse is the combination's relative standard deviation if the residuals are white."""
+    """Square root of the information on the logarithm of the combination: its inverse is the combination's relative
+    standard deviation."""
     exponents: Mapping[str, float]
     """Power of each unknown in the combination; their squares add up to 1."""
 
@@ -89,19 +88,10 @@ class Identifiability:
     """The same in sentences for people."""
 
 
-def identifiability(
-    fit: Fit, covariance: Array, physical: PhysicalValues, inertia: Inertia, prior: Prior, trials: Sequence[str]
-) -> Identifiability:
-    """Say what a fit determines.
-
-    Args:
-        fit: the fit whose first unknowns are the base parameters.
-        covariance: (unknowns, unknowns) covariance of its values.
-        physical: the physical values chosen for it.
-        inertia: A22.
-        prior: says which of them were measured beforehand.
-        trials: names of the trials.
-    """
+def identifiability(found: Identification) -> Identifiability:
+    """Say what an identification determines."""
+    fit, covariance, physical, inertia = found.fit, found.covariance, found.physical, found.inertia
+    prior = found.options.prior
     length, _ = fit.model.constants(fit.values)
     named = np.flatnonzero(fit.model.of_rig & ~fit.model.of_curves)
     names, values = [fit.model.names[index] for index in named], fit.values[named]
@@ -109,7 +99,7 @@ def identifiability(
     undetermined = tuple(
         name for name, value, deviation in zip(names, values, std, strict=True) if not is_determined(value, deviation)
     )
-    directions, unobservable = _directions(fit)
+    directions, unobservable = _directions(fit, found.whole.triangle)
     # A base parameter that is correlated with L or g is determined as well as they are known.
     hidden = set(undetermined) - {name for tradeoff in unobservable for name in tradeoff.changes}
     shown = (*GROUPS, INVERSE_INERTIA) if inertia.shown else GROUPS
@@ -135,7 +125,7 @@ def identifiability(
         to_measure=_to_measure(free),
         words=(),
     )
-    words = [*_words_on_unknowns(result, names, values, std), *_words_on_inertia(fit, inertia, trials)]
+    words = [*_words_on_unknowns(result, names, values, std), *_words_on_inertia(fit, inertia, found.data.names)]
     if physical.possible:
         words += _words_on_physical_values(result, tuple(prior.known), inertia, physical.inertia_std_once_weighed)
     return Identifiability(**{**vars(result), "words": tuple(words)})
@@ -146,17 +136,11 @@ def is_determined(value: float, std: float) -> bool:
     return bool(CONFIDENCE * std < _WIDEST * abs(value))
 
 
-def _directions(fit: Fit) -> tuple[tuple[Direction, ...], tuple[Tradeoff, ...]]:
-    """Part the unknowns that are not zero into combinations, by the singular values of their scaled sensitivities."""
+def _directions(fit: Fit, triangle: Array) -> tuple[tuple[Direction, ...], tuple[Tradeoff, ...]]:
+    """Part the unknowns that are not zero into combinations, by the singular values of their scaled information."""
     shown = np.flatnonzero(fit.model.of_rig & ~fit.model.of_curves & (fit.values != 0.0))
     names = [fit.model.names[index] for index in shown]
-    # What is known beforehand counts as one more measurement of each.
-    rows = [np.diag(np.sqrt(np.diag(fit.model.penalty)))[:, shown]]
-    rows += [
-        (np.sqrt(weight)[..., None] * sensitivity)[..., shown].reshape(-1, len(shown))
-        for sensitivity, weight in zip(reduced_sensitivities(fit), fit.weights, strict=True)
-    ]
-    scaled = np.concatenate(rows) * fit.values[shown] / np.sqrt(fit.variance)
+    scaled = triangle[:, shown] * fit.values[shown]
     _, singular, vectors = np.linalg.svd(scaled, full_matrices=False)
     vectors = np.array([vector * np.sign(_largest(vector)) for vector in vectors])
     directions = tuple(

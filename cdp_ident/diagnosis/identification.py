@@ -10,15 +10,15 @@ import numpy.typing as npt
 from cdp_ident.diagnosis.inertia import Inertia
 from cdp_ident.diagnosis.length import LengthByBalance
 from cdp_ident.diagnosis.repeatability import Repeatability, repeatability
-from cdp_ident.diagnosis.uncertainty import covariance
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.data import Data
-from cdp_ident.fit.estimation import Estimate
 from cdp_ident.fit.force_balance import ForceBalance
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.physical import PhysicalValues, nearest_physical_values
 from cdp_ident.fit.refinement import Fit
+from cdp_ident.likelihood.whole_swing import WholeSwings
 from cdp_ident.model.parameters import GROUPS, INVERSE_INERTIA
+from cdp_ident.search.genetic_search import SearchResult
 
 Array = npt.NDArray[np.float64]
 Result = TypeVar("Result")
@@ -34,9 +34,14 @@ class Identification:
     """Balances of forces of the trials, the most likely first; none where there is too little motion."""
     length: LengthByBalance | None
     """L by the balance of forces, where it differs clearly from the given one."""
-    estimate: Estimate
+    search: SearchResult
+    """The paper's search, from whose best chromosome the fit begins."""
+    whole: WholeSwings
+    """The model's most likely values given whole swings."""
+    fit: Fit
+    """The motion over windows under the values that are given."""
     covariance: Array
-    """(unknowns, unknowns) covariance of the fitted values."""
+    """(unknowns, unknowns) covariance of these."""
     physical: PhysicalValues
     inertia: Inertia
     failure: str
@@ -52,26 +57,30 @@ class Identification:
         data: Data,
         balances: tuple[ForceBalance, ...],
         length_by_balance: LengthByBalance | None,
-        estimate: Estimate,
+        search: SearchResult,
+        whole: WholeSwings,
+        fit: Fit,
+        covariance: Array,
         failure: str = "",
     ) -> "Identification":
-        """Diagnose an estimate."""
-        fit, failures = estimate.fit, list[str]()
-        spread = _if_possible("how sure the values are", lambda: covariance(fit), failures)
-        if spread is None:  # then none of them is
-            spread = np.diag(np.full(len(fit.values), np.inf))
-        physical = _physical(options, fit, spread)
+        """Diagnose a fitted model; see the fields."""
+        failures = list[str]()
+        physical = _physical(options, fit, covariance)
+        fitted = {window.trial for window in data.fit}
+        compared = _if_possible("each trial alone", lambda: repeatability(whole, fitted, data.names), failures)
         return cls(
             options=options,
             data=data,
             balances=balances,
             length=length_by_balance,
-            estimate=estimate,
-            covariance=spread,
+            search=search,
+            whole=whole,
+            fit=fit,
+            covariance=covariance,
             physical=physical,
-            inertia=Inertia.of(fit.model, fit.values, spread, physical),
+            inertia=Inertia.of(fit.model, fit.values, covariance, physical),
             failure=failure,
-            repeatability=_if_possible("each trial alone", lambda: repeatability(fit, data.names), failures),
+            repeatability=compared,
             failures=tuple(failures),
         )
 
@@ -82,11 +91,6 @@ class Identification:
         return replace(self, covariance=spread, physical=physical, inertia=inertia)
 
     @property
-    def fit(self) -> Fit:
-        """The refined fit."""
-        return self.estimate.fit
-
-    @property
     def enough(self) -> float:
         """Motion in which effects are looked for, where there is more [s]: what the user asks for, or what suffices."""
         return self.options.motion_for_effects or self.data.scales.enough
@@ -94,7 +98,7 @@ class Identification:
     @property
     def interrupted(self) -> bool:
         """Whether the search was ended early."""
-        return not self.estimate.search.completed
+        return not self.search.completed
 
 
 def _if_possible(what: str, compute: Callable[[], Result | None], failures: list[str]) -> Result | None:

@@ -5,11 +5,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.diagnosis.uncertainty import covariance
 from cdp_ident.diagnosis.warnings import FitWarning
+from cdp_ident.fit.data import Data
 from cdp_ident.fit.motion_model import MotionModel
-from cdp_ident.fit.refinement import fit_initial_states, refine
+from cdp_ident.fit.refinement import fit_initial_states
 from cdp_ident.fit.windows import cut_into_windows
+from cdp_ident.likelihood.noise import Noise
+from cdp_ident.likelihood.recorded import one_recorded, states_of
+from cdp_ident.likelihood.whole_swing import NEAR, likely_near
 from cdp_ident.trial.trial import Trial
 
 Array = npt.NDArray[np.float64]
@@ -78,7 +81,7 @@ class NewTrialCheck:
 
 
 def check_new_trial(
-    model: MotionModel, values: Array, spread: Array, expected: float, trial: Trial, window: float
+    model: MotionModel, values: Array, spread: Array, expected: float, trial: Trial, data: Data
 ) -> NewTrialCheck:
     """Check a trial by a model that was not fitted to it.
 
@@ -88,21 +91,24 @@ def check_new_trial(
         spread: (unknowns, unknowns) their covariance.
         expected: its error on held-out motion [rad].
         trial: the new trial.
-        window: length of the windows [s].
+        data: that of the trials before it, which gives the length of windows, and scales.
 
     Raises:
-        IdentificationError: the trial is too short for a single window.
+        IdentificationError: the trial is too short for a single window, or has no motion that can be computed.
     """
-    windows = [replace(w, trial=_NO_TRIAL) for w in cut_into_windows([trial], min(window, trial.duration))]
+    windows = [replace(w, trial=_NO_TRIAL) for w in cut_into_windows([trial], min(data.window, trial.duration))]
     # A single trial does not determine A22; nor do trials that all had the same weights.
     known, remain = model.with_inertia_known(values)
     model, values, spread = known, values[remain], spread[np.ix_(remain, remain)]
     held = fit_initial_states(model, values, windows)
-    alone = refine(held.model, held.values, held.windows)
+    recorded = one_recorded(data, trial, _NO_TRIAL, NEAR)
+    states = states_of(recorded, held.model, held.values, held.windows)
+    noise = Noise.white(recorded.encoders, recorded.large_torque)
+    alone = likely_near(held.model, held.values, recorded, states, noise)
     # Zeros of a trial are not the rig's, and coefficients of curves have no meaning one by one.
     new, old = (fitted.of_rig & ~fitted.of_curves for fitted in (alone.model, model))
     names, before, now = np.array(model.names)[old], values[old], alone.values[new]
-    variances = np.diag(covariance(alone))[new] + np.diag(spread)[old]
+    variances = np.diag(alone.covariance)[new] + np.diag(spread)[old]
     seen = np.isfinite(variances) & (variances > 0)
     deviations = np.zeros(len(before))
     deviations[seen] = (now - before)[seen] / np.sqrt(variances[seen])

@@ -1,14 +1,13 @@
 """Whether the estimates from each trial alone agree with each other."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 from scipy.special import chdtrc
 
-from cdp_ident.diagnosis.uncertainty import covariance
-from cdp_ident.fit.refinement import Fit, refine
+from cdp_ident.likelihood.whole_swing import WholeSwings, likely_near
 
 Array = npt.NDArray[np.float64]
 
@@ -34,25 +33,38 @@ class Repeatability:
         return self.p_value > 0.01
 
 
-def repeatability(fit: Fit, names: Sequence[str]) -> Repeatability | None:
+def repeatability(found: WholeSwings, trials: Collection[int], names: Sequence[str]) -> Repeatability | None:
     """Fit each trial alone, beginning from the joint fit; None where only one trial was fitted.
 
     The estimates are compared by their weighted sum of squares about their weighted mean, which is chi-squared
     distributed if they agree. A22, where weights show it, is that of the joint fit: by it the estimates of a trial with
     weights are those of the rig without.
+
+    Args:
+        found: the joint fit.
+        trials: which of its trials are compared.
+        names: of all trials.
+
+    Raises:
+        IdentificationError: a trial alone cannot be fitted.
     """
-    indices = sorted({window.trial for window in fit.windows})
+    indices = sorted({swing.trial for swing in found.recorded.swings} & set(trials))
     if len(indices) < 2:
         return None
-    model, remain = fit.model.with_inertia_known(fit.values)
+    model, remain = found.model.with_inertia_known(found.values)
     values, covariances = [], []
     for index in indices:
-        alone = refine(model, fit.values[remain], [window for window in fit.windows if window.trial == index])
+        places = [k for k, swing in enumerate(found.recorded.swings) if swing.trial == index]
+        recorded = replace(found.recorded, swings=tuple(found.recorded.swings[k] for k in places))
+        states = [found.states[k] for k in places]
+        alone = likely_near(model, found.values[remain], recorded, states, replace(found.noise, tails=()))
         values.append(alone.values)
-        covariances.append(covariance(alone))
+        covariances.append(alone.covariance)
     std = np.sqrt([np.diag(spread) for spread in covariances])
-    # Coefficients of curves would agree in any case, because of their penalties.
+    # Coefficients of curves would agree in any case, as they are smooth; what happens once is of one trial.
     seen = np.all(np.isfinite(std) & (std > 0), axis=0) & model.of_rig & ~model.of_curves
+    for index, active in enumerate(model.effects):
+        seen[model.places(index)] &= active.trial is None
     inverses = [np.linalg.pinv(spread[np.ix_(seen, seen)], hermitian=True) for spread in covariances]
     estimates = np.array(values)[:, seen]
     mean = np.linalg.pinv(sum(inverses), hermitian=True) @ sum(
@@ -62,7 +74,7 @@ def repeatability(fit: Fit, names: Sequence[str]) -> Repeatability | None:
         (estimate - mean) @ inverse @ (estimate - mean) for inverse, estimate in zip(inverses, estimates, strict=True)
     )
     # The common A22 was chosen so that they agree.
-    freedom = (len(indices) - 1) * int(seen.sum()) - int(fit.model.inertia_free)
+    freedom = (len(indices) - 1) * int(seen.sum()) - int(found.model.inertia_free)
     return Repeatability(
         trials=tuple(names[index] for index in indices),
         names=model.names,

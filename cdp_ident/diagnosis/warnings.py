@@ -70,10 +70,10 @@ def outlier_warnings(trials: Iterable[Trial]) -> list[FitWarning]:
 
 def _not_finished(found: Identification) -> Iterator[FitWarning]:
     if found.interrupted:
-        yield FitWarning("interrupted", (), f"the search was ended early ({found.estimate.search.stopped})")
-    if not found.fit.converged:
-        steps = found.fit.iterations
-        yield FitWarning("not_converged", (), f"the refinement had not converged after {steps} iterations")
+        yield FitWarning("interrupted", (), f"the search was ended early ({found.search.stopped})")
+    if not found.whole.converged:
+        steps = found.whole.steps
+        yield FitWarning("not_converged", (), f"the fit to whole swings had not converged after {steps} steps")
 
 
 def _impossible(found: Identification) -> Iterator[FitWarning]:
@@ -154,11 +154,13 @@ def _disagreement(found: Identification) -> Iterator[FitWarning]:
     with np.errstate(divide="ignore", invalid="ignore"):
         distance = np.nan_to_num(np.ptp(compared.values, axis=0) / np.sqrt(np.sum(compared.std**2, axis=0)))
     worst = int(np.argmax(distance))
+    weights = any(trial.weights for trial in found.data.trials)
+    asked = ". Are the weights where they are said to be, and as heavy?" if weights else ""
     yield FitWarning(
         "trials_disagree",
         (compared.names[worst], *compared.trials),
         f"the trials disagree (p = {compared.p_value:.2g}), most about {compared.names[worst]}: alone they give values "
-        f"{100 * spread[worst]:.2g} % apart; the standard deviations do not cover that",
+        f"{100 * spread[worst]:.2g} % apart; the standard deviations do not cover that{asked}",
     )
 
 
@@ -207,7 +209,7 @@ def _outliers_of_the_fit(found: Identification) -> Iterator[FitWarning]:
     trials = found.data.trials
     outlying = [0] * len(trials)
     total = [0] * len(trials)
-    sizes = [np.abs(e @ w.whitening.T) for e, w in zip(found.fit.errors, found.fit.windows, strict=True)]
+    sizes = [np.abs(error) for error in found.fit.errors]
     limit = OUTLIER * float(np.median(np.concatenate(sizes))) / MEDIAN_OF_SIZE
     for window, size in zip(found.fit.windows, sizes, strict=True):
         outlying[window.trial] += int(np.count_nonzero(np.max(size, axis=1) > limit))

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.errors import IdentificationError
-from cdp_ident.fit.refinement import Fit, refine
+from cdp_ident.fit.refinement import Fit, fit_initial_states
 from cdp_ident.fit.windows import Window
 from cdp_ident.trial.kinematics import local_motion
 
@@ -23,11 +23,10 @@ _BETTER = 0.8
 """… and has a better initial state if that leaves at most this share of its squared error."""
 
 
-def with_starts_found_again(fit: Fit, hold_values: bool = False) -> Fit:
-    """Return a fit whose windows all have the best of some initial states; the same fit, where they have already.
+def with_starts_found_again(fit: Fit) -> Fit:
+    """Return a fit of initial states whose windows all have the best of some; the same, where they have already.
 
-    Those whose error is far above the other windows' are fitted again, from their own samples and from rest. Then all
-    is refined, unless the values are held.
+    Those whose error is far above the other windows' are fitted again, from their own samples and from rest.
     """
     errors = [float(np.sum(r**2)) / w.independent for r, w in zip(fit.residuals, fit.windows, strict=True)]
     far = [k for k, error in enumerate(errors) if error > _ASTRAY**2 * np.median(errors)]
@@ -39,10 +38,7 @@ def with_starts_found_again(fit: Fit, hold_values: bool = False) -> Fit:
             windows[index] = best.windows[0]
     if all(new is old for new, old in zip(windows, fit.windows, strict=True)):
         return fit
-    try:
-        again = refine(fit.model, fit.values, windows, hold_values=hold_values)
-    except IdentificationError:
-        return fit
+    again = fit_initial_states(fit.model, fit.values, windows)
     return again if again.squared_error < fit.squared_error else fit
 
 
@@ -63,6 +59,6 @@ def _others(fit: Fit, index: int) -> list[Array]:
 
 def _fitted(fit: Fit, window: Window) -> Fit | None:
     try:
-        return refine(fit.model, fit.values, [window], hold_values=True)
+        return fit_initial_states(fit.model, fit.values, [window])
     except IdentificationError:
         return None

@@ -41,18 +41,6 @@ class Autocorrelation:
         return cls(length, max(total, 1.0))
 
 
-def long_run_products(terms: Array, lags: int) -> Array:
-    """Return the sum (k, k) of the products of terms (n, k) that are up to so many lags apart, with Bartlett's weights.
-
-    It estimates the covariance of the terms' sum (Newey and West, Econometrica 55, 1987), and is that of the running
-    sums of lags + 1 terms, over lags + 1.
-    """
-    totals = np.concatenate([np.zeros((1, terms.shape[1])), np.cumsum(terms, axis=0)])
-    ends = np.arange(1, len(terms) + lags + 1)
-    running = totals[np.minimum(ends, len(terms))] - totals[np.maximum(ends - lags - 1, 0)]
-    return np.asarray(running.T @ running / (lags + 1))
-
-
 def autocovariance(residuals: Sequence[Array]) -> Array:
     """Return the sums (lags, 2) of products of residuals so many samples apart in one window, from lag 0 on [rad^2].
 

@@ -1,7 +1,8 @@
 """Trials cut into windows, each with its role."""
 
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -11,7 +12,7 @@ from cdp_ident.fit.noise import noise_of, rounding_of_averages
 from cdp_ident.fit.roles import PartedTrial
 from cdp_ident.fit.scales import Scales
 from cdp_ident.fit.window_lengths import Lengths, window_bounds
-from cdp_ident.fit.windows import Window, cut_at
+from cdp_ident.fit.windows import Window, cut_at, split
 from cdp_ident.trial.trial import Trial
 
 Array = npt.NDArray[np.float64]
@@ -42,6 +43,14 @@ class Data:
     def noise_level(self) -> float:
         """Root mean square of both angles' noise [rad]."""
         return float(np.sqrt(np.mean(self.noise**2)))
+
+    def over_shorter_windows(self, longest: float) -> "Data":
+        """Return the same in windows that are no longer than so much [s]."""
+        fit, holdout = (
+            tuple(piece for window in of for piece in split(window, math.ceil(window.duration / longest)))
+            for of in (self.fit, self.holdout)
+        )
+        return replace(self, fit=fit, holdout=holdout, window=_typical((*fit, *holdout)))
 
     @property
     def names(self) -> list[str]:
@@ -75,9 +84,7 @@ def _mean(deviations: Sequence[Array]) -> Array:
     return np.asarray(np.sqrt(np.mean(np.square(deviations), axis=0)))
 
 
-def prepare(
-    parted: Sequence[PartedTrial], lengths: Sequence[Lengths], scales: Scales, noise: Array, longest: float = np.inf
-) -> Data:
+def prepare(parted: Sequence[PartedTrial], lengths: Sequence[Lengths], scales: Scales, noise: Array) -> Data:
     """Cut trials into windows, and give each its role.
 
     Args:
@@ -85,7 +92,6 @@ def prepare(
         lengths: of the windows of each trial; shorter where there would be too few otherwise.
         scales: of the rig.
         noise: (2,) of theta1 and theta2 over the trials to fit [rad].
-        longest: no window is longer [s].
 
     Raises:
         IdentificationError: the trials are too short.
@@ -100,15 +106,19 @@ def prepare(
     fit: list[Window] = []
     holdout: list[Window] = []
     for index, (trial, length_at) in enumerate(zip(parted, lengths, strict=True)):
-        bounds_of_stretches = window_bounds(trial.trial, length_at, min(total / _FEWEST_WINDOWS, longest))
+        bounds_of_stretches = window_bounds(trial.trial, length_at, total / _FEWEST_WINDOWS)
         for stretch, bounds in enumerate(bounds_of_stretches):
             windows = cut_at(trial.trial, index, bounds, scales.step, scales.half_width, scales.encoder_steps)
             (holdout if stretch in trial.held_out else fit).extend(windows)
     if len(fit) < 2 or not holdout:
         raise IdentificationError("the trials have too few samples to fit and to evaluate the fit: record longer ones")
-    typical = float(np.median([window.duration for window in (*fit, *holdout)]))
     trials, measured = (tuple(of) for of in zip(*((part.trial, part.measured) for part in parted), strict=True))
-    return Data(trials, measured, tuple(fit), tuple(holdout), noise, typical, scales)
+    return Data(trials, measured, tuple(fit), tuple(holdout), noise, _typical((*fit, *holdout)), scales)
+
+
+def _typical(windows: Sequence[Window]) -> float:
+    """Return the length of a window, in the median [s]."""
+    return float(np.median([window.duration for window in windows]))
 
 
 def _duration(trial: Trial) -> float:

@@ -5,6 +5,8 @@ another one's sake, and none is kept from its minimum by one whose joint sticks 
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -22,7 +24,7 @@ from cdp_ident.fit.normal_equations import (
     damp,
     outlier_limit,
 )
-from cdp_ident.fit.windows import Window
+from cdp_ident.fit.windows import Window, split
 
 Array = npt.NDArray[np.float64]
 Flags = npt.NDArray[np.bool_]
@@ -58,6 +60,7 @@ def fit_each_window(model: MotionModel, values: Array, windows: Sequence[Window]
                 break
             fits.reweigh(left, limit)
         left = fits.iterate(left, limit, tolerance)
+    fits.find_again(tolerance)
     return fits
 
 
@@ -115,6 +118,37 @@ class HeldValues:
             self._damping[others] * DAMPING_FACTOR,
         )
         return others[~gained_little & (self._damping[others] < LARGEST_DAMPING)]
+
+    def find_again(self, tolerance: float) -> None:
+        """Begin windows that have not converged anew, from what their first half shows: it is less chaotic.
+
+        Each keeps the better of its two initial states.
+        """
+        lost = [k for k in np.flatnonzero(~self.converged) if len(split(self._windows[k], 2)) > 1]
+        if not lost:
+            return
+        halves = [split(self._windows[k], 2)[0] for k in lost]
+        begun = fit_each_window(self._model, self._values, halves, tolerance)
+        others = HeldValues(
+            self._model,
+            self._values,
+            [replace(self._windows[k], start=start) for k, start in zip(lost, begun.starts, strict=True)],
+        )
+        left: Indices = np.arange(len(lost))
+        while len(left) and others.iterations < MOST_FOR_STARTS:
+            left = others.iterate(left, np.inf, tolerance)
+        for place, k in enumerate(lost):
+            if others.costs[place] < self.costs[k]:
+                for own, found in zip(self._of_windows, others._of_windows, strict=True):
+                    own[k] = found[place]
+
+    @property
+    def _of_windows(self) -> tuple[Any, ...]:
+        """What there is of each window."""
+        return (
+            self.starts, self.residuals, self.sensitivities, self.weights, self.costs, self.converged, self._normal,
+            self._right, self._damping,
+        )  # fmt: skip
 
     def _move_near(self, chosen: Indices, change: Array, expected: Array) -> None:
         """Move initial states by small steps, in which residuals are linear: no simulation is needed."""

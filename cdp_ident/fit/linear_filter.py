@@ -19,12 +19,3 @@ def carried_on(coefficients: Array, new: Array) -> Array:
     diagonals = np.empty((order + 1, len(new)))
     diagonals[0], diagonals[1:] = 1.0, -coefficients[:, None]
     return np.asarray(solve_banded((order, 0), diagonals, new.reshape(len(new), -1))).reshape(new.shape)
-
-
-def new_in(coefficients: Array, process: Array) -> Array:
-    """Return what is new in each sample (n - p, …) of a process (n, …) with coefficients (p,), but for the first p."""
-    count = len(coefficients)
-    new = process[count:].copy()
-    for lag, coefficient in enumerate(coefficients, start=1):
-        new -= coefficient * process[count - lag : len(process) - lag]
-    return new

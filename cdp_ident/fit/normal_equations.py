@@ -2,9 +2,7 @@
 
 The initial states are coupled only through the common unknowns. So they are eliminated window by window, and the work
 grows with the number of windows, not with its cube. Source: Bock, Recent advances in parameter identification
-techniques for ODE, 1983; the damping is Marquardt's (1963). In chaotic motion the cost has narrow curved valleys: steps
-with geodesic acceleration (Transtrum and Sethna, arXiv 1201.5885, 2012) follow them, where straight steps become very
-short.
+techniques for ODE, 1983; the damping is Marquardt's (1963).
 """
 
 from collections.abc import Sequence
@@ -25,11 +23,6 @@ from cdp_ident.machine.parallel import parallel_for
 
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
-
-_PROBE = 0.1
-"""The residuals' second derivative is a difference over this share of the step."""
-_MOST_ACCELERATION = 0.75
-"""A step whose acceleration is larger, over its velocity, is too long; the value is that of the method's authors."""
 
 FIRST_DAMPING, LEAST_DAMPING, LARGEST_DAMPING = 1e-3, 1e-12, 1e8
 DAMPING_FACTOR = 4.0
@@ -173,22 +166,6 @@ class NormalEquations:
         cost = float(costs.sum() + off @ self._penalty @ off)
         return Point(values, starts, cost, residuals, sensitivities, weights, normal, right), costs
 
-    def residuals_at(self, values: Array, starts: Sequence[Array]) -> list[Array] | None:
-        """Return each window's residuals (n, 2) [rad], or None where the motion cannot be computed."""
-        all_values = self.all_values(values)
-        residuals: list[Array] = [np.empty(0)] * len(self._windows)
-
-        def work(first: int, last: int) -> None:
-            for block in self._blocks[first:last]:
-                theta, _, bounds = self._model.predict_together(
-                    all_values, starts[block.windows], self._windows[block.windows], "none"
-                )
-                whitened = np.einsum("nkl,nl->nk", block.whitening, block.theta - theta)
-                residuals[block.windows] = [whitened[one:end] for one, end in pairwise(bounds.tolist())]
-
-        parallel_for(work, len(self._blocks))
-        return residuals if all(np.all(np.isfinite(residual)) for residual in residuals) else None
-
     def step(self, point: Point, damping: float) -> Step:
         """Return the damped Gauss-Newton step."""
         penalised = self._penalty @ (point.values - self._known)
@@ -213,28 +190,8 @@ class NormalEquations:
             right=right,
         )
 
-    def accelerated(self, point: Point, step: Step, damping: float) -> Step | None:
-        """Return a step with its geodesic acceleration, or None where that is too large for the step to be trusted."""
-        change = step.values - point.values
-        velocity = _moves(point, step)
-        near = _PROBE * velocity
-        probe = self.residuals_at(point.values + _PROBE * change, _moved(point.starts, near[:, : self._model.states]))
-        if probe is None:
-            return None
-        right = np.empty_like(point.right)
-        parts = zip(point.residuals, probe, point.sensitivities, point.weights, near, strict=True)
-        for index, (residual, probed, sensitivity, weight, moved) in enumerate(parts):
-            half_second_derivative = (probed - residual + sensitivity @ moved) / _PROBE**2
-            right[index] = np.einsum("nj,njk->k", weight * half_second_derivative, sensitivity)
-        more, more_starts = self._solve(step.values, point.normal, right, damping)
-        half_acceleration = np.array([[*moved, *more] for moved in more_starts])
-        scale = point.normal.diagonals
-        if 4.0 * np.sum(scale * half_acceleration**2) > _MOST_ACCELERATION**2 * np.sum(scale * velocity**2):
-            return None
-        return replace(step, values=step.values + more, starts=_moved(step.starts, more_starts))
-
     def _solve(
-        self, values: Array, normal: Normals, right: Array, damping: float, penalised: Array | float = 0.0
+        self, values: Array, normal: Normals, right: Array, damping: float, penalised: Array
     ) -> tuple[Array, Array]:
         """Solve the damped normal equations, the initial states eliminated window by window.
 

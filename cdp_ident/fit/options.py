@@ -5,10 +5,10 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from cdp_ident.errors import OptionError
-from cdp_ident.fit.estimation import PAPER_SPAN, SHORT_IGA
 from cdp_ident.fit.mechanism import Mechanism
 from cdp_ident.fit.model_unknowns import TORQUE_STD
 from cdp_ident.fit.motion_model import MotionModel
+from cdp_ident.fit.objective import PAPER_SPAN, SHORT_IGA
 from cdp_ident.fit.prior import Prior
 from cdp_ident.search.options import METHODS, GeneticOptions
 
@@ -20,13 +20,13 @@ class IdentifyOptions:
     prior: Prior = field(default_factory=Prior)
     """Nominal and known values, and the box of the search."""
     method: Literal["iga", "tga"] | None = None
-    """The paper's search in full, by name; None: the improved one, cut short, as the refinement takes over from it."""
+    """The paper's search in full, by name; None: the improved one, cut short, as the fit takes over from it."""
     genetic: GeneticOptions | None = None
     """The search's settings, where they are not those of the method."""
     seed: int = 1
     """Seed of the only random generator."""
     window: float = 0.0
-    """Length of the windows of refinement and evaluation [s]; 0 for what suits the rig and its motion."""
+    """Length of the windows over which predictions are judged [s]; 0 for what suits the rig and its motion."""
     length_std: float = 0.005
     """How well L is known before it is fitted: its standard deviation as a share of it, by default that of a length
     measured with a ruler; 0 where it is exact."""

@@ -1,13 +1,8 @@
-"""The refinement: multiple shooting, from the search's result to the minimum.
-
-All windows share the unknowns; each has its own initial state.
-"""
+"""How a model follows the motion over windows, each from an initial state of its own, its values held or fitted."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import zip_longest
-from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -23,19 +18,14 @@ from cdp_ident.fit.normal_equations import (
     LEAST_DAMPING,
     NormalEquations,
     Point,
-    any_beyond,
-    outlier_limit,
 )
-from cdp_ident.fit.windows import Window, split
+from cdp_ident.fit.windows import Window
 
 Array = npt.NDArray[np.float64]
-_Part = TypeVar("_Part")
 
 _MOST_ITERATIONS = 100
-_GROWTH = (4, 2)
-"""Windows are first fitted in so many parts, one after the other, and then whole."""
-_ROUGHLY = 1e-3
-"""Tolerance of the fits of parts."""
+TOLERANCE = 1e-6
+"""A fit has converged when the cost decreases by less than this share in an iteration."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +44,6 @@ class Fit:
     unknowns, where these were held, by those that were not."""
     weights: tuple[Array, ...]
     """(n, 2) weight of each residual; 1 but for outliers."""
-    iterations: int
     simulations: int
     """Windows simulated, as multiples of all the windows together."""
     converged: bool
@@ -112,9 +101,6 @@ def refine(
     values: Array,
     windows: Sequence[Window],
     stop: Callable[[float], bool] = lambda rmse: False,
-    tolerance: float = 1e-6,
-    hold_values: bool = False,
-    held: Sequence[int] = (),
 ) -> Fit:
     """Fit the unknowns and the windows' initial states by least squares.
 
@@ -123,29 +109,52 @@ def refine(
         values: (unknowns,) initial values.
         windows: what to fit, with initial guesses of their initial states.
         stop: called with the error [rad] after each iteration; true ends the fit with what it has.
-        tolerance: the fit has converged when the cost decreases by less than this share in an iteration.
-        hold_values: whether the unknowns keep their values and the windows' initial states alone are fitted, with
-            the zeros of trials that the model does not know where each trial has its own.
-        held: which other unknowns keep their values.
 
     Raises:
         IdentificationError: there is no window, or the motion or a step cannot be computed from the first values.
     """
+    return _minimised(model, np.clip(values, *model.limits), windows, np.arange(len(values)), _MOST_ITERATIONS, stop)
+
+
+def fit_initial_states(model: MotionModel, values: Array, windows: Sequence[Window]) -> Fit:
+    """Fit the windows' initial states alone, with the zeros of trials that the model does not know, where it has such.
+
+    Args:
+        model: gives the motion.
+        values: (unknowns,) that are held.
+        windows: what to fit, with initial guesses of their initial states.
+
+    Raises:
+        IdentificationError: as `refine`.
+    """
+    model, values, free = _zeros_of_new_trials(model, values, windows)
+    if len(free):
+        return _minimised(model, values, windows, free, MOST_FOR_STARTS)
+    _refuse_none(windows)
+    return _fit_of_each(fit_each_window(model, values, windows, TOLERANCE), model, values, windows)
+
+
+def _refuse_none(windows: Sequence[Window]) -> None:
     if not windows:
         raise IdentificationError("there is nothing to fit: no window of any trial has enough samples")
-    if hold_values:
-        model, values, free = _zeros_of_new_trials(model, values, windows)
-    else:
-        values, free = np.clip(values, *model.limits), np.setdiff1d(np.arange(len(values)), held)
-    if not len(free):
-        return _fit_of_each(fit_each_window(model, values, windows, tolerance), model, values, windows)
+
+
+def _minimised(
+    model: MotionModel,
+    values: Array,
+    windows: Sequence[Window],
+    free: npt.NDArray[np.int64],
+    most_iterations: int,
+    stop: Callable[[float], bool] = lambda rmse: False,
+) -> Fit:
+    """Fit those unknowns that are free, and the windows' initial states."""
+    _refuse_none(windows)
     problem = NormalEquations(model, windows, free, values)
-    begin = values[free]
-    point = problem.evaluate(begin, [window.start for window in windows], np.inf)
+    point = problem.evaluate(values[free], [window.start for window in windows], np.inf)
     if point is None:
         raise IdentificationError("the model's motion cannot be computed from the parameters to begin with")
-    damping, iterations, converged, limit, curved = FIRST_DAMPING, 0, False, np.inf, False
-    while iterations < (MOST_FOR_STARTS if hold_values else _MOST_ITERATIONS) and damping < LARGEST_DAMPING:
+    damping, iterations, converged = FIRST_DAMPING, 0, False
+    while iterations < most_iterations and damping < LARGEST_DAMPING and not converged:
         iterations += 1
         try:
             step = problem.step(point, damping)
@@ -153,34 +162,20 @@ def refine(
             if iterations == 1:
                 raise IdentificationError(f"the equations of the fit cannot be solved: {error}") from error
             break
-        if step.expected < tolerance * point.cost and damping <= FIRST_DAMPING:  # not small because it is damped
+        is_small = step.expected < TOLERANCE * point.cost
+        if is_small and damping <= FIRST_DAMPING:  # not small because it is damped
             candidate: Point | None = problem.moved(point, step)
         else:
-            path = problem.accelerated(point, step, damping) if curved else step
-            candidate = problem.evaluate(path.values, path.starts, limit) if path else None
+            candidate = problem.evaluate(step.values, step.starts, np.inf)
         if candidate is None or candidate.cost > point.cost:
             # At the minimum, rounding keeps the cost from decreasing: the fit has converged, too.
-            if step.expected < tolerance * point.cost:
-                converged = True
-                break
+            converged = is_small
             damping *= DAMPING_FACTOR
-            curved = True
             continue
-        gained = point.cost - candidate.cost
+        converged = point.cost - candidate.cost < TOLERANCE * point.cost
         point, damping = candidate, max(damping / DAMPING_FACTOR, LEAST_DAMPING)
         if stop(problem.rmse(point)):
             break
-        if gained < tolerance * point.cost:
-            # Converged under the present limit for outliers: are there residuals beyond a lower one?
-            lower = outlier_limit(point.residuals)
-            if limit < np.inf or not any(any_beyond(residual, lower) for residual in point.residuals):
-                converged = True
-                break
-            limit = lower
-            reweighted = problem.evaluate(point.values, point.starts, limit)
-            if reweighted is None:  # the same motion as before, so it can be computed
-                break
-            point = reweighted
     return Fit(
         model=model,
         values=problem.all_values(point.values),
@@ -188,7 +183,6 @@ def refine(
         residuals=tuple(point.residuals),
         sensitivities=point.sensitivities,
         weights=tuple(point.weights),
-        iterations=iterations,
         simulations=problem.simulations,
         converged=converged,
     )
@@ -202,7 +196,6 @@ def _fit_of_each(held: HeldValues, model: MotionModel, values: Array, windows: S
         residuals=tuple(held.residuals),
         sensitivities=held.sensitivities,
         weights=tuple(held.weights),
-        iterations=held.iterations,
         simulations=-(-held.simulated // len(windows)),
         converged=bool(np.all(held.converged)),
     )
@@ -223,99 +216,6 @@ def _zeros_of_new_trials(
     return model, values, np.concatenate([np.empty(0, dtype=np.int64), *places])
 
 
-def refine_from_afar(
-    model: MotionModel, values: Array, windows: Sequence[Window], hold_values: bool = False, tolerance: float = 1e-6
-) -> Fit:
-    """Refine from poor initial values and initial states, over windows of growing length.
-
-    Over a short window even chaotic motion is almost linear in everything that is fitted, so that a poor initial guess
-    does no harm. The result of the short windows is the initial guess for the longer ones.
-
-    Raises:
-        IdentificationError: as `refine`.
-    """
-    iterations, simulations = 0, 0
-    found: list[list[Array]] = []
-    for parts in _GROWTH:
-        pieces = [_with_initial_states(split(window, parts), starts) for window, starts in zip_longest(windows, found)]
-        fit = refine(
-            model,
-            values,
-            [piece for of_window in pieces for piece in of_window],
-            tolerance=_ROUGHLY,
-            hold_values=hold_values,
-        )
-        model, values = fit.model, fit.values
-        iterations, simulations = iterations + fit.iterations, simulations + fit.simulations
-        starts = iter(window.start for window in fit.windows)
-        found = [[next(starts) for _ in of_window] for of_window in pieces]
-    windows = [replace(window, start=starts[0]) for window, starts in zip(windows, found, strict=True)]
-    fit = refine(model, values, windows, tolerance=tolerance, hold_values=hold_values)
-    return replace(fit, iterations=iterations + fit.iterations, simulations=simulations + fit.simulations)
-
-
-def fit_initial_states(model: MotionModel, values: Array, windows: Sequence[Window]) -> Fit:
-    """Fit the windows' initial states alone, from poor initial guesses; all values are held."""
-    return refine_from_afar(model, values, windows, hold_values=True)
-
-
-def fit_initial_states_near(model: MotionModel, values: Array, windows: Sequence[Window], good_enough: float) -> Fit:
-    """Fit the windows' initial states alone, from good initial guesses: those that the windows have.
-
-    Windows in which that leaves an error above `good_enough` [rad], or all where it does not converge, are also fitted
-    over windows of growing length, and each takes the better of its two initial states: with all values held, windows
-    have nothing to do with each other. A joint that sticks from a wrong place on leaves one window far off, which the
-    others hide. Where zeros of trials are fitted with them, all windows take the same fit.
-
-    Raises:
-        IdentificationError: as `refine`.
-    """
-    try:
-        near = refine(model, values, windows, hold_values=True)
-    except IdentificationError:
-        return fit_initial_states(model, values, windows)
-    apart = len(near.values) == len(values)
-    every = range(len(windows))
-    far = [index for index in every if not near.converged or near.over([index]).rmse() >= good_enough]
-    if not far:
-        return near
-    chosen = far if apart else every
-    try:
-        afar = fit_initial_states(model, values, [windows[index] for index in chosen])
-    except IdentificationError:
-        return near
-    if not apart:
-        return min(near, afar, key=lambda fit: fit.squared_error)
-    return _with_better_windows(near, far, afar)
-
-
-def _with_better_windows(fit: Fit, places: Sequence[int], other: Fit) -> Fit:
-    """Return a fit with those windows of another one, under the same values, that it follows with a smaller error.
-
-    Args:
-        fit: of initial states alone.
-        places: which of its windows those of the other fit are.
-        other: of the initial states of these.
-    """
-    taken = {
-        place: index
-        for index, place in enumerate(places)
-        if np.sum(other.residuals[index] ** 2) < np.sum(fit.residuals[place] ** 2)
-    }
-
-    def of_each(own: Sequence[_Part], others: Sequence[_Part]) -> tuple[_Part, ...]:
-        return tuple(others[taken[place]] if place in taken else own[place] for place in range(len(own)))
-
-    return replace(
-        fit,
-        windows=of_each(fit.windows, other.windows),
-        residuals=of_each(fit.residuals, other.residuals),
-        sensitivities=of_each(fit.sensitivities, other.sensitivities),
-        weights=of_each(fit.weights, other.weights),
-        converged=fit.converged or other.converged,
-    )
-
-
 def with_all_derivatives(fit: Fit) -> Fit:
     """Return a fit whose values were held, with the derivatives by them too.
 
@@ -329,10 +229,3 @@ def with_all_derivatives(fit: Fit) -> Fit:
     return replace(
         fit, residuals=tuple(point.residuals), sensitivities=point.sensitivities, weights=tuple(point.weights)
     )
-
-
-def _with_initial_states(pieces: list[Window], starts: list[Array] | None) -> list[Window]:
-    """Return pieces of a window with the initial states found for pieces half as long, where there are any."""
-    if starts is None or len(starts) != 2 * len(pieces):
-        return pieces
-    return [replace(piece, start=start) for piece, start in zip(pieces, starts[::2], strict=True)]

@@ -34,6 +34,9 @@ Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
 
 _MOST_STEPS = 60
+CLOSE_ENOUGH, MOST_STEPS = 0.3, 30
+"""A model is compared with others once no step changes it by more than this share of a standard deviation, or after so
+many steps: one that is far from the motion needs no more to be known for that."""
 _ROUGHLY, _CLOSE = 1.0, 0.03
 """Standard deviations are estimated once no step changes a value by more than the first share of its own, and steps end
 where none changes by more than the second."""
@@ -51,6 +54,10 @@ _PATIENCE = 4
 have not made the change smaller."""
 _FALLS, _HELD_STEPS = 0.03, 4
 """Torques vanish by this factor after so many steps each."""
+_FEW_STEPS = 10
+"""So many are enough to begin at another maximum."""
+_LESS, _STEPS_WITH_LESS = 0.03, 12
+"""Share of unknown torques with which values follow the motion for longer, and so many steps."""
 _HOPELESS = 10.0
 """A search is given up where so many more steps like the last one would not make the misfit small enough."""
 _BEYOND = 10.0
@@ -104,6 +111,8 @@ class WholeSwings:
     """(unknowns,)"""
     covariance: Array
     """(unknowns, unknowns) of these; infinite where the swings do not determine one."""
+    triangle: Array
+    """(unknowns, unknowns) whose square is the information on these: the square root of the covariance's inverse."""
     recorded: Recorded
     noise: Noise
     """Of encoders and unknown torques, none of which is zero."""
@@ -233,6 +242,52 @@ def likely_without_torque(found: WholeSwings, close: float, most_steps: int, to_
     return likely_near(found.model, values, recorded, states, replace(noise, torque=torque), close, most_steps, to_beat)
 
 
+def likelier_maximum(found: WholeSwings) -> WholeSwings:
+    """Return a model that leaves more than noise, or what it is if one begins without, where that is more likely.
+
+    The likelihood may have several maxima: unknown torques follow what is autocorrelated noise, that noise follows what
+    is motion, and a joint that dry friction holds is not held where torques move it.
+
+    Args:
+        found: one maximum.
+    """
+    recorded = found.recorded
+    try:
+        if np.any(found.is_missing):
+            other = likely_without_torque(found, CLOSE_ENOUGH, _FEW_STEPS, found.misfit)
+        elif np.any(found.leaves_more):
+            noise = Noise.white(recorded.encoders, recorded.least_torque)
+            other = likely_near(
+                found.model, found.values, recorded, found.states, noise, CLOSE_ENOUGH, _FEW_STEPS, found.misfit
+            )
+        else:
+            return found
+    except (IdentificationError, np.linalg.LinAlgError):
+        return found
+    return min(found, other, key=lambda one: one.misfit)
+
+
+def values_with_less_torque(found: WholeSwings) -> Array:
+    """Return the values (unknowns,) under unknown torques of a small share of their size.
+
+    Where something is missing that is the same each time, torques that are new at each node forget what long motions
+    say of it. With less of them, values are those whose motion follows what was measured for longer (output error in
+    place of prediction error: Ljung, System Identification, 1999, chapter 7).
+
+    Args:
+        found: the most likely values.
+
+    Raises:
+        IdentificationError: no motion can be computed.
+    """
+    torque = np.maximum(_LESS * found.noise.torque_with_tails, found.recorded.least_torque)
+    search = _Search(
+        found.model, found.values, found.recorded, found.states, replace(found.noise, torque=torque, tails=())
+    )
+    search.run(_STEPS_WITH_LESS, held=True)
+    return search.values
+
+
 class _Search:
     """Gauss and Newton's steps on states and values, with standard deviations that fit what was found so far."""
 
@@ -327,6 +382,7 @@ class _Search:
             model=self._model,
             values=self.values,
             covariance=covariance,
+            triangle=reduced.of_values[:, :-1],
             recorded=self._recorded,
             noise=self._noise,
             is_missing=is_missing,
@@ -388,7 +444,8 @@ class _Search:
         new, off = self._of_encoders(freedom)
         noise, (_, freedom, _, impulses) = self._noise, freedom
         freedom, tiny = np.maximum(freedom, 0.0), np.finfo(float).tiny
-        self.excess = np.maximum(impulses, tiny) / np.maximum(freedom, tiny)
+        with np.errstate(over="ignore"):  # a motion that is lost altogether
+            self.excess = np.maximum(impulses, tiny) / np.maximum(freedom, tiny)
         steps = [self._step_of_torque(joint) if freedom[joint] > _FREE else 0.0 for joint in range(2)]
         least = self._recorded.least_torque
         torque = np.maximum(noise.torque * np.exp(np.clip(steps, -_LONGEST, _LONGEST)), least)

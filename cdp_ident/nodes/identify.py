@@ -28,7 +28,7 @@ publishes  ~/state (std_msgs/String, latched)   waiting, identifying and how far
 With --watch, each trial that comes into the folder is checked by the model first, with a warning if it no longer fits,
 then fitted jointly with all before it, and the parameters are updated.
 
-Ctrl-C while it searches ends the search: its best so far is refined, reported and served; once more ends at once."""
+Ctrl-C while it searches ends the search: its best so far is fitted, reported and served; once more ends at once."""
 
 EXAMPLE = """\
 examples:

@@ -103,7 +103,7 @@ class IdentifyNode:
     def _cancel(self, _request: Any, response: Any) -> Any:
         response.success = self._interruption.cancel()
         response.message = (
-            "the search ends: its best so far is refined, reported and served"
+            "the search ends: its best so far is fitted, reported and served"
             if response.success
             else "no search is running"
         )

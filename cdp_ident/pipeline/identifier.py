@@ -205,8 +205,8 @@ class Identifier:
             self._say(f"{trial.name} is not checked: it is the first one with its weight")
             return
         expected = latest.trace.errors["effects"].holdout.rmse
-        window = latest.identification.data.window
-        check = check_new_trial(fit.model, fit.values, latest.trace.covariance, expected, trial, window)
+        data = latest.identification.data
+        check = check_new_trial(fit.model, fit.values, latest.trace.covariance, expected, trial, data)
         self._new_trials.append(check)
         if check.fits:
             self._say(check.words)

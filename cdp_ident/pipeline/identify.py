@@ -10,17 +10,22 @@ from cdp_ident.diagnosis.encoder_scale import encoder_scale
 from cdp_ident.diagnosis.identification import Identification
 from cdp_ident.diagnosis.length import LengthByBalance, length_by_balance, says_another_length
 from cdp_ident.errors import IdentificationError
-from cdp_ident.fit.data import noise_over, noise_over_averages, prepare
-from cdp_ident.fit.estimation import estimate
+from cdp_ident.fit.data import Data, noise_over, noise_over_averages, prepare
 from cdp_ident.fit.force_balance import ForceBalance, Pieces, balance_of_forces, balances_of
+from cdp_ident.fit.motion_model import MotionModel
+from cdp_ident.fit.objective import search_objective
 from cdp_ident.fit.options import IdentifyOptions
-from cdp_ident.fit.reweighting import reweighted
+from cdp_ident.fit.prior import Prior
+from cdp_ident.fit.refinement import fit_initial_states, with_all_derivatives
 from cdp_ident.fit.roles import assign_roles
 from cdp_ident.fit.scales import Scales, scales_of
 from cdp_ident.fit.thinning import thinned
 from cdp_ident.fit.window_lengths import Lengths, predictable_lengths
-from cdp_ident.model.parameters import time_unit
-from cdp_ident.search.genetic_search import Progress
+from cdp_ident.likelihood.noise import Noise
+from cdp_ident.likelihood.recorded import fitted_recorded, states_of
+from cdp_ident.likelihood.whole_swing import CLOSE_ENOUGH, MOST_STEPS, NEAR, WholeSwings, likelier_maximum, likely_near
+from cdp_ident.model.parameters import groups_of, inertia_about_cart, time_unit
+from cdp_ident.search.genetic_search import Progress, SearchResult, genetic_search
 from cdp_ident.trial.trial import Trial
 
 Array = npt.NDArray[np.float64]
@@ -34,7 +39,6 @@ def identify(
     holdout: Sequence[Trial],
     options: IdentifyOptions,
     stop: Callable[[Progress], str | None] = lambda progress: None,
-    longest: float = np.inf,
 ) -> Identification:
     """Identify the paper's model from trials.
 
@@ -43,8 +47,7 @@ def identify(
         holdout: trials that are held out; without any, stretches of the others are.
         options: how.
         stop: called after each generation of the search; a sentence that it returns ends the search, of which the
-            best so far is then refined.
-        longest: no window is longer [s].
+            best so far is then fitted.
 
     Raises:
         IdentificationError: the trials do not suffice.
@@ -71,30 +74,54 @@ def identify(
     ]
     noise = noise_over_averages(shown, [part.shown for part in parted if part.is_fitted], scales.together)
     lengths = [_lengths(part.trial, scales, balanced, options, noise) for part in parted]
-    data = prepare(parted, lengths, scales, noise, longest)
-    rng = np.random.default_rng(options.seed)
-    level = data.noise_level
+    data = prepare(parted, lengths, scales, noise)
     model = replace(
         options.model,
         inertia_free=inertia_free or motors,
         motors=motors,
         torque_std=max(options.torque_std, np.finfo(float).eps),
         weight_errors=tuple(dict.fromkeys(e for trial in fit for weight in trial.weights for e in weight.errors)),
-        penalty_of_errors=max(level, np.finfo(float).tiny) ** 2,
+        penalty_of_errors=max(data.noise_level, np.finfo(float).tiny) ** 2,
     )
-    found = estimate(
-        model,
-        data.fit,
-        prior,
-        level,
-        rng,
-        options.search,
-        options.span(data.window),
-        stop,
-        model.initial_values(balanced.groups, balanced.inertia) if balanced else None,
-    )
-    found = replace(found, fit=reweighted(found.fit, level))
-    return Identification.of(options, data, balances, length, found, failure)
+    objective = search_objective(data.fit, options.span(data.window), prior)
+    search = genetic_search(objective, *prior.box, options.search, np.random.default_rng(options.seed), stop)
+    enough = options.motion_for_effects or scales.enough
+    whole = _paper_s_model(model, search, balanced, data, prior, enough)
+    followed = with_all_derivatives(fit_initial_states(model, whole.values, data.fit))
+    return Identification.of(options, data, balances, length, search, whole, followed, whole.covariance, failure)
+
+
+def _paper_s_model(
+    model: MotionModel,
+    search: SearchResult,
+    balanced: ForceBalance | None,
+    data: Data,
+    prior: Prior,
+    enough: float,
+) -> WholeSwings:
+    """Return the paper's model fitted to whole swings, from the search's best and from a balance of forces.
+
+    Raises:
+        IdentificationError: no motion can be computed from either.
+    """
+    inertia = float(inertia_about_cart(search.best, prior.length))
+    begins = [model.initial_values(groups_of(search.best, prior.length), inertia)]
+    if balanced:
+        begins.append(model.initial_values(balanced.groups, balanced.inertia))
+    recorded = fitted_recorded(data, NEAR, enough)
+    noise = Noise.white(recorded.encoders, recorded.large_torque)
+    found, failures = list[WholeSwings](), list[str]()
+    for values in begins:
+        try:
+            states = states_of(recorded, model, values, ())
+            found.append(likely_near(model, values, recorded, states, noise, CLOSE_ENOUGH, MOST_STEPS))
+        except (IdentificationError, np.linalg.LinAlgError) as error:
+            failures.append(str(error))
+    if not found:
+        raise IdentificationError(
+            f"the paper's model cannot be fitted ({failures[0]}): check L, g and the nominal values"
+        )
+    return likelier_maximum(min(found, key=lambda one: one.misfit))
 
 
 def _weights_differ(fit: Sequence[Trial], holdout: Sequence[Trial]) -> bool:

@@ -1,6 +1,7 @@
 """From trials to parameters and effects, over windows as long as the motion can be followed."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -10,11 +11,9 @@ from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.pipeline.identify import identify
 from cdp_ident.search.genetic_search import Progress
 from cdp_ident.tracing.expected import ExpectedEffect
-from cdp_ident.tracing.trace import LongerWindows, Trace, trace
+from cdp_ident.tracing.trace import LongerWindows, Trace, judged, trace
 from cdp_ident.trial.trial import Trial
 
-_MOST_ATTEMPTS, _SHORTER = 3, 0.5
-"""Where a fit fails, windows are shortened by this factor, and it is begun anew."""
 _NOT_FOLLOWED = 15.0
 """A model does not follow a motion that it predicts with more than so many times the encoders' noise. Simulated rigs
 are left with less than 3 times, of measured ones that are followed over long windows one with 10 times, and one that is
@@ -35,9 +34,8 @@ def identify_and_trace(
 ) -> tuple[Identification, Trace]:
     """Identify the paper's model, and trace what it leaves to effects that it lacks.
 
-    Where the fit fails, shorter windows are tried. Where the model does not follow the motion well, it is judged over
-    windows of half a swing: what no model has, such as friction that varies by chance, adds up along a window. Neither
-    is done where the windows' length is given.
+    Where the model does not follow the motion well, it is judged over windows of half a swing, unless their length is
+    given: what no model has, such as friction that varies by chance, adds up along a window.
 
     Args:
         fit: trials to fit.
@@ -52,38 +50,30 @@ def identify_and_trace(
     Raises:
         IdentificationError: the trials do not suffice.
     """
-    attempts = 1 if options.window else _MOST_ATTEMPTS
-    longest = np.inf
-    while True:
-        found = identify(fit, holdout, options, stop, longest)
-        traced = trace(found, say, stop_tracing, trying, expected)
-        attempts -= 1
-        if not traced.failure or found.failure or not attempts:
-            break
-        longest = _SHORTER * found.data.window
-        say(f"the model does not follow the motion: windows of {longest:.2g} s are tried")
-    if options.window or stop_tracing() or _is_followed(found, traced):
+    found = identify(fit, holdout, options, stop)
+    traced = trace(found, say, stop_tracing, trying, expected)
+    if options.window or stop_tracing() or found.failure or _is_followed(found, traced):
         return found, traced
     half_swing = found.data.scales.half_swing
-    longer = LongerWindows(found.data.window, traced.errors["effects"].holdout.rmse, traced.searched)
+    longer = LongerWindows(found.data.window, traced.errors["effects"].holdout.rmse)
     say(
         f"windows of {longer.duration:.3g} s are too long for this motion: they leave {1e3 * longer.error:.3g} mrad; "
-        f"those of half a swing are tried, {half_swing:.2g} s"
+        f"it is judged over half a swing, {half_swing:.2g} s"
     )
+    shorter = replace(found, data=found.data.over_shorter_windows(half_swing))
     try:
-        shorter = identify(fit, holdout, options, stop, half_swing)
-        over_shorter = trace(shorter, say, stop_tracing, trying, expected, longer)
+        over_shorter = judged(shorter, traced.searched, traced.failures, say, longer)
     except (IdentificationError, np.linalg.LinAlgError) as error:
-        say(f"they cannot be fitted, the longer ones stand: {error}")
+        say(f"it cannot be, the longer ones stand: {error}")
         return found, traced
     if over_shorter.failure:
-        say(f"the fit over them failed, the longer ones stand: {over_shorter.failure}")
+        say(f"it is not followed over half a swing either: {over_shorter.failure}")
         return found, traced
     return shorter, over_shorter
 
 
 def _is_followed(found: Identification, traced: Trace) -> bool:
     """Return whether a model follows the motion over its windows, or these are as short as half a swing."""
-    if traced.failure or found.data.window <= _LONG * found.data.scales.half_swing:
+    if found.data.window <= _LONG * found.data.scales.half_swing:
         return True
-    return traced.errors["effects"].holdout.rmse < _NOT_FOLLOWED * found.data.noise_level
+    return not traced.failure and traced.errors["effects"].holdout.rmse < _NOT_FOLLOWED * found.data.noise_level

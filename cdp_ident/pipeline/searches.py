@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from cdp_ident.configuration.settings import Settings
 from cdp_ident.fit.data import noise_over
-from cdp_ident.fit.estimation import PAPER_SPAN, search_objective, weighted_coefficients
+from cdp_ident.fit.objective import PAPER_SPAN, search_objective, weighted_coefficients
 from cdp_ident.fit.prior import Prior
 from cdp_ident.fit.scales import scales_of
 from cdp_ident.fit.windows import Window, beginning_of

@@ -1,7 +1,7 @@
 """The contents of `report.json`."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import fields, is_dataclass
+from dataclasses import fields, is_dataclass, replace
 from datetime import datetime, timezone
 from typing import Any
 
@@ -57,7 +57,11 @@ def plain(content: Any) -> Any:
 def _report(outcome: Outcome, new_trials: Sequence[NewTrialCheck]) -> Section:
     found, completed = outcome.identification, outcome.trace.completed
     # Without an effect it is one model, whose values are the final ones.
-    paper = completed if completed.fit.model.names == found.fit.model.names else found
+    paper = (
+        completed
+        if completed.fit.model.names == found.fit.model.names
+        else replace(found, fit=outcome.trace.before.fit)
+    )
     unexplained = outcome.trace.unexplained
     failures, expected = list(outcome.trace.failures), outcome.loaded.job.expected
     next_trial = next_trial_section(outcome, failures.append)
@@ -73,9 +77,8 @@ def _report(outcome: Outcome, new_trials: Sequence[NewTrialCheck]) -> Section:
         },
         "before": fit_section(paper, outcome.trace.errors["refined"]),
         "refinement": {
-            "iterations": found.fit.iterations,
-            "simulations": found.fit.simulations,
-            "converged": found.fit.converged,
+            "steps": found.whole.steps,
+            "converged": found.whole.converged,
             "windows": {"fit": len(found.data.fit), "holdout": len(found.data.holdout)},
         },
         "effects": [effect_section(outcome, index) for index in range(len(outcome.trace.effects))],
@@ -86,13 +89,13 @@ def _report(outcome: Outcome, new_trials: Sequence[NewTrialCheck]) -> Section:
         "residuals": residuals_section(outcome),
         "next_trial": next_trial,
         "selection": selection_section(outcome.trace),
-        "values_from": "windows" if outcome.trace.by_windows else "whole swings",
+        "values_with_less_torque": outcome.trace.after.less_torque,
         "whole_swings": _whole_swings(outcome.trace.whole, completed.inertia.value),
         "repeatability": _repeatability(completed),
         "own_effects": outcome.loaded.job.own_effects,
         "expected": compared(expected, outcome.trace.effects) if expected else [],
         "new_trials": [_new_trial(check) for check in new_trials],
-        "identifiability": _identifiability(completed, found),
+        "identifiability": _identifiability(completed),
         "in_doubt": in_doubt_section(outcome.trace),
         "warnings": [
             *_doubts(new_trials),
@@ -132,20 +135,19 @@ def _loaded(outcome: Outcome) -> tuple[Trial, ...]:
 
 def _search(outcome: Outcome) -> Section:
     found = outcome.identification
-    options, estimate = found.options, found.estimate
+    options, search = found.options, found.search
     return {
         "method": options.method or "iga",
         "cut_short": options.method is None,
         "seed": options.seed,
         "population": options.search.population,
-        "generations": len(estimate.search.history) - 1,
-        "searches": estimate.searches,
-        "evaluations": estimate.evaluations,
-        "best": dict(zip(SYMBOLS, estimate.search.best, strict=True)),
-        "sse": estimate.search.error,
+        "generations": len(search.history) - 1,
+        "evaluations": search.evaluations,
+        "best": dict(zip(SYMBOLS, search.best, strict=True)),
+        "sse": search.error,
         "seconds": outcome.search_seconds,
-        "history": estimate.search.history,
-        "stopped": estimate.search.stopped,
+        "history": search.history,
+        "stopped": search.stopped,
     }
 
 
@@ -220,15 +222,8 @@ def _not_followed(outcome: Outcome) -> Iterator[FitWarning]:
         )
 
 
-def _identifiability(completed: Identification, found: Identification) -> Section:
-    determined = identifiability(
-        completed.fit,
-        completed.covariance,
-        completed.physical,
-        completed.inertia,
-        found.options.prior,
-        found.data.names,
-    )
+def _identifiability(completed: Identification) -> Section:
+    determined = identifiability(completed)
     return {
         "directions": determined.directions,
         "undetermined": determined.undetermined,

@@ -22,7 +22,6 @@ class SearchDisplay:
         self.doing = ""
         """What is done, in words."""
         self._total = generations
-        self._searches = 0
         self._began = self._told = clock()
         self._display = Display(
             TextColumn("{task.description}"),
@@ -48,13 +47,11 @@ class SearchDisplay:
         """Show the progress of the search after a generation."""
         now = self._clock()
         if progress.generation == 0:
-            self._searches += 1
-            self._total *= 1 if self._searches == 1 else 2
             self._began = now
         done = progress.generation / self._total if self._total else 1.0
         left = f", about {(now - self._began) * (1 / done - 1):.0f} s left" if 0 < done < 1 else ""
         state = f"generation {progress.generation} of {self._total}, best error {progress.error:.4g} rad²{left}"
-        what = "refining" if done == 1 else "searching" if self._searches == 1 else f"search {self._searches}"
+        what = "fitting" if done == 1 else "searching"
         self.doing = f"{what}: {state}"
         if self._console.is_terminal:
             self._display.update(self._task, description=what, completed=done, total=1.0, state=state)

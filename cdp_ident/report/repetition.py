@@ -56,7 +56,7 @@ def _search(report: Section) -> Iterator[Row]:
     yield "seed", f"{search['seed']:.0f}"
     yield "population", f"{search['population']:.0f}"
     yield "generations", f"{search['generations']:.0f} ({search['stopped']})"
-    yield "evaluations", f"{search['evaluations']:.0f} in {search['searches']:.0f} searches"
+    yield "evaluations", f"{search['evaluations']:.0f}"
     yield "best chromosome", ", ".join(f"{symbol} {value:.4g}" for symbol, value in search["best"].items())
     yield "its error", f"{number(search['sse']):.4g} rad²"
     yield "time", f"{search['seconds']:.1f} s for the search, {report['run']['seconds']:.1f} s in all"

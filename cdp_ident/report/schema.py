@@ -243,8 +243,7 @@ REPORT: Schema = {
             seed=count("of all chance"),
             population=count(),
             generations=count("of the last search"),
-            searches=count(),
-            evaluations=count("simulations of all searches"),
+            evaluations=count("chromosomes simulated"),
             best=an_object("its best chromosome, in SI units", **dict.fromkeys(SYMBOLS, finite())),
             sse=number("the error of that [rad^2]"),
             seconds=finite("that it took [s]"),
@@ -260,8 +259,7 @@ REPORT: Schema = {
         before=_fit("the paper's model as fitted"),
         refinement=an_object(
             "course of the refinement",
-            iterations=count(),
-            simulations=count(),
+            steps=count("of Gauss and Newton"),
             converged=flag(),
             windows=an_object("by role", fit=count(), holdout=count()),
         ),
@@ -339,7 +337,7 @@ REPORT: Schema = {
                 "every effect that the final model does not have, the most probable first",
             ),
         ),
-        values_from=one_of(("whole swings", "windows"), "what the final values were fitted to"),
+        values_with_less_torque=flag("whether the final values are those with less unknown torque"),
         whole_swings=or_null(
             an_object(
                 "the likelihood of whole swings, given all that was measured; null where no maximum was found",

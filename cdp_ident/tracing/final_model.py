@@ -10,14 +10,14 @@ from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.astray import with_starts_found_again
 from cdp_ident.fit.data import Data
 from cdp_ident.fit.motion_model import MotionModel
-from cdp_ident.fit.refinement import Fit, fit_initial_states, fit_initial_states_near, with_all_derivatives
+from cdp_ident.fit.refinement import Fit, fit_initial_states, with_all_derivatives
+from cdp_ident.likelihood.whole_swing import WholeSwings, values_with_less_torque
 
 Array = npt.NDArray[np.float64]
 
-_AS_GOOD = 1.05
-"""Fitted initial states are good if the error is at most so many times that of another model …"""
-_LIKE_THE_FIT = 1.5
-"""… and at most so many times the fit's."""
+_CLEARLY = 0.9
+"""Values with less unknown torque are taken where their error is at most this share of that of the most likely ones:
+by chance either predicts somewhat better, and the most likely ones are the more exact."""
 _WORSE = 1.02
 """From so many times the error on, a model is worse than another one beyond chance."""
 
@@ -32,8 +32,11 @@ class FinalModel:
     """A model as it is reported."""
 
     fit: Fit
+    """Over the windows that were fitted, its values held."""
     holdout: Fit
-    """Over the held-out windows, its values held."""
+    """Over those that were held out, likewise."""
+    less_torque: bool
+    """Whether its values are not the most likely ones, but those with less unknown torque: they predict better."""
 
     @property
     def model(self) -> MotionModel:
@@ -41,16 +44,47 @@ class FinalModel:
         return self.fit.model
 
     @classmethod
-    def of(cls, fit: Fit, data: Data) -> "FinalModel":
-        """Evaluate a fitted model."""
-        holdout = fit_initial_states(fit.model, fit.values, data.holdout)
-        return cls(fit, with_starts_found_again(holdout, hold_values=True))
+    def of(cls, found: WholeSwings, data: Data, like: "FinalModel | None" = None) -> "FinalModel":
+        """Evaluate a model; where torques are missing, what was held out judges which values predict better.
 
-    def like_this(self, fit: Fit) -> "FinalModel":
-        """Evaluate another fitted model over the same windows; initial states are fitted from those of this one."""
-        good_enough = min(_AS_GOOD * self.holdout.rmse(), _LIKE_THE_FIT * fit.rmse())
-        holdout = fit_initial_states_near(fit.model, fit.values, self.holdout.windows, good_enough)
-        return FinalModel(fit, with_starts_found_again(holdout, hold_values=True))
+        Args:
+            found: given whole swings.
+            data: windows, fitted and held out.
+            like: another model, whose windows' initial states are those to begin with.
+
+        Raises:
+            IdentificationError, LinAlgError: no motion can be computed.
+        """
+        likely = cls._with(found, found.values, False, data, like)
+        if not np.any(found.is_missing):
+            return likely
+        try:
+            other = cls._with(found, values_with_less_torque(found), True, data, likely)
+        except (IdentificationError, np.linalg.LinAlgError):
+            return likely
+        return other if other.holdout.rmse() < _CLEARLY * likely.holdout.rmse() else likely
+
+    @classmethod
+    def _with(
+        cls, found: WholeSwings, values: Array, less_torque: bool, data: Data, like: "FinalModel | None"
+    ) -> "FinalModel":
+        windows = (like.fit.windows, like.holdout.windows) if like else (data.fit, data.holdout)
+        fit, holdout = (
+            with_starts_found_again(fit_initial_states(found.model, values, of_role)) for of_role in windows
+        )
+        return cls(fit, holdout, less_torque)
+
+    def error_of(self, found: WholeSwings) -> float:
+        """Return the error of another model, with values of the same kind, over what was held out [rad].
+
+        Not a number where it cannot be computed.
+        """
+        try:
+            less = self.less_torque and bool(np.any(found.is_missing))
+            values = values_with_less_torque(found) if less else found.values
+            return fit_initial_states(found.model, values, self.holdout.windows).rmse()
+        except (IdentificationError, np.linalg.LinAlgError):
+            return float("nan")
 
     def moved_by(self, covariance: Array) -> Array:
         """Return by how much (2,) one standard deviation of all values moves theta1 and theta2 held out [rad].

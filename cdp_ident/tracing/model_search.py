@@ -8,7 +8,6 @@ gives, all evidence shrinks by itself.
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import replace
 from itertools import islice
 
 import numpy as np
@@ -16,9 +15,14 @@ import numpy.typing as npt
 
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.motion_model import MotionModel
-from cdp_ident.likelihood.noise import Noise
 from cdp_ident.likelihood.scores import Score
-from cdp_ident.likelihood.whole_swing import Recorded, WholeSwings, likely_near, likely_without_torque
+from cdp_ident.likelihood.whole_swing import (
+    CLOSE_ENOUGH,
+    MOST_STEPS,
+    WholeSwings,
+    likelier_maximum,
+    likely_near,
+)
 from cdp_ident.machine.parallel import parallel_map
 from cdp_ident.model.layout import RODS_STATES
 from cdp_ident.tracing.lost_counts import with_better_instants
@@ -34,9 +38,6 @@ _TRIED = 4
 """So many of the most promising additions are fitted at a step: of effects that imitate one another they are enough."""
 _SEVERAL = 3
 """So many effects that have a name may explain what a torque without one does."""
-_CLOSE, _MOST_STEPS = 0.3, 30
-"""A model is compared with others once no step changes it by more than this share of a standard deviation, or after so
-many steps: one that is far from the motion needs no more to be known for that."""
 
 
 class InterruptedSearchError(Exception):
@@ -48,37 +49,29 @@ class ModelSearch:
 
     def __init__(
         self,
-        recorded: Recorded,
+        paper: WholeSwings,
         say: Callable[[str], None],
         stop: Callable[[], bool],
         trying: Callable[[str], None],
         named_only: bool,
     ) -> None:
-        self._recorded, self._say, self._stop, self._trying = recorded, say, stop, trying
+        """Begin with the paper's model.
+
+        Args:
+            paper: the paper's model, fitted.
+            say: called with a line of text after each step.
+            stop: asked repeatedly; true ends the search.
+            trying: called with what is tried next.
+            named_only: whether nonparametric torques are left out.
+        """
+        self._recorded, self._say, self._stop, self._trying = paper.recorded, say, stop, trying
         self._named_only = named_only
         self.fitted: dict[Key, WholeSwings] = {}
         """All models, by their effects."""
-        self._seconds: dict[Key, WholeSwings] = {}
-        """Other maxima of some of them, less likely but not by far: what is missing may show there alone."""
         self.steps: list[Step] = []
         self.failures: list[str] = []
         self._scored: tuple[WholeSwings | None, list[Score]] = None, []
-
-    def begin(self, model: MotionModel, values: Array, states: Sequence[Array]) -> WholeSwings:
-        """Fit the paper's model.
-
-        Args:
-            model: the paper's.
-            values: (unknowns,) to begin with.
-            states: (nodes, states) of each swing.
-
-        Raises:
-            IdentificationError: it cannot be fitted.
-        """
-        noise = Noise.white(self._recorded.encoders, self._recorded.large_torque)
-        found = likely_near(model, values, self._recorded, states, noise, _CLOSE, _MOST_STEPS)
-        self.paper = self.best = self.fitted[_key(model)] = self._at_another_maximum(found)
-        return self.paper
+        self.paper = self.best = self.fitted[_key(paper.model)] = paper
 
     def cost(self, found: WholeSwings) -> float:
         """Return minus twice the logarithm of a model's probability, but for a constant."""
@@ -103,14 +96,11 @@ class ModelSearch:
             promising, scored = additions(self.best, self._named_only)
             self._scored = self.best, scored
             neighbours = [each for each in promising if len(each.model.effects) <= _MOST_EFFECTS]
-            nameless = bool(neighbours) and neighbours[0].model.effects[-1].effect.curve is not None
-            if nameless and self._from_second():
-                self._simplify()
-            elif self._move(before := self.best, [(each, None) for each in neighbours[:_TRIED]], "added"):
+            if self._move(before := self.best, [(each, None) for each in neighbours[:_TRIED]], "added"):
                 if self.best.model.effects[-1].effect.curve is not None:
                     self._spell_out(before)
                 self._simplify()
-            elif self._from_second() or self._zeros() or self._enrich():
+            elif self._zeros() or self._enrich():
                 self._simplify()
             elif not self._replace():
                 return
@@ -171,15 +161,6 @@ class ModelSearch:
                 return
             before, self.best = self.best, simpler[0]
             self._note(f"dropped {' and '.join(simpler[1])}", before, tried)
-
-    def _from_second(self) -> bool:
-        """Try what another maximum of the best model promises."""
-        second = self._seconds.pop(_key(self.best.model), None)
-        if second is None:
-            return False
-        promising, _ = additions(second, self._named_only)
-        neighbours = [(replace(each, again=True), second) for each in promising[:_TRIED]]
-        return self._move(self.best, neighbours, "added")
 
     def _zeros(self) -> bool:
         """Try encoders whose zeros differ from trial to trial."""
@@ -266,7 +247,14 @@ class ModelSearch:
         to_beat = self.best.misfit + _HOPELESS if len(model.effects) >= len(self.best.model.effects) else np.inf
         try:
             found = likely_near(
-                model, neighbour.values, self._recorded, _states(origin, model), noise, _CLOSE, _MOST_STEPS, to_beat
+                model,
+                neighbour.values,
+                self._recorded,
+                _states(origin, model),
+                noise,
+                CLOSE_ENOUGH,
+                MOST_STEPS,
+                to_beat,
             )
             found = self._with_instants(found)
         except (IdentificationError, np.linalg.LinAlgError) as error:
@@ -277,28 +265,8 @@ class ModelSearch:
         return self.fitted[key]
 
     def _at_another_maximum(self, found: WholeSwings) -> WholeSwings:
-        """Return a model that leaves more than noise, or what it is if one begins without, where that is more likely.
-
-        The likelihood may have several maxima: unknown torques follow what is autocorrelated noise, that noise
-        follows what is motion, and a joint that dry friction holds is not held where torques move it.
-        """
-        recorded = self._recorded
-        try:
-            if np.any(found.is_missing):
-                other = likely_without_torque(found, _CLOSE, _FEW_STEPS, found.misfit)
-            elif np.any(found.leaves_more):
-                noise = Noise.white(recorded.encoders, recorded.least_torque)
-                other = likely_near(
-                    found.model, found.values, recorded, found.states, noise, _CLOSE, _FEW_STEPS, found.misfit
-                )
-            else:
-                return found
-        except (IdentificationError, np.linalg.LinAlgError):
-            return found
-        key, (better, second) = _key(found.model), sorted((found, other), key=lambda one: one.misfit)
-        if second.misfit < better.misfit + self._recorded.nodes:
-            self._seconds[key] = second
-        self.fitted[key] = better
+        """Return the likelier of two maxima of a model; see `likelier_maximum`."""
+        better = self.fitted[_key(found.model)] = likelier_maximum(found)
         return better
 
     def _with_instants(self, found: WholeSwings) -> WholeSwings:
@@ -307,7 +275,9 @@ class ModelSearch:
             values = with_better_instants(found)
             if values is None:
                 break
-            found = likely_near(found.model, values, self._recorded, found.states, found.noise, _CLOSE, _MOST_STEPS)
+            found = likely_near(
+                found.model, values, self._recorded, found.states, found.noise, CLOSE_ENOUGH, MOST_STEPS
+            )
         return found
 
 
@@ -315,8 +285,6 @@ _HOPELESS = 30.0
 """A model whose misfit is larger than the best one's by this is not fitted to the end."""
 _SURE = 100.0
 """An effect whose strength has a larger square, in its standard deviations, is not tried to be dropped."""
-_FEW_STEPS = 10
-"""So many are enough to begin at another maximum."""
 _SHARE = 0.9
 """Where torques are missing still, an effect leaves at most this share of their mean square in a joint."""
 _AT_LEAST = 1e-2

@@ -7,12 +7,10 @@ import numpy as np
 
 from cdp_ident.diagnosis.identification import Identification
 from cdp_ident.fit.active_effect import ActiveEffect
-from cdp_ident.likelihood.whole_swing import NEAR
 from cdp_ident.tracing.certainty import certainties, not_distinguished, probabilities
 from cdp_ident.tracing.expected import ExpectedEffect
 from cdp_ident.tracing.model_search import InterruptedSearchError, ModelSearch
 from cdp_ident.tracing.neighbours import Neighbour, additions, hidden_by_torques
-from cdp_ident.tracing.recorded import fitted_recorded, states_of
 from cdp_ident.tracing.selection import Selection, Step
 
 
@@ -31,14 +29,8 @@ def select_effects(
         stop: asked repeatedly; true ends the search with the effects found so far.
         trying: called with what is tried next.
         expected: effects found on the rig before, which are tried first.
-
-    Raises:
-        IdentificationError: not even the paper's model can be fitted.
     """
-    fit = found.fit
-    recorded = fitted_recorded(found.data, NEAR, found.enough)
-    search = ModelSearch(recorded, say, stop, trying, found.options.named_effects_only)
-    search.begin(fit.model, fit.values, states_of(recorded, fit.model, fit.values, fit.windows))
+    search = ModelSearch(found.whole, say, stop, trying, found.options.named_effects_only)
     interrupted = False
     try:
         search.begin_with(_expected(found, expected), "confirmed")
@@ -60,7 +52,7 @@ def select_effects(
         scores=tuple(search.scores),
         failures=tuple(search.failures),
         interrupted=interrupted,
-        seconds=float(sum(swing.time[-1] for swing in recorded.swings)),
+        seconds=float(sum(swing.time[-1] for swing in found.whole.recorded.swings)),
     )
 
 
@@ -83,7 +75,7 @@ def withdrawn_from(selection: Selection, named_only: bool) -> Selection:
 def _expected(found: Identification, expected: Sequence[ExpectedEffect]) -> Iterator[Neighbour]:
     """Yield the model with the effects that are expected."""
     if expected:
-        model, values = found.fit.model, found.fit.values
+        model, values = found.whole.model, found.whole.values
         for one in expected:
             model, values = model.with_effect(ActiveEffect(one.effect)), np.concatenate([values, one.values])
         yield Neighbour(model, values, tuple(one.effect.key for one in expected))
@@ -95,8 +87,8 @@ def _balanced(found: Identification) -> Iterator[Neighbour]:
     Where these are strong, no score near the paper's model does.
     """
     for balance in found.balances:
-        model = found.fit.model
-        values = model.with_base_parameters(found.fit.values, balance.groups, balance.inertia)
+        model = found.whole.model
+        values = model.with_base_parameters(found.whole.values, balance.groups, balance.inertia)
         for effect, strengths in balance.found:
             model, values = model.with_effect(ActiveEffect(effect)), np.concatenate([values, strengths])
         if balance.found:

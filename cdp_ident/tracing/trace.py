@@ -13,12 +13,12 @@ from cdp_ident.diagnosis.identification import Identification
 from cdp_ident.errors import FitFailedError, IdentificationError
 from cdp_ident.fit.data import Data
 from cdp_ident.fit.physical import PhysicalValues
-from cdp_ident.fit.refinement import Fit, fit_initial_states_near
+from cdp_ident.fit.refinement import fit_initial_states, with_all_derivatives
 from cdp_ident.likelihood.whole_swing import WholeSwings
 from cdp_ident.model.parameters import groups_of, inertia_about_cart
 from cdp_ident.tracing.expected import ExpectedEffect
 from cdp_ident.tracing.final_model import FinalModel, is_worse
-from cdp_ident.tracing.final_values import at_values, final_values, over_windows
+from cdp_ident.tracing.final_values import final_values
 from cdp_ident.tracing.found_effects import FoundEffect, found_effects
 from cdp_ident.tracing.in_doubt import InDoubt, added_covariance, effects_in_doubt
 from cdp_ident.tracing.select_effects import select_effects, withdrawn_from
@@ -37,8 +37,6 @@ class LongerWindows:
     """[s]"""
     error: float
     """Over held-out motion [rad]."""
-    selection: Selection | None
-    """The effects that were found."""
 
 
 @dataclass(frozen=True)
@@ -73,8 +71,6 @@ class Trace:
     """Effects that the motion neither shows nor excludes, the most likely first."""
     whole: WholeSwings | None
     """The most likely values given whole swings, all that was measured; None where they were not found."""
-    by_windows: bool
-    """Whether the final values are not these, but were fitted over windows."""
     withdrawn: Withdrawn | None
     """Effects that were found and did not carry over to what was held out; None where none were."""
     longer: LongerWindows | None
@@ -101,7 +97,6 @@ def trace(
     stop: Callable[[], bool] = lambda: False,
     trying: Callable[[str], None] = lambda line: None,
     expected: Sequence[ExpectedEffect] = (),
-    longer: LongerWindows | None = None,
 ) -> Trace:
     """Trace the residual of an identification to effects that the paper's model lacks.
 
@@ -111,117 +106,104 @@ def trace(
         stop: asked repeatedly; true ends the tracing with the effects found so far.
         trying: called with what is tried next.
         expected: effects found on the rig before, which are tried first.
-        longer: windows over which the motion could not be followed, with the effects that were found.
 
-    Where the model does not follow the motion, no effects are tried, and `failure` says so.
+    Where the model does not follow the motion, no effects are reported, and `failure` says so.
     """
-    data, failure, failures = found.data, found.failure, list[str]()
-    selection = longer.selection if longer else None
-    if not failure and not longer:
+    selection, failures = None, list[str]()
+    if not found.failure:
         try:
             selection = select_effects(found, say, stop, trying, expected)
             failures += selection.failures
         except (IdentificationError, np.linalg.LinAlgError) as error:
             failures.append(f"effects were not looked for: {error}")
-    # Held-out motion judges from here on, when everything is decided.
-    before, after, by_windows = _final_models(found.fit, selection.after if selection else None, data)
+    return judged(found, selection, failures, say)
+
+
+def judged(
+    found: Identification,
+    selection: Selection | None,
+    failures: Sequence[str],
+    say: Callable[[str], None],
+    longer: LongerWindows | None = None,
+) -> Trace:
+    """Return what an identification is traced to, once held-out motion has judged the effects that were selected.
+
+    Args:
+        found: the paper's model, identified.
+        selection: the effects; None where none were looked for.
+        failures: what could not be computed until now, in words.
+        say: called with a line of text.
+        longer: windows over which the motion could not be followed.
+
+    Raises:
+        IdentificationError, LinAlgError: no model can be evaluated.
+    """
+    data, failure, searched, withdrawn = found.data, found.failure, selection, None
+    before, after = _final_models(found.whole, selection.after if selection else found.whole, data)
     try:
         refuse_a_failed_fit([after.fit, after.holdout], data.noise_level)
     except FitFailedError as error:
         failure = failure or str(error)
     if failure:
         selection, after = None, before
-    searched, withdrawn = selection, None
     if selection and is_worse(after.holdout.rmse(), before.holdout.rmse()):
         keys = tuple(active.effect.key for active in selection.after.model.effects)
         withdrawn, after = Withdrawn(keys, after.holdout.rmse()), before
         selection = withdrawn_from(selection, found.options.named_effects_only)
-    others = selection.without if selection else ()
-    without = [_holdout_error(after, found.fit, other, by_windows) for other in others]
+    without = [after.error_of(other) if other else float("nan") for other in selection.without] if selection else []
     errors = _errors(found, before, after)
     in_doubt = effects_in_doubt(selection.scores) if selection else ()
-    # It has judged: from now on it tells of the values, too.
-    final = final_values(after, selection.after, data, by_windows, say) if selection else None
-    whole = final.whole if final else None
-    completed = None
-    if final:
+    chosen = selection.after if selection else found.whole
+    final, completed = None, replace(found, fit=before.fit)
+    if selection:
+        # It has judged: from now on it tells of the values, too.
+        final = final_values(after, chosen, data, say)
+        failures = [*failures, *final.failures]
         try:
-            completed = _completed(found, at_values(after.model, final.values, after.fit.windows))
+            completed = _completed(found, final.whole or chosen, after, final.values, final.covariance)
         except (IdentificationError, np.linalg.LinAlgError) as error:
-            failures += [*final.failures, f"the final values, so those are given that were judged: {error}"]
-            final = None
-    completed = completed or _completed(found, after.fit)
-    if final or in_doubt:
-        spread = final.covariance if final else completed.covariance
-        completed = completed.with_covariance(spread + added_covariance(in_doubt))
+            failures = [*failures, f"the final values, so those are given that were judged: {error}"]
+            completed = _completed(found, chosen, after, after.fit.values, chosen.covariance)
+    if in_doubt:
+        completed = completed.with_covariance(completed.covariance + added_covariance(in_doubt))
+    whole = final.whole if final else None
+    effects: tuple[FoundEffect, ...] = ()
+    if selection:
+        effects = found_effects(selection, after, completed.fit, without, completed.covariance, completed.inertia)
     return Trace(
         selection=selection,
         searched=searched,
         before=before,
         after=after,
-        effects=found_effects(selection, after, completed.fit, without, completed.covariance, completed.inertia)
-        if selection
-        else (),
+        effects=effects,
         completed=completed,
         errors=errors,
         unexplained=unexplained(after, whole, data.noise, completed.inertia),
         in_doubt=in_doubt,
         whole=whole,
-        by_windows=final.by_windows if final else True,
         withdrawn=withdrawn,
         longer=longer,
         failure=failure,
-        failures=(*failures, *completed.failures, *(final.failures if final else ())),
+        failures=(*failures, *completed.failures),
     )
 
 
-def _final_models(fit: Fit, chosen: WholeSwings | None, data: Data) -> tuple[FinalModel, FinalModel, bool]:
+def _final_models(paper: WholeSwings, chosen: WholeSwings, data: Data) -> tuple[FinalModel, FinalModel]:
     """Return the paper's model and the one with the effects; initial states of either are fitted from the other's.
 
     The paper's model comes first. Where it cannot follow the motion that is held out, the other one may lead there.
-    Where torques are missing, held-out motion also judges which values predict better, those fitted over windows or
-    those of whole swings; the third value is whether the former do.
 
     Raises:
         IdentificationError, LinAlgError: neither can be evaluated.
     """
-    after = fit if chosen is None else _fitted(fit, chosen, by_windows=True)
     try:
-        first = FinalModel.of(fit, data)
-        last = first if after is fit else first.like_this(after)
+        first = FinalModel.of(paper, data)
+        return first, FinalModel.of(chosen, data, first) if chosen.model.effects else first
     except (IdentificationError, np.linalg.LinAlgError):
-        if after is fit:
+        if not chosen.model.effects:
             raise
-        last = FinalModel.of(after, data)
-        first = last.like_this(fit)
-    if chosen is None or not np.any(chosen.is_missing):
-        return first, last, False
-    whole = last.like_this(_fitted(fit, chosen, by_windows=False))
-    by_windows = last.holdout.rmse() < whole.holdout.rmse()
-    return first, last if by_windows else whole, by_windows
-
-
-def _fitted(fit: Fit, found: WholeSwings, by_windows: bool) -> Fit:
-    """Return a model over the windows of a fit, with values fitted to these or to whole swings."""
-    if not found.model.effects:
-        return fit
-    if by_windows:
-        return over_windows(found.model, found.values, fit.windows)
-    return at_values(found.model, found.values, fit.windows)
-
-
-def _holdout_error(like: FinalModel, fit: Fit, other: WholeSwings | None, by_windows: bool) -> float:
-    """Return the error of another model, fitted as the final one was, over what was held out [rad].
-
-    Not a number where it cannot be computed.
-    """
-    if other is None:
-        return float("nan")
-    try:
-        values = _fitted(fit, other, by_windows).values
-        return fit_initial_states_near(other.model, values, like.holdout.windows, np.inf).rmse()
-    except (IdentificationError, np.linalg.LinAlgError):
-        return float("nan")
+        last = FinalModel.of(chosen, data)
+        return FinalModel.of(paper, data, last), last
 
 
 def _errors(found: Identification, before: FinalModel, after: FinalModel) -> Mapping[Stage, ErrorsByRole]:
@@ -237,15 +219,21 @@ def _errors(found: Identification, before: FinalModel, after: FinalModel) -> Map
 
     return {
         "nominal": of_values(prior.centre),
-        "search": of_values(found.estimate.search.best),
+        "search": of_values(found.search.best),
         "refined": of(before),
         "effects": of(after),
     }
 
 
-def _completed(found: Identification, fit: Fit) -> Identification:
-    """Return an identification with another fit and its diagnosis."""
-    if fit is found.fit:
-        return found
-    estimate = replace(found.estimate, fit=fit)
-    return Identification.of(found.options, found.data, found.balances, found.length, estimate)
+def _completed(
+    found: Identification, whole: WholeSwings, after: FinalModel, values: Array, covariance: Array
+) -> Identification:
+    """Return an identification with another model, its values and their covariance, and its diagnosis.
+
+    Raises:
+        IdentificationError, LinAlgError: no motion can be computed.
+    """
+    fit = with_all_derivatives(fit_initial_states(after.model, values, after.fit.windows))
+    return Identification.of(
+        found.options, found.data, found.balances, found.length, found.search, whole, fit, covariance
+    )

@@ -11,7 +11,7 @@ from benchmarks._scores import Score, conclusion, score, summary
 from cdp_ident.fit.mechanism import Mechanism
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.prior import Prior
-from cdp_ident.fit.refinement import refine
+from cdp_ident.fit.refinement import fit_initial_states
 from cdp_ident.fit.windows import cut_into_windows
 from cdp_ident.model.parameters import SYMBOLS, groups_of
 from reference.effects import Effect
@@ -104,9 +104,8 @@ def test_all_samples_are_alike_in_the_error_as_they_are_in_a_truth_s_floor():
     theta = twin.theta.copy()
     theta[-300:] = theta[-300]  # as if both joints rested there
     values = groups_of([TABLE_5[symbol] for symbol in SYMBOLS], TABLE_5["L"])
-    fit = refine(
-        MotionModel(Mechanism.of(Prior())), values, cut_into_windows([replace(twin, theta=theta)]), hold_values=True
-    )
+    windows = cut_into_windows([replace(twin, theta=theta)])
+    fit = fit_initial_states(MotionModel(Mechanism.of(Prior())), values, windows)
     left = np.concatenate([window.theta for window in fit.windows]) - np.concatenate(
         [fit.model.predict(values, window.start, window)[0] for window in fit.windows]
     )

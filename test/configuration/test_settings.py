@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from cdp_ident.configuration.keys import KEYS, description_of, is_key
 from cdp_ident.configuration.settings import Settings, without_results
 from cdp_ident.errors import OptionError
-from cdp_ident.fit.estimation import SHORT_IGA
+from cdp_ident.fit.objective import SHORT_IGA
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.model.weights import Weight
 from cdp_ident.search.options import IGA, TGA

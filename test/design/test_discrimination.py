@@ -10,11 +10,10 @@ from cdp_ident.design.discrimination import alternatives, can_be_the_same
 from cdp_ident.design.knowledge import Knowledge
 from cdp_ident.design.next_trial import NextTrial
 from cdp_ident.design.starts import Grid
-from cdp_ident.diagnosis.uncertainty import covariance
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.refinement import refine
 from cdp_ident.model.effects.catalogue import CATALOGUE
-from scenarios.next_swing import MODEL, NOISE, TRUTH
+from scenarios.next_swing import MODEL, NOISE, TRUTH, covariance
 from scenarios.weighted import WEIGHT
 
 DRAG = next(effect for effect in CATALOGUE if effect.key == "quadratic_friction.outer")

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from cdp_ident.design.knowledge import NEW
-from cdp_ident.diagnosis.uncertainty import covariance
-from scenarios.next_swing import ALL_GROUPS, NOISE, swing
+from scenarios.next_swing import ALL_GROUPS, NOISE, covariance, swing
 from scenarios.weighted import WEIGHT
 
 

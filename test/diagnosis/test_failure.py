@@ -10,7 +10,7 @@ from cdp_ident.errors import FitFailedError
 from cdp_ident.fit.mechanism import Mechanism
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.prior import Prior
-from cdp_ident.fit.refinement import refine
+from cdp_ident.fit.refinement import fit_initial_states
 from cdp_ident.fit.windows import cut_into_windows
 from cdp_ident.model.parameters import SYMBOLS, groups_of
 from reference.pendulum import TABLE_5
@@ -27,7 +27,7 @@ WINDOWS = cut_into_windows([standard_twin(np.random.default_rng(0))])
 def fits():
     """With the rig's values, and with those of a rig whose gravity is four times that."""
     wrong = TRUTH * (1.0, 1.0, 4.0, 1.0, 1.0)
-    return [refine(MODEL, values, WINDOWS, hold_values=True) for values in (TRUTH, wrong)]
+    return [fit_initial_states(MODEL, values, WINDOWS) for values in (TRUTH, wrong)]
 
 
 def test_a_fit_that_follows_the_motion_is_none(fits):
@@ -49,16 +49,16 @@ def test_one_that_does_not_is_refused_with_what_to_try(fits, place, which):
 def test_a_swing_in_which_noise_is_most_of_what_moves_is_followed():
     start, noise = (np.pi + 0.01, np.pi - 0.01, 0.0, 0.0), 9e-3
     windows = cut_into_windows([twin(np.random.default_rng(0), start=start, noise=noise)])
-    fit = refine(MODEL, TRUTH, windows, hold_values=True)
+    fit = fit_initial_states(MODEL, TRUTH, windows)
     refuse_a_failed_fit((fit, fit), noise)
     with pytest.raises(FitFailedError):
         refuse_a_failed_fit((fit, fit), 0.1 * noise)
 
 
 def test_angles_that_are_off_all_the_time_are_no_other_motion():
-    right = refine(MODEL, TRUTH, WINDOWS, hold_values=True)
+    right = fit_initial_states(MODEL, TRUTH, WINDOWS)
     wrong_zero = [replace(w, theta=w.theta + 0.5, start_known=True) for w in right.windows]
-    fit = refine(MODEL, TRUTH, wrong_zero, hold_values=True)
+    fit = fit_initial_states(MODEL, TRUTH, wrong_zero)
     assert fit.rmse() == pytest.approx(0.5, rel=1e-3)
     refuse_a_failed_fit((fit, fit), NOISE)
 

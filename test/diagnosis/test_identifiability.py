@@ -32,9 +32,7 @@ def identified(**options):
 
 
 def determined(found):
-    return identifiability(
-        found.fit, found.covariance, found.physical, found.inertia, found.options.prior, found.data.names
-    )
+    return identifiability(found)
 
 
 def test_a_free_swing_shows_all_five_groups_and_no_physical_value():

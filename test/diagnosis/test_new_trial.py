@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from cdp_ident.diagnosis.new_trial import check_new_trial
-from cdp_ident.diagnosis.uncertainty import covariance
 from cdp_ident.fit.options import IdentifyOptions
-from cdp_ident.fit.refinement import fit_initial_states, refine
+from cdp_ident.fit.refinement import fit_initial_states
 from cdp_ident.model.weights import Weight
 from cdp_ident.pipeline.identify import identify
 from reference.pendulum import TABLE_3, TABLE_5
@@ -29,7 +28,7 @@ def found():
 
 def checked(found, new):
     expected = fit_initial_states(found.fit.model, found.fit.values, found.data.holdout).rmse()
-    return check_new_trial(found.fit.model, found.fit.values, found.covariance, expected, new, found.data.window)
+    return check_new_trial(found.fit.model, found.fit.values, found.covariance, expected, new, found.data)
 
 
 def test_a_trial_of_the_same_pendulum_fits_to_the_noise(found):
@@ -63,11 +62,13 @@ def test_a_short_trial_is_one_window(found):
 
 def test_where_each_trial_has_zeros_of_its_own_a_new_one_may_have_others(found):
     model, values = found.fit.model.with_zeros(found.fit.values, [0, 1])
-    fit = refine(model, values, found.fit.windows)
+    known = ~model.of_zeros
+    spread = np.zeros((len(values), len(values)))
+    spread[np.ix_(known, known)] = found.covariance
     new = trial("third", (2.2, 4.1, 0.0, 0.0), 3)
     off = replace(new, theta=new.theta + np.cumsum([0.03, -0.05]))
     expected = fit_initial_states(found.fit.model, found.fit.values, found.data.holdout).rmse()
-    check = check_new_trial(fit.model, fit.values, covariance(fit), expected, off, found.data.window)
+    check = check_new_trial(model, values, spread, expected, off, found.data)
     assert check.fits
     assert check.changed == ()
     assert not checked(found, off).fits

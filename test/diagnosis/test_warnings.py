@@ -125,13 +125,13 @@ def test_a_friction_of_zero_is_named_once():
     fit = replace(found.fit, values=found.fit.values * [1, 1, 1, 1, 0, 1])
     values = found.physical.values.copy()
     values[-1] = 0.0
-    found = replace(found, estimate=replace(found.estimate, fit=fit), physical=replace(found.physical, values=values))
+    found = replace(found, fit=fit, physical=replace(found.physical, values=values))
     assert [(w.name, w.about) for w in find_warnings(found)] == [("friction_at_zero", ("c2",))]
 
 
-def test_a_refinement_that_has_not_arrived_is_named():
+def test_a_fit_that_has_not_arrived_is_named():
     found = clean()
-    found = replace(found, estimate=replace(found.estimate, fit=replace(found.fit, converged=False)))
+    found = replace(found, whole=replace(found.whole, converged=False))
     assert names(found) == ["not_converged"]
 
 

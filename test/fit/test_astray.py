@@ -5,12 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cdp_ident.fit import refinement
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.astray import with_starts_found_again
 from cdp_ident.fit.mechanism import Mechanism
 from cdp_ident.fit.motion_model import MotionModel
-from cdp_ident.fit.refinement import fit_initial_states_near, refine
+from cdp_ident.fit.refinement import fit_initial_states
 from cdp_ident.fit.windows import cut_into_windows
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.parameters import SYMBOLS, groups_of, inertia_about_cart
@@ -24,9 +23,8 @@ GROUPS = groups_of(PHYSICAL, TABLE_5["L"])
 INERTIA = float(inertia_about_cart(PHYSICAL, TABLE_5["L"]))
 TIME = np.arange(1600) / 200.0
 TORQUE = 0.1
-ELSEWHERE = {False: -1.5, True: 2.5}
-"""Change of theta2 [rad] to an angle from which the outer rod falls, and from which it is not found again: where the
-values are fitted too, and where they are held."""
+ELSEWHERE = 2.5
+"""Change of theta2 [rad] to an angle from which the outer rod falls, and from which it is not found again."""
 COUNTS = 2 * np.pi / 8000
 
 
@@ -43,67 +41,41 @@ def begun():
     return model, values, cut_into_windows([trial], 1.0)
 
 
-def astray(windows, hold_values=True):
+def astray(windows):
     """Return the windows, the last of which begins where its outer rod is not."""
     *others, last = windows
-    return [*others, replace(last, start=last.start + np.array([0.0, ELSEWHERE[hold_values], 0.0, 0.0]))]
+    return [*others, replace(last, start=last.start + np.array([0.0, ELSEWHERE, 0.0, 0.0]))]
 
 
-@pytest.mark.parametrize("hold_values", [False, True])
-def test_a_rod_at_rest_is_found_where_it_is(begun, hold_values):
+def test_a_rod_at_rest_is_found_where_it_is(begun):
     model, values, windows = begun
     assert windows[-1].sample_weights is not None  # it is at rest there
-    right = refine(model, values, windows, hold_values=hold_values)
-    lost = refine(model, values, astray(windows, hold_values), hold_values=hold_values)
+    right = fit_initial_states(model, values, windows)
+    lost = fit_initial_states(model, values, astray(windows))
     assert lost.rmse() > 3.0 * right.rmse()
-    assert with_starts_found_again(lost, hold_values).rmse() < 1.1 * right.rmse()
+    assert with_starts_found_again(lost).rmse() < 1.1 * right.rmse()
 
 
 def test_a_rod_at_rest_that_was_taken_for_moving_is_found_though_noise_hides_most_of_its_error(begun):
     model, values, quiet = begun
     rng, noise = np.random.default_rng(0), 0.012
     windows = [replace(w, theta=w.theta + rng.normal(0.0, noise, w.theta.shape), sample_weights=None) for w in quiet]
-    right = refine(model, values, windows, hold_values=True)
+    right = fit_initial_states(model, values, windows)
     *others, last = windows
     moving = replace(last, start=last.start + np.array([0.0, 0.0, 0.3, 0.9]))
-    lost = refine(model, values, [*others, moving], hold_values=True)
+    lost = fit_initial_states(model, values, [*others, moving])
     assert 1.5 * noise < lost.over([len(others)]).rmse() < 3.0 * noise
-    assert with_starts_found_again(lost, hold_values=True).rmse() < 1.01 * right.rmse()
-
-
-def test_a_window_that_went_astray_is_not_hidden_by_the_others(begun):
-    model, values, windows = begun
-    right = refine(model, values, windows, hold_values=True)
-    lost = refine(model, values, astray(windows), hold_values=True)
-    while not lost.converged:  # a minimum, though not the best one
-        lost = refine(model, values, lost.windows, hold_values=True)
-    assert lost.rmse() > 3.0 * right.rmse()
-    found = fit_initial_states_near(model, values, lost.windows, good_enough=1.1 * lost.rmse())
-    assert found.rmse() < 1.1 * right.rmse()
-
-
-def test_each_window_keeps_the_better_of_two_initial_states(begun, monkeypatch):
-    model, values, windows = begun
-    right = refine(model, values, windows, hold_values=True)
-    # Found from afar: the first window's is worse, the last one's is better.
-    first, *others = right.windows
-    worse = refine(model, values, [first], hold_values=True)
-    worse = replace(worse, residuals=(2.0 * worse.residuals[0],))
-    afar = {len(windows): lambda: replace(right, residuals=(*worse.residuals, *right.residuals[1:]))}
-    monkeypatch.setattr(refinement, "fit_initial_states", lambda model, values, windows: afar[len(windows)]())
-    found = fit_initial_states_near(model, values, astray(windows), 0.0)
-    assert found.rmse() < 1.1 * right.rmse()
-    assert [len(of) for of in (found.residuals, found.sensitivities, found.weights)] == [1 + len(others)] * 3
+    assert with_starts_found_again(lost).rmse() < 1.01 * right.rmse()
 
 
 def test_where_none_went_astray_the_fit_is_as_it_was(begun):
     model, values, windows = begun
-    fit = refine(model, values, windows)
+    fit = fit_initial_states(model, values, windows)
     assert with_starts_found_again(fit) is fit
 
 
 def test_a_state_that_is_known_is_left_as_it_is(begun):
     model, values, windows = begun
     known = [*windows[:-1], replace(astray(windows)[-1], start_known=True)]
-    fit = refine(model, values, known)
+    fit = fit_initial_states(model, values, known)
     assert with_starts_found_again(fit) is fit

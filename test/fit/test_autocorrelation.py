@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cdp_ident.fit.autocorrelation import autocovariance, long_run_products
+from cdp_ident.fit.autocorrelation import autocovariance
 from cdp_ident.fit.mechanism import Mechanism
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.prior import Prior
@@ -44,11 +44,3 @@ def test_the_autocovariance_is_the_sum_of_products() -> None:
     for lag in (0, 3):
         expected = sum(np.sum(r[lag:] * r[: len(r) - lag], axis=0) for r in FIT.residuals)
         np.testing.assert_allclose(found[lag], expected, rtol=1e-9)
-
-
-@pytest.mark.parametrize("lags", [0, 5, 80])
-def test_the_long_run_products_are_those_of_all_lags_with_bartlett_s_weights(lags) -> None:
-    terms = np.random.default_rng(0).normal(size=(50, 3))
-    apart = np.abs(np.subtract.outer(np.arange(50), np.arange(50)))
-    expected = terms.T @ np.maximum(1.0 - apart / (lags + 1.0), 0.0) @ terms
-    np.testing.assert_allclose(long_run_products(terms, lags), expected, rtol=1e-9, atol=1e-9)

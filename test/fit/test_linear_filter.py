@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from cdp_ident.fit.linear_filter import carried_on, new_in
+from cdp_ident.fit.linear_filter import carried_on
 
 COEFFICIENTS = ([], [0.9], [1.6, -0.7], [0.5, 0.2, -0.1, 0.1, 0.05, -0.05, 0.02, 0.1])
 
@@ -17,10 +17,3 @@ def test_a_process_is_what_scipy_s_filter_makes_of_what_is_new(
     new = np.random.default_rng(1).normal(size=shape)
     expected = lfilter([1.0], [1.0, *np.negative(coefficients)], new, axis=0) if new.size else new
     assert carried_on(np.array(coefficients), new) == pytest.approx(expected, abs=1e-13)
-
-
-@pytest.mark.parametrize("coefficients", COEFFICIENTS)
-def test_what_is_new_is_found_again_but_for_the_first_samples(coefficients: list[float]) -> None:
-    new = np.random.default_rng(2).normal(size=(40, 2))
-    process = carried_on(np.array(coefficients), new)
-    assert new_in(np.array(coefficients), process) == pytest.approx(new[len(coefficients) :], abs=1e-13)

@@ -5,20 +5,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cdp_ident.diagnosis.uncertainty import covariance
+from cdp_ident.diagnosis.uncertainty import curvature, scaled_inverse
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.mechanism import Mechanism
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.prior import Prior
-from cdp_ident.fit.refinement import fit_initial_states, refine, refine_from_afar
+from cdp_ident.fit.refinement import fit_initial_states, refine
 from cdp_ident.fit.windows import cut_into_windows
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.motions import simulate
 from cdp_ident.model.parameters import SYMBOLS, groups_of, physical_coefficients
 from cdp_ident.trial.trial import Trial
 from reference.pendulum import TABLE_3, TABLE_5, motion
-from scenarios.hidden_truths import hidden_truth
 from scenarios.twin import TEN_SECONDS, as_measured, standard_twin
 
 PRIOR = Prior()
@@ -27,6 +26,10 @@ NOMINAL = MODEL.initial_values(groups_of(PRIOR.centre, PRIOR.length))
 TRUTH = groups_of([TABLE_5[symbol] for symbol in SYMBOLS], TABLE_5["L"])
 TWIN = standard_twin(np.random.default_rng(0))
 NOISE = 2.1e-3
+
+
+def covariance(fit):
+    return fit.variance * scaled_inverse(curvature(fit), 1e-12)[0]
 
 
 def deviations(fit):
@@ -39,9 +42,9 @@ def frictionless(start, seed=0):
     return Trial("frictionless", TEN_SECONDS, as_measured(theta, np.random.default_rng(seed)))
 
 
-@pytest.mark.parametrize("duration", [1.0, 2.5, 5.0])
+@pytest.mark.parametrize("duration", [1.0, 2.5])
 def test_the_true_groups_are_found_from_the_nominal_ones(duration):
-    fit = refine_from_afar(MODEL, NOMINAL, cut_into_windows([TWIN], duration))
+    fit = refine(MODEL, NOMINAL, cut_into_windows([TWIN], duration))
     assert fit.converged
     assert np.abs(deviations(fit)).max() < 4
     assert fit.rmse() < NOISE
@@ -71,24 +74,11 @@ def test_a_free_length_is_found():
 
 
 def test_frictions_are_never_negative_and_zero_where_noise_would_make_them_so():
-    fits = [
-        refine_from_afar(MODEL, NOMINAL, cut_into_windows([frictionless((2.2, 2.0, 0, 0), seed)])) for seed in range(8)
-    ]
+    fits = [refine(MODEL, NOMINAL, cut_into_windows([frictionless((2.2, 2.0, 0, 0), seed)])) for seed in range(8)]
     frictions = np.array([fit.values[3:] for fit in fits])
     assert np.all(frictions >= 0)
     assert np.any(frictions == 0)
     assert all(fit.rmse() < NOISE for fit in fits)
-
-
-def test_a_few_outliers_do_not_move_the_values_beyond_their_intervals():
-    theta = TWIN.theta.copy()
-    theta[[100, 333, 777, 1200, 1500, 1900], [0, 1, 0, 1, 0, 1]] += 1.0  # the start of a window among them
-    fit = refine_from_afar(MODEL, NOMINAL, cut_into_windows([replace(TWIN, theta=theta)]))
-    without = refine(MODEL, NOMINAL, cut_into_windows([TWIN]))
-    std = np.sqrt(np.diag(covariance(without)))
-    assert np.all(np.abs(fit.values - without.values) < 1.96 * std)
-    assert np.abs(deviations(fit)).max() < 4
-    assert sum(int(np.sum(weight < 0.05)) for weight in fit.weights) == 6
 
 
 def test_without_outliers_all_weigh_the_same():
@@ -107,31 +97,13 @@ def test_a_known_start_stays_and_makes_the_fit_surer():
     assert np.all(np.diag(covariance(fit)) <= np.diag(covariance(without)))
 
 
-@pytest.mark.parametrize("duration", [2.5, 5.0])
-def test_growing_windows_follow_a_chaotic_motion_that_whole_ones_lose(duration):
-    windows = cut_into_windows([frictionless((np.pi - 2.5, np.pi - 2.9, 16.0, -16.0))], duration)
-    at_once = refine(MODEL, NOMINAL, windows)
-    assert at_once.rmse() > 0.5
-    grown = refine_from_afar(MODEL, NOMINAL, windows)
-    assert grown.rmse() < NOISE
-    assert [len(window.theta) for window in grown.windows] == [len(window.theta) for window in windows]
-
-
-def test_a_narrow_curved_valley_is_followed_to_its_minimum():
-    # Friction that is larger near rest can be shared out in many ways between size and speed, none of them straight.
-    trials, answer = hidden_truth("stribeck_friction.inner", 9073)
-    effects = {effect.key: ActiveEffect(effect) for effect in CATALOGUE}
-    model = MODEL.with_effect(effects["stribeck_friction.inner"])
-    values = np.array([0.084837, 0.056428, 2.653111, 0.068574, 0.009471, 0.063949, 0.097189, 0.941533])
-    another = model.with_effect(effects["quadratic_friction.inner"])
-    begun = fit_initial_states(another, np.append(values, 2.4e-4), cut_into_windows(trials[:2]))
-    fit = refine(model, values, begun.windows)
-    assert fit.converged
-    assert fit.rmse() < 1.03 * answer.floor
+def test_a_chaotic_motion_is_followed_from_rough_initial_states():
+    windows = cut_into_windows([frictionless((np.pi - 2.5, np.pi - 2.9, 16.0, -16.0))], 5.0)
+    assert fit_initial_states(MODEL, TRUTH * [1.0, 1.0, 1.0, 0.0, 0.0], windows).rmse() < NOISE
 
 
 def test_the_same_trials_give_the_same_result_to_the_last_bit():
-    first, second = (refine_from_afar(MODEL, NOMINAL, cut_into_windows([TWIN])) for _ in range(2))
+    first, second = (refine(MODEL, NOMINAL, cut_into_windows([TWIN])) for _ in range(2))
     assert np.array_equal(first.values, second.values)
     assert all(np.array_equal(a, b) for a, b in zip(first.residuals, second.residuals, strict=True))
 
@@ -184,7 +156,7 @@ def test_every_simulation_of_every_stage_is_counted(monkeypatch):
 
     monkeypatch.setattr(MotionModel, "predict", counting)
     monkeypatch.setattr(MotionModel, "predict_together", counting_each)
-    fit = refine_from_afar(MODEL, NOMINAL, cut_into_windows([TWIN]))
+    fit = refine(MODEL, NOMINAL, cut_into_windows([TWIN]))
     assert sum(counted) == fit.simulations * len(TWIN.theta)
 
 
@@ -193,7 +165,7 @@ def test_values_to_begin_with_are_brought_into_their_limits():
     assert refine(MODEL, begin, cut_into_windows([TWIN])).rmse() < NOISE
 
 
-@pytest.mark.parametrize("fit", [refine, refine_from_afar])
+@pytest.mark.parametrize("fit", [refine, fit_initial_states])
 def test_no_window_is_refused(fit):
     with pytest.raises(IdentificationError, match="nothing to fit: no window of any trial has enough samples"):
         fit(MODEL, NOMINAL, [])
@@ -209,16 +181,9 @@ def test_the_values_are_held_and_the_initial_states_are_not():
     fit = fit_initial_states(MODEL, TRUTH, windows)
     assert np.array_equal(fit.values, TRUTH)
     assert not np.array_equal(fit.windows[0].start, windows[0].start)
-    again = refine(MODEL, TRUTH, fit.windows, hold_values=True)
+    again = fit_initial_states(MODEL, TRUTH, fit.windows)
     assert np.array_equal(again.values, TRUTH)
     assert again.rmse() == pytest.approx(fit.rmse(), rel=1e-3)
-
-
-def test_some_values_may_be_held():
-    begin = TRUTH * [1.0, 1.0, 1.0, 1.2, 1.2]
-    fit = refine(MODEL, begin, cut_into_windows([TWIN]), held=[3])
-    assert fit.values[3] == begin[3]
-    assert fit.values[4] != begin[4]
 
 
 def test_windows_in_which_nothing_moves_do_no_harm():

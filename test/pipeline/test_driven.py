@@ -65,10 +65,7 @@ def test_a_motor_s_lag_is_found_and_said(by_motors):
     imbalance, *lags = fit.values[fit.model.places_of_motors]
     assert lags == pytest.approx([LAG, LAG], abs=3e-4)
     assert imbalance == pytest.approx(0.0, abs=5e-3)
-    found = traced.completed
-    shown = identifiability(
-        fit, traced.covariance, found.physical, found.inertia, found.options.prior, found.data.names
-    )
+    shown = identifiability(traced.completed)
     words = "; ".join(shown.words)
     assert "determined by the motors' torques, known to 5 %" in words
     assert "act 3 ms (inner joint) and 3 ms (outer joint) after their record" in words

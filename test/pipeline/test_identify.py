@@ -54,7 +54,7 @@ def garbage(trial, samples=EVERYTHING, size=0.1):
 def assert_same_fit(first, second):
     assert np.array_equal(first.fit.values, second.fit.values)
     assert np.array_equal(first.covariance, second.covariance)
-    assert first.estimate.search.history == second.estimate.search.history
+    assert first.search.history == second.search.history
     assert all(np.array_equal(a, b) for a, b in zip(first.fit.residuals, second.fit.residuals, strict=True))
     assert np.array_equal(first.physical.values, second.physical.values)
 
@@ -112,14 +112,14 @@ def test_what_is_fitted_is_touched():
 def test_the_same_seed_gives_the_same_result_and_another_one_the_same_basin():
     assert_same_fit(identified(), identify(trials()[:2], trials()[2:], OPTIONS))
     other = identify(trials()[:2], trials()[2:], replace(OPTIONS, seed=2))
-    assert other.estimate.search.history != identified().estimate.search.history
+    assert other.search.history != identified().search.history
     assert other.fit.values == pytest.approx(identified().fit.values, rel=1e-4)
 
 
 def test_a_search_that_is_stopped_is_refined_all_the_same_and_said_to_be_interrupted():
     found = identify(trials()[:2], trials()[2:], replace(OPTIONS, method="iga"), lambda progress: "stopped by hand")
     assert found.interrupted
-    assert found.estimate.search.stopped == "stopped by hand"
+    assert found.search.stopped == "stopped by hand"
     assert found.fit.rmse() < 2 * NOISE
 
 

@@ -1,4 +1,4 @@
-"""Windows are as long as the motion can be followed, by the model that is found; where a fit fails, they are halved."""
+"""Windows are as long as the motion can be followed, by the model that is found."""
 
 from types import SimpleNamespace
 
@@ -67,42 +67,9 @@ def test_windows_whose_length_is_given_keep_it(trials):
     assert found.data.window == pytest.approx(2.0, rel=0.1)
 
 
-@pytest.fixture
-def longest_tried(monkeypatch):
-    """The longest windows of each attempt, of which the first two fail in the tracing."""
-    tried = []
-
-    def identify(fit, holdout, options, stop, longest):
-        tried.append(longest)
-        return SimpleNamespace(
-            failure="", data=SimpleNamespace(window=min(longest, 4.0), scales=SimpleNamespace(half_swing=4.0))
-        )
-
-    def trace(*_):
-        return SimpleNamespace(failure="" if len(tried) > 2 else "the model does not follow the motion")
-
-    monkeypatch.setattr(module, "identify", identify)
-    monkeypatch.setattr(module, "trace", trace)
-    return tried
-
-
-def test_windows_are_halved_until_the_motion_is_followed(longest_tried):
-    said = []
-    found, traced = identify_and_trace([], [], IdentifyOptions(), say=said.append)
-    assert longest_tried == [float("inf"), 2.0, 1.0]
-    assert found.data.window == 1.0
-    assert not traced.failure
-    assert said[0] == "the model does not follow the motion: windows of 2 s are tried"
-
-
-def test_windows_whose_length_is_given_are_not_halved(longest_tried):
-    _, traced = identify_and_trace([], [], IdentifyOptions(window=2.0))
-    assert len(longest_tried) == 1
-    assert traced.failure
-
-
-def test_where_the_fit_itself_fails_shorter_windows_are_of_no_use(longest_tried, monkeypatch):
+def test_where_the_fit_itself_fails_shorter_windows_are_of_no_use(monkeypatch):
     failed = SimpleNamespace(failure="no motion", data=SimpleNamespace(window=4.0))
     monkeypatch.setattr(module, "identify", lambda *_: failed)
+    monkeypatch.setattr(module, "trace", lambda *_: SimpleNamespace(failure="no motion"))
     found, _ = identify_and_trace([], [], IdentifyOptions())
     assert found is failed

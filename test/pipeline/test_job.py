@@ -62,7 +62,7 @@ def test_what_is_no_bag_or_no_trial_is_refused(tmp_path):
 
 def test_a_sentence_ends_the_search_whose_best_is_refined_all_the_same():
     outcome = run(load(job([WIDE], method="iga")), lambda progress: "enough" if progress.generation == 3 else None)
-    search = outcome.identification.estimate.search
+    search = outcome.identification.search
     assert (search.stopped, len(search.history)) == ("enough", 4)
     assert outcome.identification.interrupted
     assert outcome.identification.fit.rmse() < 0.1

@@ -7,7 +7,7 @@ import pytest
 
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.prior import Prior
-from cdp_ident.fit.refinement import fit_initial_states, refine_from_afar
+from cdp_ident.fit.refinement import fit_initial_states, refine
 from cdp_ident.fit.windows import cut_into_windows
 from cdp_ident.model.parameters import groups_of
 from cdp_ident.pipeline.identify import identify
@@ -34,7 +34,7 @@ def swing():
 def test_48_seconds_are_followed_within_3_milliradians(swing):
     options = IdentifyOptions(prior=Prior(nominal=NOMINAL), length_std=np.inf)
     begin = options.model.initial_values(groups_of(options.prior.centre, NOMINAL["L"]))
-    fit = refine_from_afar(options.model, begin, cut_into_windows([swing], 2.5))
+    fit = refine(options.model, begin, cut_into_windows([swing], 2.5))
     assert fit.converged
     assert fit.rmse() < 3.05e-3
 

@@ -99,9 +99,9 @@ def test_what_could_be_another_effect_is_asked_first(read_content):
 
 def test_what_cannot_be_computed_is_told_and_costs_the_advice_alone(outcome):
     trace = outcome.trace
-    estimate = trace.completed.estimate
-    fit = replace(estimate.fit, values=np.where(np.arange(len(estimate.fit.values)) < 5, np.nan, estimate.fit.values))
-    lost = replace(trace, completed=replace(trace.completed, estimate=replace(estimate, fit=fit)))
+    fit = trace.completed.fit
+    fit = replace(fit, values=np.where(np.arange(len(fit.values)) < 5, np.nan, fit.values))
+    lost = replace(trace, completed=replace(trace.completed, fit=fit))
     told = []
     assert next_trial_section(replace(outcome, trace=lost), told.append) is None
     assert told[0].startswith("which trial to record next: ")

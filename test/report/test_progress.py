@@ -21,7 +21,7 @@ def shown(console, generations, total, seconds=3.0):
 def test_without_a_terminal_there_are_plain_lines_with_error_and_time_left():
     text = shown(Console(file=io.StringIO(), width=120), range(5), 4)
     assert text.splitlines()[1] == "searching: generation 1 of 4, best error 1.5 rad², about 9 s left"
-    assert text.splitlines()[-1] == "refining: generation 4 of 4, best error 1.5 rad²"
+    assert text.splitlines()[-1] == "fitting: generation 4 of 4, best error 1.5 rad²"
 
 
 def test_lines_do_not_come_too_often():
@@ -29,13 +29,8 @@ def test_lines_do_not_come_too_often():
     assert len(text.splitlines()) < 8
 
 
-def test_a_repeated_search_is_shown_with_its_own_length():
-    text = shown(Console(file=io.StringIO(), width=120), [0, 1, 2, 0, 1, 4], 2)
-    assert "search 2: generation 1 of 4" in text
-
-
 def test_a_search_without_generations_is_done_at_once():
-    assert "refining" in shown(Console(file=io.StringIO(), width=120), [0], 0)
+    assert "fitting" in shown(Console(file=io.StringIO(), width=120), [0], 0)
 
 
 def test_on_a_terminal_there_is_a_bar():

@@ -130,7 +130,8 @@ def test_the_validation_is_in_words(read_content):
 
 def test_residuals_that_are_not_white_are_told_with_how_much_they_are_correlated(read_content):
     found = read_content["residuals"]
-    found["after"] = found["before"] | {"cart": {angle: found["before"][angle] for angle in ("theta1", "theta2")}}
+    cart = {angle: found["before"][angle] for angle in ("theta1", "theta2")}
+    found["after"] = found["before"] | {"cart": cart, "crosswise": found["before"]["crosswise"] | {"related": True}}
     *_, own, crosswise, cart = validation_words(read_content)
     most = max(map(abs, found["before"]["theta1"]["values"][1:]))
     assert f"{most:.2f} in theta1 (chance: " in own

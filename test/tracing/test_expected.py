@@ -9,9 +9,11 @@ from cdp_ident.fit.data import prepare
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.roles import PartedTrial
 from cdp_ident.fit.scales import scales_of
+from cdp_ident.likelihood.recorded import fitted_recorded
+from cdp_ident.likelihood.whole_swing import NEAR
 from cdp_ident.tracing.expected import ExpectedEffect
 from cdp_ident.tracing.select_effects import select_effects
-from scenarios.swings import MODEL, TRUE, known, measured, motion
+from scenarios.swings import TRUE, fitted, known, measured, motion
 
 NOISE = np.full(2, 3e-4)
 
@@ -23,9 +25,9 @@ def identified(request):
     scales = scales_of(trials, 0.4, 9.81, NOISE)
     parted = [PartedTrial(trial, frozenset([0] * index), trial) for index, trial in enumerate(trials)]
     data = prepare(parted, [lambda time: 1.0] * 2, scales, NOISE)
-    fit = SimpleNamespace(model=MODEL, values=TRUE, windows=())
+    whole = fitted(fitted_recorded(data, NEAR, np.inf))
     options = IdentifyOptions(named_effects_only=True)
-    return bool(request.param), SimpleNamespace(fit=fit, data=data, options=options, enough=np.inf, balances=())
+    return bool(request.param), SimpleNamespace(whole=whole, data=data, options=options, enough=np.inf, balances=())
 
 
 def expectation(key, *values):

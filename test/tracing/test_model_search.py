@@ -5,19 +5,17 @@ import pytest
 
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.active_effect import ActiveEffect
+from cdp_ident.likelihood.whole_swing import likelier_maximum
 from cdp_ident.tracing import model_search
 from cdp_ident.tracing.model_search import InterruptedSearchError, ModelSearch
 from cdp_ident.tracing.neighbours import Neighbour
-from scenarios.swings import BEGIN, MODEL, known, measured, motion, recorded, states_of
+from scenarios.swings import BEGIN, fitted, known, measured, motion, recorded
 
 DRY, SCALE = "coulomb_friction.outer", "encoder_scale.inner"
 
 
 def begun(trials, stop=lambda: False, trying=lambda line: None, say=lambda line: None, named_only=True):
-    of = recorded(trials)
-    search = ModelSearch(of, say, stop, trying, named_only)
-    search.begin(MODEL, BEGIN, states_of(of, values=BEGIN))
-    return search
+    return ModelSearch(likelier_maximum(fitted(recorded(trials), values=BEGIN)), say, stop, trying, named_only)
 
 
 def rubbing(seed=0, size=4e-4):

@@ -8,7 +8,7 @@ import pytest
 from cdp_ident.fit.data import prepare
 from cdp_ident.fit.roles import PartedTrial
 from cdp_ident.fit.scales import scales_of
-from cdp_ident.tracing.recorded import all_recorded, fitted_recorded, states_of
+from cdp_ident.likelihood.recorded import all_recorded, fitted_recorded, states_of
 from cdp_ident.trial.trial import Trial
 from scenarios.swings import MODEL, TIME, TRUE, UNIT, measured, motion
 

@@ -48,6 +48,11 @@ def fitted_recorded(data: Data, spacing: float, enough: float) -> Recorded:
     return _recorded(data, swings)
 
 
+def one_recorded(data: Data, trial: Trial, index: int, spacing: float) -> Recorded:
+    """Return another trial of the rig, with nodes of a spacing in time units; by its number effects of a trial go."""
+    return _recorded(data, _swings(data, trial, index, spacing, trial.bounds))
+
+
 def _pieces(data: Data, index: int, enough: float) -> list[tuple[int, int, int, float]]:
     """Return trial, first sample, end and duration [s] of the pieces of a trial that are fitted."""
     trial, windows = data.trials[index], [window for window in data.fit if window.trial == index]
