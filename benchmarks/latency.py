@@ -36,11 +36,13 @@ WRITER = """
 import os, sys, time
 from benchmarks.latency import CODEC, HELLO, Sample
 device, rate, count = int(sys.argv[1]), float(sys.argv[2]), int(sys.argv[3])
-began = time.monotonic()
-for number in range(count):
+began, number, greeted = time.monotonic(), 0, -1
+while number < count:
     time.sleep(max(0.0, began + number / rate - time.monotonic()))
-    greeting = HELLO if number % int(rate) == 0 else b""
+    number = max(number, int((time.monotonic() - began) * rate))  # what was missed is not made up for, as by a rig
+    greeting, greeted = HELLO if number // int(rate) != greeted else b"", number // int(rate)
     os.write(device, greeting + CODEC.encode(Sample(number, time.monotonic_ns() // 1000 % 2**32, 0, 0, 0)))
+    number += 1
 """
 CODEC = BinaryCodec()
 HELLO = CODEC.encode(Hello(5000, 8000, 8000, "latency"))

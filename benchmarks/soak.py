@@ -60,7 +60,7 @@ def call(service: str) -> str:
         for _ in range(120):  # the emulator may compile first
             if client.wait_for_service(timeout_sec=2.0):
                 future = client.call_async(Trigger.Request())
-                rclpy.spin_until_future_complete(node, future, timeout_sec=10.0)
+                rclpy.spin_until_future_complete(node, future, timeout_sec=120.0)
                 if future.done():
                     answer = str(future.result().message)
                     if future.result().success:

@@ -1,7 +1,6 @@
 """ROS's own linters pass, in the configurations that are here. They come with ROS, or with requirements-dev.txt.
 
-ament_copyright is not among them: it takes a licence's whole header in each file, and knows no SPDX line
-(ament_lint, issues 246 and 462).
+ament_copyright is not among them: QUALITY_DECLARATION.md says why.
 """
 
 import importlib

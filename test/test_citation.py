@@ -1,4 +1,4 @@
-"""CITATION.cff says what package.xml says."""
+"""CITATION.cff and REUSE.toml say what package.xml says."""
 
 import xml.etree.ElementTree as ET
 from pathlib import Path
@@ -15,6 +15,9 @@ def test_it_cites_this_version_under_this_licence() -> None:
     assert citation["version"] == package.findtext("version")
     assert citation["license"] == package.findtext("license")
     assert citation["authors"] == [{"name": package.findtext("author")}]
+    reuse = (ROOT / "REUSE.toml").read_text()
+    assert f'SPDX-License-Identifier = "{package.findtext("license")}"' in reuse
+    assert package.findtext("author") in reuse
 
 
 def test_it_names_the_paper_as_the_readme_does() -> None:

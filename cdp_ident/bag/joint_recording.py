@@ -189,7 +189,7 @@ class JointStates:
 
 
 def with_device(recording: JointRecording, devices: DeviceMessages) -> JointRecording:
-    """Add the device's time to a recording; the few samples that lack it, at the ends, are dropped."""
+    """Add the device's time to a recording; the few samples that lack it are dropped, and counted in a note."""
     found = devices.device_time(recording.stamps)
     if found is None:
         return recording

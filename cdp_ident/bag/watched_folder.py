@@ -1,5 +1,6 @@
 """A folder into which bags are recorded one after the other."""
 
+import os
 import time
 from pathlib import Path
 
@@ -21,10 +22,10 @@ class WatchedFolder:
         """Watch a folder; one that is not there yet is waited for.
 
         Raises:
-            OptionError: there is something else of that name.
+            OptionError: there is something else of that name, or it cannot be read.
         """
-        if folder.exists() and not folder.is_dir():
-            raise OptionError(f"{folder} is not a folder: --watch takes the one that the recorder records into")
+        if folder.exists() and not (folder.is_dir() and os.access(folder, os.R_OK | os.X_OK)):
+            raise OptionError(f"{folder} is no folder that can be read: --watch takes the one that is recorded into")
         self.folder = folder
         self._taken: dict[Path, _Files] = {}
 

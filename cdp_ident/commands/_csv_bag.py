@@ -14,7 +14,7 @@ from cdp_ident.commands._csv_arguments import AS_TYPED
 from cdp_ident.commands._csv_physics import check_film, what_the_motion_says
 from cdp_ident.commands._csv_recording import Recording, recording_of
 from cdp_ident.errors import BagError, OtherMotionError, TrialError
-from cdp_ident.outside_text import utf_8
+from cdp_ident.outside_text import shown, utf_8
 from cdp_ident.trial.find import find_trial
 from cdp_ident.trial.joints import model_angles
 from cdp_ident.trial.order import elapsed
@@ -30,7 +30,7 @@ def make_bag(options: argparse.Namespace, arguments: list[str]) -> None:
         raise BagError(f"{options.out} exists already and is not overwritten: give another folder")
     table = read_table(options.csv, options.delimiter, options.decimal)
     recording = recording_of(table, options)
-    print(f"{options.csv}: {table.format}", *recording.columns, sep="\n  ")
+    print(f"{shown(options.csv)}: {table.format}", *recording.columns, sep="\n  ")
     granted = [
         AS_TYPED.setting(name, value) for name, value in _TAKEN_FOR_GRANTED.items() if getattr(options, name) is None
     ]

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from cdp_ident.command_line import ArgumentParser, entry_point
+from cdp_ident.outside_text import shown
 from cdp_ident.report.folder import FIGURES, PAGE, TEXT
 from cdp_ident.start import loading
 
@@ -22,6 +23,7 @@ def main(arguments: list[str]) -> int:
         from cdp_ident.report.pictures import draw_again
     for folder in options.folders:
         problem = draw_again(folder, options.figures)
-        print(problem or f"{folder / PAGE} is drawn")
-        print(f"{folder / TEXT} and {FIGURES}/ are drawn" if options.figures else f"{folder / TEXT} is drawn")
+        place = shown(folder)
+        print(problem or f"{place}/{PAGE} is drawn")
+        print(f"{place}/{TEXT} and {FIGURES}/ are drawn" if options.figures else f"{place}/{TEXT} is drawn")
     return 0

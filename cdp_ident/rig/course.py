@@ -79,11 +79,11 @@ class Course:
         return all(map(le, off, self._limits))
 
     def has_time_for(self, sample: Sample) -> bool:
-        """Tell whether so many readings fit into the time between the last sample and this one."""
+        """Tell whether so many readings fit into the time since the last sample, which may have been late itself."""
         if self.last is None or self._slopes is None:
             return True
         elapsed = (sample.time_us - self.last.time_us) & UNSIGNED_32
-        return elapsed >= 0.5 * steps_between(self.last, sample) * self._period
+        return elapsed >= 0.5 * (steps_between(self.last, sample) - 1) * self._period
 
 
 def steps_between(before: Sample, after: Sample) -> int:

@@ -41,8 +41,15 @@ def test_a_folder_that_is_not_there_yet_is_waited_for(tmp_path):
 
 def test_a_file_in_its_place_is_refused(tmp_path):
     (tmp_path / "trials").write_text("")
-    with pytest.raises(OptionError, match="trials is not a folder"):
+    with pytest.raises(OptionError, match="trials is no folder"):
         WatchedFolder(tmp_path / "trials")
+
+
+@pytest.mark.skipif(os.getuid() == 0, reason="root may read everywhere")
+def test_a_folder_that_may_not_be_read_is_refused(tmp_path):
+    tmp_path.chmod(0o300)
+    with pytest.raises(OptionError, match="can be read"):
+        WatchedFolder(tmp_path)
 
 
 def test_a_bag_whose_metadata_comes_before_its_messages_is_waited_for(tmp_path):

@@ -77,6 +77,18 @@ def test_a_device_that_paused_was_not_reset() -> None:
     assert decoder.counters.resets == 0
 
 
+@pytest.mark.parametrize("rate", [200.0, 1000.0])
+@pytest.mark.parametrize("pause", [2e3, 5e3, 2e4], ids="{:g}us".format)
+def test_a_device_that_makes_up_for_pauses_was_not_reset(rate: float, pause: float) -> None:
+    generator, now, samples = random.Random(1), 0.0, []
+    for number in range(10_000):
+        late = generator.expovariate(1.0 / pause) if generator.random() < 0.05 else 0.0
+        now = max(now + 30.0, 1e6 * number / rate + late)  # as fast as it can, until it is in time again
+        samples.append(Sample(number, round(now), 0, 0, 0))
+    _, decoder = pass_on(*samples)
+    assert decoder.counters.resets == 0
+
+
 def garbled(body: bytes, generator: random.Random) -> bytes:
     """Return a frame's body with a burst, a few bytes or a few bits changed."""
     result = bytearray(body)

@@ -20,26 +20,24 @@ class BagFolder:
     """Makes bags in a folder, each in a folder of its own."""
 
     def __init__(self, path: Path, name: str) -> None:
-        """Check that bags can be written to the folder `path`; their names are `name` and the time.
-
-        Raises `RigError` where they cannot, or where the name is not one of a folder.
-        """
+        """Take a folder `path` for bags; their names are `name` and the time. Raises `RigError` where that is none."""
         if not _is_name(name):
             raise RigError(f"{shown(name)!r} is no name for bags: expected a name without folders")
         self.path = path.absolute()
         self._name = name
-        self.check()
 
-    def check(self) -> None:
-        """Make the folder where it is missing. Raises `RigError` where nothing can be written to it."""
+    def check(self) -> bool:
+        """Make the folder if it is missing; return whether it was. Raises `RigError` where nothing can be written."""
         folder = self.path
         try:
+            missing = not folder.exists()
             folder.mkdir(parents=True, exist_ok=True)
             free = free_space(folder)
         except OSError as error:
             raise RigError(f"nothing can be recorded in {folder}: {error.strerror or error}") from error
         if free < _LEAST_FREE:
             raise RigError(f"nothing can be recorded in {folder}: only {free / 1e6:.0f} MB are free on its disk")
+        return missing
 
     def new_bag(self, now_ns: int) -> BagWriter:
         """Begin a bag at a time [ns since the epoch], whichever other recorders begin theirs in the same second.

@@ -70,6 +70,7 @@ class Recorder:
         self._options = options
         self._around = surroundings
         self._say, self._warn = surroundings.say, surroundings.warn
+        self._check_folder()
         self._reader = PositionReader(options.joints)
         self._release = ReleaseDetector(options.limits)
         self._before = PreTrigger(options.pre_trigger)
@@ -100,7 +101,7 @@ class Recorder:
         """Wait for the release. Raises `RigError` while a trial is recorded, or where it could not be."""
         if self.state == RECORDING:
             raise RigError("a trial is being recorded: stop it first")
-        self._bags.check()
+        self._check_folder()
         self._set_state(ARMED)
 
     def start(self, now_ns: int) -> Path:
@@ -112,7 +113,7 @@ class Recorder:
             raise RigError("a trial is being recorded already")
         if not self.hears_joint_states(now_ns):
             raise RigError("no joint states come: is the driver running, and on the same topic?")
-        self._bags.check()
+        self._check_folder()
         return self._begin(self._last_stamp_ns, now_ns, by_hand=True)
 
     def stop(self) -> Path | None:
@@ -165,6 +166,10 @@ class Recorder:
         if not self.hears_joint_states(now_ns):
             with suppress(RigError):
                 self._finish(End.SILENCE)
+
+    def _check_folder(self) -> None:
+        if self._bags.check():
+            self._say(f"made {self.folder}, which was not there")
 
     def _take_sample(self, message: Message) -> None:
         position = self._reader.read(message.raw)
@@ -253,8 +258,10 @@ class Recorder:
         self.last_bag = folder.absolute()
         self._around.on_bag(self.last_bag)
         if self._options.rearm and end is not End.FAILED:
-            with suppress(RigError):
+            try:
                 self.arm()
+            except RigError as error:
+                self._fail_with(str(error))
 
     def _fail(self, error: BagError) -> None:
         """Give up the trial whose bag cannot be written; what is on the disk stays there."""

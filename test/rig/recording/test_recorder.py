@@ -305,6 +305,25 @@ def test_too_little_space_refuses_to_arm(tmp_path: Path, monkeypatch: pytest.Mon
         bench.recorder.arm()
 
 
+def test_a_disk_that_is_too_full_to_arm_again_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    bench = Bench(tmp_path, rearm=True)
+    bench.run(6.0)
+    assert bench.recorder.state == RECORDING
+    usage = shutil.disk_usage(tmp_path)
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: usage._replace(free=1000))
+    bench.recorder.stop()
+    assert len(bench.bags) == 1
+    assert "only 0 MB are free" in bench.recorder.problem
+    assert any("only 0 MB are free" in warned for warned in bench.warned)
+
+
+def test_a_folder_that_went_away_is_made_anew_and_said(tmp_path: Path) -> None:
+    bench = Bench(tmp_path / "trials")
+    (tmp_path / "trials").rmdir()
+    bench.recorder.arm()
+    assert bench.said == 2 * [f"made {tmp_path / 'trials'}, which was not there"]
+
+
 def test_a_disk_that_takes_no_more_is_said_at_once_and_what_was_written_is_completed_at_the_next_start(
     tmp_path: Path,
 ) -> None:
