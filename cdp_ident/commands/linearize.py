@@ -28,9 +28,9 @@ def main(arguments: list[str]) -> int:
     if options.out is not None and options.out.exists() and not options.force:
         raise OptionError(f"{options.out} is there already: give another --out, or --force to replace it")
     with loading("linearize"):
+        from cdp_ident.commands._linear_model import linear_model_content, linear_model_text
         from cdp_ident.configuration.fitted_model import read_fitted_model
         from cdp_ident.model.linear import linearize, without_linear_part
-        from cdp_ident.report.linear_model import linear_model_content, linear_model_text
     fitted = read_fitted_model(options.fitted, "linearize")
     effects = fitted.motion.acting(fitted.values, fitted.trial())
     model = linearize(fitted.coefficients, EQUILIBRIA[options.at], effects)

@@ -19,10 +19,11 @@ from cdp_ident.model.effects.catalogue import forget_own
 from cdp_ident.outside_text import shown
 from cdp_ident.pipeline.interruption import GivenUpError, Interruption
 from cdp_ident.pipeline.job import load, load_with_weights, refuse_copies, run
+from cdp_ident.pipeline.progress import SearchDisplay
 from cdp_ident.report.contents import report
 from cdp_ident.report.curves import Curves, curves
 from cdp_ident.report.curves_file import curves_npz
-from cdp_ident.report.earlier import expected_effects
+from cdp_ident.report.effects_section import expected_effects
 from cdp_ident.report.folder import (
     CURVES,
     FIGURES,
@@ -38,7 +39,6 @@ from cdp_ident.report.folder import (
 )
 from cdp_ident.report.outcome import Job, LoadedJob, Outcome
 from cdp_ident.report.pictures import draw, write_pictures
-from cdp_ident.report.progress import SearchDisplay
 from cdp_ident.report.report_file import read_report
 from cdp_ident.report.schema import Section
 from cdp_ident.report.terminal import print_report

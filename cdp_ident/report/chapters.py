@@ -2,47 +2,63 @@
 
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 from cdp_ident.model.parameters import CONSTANTS, GROUPS, INERTIA, PARAMETERS
 from cdp_ident.report.advice import advice_words
-from cdp_ident.report.figures.models import models
-from cdp_ident.report.formatting import interval, milliradians, number, odds, per_cent, quantity_words, unit, with_std
+from cdp_ident.report.formatting import (
+    CERTAINTY_WORDS,
+    capitalised,
+    chance,
+    in_unit,
+    interval,
+    milliradians,
+    number,
+    odds,
+    per_cent,
+    quantity_words,
+    unit,
+    with_std,
+)
 from cdp_ident.report.parts import Chapter, Charts, Document, Parts, Row, Sentences, Table
 from cdp_ident.report.repetition import to_repeat
 from cdp_ident.report.schema import Section
 from cdp_ident.report.typesetting import Formula
 from cdp_ident.report.wording import (
     action_words,
-    candidate_rows,
     determined_words,
     effect_title,
-    effects_in_words,
     effects_words,
     expected_in_words,
     group_words,
     how_determined,
     key_words,
+    models,
     noise_floor,
     nominal_groups,
     nominal_value,
-    others_words,
     predicted_for,
     share_words,
     short_name,
-    sure_words,
     validation_words,
 )
 
 _STAMP = re.compile(r"(\d{4})(\d\d)(\d\d)_\d{6}")
 """In the names that the recorder gives: year, month and day."""
+_MOST_CANDIDATES = 10
+_FITTED = ("fitted ± std", "95 % interval", "unit")
+"""Columns of fitted values."""
 _STAGES = {"nominal": "nominal values", "search": "after the search", "refined": "refined"}
 
 
 def document_of(report: Section) -> Document:
     """Return the document that a report is; its first chapter is the result."""
     fitted = [trial["name"] for trial in report["trials"] if trial["role"] == "fit"]
-    found, numbers = Sentences(effects_in_words(report)), Table("", ("", "", ""), list(_numbers(report)))
+    # The most important effect first; a single one is in the verdict.
+    effects = report["effects"] if len(report["effects"]) > 1 else []
+    by_importance = sorted(effects, key=lambda effect: -(effect["evidence"]["rmse_holdout_before_rad"] or 0.0))
+    found = Sentences([effect["summary"] for effect in by_importance])
+    numbers = Table("", ("", "", ""), list(_numbers(report)))
     chapters = (
         Chapter("result", "", (found, numbers, Charts("errors"))),
         Chapter("motion", "Angles over time", (Charts("motion"),)),
@@ -66,14 +82,14 @@ def _heading(trials: list[str]) -> str:
     return f"{len(trials)} trial{'' if len(trials) == 1 else 's'} of {', '.join(days)}"
 
 
-def _sentences(phrases: list[str], title: str = "", noted: bool = False) -> Sentences:
+def _sentences(phrases: Iterable[str], title: str = "", noted: bool = False) -> Sentences:
     return Sentences([_sentence(phrase) for phrase in phrases], title, noted)
 
 
 def _sentence(text: str) -> str:
     """Write a phrase as a sentence; a symbol at its beginning, such as m1 or g, is not capitalised."""
     first = text.partition(" ")[0]
-    begun = text[0].upper() + text[1:] if first.isalpha() and len(first) > 1 else text
+    begun = capitalised(text) if first.isalpha() and len(first) > 1 else text
     return begun if begun.endswith(".") else f"{begun}."
 
 
@@ -126,7 +142,7 @@ def _error(errors: Section) -> Iterator[str]:
 def _effects(report: Section) -> Parts:
     steps = list(enumerate(report["selection"]["steps"], start=1))
     others = [
-        f"Instead of {effect_title(effect)} it could be {others_words(effect)}: the trials do not distinguish them"
+        f"Instead of {effect_title(effect)} it could be {_others(effect)}: the trials do not distinguish them"
         for effect in report["effects"]
         if effect["also_possible"]
     ]
@@ -157,7 +173,10 @@ def _effects(report: Section) -> Parts:
         Table(
             "What else was looked for",
             ("effect", "odds, were it added", "probability"),
-            candidate_rows(report),
+            [
+                (key_words(other["effect"]), odds(other["log10_odds"]), chance(other["probability"]))
+                for other in report["selection"]["candidates"][:_MOST_CANDIDATES]
+            ],
             folded=True,
         ),
         Table(
@@ -175,12 +194,20 @@ def _effects(report: Section) -> Parts:
     )
 
 
+def _others(effect: Section) -> str:
+    """Write what could stand in an effect's place; nothing where nothing could."""
+    return " or ".join(map(key_words, effect["also_possible"]))
+
+
 def _parameters_of(effect: Section) -> Iterator[Row]:
     """Yield an effect's parameters, the first with what is said of the effect."""
     evidence = effect["evidence"]
     errors = (evidence["rmse_holdout_before_rad"], evidence["rmse_holdout_after_rad"])
-    said = (" → ".join(map(milliradians, errors)), Formula(effect["formula"]), others_words(effect) or "–")
-    title, about = effect_title(effect), [sure_words(effect), *said]
+    said = (" → ".join(map(milliradians, errors)), Formula(effect["formula"]), _others(effect) or "–")
+    title, about = (
+        effect_title(effect),
+        [f"{CERTAINTY_WORDS[effect['certainty']]}, {chance(evidence['probability'])}", *said],
+    )
     for name, quantity in effect["parameters"].items():
         yield title, name, quantity_words(quantity), *about
         title, about = "", [""] * 4
@@ -190,12 +217,11 @@ def _parameters(report: Section) -> Parts:
     after, compared = report["after"], report["repeatability"]
     trials = compared["trials"] if compared else ()
     agree = "agree" if compared and compared["agree"] else "do not agree"
-    found = ("fitted ± std", "95 % interval", "unit")
     return (
-        base_parameters(report, ("base parameter", "nominal", *found, "determined")),
+        base_parameters(report),
         Table(
             "Physical values",
-            ("parameter", "what it is", "nominal", *found, "determined by the trials"),
+            ("parameter", "what it is", "nominal", *_FITTED, "determined by the trials"),
             [
                 (
                     parameter.symbol,
@@ -225,22 +251,17 @@ def _parameters(report: Section) -> Parts:
     )
 
 
-def base_parameters(report: Section, columns: Row = ("base parameter", "fitted ± std", "determined")) -> Table:
-    """Return the base parameters of the final model; with their units where there is no column for these."""
+def base_parameters(report: Section, short: bool = False) -> Table:
+    """Return the base parameters of the final model; in `short`, with their units beside the values."""
     nominal, rows = nominal_groups(report), []
     for group in GROUPS:
         found = report["after"]["groups"][group.symbol]
-        said = {
-            "base parameter": group_words(group),
-            "nominal": f"{nominal[group.symbol]:.4g}",
-            "fitted ± std": with_std(found["value"], found["std"]),
-            "95 % interval": interval(found["value"], found["std"]),
-            "unit": unit(found["unit"]),
-            "determined": "yes" if found["determined"] else "not by these trials",
-        }
-        if "unit" not in columns:
-            said["fitted ± std"] += f" {said['unit']}"
-        rows.append(tuple(said[column] for column in columns))
+        name, sure = group_words(group), "yes" if found["determined"] else "not by these trials"
+        value = (found["value"], found["std"])
+        shown = (with_std(*value), interval(*value), unit(found["unit"]))
+        whole = (f"{nominal[group.symbol]:.4g}", *shown)
+        rows.append((name, *((in_unit(*value, found["unit"]),) if short else whole), sure))
+    columns = ("base parameter", *(_FITTED[:1] if short else ("nominal", *_FITTED)), "determined")
     return Table("Base parameters, all that a free swing depends on", columns, rows)
 
 

@@ -1,6 +1,6 @@
 """The contents of `report.json`."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import fields, is_dataclass, replace
 from datetime import datetime, timezone
 from typing import Any
@@ -15,17 +15,14 @@ from cdp_ident.likelihood.whole_swing import WholeSwings
 from cdp_ident.model.effects.effect import JOINTS
 from cdp_ident.model.parameters import GROUPS, SYMBOLS
 from cdp_ident.outside_text import shown
-from cdp_ident.report.earlier import compared
-from cdp_ident.report.effects_section import effect_section, in_doubt_section, selection_section
-from cdp_ident.report.model_section import errors_section, fit_section
+from cdp_ident.report.effects_section import compared, effect_section, in_doubt_section, selection_section
+from cdp_ident.report.model_section import errors_section, fit_section, prediction_section, residuals_section
 from cdp_ident.report.next_trial import next_trial_section
 from cdp_ident.report.outcome import Outcome
 from cdp_ident.report.provenance import versions
 from cdp_ident.report.schema import SCHEMA, Section
 from cdp_ident.report.schema_terms import LONGEST_TEXT
-from cdp_ident.report.validation import prediction_section, residuals_section
 from cdp_ident.report.verdict import verdict
-from cdp_ident.tracing.trace import Trace
 from cdp_ident.trial.trial import Trial
 
 
@@ -55,67 +52,69 @@ def plain(content: Any) -> Any:
 
 
 def _report(outcome: Outcome, new_trials: Sequence[NewTrialCheck]) -> Section:
-    found, completed = outcome.identification, outcome.trace.completed
+    job, trace = outcome.loaded.job, outcome.trace
+    found, completed, unexplained = outcome.identification, trace.completed, trace.unexplained
     # Without an effect it is one model, whose values are the final ones.
-    paper = (
-        completed
-        if completed.fit.model.names == found.fit.model.names
-        else replace(found, fit=outcome.trace.before.fit)
-    )
-    unexplained = outcome.trace.unexplained
-    failures, expected = list(outcome.trace.failures), outcome.loaded.job.expected
+    same_model = completed.fit.model.names == found.fit.model.names
+    paper = completed if same_model else replace(found, fit=trace.before.fit)
+    failures = list(trace.failures)
     next_trial = next_trial_section(outcome, failures.append)
+    errors = {stage: errors_section(found.data, errors) for stage, errors in trace.errors.items()}
     return {
         "schema": SCHEMA,
         "trials": _trials(outcome),
         "noise_rad": dict(zip(("theta1", "theta2"), found.data.noise, strict=True)),
         "search": _search(outcome),
-        "stages": {
-            stage: errors_section(found.data, errors)
-            for stage, errors in outcome.trace.errors.items()
-            if stage != "effects"
-        },
-        "before": fit_section(paper, outcome.trace.errors["refined"]),
+        "stages": {stage: errors[stage] for stage in errors if stage != "effects"},
+        "before": fit_section(paper) | {"error": errors["refined"]},
         "refinement": {
             "steps": found.whole.steps,
             "converged": found.whole.converged,
             "windows": {"fit": len(found.data.fit), "holdout": len(found.data.holdout)},
         },
-        "effects": [effect_section(outcome, index) for index in range(len(outcome.trace.effects))],
-        "after": fit_section(completed, outcome.trace.errors["effects"]),
-        "unexplained": {**vars(unexplained), "torque": dict(zip(JOINTS, unexplained.torque, strict=True))},
-        "verdict": verdict(outcome.trace),
+        "effects": [effect_section(outcome, effect) for effect in trace.effects],
+        "after": fit_section(completed) | {"error": errors["effects"]},
+        "unexplained": {**vars(unexplained), "torque": _by_joint(unexplained.torque)},
+        "verdict": verdict(trace),
         "prediction": prediction_section(outcome),
-        "residuals": residuals_section(outcome),
+        "residuals": residuals_section(trace),
         "next_trial": next_trial,
-        "selection": selection_section(outcome.trace),
-        "values_with_less_torque": outcome.trace.after.less_torque,
-        "whole_swings": _whole_swings(outcome.trace.whole, completed.inertia.value),
+        "selection": selection_section(trace),
+        "values_with_less_torque": trace.after.less_torque,
+        "whole_swings": trace.whole and _whole_swings(trace.whole, completed.inertia.value),
         "repeatability": _repeatability(completed),
-        "own_effects": outcome.loaded.job.own_effects,
-        "expected": compared(expected, outcome.trace.effects) if expected else [],
-        "new_trials": [_new_trial(check) for check in new_trials],
-        "identifiability": _identifiability(completed),
-        "in_doubt": in_doubt_section(outcome.trace),
-        "warnings": [
-            *_doubts(new_trials),
-            *_failures(outcome.trace, failures),
-            *_not_followed(outcome),
-            *outlier_warnings(_loaded(outcome)),
-            *find_warnings(completed),
+        "own_effects": job.own_effects,
+        "expected": compared(job.expected, trace.effects) if job.expected else [],
+        "new_trials": [
+            {
+                "trial": check.trial,
+                "rmse_rad": check.error,
+                "expected_rmse_rad": check.expected,
+                "fits": check.fits,
+                "changed": check.changed,
+            }
+            for check in new_trials
         ],
-        "run": _run(outcome),
+        "identifiability": _identifiability(completed),
+        "in_doubt": in_doubt_section(trace),
+        "warnings": list(_warnings(outcome, new_trials, failures)),
+        "run": {
+            "written_at": datetime.now(timezone.utc).isoformat(timespec="seconds"),
+            "seconds": outcome.seconds,
+            "versions": versions(),
+            "options": job.settings.values(),
+            "bag_sha256": {str(bag): files for bag, files in outcome.loaded.checksums.items()},
+        },
     }
 
 
 def _trials(outcome: Outcome) -> list[Section]:
-    loaded = outcome.loaded
-    bags = (*loaded.job.bags, *loaded.job.holdout)
+    job = outcome.loaded.job
     return [
         {
             "bag": str(bag),
             "name": trial.name,
-            "role": "fit" if index < len(loaded.fit) else "holdout",
+            "role": "fit" if index < len(outcome.loaded.fit) else "holdout",
             "samples": len(trial.time),
             "start_s": trial.start,
             "duration_s": trial.duration,
@@ -124,7 +123,7 @@ def _trials(outcome: Outcome) -> list[Section]:
             "weights": trial.weights,
             "warnings": trial.notes,
         }
-        for index, (bag, trial) in enumerate(zip(bags, _loaded(outcome), strict=True))
+        for index, (bag, trial) in enumerate(zip((*job.bags, *job.holdout), _loaded(outcome), strict=True))
     ]
 
 
@@ -134,8 +133,7 @@ def _loaded(outcome: Outcome) -> tuple[Trial, ...]:
 
 
 def _search(outcome: Outcome) -> Section:
-    found = outcome.identification
-    options, search = found.options, found.search
+    options, search = outcome.identification.options, outcome.identification.search
     return {
         "method": options.method or "iga",
         "cut_short": options.method is None,
@@ -151,14 +149,15 @@ def _search(outcome: Outcome) -> Section:
     }
 
 
-def _whole_swings(found: WholeSwings | None, inertia: float) -> Section | None:
-    if found is None:
-        return None
-    noise = found.noise
+def _by_joint(values: Iterable[float]) -> Section:
+    return dict(zip(JOINTS, values, strict=True))
+
+
+def _whole_swings(found: WholeSwings, inertia: float) -> Section:
     return {
-        "noise_rad": dict(zip(JOINTS, noise.encoders, strict=True)),
-        "noise_memory": dict(zip(JOINTS, noise.memory, strict=True)),
-        "missing_torque": dict(zip(JOINTS, inertia * found.torque, strict=True)),
+        "noise_rad": _by_joint(found.noise.encoders),
+        "noise_memory": _by_joint(found.noise.memory),
+        "missing_torque": _by_joint(inertia * found.torque),
         "swings": len(found.states),
         "steps": found.steps,
     }
@@ -168,58 +167,38 @@ def _repeatability(found: Identification) -> Section | None:
     compared = found.repeatability
     if compared is None:
         return None
-    names = [group.symbol for group in GROUPS]
+    own = zip(compared.trials, np.dstack([compared.values, compared.std]), strict=True)
     return {
         "agree": compared.agree,
         "p_value": compared.p_value,
         "trials": [
             {
                 "trial": trial,
-                "groups": {
-                    name: {"value": value, "std": std}
-                    for name, value, std in zip(names, values, deviations, strict=False)
-                },
+                "groups": {group.symbol: {"value": v, "std": s} for group, (v, s) in zip(GROUPS, of, strict=False)},
             }
-            for trial, values, deviations in zip(compared.trials, compared.values, compared.std, strict=True)
+            for trial, of in own
         ],
     }
 
 
-def _new_trial(check: NewTrialCheck) -> Section:
-    return {
-        "trial": check.trial,
-        "rmse_rad": check.error,
-        "expected_rmse_rad": check.expected,
-        "fits": check.fits,
-        "changed": check.changed,
-    }
-
-
-def _doubts(new_trials: Sequence[NewTrialCheck]) -> Iterator[FitWarning]:
-    for check in new_trials:
-        warning = check.warning()
-        if warning:
-            yield warning
-
-
-def _failures(traced: Trace, failures: Sequence[str]) -> Iterator[FitWarning]:
-    if traced.failure:
-        yield FitWarning("fit_failed", (), traced.failure)
+def _warnings(outcome: Outcome, new_trials: Sequence[NewTrialCheck], failures: Sequence[str]) -> Iterator[FitWarning]:
+    trace, data = outcome.trace, outcome.identification.data
+    yield from filter(None, (check.warning() for check in new_trials))
+    if trace.failure:
+        yield FitWarning("fit_failed", (), trace.failure)
     if failures:
         yield FitWarning("not_computed", (), f"what could not be computed is left out: {'; '.join(failures)}")
-
-
-def _not_followed(outcome: Outcome) -> Iterator[FitWarning]:
-    longer, data = outcome.trace.longer, outcome.identification.data
-    if longer:
-        times = longer.error / data.noise_level
+    if longer := trace.longer:
         yield FitWarning(
             "not_followed",
             (),
             f"the motion is followed for half a swing only: over windows of {longer.duration:.3g} s, the best model "
-            f"left {1e3 * longer.error:.3g} mrad of held-out motion, {times:.0f} times the noise. So the errors here "
-            f"are over windows of {data.window:.2g} s; simulations that go on for longer are off by more",
+            f"left {1e3 * longer.error:.3g} mrad of held-out motion, {longer.error / data.noise_level:.0f} times the "
+            f"noise. So the errors here are over windows of {data.window:.2g} s; simulations that go on for longer are "
+            "off by more",
         )
+    yield from outlier_warnings(_loaded(outcome))
+    yield from find_warnings(trace.completed)
 
 
 def _identifiability(completed: Identification) -> Section:
@@ -232,15 +211,4 @@ def _identifiability(completed: Identification) -> Section:
         "physical_changes_without_effect": [tradeoff.changes for tradeoff in determined.tradeoffs],
         "to_measure": determined.to_measure,
         "words": determined.words,
-    }
-
-
-def _run(outcome: Outcome) -> Section:
-    loaded = outcome.loaded
-    return {
-        "written_at": datetime.now(timezone.utc).isoformat(timespec="seconds"),
-        "seconds": outcome.seconds,
-        "versions": versions(),
-        "options": loaded.job.settings.values(),
-        "bag_sha256": {str(bag): files for bag, files in loaded.checksums.items()},
     }

@@ -144,15 +144,8 @@ def _torques(found: WholeSwings | None, inertia: float) -> TorqueCurves:
     for index, active in enumerate(found.model.effects):
         if active.effect.moves:
             effects[index] = np.concatenate(list(_of_effect(found, index)))
-    return TorqueCurves(
-        trial=lacking.trial,
-        time=lacking.time,
-        angle=lacking.angle,
-        speed=lacking.speed,
-        missing=inertia * lacking.torque,
-        std=inertia * lacking.std,
-        effects=inertia * effects,
-    )
+    torques = (inertia * over_inertia for over_inertia in (lacking.torque, lacking.std, effects))
+    return TorqueCurves(lacking.trial, lacking.time, lacking.angle, lacking.speed, *torques)
 
 
 def _of_effect(found: WholeSwings, index: int) -> Iterator[Array]:

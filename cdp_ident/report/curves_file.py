@@ -78,11 +78,8 @@ def _part(
     found: dict[str, npt.NDArray[Any]] = {}
     samples = int(arrays.get(f"{part}.time", np.empty(0)).size)
     for field in fields(kind):
-        name = f"{part}.{field.name}"
-        shape: tuple[int, ...] = (samples, *_TAIL.get(field.name, ()))
-        if field.name == "effects":
-            shape = (effects, *shape)
-        dtype = np.dtype(_TYPES.get(field.name, np.float64))
+        name, dtype = f"{part}.{field.name}", np.dtype(_TYPES.get(field.name, np.float64))
+        shape = (*((effects,) if field.name == "effects" else ()), samples, *_TAIL.get(field.name, ()))
         array = arrays.get(name)
         if array is None or array.shape != shape or array.dtype != dtype or (kind is TrialCurves and not samples):
             is_now = "missing" if array is None else f"{array.dtype} of shape {array.shape}"

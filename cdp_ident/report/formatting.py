@@ -21,6 +21,11 @@ def number(value: float | None) -> float:
     return math.inf if value is None else float(value)
 
 
+def capitalised(text: str) -> str:
+    """Return a text that begins with a capital."""
+    return text[:1].upper() + text[1:]
+
+
 def with_std(value: float | None, std: float | None) -> str:
     """Write a value with its standard deviation, both to the latter's two leading digits."""
     if number(std) == 0.0:
@@ -28,31 +33,28 @@ def with_std(value: float | None, std: float | None) -> str:
     return f"{_to_digits_of(number(std), number(value))} ± {_to_digits_of(number(std), number(std))}"
 
 
+def in_unit(value: float | None, std: float | None, symbol: str) -> str:
+    """Write a value with its standard deviation and its unit."""
+    return f"{with_std(value, std)} {unit(symbol)}".strip()
+
+
 def is_guessed(value: float | None, std: float | None) -> bool:
     """Return whether a physical value rests on masses that nobody knows."""
     return number(std) > GUESSED * abs(number(value))
 
 
-def over_inertia(value: float | None, std: float | None, symbol: str, shown: float, shown_std: float) -> str:
-    """Write a torque over A22 where its physical value rests on masses that nobody knows; else nothing.
-
-    Args:
-        value: the physical one, in the unit `symbol`.
-        std: its standard deviation.
-        symbol: its unit.
-        shown: as the motion shows it.
-        shown_std: the standard deviation of that.
-    """
-    if symbol not in _OVER_INERTIA or not is_guessed(value, std) or shown_std >= GUESSED * abs(shown):
+def over_inertia(quantity: Mapping[str, Any]) -> str:
+    """Write a torque over A22 where its physical value rests on masses that nobody knows; else nothing."""
+    shown, std = (number(quantity["as_fitted"][of]) for of in ("value", "std"))
+    guessed = is_guessed(quantity["value"], quantity["std"])
+    if quantity["unit"] not in _OVER_INERTIA or not guessed or std >= GUESSED * abs(shown):
         return ""
-    return f"{with_std(shown, shown_std)} {_OVER_INERTIA[symbol]}".strip() + " over A22"
+    return f"{in_unit(shown, std, _OVER_INERTIA[quantity['unit']])} over A22"
 
 
 def quantity_words(quantity: Mapping[str, Any]) -> str:
     """Write a parameter of an effect: over A22 first where no mass is known."""
-    words = f"{with_std(quantity['value'], quantity['std'])} {unit(quantity['unit'])}".strip()
-    shown = [number(quantity["as_fitted"][of]) for of in ("value", "std")]
-    first = over_inertia(quantity["value"], quantity["std"], quantity["unit"], *shown)
+    words, first = in_unit(quantity["value"], quantity["std"], quantity["unit"]), over_inertia(quantity)
     return f"{first} ({words})" if first else words
 
 

@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 
 from cdp_ident.configuration.fitted_model import fitted_model, fitted_parameters
 from cdp_ident.design.knowledge import Knowledge, Sampling
@@ -12,12 +11,11 @@ from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.windows import FEWEST_SAMPLES, Window, cut_at
 from cdp_ident.model.parameters import GROUPS, INERTIA, INVERSE_INERTIA
 from cdp_ident.model.weights import Weight
-from cdp_ident.report.curves import NO_WINDOW, Curves
+from cdp_ident.report.curves import NO_WINDOW, Array, Curves
 from cdp_ident.report.formatting import number
+from cdp_ident.report.next_trial import SPANS
 from cdp_ident.report.schema import Section
 from cdp_ident.trial.trial import Trial
-
-Array = npt.NDArray[np.float64]
 
 _MOST_SAMPLES = 1_000_000
 """Of a trial that a report assumes."""
@@ -37,9 +35,8 @@ def knowledge_of(report: Section) -> Knowledge | None:
     _refuse_endless(assumed)
     fitted = fitted_model({p.name: p.value for p in fitted_parameters(report)}, "the report")
     correlation = report["after"]["correlation"]
-    names = correlation["names"]
+    names, physical = correlation["names"], report["after"]["physical"]
     model, values = fitted.motion, fitted.values
-    physical = report["after"]["physical"]
     constants = [symbol for symbol in ("L", "g") if symbol in names]
     errors = report["after"]["weight_errors"]
     trials = {trial["name"]: index for index, trial in enumerate(report["trials"])}
@@ -58,21 +55,15 @@ def knowledge_of(report: Section) -> Knowledge | None:
     base = [number(physical[symbol]["value"]) for symbol in constants]
     base += [1.0 / model.mechanism.inertia] * model.inertia_free + [error["value"] for error in errors]
     values = np.insert(values, len(GROUPS), base)
-    std = _standard_deviations(report, model)
     known = Knowledge(
         model,
         values,
-        _covariance(model, std, correlation),
+        _covariance(model, _standard_deviations(report, model), correlation),
         assumed["noise_rad"],
         np.array(assumed["whitening"], dtype=float),
         Sampling(
-            duration=assumed["duration_s"],
-            interval=assumed["interval_s"],
-            window=assumed["window_s"],
-            shortest_window=assumed["shortest_window_s"],
-            half_width=assumed["half_width_s"],
-            step=assumed["step_s"],
             noise=np.array([report["noise_rad"]["theta1"], report["noise_rad"]["theta2"]]),
+            **{span: assumed[f"{span}_s"] for span in SPANS},
         ),
     )
     return known.with_weights(()).with_zeros_of_its_own(any(name.startswith("zero.") for name in names))
@@ -88,10 +79,9 @@ def _refuse_endless(assumed: Section) -> None:
 
 def _standard_deviations(report: Section, model: MotionModel) -> Array:
     """Return the standard deviations (unknowns,) of a model's values."""
-    after = report["after"]
+    after, inertia = report["after"], number(report["after"]["physical"][INERTIA.symbol]["value"])
     std = [number(after["groups"][group.symbol]["std"]) for group in GROUPS]
     std += [number(after["physical"][symbol]["std"]) for symbol in ("L", "g") if symbol in model.base_names]
-    inertia = number(after["physical"][INERTIA.symbol]["value"])
     if model.inertia_free:
         std.append(number(after["physical"][INERTIA.symbol]["std"]) / inertia**2)
     std += [number(error["std"]) for error in after["weight_errors"]]

@@ -2,9 +2,9 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from cdp_ident.design.discrimination import Alternative, alternatives, can_be_the_same
 from cdp_ident.design.knowledge import Knowledge
@@ -16,11 +16,12 @@ from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.windows import Window
 from cdp_ident.model.parameters import GROUPS, INERTIA, INVERSE_INERTIA
 from cdp_ident.model.weights import Weight
+from cdp_ident.report.curves import Array
 from cdp_ident.report.outcome import Outcome
 from cdp_ident.report.schema import Section
 
-Array = npt.NDArray[np.float64]
-
+SPANS = ("duration", "interval", "window", "shortest_window", "half_width", "step")
+"""Times that are assumed of a next trial, as `Sampling` names them."""
 ALL = "all"
 """The name that stands for all base parameters."""
 REPORT_SPACING = 45.0
@@ -39,19 +40,6 @@ class Question:
     against: str = ""
     """Key of the effect that it is to be distinguished from, as in `also_possible`; name and joint stand for all its
     forms."""
-
-
-@dataclass(frozen=True)
-class _Scale:
-    """What losses are multiplied by to be read, and beyond what they mean that a trial tells nothing."""
-
-    unit: float
-    beyond: float = np.inf
-
-    def of(self, losses: Array | float) -> Array:
-        """Return losses to be read; infinite for those of trials that tell nothing."""
-        read = self.unit * np.asarray(losses)
-        return np.where(read > self.beyond, np.inf, read)
 
 
 def next_trial_section(outcome: Outcome, failed: Callable[[str], None]) -> Section | None:
@@ -148,14 +136,15 @@ def _sharper(question: Question, knowledge: Knowledge, found: Sharper) -> Sectio
     names = found.criterion.names
     values = knowledge.values[knowledge.places(names)]
     if np.isfinite(found.size_now):
-        shares = _Scale(1.0 / found.size_now)
+        surveyed = _surveyed(question, found, 1.0 / found.size_now)
     else:
-        shares = _Scale(1.0 / abs(float(values[0])) if len(names) == 1 and values[0] else 0.0, _SHOWN)
+        size = abs(float(values[0])) if len(names) == 1 else 0.0
+        surveyed = _surveyed(question, found, 1.0 / size if size else 0.0, _SHOWN)
     inertia = question.about == INERTIA.symbol
     # Of A22 the unknown is the inverse: a small change of it is A22 squared times as large in A22.
     scale = 1.0 / float(values[0]) ** 2 if inertia else 1.0
     return {
-        **_surveyed(question, found, shares),
+        **surveyed,
         "names": [INERTIA.symbol] if inertia else list(names),
         "std_now": (scale * found.now).tolist(),
         "std_then": (scale * found.then).tolist(),
@@ -164,43 +153,35 @@ def _sharper(question: Question, knowledge: Knowledge, found: Sharper) -> Sectio
 
 
 def _apart(question: Question, found: Apart) -> Section:
-    return {
-        **_surveyed(question, found, _Scale(-1.0)),
-        "names": [],
-        "std_now": [],
-        "std_then": [],
-        "deviations_now": found.alternative.deviations_now,
-    }
+    now = found.alternative.deviations_now
+    return {**_surveyed(question, found, -1.0), "names": [], "std_now": [], "std_then": [], "deviations_now": now}
 
 
-def _surveyed(question: Question, found: Sharper | Apart, scale: _Scale) -> Section:
+def _surveyed(question: Question, found: Sharper | Apart, unit: float, most: float = np.inf) -> Section:
+    """Return the best start; losses are in a unit, and infinite beyond the most that a trial tells anything with."""
     best, unloaded = found.survey, found.unloaded
+
+    def read(losses: Array | float) -> Any:
+        shown = unit * np.asarray(losses)
+        return np.where(shown > most, np.inf, shown).tolist()
+
     return {
         "for": question.about,
         "against": question.against or None,
         "weights": [vars(weight) for weight in best.weights],
         "inner_rad": best.inner,
         "outer_rad": best.outer,
-        "expected": float(scale.of(best.expected)),
-        "worst": float(scale.of(best.worst)),
-        "expected_unloaded": float(scale.of(unloaded.expected)) if unloaded and best.weights else None,
+        "expected": read(best.expected),
+        "worst": read(best.worst),
+        "expected_unloaded": read(unloaded.expected) if unloaded and best.weights else None,
         "map": {
             "inner_rad": best.grid.inner.tolist(),
             "outer_rad": best.grid.outer.tolist(),
-            "values": scale.of(best.losses).tolist(),
+            "values": read(best.losses),
         },
     }
 
 
 def _assumed(knowledge: Knowledge) -> Section:
-    sampling = knowledge.sampling
-    return {
-        "noise_rad": knowledge.noise,
-        "whitening": knowledge.whitening.tolist(),
-        "duration_s": sampling.duration,
-        "interval_s": sampling.interval,
-        "window_s": sampling.window,
-        "shortest_window_s": sampling.shortest_window,
-        "half_width_s": sampling.half_width,
-        "step_s": sampling.step,
-    }
+    spans = {f"{span}_s": getattr(knowledge.sampling, span) for span in SPANS}
+    return {"noise_rad": knowledge.noise, "whitening": knowledge.whitening.tolist(), **spans}

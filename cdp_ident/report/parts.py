@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar
 
 from markupsafe import Markup
 
@@ -15,7 +14,6 @@ Row = tuple[str, ...]
 class Table:
     """A table; without rows it is left out."""
 
-    kind: ClassVar = "table"
     title: str
     columns: Row
     rows: Sequence[Row]
@@ -32,7 +30,6 @@ class Table:
 class Sentences:
     """A list of sentences; a single one without a title is a paragraph, and none is left out."""
 
-    kind: ClassVar = "sentences"
     rows: Sequence[str]
     title: str = ""
     noted: bool = False
@@ -48,7 +45,6 @@ class Sentences:
 class Charts:
     """The figures of a place."""
 
-    kind: ClassVar = "charts"
     place: Place
     side_by_side: bool = False
     """Where a window is wide enough."""
@@ -91,20 +87,3 @@ class Code(str):
     def __html__(self) -> Markup:
         """Return it as HTML."""
         return Markup("<code>{}</code>").format(str(self))
-
-
-class Link(str):
-    """A cell of a table that leads somewhere on a page."""
-
-    __slots__ = ("to",)
-    to: str
-
-    def __new__(cls, text: str, to: str) -> "Link":
-        """Return the cell."""
-        link = super().__new__(cls, text)
-        link.to = to
-        return link
-
-    def __html__(self) -> Markup:
-        """Return it as HTML."""
-        return Markup('<a href="{}">{}</a>').format(self.to, str(self))

@@ -19,12 +19,13 @@ from cdp_ident.report.schema_terms import (
     Schema,
     a_list,
     a_map,
-    a_pair,
     an_object,
     count,
     finite,
     flag,
     number,
+    object_or_null,
+    objects,
     one_of,
     or_null,
     points,
@@ -81,16 +82,14 @@ def _fit(about: str) -> Schema:
         physical_possible=flag("whether any mechanism has these base parameters"),
         outer_rod_length_m=finite("what the outer rod's length was taken to be, for air drag [m]"),
         groups=an_object("all that a free swing depends on", **dict.fromkeys(_GROUPS, _QUANTITY)),
-        weight_errors=a_list(
-            an_object(
-                "by how much a weight differs from its given value, in given standard deviations",
-                of=one_of(("mass", "place")),
-                rod=or_null(one_of(RODS, "on which it is there; null for a mass, wherever it is")),
-                given=finite("the mass [kg] or place [m]"),
-                value=finite(),
-                std=number(),
-            ),
+        weight_errors=objects(
             "estimated errors of the weights clamped to the rods",
+            "by how much a weight differs from its given value, in given standard deviations",
+            of=one_of(("mass", "place")),
+            rod=or_null(one_of(RODS, "on which it is there; null for a mass, wherever it is")),
+            given=finite("the mass [kg] or place [m]"),
+            value=finite(),
+            std=number(),
         ),
         correlation=an_object(
             "how the errors of the estimates go together",
@@ -150,13 +149,11 @@ _PREDICTION = an_object(
     "error of the prediction, the larger one of both angles'",
     median_rad=points(number(), "that half of the starts exceed [rad]", AHEAD),
     upper_rad=points(number(), "that a quarter of the starts exceeds [rad]", AHEAD),
-    within=a_list(
-        an_object(
-            limit_deg=finite("error up to which [degrees]"),
-            median_s=finite("half of the starts are predicted so long, or longer [s]"),
-            longer=flag("whether these are within it up to the horizon"),
-        ),
+    within=objects(
         "for how long the model predicts",
+        limit_deg=finite("error up to which [degrees]"),
+        median_s=finite("half of the starts are predicted so long, or longer [s]"),
+        longer=flag("whether these are within it up to the horizon"),
     ),
 )
 _CORRELATIONS = an_object(
@@ -171,12 +168,10 @@ _WHITENESS = an_object(
     theta1=_CORRELATIONS | {"description": "with itself, from lag 0 on"},
     theta2=_CORRELATIONS | {"description": "with itself, from lag 0 on"},
     crosswise=_CORRELATIONS | {"description": "of theta1 with theta2 later; lag 0, in the middle, does not count"},
-    cart=or_null(
-        an_object(
-            "of the cart's acceleration with the angles later, lag 0 in the middle; null where it is at rest",
-            theta1=_CORRELATIONS,
-            theta2=_CORRELATIONS,
-        )
+    cart=object_or_null(
+        "of the cart's acceleration with the angles later, lag 0 in the middle; null where it is at rest",
+        theta1=_CORRELATIONS,
+        theta2=_CORRELATIONS,
     ),
 )
 _ANGLES = a_list(finite(), "from hanging, positive towards +x [rad]", MOST_STARTS)
@@ -214,26 +209,22 @@ REPORT: Schema = {
     **an_object(
         "the report of an identification",
         schema=one_of((SCHEMA,), "of this file"),
-        trials=a_list(
-            an_object(
-                bag=text("where it was"),
-                name=text(),
-                role=one_of(("fit", "holdout")),
-                samples=count(),
-                start_s=finite("where the free swing begins in the bag [s]"),
-                duration_s=finite("of the free swing [s]"),
-                clock=or_null(
-                    an_object(
-                        "the device's clock, where the trial has its time",
-                        fast=finite("by how much it runs fast against ROS time, relative"),
-                        std=finite("standard deviation of that"),
-                    )
-                ),
-                outliers_s=a_list(finite(), "when samples were left out as outliers, in the bag [s]", _MOST_OUTLIERS),
-                weights=a_list(_WEIGHT, "known weights that were clamped to the rods"),
-                warnings=a_list(text(), "what was cut or noticed"),
-            ),
+        trials=objects(
             "each bag",
+            bag=text("where it was"),
+            name=text(),
+            role=one_of(("fit", "holdout")),
+            samples=count(),
+            start_s=finite("where the free swing begins in the bag [s]"),
+            duration_s=finite("of the free swing [s]"),
+            clock=object_or_null(
+                "the device's clock, where the trial has its time",
+                fast=finite("by how much it runs fast against ROS time, relative"),
+                std=finite("standard deviation of that"),
+            ),
+            outliers_s=a_list(finite(), "when samples were left out as outliers, in the bag [s]", _MOST_OUTLIERS),
+            weights=a_list(_WEIGHT, "known weights that were clamped to the rods"),
+            warnings=a_list(text(), "what was cut or noticed"),
         ),
         noise_rad=an_object("of the encoders, estimated from the data", theta1=finite("[rad]"), theta2=finite("[rad]")),
         search=an_object(
@@ -274,17 +265,15 @@ REPORT: Schema = {
             description=text("where it is"),
         ),
         verdict=text("the result in one sentence"),
-        prediction=or_null(
-            an_object(
-                "how far ahead the models predict from a state fitted to measured angles; null where trials are short",
-                held_out=flag("whether in trials that neither fit nor choice has seen"),
-                starts=count("from how many instants"),
-                told_s=finite("length of the motion before a start to which its state is fitted [s]"),
-                horizon_s=finite("how far ahead is predicted [s]"),
-                time_s=points(finite(), "since the start [s]", AHEAD),
-                before=_PREDICTION,
-                after=_PREDICTION,
-            )
+        prediction=object_or_null(
+            "how far ahead the models predict from a state fitted to measured angles; null where trials are short",
+            held_out=flag("whether in trials that neither fit nor choice has seen"),
+            starts=count("from how many instants"),
+            told_s=finite("length of the motion before a start to which its state is fitted [s]"),
+            horizon_s=finite("how far ahead is predicted [s]"),
+            time_s=points(finite(), "since the start [s]", AHEAD),
+            before=_PREDICTION,
+            after=_PREDICTION,
         ),
         residuals=an_object(
             "what is left in the residuals beside noise",
@@ -292,114 +281,95 @@ REPORT: Schema = {
             before=_WHITENESS,
             after=_WHITENESS,
         ),
-        next_trial=or_null(
-            an_object(
-                "which trial to record next; null where the fit failed",
-                assumed=an_object(
-                    "of the next trial: recorded and fitted as those before",
-                    noise_rad=finite("standard deviation of a whitened angle, were all independent [rad]"),
-                    whitening=a_pair(a_pair(finite()), "what makes the errors of both angles independent and alike"),
-                    duration_s=finite("of the free swing [s]"),
-                    interval_s=finite("between samples, as they are fitted [s]"),
-                    window_s=finite("length of the windows; 0 for as long as the motion can be followed [s]"),
-                    shortest_window_s=finite("[s]"),
-                    half_width_s=finite("of the local cubics that estimate the windows' initial states [s]"),
-                    step_s=finite("of the integrator [s]"),
+        next_trial=object_or_null(
+            "which trial to record next; null where the fit failed",
+            assumed=an_object(
+                "of the next trial: recorded and fitted as those before",
+                noise_rad=finite("standard deviation of a whitened angle, were all independent [rad]"),
+                whitening=points(
+                    points(finite(), "", 2), "what makes the errors of both angles independent and alike", 2
                 ),
-                advice=a_list(
-                    _ADVICE, "for effects that could be others, all base parameters, and each effect's strength"
-                ),
-            )
+                duration_s=finite("of the free swing [s]"),
+                interval_s=finite("between samples, as they are fitted [s]"),
+                window_s=finite("length of the windows; 0 for as long as the motion can be followed [s]"),
+                shortest_window_s=finite("[s]"),
+                half_width_s=finite("of the local cubics that estimate the windows' initial states [s]"),
+                step_s=finite("of the integrator [s]"),
+            ),
+            advice=a_list(_ADVICE, "for effects that could be others, all base parameters, and each effect's strength"),
         ),
         selection=an_object(
             "how the effects were selected, and what any other one would do",
             interrupted=flag(),
             looked_in_s=finite("motion in which effects were looked for, 0 where in none; all of it is fitted [s]"),
-            steps=a_list(
-                an_object(
-                    action=text("what was done"),
-                    log10_odds=number("of the model after it against the paper's"),
-                    tried=a_list(
-                        an_object(
-                            effects=a_list(text("name, joint and form")),
-                            log10_odds=number("of the model with them against the one before"),
-                        ),
-                        "the models that were fitted",
-                    ),
-                )
-            ),
-            candidates=a_list(
-                an_object(
-                    effect=text("its key"),
-                    log10_odds=number("of the final model with it against the same without it, by its score"),
-                    probability=finite("that it is there, beside the final model"),
+            steps=objects(
+                "",
+                action=text("what was done"),
+                log10_odds=number("of the model after it against the paper's"),
+                tried=objects(
+                    "the models that were fitted",
+                    effects=a_list(text("name, joint and form")),
+                    log10_odds=number("of the model with them against the one before"),
                 ),
+            ),
+            candidates=objects(
                 "every effect that the final model does not have, the most probable first",
+                effect=text("its key"),
+                log10_odds=number("of the final model with it against the same without it, by its score"),
+                probability=finite("that it is there, beside the final model"),
             ),
         ),
         values_with_less_torque=flag("whether the final values are those with less unknown torque"),
-        whole_swings=or_null(
-            an_object(
-                "the likelihood of whole swings, given all that was measured; null where no maximum was found",
-                noise_rad=an_object("standard deviation of the encoders' noise [rad]", **_OF_JOINTS),
-                noise_memory=an_object("its correlation from one reading to the next", **_OF_JOINTS),
-                missing_torque=an_object(
-                    "standard deviation of unknown torques in the joints, white noise [N m s^0.5]; 0 where none is "
-                    "missing",
-                    **_OF_JOINTS,
-                ),
-                swings=count("stretches of the trials without interruption"),
-                steps=count("of Gauss and Newton"),
-            )
-        ),
-        repeatability=or_null(
-            an_object(
-                "each trial's own estimate beside the joint one",
-                agree=flag("at 1 %"),
-                p_value=finite(),
-                trials=a_list(
-                    an_object(trial=text(), groups=an_object("its own estimate", **dict.fromkeys(_GROUPS, _ESTIMATE)))
-                ),
-            )
-        ),
-        expected=a_list(
-            an_object(
-                name=_NAME,
-                joint=one_of(get_args(Joint)),
-                variant=text(),
-                state=one_of(("confirmed", "withdrawn", "new"), "in these trials"),
-                parameters=a_map(
-                    an_object(
-                        before=number("as fitted, torques over A22"),
-                        now=number("the same in these trials"),
-                        deviations=number("standard deviations between them"),
-                    ),
-                    "of what is confirmed",
-                ),
+        whole_swings=object_or_null(
+            "the likelihood of whole swings, given all that was measured; null where no maximum was found",
+            noise_rad=an_object("standard deviation of the encoders' noise [rad]", **_OF_JOINTS),
+            noise_memory=an_object("its correlation from one reading to the next", **_OF_JOINTS),
+            missing_torque=an_object(
+                "standard deviation of unknown torques in the joints, white noise [N m s^0.5]; 0 where none is missing",
+                **_OF_JOINTS,
             ),
+            swings=count("stretches of the trials without interruption"),
+            steps=count("of Gauss and Newton"),
+        ),
+        repeatability=object_or_null(
+            "each trial's own estimate beside the joint one",
+            agree=flag("at 1 %"),
+            p_value=finite(),
+            trials=objects("", trial=text(), groups=an_object("its own estimate", **dict.fromkeys(_GROUPS, _ESTIMATE))),
+        ),
+        expected=objects(
             "with --like: what became of the effects of the earlier report, and which are new",
-        ),
-        new_trials=a_list(
-            an_object(
-                trial=text(),
-                rmse_rad=number("[rad]"),
-                expected_rmse_rad=number("[rad]"),
-                fits=flag(),
-                changed=a_list(
-                    an_object(
-                        name=text(),
-                        before=number(),
-                        alone=number("by a fit of this trial alone"),
-                        deviations=number("standard deviations between them"),
-                    )
+            name=_NAME,
+            joint=one_of(get_args(Joint)),
+            variant=text(),
+            state=one_of(("confirmed", "withdrawn", "new"), "in these trials"),
+            parameters=a_map(
+                an_object(
+                    before=number("as fitted, torques over A22"),
+                    now=number("the same in these trials"),
+                    deviations=number("standard deviations between them"),
                 ),
+                "of what is confirmed",
             ),
+        ),
+        new_trials=objects(
             "with --watch: how each trial that came later fitted before it was seen",
+            trial=text(),
+            rmse_rad=number("[rad]"),
+            expected_rmse_rad=number("[rad]"),
+            fits=flag(),
+            changed=objects(
+                "",
+                name=text(),
+                before=number(),
+                alone=number("by a fit of this trial alone"),
+                deviations=number("standard deviations between them"),
+            ),
         ),
         identifiability=an_object(
             "what the trials determine",
-            directions=a_list(
-                an_object(singular_value=number(), exponents=a_map(number())), "combinations, by how well they are seen"
+            directions=objects(
+                "combinations, by how well they are seen", singular_value=number(), exponents=a_map(number())
             ),
             undetermined=a_list(text()),
             unseen_changes=a_list(_CHANGES, "of base parameters that change together without changing the motion"),
@@ -409,16 +379,14 @@ REPORT: Schema = {
             words=a_list(text(), "the same for people"),
         ),
         own_effects=a_map({"type": "object"}, "the user's own effects, defined as in the file of --effects", _NAMES),
-        in_doubt=a_list(
-            an_object(
-                effect=text("its key, as in the selection"),
-                weight=finite("its probability, beside that of the model without it"),
-                changes=an_object("by how much it would change base parameters", **dict.fromkeys(_GROUPS, number())),
-            ),
+        in_doubt=objects(
             "effects that the trials neither show nor exclude, the most likely first; intervals allow for them",
+            effect=text("its key, as in the selection"),
+            weight=finite("its probability, beside that of the model without it"),
+            changes=an_object("by how much it would change base parameters", **dict.fromkeys(_GROUPS, number())),
         ),
-        warnings=a_list(
-            an_object(name=text(), about=a_list(text(), "what it is about"), message=text()), "what is to be doubted"
+        warnings=objects(
+            "what is to be doubted", name=text(), about=a_list(text(), "what it is about"), message=text()
         ),
         run=an_object(
             "what is needed to repeat it",

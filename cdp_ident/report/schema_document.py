@@ -1,19 +1,24 @@
 """The schema of `report.json` as a document: docs/reference/report_schema.md is made from it."""
 
 from collections.abc import Iterator, Mapping
-from typing import Any
 
 from cdp_ident.configuration.keys import WEIGHTS
 from cdp_ident.report.schema import REPORT
 from cdp_ident.report.schema_terms import Schema
 
 
-def outline(schema: Mapping[str, Any] = REPORT, name: str = "") -> Iterator[tuple[str, str, str]]:
+def outline(schema: Schema = REPORT, name: str = "") -> Iterator[tuple[str, str, str]]:
     """Yield name, type and description of everything that a report may hold, for its documentation."""
-    for inner in schema.get("anyOf", ()):
-        if inner.get("type") != "null":
-            yield from _outline_inside(inner, name)
-    yield from _outline_inside(schema, name)
+    schema, *_ = schema.get("anyOf", [schema])  # the other is null
+    inside = {f"{name}.{keys}".lstrip("."): value for keys, value in _alike(schema.get("properties", {}))}
+    inside |= {f"{name}.{WEIGHTS}*": value for value in schema.get("patternProperties", {}).values()}
+    if schema.get("additionalProperties"):
+        inside[f"{name}.*"] = schema["additionalProperties"]
+    if "items" in schema:
+        inside[f"{name}[]"] = schema["items"]
+    for key, value in inside.items():
+        yield key, _type(value), value.get("description", "")
+        yield from outline(value, key)
 
 
 def document() -> str:
@@ -35,19 +40,6 @@ JSON Schema, is `REPORT` in `cdp_ident/report/schema.py`.
 """
 
 
-def _outline_inside(schema: Mapping[str, Any], name: str) -> Iterator[tuple[str, str, str]]:
-    inside = {f"{name}.{keys}".lstrip("."): value for keys, value in _alike(schema.get("properties", {}))}
-    for value in schema.get("patternProperties", {}).values():
-        inside[f"{name}.{WEIGHTS}*"] = value
-    if isinstance(schema.get("additionalProperties"), dict):
-        inside[f"{name}.*"] = schema["additionalProperties"]
-    if "items" in schema:
-        inside[f"{name}[]"] = schema["items"]
-    for key, value in inside.items():
-        yield key, _type(value), value.get("description", "")
-        yield from outline(value, key)
-
-
 def _alike(properties: Mapping[str, Schema]) -> Iterator[tuple[str, Schema]]:
     """Yield what an object holds; keys whose values are alike, and are objects themselves, together."""
     for key, value in properties.items():
@@ -56,7 +48,7 @@ def _alike(properties: Mapping[str, Schema]) -> Iterator[tuple[str, Schema]]:
             yield "/".join(keys or [key]), value
 
 
-def _type(schema: Mapping[str, Any]) -> str:
+def _type(schema: Schema) -> str:
     if "enum" in schema:
         words = [f"`{word}`" if word else "empty" for word in schema["enum"]]
         return " or ".join(words) if len(words) <= 4 else f"one of {len(words)} words"

@@ -1,7 +1,8 @@
 """The result for people: one sentence, and each effect in words."""
 
 from cdp_ident.diagnosis.identifiability import CONFIDENCE
-from cdp_ident.report.formatting import CERTAINTY, over_inertia, with_std
+from cdp_ident.report.formatting import CERTAINTY, capitalised, over_inertia, unit, with_std
+from cdp_ident.report.schema import Section
 from cdp_ident.report.wording import key_words
 from cdp_ident.tracing.final_model import is_worse
 from cdp_ident.tracing.found_effects import FoundEffect, FoundParameter
@@ -20,23 +21,20 @@ _PREFIXES = ((1.0, ""), (1e-3, "m"), (1e-6, "µ"))
 def verdict(trace: Trace) -> str:
     """Say what the motion shows beside the paper's model, how much of it that explains, and what remains."""
     if trace.failure:
-        return f"{trace.failure[0].upper()}{trace.failure[1:]}."
+        return f"{capitalised(trace.failure)}."
     effects, withdrawn = trace.effects, trace.withdrawn
     count = len(withdrawn.effects if withdrawn else effects)
     if withdrawn:
         subject = " and ".join(map(key_words, withdrawn.effects))
     else:
-        subject = effect_in_words(effects[0]) if count == 1 else f"{_numeral(count)} effects"
+        numeral = _NUMERALS[count] if count < len(_NUMERALS) else str(count)
+        subject = effect_in_words(effects[0]) if count == 1 else f"{numeral} effects"
+    after = withdrawn.holdout if withdrawn else trace.after.holdout.rmse()
+    noise, significant = trace.completed.data.noise_level, trace.unexplained.significant
     said = judgement(
-        subject,
-        count,
-        trace.before.holdout.rmse(),
-        withdrawn.holdout if withdrawn else trace.after.holdout.rmse(),
-        trace.completed.data.noise_level,
-        trace.unexplained.significant,
-        trace.selection is not None,
+        subject, count, trace.before.holdout.rmse(), after, noise, significant, trace.selection is not None
     )
-    if any(_over_inertia(parameter) for effect in effects for parameter in effect.parameters):
+    if any(over_inertia(quantity(parameter)) for effect in effects for parameter in effect.parameters):
         width = CONFIDENCE * trace.physical.inertia_std_once_weighed
         said += f" Torques in N m are known to ± {100.0 * width:.2g} % once the outer rod is weighed."
     return said
@@ -105,12 +103,7 @@ def _rest(times: float, is_noise: bool, significant: bool) -> str:
 
 def effect_in_words(found: FoundEffect) -> str:
     """Return an effect with its place and strength, and what else it may be."""
-    words = _in_words(found)
-    return f"{words[0].upper()}{words[1:]}"
-
-
-def _numeral(count: int) -> str:
-    return _NUMERALS[count] if count < len(_NUMERALS) else str(count)
+    return capitalised(_in_words(found))
 
 
 def _in_words(found: FoundEffect) -> str:
@@ -141,12 +134,14 @@ def _is_shown(parameter: FoundParameter) -> bool:
 
 def _strength(found: FoundParameter) -> str:
     """Return a value with its unit: over A22 first where no mass is known, and in the unit what that may be."""
-    first = _over_inertia(found)
+    first = over_inertia(quantity(found))
     return f"{first} ({_scaled(found, 0.0)}, give or take a factor of three)" if first else _with_unit(found)
 
 
-def _over_inertia(found: FoundParameter) -> str:
-    return over_inertia(found.value, found.std, found.description.unit, found.shown, found.shown_std)
+def quantity(found: FoundParameter) -> Section:
+    """Return a parameter as `report.json` holds it."""
+    as_fitted = {"value": found.shown, "std": found.shown_std}
+    return {"value": found.value, "std": found.std, "unit": found.description.unit, "as_fitted": as_fitted}
 
 
 def _with_unit(parameter: FoundParameter) -> str:
@@ -154,9 +149,8 @@ def _with_unit(parameter: FoundParameter) -> str:
 
 
 def _scaled(parameter: FoundParameter, std: float) -> str:
-    unit = "" if parameter.description.unit == "1" else parameter.description.unit
-    size = max(abs(parameter.value), std)
-    takes_prefix = unit and not unit.startswith("k")
-    factor, prefix = next(((f, p) for f, p in _PREFIXES if size >= f), _PREFIXES[-1]) if takes_prefix else (1.0, "")
+    symbol, size = unit(parameter.description.unit), max(abs(parameter.value), std)
+    prefixes = _PREFIXES if symbol and not symbol.startswith("k") else _PREFIXES[:1]
+    factor, prefix = next(((f, p) for f, p in prefixes if size >= f), prefixes[-1])
     value, std = parameter.value / factor, std / factor
-    return f"{with_std(value, std) if std else f'{value:.3g}'} {prefix}{unit}".rstrip()
+    return f"{with_std(value, std) if std else f'{value:.3g}'} {prefix}{symbol}".rstrip()

@@ -1,22 +1,34 @@
 """What several forms of a report say in the same words, and the few numbers that they derive from it."""
 
-from collections.abc import Callable, Iterator, Sequence
-from itertools import islice
-from typing import Literal
+from collections.abc import Iterator, Sequence
+from typing import Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.model.effects.catalogue import known_effects
 from cdp_ident.model.parameters import CONSTANTS, GROUPS, INERTIA, SYMBOLS, Group, groups_of, inertia_about_cart
-from cdp_ident.report.formatting import CERTAINTY, CERTAINTY_WORDS, chance, number, odds, per_cent, with_std
+from cdp_ident.report.formatting import CERTAINTY, number, per_cent, with_std
 from cdp_ident.report.schema import Section
 
 _FELT, _MOST_IN_DOUBT = 0.5, 3
 """Effects in doubt are mentioned if they make half of a standard deviation, and at most so many."""
 _ALL = 0.95
 """From this share of the fitted motion on, effects were looked for in all of it."""
-_MOST_CANDIDATES = 10
+
+
+class Model(NamedTuple):
+    """One fitted model, as pictures name it."""
+
+    key: Literal["before", "after"]
+    """Its key in `report.json`, and the name of its curves and of its colour in every picture."""
+    label: str
+
+
+def models(report: Section) -> list[Model]:
+    """Return the paper's model and, where effects were found, the model with them."""
+    before = Model("before", "before: the paper's model, fitted")
+    return [before, Model("after", "after: with the effects found")] if report["effects"] else [before]
 
 
 def nominal_value(report: Section, symbol: str) -> float:
@@ -50,28 +62,19 @@ def how_determined(report: Section, symbol: str) -> str:
     return "yes" if quantity["determined"] else "no: nearest to nominal"
 
 
-def effects_in_words(report: Section) -> list[str]:
-    """Return several effects with their places and strengths, the most important first; one is in the verdict."""
-    effects = report["effects"] if len(report["effects"]) > 1 else []
-    by_importance = sorted(effects, key=lambda effect: -(effect["evidence"]["rmse_holdout_before_rad"] or 0.0))
-    return [effect["summary"] for effect in by_importance]
-
-
-def expected_in_words(report: Section) -> list[str]:
+def expected_in_words(report: Section) -> Iterator[str]:
     """Say what became of the effects of an earlier report, and which are new; nothing without `--like`."""
-    return [f"{effect_name(effect)} {_state_of(effect)}" for effect in report["expected"]]
-
-
-def _state_of(effect: Section) -> str:
-    if effect["state"] == "withdrawn":
-        return "is withdrawn: these trials do not show it"
-    if effect["state"] == "new":
-        return "is new"
-    changes = (
-        f"{name} {number(p['before']):.4g} -> {number(p['now']):.4g} ({number(p['deviations']):.1f} std)"
-        for name, p in effect["parameters"].items()
-    )
-    return f"is confirmed: {', '.join(changes)}, torques over A22"
+    for effect in report["expected"]:
+        changes = (
+            f"{name} {number(p['before']):.4g} -> {number(p['now']):.4g} ({number(p['deviations']):.1f} std)"
+            for name, p in effect["parameters"].items()
+        )
+        became = {
+            "withdrawn": "withdrawn: these trials do not show it",
+            "new": "new",
+            "confirmed": f"confirmed: {', '.join(changes)}, torques over A22",
+        }
+        yield f"{effect_name(effect)} is {became[effect['state']]}"
 
 
 def effect_name(effect: Section) -> str:
@@ -82,16 +85,13 @@ def effect_name(effect: Section) -> str:
 
 def effect_title(effect: Section) -> str:
     """Name an effect for people: what it is, and where."""
-    part = "encoder" if effect["name"] in _of_encoders() else "joint"
+    of_encoders = {known.name for known in known_effects() if not known.moves and not known.of_both_encoders}
+    part = "encoder" if effect["name"] in of_encoders else "joint"
     place = "base" if effect["joint"] == "base" else f"{effect['joint']} {part}"
     variant = f", {effect['variant']}" if effect["variant"] and not effect["curve"] else ""
     trial = f", in {effect['trial']}" if effect["trial"] else ""
     doubt = "" if effect["curve"] else CERTAINTY[effect["certainty"]]
     return f"{doubt}{effect['description']} ({place}{variant}{trial})"
-
-
-def _of_encoders() -> set[str]:
-    return {effect.name for effect in known_effects() if not effect.moves and not effect.of_both_encoders}
 
 
 def key_words(key: str) -> str:
@@ -112,42 +112,22 @@ def effects_words(keys: Sequence[str]) -> str:
     return " and ".join(map(key_words, keys)) or "the same, from elsewhere"
 
 
-def others_words(effect: Section) -> str:
-    """Write what could stand in an effect's place; nothing where nothing could."""
-    return " or ".join(map(key_words, effect["also_possible"]))
-
-
-def sure_words(effect: Section) -> str:
-    """Say how sure an effect's name is, and how probable it is that the effect is there."""
-    return f"{CERTAINTY_WORDS[effect['certainty']]}, {chance(effect['evidence']['probability'])}"
-
-
-def candidate_rows(report: Section) -> list[tuple[str, str, str]]:
-    """Return the best effects that the model does not have, each with its odds and its probability beside the model."""
-    return [
-        (key_words(candidate["effect"]), odds(candidate["log10_odds"]), chance(candidate["probability"]))
-        for candidate in report["selection"]["candidates"][:_MOST_CANDIDATES]
-    ]
-
-
 def determined_words(report: Section) -> list[str]:
     """Say what the trials determine, and what they neither show nor exclude that would change base parameters."""
-    return [*report["identifiability"]["words"], *islice(_in_doubt_words(report), _MOST_IN_DOUBT)]
-
-
-def _in_doubt_words(report: Section) -> Iterator[str]:
+    groups, in_doubt = report["after"]["groups"], []
     for effect in report["in_doubt"]:
         changed = []
         for group in GROUPS:
-            fitted, change = report["after"]["groups"][group.symbol], number(effect["changes"][group.symbol])
-            value, felt = number(fitted["value"]), _FELT * number(fitted["std"])
-            if value and effect["weight"] * change * change > felt * felt:
+            value, std = (number(groups[group.symbol][of]) for of in ("value", "std"))
+            change = number(effect["changes"][group.symbol])
+            if value and effect["weight"] * change**2 > (_FELT * std) ** 2:
                 changed.append(f"{group.formula} by {100.0 * change / abs(value):+.2g} %")
         if changed:
-            yield (
+            in_doubt.append(
                 f"{key_words(effect['effect'])}, is neither shown nor excluded; it would change {', '.join(changed)}, "
                 "and intervals allow for that"
             )
+    return [*report["identifiability"]["words"], *in_doubt[:_MOST_IN_DOUBT]]
 
 
 def noise_floor(report: Section) -> float:
@@ -181,19 +161,10 @@ def short_name(symbol: str) -> str:
     return key_words(symbol) if "." in symbol else symbol.replace("one_over_", "1/").replace("_over_", "/")
 
 
-def before_and_after(report: Section, words: Callable[[Literal["before", "after"]], str]) -> str:
-    """Write something of the paper's model and, where effects were found, of the model with them."""
-    return f"{words('before')} -> {words('after')}" if report["effects"] else words("before")
-
-
 def predicted_for(report: Section, limit: int) -> str:
     """Say for how long the models predict within one of the limits, by its place, in seconds without the unit."""
-
-    def lasts(model: Literal["before", "after"]) -> str:
-        within = report["prediction"][model]["within"][limit]
-        return f"{'≥ ' if within['longer'] else ''}{number(within['median_s']):.3g}"
-
-    return before_and_after(report, lasts)
+    within = [report["prediction"][model.key]["within"][limit] for model in models(report)]
+    return " -> ".join(f"{'≥ ' if one['longer'] else ''}{number(one['median_s']):.3g}" for one in within)
 
 
 def share_words(report: Section) -> list[str]:
@@ -208,42 +179,33 @@ def share_words(report: Section) -> list[str]:
     ]
 
 
-def validation_words(report: Section) -> list[str]:
+def validation_words(report: Section) -> Iterator[str]:
     """Say how the models do where control engineers look: fit in per cent, prediction, and residuals."""
-    return [_fit_words(report), *_prediction_words(report), *_residual_words(report)]
-
-
-def _fit_words(report: Section) -> str:
-    def fit(angle: str) -> str:
-        key = f"fit_{angle}_percent"
-        return before_and_after(report, lambda model: per_cent(report[model]["error"]["holdout"][key]))
-
-    said = ", ".join(f"{angle} {fit(angle)} %" for angle in ("theta1", "theta2"))
-    return f"fit over held-out windows (NRMSE, as of MATLAB's compare): {said}"
-
-
-def _prediction_words(report: Section) -> Iterator[str]:
-    ahead = report["prediction"]
-    if ahead is None:
-        return
-    said = (
-        f"within {within['limit_deg']:.3g}° for {predicted_for(report, place)} s"
-        for place, within in enumerate(ahead["before"]["within"])
-    )
-    where = "in held-out trials" if ahead["held_out"] else "in the trials, fitted motion among it"
-    yield (
-        f"after {ahead['told_s']:.2g} s of measured motion, the model predicts "
-        f"{', '.join(said)} (median of {ahead['starts']} starts {where})"
-    )
-
-
-def _residual_words(report: Section) -> Iterator[str]:
+    fits = {
+        angle: " -> ".join(
+            per_cent(report[model.key]["error"]["holdout"][f"fit_{angle}_percent"]) for model in models(report)
+        )
+        for angle in ("theta1", "theta2")
+    }
+    said = ", ".join(f"{angle} {fit} %" for angle, fit in fits.items())
+    yield f"fit over held-out windows (NRMSE, as of MATLAB's compare): {said}"
+    if ahead := report["prediction"]:
+        said = ", ".join(
+            f"within {within['limit_deg']:.3g}° for {predicted_for(report, place)} s"
+            for place, within in enumerate(ahead["before"]["within"])
+        )
+        where = "in held-out trials" if ahead["held_out"] else "in the trials, fitted motion among it"
+        yield (
+            f"after {ahead['told_s']:.2g} s of measured motion, the model predicts {said} (median of "
+            f"{ahead['starts']} starts {where})"
+        )
     found = report["residuals"]["after"]
     if found["white"]:
         yield "residuals over held-out windows: white"
     else:
         said = " and ".join(
-            f"{_most(found[angle]):.2f} in {angle} (chance: {number(found[angle]['bound']):.2f})"
+            f"{max(abs(number(value)) for value in found[angle]['values'][1:]):.2f} in {angle} "
+            f"(chance: {number(found[angle]['bound']):.2f})"
             for angle in ("theta1", "theta2")
             if found[angle]["related"]
         )
@@ -252,7 +214,3 @@ def _residual_words(report: Section) -> Iterator[str]:
         yield "those of the two angles are correlated with each other"
     if found["cart"] and any(of["related"] for of in found["cart"].values()):
         yield "they have to do with the cart's acceleration: the model lacks a part of its effect"
-
-
-def _most(correlations: Section) -> float:
-    return max(abs(number(value)) for value in correlations["values"][1:])

@@ -10,8 +10,8 @@ import numpy.typing as npt
 
 from cdp_ident.configuration.settings import Settings
 from cdp_ident.model.parameters import CONSTANTS, GROUPS, INERTIA, PARAMETERS
+from cdp_ident.report.comparison import Quantity, effect_quantities, fitted_quantity
 from cdp_ident.report.provenance import versions
-from cdp_ident.report.quantities import Quantity, effect_quantities, fitted_quantity
 from cdp_ident.report.schema import Section
 from cdp_ident.report.wording import group_words, noise_floor
 from cdp_ident.survey.change import FEWEST, Change, appearance, changes, mean

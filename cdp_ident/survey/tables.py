@@ -2,8 +2,10 @@
 
 from collections.abc import Iterator
 
-from cdp_ident.report.formatting import milliradians, unit, with_std
-from cdp_ident.report.parts import Chapter, Charts, Link, Row, Table
+from markupsafe import Markup
+
+from cdp_ident.report.formatting import in_unit, milliradians, unit
+from cdp_ident.report.parts import Chapter, Charts, Row, Table
 from cdp_ident.report.schema import Section
 
 _NONE = "–"
@@ -56,7 +58,8 @@ def _pieces(survey: Section) -> Iterator[Row]:
             has_report, name = piece["has_report"], piece["name"]
             bags = len(piece["bags"]) - len(piece["left_out"])
             error = milliradians(piece["rmse_holdout_rad"]) if has_report else _NONE
-            name = Link(name, f"{piece['folder']}/report.html") if has_report else name
+            if has_report:
+                name = Markup('<a href="{}/report.html">{}</a>').format(piece["folder"], name)
             yield rig["name"], name, str(bags), error, piece["problem"] or piece["verdict"]
 
 
@@ -85,11 +88,8 @@ def _sides(survey: Section, change: Section) -> tuple[str, str, str]:
     if change["what"] == "found":
         return *(f"found in {side['found']} of {side['of']}" for side in (before, after)), _NONE  # type: ignore[return-value]
     symbol = _unit(survey, change["quantity"])
-    return (
-        f"{with_std(before['value'], before['std'])} {symbol}".strip(),
-        f"{with_std(after['value'], after['std'])} {symbol}".strip(),
-        _percent(after["value"], before["value"]),
-    )
+    was, now = (in_unit(side["value"], side["std"], symbol) for side in (before, after))
+    return was, now, _percent(after["value"], before["value"])
 
 
 def _different(survey: Section) -> Table:
@@ -130,7 +130,7 @@ def _latest_words(quantity: Section | None) -> str:
     if quantity is None:
         return _NONE
     latest = quantity["latest"]
-    return f"{with_std(latest['value'], latest['std'])} {unit(quantity['unit'])}".strip() + f" ({latest['pieces']})"
+    return f"{in_unit(latest['value'], latest['std'], quantity['unit'])} ({latest['pieces']})"
 
 
 def _problems(survey: Section) -> Iterator[Row]:

@@ -5,7 +5,7 @@ import copy
 import pytest
 
 from cdp_ident.errors import OptionError, ReportError
-from cdp_ident.report.comparison import Run, compare, read_runs
+from cdp_ident.report.comparison import Run, compare, effect_quantities, fitted_quantity, read_runs
 from cdp_ident.report.folder import REPORT, json_text
 
 
@@ -77,3 +77,19 @@ def test_runs_are_called_by_what_differs_in_their_paths(content, tmp_path):
         read_runs([tmp_path / "a/report", tmp_path / "b/../a/report"])
     with pytest.raises(ReportError, match="there is no"):
         read_runs([tmp_path / "a/report", tmp_path])
+
+
+def test_groups_and_what_trials_determine_can_be_compared(read_content):
+    assert fitted_quantity(read_content, "groups", "c1_over_A22").is_known
+    assert not fitted_quantity(read_content, "physical", "m0").is_known
+    read_content["after"]["physical"]["m0"]["determined"] = True
+    assert fitted_quantity(read_content, "physical", "m0").is_known
+    # What was measured beforehand says nothing of the trials.
+    read_content["run"]["options"]["known.m0"] = 0.208
+    assert not fitted_quantity(read_content, "physical", "m0").is_known
+
+
+def test_torques_of_effects_are_those_that_the_motion_shows(content):
+    (effect,) = content["effects"]
+    (quantity,) = effect_quantities(content).values()
+    assert quantity.value == effect["parameters"]["torque"]["as_fitted"]["value"]

@@ -19,32 +19,14 @@ from cdp_ident.report.folder import json_text
 from cdp_ident.report.outcome import Job
 from cdp_ident.report.schema import problem
 
-ERROR = {
-    "rmse_rad",
-    "rmse_theta1_rad",
-    "rmse_theta2_rad",
-    "window_s",
-    "sse_free_run",
-    "fit_theta1_percent",
-    "fit_theta2_percent",
-}
 TRUE_GROUPS = {"A23_over_A22": 0.13128, "A33_over_A22": 0.082410, "a1_over_A22": 2.68854, "c1_over_A22": 0.08241}
 """Of the example bags' rig (bags/README.md)."""
 
 
-def test_it_has_the_keys_of_its_schema(content):
-    assert content["schema"] == "cdp_ident/report/1"
+def test_trials_values_and_stages_come_in_their_order(content):
     assert [trial["role"] for trial in content["trials"]] == ["fit", "fit", "holdout"]
-    assert set(content["trials"][0]) >= {"bag", "role", "samples", "start_s", "duration_s", "warnings"}
-    assert set(content["noise_rad"]) == {"theta1", "theta2"}
-    search = {"method", "seed", "population", "generations", "evaluations", "sse", "seconds", "history", "stopped"}
-    assert set(content["search"]) >= search
-    before = content["before"]
-    assert list(before["physical"]) == [*NOMINAL, "A22"]
-    assert list(before["groups"]) == [group.symbol for group in GROUPS]
-    for quantity in (*before["physical"].values(), *before["groups"].values()):
-        assert list(quantity) == ["value", "std", "unit", "determined"]
-    assert set(before["error"]["fit"]) == set(before["error"]["holdout"]) == ERROR
+    assert list(content["before"]["physical"]) == [*NOMINAL, "A22"]
+    assert list(content["before"]["groups"]) == [group.symbol for group in GROUPS]
     assert list(content["stages"]) == ["nominal", "search", "refined"]
 
 

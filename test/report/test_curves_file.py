@@ -81,18 +81,13 @@ def test_curves_of_another_report_are_refused(path, trials, effects):
         ("trial1.time", np.full(7, 1e308), "has no time in it"),
         ("trial0.time", np.zeros(0), "trial0.time"),
         ("trial1.run_after", None, "trial1.run_after is missing"),
+        ("trial0.cart", np.array([print] * 7, dtype=object), "cannot be read"),  # a pickle, which is not opened
     ],
 )
 def test_arrays_that_are_not_what_they_should_be_are_refused(path, name, array, words):
     arrays = arrays_of(path) | {name: array}
     np.savez(path, **{key: value for key, value in arrays.items() if value is not None})
     with pytest.raises(ReportError, match=words):
-        read_curves(path, 2, 2)
-
-
-def test_a_pickle_is_not_opened(path):
-    np.savez(path, **arrays_of(path) | {"trial0.cart": np.array([print] * 7, dtype=object)})
-    with pytest.raises(ReportError, match="cannot be read"):
         read_curves(path, 2, 2)
 
 

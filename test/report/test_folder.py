@@ -47,9 +47,10 @@ def test_other_files_do_not_stand_in_the_way(tmp_path):
     assert (tmp_path / "notes.txt").read_text() == "mine"
 
 
-@pytest.mark.parametrize("out", ["file", "file/below"])
-def test_what_is_no_folder_is_refused(tmp_path, out):
+@pytest.mark.parametrize("out", ["file", "file/below", "dangling_link"])
+def test_what_is_no_folder_is_refused_before_any_work(tmp_path, out):
     (tmp_path / "file").write_text("")
+    (tmp_path / "dangling_link").symlink_to(tmp_path / "nowhere")
     with pytest.raises(OptionError, match="is not a folder"):
         check_folder(tmp_path / out, force=True)
     with pytest.raises(OptionError, match="cannot be written"):
@@ -78,12 +79,6 @@ def test_a_failure_half_way_leaves_the_old_report_and_nothing_else(tmp_path, mon
 def test_json_is_strict():
     content = {"a": [math.nan, (math.inf, 1.5)], "b": {"c": -math.inf, 3: True}, "d": "ü"}
     assert json.loads(json_text(content)) == {"a": [None, [None, 1.5]], "b": {"c": None, "3": True}, "d": "ü"}
-
-
-def test_a_dangling_link_is_refused_before_any_work(tmp_path):
-    (tmp_path / "out").symlink_to(tmp_path / "nowhere")
-    with pytest.raises(OptionError, match="is not a folder"):
-        check_folder(tmp_path / "out", force=True)
 
 
 def test_a_disk_with_too_little_space_is_refused_before_any_work(tmp_path, monkeypatch):

@@ -1,6 +1,5 @@
 """A report as text."""
 
-import copy
 import io
 import json
 import re
@@ -34,27 +33,24 @@ def test_a_report_read_from_its_file_gives_the_same_text(content):
     assert text_of(json.loads(json_text(content))) == text_of(content)
 
 
-def test_warnings_are_printed(content):
-    content = copy.deepcopy(content)
-    content["warnings"] = []
-    assert "Warnings\nNone." in re.sub(" +\n", "\n", text_of(content))
-    content["warnings"] = [{"name": "x", "about": [], "message": "the sky is falling"}]
-    assert "the sky is falling" in text_of(content)
+def test_warnings_are_printed(read_content):
+    read_content["warnings"] = []
+    assert "Warnings\nNone." in re.sub(" +\n", "\n", text_of(read_content))
+    read_content["warnings"] = [{"name": "x", "about": [], "message": "the sky is falling"}]
+    assert "the sky is falling" in text_of(read_content)
 
 
-def test_what_a_bag_is_called_is_printed_as_it_is(content):
-    content = copy.deepcopy(content)
-    content["trials"][0]["bag"] = "bags/[red]swing[/]"
-    content["repeatability"]["trials"][0]["trial"] = "[bold]x"
-    assert "[red]swing[/]" in text_of(content)
-    assert "[bold]x" in text_of(content)
+def test_what_a_bag_is_called_is_printed_as_it_is(read_content):
+    read_content["trials"][0]["bag"] = "bags/[red]swing[/]"
+    read_content["repeatability"]["trials"][0]["trial"] = "[bold]x"
+    assert "[red]swing[/]" in text_of(read_content)
+    assert "[bold]x" in text_of(read_content)
 
 
-def test_a_number_that_json_cannot_hold_is_printed_as_infinite(content):
-    content = copy.deepcopy(content)
-    content["after"]["groups"]["c2_over_A22"].update(std=None, determined=False)
-    content["stages"]["nominal"]["holdout"]["sse_free_run"] = None
-    text = text_of(content)
+def test_a_number_that_json_cannot_hold_is_printed_as_infinite(read_content):
+    read_content["after"]["groups"]["c2_over_A22"].update(std=None, determined=False)
+    read_content["stages"]["nominal"]["holdout"]["sse_free_run"] = None
+    text = text_of(read_content)
     assert "± inf" in text
     assert "not by these trials" in text
 

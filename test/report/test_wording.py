@@ -6,7 +6,6 @@ import pytest
 from cdp_ident.model.parameters import groups_of
 from cdp_ident.report.wording import (
     action_words,
-    candidate_rows,
     determined_words,
     effect_title,
     effects_words,
@@ -14,10 +13,8 @@ from cdp_ident.report.wording import (
     noise_floor,
     nominal_groups,
     nominal_value,
-    others_words,
     share_words,
     short_name,
-    sure_words,
     validation_words,
 )
 
@@ -81,22 +78,6 @@ def test_an_effect_is_named_with_its_place(read_content):
     )
 
 
-def test_it_is_said_how_sure_an_effect_is(read_content):
-    effect = read_content["effects"][0]
-    effect["certainty"], effect["evidence"]["probability"] = "probable", 0.875
-    assert sure_words(effect) == "probable, 87.5 %"
-    assert others_words(effect | {"also_possible": ["air_drag.outer.strips", "joint_spring.outer"]}) == (
-        "air drag, outer, strips or joint spring, outer"
-    )
-
-
-def test_the_ten_best_of_what_else_was_looked_for_are_told(read_content):
-    of_one = {"effect": "air_drag.outer.strips", "log10_odds": -1.0, "probability": 1 / 11}
-    read_content["selection"]["candidates"] = [of_one] * 30
-    rows = candidate_rows(read_content)
-    assert rows == [("air drag, outer, strips", "0.1 : 1", "9.1 %")] * 10
-
-
 def test_a_model_without_a_change_was_fitted_from_elsewhere():
     assert effects_words(["air_drag.outer", "joint_spring.outer"]) == "air drag, outer and joint spring, outer"
     assert effects_words([]) == "the same, from elsewhere"
@@ -142,6 +123,6 @@ def test_residuals_that_are_not_white_are_told_with_how_much_they_are_correlated
 def test_what_has_no_prediction_and_no_fit_says_nothing_of_it(read_content):
     read_content["prediction"] = None
     read_content["before"]["error"]["holdout"]["fit_theta1_percent"] = None
-    words = validation_words(read_content)
+    words = list(validation_words(read_content))
     assert "theta1 – -> " in words[0]
     assert not any("predicts" in word for word in words)

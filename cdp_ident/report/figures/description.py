@@ -1,6 +1,6 @@
 """What a picture shows: data, labels with units, words and colours. How it is drawn is the renderers' affair."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -114,6 +114,16 @@ class Axis:
     ticks: Sequence[tuple[float, str]] = ()
     """Places with names, the first on top; where there are none, places are numbers."""
     limits: tuple[float, float] | None = None
+
+
+def named(names: Iterable[str]) -> Axis:
+    """Return an axis with names at the places 0, 1 and so on."""
+    return Axis(ticks=[(float(place), name) for place, name in enumerate(names)])
+
+
+def beside(index: int, count: int, apart: float, places: int) -> list[float]:
+    """Return where the marks of one of several models or runs are, so far from the next one's, at each named place."""
+    return [place + apart * (index - (count - 1) / 2) for place in range(places)]
 
 
 @dataclass(frozen=True)

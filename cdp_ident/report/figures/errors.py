@@ -5,12 +5,11 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from cdp_ident.report.figures.description import Axis, Bars, Figure, Level, Line, Panel
-from cdp_ident.report.figures.models import models
+from cdp_ident.report.figures.description import Axis, Bars, Figure, Level, Line, Mark, Panel, beside, named
 from cdp_ident.report.figures.palette import Colour
 from cdp_ident.report.formatting import chance, is_known, number, odds
 from cdp_ident.report.schema import Section
-from cdp_ident.report.wording import action_words, effects_words, key_words, noise_floor
+from cdp_ident.report.wording import action_words, effects_words, key_words, models, noise_floor
 
 _LABEL_WIDTH = 22
 """Characters in a line of a name beside an axis: two thirds of a phone remain beside it."""
@@ -18,6 +17,7 @@ _ROOM = 27.0
 """Height of a bar with a name of two lines [pixels]."""
 GENERATION = Axis("generation")
 _WHERE = {"holdout": "held out", "fit": "fitted"}
+_ODDS = Axis("log10 of the odds")
 
 
 def wrapped(name: str) -> str:
@@ -27,18 +27,12 @@ def wrapped(name: str) -> str:
 
 def before_and_after(report: Section) -> Figure:
     """Return the errors over motion of each role as bars."""
-    shown, places = models(report), list(_WHERE.items())
-    marks: list[Bars | Level] = []
-    said = []
+    shown, marks, said = models(report), list[Mark](), []
     for index, model in enumerate(shown):
-        errors = [1e3 * number(report[model.key]["error"][role]["rmse_rad"]) for role, _ in places]
-        offset = (index - (len(shown) - 1) / 2) * 0.38
+        errors = [1e3 * number(report[model.key]["error"][role]["rmse_rad"]) for role in _WHERE]
         words = [f"{error:.3g}" for error in errors]
-        positions = [place + offset for place in range(len(places))]
-        marks.append(Bars(model.label, model.colour, positions, errors, words, 0.34))
-        said.append(
-            f"{model.label}: " + ", ".join(f"{w} mrad {name}" for w, (_, name) in zip(words, places, strict=True))
-        )
+        marks.append(Bars(model.label, model.key, beside(index, len(shown), 0.38, len(_WHERE)), errors, words, 0.34))
+        said.append(f"{model.label}: {', '.join(map('{} mrad {}'.format, words, _WHERE.values()))}")
     floor = 1e3 * noise_floor(report)
     marks.append(Level("the encoders' noise", "noise", floor))
     window = report["before"]["error"]["holdout"]["window_s"]
@@ -49,14 +43,7 @@ def before_and_after(report: Section) -> Figure:
         f"Root mean square of measured less simulated angles over windows of {window:.2g} s, on the motion that was "
         "fitted, and on motion that neither fit nor choice has seen.",
         f"{'; '.join(said)}; the encoders' noise: {floor:.3g} mrad.",
-        [
-            Panel(
-                Axis("error [mrad]"),
-                Axis(ticks=[(place, name) for place, (_, name) in enumerate(places)]),
-                marks,
-                height=60.0 + 50.0 * len(shown),
-            )
-        ],
+        [Panel(Axis("error [mrad]"), named(_WHERE.values()), marks, height=60.0 + 50.0 * len(shown))],
     )
 
 
@@ -88,7 +75,7 @@ def selection(report: Section) -> Iterator[Figure]:
     panels, said = [], []
     for index, step in enumerate(report["selection"]["steps"], start=1):
         if tried := [one for one in step["tried"] if is_known(one["log10_odds"])]:
-            panels.append(_step(index, step["action"], tried))
+            panels.append(_step(f"Step {index}: {action_words(step)}", tried))
             best = max(number(one["log10_odds"]) for one in tried)
             said.append(f"step {index}, {action_words(step)}: at best {best:.3g}")
     if panels:
@@ -104,6 +91,29 @@ def selection(report: Section) -> Iterator[Figure]:
         )
 
 
+def _step(title: str, tried: list[Section]) -> Panel:
+    names = [wrapped(effects_words(one["effects"])) for one in tried]
+    odds = [number(one["log10_odds"]) for one in tried]
+    # A bar has the room that its name needs: one line or two, or more.
+    rooms = np.array([max(1.0, (name.count("\n") + 1) / 2) for name in names])
+    places = (np.cumsum(rooms) - rooms / 2).tolist()
+    best = int(np.argmax(odds))
+    taken = [best] if odds[best] > 0.0 else []
+    others = [k for k in range(len(odds)) if k not in taken]
+    kinds: tuple[tuple[str, Colour, list[int]], ...] = (
+        ("taken", "after", taken),
+        ("tried, not taken", "noise", others),
+    )
+    marks: list[Mark] = [
+        Bars(label, colour, [places[k] for k in of], [odds[k] for k in of], [f"{odds[k]:.3g}" for k in of])
+        for label, colour, of in kinds
+        if of
+    ]
+    marks.append(Level("as probable as before", "before", 0.0))
+    height = 45.0 + _ROOM * float(rooms.sum())
+    return Panel(_ODDS, Axis(ticks=list(zip(places, names, strict=True))), marks, title, height)
+
+
 def candidates(report: Section) -> Iterator[Figure]:
     """Yield how probable the model would be with each effect that it does not have."""
     best: dict[str, Section] = {}
@@ -112,10 +122,10 @@ def candidates(report: Section) -> Iterator[Figure]:
             best.setdefault(key_words(".".join(one["effect"].split(".")[:2])), one)
     if not best:
         return
-    found = list(best.values())
-    words = [f"{odds(one['log10_odds'])}, {chance(one['probability'])}" for one in found]
-    places = [float(place) for place in range(len(found))]
-    ticks = list(zip(places, best, strict=True))
+    lengths = [number(one["log10_odds"]) for one in best.values()]
+    words = [f"{odds(one['log10_odds'])}, {chance(one['probability'])}" for one in best.values()]
+    bars = Bars("with it", "noise", beside(0, 1, 0.0, len(best)), lengths, words)
+    marks: list[Mark] = [bars, Level("as probable as without it", "before", 0.0)]
     yield Figure(
         "candidates",
         "selection",
@@ -123,38 +133,6 @@ def candidates(report: Section) -> Iterator[Figure]:
         "The model with one effect more beside the model without it, before any fit: odds, and the probability that "
         "the effect is there; of an effect with several forms those of the best one. Left of zero the trials speak "
         "against it.",
-        "; ".join(f"{name}: {said}" for (_, name), said in zip(ticks, words, strict=True)) + ".",
-        [
-            Panel(
-                Axis("log10 of the odds"),
-                Axis(ticks=ticks),
-                [
-                    Bars("with it", "noise", places, [number(one["log10_odds"]) for one in found], words),
-                    Level("as probable as without it", "before", 0.0),
-                ],
-                height=40.0 + 20.0 * len(found),
-            )
-        ],
+        f"{'; '.join(map('{}: {}'.format, best, words))}.",
+        [Panel(_ODDS, named(best), marks, height=40.0 + 20.0 * len(best))],
     )
-
-
-def _step(index: int, action: str, tried: list[Section]) -> Panel:
-    names = [wrapped(effects_words(one["effects"])) for one in tried]
-    odds = [number(one["log10_odds"]) for one in tried]
-    # A bar has the room that its name needs: one line or two, or more.
-    rooms = np.array([max(1.0, (name.count("\n") + 1) / 2) for name in names])
-    places = np.cumsum(rooms) - rooms / 2
-    best = int(np.argmax(odds))
-    is_taken = [odds[best] > 0.0 and k == best for k in range(len(odds))]
-    kinds: tuple[tuple[str, Colour, bool], ...] = (("taken", "after", True), ("tried, not taken", "noise", False))
-    marks: list[Bars | Level] = []
-    for label, colour, taken in kinds:
-        chosen = [k for k, this in enumerate(is_taken) if this == taken]
-        if chosen:
-            lengths = [odds[k] for k in chosen]
-            marks.append(Bars(label, colour, [places[k] for k in chosen], lengths, [f"{e:.3g}" for e in lengths]))
-    marks.append(Level("as probable as before", "before", 0.0))
-    ticks = list(zip(places.tolist(), names, strict=True))
-    height = 45.0 + _ROOM * float(rooms.sum())
-    title = f"Step {index}: {action_words({'action': action})}"
-    return Panel(Axis("log10 of the odds"), Axis(ticks=ticks), marks, title, height)

@@ -24,10 +24,6 @@ _TOP, _BOTTOM, _LINE = 14.0, 46.0, 16.0
 """What a panel needs above it and below for its axis, and a line of its title [pixels]."""
 _TITLE_WIDTH = 24
 """Characters in a line of a panel's title: what a phone has room for."""
-_SHAPES = {
-    "circle": "circle", "square": "square", "diamond": "diamond", "triangle": "triangle-up", "cross": "x",
-    "star": "star",
-}  # fmt: skip
 
 
 class Arrays:
@@ -51,25 +47,20 @@ def plotly_figure(figure: Figure, arrays: Arrays) -> Json:
     tops = [_TOP + _LINE * (title.count("\n") + 1) if title else _TOP for title in titles]
     last = len(figure.panels) - 1
     bottoms = [0.0 if figure.shared_x and index < last else _BOTTOM for index in range(last + 1)]
-    heights = [panel.height for panel in figure.panels]
-    inside = sum(tops[1:]) + sum(bottoms[:-1]) + sum(heights)
-    data: list[Json] = []
+    inside = sum(tops[1:]) + sum(bottoms[:-1]) + sum(panel.height for panel in figure.panels)
+    ink, clear, data = _colour("ink"), "rgba(0,0,0,0)", list[Json]()
     layout: Json = {
         "height": inside + tops[0] + bottoms[-1],
         "margin": {"l": 52, "r": 14, "t": tops[0], "b": bottoms[-1], "pad": 0},
         "showlegend": False,
         "hovermode": "x unified" if figure.shared_x else "closest",
         "hoversubplots": "axis",
-        "hoverlabel": {
-            "bgcolor": _colour("surface"),
-            "bordercolor": _colour("grid"),
-            "font": {"color": _colour("ink")},
-        },
-        "modebar": {"bgcolor": "rgba(0,0,0,0)", "color": _colour("quiet"), "activecolor": _colour("ink")},
+        "hoverlabel": {"bgcolor": _colour("surface"), "bordercolor": _colour("grid"), "font": {"color": ink}},
+        "modebar": {"bgcolor": clear, "color": _colour("quiet"), "activecolor": ink},
         "barmode": "overlay",
-        "paper_bgcolor": "rgba(0,0,0,0)",
-        "plot_bgcolor": "rgba(0,0,0,0)",
-        "font": {"color": _colour("ink"), "size": 12, "family": "system-ui, sans-serif"},
+        "paper_bgcolor": clear,
+        "plot_bgcolor": clear,
+        "font": {"color": ink, "size": 12, "family": "system-ui, sans-serif"},
         "uirevision": "kept",
         "shapes": [],
         "annotations": [],
@@ -78,21 +69,15 @@ def plotly_figure(figure: Figure, arrays: Arrays) -> Json:
     for index, panel in enumerate(figure.panels):
         top -= tops[index] if index else 0.0
         suffix = str(index + 1) if index else ""
-        domain = [(top - panel.height) / inside, top / inside]
-        x = "x" if figure.shared_x else f"x{suffix}"
-        for mark in panel.marks:
-            data.append({**_trace(mark, panel, arrays), "xaxis": x, "yaxis": f"y{suffix}"})
-        layout[f"yaxis{suffix}"] = {
-            **_axis(panel.y, "y"),
-            "domain": [max(domain[0], 0.0), min(domain[1], 1.0)],
-            "anchor": x,
-        }
+        low, high = max((top - panel.height) / inside, 0.0), min(top / inside, 1.0)
+        x, y = "x" if figure.shared_x else f"x{suffix}", f"y{suffix}"
+        data += [{**_trace(mark, panel, arrays), "xaxis": x, "yaxis": y} for mark in panel.marks]
+        layout[f"yaxis{suffix}"] = {**_axis(panel.y, "y"), "domain": [low, high], "anchor": x}
         if not figure.shared_x or index == last:
-            place = "" if figure.shared_x else suffix
-            layout[f"xaxis{place}"] = {**_axis(panel.x, "x"), "anchor": f"y{suffix}"}
-        layout["shapes"] += [_span(begin, end, x, f"y{suffix}") for begin, end in panel.held_out]
+            layout[f"xaxis{x[1:]}"] = {**_axis(panel.x, "x"), "anchor": y}
+        layout["shapes"] += [_span(begin, end, x, y) for begin, end in panel.held_out]
         if titles[index]:
-            layout["annotations"].append(_title(titles[index], domain[1]))
+            layout["annotations"].append(_title(titles[index], high))
         top -= panel.height + bottoms[index]
     return {"data": data, "layout": layout}
 
@@ -108,7 +93,7 @@ def _literal(text: str) -> str:
 
 def _trace(mark: Mark, panel: Panel, arrays: Arrays) -> Json:
     if isinstance(mark, Heat):
-        return _heat(mark, arrays)
+        return _heat(mark)
     trace: Json = {"type": "scatter", "name": _literal(mark.label.partition(":")[0]), "meta": mark.label}
     if isinstance(mark, Line | Dots):
         trace |= {"x": arrays.keep(mark.x), "y": arrays.keep(mark.y)}
@@ -120,15 +105,12 @@ def _trace(mark: Mark, panel: Panel, arrays: Arrays) -> Json:
         }
     if isinstance(mark, Dots):
         return trace | {
-            "mode": "markers",
+            "mode": "markers", "hovertemplate": "%{x:.4g}, %{y:.4g}",
             "marker": {
-                "color": _colour(mark.colour),
-                "size": mark.size,
-                "opacity": mark.opacity,
+                "color": _colour(mark.colour), "size": mark.size, "opacity": mark.opacity,
                 "symbol": "circle-open" if mark.hollow else "circle",
             },
-            "hovertemplate": "%{x:.4g}, %{y:.4g}",
-        }
+        }  # fmt: skip
     if isinstance(mark, Bars):
         return trace | {
             "type": "bar", "orientation": "h", "x": _finite(mark.lengths), "y": list(mark.positions),
@@ -163,14 +145,14 @@ def _intervals(mark: Intervals) -> Json:
         },
         "marker": {
             "color": [_colour("surface" if hollow else mark.colour) for hollow in mark.hollow],
-            "line": {"color": _colour(mark.colour), "width": 1.8}, "size": 9, "symbol": _SHAPES[mark.shape],
+            "line": {"color": _colour(mark.colour), "width": 1.8}, "size": 9, "symbol": mark.shape,
         },
         "text": [_literal(words) for words in mark.words],
         "hovertemplate": "%{text}",
     }  # fmt: skip
 
 
-def _heat(mark: Heat, arrays: Arrays) -> Json:
+def _heat(mark: Heat) -> Json:
     rows_of, columns_of = (list(range(count)) for count in mark.matrix.shape)
     low, high = mark.limits
     rows = [[round(float(v), mark.digits) if math.isfinite(v) else None for v in row] for row in mark.matrix]
@@ -213,6 +195,6 @@ def _span(begin: float, end: float, x: str, y: str) -> Json:
 
 def _title(title: str, top: float) -> Json:
     return {
-        "text": f"<b>{_literal(title)}</b>", "x": 0, "y": min(top, 1.0), "xref": "paper", "yref": "paper",
+        "text": f"<b>{_literal(title)}</b>", "x": 0, "y": top, "xref": "paper", "yref": "paper",
         "xanchor": "left", "yanchor": "bottom", "yshift": 4, "align": "left", "showarrow": False, "font": {"size": 12},
     }  # fmt: skip

@@ -2,6 +2,7 @@
 
 import io
 import math
+from dataclasses import replace
 
 import matplotlib
 import numpy as np
@@ -15,7 +16,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from cdp_ident.report.figures.description import Axis, Bars, Dots, Figure, Heat, Intervals, Level, Line, Mark, Panel
-from cdp_ident.report.figures.palette import LIGHT, Colour
+from cdp_ident.report.figures.palette import LIGHT, SHAPES, Colour
 
 _WIDTH = 6.5
 """Inches: the width of a page's text."""
@@ -24,24 +25,17 @@ _PIXELS = 96.0
 _LEGEND_ROW, _LEGEND_LETTERS = 0.22, 100
 """Height of a row [inches], and letters that it has room for; an entry's line takes eight."""
 _RESOLUTION = 150.0
-_SHAPES = {"circle": "o", "square": "s", "diamond": "D", "triangle": "^", "cross": "X", "star": "*"}
 _BEHIND_WORDS = {"facecolor": LIGHT["surface"], "linewidth": 0, "pad": 0.6}
 _SETTINGS = {
+    **dict.fromkeys(("axes.edgecolor", "xtick.color", "ytick.color"), LIGHT["quiet"]),
+    **dict.fromkeys(("axes.labelcolor", "text.color", "xtick.labelcolor", "ytick.labelcolor"), LIGHT["ink"]),
+    **dict.fromkeys(("figure.autolayout", "figure.constrained_layout.use"), False),
     "font.size": 8.5,
     "font.family": "sans-serif",
     "axes.linewidth": 0.6,
-    "axes.edgecolor": LIGHT["quiet"],
-    "axes.labelcolor": LIGHT["ink"],
-    "text.color": LIGHT["ink"],
-    "xtick.color": LIGHT["quiet"],
-    "ytick.color": LIGHT["quiet"],
-    "xtick.labelcolor": LIGHT["ink"],
-    "ytick.labelcolor": LIGHT["ink"],
     "svg.fonttype": "none",
     "svg.hashsalt": "cdp_ident",
     "path.simplify": True,
-    "figure.autolayout": False,
-    "figure.constrained_layout.use": False,
 }
 
 
@@ -91,10 +85,8 @@ def _draw(panel: Panel, ax: Axes, hides_x: bool) -> None:
         _mark(mark, ax)
     if panel.title:
         ax.set_title(_literal(panel.title), fontsize=9, loc="left")
-    _axis(panel.x, ax, "x")
+    _axis(replace(panel.x, label="") if hides_x else panel.x, ax, "x")
     _axis(panel.y, ax, "y")
-    if hides_x:
-        ax.set_xlabel("")
 
 
 def _axis(axis: Axis, ax: Axes, which: str) -> None:
@@ -133,7 +125,7 @@ def _mark(mark: Mark, ax: Axes) -> None:
             place = (position, value, interval) if mark.upright else (value, position, None, interval)
             ax.errorbar(
                 *place, color=LIGHT[mark.colour], capsize=2,
-                marker=_SHAPES[mark.shape], markersize=4.5, linewidth=1.1,
+                marker=SHAPES[mark.shape], markersize=4.5, linewidth=1.1,
                 markerfacecolor=LIGHT["surface"] if hollow else LIGHT[mark.colour],
             )  # fmt: skip
     elif isinstance(mark, Level):
@@ -147,21 +139,15 @@ def _heat(mark: Heat, ax: Axes) -> None:
     ax.imshow(mark.matrix, cmap=colours, vmin=mark.limits[0], vmax=mark.limits[1], aspect="auto")
     ax.grid(False)
     for (row, column), value in np.ndenumerate(mark.matrix) if mark.written else ():
-        ax.text(
-            column,
-            row,
-            f"{value:.{mark.digits}f}" if math.isfinite(value) else "?",
-            ha="center",
-            va="center",
-            fontsize=8,
-        )
+        words = f"{value:.{mark.digits}f}" if math.isfinite(value) else "?"
+        ax.text(column, row, words, ha="center", va="center", fontsize=8)
 
 
 def _handle(label: str, colour: Colour, kind: str) -> Line2D | Patch:
     label = _literal(label)
     if kind in ("bars", "span"):
         return Patch(color=LIGHT[colour], label=label)
-    marker = _SHAPES.get(kind, "o" if kind in ("dots", "ring") else "")
+    marker = SHAPES.get(kind, "o" if kind in ("dots", "ring") else "")
     style = {"dots": "none", "ring": "none", "level": ":", "dashed": "--"}.get(kind, "-")
     return Line2D(
         [], [], color=LIGHT[colour], marker=marker, markersize=4.5, linestyle=style, label=label,

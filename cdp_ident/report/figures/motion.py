@@ -4,20 +4,16 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
-import numpy.typing as npt
 
-from cdp_ident.report.curves import NO_WINDOW, Curves, TrialCurves
+from cdp_ident.report.curves import NO_WINDOW, Array, Curves, TrialCurves
 from cdp_ident.report.figures.description import Axis, Figure, Line, Panel, Place
-from cdp_ident.report.figures.models import Model, models
 from cdp_ident.report.schema import Section
-from cdp_ident.report.wording import role_words
-
-Array = npt.NDArray[np.float64]
+from cdp_ident.report.wording import Model, models, role_words
 
 MOST_SAMPLES = 20_000
 """Of all trials together: a page with more opens slowly. Of longer trials every second, third … sample is shown."""
 _ANGLES = ("θ1", "θ2")
-_TIME = Axis("time since the rods swing freely [s]")
+TIME = Axis("time since the rods swing freely [s]")
 
 
 def shown_samples(curves: Curves) -> slice:
@@ -27,35 +23,38 @@ def shown_samples(curves: Curves) -> slice:
 
 def angles(report: Section, curves: Curves) -> Iterator[Figure]:
     """Yield a figure for each trial: angles over windows, and what is left of them beneath on the same axis."""
-    every = shown_samples(curves)
-    for number, (trial, curve) in enumerate(zip(report["trials"], curves.trials, strict=True), start=1):
-        window = float(np.ptp(curve.time)) / max(int(curve.window.max()) + 1, 1)
-        yield measured_and_simulated(
-            f"angles_{number}_{file_name(trial['name'])}",
-            "motion",
-            f"Angles of {trial['name']} ({role_words(trial)})",
-            f"Top: measured and simulated over windows of {window:.2g} s, whose initial states are fitted. Below: "
-            "measured less simulated." + _thinned(every),
-            curve.time[every],
-            curve.measured[every],
-            {model: getattr(curve, model.key)[every] for model in models(report)},
-            _held_out(curve),
-        )
+    caption = (
+        "Top: measured and simulated over windows of {window:.2g} s, whose initial states are fitted. Below: measured "
+        "less simulated.{thinned}"
+    )
+    return _of_trials(report, curves, "angles", "motion", "Angles", caption, "")
 
 
 def continuous_runs(report: Section, curves: Curves) -> Iterator[Figure]:
     """Yield the paper's contrast curves and angular errors of each trial, from one continuous run (Eq. 10)."""
+    caption = (
+        "One simulation of the whole trial from its fitted initial state (Eq. 10). Where the motion is chaotic, no "
+        "model follows it for long.{thinned} As the paper's Figs. 3, 4, 8 and 10 to 12."
+    )
+    return _of_trials(report, curves, "contrast", "paper", "Contrast curves and angular errors", caption, "run_")
+
+
+def _of_trials(
+    report: Section, curves: Curves, name: str, section: Place, title: str, caption: str, kind: str
+) -> Iterator[Figure]:
+    """Yield a figure for each trial, with the curves of a kind."""
     every = shown_samples(curves)
-    for number, (trial, curve) in enumerate(zip(report["trials"], curves.trials, strict=True), start=1):
+    thinned = f" One of {every.step} samples is shown." if every.step > 1 else ""
+    for index, (trial, curve) in enumerate(zip(report["trials"], curves.trials, strict=True), start=1):
+        window = float(np.ptp(curve.time)) / max(int(curve.window.max()) + 1, 1)
         yield measured_and_simulated(
-            f"contrast_{number}_{file_name(trial['name'])}",
-            "paper",
-            f"Contrast curves and angular errors of {trial['name']} ({role_words(trial)})",
-            "One simulation of the whole trial from its fitted initial state (Eq. 10). Where the motion is chaotic, no "
-            f"model follows it for long.{_thinned(every)} As the paper's Figs. 3, 4, 8 and 10 to 12.",
+            f"{name}_{index}_{file_name(trial['name'])}",
+            section,
+            f"{title} of {trial['name']} ({role_words(trial)})",
+            caption.format(window=window, thinned=thinned),
             curve.time[every],
             curve.measured[every],
-            {model: getattr(curve, f"run_{model.key}")[every] for model in models(report)},
+            {model: getattr(curve, kind + model.key)[every] for model in models(report)},
             _held_out(curve),
         )
 
@@ -77,30 +76,30 @@ def measured_and_simulated(
 ) -> Figure:
     """Return the figure of a motion: angles (n, 2) measured and simulated [rad], and beneath what is left of them."""
     left = {model: measured - angles for model, angles in simulated.items()}
-    panels = []
+    above, below = [], []
     for column, angle in enumerate(_ANGLES):
         lines = [
-            Line(model.label, model.colour, time, angles[:, column], dashed=model.key == "before")
-            for model, angles in simulated.items()
+            Line("measured", "ink", time, measured[:, column], width=2.5),
+            *(
+                Line(model.label, model.key, time, angles[:, column], dashed=model.key == "before")
+                for model, angles in simulated.items()
+            ),
         ]
-        lines.insert(0, Line("measured", "ink", time, measured[:, column], width=2.5))
-        panels.append(Panel(_TIME, Axis(f"{angle} [rad]"), lines, height=190, held_out=held_out))
-    for column, angle in enumerate(_ANGLES):
-        lines = [Line(model.label, model.colour, time, 1e3 * error[:, column], 1.2) for model, error in left.items()]
-        panels.append(Panel(_TIME, Axis(f"error of {angle} [mrad]"), lines, height=150, held_out=held_out))
-    return Figure(name, section, title, caption, _alternative(title, left, time[-1]), panels, shared_x=True)
+        errors = [Line(model.label, model.key, time, 1e3 * error[:, column], 1.2) for model, error in left.items()]
+        above.append(Panel(TIME, Axis(f"{angle} [rad]"), lines, height=190, held_out=held_out))
+        below.append(Panel(TIME, Axis(f"error of {angle} [mrad]"), errors, height=150, held_out=held_out))
+    said = (
+        f"{title}, over {time[-1]:.3g} s. Measured less simulated: {'; '.join(map(_rms_words, left, left.values()))}."
+    )
+    return Figure(name, section, title, caption, said, [*above, *below], shared_x=True)
 
 
-def _alternative(title: str, errors: Mapping[Model, Array], duration: float) -> str:
-    said = []
-    for model, left in errors.items():
-        known = left[np.isfinite(left).all(axis=1)]
-        if not len(known):
-            said.append(f"{model.label}: diverged")
-            continue
-        rms = 1e3 * np.sqrt(np.mean(known**2, axis=0))
-        said.append(f"{model.label}: {rms[0]:.3g} mrad rms in θ1 and {rms[1]:.3g} mrad in θ2")
-    return f"{title}, over {duration:.3g} s. Measured less simulated: {'; '.join(said)}."
+def _rms_words(model: Model, left: Array) -> str:
+    known = left[np.isfinite(left).all(axis=1)]
+    if not len(known):
+        return f"{model.label}: diverged"
+    rms = 1e3 * np.sqrt(np.mean(known**2, axis=0))
+    return f"{model.label}: {rms[0]:.3g} mrad rms in θ1 and {rms[1]:.3g} mrad in θ2"
 
 
 def _held_out(curve: TrialCurves) -> list[tuple[float, float]]:
@@ -109,7 +108,3 @@ def _held_out(curve: TrialCurves) -> list[tuple[float, float]]:
         return []
     windows = np.unique(curve.window[curve.held_out])
     return [(float(t[0]), float(t[-1])) for t in (curve.time[curve.window == window] for window in windows)]
-
-
-def _thinned(every: slice) -> str:
-    return f" One of {every.step} samples is shown." if every.step > 1 else ""

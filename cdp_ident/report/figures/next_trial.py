@@ -3,16 +3,13 @@
 from collections.abc import Iterator
 
 import numpy as np
-import numpy.typing as npt
 
 from cdp_ident.design.starts import HAND
 from cdp_ident.diagnosis.identifiability import CONFIDENCE
 from cdp_ident.report.advice import advice_title, advice_words, is_determined_now
-from cdp_ident.report.figures.description import Axis, Dots, Figure, Heat, Panel
+from cdp_ident.report.figures.description import Array, Axis, Dots, Figure, Heat, Panel
 from cdp_ident.report.formatting import number
 from cdp_ident.report.schema import Section
-
-Array = npt.NDArray[np.float64]
 
 
 def next_trial(report: Section) -> Iterator[Figure]:
@@ -47,15 +44,8 @@ def _panel(advice: Section) -> Panel:
     most = max(float(np.max(np.abs(values[np.isfinite(values)]), initial=0.0)), 1e-300)
     half = 100.0 if is_determined_now(advice) else most
     limits = (-most, most) if advice["against"] else (0.0, 2.0 * half)
-    chosen = Dots(
-        "the start to take",
-        "ink",
-        np.array([float(column)]),
-        np.array([float(len(outer) - 1 - row)]),
-        size=34.0,
-        opacity=1.0,
-        hollow=True,
-    )
+    x, y = (np.array([float(place)]) for place in (column, len(outer) - 1 - row))
+    chosen = Dots("the start to take", "ink", x, y, size=34.0, opacity=1.0, hollow=True)
     return Panel(
         Axis("inner rod, from hanging [°]", ticks=_ticks(inner)),
         Axis("outer rod, from hanging [°]", ticks=_ticks(outer[::-1])),

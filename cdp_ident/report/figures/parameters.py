@@ -7,63 +7,69 @@ import numpy as np
 
 from cdp_ident.diagnosis.identifiability import CONFIDENCE
 from cdp_ident.report.comparison import Run
-from cdp_ident.report.figures.description import Axis, Figure, Heat, Intervals, Level, Panel
+from cdp_ident.report.figures.description import Axis, Figure, Heat, Intervals, Level, Panel, beside, named
 from cdp_ident.report.figures.errors import wrapped
-from cdp_ident.report.figures.models import models
 from cdp_ident.report.figures.palette import series
-from cdp_ident.report.formatting import number, with_std
+from cdp_ident.report.formatting import in_unit, number
 from cdp_ident.report.schema import Section
-from cdp_ident.report.wording import nominal_groups, nominal_value, short_name
+from cdp_ident.report.wording import models, nominal_groups, nominal_value, short_name
 
 
 def against_nominal(report: Section) -> Figure:
     """Return base parameters and physical values over the nominal ones."""
+    after, groups = report["after"], nominal_groups(report)
     physical = {
         symbol: nominal_value(report, symbol)
-        for symbol, quantity in report["after"]["physical"].items()
+        for symbol, quantity in after["physical"].items()
         if quantity["std"] != 0.0  # as one that is given has
     }
-    undetermined = [symbol for symbol, quantity in report["after"]["physical"].items() if not quantity["determined"]]
+    undetermined = [symbol for symbol, quantity in after["physical"].items() if not quantity["determined"]]
+    ratios = (f"{short_name(s)} {number(q['value']) / groups[s]:.4g}" for s, q in after["groups"].items())
     return Figure(
         "parameters",
         "parameters",
         "Parameters against nominal",
         "Fitted over nominal value, with 95 % intervals. Hollow: not determined by the trials; of the values that fit "
         "equally well, the ones nearest to nominal.",
-        "Base parameters of the final model over nominal: "
-        + ", ".join(
-            f"{short_name(symbol)} {number(quantity['value']) / nominal_groups(report)[symbol]:.4g}"
-            for symbol, quantity in report["after"]["groups"].items()
-        )
-        + f". Not determined: {', '.join(undetermined) or 'none'}.",
+        f"Base parameters of the final model over nominal: {', '.join(ratios)}. Not determined: "
+        f"{', '.join(undetermined) or 'none'}.",
         [
-            _over_nominal(report, "groups", nominal_groups(report), "base parameters, all that a free swing shows"),
+            _over_nominal(report, "groups", groups, "base parameters, all that a free swing shows"),
             _over_nominal(report, "physical", physical, "physical values"),
         ],
     )
 
 
 def _over_nominal(report: Section, kind: str, nominal: Mapping[str, float], title: str) -> Panel:
-    shown = models(report)
-    names = [name for name, value in nominal.items() if value]
-    marks: list[Intervals | Level] = [Level("nominal", "noise", 1.0)]
-    for index, model in enumerate(shown):
-        offset = (index - (len(shown) - 1) / 2) * 0.3
-        quantities = [report[model.key][kind][name] for name in names]
-        marks.append(
-            Intervals(
-                model.label,
-                model.colour,
-                [place + offset for place in range(len(names))],
-                [number(q["value"]) / nominal[name] for name, q in zip(names, quantities, strict=True)],
-                [CONFIDENCE * number(q["std"]) / nominal[name] for name, q in zip(names, quantities, strict=True)],
-                [not q["determined"] for q in quantities],
-                [f"{with_std(q['value'], q['std'])} {q['unit']}" for q in quantities],
-                "diamond" if model.key == "before" else "circle",
-            )
+    shown, reference = models(report), {name: value for name, value in nominal.items() if value}
+    marks = [
+        replace(
+            _against(reference, report[model.key][kind], beside(index, len(shown), 0.3, len(reference)), 1.0, 0.0),
+            label=model.label,
+            colour=model.key,
+            shape="diamond" if model.key == "before" else "circle",
         )
-    ticks = [(float(place), short_name(name)) for place, name in enumerate(names)]
-    return Panel(Axis("fitted / nominal"), Axis(ticks=ticks), marks, title, 60.0 + 30.0 * len(names))
+        for index, model in enumerate(shown)
+    ]
+    names, height = named(map(short_name, reference)), 60.0 + 30.0 * len(reference)
+    return Panel(Axis("fitted / nominal"), names, [Level("nominal", "noise", 1.0), *marks], title, height)
+
+
+def _against(
+    reference: Mapping[str, float], quantities: Section, positions: Sequence[float], unit: float, origin: float
+) -> Intervals:
+    """Return quantities over their reference values, as so many units from an origin."""
+    of = [quantities[name] for name in reference]
+    pairs = list(zip(of, reference.values(), strict=True))
+    return Intervals(
+        "",
+        "ink",
+        positions,
+        [unit * (number(quantity["value"]) / value - origin) for quantity, value in pairs],
+        [unit * CONFIDENCE * number(quantity["std"]) / abs(value) for quantity, value in pairs],
+        [not quantity.get("determined", True) for quantity in of],
+        [in_unit(quantity["value"], quantity["std"], quantity.get("unit", "")) for quantity in of],
+    )
 
 
 def correlation(report: Section) -> Iterator[Figure]:
@@ -72,21 +78,19 @@ def correlation(report: Section) -> Iterator[Figure]:
     short = [short_name(name) for name in found["names"]]
     names = [wrapped(name) for name in short]
     matrix = np.array([[np.nan if value is None else value for value in row] for row in found["matrix"]])
-    pairs = sorted(
-        ((abs(matrix[i, j]), i, j) for i in range(len(names)) for j in range(i) if np.isfinite(matrix[i, j])),
-        reverse=True,
-    )
-    strongest = "; ".join(f"{short[i]} with {short[j]}: {matrix[i, j]:.2f}" for _, i, j in pairs[:3])
-    numbers = Axis(ticks=[(float(place), str(place + 1)) for place in range(len(names))])
-    named = Axis(ticks=[(float(place), f"{name}  {place + 1}") for place, name in enumerate(names)])
+    rows, columns = np.nonzero(np.tril(np.isfinite(matrix), -1))
+    strongest = sorted(zip(abs(matrix[rows, columns]), rows, columns, strict=True), reverse=True)[:3]
+    said = "; ".join(f"{short[i]} with {short[j]}: {matrix[i, j]:.2f}" for _, i, j in strongest)
+    numbers = named(str(place) for place, _ in enumerate(names, start=1))
+    beside_names = named(f"{name}  {place}" for place, name in enumerate(names, start=1))
     yield Figure(
         "correlation",
         "parameters",
         "Correlation of the estimates",
         "Of the final model: near 1 or -1, the errors of two estimates go together, and the trials hardly distinguish "
         "the two.",
-        f"Strongest correlations: {strongest or 'none'}.",
-        [Panel(numbers, named, [Heat(names, matrix)], height=40.0 + 36.0 * len(names))],
+        f"Strongest correlations: {said or 'none'}.",
+        [Panel(numbers, beside_names, [Heat(names, matrix)], height=40.0 + 36.0 * len(names))],
     )
 
 
@@ -95,10 +99,9 @@ def repeatability(report: Section) -> Iterator[Figure]:
     compared = report["repeatability"]
     if compared is None:
         return
-    joint = {name: number(quantity["value"]) for name, quantity in report["after"]["groups"].items()}
     yield estimates_against(
         [(trial["trial"], trial["groups"]) for trial in compared["trials"]],
-        joint,
+        report["after"]["groups"],
         Figure(
             "repeatability",
             "parameters",
@@ -115,41 +118,28 @@ def repeatability(report: Section) -> Iterator[Figure]:
 
 def runs_compared(runs: Sequence[Run]) -> Figure:
     """Return the base parameters of several reports against those of the first."""
-    first = runs[0]
-    groups = {name: number(quantity["value"]) for name, quantity in first.report["after"]["groups"].items()}
-    title = f"Base parameters against those of {first.name}"
+    first = runs[0].name
+    title = f"Base parameters against those of {first}"
     figure = Figure("compare_groups", "compare", title, "Of each final model, with 95 % intervals.", "", ())
     estimates = [(run.name, run.report["after"]["groups"]) for run in runs]
-    return estimates_against(estimates, groups, figure, f"difference from {first.name} [%]", "no difference")
+    return estimates_against(estimates, estimates[0][1], figure, f"difference from {first} [%]", "no difference")
 
 
 def estimates_against(
-    estimates: Sequence[tuple[str, Section]], reference: Mapping[str, float], figure: Figure, label: str, origin: str
+    estimates: Sequence[tuple[str, Section]], joint: Section, figure: Figure, label: str, origin: str
 ) -> Figure:
-    """Complete a figure with estimates of several trials or runs, as their relative difference from a reference."""
-    names = [name for name, value in reference.items() if value and np.isfinite(value)]
-    marks: list[Intervals | Level] = [Level(origin, "noise", 0.0)]
-    said = []
+    """Complete a figure with estimates of several trials or runs, as their relative difference from a joint one."""
+    values = {name: number(quantity["value"]) for name, quantity in joint.items()}
+    reference = {name: value for name, value in values.items() if value and np.isfinite(value)}
+    apart, marks, said = 0.6 / max(len(estimates), 2), [], []
     for index, (trial, quantities) in enumerate(estimates):
         colour, shape = series(index)
-        offset = (index - (len(estimates) - 1) / 2) * 0.6 / max(len(estimates), 2)
-        differences = [100 * (number(quantities[name]["value"]) / reference[name] - 1) for name in names]
-        marks.append(
-            Intervals(
-                trial,
-                colour,
-                [place + offset for place in range(len(names))],
-                differences,
-                [100 * CONFIDENCE * number(quantities[name]["std"]) / abs(reference[name]) for name in names],
-                [False] * len(names),
-                [with_std(quantities[name]["value"], quantities[name]["std"]) for name in names],
-                shape,
-            )
-        )
-        said.append(
-            f"{trial}: " + ", ".join(f"{short_name(n)} {d:+.2g} %" for n, d in zip(names, differences, strict=True))
-        )
-    ticks = [(float(place), short_name(name)) for place, name in enumerate(names)]
-    height = 60.0 + max(34.0, 13.0 * len(estimates)) * len(names)
-    panel = Panel(Axis(label), Axis(ticks=ticks), marks, height=height)
+        positions = beside(index, len(estimates), apart, len(reference))
+        mark = _against(reference, quantities, positions, 100.0, 1.0)
+        marks.append(replace(mark, label=trial, colour=colour, shape=shape))
+        of = (f"{short_name(n)} {d:+.2g} %" for n, d in zip(reference, mark.values, strict=True))
+        said.append(f"{trial}: {', '.join(of)}")
+    height = 60.0 + max(34.0, 13.0 * len(estimates)) * len(reference)
+    names = named(map(short_name, reference))
+    panel = Panel(Axis(label), names, [Level(origin, "noise", 0.0), *marks], height=height)
     return replace(figure, alternative=f"{figure.title}. {'; '.join(said)}.", panels=[panel])

@@ -6,9 +6,9 @@ import numpy as np
 
 from cdp_ident.report.figures.description import Axis, Figure, Line, Panel
 from cdp_ident.report.figures.errors import GENERATION, evolution
-from cdp_ident.report.figures.models import Model
 from cdp_ident.report.figures.motion import file_name, measured_and_simulated
 from cdp_ident.report.searches import Algorithm, Searches, fitness
+from cdp_ident.report.wording import Model
 
 
 def search_figures(searches: Searches) -> Iterator[Figure]:
@@ -53,5 +53,5 @@ def _lines(model: Model, algorithm: Algorithm, of: str) -> Iterator[Line]:
         fitness(some, algorithm.options) if of == "H" else some for some in (errors, np.median(errors, axis=0))
     )
     for values in every:
-        yield Line(f"{model.label}, each seed", model.colour, generations, values, 0.6)
-    yield Line(f"{model.label}, median", model.colour, generations, median, 3.0)
+        yield Line(f"{model.label}, each seed", model.key, generations, values, 0.6)
+    yield Line(f"{model.label}, median", model.key, generations, median, 3.0)

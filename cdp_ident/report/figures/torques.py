@@ -1,23 +1,22 @@
 """The torques that the models lack, over speed and angle of the joints, and the fitted effects drawn through them."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Literal, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from cdp_ident.diagnosis.identifiability import CONFIDENCE
 from cdp_ident.model.effects.effect import JOINTS
 from cdp_ident.model.parameters import INERTIA
-from cdp_ident.report.curves import Curves, TorqueCurves
+from cdp_ident.report.curves import Array, Curves, TorqueCurves
 from cdp_ident.report.figures.description import Axis, Dots, Figure, Line, Panel
-from cdp_ident.report.figures.models import Model, models
+from cdp_ident.report.figures.motion import TIME
 from cdp_ident.report.figures.palette import Colour
-from cdp_ident.report.formatting import is_guessed
+from cdp_ident.report.formatting import capitalised, is_guessed
 from cdp_ident.report.schema import Section
-from cdp_ident.report.wording import effect_title
+from cdp_ident.report.wording import Model, effect_title, models
 
-Array = npt.NDArray[np.float64]
 Abscissa = Literal["speed", "angle"]
 
 _MOST_DOTS = 1500
@@ -25,7 +24,6 @@ _MOST_IN_TIME = 5000
 """Points of a line over time."""
 _GAP = 1.5
 """Motion is interrupted where a step is longer than so many usual ones."""
-_TIME = Axis("time since the rods swing freely [s]")
 _BINS = 25
 _FEWEST_IN_BIN = 10
 _SHOWN = 0.97
@@ -47,6 +45,10 @@ class _Unit(NamedTuple):
         if is_guessed(inertia["value"], inertia["std"]):
             return cls("1/s²", 1 / inertia["value"], " Over A22, which is all that a free swing shows of torques.")
         return cls("mN m", 1e3, " In N m by A22, which a free swing does not show.")
+
+    def axis(self, joint: str) -> Axis:
+        """Return an axis of torques in a joint."""
+        return Axis(f"{joint} joint [{self.name}]")
 
 
 def missing_torques(report: Section, curves: Curves) -> Iterator[Figure]:
@@ -73,8 +75,8 @@ def missing_torques(report: Section, curves: Curves) -> Iterator[Figure]:
         f"Missing torque over time, root mean square in {unit.name}: {sizes}.",
         [
             Panel(
-                _TIME,
-                Axis(f"{joint} joint [{unit.name}]"),
+                TIME,
+                unit.axis(joint),
                 [mark for model, torques in shown for mark in _over_time(model, torques, index, column, unit)],
                 f"{trial['name']}, {joint} joint",
                 190.0,
@@ -87,14 +89,12 @@ def missing_torques(report: Section, curves: Curves) -> Iterator[Figure]:
     for abscissa in _LABELS:
         panels = []
         for column in lacking:
-            joint = JOINTS[column]
-            marks: list[Dots | Line] = []
+            marks = []
             for model, torques in shown:
+                values = (unit.size * of[:, column] for of in (torques.missing, torques.std))
                 x = _abscissa(torques, abscissa, column)
-                missing, std = (unit.size * of[:, column] for of in (torques.missing, torques.std))
-                marks.append(_cloud(model.label, model.colour, x, missing))
-                marks += _mean(f"mean {model.key}", model.colour, x, missing, model.key == "before", std)
-            panels.append(_panel(abscissa, joint, marks, unit))
+                marks += _cloud(model.label, f"mean {model.key}", model.key, x, *values)
+            panels.append(_panel(abscissa, JOINTS[column], marks, unit))
         yield Figure(
             f"torque_over_{abscissa}",
             "errors" if abscissa == "speed" else "torques",
@@ -111,27 +111,21 @@ def effects_through_residuals(report: Section, curves: Curves) -> Iterator[Figur
     for place, (effect, of_effect) in enumerate(zip(report["effects"], torques.effects, strict=True), start=1):
         if not np.any(of_effect):
             continue  # an encoder's, or one of a trial that is not among these
-        column = (
-            int(np.argmax(np.mean(of_effect**2, axis=0)))
-            if effect["joint"] == "base"
-            else JOINTS.index(effect["joint"])
-        )
+        strongest = int(np.argmax(np.mean(of_effect**2, axis=0)))
+        column = strongest if effect["joint"] == "base" else JOINTS.index(effect["joint"])
         shown = (of_effect, torques.missing + of_effect, torques.std)
         fitted, without, std = (unit.size * of[:, column] for of in shown)
         panels = []
         for abscissa in _LABELS:
             x = _abscissa(torques, abscissa, column)
-            marks: list[Dots | Line] = [
-                _cloud("missing without it", "before", x, without),
-                *_mean("mean without it", "before", x, without, True, std),
-                _cloud("the fitted effect", "ink", x, fitted, size=3.0, opacity=0.9),
-            ]
+            marks = _cloud("missing without it", "mean without it", "before", x, without, std)
+            marks.append(_dots("the fitted effect", "ink", x, fitted, size=3.0, opacity=0.9))
             panels.append(_panel(abscissa, JOINTS[column], marks, unit))
         title = effect_title(effect)
         yield Figure(
             f"effect_{place}_{effect['name']}_{effect['joint']}",
             "torques",
-            f"{title[0].upper()}{title[1:]}, through what is missing without it",
+            f"{capitalised(title)}, through what is missing without it",
             f"What the final model would lack without this effect, and the effect's own torque: {effect['formula']}. "
             "It is a line where it depends on nothing but what is along the axis." + unit.caption,
             f"{title}: a torque between {fitted.min():.3g} and {fitted.max():.3g} {unit.name}. In the joint "
@@ -154,17 +148,20 @@ def nonparametric_torques(report: Section) -> Iterator[Figure]:
             Line("95 % band, below", "quiet", x, torque - CONFIDENCE * std, dashed=True),
         ]
         title, likeness = effect_title(effect), f" It is like that of {curve['likeness']}." if curve["likeness"] else ""
-        label = _LABELS[curve["over"]].format(effect["joint"])
         place = int(np.argmax(np.abs(torque)))
         yield Figure(
             f"curve_{index}_{effect['name']}_{effect['joint']}",
             "torques",
-            f"{title[0].upper()}{title[1:]}",
+            capitalised(title),
             "A nonparametric torque, as the motion shows it, over the range that the motion covers."
             + likeness
             + unit.caption,
             f"{title}: up to {torque[place]:.3g} ± {std[place]:.2g} {unit.name} at {x[place]:.3g}." + likeness,
-            [Panel(Axis(label), Axis(f"{effect['joint']} joint [{unit.name}]"), marks, height=240)],
+            [
+                Panel(
+                    Axis(_LABELS[curve["over"]].format(effect["joint"])), unit.axis(effect["joint"]), marks, height=240
+                )
+            ],
         )
 
 
@@ -177,9 +174,23 @@ def _abscissa(torques: TorqueCurves, abscissa: Abscissa, column: int) -> Array:
     return values if abscissa == "speed" else (values + np.pi) % (2 * np.pi) - np.pi
 
 
-def _cloud(label: str, colour: Colour, x: Array, y: Array, size: float = 4.0, opacity: float = 0.3) -> Dots:
+def _dots(label: str, colour: Colour, x: Array, y: Array, size: float = 4.0, opacity: float = 0.3) -> Dots:
     every = slice(None, None, max(1, -(-len(x) // _MOST_DOTS)))
     return Dots(label, colour, x[every], y[every], size, opacity)
+
+
+def _cloud(label: str, of_mean: str, colour: Colour, x: Array, y: Array, std: Array) -> list[Dots | Line]:
+    """Return a cloud, its mean in bins of equal counts at the bins' means, and that one's band.
+
+    Neighbours share their errors, so that a mean is no surer than they are.
+    """
+    edges = np.unique(np.quantile(x, np.linspace(0, 1, _BINS + 1)))
+    places = np.clip(np.searchsorted(edges, x, side="right") - 1, 0, max(len(edges) - 2, 0))
+    counts = np.bincount(places)
+    enough = counts >= _FEWEST_IN_BIN
+    at, mean, variance = (np.bincount(places, weights=values)[enough] / counts[enough] for values in (x, y, std**2))
+    line = Line(of_mean, colour, at, mean, width=3.0, dashed=colour == "before")
+    return [_dots(label, colour, x, y), line, *_band(of_mean, at, mean, np.sqrt(variance))]
 
 
 def _over_time(model: Model, torques: TorqueCurves, trial: int, column: int, unit: _Unit) -> list[Line]:
@@ -190,25 +201,15 @@ def _over_time(model: Model, torques: TorqueCurves, trial: int, column: int, uni
     steps = np.diff(time)
     gaps = np.flatnonzero(steps > _GAP * np.median(steps)) + 1 if len(steps) else np.zeros(0, dtype=int)
     time, missing, std = (np.insert(values, gaps, np.nan) for values in (time, missing, std))
-    line = Line(model.label, model.colour, time, missing, width=2.0, dashed=model.key == "before")
-    return [line, _band(model.key, time, missing, std)] if np.any(std) else [line]
+    line = Line(model.label, model.key, time, missing, width=2.0, dashed=model.key == "before")
+    return [line, *_band(model.key, time, missing, std)]
 
 
-def _band(of: str, x: Array, y: Array, std: Array) -> Line:
-    """Return both edges of a band of one standard deviation as one line that is interrupted between them."""
+def _band(of: str, x: Array, y: Array, std: Array) -> list[Line]:
+    """Return both edges of a band of one standard deviation as one line that is interrupted between them, if any."""
     edges = np.concatenate([y + std, [np.nan], y - std])
-    return Line(f"± one standard deviation, {of}", "quiet", np.concatenate([x, [np.nan], x]), edges, width=1.0)
-
-
-def _mean(label: str, colour: Colour, x: Array, y: Array, dashed: bool, std: Array) -> list[Line]:
-    """Return the mean in bins of equal counts, at the bins' means, and its band: neighbours share their errors."""
-    edges = np.unique(np.quantile(x, np.linspace(0, 1, _BINS + 1)))
-    places = np.clip(np.searchsorted(edges, x, side="right") - 1, 0, max(len(edges) - 2, 0))
-    counts = np.bincount(places)
-    enough = counts >= _FEWEST_IN_BIN
-    at, mean, variance = (np.bincount(places, weights=values)[enough] / counts[enough] for values in (x, y, std**2))
-    line = Line(label, colour, at, mean, width=3.0, dashed=dashed)
-    return [line, _band(label, at, mean, np.sqrt(variance))] if np.any(variance) else [line]
+    line = Line(f"± one standard deviation, {of}", "quiet", np.concatenate([x, [np.nan], x]), edges, width=1.0)
+    return [line] if np.any(std) else []
 
 
 def _panel(abscissa: Abscissa, joint: str, marks: list[Dots | Line], unit: _Unit) -> Panel:
@@ -216,9 +217,5 @@ def _panel(abscissa: Abscissa, joint: str, marks: list[Dots | Line], unit: _Unit
     clouds = np.concatenate([mark.y for mark in marks if isinstance(mark, Dots)])
     clouds = clouds[np.isfinite(clouds)]
     limit = max(1.2 * float(np.quantile(np.abs(clouds), _SHOWN)), 1e-9) if len(clouds) else 1.0
-    return Panel(
-        Axis(_LABELS[abscissa].format(joint)),
-        Axis(f"{joint} joint [{unit.name}]", limits=(-limit, limit)),
-        marks,
-        height=240,
-    )
+    y = replace(unit.axis(joint), limits=(-limit, limit))
+    return Panel(Axis(_LABELS[abscissa].format(joint)), y, marks, height=240)

@@ -7,12 +7,11 @@ from cdp_ident.report.chapters import base_parameters, document_of
 from cdp_ident.report.curves import Curves
 from cdp_ident.report.figures.description import Figure
 from cdp_ident.report.figures.for_page import Arrays
-from cdp_ident.report.figures.models import models
 from cdp_ident.report.figures.motion import shown_samples
 from cdp_ident.report.formatting import number
 from cdp_ident.report.page.rendering import render_page
 from cdp_ident.report.schema import Section
-from cdp_ident.report.wording import nominal_value, role_words
+from cdp_ident.report.wording import models, nominal_value, role_words
 
 
 def report_html(report: Section, curves: Curves, shown: list[Figure]) -> str:
@@ -22,7 +21,12 @@ def report_html(report: Section, curves: Curves, shown: list[Figure]) -> str:
         ReportError: plotly is not installed.
     """
     document, arrays = document_of(report), Arrays()
-    content = {"report": report, "models": models(report), "role": role_words, "base": base_parameters(report)}
+    content = {
+        "report": report,
+        "models": models(report),
+        "role": role_words,
+        "base": base_parameters(report, short=True),
+    }
     player = _player(report, curves, arrays)
     return render_page(document, shown, "report.html", content, {"player": player}, arrays, ("charts.js", "player.js"))
 

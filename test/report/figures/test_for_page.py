@@ -8,10 +8,10 @@ import numpy as np
 import plotly.graph_objects
 import pytest
 
-from cdp_ident.report.figures.all import figures
 from cdp_ident.report.figures.description import Axis, Dots, Figure, Intervals, Line, Panel
 from cdp_ident.report.figures.for_page import Arrays, plotly_figure
 from cdp_ident.report.figures.palette import DARK, LIGHT
+from cdp_ident.report.pictures import figures
 
 
 def completed(value, arrays, theme):

@@ -62,6 +62,7 @@ def test_each_trial_stands_against_the_joint_fit(read_content):
 def test_many_runs_find_room(read_content):
     (figure,) = repeatability(read_content)
     estimates = [(f"run {k}", read_content["repeatability"]["trials"][0]["groups"]) for k in range(12)]
-    many = estimates_against(estimates, {"a1_over_A22": 2.7, "c2_over_A22": 0.01}, figure, "", "")
+    joint = {"a1_over_A22": {"value": 2.7}, "c2_over_A22": {"value": 0.01}}
+    many = estimates_against(estimates, joint, figure, "", "")
     positions = sorted(position for mark in intervals(many.panels[0]) for position in mark.positions)
     assert np.min(np.diff(positions)) * many.panels[0].height / 2 > 8  # pixels

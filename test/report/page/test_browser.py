@@ -8,12 +8,11 @@ import pytest
 
 from cdp_ident.report.comparison import Run, compare
 from cdp_ident.report.curves import Curves
-from cdp_ident.report.figures.all import figures
 from cdp_ident.report.figures.parameters import runs_compared
 from cdp_ident.report.folder import COMPARISON_PAGE, PAGE
 from cdp_ident.report.page.report_page import report_html
 from cdp_ident.report.parts import Chapter, Charts, Document
-from cdp_ident.report.pictures import draw_comparison
+from cdp_ident.report.pictures import draw_comparison, figures
 
 pytestmark = pytest.mark.waits
 

@@ -10,8 +10,6 @@
     }
     return decoded.get(name);
   };
-  window.reportData = { page, array };
-
   const dark = matchMedia("(prefers-color-scheme: dark)");
   const phone = matchMedia("(max-width: 30rem)");
   const touched = matchMedia("(pointer: coarse)");
@@ -23,6 +21,8 @@
     if ("colour" in value) return page.themes[dark.matches && !printing ? "dark" : "light"][value.colour];
     return Object.fromEntries(Object.entries(value).map(([key, inside]) => [key, complete(inside)]));
   };
+
+  window.reportPlayer = complete(page.player);
 
   const hidden = new Map();
   const draw = (plot) => {

@@ -1,8 +1,7 @@
 "use strict";
 // The pendulum, measured and simulated, moved from the curves that the charts show.
 (() => {
-  const { page, array } = window.reportData;
-  const scene = page.player;
+  const scene = window.reportPlayer;
   const element = (id) => document.getElementById(id);
   const [play, scrub, reading] = ["play", "scrub", "reading"].map(element);
   const stages = [...document.querySelectorAll(".stage")];
@@ -10,18 +9,7 @@
   const reach = scene.length + scene.outer_length;
   const SCALE = 80 / reach; // of the drawing's units to a metre: rods of any size beside the same cart and joints
 
-  const curves = scene.trials.map((trial) => {
-    const numbers = (names) => names.map(({ array: name }) => array(name));
-    const simulated = (of) => Object.fromEntries(Object.entries(of).map(([model, names]) => [model, numbers(names)]));
-    return {
-      time: array(trial.time.array),
-      cart: array(trial.cart.array),
-      measured: numbers(trial.measured),
-      run: simulated(trial.run),
-      windows: simulated(trial.windows),
-    };
-  });
-  let curve = curves[0];
+  let curve = scene.trials[0];
   let [place, clock] = [0, 0]; // the sample that is shown; the time that has come [s]
   let [playing, last] = [false, 0];
   const go = (index) => {
@@ -84,7 +72,7 @@
     scrub.setAttribute("aria-valuetext", `${time.toFixed(2)} seconds`);
   };
   const choose = () => {
-    curve = curves[Number(element("trial").value)];
+    curve = scene.trials[Number(element("trial").value)];
     go(0);
     scrub.max = curve.time.length - 1;
     // Room for all that was measured, and the cart.

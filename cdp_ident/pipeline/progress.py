@@ -2,7 +2,6 @@
 
 import time
 from collections.abc import Callable
-from types import TracebackType
 
 from rich.console import Console
 from rich.progress import BarColumn, TextColumn
@@ -23,13 +22,8 @@ class SearchDisplay:
         """What is done, in words."""
         self._total = generations
         self._began = self._told = clock()
-        self._display = Display(
-            TextColumn("{task.description}"),
-            BarColumn(),
-            TextColumn("{task.fields[state]}"),
-            console=console,
-            transient=True,
-        )
+        columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[state]}"))
+        self._display = Display(*columns, console=console, transient=True)
         self._task = self._display.add_task("searching", total=None, state="")
 
     def __enter__(self) -> "SearchDisplay":
@@ -37,9 +31,7 @@ class SearchDisplay:
             self._display.start()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
-    ) -> None:
+    def __exit__(self, *raised: object) -> None:
         if self._console.is_terminal:
             self._display.stop()
 
@@ -53,20 +45,20 @@ class SearchDisplay:
         state = f"generation {progress.generation} of {self._total}, best error {progress.error:.4g} rad²{left}"
         what = "fitting" if done == 1 else "searching"
         self.doing = f"{what}: {state}"
-        if self._console.is_terminal:
-            self._display.update(self._task, description=what, completed=done, total=1.0, state=state)
-        elif now - self._told > _SECONDS_BETWEEN_LINES or done == 1:
-            self._told = now
-            self._console.print(self.doing, highlight=False)
+        self._display.update(self._task, description=what, completed=done, total=1.0, state=state)
+        self._tell(0.0 if done == 1 else _SECONDS_BETWEEN_LINES, now)
 
     def trying(self, line: str) -> None:
         """Show what the tracing tries next, and how long it may take."""
         self.doing = line
-        if self._console.is_terminal:
-            self._display.update(self._task, description="tracing", completed=0.0, total=None, state=line)
-        elif self._clock() - self._told > _SECONDS_BETWEEN_TRIES:
-            self._told = self._clock()
-            self._console.print(line, highlight=False, markup=False)
+        self._display.update(self._task, description="tracing", completed=0.0, total=None, state=line)
+        self._tell(_SECONDS_BETWEEN_TRIES, self._clock())
+
+    def _tell(self, seconds: float, now: float) -> None:
+        """Print what is done where there is no bar, and so many seconds have passed since the last line."""
+        if not self._console.is_terminal and now - self._told >= seconds:
+            self._told = now
+            self.say(self.doing)
 
     def say(self, sentence: str) -> None:
         """Print a sentence above the bar."""

@@ -2,18 +2,18 @@
 
 import math
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.model.effects.effect import Effect
 from cdp_ident.model.linear import INPUTS, OUTPUTS, STATES, LinearModel, Mode
-from cdp_ident.report.schema import Section
 
 SCHEMA = "cdp_ident/linear_model/1"
 
 
-def linear_model_content(model: LinearModel, at: str, left_out: Sequence[Effect]) -> Section:
+def linear_model_content(model: LinearModel, at: str, left_out: Sequence[Effect]) -> dict[str, Any]:
     """Return what the file of a linear model says.
 
     Args:
@@ -29,10 +29,7 @@ def linear_model_content(model: LinearModel, at: str, left_out: Sequence[Effect]
         "states": STATES,
         "inputs": INPUTS,
         "outputs": OUTPUTS,
-        "A": model.A.tolist(),
-        "B": model.B.tolist(),
-        "C": model.C.tolist(),
-        "D": model.D.tolist(),
+        **{name: getattr(model, name).tolist() for name in "ABCD"},
         "modes": [
             {
                 "real_per_s": mode.eigenvalue.real,

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from cdp_ident.report.earlier import compared, expected_effects
+from cdp_ident.report.effects_section import compared, expected_effects
 from cdp_ident.report.wording import expected_in_words
 
 
@@ -30,6 +30,6 @@ def test_each_is_said_to_be_confirmed_withdrawn_or_new(content, outcome):
     assert round(confirmed["parameters"]["torque"]["deviations"], 3) == 3.0
     assert [section["state"] for section in compared([known], ())] == ["withdrawn"]
     assert [section["state"] for section in compared([], outcome.trace.effects)] == ["new"]
-    words = expected_in_words({"expected": [confirmed]})
+    words = list(expected_in_words({"expected": [confirmed]}))
     assert words[0].startswith("coulomb friction, outer is confirmed: torque 0.0")
     assert words[0].endswith("(3.0 std), torques over A22")

@@ -6,7 +6,7 @@ import itertools
 import numpy as np
 from rich.console import Console
 
-from cdp_ident.report.progress import SearchDisplay
+from cdp_ident.pipeline.progress import SearchDisplay
 from cdp_ident.search.genetic_search import Progress
 
 
