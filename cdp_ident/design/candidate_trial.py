@@ -165,7 +165,6 @@ def _window(trial: Trial, first: int, last: int, start: Array, knowledge: Knowle
         grid=grid,
         u=np.zeros(2 * grid.steps + 1),
         start=start,
-        whitening=knowledge.whitening,
     )
 
 

@@ -52,9 +52,7 @@ class Knowledge:
     covariance: Array
     """(unknowns, unknowns) of them; infinite for what nothing is known of."""
     noise: float
-    """Standard deviation of a whitened angle, were all angles independent [rad]."""
-    whitening: Array
-    """(2, 2) what makes the angles' errors independent and alike; see `fit/reweighting.py`."""
+    """Standard deviation of a reading of an encoder, were all readings independent [rad]."""
     sampling: Sampling
 
     @classmethod
@@ -87,7 +85,7 @@ class Knowledge:
         mechanism = replace(fit.model.mechanism, inertia=inertia)
         model, remain = replace(fit.model, mechanism=mechanism, zeros=()), ~fit.model.of_zeros
         values, known = fit.values[remain], covariance[np.ix_(remain, remain)]
-        found = cls(model, values, known, of_one, fit.windows[0].whitening, sampling)
+        found = cls(model, values, known, of_one, sampling)
         return found.with_weights(()).with_zeros_of_its_own(bool(fit.model.zeros))
 
     def with_weights(self, weights: Iterable[Weight]) -> "Knowledge":

@@ -77,7 +77,7 @@ class _Block:
         return cls(
             chosen,
             np.concatenate([window.theta for window in of_block]),
-            np.concatenate([window.whitening_by_sample for window in of_block]),
+            np.concatenate([window.whitening for window in of_block]),
         )
 
 

@@ -5,7 +5,7 @@ whatever its parameters. Windows are short enough to be predictable, and all sha
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 
@@ -58,8 +58,6 @@ class Window:
     """Relative standard deviation of its trial's unit of time."""
     weights: tuple[Weight, ...] = ()
     """The known weights that were clamped to the rods in its trial."""
-    whitening: Array = field(default_factory=lambda: np.eye(2))
-    """(2, 2) matrix that makes errors of theta1 and theta2 independent and of equal size; see `fit/reweighting.py`."""
     sample_weights: Array | None = None
     """(n, 2) weights of both encoders' readings, 1 where they are not given; see `fit/rest.py`."""
 
@@ -104,41 +102,30 @@ class Window:
         return float(np.sum(self.counts)) / self.theta.shape[1]
 
     def whitened(self, rows: Array) -> Array:
-        """Return rows (n, 2) or (n, 2, k) of theta1 and theta2 with errors that are independent and of equal size."""
+        """Return rows (n, 2) or (n, 2, k) of theta1 and theta2, weighted."""
         if self.sample_weights is None:
-            return np.asarray(self.whitening @ rows if rows.ndim == 3 else rows @ self.whitening.T)
-        (a, b), (c, d) = np.moveaxis(self._by_weights, 0, -1)
-        one, two = rows[:, 0], rows[:, 1]
-        if rows.ndim == 3:
-            a, b, c, d = (of[:, None] for of in (a, b, c, d))
-        return np.stack([a * one + b * two, c * one + d * two], axis=1)
+            return rows
+        return np.asarray(np.einsum("nij,nj...->ni...", self.whitening, rows))
 
     def angles_of(self, whitened: Array) -> Array:
-        """Return the theta1 and theta2 (n, 2) of whitened ones."""
+        """Return the theta1 and theta2 (n, 2) of weighted ones."""
         if self.sample_weights is None:
-            return np.asarray(np.linalg.solve(self.whitening, whitened.T).T)
-        return np.asarray(np.linalg.solve(self._by_weights, whitened[..., None])[..., 0])
-
-    @property
-    def whitening_by_sample(self) -> Array:
-        """(n, 2, 2) the matrix of each sample."""
-        return np.tile(self.whitening, (len(self.theta), 1, 1)) if self.sample_weights is None else self._by_weights
+            return whitened
+        return np.asarray(np.linalg.solve(self.whitening, whitened[..., None])[..., 0])
 
     @cached_property
-    def _by_weights(self) -> Array:
-        """(n, 2, 2) the same matrix for each sample, that gives both encoders' readings their weights.
+    def whitening(self) -> Array:
+        """(n, 2, 2) matrix that gives a sample's theta1 and theta2 their weights.
 
         Of the samples in which a joint rests, so many as its weight says tell both readings. All others tell the other
         encoder's alone: the error of the repeated one is in theta1 and theta2 as often as it is repeated.
         """
         most = np.max(self.counts, axis=1)
-        both = self.whitening.T @ self.whitening
-        covariance = np.linalg.inv(both)
-        precision = np.tile(both, (len(self.theta), 1, 1))
+        precision = np.tile(np.eye(2), (len(self.theta), 1, 1))
         for other, weight in zip(READINGS[::-1], self.counts.T, strict=True):
-            alone = np.outer(other, other) / (other @ covariance @ other)
-            precision -= (1.0 - weight / most)[:, None, None] * (both - alone)
-        # Its root is a lower triangle, as the whitening itself is: theta1 alone, and theta2 with it.
+            alone = np.outer(other, other) / (other @ other)
+            precision -= (1.0 - weight / most)[:, None, None] * (np.eye(2) - alone)
+        # Its root is a lower triangle: theta1 alone, and theta2 with it.
         upper = np.swapaxes(np.linalg.cholesky(precision[:, ::-1, ::-1]), 1, 2)
         return np.asarray(np.sqrt(most)[:, None, None] * upper[:, ::-1, ::-1])
 
@@ -255,7 +242,6 @@ def split(window: Window, parts: int) -> list[Window]:
                 half_width=window.half_width,
                 time_std=window.time_std,
                 weights=window.weights,
-                whitening=window.whitening,
                 sample_weights=None if window.sample_weights is None else window.sample_weights[first:last],
             )
         )

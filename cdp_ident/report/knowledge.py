@@ -19,8 +19,6 @@ from cdp_ident.trial.trial import Trial
 
 _MOST_SAMPLES = 1_000_000
 """Of a trial that a report assumes."""
-_MOST_UNEQUAL = 1e6
-"""Weights of two combinations of the angles, one over the other."""
 
 
 def knowledge_of(report: Section) -> Knowledge | None:
@@ -60,7 +58,6 @@ def knowledge_of(report: Section) -> Knowledge | None:
         values,
         _covariance(model, _standard_deviations(report, model), correlation),
         assumed["noise_rad"],
-        np.array(assumed["whitening"], dtype=float),
         Sampling(
             noise=np.array([report["noise_rad"]["theta1"], report["noise_rad"]["theta2"]]),
             **{span: assumed[f"{span}_s"] for span in SPANS},
@@ -73,7 +70,7 @@ def _refuse_endless(assumed: Section) -> None:
     """Raise `ReportError` where no trial as a report assumes it could be simulated: a report may come from anyone."""
     shortest = min(assumed["interval_s"], assumed["step_s"], assumed["shortest_window_s"], assumed["half_width_s"])
     endless = shortest <= 0.0 or not assumed["duration_s"] < _MOST_SAMPLES * shortest
-    if endless or assumed["noise_rad"] <= 0.0 or not np.linalg.cond(assumed["whitening"]) < _MOST_UNEQUAL:
+    if endless or assumed["noise_rad"] <= 0.0:
         raise ReportError("what the report assumes of a next trial is no trial; was it changed? identify again")
 
 
@@ -121,6 +118,5 @@ def fitted_motion(report: Section, curves: Curves, knowledge: Knowledge) -> list
             samples = np.flatnonzero(used & (curve.window == place))
             if len(samples) >= FEWEST_SAMPLES:
                 bounds = [int(samples[0]), int(samples[-1]) + 1]
-                cut = cut_at(trial, index, bounds, sampling.step, sampling.half_width)
-                windows += [replace(window, whitening=knowledge.whitening) for window in cut]
+                windows += cut_at(trial, index, bounds, sampling.step, sampling.half_width)
     return windows

@@ -184,4 +184,4 @@ def _surveyed(question: Question, found: Sharper | Apart, unit: float, most: flo
 
 def _assumed(knowledge: Knowledge) -> Section:
     spans = {f"{span}_s": getattr(knowledge.sampling, span) for span in SPANS}
-    return {"noise_rad": knowledge.noise, "whitening": knowledge.whitening.tolist(), **spans}
+    return {"noise_rad": knowledge.noise, **spans}

@@ -285,10 +285,7 @@ REPORT: Schema = {
             "which trial to record next; null where the fit failed",
             assumed=an_object(
                 "of the next trial: recorded and fitted as those before",
-                noise_rad=finite("standard deviation of a whitened angle, were all independent [rad]"),
-                whitening=points(
-                    points(finite(), "", 2), "what makes the errors of both angles independent and alike", 2
-                ),
+                noise_rad=finite("standard deviation of a reading, were all independent [rad]"),
                 duration_s=finite("of the free swing [s]"),
                 interval_s=finite("between samples, as they are fitted [s]"),
                 window_s=finite("length of the windows; 0 for as long as the motion can be followed [s]"),

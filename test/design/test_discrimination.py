@@ -23,7 +23,7 @@ VALUES = np.append(TRUTH, 2e-4)
 
 def moved(sampling, start, seed=None):
     """Return windows of a trial as the model with the effect has it, with noise where there is a seed."""
-    before = Knowledge(MODEL_WITH, VALUES, np.eye(6), NOISE, np.eye(2), sampling)
+    before = Knowledge(MODEL_WITH, VALUES, np.eye(6), NOISE, sampling)
     windows = fit_to(CandidateTrial(*start), before).windows
     if seed is None:
         return list(windows)
@@ -43,7 +43,7 @@ def exact(known):
 @pytest.fixture(scope="module")
 def knowledge(known):
     fit = refine(MODEL_WITH, VALUES, moved(known.sampling, (np.pi + 0.6, np.pi + 0.4), 0))
-    return Knowledge(MODEL_WITH, VALUES, covariance(fit), NOISE, np.eye(2), known.sampling)
+    return Knowledge(MODEL_WITH, VALUES, covariance(fit), NOISE, known.sampling)
 
 
 @pytest.fixture(scope="module")
@@ -101,7 +101,7 @@ def test_rods_that_hang_still_tell_nothing_apart(alternative):
 def test_an_extended_model_of_an_effect_can_be_the_same(known):
     coulomb = next(effect for effect in CATALOGUE if effect.key == "coulomb_friction.outer")
     model, values = MODEL.with_effect(ActiveEffect(coulomb)), np.append(TRUTH, 0.01)
-    with_friction = Knowledge(model, values, np.eye(6), NOISE, np.eye(2), known.sampling)
+    with_friction = Knowledge(model, values, np.eye(6), NOISE, known.sampling)
     windows = fit_to(CandidateTrial(4.0, 3.8), with_friction).windows
     found = list(alternatives(with_friction, windows, "coulomb_friction.outer", "stribeck_friction.outer"))
     assert found

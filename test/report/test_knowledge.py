@@ -23,7 +23,6 @@ def known_after(outcome):
 def test_a_report_read_from_its_file_knows_what_the_identification_knew(outcome, read_content):
     direct, again = known_after(outcome), knowledge_of(read_content)
     assert_the_same(again, direct)
-    assert again.whitening == pytest.approx(direct.whitening)
     assert again.noise == pytest.approx(direct.noise)
     assert asdict(again.sampling) == {k: pytest.approx(v) for k, v in asdict(direct.sampling).items()}
 
@@ -71,7 +70,6 @@ def test_a_report_of_a_fit_that_failed_knows_nothing(read_content):
         ("interval_s", 1e-300),
         ("noise_rad", -1.0),
         ("duration_s", 1e300),
-        ("whitening", [[0.0, 0.0], [0.0, 0.0]]),
     ],
 )
 def test_a_trial_without_end_is_refused(read_content, key, value):
