@@ -12,7 +12,7 @@ import importlib
 import json
 import os
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -77,8 +77,8 @@ def _second(_one: Any, other: Any, *_others: Any, **_named: Any) -> Any:
     return other
 
 
-def _fixed_windows(_trial: Any, scales: Any, *_others: Any) -> Callable[[float], float]:
-    return lambda time: 12.0 * float(scales.time_unit)
+def _longest(*arguments: Any) -> Any:
+    return arguments[-1]
 
 
 def _its_values(found: Any) -> Any:
@@ -102,7 +102,7 @@ RULES = (
     Rule("effects of balances", "cdp_ident.tracing.select_effects:_balanced", _empty),
     Rule("imitation", "cdp_ident.tracing.certainty:_imitates", _no),
     Rule("withdrawal", "cdp_ident.tracing.trace:is_worse", _no),
-    Rule("predictable windows", "cdp_ident.pipeline.identify:predictable_lengths", _fixed_windows),
+    Rule("predictable windows", "cdp_ident.fit.scales:predictability", _longest),
     Rule("windows astray", "cdp_ident.tracing.final_model:with_starts_found_again", _first),
     Rule("windows of half a swing", "cdp_ident.pipeline.identify_and_trace:_is_followed", _yes),
     Rule("values with less torque", "cdp_ident.tracing.final_model:values_with_less_torque", _its_values),

@@ -13,8 +13,7 @@ from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.prior import Prior
 from cdp_ident.fit.refinement import Fit, refine
 from cdp_ident.fit.scales import scales_of
-from cdp_ident.fit.window_lengths import predictable_lengths, window_bounds
-from cdp_ident.fit.windows import Window, cut_at
+from cdp_ident.fit.windows import cut_into_windows
 from cdp_ident.model.parameters import GROUPS, SYMBOLS, groups_of
 from cdp_ident.model.weights import Weight
 from cdp_ident.trial.trial import Trial
@@ -66,11 +65,7 @@ class Swings:
         noise = noise_over(trials)
         length, gravity = PRIOR.length, PRIOR.gravity
         scales = scales_of(trials, length, gravity, noise, lambda trial: TRUTH)
-        windows: list[Window] = []
-        for index, trial in enumerate(trials):
-            length_at = predictable_lengths(trial, scales, TRUTH, length, gravity, noise)
-            for bounds in window_bounds(trial, length_at):
-                windows += cut_at(trial, index, bounds, scales.step, scales.half_width)
+        windows = cut_into_windows(trials, scales.window, scales.step, scales.half_width)
         weights = [weight for trial in trials for weight in trial.weights]
         errors = tuple(dict.fromkeys(error for weight in weights for error in weight.errors))
         model = replace(MODEL, inertia_free=bool(weights), weight_errors=errors, penalty_of_errors=NOISE**2)

@@ -15,8 +15,7 @@ from cdp_ident.fit.predictability import predictability
 from cdp_ident.fit.refinement import Fit
 from cdp_ident.fit.scales import GRID, WINDOW, half_width_of, pace_of
 from cdp_ident.fit.smoothing import SmoothMotion
-from cdp_ident.fit.window_lengths import Lengths, window_bounds
-from cdp_ident.fit.windows import Window
+from cdp_ident.fit.windows import Window, evenly
 from cdp_ident.model.motions import InitialValueProblem, motions
 from cdp_ident.model.parameters import GROUPS, time_unit
 from cdp_ident.model.time_grid import TimeGrid
@@ -87,7 +86,7 @@ def predictions(model: MotionModel, values: Array, windows: Sequence[Window]) ->
 
 
 def windows_of(candidate: CandidateTrial, knowledge: Knowledge) -> list[Window]:
-    """Return a trial's windows, cut as a measured one's are: each as long as its motion can be followed.
+    """Return a trial's windows, cut as a measured one's are: as long as its motion can be followed.
 
     The arguments are those of `fit_to`, and so is what is raised.
     """
@@ -96,11 +95,11 @@ def windows_of(candidate: CandidateTrial, knowledge: Knowledge) -> list[Window]:
     time = _times(sampling.interval, sampling.duration)
     followed = _times(_COARSE * GRID * unit, sampling.duration)
     states, of_followed = _states(candidate, knowledge, time, followed)
-    length_at = _lengths(candidate, knowledge, followed, of_followed)
+    window = knowledge.sampling.window or _followed_for(candidate, knowledge, followed, of_followed)
     trial = Trial("next", time, states[:, :2])
     return [
         replace(_window(trial, first, last, states[first], knowledge), weights=candidate.weights)
-        for first, last in pairwise(window_bounds(trial, length_at)[0])
+        for first, last in pairwise(evenly(trial, 0, len(time), window))
     ]
 
 
@@ -129,11 +128,12 @@ def _states(candidate: CandidateTrial, knowledge: Knowledge, *times: Array) -> l
     return np.split(states, np.cumsum([len(each) for each in times])[:-1])
 
 
-def _lengths(candidate: CandidateTrial, knowledge: Knowledge, time: Array, states: Array) -> Lengths:
-    """Return the length of the window that begins at a time of a trial [s], given states (n, states) at times (n,)."""
+def _followed_for(candidate: CandidateTrial, knowledge: Knowledge, time: Array, states: Array) -> float:
+    """Return for how long a trial can be followed from any instant [s], given states (n, states) at times (n,).
+
+    Over longer windows a forecast that is linear in the values promises too much.
+    """
     sampling = knowledge.sampling
-    if sampling.window:
-        return lambda time: sampling.window
     length, gravity = knowledge.model.constants(knowledge.values)
     unit = time_unit(length, gravity)
     motion = SmoothMotion(
@@ -149,8 +149,10 @@ def _lengths(candidate: CandidateTrial, knowledge: Knowledge, time: Array, state
     noise = float(np.sqrt(np.mean(sampling.noise**2)))
     own = half_width_of(sampling.interval, noise, speed, pace_of(motion), unit)
     half_width, longest = min(own, sampling.half_width), WINDOW * unit
-    found = predictability(motion, groups, length, gravity, sampling.noise, sampling.interval, half_width, longest)
-    return lambda begin: max(found.at(begin), sampling.shortest_window)
+    found = predictability(
+        motion, groups, length, gravity, sampling.noise, sampling.interval, half_width, longest, quantile=0.0
+    )
+    return max(found, sampling.shortest_window)
 
 
 def _window(trial: Trial, first: int, last: int, start: Array, knowledge: Knowledge) -> Window:

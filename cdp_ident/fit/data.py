@@ -11,8 +11,7 @@ from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.noise import noise_of, rounding_of_averages
 from cdp_ident.fit.roles import PartedTrial
 from cdp_ident.fit.scales import Scales
-from cdp_ident.fit.window_lengths import Lengths, window_bounds
-from cdp_ident.fit.windows import Window, cut_at, split
+from cdp_ident.fit.windows import Window, cut_at, evenly, split
 from cdp_ident.trial.trial import Trial
 
 Array = npt.NDArray[np.float64]
@@ -84,12 +83,12 @@ def _mean(deviations: Sequence[Array]) -> Array:
     return np.asarray(np.sqrt(np.mean(np.square(deviations), axis=0)))
 
 
-def prepare(parted: Sequence[PartedTrial], lengths: Sequence[Lengths], scales: Scales, noise: Array) -> Data:
+def prepare(parted: Sequence[PartedTrial], window: float, scales: Scales, noise: Array) -> Data:
     """Cut trials into windows, and give each its role.
 
     Args:
         parted: the trials, with what is held out of them.
-        lengths: of the windows of each trial; shorter where there would be too few otherwise.
+        window: length of windows [s]; they are shorter where there would be too few otherwise.
         scales: of the rig.
         noise: (2,) of theta1 and theta2 over the trials to fit [rad].
 
@@ -105,9 +104,9 @@ def prepare(parted: Sequence[PartedTrial], lengths: Sequence[Lengths], scales: S
         )
     fit: list[Window] = []
     holdout: list[Window] = []
-    for index, (trial, length_at) in enumerate(zip(parted, lengths, strict=True)):
-        bounds_of_stretches = window_bounds(trial.trial, length_at, total / _FEWEST_WINDOWS)
-        for stretch, bounds in enumerate(bounds_of_stretches):
+    for index, trial in enumerate(parted):
+        for stretch, (first, last) in enumerate(trial.trial.bounds):
+            bounds = evenly(trial.trial, first, last, min(total / _FEWEST_WINDOWS, window))
             windows = cut_at(trial.trial, index, bounds, scales.step, scales.half_width, scales.encoder_steps)
             (holdout if stretch in trial.held_out else fit).extend(windows)
     if len(fit) < 2 or not holdout:

@@ -4,8 +4,6 @@ Errors of an initial state grow by the equations of motion linearised along the 
 Benettin et al., Meccanica 15, 1980). The measured motion is used for that, so that nothing has to be simulated.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 import numpy.typing as npt
 
@@ -18,32 +16,8 @@ Array = npt.NDArray[np.float64]
 LOST = 0.2
 """An error of the angles, as a share of their scatter, beyond which a simulation no longer follows the motion: below
 it, the motion is still nearly linear in corrections of the initial state."""
-_QUANTILE = 0.1
-"""Quantile over instants: from nine of ten the motion is predictable for at least the time returned."""
 _APART = 10
 """Points of the motion's grid between the instants that are looked at."""
-_NEAR = 2
-"""The shortest time of so many neighbouring instants counts: the growth of errors varies from one to the next."""
-
-
-@dataclass(frozen=True)
-class Predictability:
-    """For how long a motion is predictable from initial states that are estimated by local cubics."""
-
-    time: Array
-    """(k,) instants [s]."""
-    lasts: Array
-    """(k,) how long it is predictable from each [s]."""
-
-    def at(self, time: float) -> float:
-        """Return for how long it is predictable from a time and from near it [s]."""
-        at = int(np.argmin(np.abs(self.time - time)))
-        return float(np.min(self.lasts[max(at - _NEAR, 0) : at + _NEAR + 1]))
-
-    @property
-    def mostly(self) -> float:
-        """How long it is predictable from most of the instants [s]."""
-        return float(np.quantile(self.lasts, _QUANTILE, method="lower"))
 
 
 def predictability(
@@ -55,8 +29,9 @@ def predictability(
     spacing: float,
     half_width: float,
     longest: float,
-) -> Predictability:
-    """Return for how long a motion is predictable from initial states that are estimated by local cubics.
+    quantile: float = 0.1,
+) -> float:
+    """Return for how long a motion is predictable from most of its instants [s], by states of local cubics there.
 
     Args:
         motion: the smooth motion.
@@ -67,12 +42,12 @@ def predictability(
         spacing: of the samples [s].
         half_width: of the local cubics [s].
         longest: longest time that is asked for [s].
+        quantile: over instants: from the others it is predictable for longer.
     """
-    time = motion.time[motion.known]
     angles, rates = motion.values[0][motion.known][:, :2], motion.rates[0][motion.known][:, :2]
     count = len(angles)
     if count < 2:
-        return Predictability(motion.time[:1], np.zeros(1))
+        return 0.0
     # Variances of a local cubic's value and slope in its middle, from samples so far apart (Savitzky and Golay, 1964).
     samples = max(2.0 * half_width / spacing, 6.0)
     of_angle, of_rate = 9.0 / 4.0 / samples, 75.0 / 4.0 / (samples * half_width**2)
@@ -83,4 +58,4 @@ def predictability(
     count = min(int(longest / motion.spacing), count - 1)
     lost = steps_until(states, coefficients, motion.spacing, begins, start, LOST * amplitude, count)
     lasts = np.where(lost > 0, lost * motion.spacing, longest)
-    return Predictability(time[begins], lasts)
+    return float(np.quantile(lasts, quantile, method="lower"))

@@ -77,9 +77,7 @@ class Scales:
     step: float
     """Of the integrator [s]."""
     window: float
-    """For how long the fastest motion is predictable from nine of ten instants [s]."""
-    longest_window: float
-    """No window is longer [s]."""
+    """Of windows: for how long the motion of every trial is predictable from nine of ten instants [s]."""
     shortest_piece: float
     """Shortest piece that is simulated from an initial state of its own [s]."""
     half_width: float
@@ -146,7 +144,7 @@ def scales_of(
     window = WINDOW * unit
     if groups_of is not None:
         mostly = [
-            predictability(motion, groups_of(trial), length, gravity, noise, spacing, half_width, window).mostly
+            predictability(motion, groups_of(trial), length, gravity, noise, spacing, half_width, window)
             for trial, motion in zip(usable, motions, strict=True)
         ]
         window = max(min(mostly), shortest)
@@ -158,7 +156,6 @@ def scales_of(
         plausible=_PLAUSIBLE[0] <= pace * unit <= _PLAUSIBLE[1],
         step=STEP * unit / faster,
         window=window,
-        longest_window=WINDOW * unit,
         shortest_piece=shortest,
         half_width=half_width,
         rest_speed=np.maximum(REST_DEVIATIONS * across * np.sqrt(12.0 * spacing / unit**3), REST_LEAST / unit),

@@ -143,12 +143,16 @@ def cut_into_windows(
     windows = []
     for index, trial in enumerate(trials):
         for first, last in trial.bounds:
-            lasts = float(trial.time[last - 1] - trial.time[first])
-            count = max(1, round(lasts / duration))
-            places = trial.time[first] + lasts * np.arange(1, count) / count
-            bounds = [first, *(first + np.searchsorted(trial.time[first:last], places)), last]
-            windows += cut_at(trial, index, bounds, step, half_width)
+            windows += cut_at(trial, index, evenly(trial, first, last, duration), step, half_width)
     return windows
+
+
+def evenly(trial: Trial, first: int, last: int, duration: float) -> list[int]:
+    """Return the first samples of equally long windows of about `duration` [s] in a stretch, and the one after it."""
+    lasts = float(trial.time[last - 1] - trial.time[first])
+    count = max(1, round(lasts / duration))
+    places = trial.time[first] + lasts * np.arange(1, count) / count
+    return [first, *(first + np.searchsorted(trial.time[first:last], places)).tolist(), last]
 
 
 def as_one_window(trial: Trial, index: int, step: float = DEFAULT_STEP, half_width: float = HALF_WIDTH) -> Window:

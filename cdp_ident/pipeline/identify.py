@@ -18,9 +18,8 @@ from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.prior import Prior
 from cdp_ident.fit.refinement import fit_initial_states, with_all_derivatives
 from cdp_ident.fit.roles import assign_roles
-from cdp_ident.fit.scales import Scales, scales_of
+from cdp_ident.fit.scales import scales_of
 from cdp_ident.fit.thinning import thinned
-from cdp_ident.fit.window_lengths import Lengths, predictable_lengths
 from cdp_ident.likelihood.noise import Noise
 from cdp_ident.likelihood.recorded import fitted_recorded, states_of
 from cdp_ident.likelihood.whole_swing import CLOSE_ENOUGH, MOST_STEPS, NEAR, WholeSwings, likelier_maximum, likely_near
@@ -73,8 +72,7 @@ def identify(
         for part in parted
     ]
     noise = noise_over_averages(shown, [part.shown for part in parted if part.is_fitted], scales.together)
-    lengths = [_lengths(part.trial, scales, balanced, options, noise) for part in parted]
-    data = prepare(parted, lengths, scales, noise)
+    data = prepare(parted, options.window or scales.window, scales, noise)
     model = replace(
         options.model,
         inertia_free=inertia_free or motors,
@@ -138,15 +136,6 @@ def _weights_differ(fit: Sequence[Trial], holdout: Sequence[Trial]) -> bool:
             "leave those with the weight out"
         )
     return len(fitted) > 1
-
-
-def _lengths(
-    trial: Trial, scales: Scales, balance: ForceBalance | None, options: IdentifyOptions, noise: Array
-) -> Lengths:
-    if options.window:
-        return lambda time: options.window
-    groups = None if balance is None else balance.groups_of(trial)
-    return predictable_lengths(trial, scales, groups, options.prior.length, options.prior.gravity, noise)
 
 
 def _balances(

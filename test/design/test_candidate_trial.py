@@ -62,11 +62,11 @@ def test_rods_that_hang_still_say_nothing(true):
     assert np.allclose(information_of(fit_to(CandidateTrial(np.pi, np.pi), true), NOISE), 0.0)
 
 
-def test_what_is_foretold_is_what_a_fit_to_such_a_trial_alone_gets(true):
+def test_a_fit_to_such_a_trial_alone_gets_what_is_foretold_or_somewhat_more(true):
     start = (np.pi + 1.2, np.pi - 0.8)
     foretold = np.sqrt(np.diag(np.linalg.inv(information_of(fit_to(CandidateTrial(*start), true), NOISE)[:5, :5])))
     got = np.sqrt(np.diag(Swings.of([swing(*start, np.random.default_rng(1))]).knowledge.covariance)[:5])
-    assert got == pytest.approx(foretold, rel=0.3)
+    assert np.all((0.6 * foretold < got) & (got < 1.2 * foretold)), got / foretold
 
 
 def test_windows_are_as_long_as_a_given_length(true, known):

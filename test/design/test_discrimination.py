@@ -69,7 +69,7 @@ def test_an_alternative_of_long_recordings_is_adjusted_to_a_share_that_stands_fo
 
 
 def test_the_deviations_are_those_of_a_alternative_that_is_fitted_to_both_trials(alternative, known):
-    start = (np.pi + 1.2, np.pi + 0.5)
+    start = (np.pi + 1.0, np.pi - 0.3)
     foretold = alternative.deviations(CandidateTrial(*start))
     both = refine(
         alternative.fit.model, alternative.fit.values, [*alternative.fit.windows, *moved(known.sampling, start)]

@@ -19,10 +19,6 @@ THETA = simulate(physical_coefficients(TABLE_5), TABLE_3, TEN_SECONDS)[:, :2]
 TRIAL = Trial("whole", TEN_SECONDS, THETA)
 
 
-def lasting(seconds, trials=1):
-    return [lambda time: seconds] * trials
-
-
 NOISE = np.full(2, 2e-3)
 SCALES = scales_of([TRIAL], 0.4, 9.81, NOISE)
 
@@ -36,21 +32,21 @@ HELD_OUT = PartedTrial(TRIAL, frozenset([0]), TRIAL)
 
 def test_windows_are_shorter_where_a_trial_is_too_short_for_four():
     short = Trial("short", TEN_SECONDS[:800], THETA[:800])
-    data = prepare([*whole(short), HELD_OUT], lasting(2.5, 2), SCALES, NOISE)
+    data = prepare([*whole(short), HELD_OUT], 2.5, SCALES, NOISE)
     assert len(data.fit) == 4
     assert data.fit[0].duration == pytest.approx(1.0, abs=0.02)
 
 
 def test_every_window_of_what_is_held_out_and_no_other_is_held_out():
     parted = PartedTrial(replace(TRIAL, breaks=(1000, 1400)), frozenset([1]), TRIAL)
-    data = prepare([parted, HELD_OUT], lasting(1.0, 2), SCALES, NOISE)
+    data = prepare([parted, HELD_OUT], 1.0, SCALES, NOISE)
     places = {(window.trial, window.first) for window in data.holdout}
     assert places == {(0, 1000), (0, 1200), *((1, first) for first in range(0, 2000, 200))}
     assert all(window.trial == 0 for window in data.fit)
 
 
 def test_the_window_the_step_and_the_half_width_are_the_rig_s():
-    data = prepare([*whole(TRIAL), HELD_OUT], lasting(SCALES.window, 2), SCALES, NOISE)
+    data = prepare([*whole(TRIAL), HELD_OUT], SCALES.window, SCALES, NOISE)
     assert data.window == pytest.approx(SCALES.window, rel=1e-3)  # the trial is a sample too short for four
     assert data.scales is SCALES
     assert data.noise is NOISE
@@ -79,7 +75,7 @@ def test_trials_that_do_not_suffice_are_refused(fit, holdout, message):
                 *whole(*(cut(*each) for each in fit)),
                 *(PartedTrial(cut(*each), frozenset([0]), cut(*each)) for each in holdout),
             ],
-            lasting(2.5, len(fit) + len(holdout)),
+            2.5,
             SCALES,
             NOISE,
         )

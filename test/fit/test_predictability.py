@@ -20,13 +20,12 @@ def lasts(start, noise):
 
 
 def test_a_calm_motion_is_followed_to_its_end():
-    assert np.all(lasts(CALM, 1e-3).lasts == LONGEST)
+    assert lasts(CALM, 1e-3) == LONGEST
 
 
 def test_a_whirling_one_is_lost_the_sooner_the_larger_the_noise():
     fine, coarse = lasts(WHIRLING, 1e-4), lasts(WHIRLING, 1e-2)
-    assert coarse.mostly < 0.7 * fine.mostly < LONGEST
-    assert np.all(coarse.lasts <= fine.lasts)
+    assert coarse < 0.7 * fine < LONGEST
 
 
 def test_simulations_from_disturbed_starts_are_lost_about_then():
@@ -42,14 +41,4 @@ def test_simulations_from_disturbed_starts_are_lost_about_then():
         disturbed = motion(RIG, states[begin] + rng.normal(scale=scatter), time, 1e-7)
         lost = np.abs(disturbed - states[begin : begin + 500])[:, :2] / amplitude > LOST
         lasted.append(time[np.argmax(lost.any(axis=1))] if lost.any() else np.inf)
-    assert lasts(WHIRLING, noise).mostly == pytest.approx(np.quantile(lasted, 0.1, method="lower"), rel=0.6)
-
-
-def test_a_motion_that_calms_down_is_followed_longer_and_longer():
-    time = np.arange(2400) * SPACING
-    damped = Rig(A23=0.5, A33=0.4, a1=1.4, c1=0.1, c2=0.05)
-    smoothed = smooth(time, motion(damped, WHIRLING, time)[:, :2], SPACING, 0, np.random.default_rng(0))
-    groups = np.array([0.5, 0.4, 1.4, 0.1, 0.05])
-    found = predictability(smoothed, groups, 1.0, 1.0, np.full(2, 1e-2), SPACING, HALF_WIDTH, LONGEST)
-    assert found.at(0.0) < 0.6 * found.at(25.0)
-    assert found.at(0.0) <= found.lasts[0]  # what begins near it counts too
+    assert lasts(WHIRLING, noise) == pytest.approx(np.quantile(lasted, 0.1, method="lower"), rel=0.6)

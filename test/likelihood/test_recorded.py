@@ -17,10 +17,6 @@ NOISE = np.array([2e-4, 3e-4])
 SCALES = scales_of([TRIAL], 0.4, 9.81, NOISE)
 
 
-def lasting(seconds, trials):
-    return [lambda time: seconds] * trials
-
-
 def long_trial(repeats):
     """Return a trial of so many times the same motion, as if it went on."""
     time = np.arange(repeats * len(TIME)) * 0.005
@@ -28,7 +24,7 @@ def long_trial(repeats):
 
 
 def data_of(*parted):
-    return prepare(parted, lasting(1.0, len(parted)), SCALES, NOISE)
+    return prepare(parted, 1.0, SCALES, NOISE)
 
 
 PARTED = replace(TRIAL, breaks=(600, 1000))

@@ -24,7 +24,7 @@ def identified(request):
     trials = [measured(motion(dry=request.param), rng) for _ in range(2)]
     scales = scales_of(trials, 0.4, 9.81, NOISE)
     parted = [PartedTrial(trial, frozenset([0] * index), trial) for index, trial in enumerate(trials)]
-    data = prepare(parted, [lambda time: 1.0] * 2, scales, NOISE)
+    data = prepare(parted, 1.0, scales, NOISE)
     whole = fitted(fitted_recorded(data, NEAR, np.inf))
     options = IdentifyOptions(named_effects_only=True)
     return bool(request.param), SimpleNamespace(whole=whole, data=data, options=options, enough=np.inf, balances=())
