@@ -106,10 +106,7 @@ class PortReader:
             self._say(f"reading {self.port.name} at {self._baud} baud")
             self._on_open()
             with connection:
-                self._open_port = connection.fd
                 self.port.problem = self._read(connection)
-                with self._lock:
-                    self._open_port = None
             if not self._stop.is_set():
                 self.port.unplugged += 1
                 self._warn(f"{self.port.name} went away ({self.port.problem}); trying again until it is back")
@@ -140,6 +137,7 @@ class PortReader:
     def _read(self, connection: serial.Serial) -> str:
         """Read until the port goes away or `stop`; return why it ended."""
         due, stolen = 0.0, False
+        self._open_port = connection.fd
         try:
             while not self._stop.is_set():
                 if not select.select([connection.fd], [], [], _READ_TIMEOUT)[0]:
@@ -159,6 +157,8 @@ class PortReader:
         except OSError as error:
             return shown(error)
         finally:
+            with self._lock:
+                self._open_port = None
             with suppress(OSError):
                 fcntl.ioctl(connection.fd, termios.TIOCNXCL)
         return "stopped"
