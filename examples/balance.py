@@ -8,6 +8,7 @@ as the cart begins to move. It stops when a rod or the cart leaves its region, a
 again. To stop is to send no more commands: the drive brakes, as it does when this program ends or the line is cut.
 """
 
+import gc
 import sys
 from pathlib import Path
 from typing import Any
@@ -145,6 +146,7 @@ def main(arguments: list[str]) -> int:
     def make(node: Any, parameters: Parameters) -> Balance:
         return Balance(node, parameters, options.fitted, np.radians(options.begin), options.seconds)
 
+    gc.freeze()  # to look through all that was loaded for garbage takes as long as five samples
     try:
         return run_node("balance", make, arguments)
     except CdpIdentError as error:

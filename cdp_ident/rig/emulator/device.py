@@ -58,8 +58,7 @@ class Device:
         self._origin: npt.NDArray[np.int64] | None = self._raw(np.array([HANGING]))[0] - first_count
         self._hello_due = 0
         self._unfinished = b""
-        self._commands = -1
-        """Number of the last command."""
+        self._last_command: int | None = None
 
     def reset(self) -> None:
         """Start anew, as at power-up."""
@@ -86,8 +85,8 @@ class Device:
         for frame in frames:
             with suppress(FrameError):
                 record = self._codec.decode(frame)
-                if isinstance(record, CartCommand) and record.sequence != self._commands:
-                    self._commands, acceleration = record.sequence, 1e-3 * record.acceleration
+                if isinstance(record, CartCommand) and record.sequence != self._last_command:
+                    self._last_command, acceleration = record.sequence, 1e-3 * record.acceleration
         return acceleration
 
     def _raw(self, positions: Array) -> npt.NDArray[np.int64]:
