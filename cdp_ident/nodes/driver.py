@@ -1,17 +1,20 @@
-"""Reads the rig's encoders from its serial port and publishes the joints' positions."""
+"""Reads the rig's encoders from its serial port, publishes the joints' positions, and forwards commands of the cart."""
 
 import math
 import os
 import time
 from typing import Any
 
+from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import TimeReference
+from std_msgs.msg import Float64
 from std_srvs.srv import Trigger
 
 from cdp_ident.bag.time_reference import serialize_time_reference
 from cdp_ident.command_line import ArgumentParser, entry_point
 from cdp_ident.errors import OptionError, RigError
 from cdp_ident.rig.binary_codec import BinaryCodec
+from cdp_ident.rig.commands import Commands
 from cdp_ident.rig.health import Level, assess
 from cdp_ident.rig.joints import Calibration, Triple
 from cdp_ident.rig.measurement import MeasurementStream
@@ -27,7 +30,9 @@ from cdp_ident.user_input import user_path
 
 DESCRIPTION = """\
 Read the encoders of a cart double pendulum from a serial port (docs/reference/protocol.md) and publish their positions.
+Forward commands of the cart's acceleration [m/s^2]; when they stop, so does the cart, whose drive keeps its own limits.
 
+subscribes cart_command (std_msgs/Float64)                 forwarded at once, each as one frame
 publishes  joint_states (sensor_msgs/JointState)           stamped with the time of the measurement
            time_reference (sensor_msgs/TimeReference)      the device's own time of it, with the same stamp
            /diagnostics (diagnostic_msgs/DiagnosticArray)  once a second
@@ -52,7 +57,7 @@ class Driver:
         self._node = node
         port = parameters.declare("port", "/dev/ttyACM0", "serial port, or a pattern such as /dev/serial/by-id/usb-*")
         baud = parameters.declare("baud", 460800, "speed of the line", unit="baud", minimum=1200, maximum=12_000_000)
-        codec = parameters.declare("codec", "binary", "how the rig writes its frames", choices=("binary", "text"))
+        codec_name = parameters.declare("codec", "binary", "how the rig writes its frames", choices=("binary", "text"))
         reset_on_open = parameters.declare(
             "reset_on_open", False, "let DTR fall as the port is closed: many boards are reset when it is opened again"
         )
@@ -78,8 +83,9 @@ class Driver:
 
         self._calibration = calibration
         self._first_joint = 0 if names[0] else 1
+        codec = TextCodec() if codec_name == "text" else BinaryCodec()
         self._stream = MeasurementStream(
-            TextCodec() if codec == "text" else BinaryCodec(),
+            codec,
             calibration,
             load_zero(self._zero_file),
             survives,
@@ -98,6 +104,10 @@ class Driver:
         self._reader = PortReader(
             port, baud, self._stream.port_was_opened, self._take, logger.info, logger.warning, reset_on_open
         )
+        self._commands = Commands(codec, calibration.signs[0])
+        # Of late commands only the newest is worth forwarding, and none is worth repeating.
+        newest = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+        node.create_subscription(Float64, "cart_command", self._forward, newest)
         self._diagnostics = Diagnostics(node, self._report)
         self._reader.start()
 
@@ -113,6 +123,9 @@ class Driver:
         for stamp_ns, device_ns, positions in self._stream.feed(data, now_ns):
             self._time_references.publish(serialize_time_reference(stamp_ns, device_ns, self._source))
             self._joint_states.publish(positions[self._first_joint :], stamp_ns)
+
+    def _forward(self, command: Any) -> None:
+        self._reader.write(self._commands.frame(command.data))
 
     def _report(self) -> Status:
         if self._reader.failed:

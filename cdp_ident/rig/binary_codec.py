@@ -5,12 +5,13 @@ import struct
 from cobs import cobs
 
 from cdp_ident.rig.codec import ChecksumError, FrameError, checksum, hello_or_error
-from cdp_ident.rig.records import PROTOCOL_VERSION, Record, Sample
+from cdp_ident.rig.records import PROTOCOL_VERSION, CartCommand, Record, Sample
 
-_HELLO, _SAMPLE = 0, 1
+_HELLO, _SAMPLE, _COMMAND = 0, 1, 2
 _HEAD = struct.Struct("<BB")
 _SAMPLE_FIELDS = struct.Struct("<BBIIiiiB")
 _HELLO_FIELDS = struct.Struct("<BBIII")
+_COMMAND_FIELDS = struct.Struct("<BBIi")
 _CHECKSUM = struct.Struct("<H")
 
 
@@ -24,6 +25,8 @@ class BinaryCodec:
         """Return the frame of a record, its delimiter included."""
         if isinstance(record, Sample):
             body = _SAMPLE_FIELDS.pack(PROTOCOL_VERSION, _SAMPLE, *record)
+        elif isinstance(record, CartCommand):
+            body = _COMMAND_FIELDS.pack(PROTOCOL_VERSION, _COMMAND, *record)
         else:
             *numbers, firmware = record
             body = _HELLO_FIELDS.pack(PROTOCOL_VERSION, _HELLO, *numbers) + firmware.encode("ascii")
@@ -45,6 +48,8 @@ class BinaryCodec:
             raise FrameError(f"protocol version {version}")
         if kind == _SAMPLE and len(body) == _SAMPLE_FIELDS.size:
             return Sample(*_SAMPLE_FIELDS.unpack(body)[2:])
+        if kind == _COMMAND and len(body) == _COMMAND_FIELDS.size:
+            return CartCommand(*_COMMAND_FIELDS.unpack(body)[2:])
         if kind == _HELLO and len(body) >= _HELLO_FIELDS.size:
             _, _, period_us, inner_counts, outer_counts = _HELLO_FIELDS.unpack_from(body)
             return hello_or_error(period_us, inner_counts, outer_counts, body[_HELLO_FIELDS.size :])

@@ -4,7 +4,7 @@ import re
 from binascii import crc_hqx
 from typing import Protocol
 
-from cdp_ident.rig.records import Hello, Record, Sample
+from cdp_ident.rig.records import CartCommand, Hello, Record, Sample
 
 UNSIGNED_32 = 0xFFFFFFFF
 _FIRMWARE = re.compile(r"[ -)+\-./0-~]{0,32}")
@@ -43,10 +43,19 @@ def checksum(data: bytes) -> int:
 def is_valid(record: Record) -> bool:
     """Tell whether every field is in the range that the protocol gives it."""
     if isinstance(record, Sample):
-        unsigned = 0 <= record.sequence <= UNSIGNED_32 and 0 <= record.time_us <= UNSIGNED_32
-        signed = all(-(2**31) <= count < 2**31 for count in (record.cart, record.inner, record.outer))
-        return unsigned and signed and 0 <= record.status <= 0xFF
+        unsigned = _are_unsigned(record.sequence, record.time_us)
+        return unsigned and _are_signed(record.cart, record.inner, record.outer) and 0 <= record.status <= 0xFF
+    if isinstance(record, CartCommand):
+        return _are_unsigned(record.sequence) and _are_signed(record.acceleration)
     return all(0 < value <= UNSIGNED_32 for value in record[:3]) and _FIRMWARE.fullmatch(record.firmware) is not None
+
+
+def _are_unsigned(*values: int) -> bool:
+    return all(0 <= value <= UNSIGNED_32 for value in values)
+
+
+def _are_signed(*values: int) -> bool:
+    return all(-(2**31) <= value < 2**31 for value in values)
 
 
 def hello_or_error(period_us: int, inner_counts: int, outer_counts: int, firmware: bytes) -> Hello:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from cdp_ident.rig.codec import UNSIGNED_32, ChecksumError, Codec, FrameError
 from cdp_ident.rig.course import Course, steps_between
-from cdp_ident.rig.records import Hello, Record, Sample
+from cdp_ident.rig.records import CartCommand, Hello, Record, Sample
 
 LONGEST_FRAME = 160
 """No frame of either codec is longer [bytes]: more bytes without a delimiter are not a frame."""
@@ -89,6 +89,8 @@ class Decoder:
     def _check(self, record: Record) -> Iterator[Event]:
         if isinstance(record, Hello):
             yield record
+        elif isinstance(record, CartCommand):
+            self.counters.malformed += 1  # only the host sends these
         elif self._follows(record) and self._course.predicts(record):
             doubtful, self._doubtful = self._doubtful, None
             if doubtful is not None and self._course.has_between(doubtful, record):

@@ -1,4 +1,4 @@
-"""The serial port: found, opened exclusively, read, and found again after it was unplugged."""
+"""The serial port: found, opened exclusively, read and written, and found again after it was unplugged."""
 
 import fcntl
 import glob
@@ -64,6 +64,9 @@ class PortReader:
         self._pattern = os.path.abspath(pattern).replace("\0", "?") if pattern else "(none)"  # noqa: PTH100 - of any text
         self._baud, self._reset_on_open = baud, reset_on_open
         self._on_open, self._on_bytes, self._say, self._warn = on_open, on_bytes, say, warn
+        self._open_port: int | None = None
+        """Its descriptor, for `write`; changed under the lock, that no other file has come by its number."""
+        self._lock = threading.Lock()
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="serial port", daemon=True)
 
@@ -75,6 +78,12 @@ class PortReader:
         """Close the port and end the thread."""
         self._stop.set()
         self._thread.join(timeout=5.0)
+
+    def write(self, data: bytes) -> None:
+        """Send bytes, from any thread, if a port is open that takes them at once; later they would be out of date."""
+        with self._lock, suppress(OSError):  # the reading thread notices that it went away
+            if self._open_port is not None:
+                os.write(self._open_port, data)
 
     def _run(self) -> None:
         try:
@@ -128,6 +137,7 @@ class PortReader:
     def _read(self, connection: serial.Serial) -> str:
         """Read until the port goes away or `stop`; return why it ended."""
         due, stolen = 0.0, False
+        self._open_port = connection.fd
         try:
             while not self._stop.is_set():
                 if not select.select([connection.fd], [], [], _READ_TIMEOUT)[0]:
@@ -147,6 +157,8 @@ class PortReader:
         except OSError as error:
             return shown(error)
         finally:
+            with self._lock:
+                self._open_port = None
             with suppress(OSError):
                 fcntl.ioctl(connection.fd, termios.TIOCNXCL)
         return "stopped"

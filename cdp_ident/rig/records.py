@@ -1,4 +1,4 @@
-"""What a rig sends: samples of its encoders, and now and then a greeting that says what it is."""
+"""What a rig sends, samples of its encoders and now and then a greeting; and what it is sent, commands of its cart."""
 
 from enum import IntFlag
 from typing import NamedTuple
@@ -50,4 +50,16 @@ class Hello(NamedTuple):
     """Name and version of the firmware: printable ASCII without `,` and `*`, up to 32 characters."""
 
 
-Record = Sample | Hello
+class CartCommand(NamedTuple):
+    """What the host asks of the cart's drive until the next command comes, or for `WATCHDOG_SECONDS`."""
+
+    sequence: int
+    """Number of the command, unsigned 32 bit, rolls over."""
+    acceleration: int
+    """Of the cart [mm/s^2], positive where the cart's counter grows; signed 32 bit."""
+
+
+WATCHDOG_SECONDS = 0.05
+"""A drive that has had no command for so long [s] brakes."""
+
+Record = Sample | Hello | CartCommand

@@ -3,8 +3,10 @@
 import re
 
 from cdp_ident.rig.codec import ChecksumError, FrameError, checksum, hello_or_error, is_valid
-from cdp_ident.rig.records import PROTOCOL_VERSION, Record, Sample
+from cdp_ident.rig.records import PROTOCOL_VERSION, CartCommand, Hello, Record, Sample
 
+_KINDS = {Hello: "H", Sample: "S", CartCommand: "C"}
+_OF_NUMBERS: dict[bytes, type[Sample] | type[CartCommand]] = {b"S": Sample, b"C": CartCommand}
 _LINE = re.compile(rb"\$(([A-Z])(\d{1,3}),([ -)+-~]*))\*([0-9A-Fa-f]{4})\r?")
 _UNSIGNED = re.compile(rb"\d{1,10}")
 _SIGNED = re.compile(rb"-?\d{1,10}")
@@ -18,8 +20,7 @@ class TextCodec:
 
     def encode(self, record: Record) -> bytes:
         """Return the line of a record, its delimiter included."""
-        kind = "S" if isinstance(record, Sample) else "H"
-        body = ",".join([f"{kind}{PROTOCOL_VERSION}", *map(str, record)]).encode("ascii")
+        body = ",".join([f"{_KINDS[type(record)]}{PROTOCOL_VERSION}", *map(str, record)]).encode("ascii")
         return b"$%s*%04X\r\n" % (body, checksum(body))
 
     def decode(self, frame: bytes) -> Record:
@@ -33,10 +34,11 @@ class TextCodec:
         if int(version) != PROTOCOL_VERSION:
             raise FrameError(f"protocol version {int(version)}")
         values = fields.split(b",")
-        if kind == b"S" and len(values) == 6 and all(_SIGNED.fullmatch(value) for value in values):
-            sample = Sample(*map(int, values))
-            if is_valid(sample):
-                return sample
+        of_numbers = _OF_NUMBERS.get(kind)
+        if of_numbers and len(values) == len(of_numbers._fields) and all(map(_SIGNED.fullmatch, values)):
+            record = of_numbers(*map(int, values))
+            if is_valid(record):
+                return record
         if kind == b"H" and len(values) == 4 and all(_UNSIGNED.fullmatch(value) for value in values[:3]):
             return hello_or_error(int(values[0]), int(values[1]), int(values[2]), values[3])
         raise FrameError("unknown kind, count or range of fields")

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from std_msgs.msg import Float64
 
 from cdp_ident.nodes.driver import main
 
@@ -136,6 +137,60 @@ def test_a_kilohertz_comes_through_without_loss(listener: Any, start_driver: Sta
     listener.wait_for(lambda: len(listener.joint_states) > 5000)
     assert listener.count("lost") == 0
     assert uneven(listener, 1e6) <= 0
+
+
+class Cart:
+    """The cart of a rig, as who commands it sees it."""
+
+    RIG = "{rate: 100, drive: {speed: 0.2, rail: 0.1}, script: [wait: 1000]}"
+
+    def __init__(self, listener: Any) -> None:
+        self.listener, self.commands = listener, listener.node.create_publisher(Float64, "cart_command", 10)
+
+    @property
+    def positions(self) -> list[float]:
+        return [state.position[0] for state in self.listener.joint_states[-50:]]
+
+    def drive(self, acceleration: float) -> bool:
+        """Send a command; return whether it is off the middle."""
+        self.commands.publish(Float64(data=acceleration))
+        return bool(self.positions) and abs(self.positions[-1]) > 0.03
+
+    def wait_until_it_rests(self) -> None:
+        self.listener.joint_states.clear()
+        self.listener.wait_for(lambda: len(self.positions) == 50 and np.ptp(self.positions) == 0.0)
+        assert abs(self.positions[-1]) <= 0.1
+
+
+def test_a_commanded_cart_stops_when_the_commands_stop_or_the_driver_is_killed(
+    listener: Any, start_driver: Start, start_emulator: Start
+) -> None:
+    start_emulator(rig=Cart.RIG)
+    driver, cart = start_driver("cart_sign:=-1"), Cart(listener)
+    listener.wait_for(lambda: cart.drive(0.5))
+    assert cart.positions[-1] > 0.0
+    cart.wait_until_it_rests()
+    listener.wait_for(lambda: not cart.drive(-0.5))
+    driver.end(signal.SIGKILL)
+    start_driver("cart_sign:=-1")
+    cart.wait_until_it_rests()
+    rest = cart.positions[-1]
+    for acceleration in (math.nan, math.inf):
+        for _ in range(20):
+            cart.drive(acceleration)
+            time.sleep(0.01)
+    assert cart.positions[-1] == rest
+
+
+def test_a_commanded_cart_stops_when_the_line_is_lost(
+    listener: Any, start_driver: Start, start_emulator: Start
+) -> None:
+    start_driver()
+    cart = Cart(listener)
+    listener.wait_for(lambda: listener.level() == ERROR)
+    start_emulator("--unplug-at", "6", rig=Cart.RIG)
+    listener.wait_for(lambda: cart.drive(0.1) and listener.value("times unplugged") == "1")
+    cart.wait_until_it_rests()
 
 
 def test_faster_than_real_time_stamps_are_the_rigs_time_and_velocities_come_on_request(

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from cdp_ident.rig.binary_codec import BinaryCodec
 from cdp_ident.rig.codec import ChecksumError, Codec, FrameError, checksum
 from cdp_ident.rig.decoder import LONGEST_FRAME
-from cdp_ident.rig.records import Hello, Record, Sample
+from cdp_ident.rig.records import CartCommand, Hello, Record, Sample
 from cdp_ident.rig.text_codec import TextCodec
 
 CODECS: list[Codec] = [BinaryCodec(), TextCodec()]
@@ -17,6 +17,7 @@ SIGNED = st.integers(-(2**31), 2**31 - 1)
 SAMPLES = st.builds(Sample, UNSIGNED, UNSIGNED, SIGNED, SIGNED, SIGNED, st.integers(0, 255))
 FIRMWARE = st.text(st.sampled_from([chr(code) for code in range(32, 127) if chr(code) not in ",*"]), max_size=32)
 HELLOS = st.builds(Hello, POSITIVE, POSITIVE, POSITIVE, FIRMWARE)
+RECORDS = SAMPLES | HELLOS | st.builds(CartCommand, UNSIGNED, SIGNED)
 SAMPLE = Sample(7, 1000000, 0, -2, 4000, 0)
 HELLO = Hello(1000, 8000, 8000, "rig 1.0")
 # The four frames that docs/reference/protocol.md shows.
@@ -44,7 +45,7 @@ def test_text_is_the_lines_of_the_documentation() -> None:
 
 
 @pytest.mark.parametrize("codec", CODECS, ids=lambda codec: codec.name)
-@given(record=SAMPLES | HELLOS)
+@given(record=RECORDS)
 def test_every_record_survives_the_way_there_and_back(codec: Codec, record: Record) -> None:
     frame = codec.encode(record)
     assert frame.endswith(codec.delimiter)
@@ -63,7 +64,7 @@ def test_arbitrary_bytes_are_a_frame_error_or_a_record(codec: Codec, frame: byte
 
 
 @pytest.mark.parametrize("codec", CODECS, ids=lambda codec: codec.name)
-@given(record=SAMPLES | HELLOS, data=st.data())
+@given(record=RECORDS, data=st.data())
 def test_one_flipped_bit_of_the_text_and_of_a_frame_without_zeros_never_passes(
     codec: Codec, record: Record, data: st.DataObject
 ) -> None:
@@ -90,6 +91,9 @@ def test_one_flipped_bit_of_the_text_and_of_a_frame_without_zeros_never_passes(
         b"S2,7,1000000,0,-2,4000,0",
         b"X1,7,1000000,0,-2,4000,0",
         b"H1,0,8000,8000,rig",
+        b"C1,7",
+        b"C1,-7,100",
+        b"C1,7,2147483648",
         b"H1,1000,8000,8000," + b"x" * 33,
     ],
 )

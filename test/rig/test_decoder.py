@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from cdp_ident.rig.binary_codec import BinaryCodec
 from cdp_ident.rig.codec import Codec
 from cdp_ident.rig.decoder import LONGEST_FRAME, Decoder, Event, Restart
-from cdp_ident.rig.records import Hello, Sample
+from cdp_ident.rig.records import CartCommand, Hello, Record, Sample
 from cdp_ident.rig.text_codec import TextCodec
 
 CODECS: list[Codec] = [BinaryCodec(), TextCodec()]
@@ -31,7 +31,7 @@ def run(first: int = 0, count: int = 50, time_us: int = 5000) -> list[Sample]:
     ]
 
 
-def stream(codec: Codec, *records: Sample | Hello) -> bytes:
+def stream(codec: Codec, *records: Record) -> bytes:
     return b"".join(codec.encode(record) for record in records)
 
 
@@ -42,6 +42,13 @@ def feed_in_pieces(decoder: Decoder, data: bytes, generator: random.Random) -> l
         events += decoder.feed(data[:size])
         data = data[size:]
     return events
+
+
+@both
+def test_a_command_that_comes_back_is_no_frame_of_a_rig(codec: Codec) -> None:
+    decoder = Decoder(codec)
+    assert decoder.feed(stream(codec, HELLO, CartCommand(1, 5))) == [HELLO]
+    assert decoder.counters.malformed == 1
 
 
 @both

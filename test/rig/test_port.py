@@ -89,6 +89,30 @@ def test_bytes_come_through_in_order(tmp_path: Path, listen: Callable[..., Liste
     assert listener.reader.port.name == str(cable.link)
 
 
+def test_bytes_are_sent_where_a_port_is_open_and_dropped_where_none_is_or_it_takes_none(
+    tmp_path: Path, listen: Callable[..., Listener]
+) -> None:
+    listener = listen(tmp_path / "tty")
+    listener.reader.write(b"too early")
+    cable = Cable(tmp_path / "tty")
+    wait_for(lambda: listener.opened == 1)
+    wait_for(lambda: listener.reader.port.name is not None)
+    os.set_blocking(cable.device, False)
+
+    def sent() -> bytes:
+        listener.reader.write(b"command")
+        with suppress(BlockingIOError):
+            return os.read(cable.device, 100)
+        return b""
+
+    wait_for(lambda: bool(sent()))
+    for _ in range(100):
+        listener.reader.write(bytes(1000))  # nobody takes them
+    cable.unplug()
+    wait_for(lambda: listener.reader.port.unplugged == 1)
+    listener.reader.write(b"too late")
+
+
 def test_a_missing_port_is_told_once_and_taken_when_it_comes(tmp_path: Path, listen: Callable[..., Listener]) -> None:
     listener = listen(tmp_path / "tty")
     wait_for(lambda: len(listener.said) == 2)

@@ -8,12 +8,13 @@ import pytest
 
 from cdp_ident.rig.binary_codec import BinaryCodec
 from cdp_ident.rig.decoder import Decoder
-from cdp_ident.rig.records import Hello, Sample
+from cdp_ident.rig.records import CartCommand, Hello, Record, Sample
 from cdp_ident.rig.text_codec import TextCodec
 
 DOCUMENT = (Path(__file__).parents[2] / "docs" / "reference" / "protocol.md").read_text(encoding="utf-8")
 SAMPLE = Sample(7, 1_000_000, 0, -2, 4000, 0)
 HELLO = Hello(1000, 8000, 8000, "rig 1.0")
+COMMAND = CartCommand(7, -1500)
 
 BOARD = r"""
 #include <cstdint>
@@ -39,8 +40,8 @@ int main() {
 """
 
 
-@pytest.mark.parametrize("record", [SAMPLE, HELLO])
-def test_the_document_shows_the_frames_that_the_codecs_write(record: Sample | Hello) -> None:
+@pytest.mark.parametrize("record", [SAMPLE, HELLO, COMMAND])
+def test_the_document_shows_the_frames_that_the_codecs_write(record: Record) -> None:
     assert f"    {BinaryCodec().encode(record).hex(' ')}\n" in DOCUMENT
     assert f"    {TextCodec().encode(record).decode().strip()}\n" in DOCUMENT
 

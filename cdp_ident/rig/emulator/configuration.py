@@ -14,8 +14,9 @@ from cdp_ident.model.parameters import LARGEST, NOMINAL, SYMBOLS, inertia_about_
 from cdp_ident.model.weight_settings import ADDED, weights_of
 from cdp_ident.model.weights import RODS, Weight
 from cdp_ident.rig.emulator.device import Encoders
+from cdp_ident.rig.emulator.drive import Drive
 from cdp_ident.rig.emulator.effects import parse_effects
-from cdp_ident.rig.emulator.script import DEFAULT_SCRIPT, Command, parse_script
+from cdp_ident.rig.emulator.script import DEFAULT_SCRIPT, Command, MoveCart, WaitForCommand, parse_script
 from cdp_ident.rig.emulator.weights import with_weights
 from cdp_ident.user_input import number, quoted, refuse_unknown
 from cdp_ident.yaml_file import read_yaml
@@ -38,6 +39,9 @@ class EmulatedRig:
     weights: tuple[Weight, ...] = ()
     """Clamped to its rods; the parameters are those of the rods without them."""
 
+    drive: Drive | None = None
+    """Of its cart, which the host commands; without one the script moves it."""
+
     @property
     def heavier(self) -> dict[str, float]:
         """Physical parameters of the rods with their weights."""
@@ -48,7 +52,7 @@ class EmulatedRig:
         return physical_coefficients(self.heavier)
 
 
-_KEYS = ("parameters", "added", OWN_EFFECTS, "effects", "encoders", "rate", "clock_error", "script", "repeat")
+_KEYS = ("parameters", "added", OWN_EFFECTS, "effects", "encoders", "rate", "clock_error", "drive", "script", "repeat")
 
 
 def load_rig(path: Path) -> EmulatedRig:
@@ -74,8 +78,13 @@ def load_rig(path: Path) -> EmulatedRig:
         encoders=_encoders(content.get("encoders", {}), f"{path}: encoders"),
         rate=number(content.get("rate", rig.rate), f"{path}: rate", minimum=1.0, maximum=5000.0),
         clock_error=number(content.get("clock_error", 0.0), f"{path}: clock_error", minimum=-0.01, maximum=0.01),
+        drive=_drive(content["drive"], f"{path}: drive") if "drive" in content else None,
         script=script * int(number(content.get("repeat", 1), f"{path}: repeat", minimum=1, maximum=10_000)),
     )
+    not_possible, why = (MoveCart, "cart") if rig.drive else (WaitForCommand, "wait_for_command")
+    if any(isinstance(command, not_possible) for command in script):
+        has = "has a drive, which alone moves it" if rig.drive else "has no drive; give the key drive"
+        raise OptionError(f"{path}: script: {why} is not possible, for the cart {has}")
     added = _mapping(content.get(ADDED, {}), f"{path}: {ADDED}", RODS)
     weights = weights_of({f"{ADDED}.{rod}": weight for rod, weight in added.items()}, str(path))
     rig = replace(rig, weights=tuple(weight for weight in weights.values() if weight))
@@ -97,6 +106,11 @@ def _encoders(content: Any, where: str) -> Encoders:
             for key, value in values.items()
         },
     )
+
+
+def _drive(content: Any, where: str) -> Drive:
+    values = _mapping(content, where, tuple(vars(Drive())))
+    return Drive(**{key: number(value, f"{where}: {key}", 1e-4, 1000.0) for key, value in values.items()})
 
 
 def _mapping(content: Any, where: str, known: tuple[str, ...] = ()) -> dict[str, Any]:

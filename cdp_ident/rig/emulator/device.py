@@ -1,17 +1,20 @@
-"""The emulated microcontroller: reads the emulated encoders and writes frames."""
+"""The emulated microcontroller: reads the emulated encoders, writes frames, and takes commands."""
 
 import math
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.rig.codec import UNSIGNED_32, Codec
+from cdp_ident.rig.codec import UNSIGNED_32, Codec, FrameError
 from cdp_ident.rig.joints import HANGING
-from cdp_ident.rig.records import Hello, Sample
+from cdp_ident.rig.records import CartCommand, Hello, Sample
 
 Array = npt.NDArray[np.float64]
 
+_LONGEST_COMMAND = 64
+"""No command's frame is longer [bytes]."""
 _HELLO_EVERY = 1.0
 """Time between greetings [s]."""
 
@@ -54,6 +57,8 @@ class Device:
         self._sequence = 0
         self._origin: npt.NDArray[np.int64] | None = self._raw(np.array([HANGING]))[0] - first_count
         self._hello_due = 0
+        self._unfinished = b""
+        self._last_command: int | None = None
 
     def reset(self) -> None:
         """Start anew, as at power-up."""
@@ -68,6 +73,21 @@ class Device:
         if self._origin is None:
             self._origin = counts[0]
         return [self._frames(row) for row in counts - self._origin]
+
+    def receive(self, data: bytes) -> float | None:
+        """Return the cart's acceleration [m/s^2] that the newest command in bytes from the host asks for.
+
+        None where there is none: a damaged frame, and a command that comes again, are no command.
+        """
+        *frames, unfinished = (self._unfinished + data).split(self._codec.delimiter)
+        self._unfinished = unfinished[-_LONGEST_COMMAND:]
+        acceleration = None
+        for frame in frames:
+            with suppress(FrameError):
+                record = self._codec.decode(frame)
+                if isinstance(record, CartCommand) and record.sequence != self._last_command:
+                    self._last_command, acceleration = record.sequence, 1e-3 * record.acceleration
+        return acceleration
 
     def _raw(self, positions: Array) -> npt.NDArray[np.int64]:
         encoders = self._encoders

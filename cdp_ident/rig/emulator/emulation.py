@@ -12,6 +12,7 @@ import numpy as np
 from cdp_ident.rig.codec import Codec
 from cdp_ident.rig.emulator.configuration import EmulatedRig
 from cdp_ident.rig.emulator.device import Device
+from cdp_ident.rig.emulator.drive import DrivenCart
 from cdp_ident.rig.emulator.effects import Readings
 from cdp_ident.rig.emulator.faults import Faults, Line
 from cdp_ident.rig.emulator.motion import Motion
@@ -20,7 +21,7 @@ from cdp_ident.rig.emulator.pseudo_terminal import PseudoTerminal
 _TICK = 0.002
 """The loop wakes this often at most [s]; faster samples come in twos and more, as through USB."""
 _AHEAD = 256
-"""So many samples of motion are computed at once."""
+"""So many samples of motion are computed at once, where no command changes them."""
 
 
 @dataclass(frozen=True)
@@ -60,9 +61,11 @@ class Emulation:
         """Make the parts, the port included. Raises `RigError` where the link cannot be made."""
         rig = self.rig
         coefficients, period = rig.coefficients(), 1.0 / rig.rate
-        self._motion = Motion(coefficients, rig.script, period, rig.effects)
+        self._cart = DrivenCart(rig.drive) if rig.drive else None
+        self._motion = Motion(coefficients, rig.script, period, rig.effects, self._cart)
         self._readings = Readings(coefficients, rig.effects, period)
-        self._ready = deque(self._motion.advance(_AHEAD))  # compiles, before anyone reads the port
+        self._ahead = 1 if rig.drive else _AHEAD
+        self._ready = deque(self._motion.advance(self._ahead))  # compiles, before anyone reads the port
         self._device = Device(
             self.codec,
             rig.encoders,
@@ -110,6 +113,8 @@ class Emulation:
         while self._resets and self._resets[0] <= now:
             self._resets.popleft()
             self._device.reset()
+            if self._cart:
+                self._cart.forget_command()
         if self._terminal and self._unplugs and self._unplugs[0] <= now:
             self._plug_at = self._unplugs.popleft() + self.events.unplugged_for
             self._terminal.unplug()
@@ -123,10 +128,14 @@ class Emulation:
         arrived = self._line.receive(now)
         if arrived and self._terminal:
             self._terminal.write(arrived)
+        if self._cart and self._terminal:
+            commanded = self._device.receive(self._terminal.read())
+            if commanded is not None:
+                self._cart.command(commanded)
 
     def _next_positions(self, count: int) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
         while len(self._ready) < count:
-            self._ready.extend(self._motion.advance(_AHEAD))
+            self._ready.extend(self._motion.advance(self._ahead))
             if self._motion.finished and self.end_of_script is None:
                 self.end_of_script = (self._sent + len(self._ready)) / self.rig.rate
         samples = np.array([self._ready.popleft() for _ in range(count)])

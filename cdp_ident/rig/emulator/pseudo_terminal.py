@@ -14,6 +14,8 @@ from cdp_ident.whole_file import beside
 _PATIENCE = 0.5
 """Bytes wait this long for a computer that takes none [s]: it is busy, or nobody has opened the port."""
 
+_LONGEST_READ = 65536
+
 
 class PseudoTerminal:
     """A serial port that programs open under the name `link`."""
@@ -48,6 +50,13 @@ class PseudoTerminal:
             if time.monotonic() - self._taken > _PATIENCE:
                 self._pending = b""
                 fcntl.ioctl(self._computer, termios.TIOCNXCL)  # whoever had it to himself was killed
+
+    def read(self) -> bytes:
+        """Return the bytes that the computer has sent."""
+        try:
+            return os.read(self._device, _LONGEST_READ)
+        except BlockingIOError:
+            return b""
 
     def unplug(self) -> None:
         """Take the port away; whoever reads it notices."""

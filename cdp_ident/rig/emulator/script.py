@@ -39,7 +39,12 @@ class MoveCart:
     within: float = 1.0
 
 
-Command = Wait | Hold | LetGo | MoveCart
+@dataclass(frozen=True)
+class WaitForCommand:
+    """Leave everything as it is until the cart's drive obeys a command."""
+
+
+Command = Wait | Hold | LetGo | MoveCart | WaitForCommand
 
 DEFAULT_SCRIPT: tuple[Command, ...] = (
     Wait(3.0),
@@ -49,25 +54,28 @@ DEFAULT_SCRIPT: tuple[Command, ...] = (
     Wait(25.0),
 )
 
+_WITHOUT_VALUE: dict[str, Command] = {"let_go": LetGo(), "wait_for_command": WaitForCommand()}
+_NAMES = ("wait", "hold", "cart", *_WITHOUT_VALUE)
+
 
 def parse_script(content: Any, where: str) -> tuple[Command, ...]:
     """Return the commands of a list as it stands in a YAML file.
 
-    `- wait: 2.0`, `- hold: {theta1: 1.0, theta2: 1.2, within: 1.5}`, `- let_go`, `- cart: {to: 0.1, within: 0.5}`.
-    Raises `OptionError` where it is something else; `where` says in which file.
+    `- wait: 2.0`, `- hold: {theta1: 1.0, theta2: 1.2, within: 1.5}`, `- let_go`, `- cart: {to: 0.1, within: 0.5}`,
+    `- wait_for_command`. Raises `OptionError` where it is something else; `where` says in which file.
     """
     if not isinstance(content, list) or not content:
-        raise OptionError(f"{where}: expected a list of wait, hold, let_go and cart, found {quoted(content)}")
+        raise OptionError(f"{where}: expected a list of {', '.join(_NAMES)}, found {quoted(content)}")
     return tuple(_command(entry, f"{where}, entry {number}") for number, entry in enumerate(content, 1))
 
 
 def _command(entry: Any, where: str) -> Command:
-    if entry == "let_go":
-        return LetGo()
+    if isinstance(entry, str) and entry in _WITHOUT_VALUE:
+        return _WITHOUT_VALUE[entry]
     if not isinstance(entry, dict) or len(entry) != 1:
-        raise OptionError(f"{where}: expected one of wait, hold, let_go, cart, found {quoted(entry)}")
+        raise OptionError(f"{where}: expected one of {', '.join(_NAMES)}, found {quoted(entry)}")
     ((name, value),) = entry.items()
-    refuse_unknown([name], ("wait", "hold", "let_go", "cart"), f"command in {where}")
+    refuse_unknown([name], _NAMES, f"command in {where}")
     if name == "wait":
         return Wait(number(value, f"{where}: wait", minimum=0.0))
     if name == "hold":
@@ -75,7 +83,7 @@ def _command(entry: Any, where: str) -> Command:
         return Hold(**values)
     if name == "cart":
         return MoveCart(**_numbers(value, ("to",), f"{where}: cart"))
-    raise OptionError(f"{where}: let_go takes no value")
+    raise OptionError(f"{where}: {name} takes no value")
 
 
 def _numbers(value: Any, needed: tuple[str, ...], where: str) -> dict[str, float]:

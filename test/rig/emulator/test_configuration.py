@@ -11,6 +11,7 @@ from cdp_ident.model.effects.catalogue import forget_own
 from cdp_ident.model.motions import accelerations_at
 from cdp_ident.model.parameters import NOMINAL, SYMBOLS, inertia_about_cart, physical_coefficients
 from cdp_ident.rig.emulator.configuration import EmulatedRig, load_rig
+from cdp_ident.rig.emulator.drive import Drive
 from reference.weights import with_weight
 
 ROOT = Path(__file__).parents[3]
@@ -113,6 +114,13 @@ def test_the_example_file_is_a_rig() -> None:
     assert load_rig(ROOT / "config" / "emulated_rig.yaml").rate == 200.0
 
 
+def test_the_drive_that_the_example_file_names_is_the_default_one(tmp_path: Path) -> None:
+    example = (ROOT / "config" / "emulated_rig.yaml").read_text(encoding="utf-8")
+    path = tmp_path / "rig.yaml"
+    path.write_text(example.replace("# drive:", "drive:"))
+    assert load_rig(path).drive == Drive()
+
+
 @pytest.mark.parametrize(
     ("text", "words"),
     [
@@ -137,6 +145,10 @@ def test_the_example_file_is_a_rig() -> None:
         ("added: {outer: [-0.05, 0.3]}", "added.outer is -0.05"),
         ("added: {middle: [0.05, 0.3]}", "unknown key"),
         ("script: 3", "expected a list"),
+        ("drive: {lag: 0}", "drive: lag is 0"),
+        ("drive: {spede: 1}", "did you mean 'speed'?"),
+        ("{drive: {}, script: [cart: {to: 0.1}]}", "has a drive, which alone moves it"),
+        ("script: [wait_for_command]", "has no drive"),
         ("- 3", "expected keys"),
         ("{", "cannot be read"),
         ("", "expected keys"),

@@ -3,11 +3,16 @@
 import math
 
 import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from cdp_ident.rig.binary_codec import BinaryCodec
+from cdp_ident.rig.codec import Codec
 from cdp_ident.rig.decoder import Decoder, Restart
 from cdp_ident.rig.emulator.device import Device, Encoders
-from cdp_ident.rig.records import Hello, Sample
+from cdp_ident.rig.records import CartCommand, Hello, Sample
+from cdp_ident.rig.text_codec import TextCodec
 
 
 def device(rate: float = 200.0, **options: float) -> Device:
@@ -51,3 +56,33 @@ def test_a_fast_clock_runs_ahead() -> None:
     (*_, last) = decode(*device(clock_error=1e-3).send(positions(1001)))
     assert isinstance(last, Sample)
     assert last.time_us == 5_005_000
+
+
+CODECS = pytest.mark.parametrize("codec", [BinaryCodec(), TextCodec()], ids=lambda codec: codec.name)
+
+
+def driven(codec: Codec) -> Device:
+    return Device(codec, Encoders(), 200.0, np.random.default_rng(0))
+
+
+@CODECS
+def test_of_several_commands_the_newest_holds_and_one_that_comes_again_is_none(codec: Codec) -> None:
+    rig, frames = driven(codec), [codec.encode(CartCommand(number, 100 * number)) for number in range(4)]
+    assert rig.receive(frames[0] + frames[1]) == pytest.approx(0.1)
+    assert rig.receive(frames[1]) is None
+    assert rig.receive(b"") is None
+    assert rig.receive(frames[2] + frames[3][:5]) == pytest.approx(0.2)
+    assert rig.receive(frames[3][5:]) == pytest.approx(0.3)
+
+
+@CODECS
+@given(noise=st.binary(max_size=300), place=st.integers(0, 80))
+def test_a_command_behind_any_noise_is_understood_and_a_damaged_one_is_none(
+    codec: Codec, noise: bytes, place: int
+) -> None:
+    rig, frame = driven(codec), bytearray(codec.encode(CartCommand(7, -1500)))
+    rig.receive(noise + codec.delimiter)
+    assert rig.receive(bytes(frame)) == pytest.approx(-1.5)
+    damaged = bytearray(codec.encode(CartCommand(8, 100))[:-1])
+    damaged[place % len(damaged)] ^= 1
+    assert rig.receive(bytes(damaged) + codec.delimiter) in (None, pytest.approx(0.1))  # a digit in lower case

@@ -14,10 +14,12 @@ from cdp_ident.rig.binary_codec import BinaryCodec
 from cdp_ident.rig.codec import Codec
 from cdp_ident.rig.decoder import Decoder, Event, Restart
 from cdp_ident.rig.emulator.configuration import EmulatedRig
+from cdp_ident.rig.emulator.drive import Drive
 from cdp_ident.rig.emulator.emulation import Emulation, Events
 from cdp_ident.rig.emulator.faults import Faults
+from cdp_ident.rig.emulator.script import Wait
 from cdp_ident.rig.port import PortReader
-from cdp_ident.rig.records import Sample
+from cdp_ident.rig.records import CartCommand, Sample
 from cdp_ident.rig.text_codec import TextCodec
 
 
@@ -47,9 +49,16 @@ class Reading:
 
 
 @contextmanager
-def reading(pattern: Path, link: Path, codec: Codec, faults: Faults = Faults(), **events: object) -> Iterator[Reading]:  # noqa: B008
+def reading(
+    pattern: Path,
+    link: Path,
+    codec: Codec,
+    faults: Faults = Faults(),  # noqa: B008
+    rig: EmulatedRig = EmulatedRig(),  # noqa: B008
+    **events: object,
+) -> Iterator[Reading]:
     emulation = Emulation(
-        EmulatedRig(),
+        rig,
         link,
         codec,
         np.random.default_rng(3),
@@ -135,3 +144,56 @@ def test_a_link_never_takes_the_place_of_a_file(tmp_path: Path) -> None:
     with pytest.raises(RigError, match="no link"):
         Emulation(EmulatedRig(), tmp_path / "tty", BinaryCodec(), np.random.default_rng(0))
     assert (tmp_path / "tty").read_text() == "mine"
+
+
+DRIVEN = EmulatedRig(drive=Drive(acceleration=4.0, speed=0.5, rail=0.2), script=(Wait(1000.0),))
+
+
+@pytest.mark.parametrize("codec", [BinaryCodec(), TextCodec()], ids=lambda codec: codec.name)
+def test_a_commanded_cart_moves_stops_with_the_commands_and_never_leaves_its_rail(tmp_path: Path, codec: Codec) -> None:
+    link = tmp_path / "tty"
+    with reading(link, link, codec, rig=DRIVEN) as result:
+        wait_for(lambda: len(result.samples) > 10)
+        sequence = 0
+
+        def cart() -> float:
+            return result.samples[-1].cart * DRIVEN.encoders.metres_per_count
+
+        def command(acceleration: int) -> None:
+            nonlocal sequence
+            sequence += 1
+            result.reader.write(codec.encode(CartCommand(sequence, acceleration)))
+
+        def drive(acceleration: int) -> bool:
+            command(acceleration)
+            return abs(cart()) > 0.195
+
+        wait_for(lambda: drive(1000))  # at the rail's end, and kept there
+        for _ in range(20):
+            assert drive(1000)
+            time.sleep(0.01)
+        wait_for(lambda: not drive(-500))
+        rest = len(result.samples)
+        result.reader.write(codec.encode(CartCommand(sequence, 500)) * 5)  # what comes again is no command
+        result.reader.write(b"damaged" + codec.encode(CartCommand(sequence + 1, 500))[1:])
+        wait_for(lambda: len(result.samples) > rest + 150)
+    positions = np.array([sample.cart for sample in result.samples]) * DRIVEN.encoders.metres_per_count
+    assert np.abs(positions).max() < 0.2 + 1e-5
+    assert np.abs(np.diff(positions)).max() < 0.5 / DRIVEN.rate + 2e-5
+    assert np.ptp(positions[-50:]) == 0.0
+    inner = np.array([sample.inner for sample in result.samples])
+    assert np.ptp(inner) > 100  # it swings
+
+
+def test_a_reset_device_brakes_until_it_is_commanded_again(tmp_path: Path) -> None:
+    link, codec = tmp_path / "tty", BinaryCodec()
+    with reading(link, link, codec, rig=DRIVEN, resets=[1.0]) as result:
+        sequence = iter(range(1000000))
+
+        def drive() -> bool:
+            result.reader.write(codec.encode(CartCommand(next(sequence), 100)))
+            return result.decoder.counters.resets > 0
+
+        wait_for(drive)
+        wait_for(lambda: len(result.samples) > 400)
+    assert np.ptp([sample.cart for sample in result.samples[-50:]]) == 0

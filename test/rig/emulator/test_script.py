@@ -6,12 +6,13 @@ import pytest
 import yaml
 
 from cdp_ident.errors import OptionError
-from cdp_ident.rig.emulator.script import Hold, LetGo, MoveCart, Wait, parse_script
+from cdp_ident.rig.emulator.script import Hold, LetGo, MoveCart, Wait, WaitForCommand, parse_script
 
 
 def test_a_script_is_read_in_its_order() -> None:
-    text = "[wait: 2, hold: {theta1: 1.0, theta2: 2}, let_go, cart: {to: 0.1, within: 0.5}]"
-    assert parse_script(yaml.safe_load(text), "x") == (Wait(2.0), Hold(1.0, 2.0), LetGo(), MoveCart(0.1, 0.5))
+    text = "[wait: 2, hold: {theta1: 1.0, theta2: 2}, wait_for_command, let_go, cart: {to: 0.1, within: 0.5}]"
+    commands = (Wait(2.0), Hold(1.0, 2.0), WaitForCommand(), LetGo(), MoveCart(0.1, 0.5))
+    assert parse_script(yaml.safe_load(text), "x") == commands
 
 
 @pytest.mark.parametrize(

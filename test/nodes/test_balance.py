@@ -1,0 +1,110 @@
+"""The example that balances a rig: real processes, a real pseudo-terminal, real DDS, and a rig with hidden friction.
+
+Its time runs slower than the wall's, that a busy machine be quick enough, but in the campaign.
+"""
+
+import signal
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from cdp_ident.configuration.parameter_file import parameter_file
+from reference.pendulum import TABLE_5
+
+pytestmark = pytest.mark.waits
+
+EXAMPLE = (str(Path(__file__).parents[2] / "examples/balance.py"),)
+RIG = f"""
+parameters: {TABLE_5}
+effects: {{coulomb_friction: {{outer: {{torque: 0.002}}}}}}
+drive: {{}}
+script: [wait: 2, hold: {{theta1: %s, theta2: %s, within: 1}}, wait_for_command, %s]
+"""
+SLOWLY = ("--speed", "0.25")
+PULLED_AWAY = "let_go, wait: 3, hold: {theta1: 0.8, theta2: 0.8, within: 0.1}"
+Start = Callable[..., Any]
+
+
+@pytest.fixture
+def start_balance(start: Start, tmp_path: Path) -> Start:
+    """Start the controller that is designed on a fitted model, by default the rig's own but for its friction."""
+
+    def start_one(*options: str, values: dict[str, float] = TABLE_5) -> Any:
+        (tmp_path / "fitted.yaml").write_text(parameter_file(values))
+        balance = start(str(tmp_path / "fitted.yaml"), *options, program=EXAMPLE)
+        balance.wait_until_it_says("hold the rods upright")
+        return balance
+
+    return start_one
+
+
+def wait_until_the_cart_rests(listener: Any) -> float:
+    """Wait for 100 samples without motion; return where that is [m]."""
+    listener.joint_states.clear()
+
+    def positions() -> list[float]:
+        return [state.position[0] for state in listener.joint_states[-100:]]
+
+    listener.wait_for(lambda: len(positions()) == 100 and np.ptp(positions()) == 0.0)
+    return positions()[-1]
+
+
+def test_it_stands_stops_when_the_rods_are_pulled_away_and_takes_over_again(
+    listener: Any, start_driver: Start, start_emulator: Start, start_balance: Start
+) -> None:
+    start_driver("use_sim_time:=true")
+    balance = start_balance()
+    again = "wait: 1, hold: {theta1: 0.03, theta2: -0.03, within: 1}, wait_for_command, let_go, wait: 1000"
+    start_emulator(*SLOWLY, rig=RIG % (-0.05, 0.05, f"{PULLED_AWAY}, {again}"))
+    balance.wait_until_it_says("the rods fell")
+    (stopped,) = [line for line in balance.said.splitlines() if "stopped" in line]
+    assert float(stopped.split("stopped after ")[1].split()[0]) > 3.0
+    assert abs(wait_until_the_cart_rests(listener)) < 0.5
+    listener.wait_for(lambda: balance.said.count("balancing") == 2)
+    balance.end(signal.SIGKILL)
+    assert abs(wait_until_the_cart_rests(listener)) < 0.5
+
+
+def test_it_stops_at_the_rail_s_end_where_a_hand_holds_the_rods(
+    listener: Any, start_driver: Start, start_emulator: Start, start_balance: Start
+) -> None:
+    start_driver("use_sim_time:=true")
+    balance = start_balance("--seconds", "60")
+    start_emulator(*SLOWLY, rig=RIG % (-0.03, 0.05, "wait: 1000"))
+    assert balance.exit_code() == 3
+    assert "the cart is at the rail's end" in balance.said
+    assert 0.45 < abs(wait_until_the_cart_rests(listener)) <= 0.5 + 1e-5
+
+
+def test_a_lost_line_stops_cart_and_controller(
+    listener: Any, start_driver: Start, start_emulator: Start, start_balance: Start
+) -> None:
+    start_driver("use_sim_time:=true")
+    balance = start_balance("--seconds", "60")
+    start_emulator(*SLOWLY, "--unplug-at", "6", "--unplugged-for", "1", rig=RIG % (0.04, 0.04, "let_go, wait: 1000"))
+    assert balance.exit_code() == 3
+    assert "samples are missing" in balance.said
+    assert abs(wait_until_the_cart_rests(listener)) < 0.5
+
+
+def test_a_file_that_is_no_model_is_one_line_and_exit_code_2(start: Start, tmp_path: Path) -> None:
+    (tmp_path / "fitted.yaml").write_text(parameter_file({"m1": 0.1}))
+    balance = start(str(tmp_path / "fitted.yaml"), program=EXAMPLE)
+    assert balance.exit_code() == 2
+    (line,) = balance.said.splitlines()
+    assert "m2" in line
+
+
+@pytest.mark.campaign
+@pytest.mark.parametrize("seed", range(20))
+def test_it_stands_for_a_minute_in_real_time_from_starts_within_three_degrees(
+    start_driver: Start, start_emulator: Start, start_balance: Start, seed: int
+) -> None:
+    lean = np.radians(np.random.default_rng(seed).uniform(-3.0, 3.0, 2))
+    start_driver()
+    balance = start_balance("--seconds", "60")
+    start_emulator(rig=RIG % (*lean, "let_go, wait: 1000"))
+    assert balance.exit_code() == 0, balance.said
