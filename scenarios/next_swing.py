@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from cdp_ident.design.information import curvature, scaled_inverse
 from cdp_ident.design.knowledge import Knowledge
-from cdp_ident.diagnosis.uncertainty import curvature, scaled_inverse
 from cdp_ident.fit.data import noise_over
 from cdp_ident.fit.mechanism import Mechanism
 from cdp_ident.fit.motion_model import MotionModel

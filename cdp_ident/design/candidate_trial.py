@@ -7,8 +7,8 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
+from cdp_ident.design.information import curvature
 from cdp_ident.design.knowledge import NEW, Knowledge
-from cdp_ident.diagnosis.uncertainty import curvature
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.predictability import predictability

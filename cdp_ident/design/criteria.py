@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from cdp_ident.design.information import scaled_inverse
 from cdp_ident.design.knowledge import Knowledge
-from cdp_ident.diagnosis.uncertainty import scaled_inverse
 
 Array = npt.NDArray[np.float64]
 

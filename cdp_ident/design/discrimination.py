@@ -12,8 +12,8 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.design.candidate_trial import CandidateTrial, predictions, windows_of
+from cdp_ident.design.information import curvature, negative_gradient, scaled_inverse
 from cdp_ident.design.knowledge import Knowledge
-from cdp_ident.diagnosis.uncertainty import curvature, negative_gradient, scaled_inverse
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.initial_states import InitialState

@@ -55,8 +55,6 @@ class ModelUnknowns:
     effects: tuple[ActiveEffect, ...] = ()
     zeros: tuple[int, ...] = ()
     """Trials whose encoders have a zero of their own; none where the zeros are right, or the same for all trials."""
-    exact_encoders: bool = False
-    """Whether encoders show the rods' angles, whatever effects they have."""
 
     @cached_property
     def base_names(self) -> tuple[str, ...]:
@@ -173,15 +171,6 @@ class ModelUnknowns:
         end = len(self.base_names) + len(JOINTS) * len(self.zeros)
         added = np.zeros(len(JOINTS) * len(more))
         return replace(self, zeros=self.zeros + more), np.concatenate([values[:end], added, values[end:]])
-
-    def without_zeros(self: Model) -> tuple[Model, npt.NDArray[np.bool_]]:
-        """Return this model with encoders whose zeros are right, and which of the unknowns remain."""
-        return replace(self, zeros=()), ~self.of_zeros
-
-    def with_exact_encoders(self: Model) -> tuple[Model, npt.NDArray[np.bool_]]:
-        """Return this model with encoders that show the rods' angles, and which of the unknowns remain."""
-        model, remain = self.without_zeros()
-        return replace(model, exact_encoders=True), remain
 
     def zero_places(self, trial: int) -> slice:
         """Return where the unknowns of a trial's zeros are: empty for a trial that has none of its own."""

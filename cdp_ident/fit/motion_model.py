@@ -82,7 +82,6 @@ class MotionModel(ModelUnknowns):
                 laid_out,
                 parameters=laid_out.parameters[len(laid_out.parameters) - len(fitted) :],
                 coefficients=free,
-                exact_encoders=self.exact_encoders,
             )
             unknowns = [*range(len(GROUPS)), *(self.base_names.index(name) for name in self._constants), *fitted]
             columns = np.concatenate([np.arange(self.states), self.states + np.array(unknowns)])

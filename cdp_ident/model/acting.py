@@ -41,8 +41,6 @@ class ActingEffects:
     """Which of the coefficients are directions of derivatives, after the initial state's."""
     parameters: tuple[int, ...] = ()
     """Which of the parameters are, after these."""
-    exact_encoders: bool = False
-    """Whether encoders show the rods' angles, whatever effects they have."""
 
     @classmethod
     def of(
@@ -78,7 +76,7 @@ class ActingEffects:
         for row, effect, of_law in zip(table, self.effects, of_laws, strict=False):
             is_zero = not of_law.any()
             row[at.MOTION] = motion_law(effect, is_zero)
-            row[at.READING] = 0 if self.exact_encoders else reading_law(effect, is_zero)
+            row[at.READING] = reading_law(effect, is_zero)
             if is_zero and effect.known_at_zero:
                 row[at.OWNS] = 0
                 row[at.KIND] |= at.OF_NO_STRENGTH

@@ -5,12 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.diagnosis.uncertainty import reduced_sensitivities
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.astray import with_starts_found_again
 from cdp_ident.fit.data import Data
 from cdp_ident.fit.motion_model import MotionModel
-from cdp_ident.fit.refinement import Fit, fit_initial_states, with_all_derivatives
+from cdp_ident.fit.refinement import Fit, fit_initial_states
 from cdp_ident.likelihood.whole_swing import WholeSwings, values_with_less_torque
 
 Array = npt.NDArray[np.float64]
@@ -85,21 +84,3 @@ class FinalModel:
             return fit_initial_states(found.model, values, self.holdout.windows).rmse()
         except (IdentificationError, np.linalg.LinAlgError):
             return float("nan")
-
-    def moved_by(self, covariance: Array) -> Array:
-        """Return by how much (2,) one standard deviation of all values moves theta1 and theta2 held out [rad].
-
-        It is a root mean square, less what initial states make up for; 0 where it cannot be computed.
-
-        Args:
-            covariance: (unknowns, unknowns) of the values; those that are not determined move nothing.
-        """
-        known = np.isfinite(np.diag(covariance))
-        spread = covariance[np.ix_(known, known)]
-        try:
-            by_values = list(reduced_sensitivities(with_all_derivatives(self.holdout)))
-        except (IdentificationError, np.linalg.LinAlgError):
-            return np.zeros(2)
-        moves = [rows[..., known] for rows in by_values]
-        squares = np.sum([np.einsum("nrp,pq,nrq->r", rows, spread, rows) for rows in moves], axis=0)
-        return np.asarray(np.sqrt(np.nan_to_num(squares, posinf=0.0) / sum(map(len, moves))))

@@ -77,14 +77,6 @@ def test_some_of_the_effects_are_taken_with_their_values():
     assert list(NO_EFFECTS.each()) == []
 
 
-def test_exact_encoders_show_the_rods_whatever_effects_they_have():
-    effects = acting("encoder_offset.inner", "backlash.outer", "time_offset.outer", "joint_spring.inner")
-    exact, plain = derived(replace(effects, exact_encoders=True)), derived(acting("joint_spring.inner"))
-    np.testing.assert_allclose(exact.readings, plain.readings, rtol=0, atol=1e-7)
-    assert not exact.by[..., [4, 12, 13, 14]].any()
-    assert np.abs(derived(effects).readings - plain.readings).max() > 1e-3
-
-
 def test_there_is_room_for_all_effects_that_may_be_together_and_more_are_refused():
     together = []
     for effect in sorted(CATALOGUE, key=lambda effect: (-effect.states, -len(effect.parameters))):

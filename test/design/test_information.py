@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from cdp_ident.diagnosis.uncertainty import reduced_sensitivities, scaled_inverse
+from cdp_ident.design.information import reduced_sensitivities, scaled_inverse
 from cdp_ident.fit.mechanism import Mechanism
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.prior import Prior

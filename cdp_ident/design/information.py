@@ -1,4 +1,4 @@
-"""What windows show of a model's values, beside what their initial states could imitate."""
+"""The information that windows hold on values, beside what their initial states could imitate."""
 
 from collections.abc import Iterator
 
