@@ -129,10 +129,7 @@ def _states(candidate: CandidateTrial, knowledge: Knowledge, *times: Array) -> l
 
 
 def _followed_for(candidate: CandidateTrial, knowledge: Knowledge, time: Array, states: Array) -> float:
-    """Return for how long a trial can be followed from any instant [s], given states (n, states) at times (n,).
-
-    Over longer windows a forecast that is linear in the values promises too much.
-    """
+    """Return for how long a trial's motion can be followed [s], given states (n, states) at times (n,)."""
     sampling = knowledge.sampling
     length, gravity = knowledge.model.constants(knowledge.values)
     unit = time_unit(length, gravity)
@@ -149,9 +146,7 @@ def _followed_for(candidate: CandidateTrial, knowledge: Knowledge, time: Array, 
     noise = float(np.sqrt(np.mean(sampling.noise**2)))
     own = half_width_of(sampling.interval, noise, speed, pace_of(motion), unit)
     half_width, longest = min(own, sampling.half_width), WINDOW * unit
-    found = predictability(
-        motion, groups, length, gravity, sampling.noise, sampling.interval, half_width, longest, quantile=0.0
-    )
+    found = predictability(motion, groups, length, gravity, sampling.noise, sampling.interval, half_width, longest)
     return max(found, sampling.shortest_window)
 
 

@@ -16,6 +16,8 @@ Array = npt.NDArray[np.float64]
 LOST = 0.2
 """An error of the angles, as a share of their scatter, beyond which a simulation no longer follows the motion: below
 it, the motion is still nearly linear in corrections of the initial state."""
+_QUANTILE = 0.1
+"""Quantile over instants: from nine of ten the motion is predictable for at least the time returned."""
 _APART = 10
 """Points of the motion's grid between the instants that are looked at."""
 
@@ -29,7 +31,6 @@ def predictability(
     spacing: float,
     half_width: float,
     longest: float,
-    quantile: float = 0.1,
 ) -> float:
     """Return for how long a motion is predictable from most of its instants [s], by states of local cubics there.
 
@@ -42,7 +43,6 @@ def predictability(
         spacing: of the samples [s].
         half_width: of the local cubics [s].
         longest: longest time that is asked for [s].
-        quantile: over instants: from the others it is predictable for longer.
     """
     angles, rates = motion.values[0][motion.known][:, :2], motion.rates[0][motion.known][:, :2]
     count = len(angles)
@@ -58,4 +58,4 @@ def predictability(
     count = min(int(longest / motion.spacing), count - 1)
     lost = steps_until(states, coefficients, motion.spacing, begins, start, LOST * amplitude, count)
     lasts = np.where(lost > 0, lost * motion.spacing, longest)
-    return float(np.quantile(lasts, quantile, method="lower"))
+    return float(np.quantile(lasts, _QUANTILE, method="lower"))

@@ -115,8 +115,8 @@ def _at_instants(found: WholeSwings) -> Iterator[Score]:
         for joint, shock in by_joint.items():
             of = (e for e in known_effects() if e.at_an_instant and e.joint == joint and e.moves == moves)
             effect = next(of, None)
-            if effect is None or (not moves and abs(shock.size) < found.recorded.steps[JOINTS.index(joint)]):
-                continue  # counts are lost as whole ones; what is less is rounding
+            if effect is None or (not moves and abs(shock.size) < 0.5 * found.recorded.steps[JOINTS.index(joint)]):
+                continue  # what is less is rounding
             nothing = np.zeros(own), np.zeros((own, own))
             values = np.array([shock.size, shock.time])
             yield Score(ActiveEffect(effect, trial=shock.trial), -shock.gain, shock.gain, values, *nothing)
@@ -243,7 +243,9 @@ def simplifications(found: WholeSwings, sure: float) -> Iterator[Neighbour]:
     for index, active in enumerate(found.model.effects):
         if _strength(found, index) < sure:
             others, remain = found.model.without_effect(index)
-            yield Neighbour(others, found.values[remain], (active.effect.key,))
+            # What happens at an instant may have been fitted at another one before.
+            again = any(other.effect.at_an_instant for other in others.effects)
+            yield Neighbour(others, found.values[remain], (active.effect.key,), again)
 
 
 def _strength(found: WholeSwings, index: int) -> float:

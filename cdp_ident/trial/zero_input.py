@@ -120,7 +120,7 @@ def find_parts(
     for i, motion in enumerate(motions):
         causes = np.full(len(motion.time), FREE)
         causes[at_rest(motion, options.rest_amplitude)] = REST
-        if balance:
+        if balance and len(motion.time) >= WINDOW:
             noise = _NOISE * balance.lumped.spread
             acting = torques(balance.windows[i], balance.lumped.values)
             hand, impulses = _lasting(acting > max(options.hand_torque, noise))

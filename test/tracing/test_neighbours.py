@@ -115,8 +115,8 @@ def test_a_richer_form_that_has_a_score_is_proposed_in_the_place_of_what_it_cont
     assert any(known(key).contains == "coulomb_friction" for key in found)
 
 
-@pytest.mark.parametrize(("step", "proposed"), [(1e-4, True), (0.1, False)])
-def test_lost_counts_below_an_encoder_s_step_are_not_proposed(step, proposed):
+@pytest.mark.parametrize(("step", "proposed"), [(1e-4, True), (0.009, True), (0.011, False)])
+def test_lost_counts_below_half_an_encoder_s_step_are_not_proposed(step, proposed):
     trial = measured(motion(), np.random.default_rng(2))
     slipped = replace(trial, theta=trial.theta + 5e-3 * (TIME > 4.118)[:, None] * [0.0, 1.0])
     found = fitted(recorded([slipped], steps=1e-4))
@@ -157,3 +157,9 @@ def test_a_simpler_model_lacks_one_effect_and_keeps_all_other_values(with_fricti
 def test_an_effect_that_is_sure_is_not_tried_to_be_dropped(with_friction):
     found = with_effect(with_friction, "encoder_scale.inner", 1e-4)
     assert [neighbour.what for neighbour in simplifications(found, sure=16.0)] == [("encoder_scale.inner",)]
+
+
+def test_what_happens_at_an_instant_is_fitted_again_without_another_effect(with_friction):
+    found = with_effect(with_friction, "encoder_slip.inner", 1e-3, 2.0, trial=0)
+    again = {neighbour.what: neighbour.again for neighbour in simplifications(found, sure=np.inf)}
+    assert again == {(DRY,): True, ("encoder_slip.inner",): False}

@@ -1,7 +1,7 @@
 """Whatever stands in a bag: a trial, or one clear error."""
 
 import numpy as np
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from cdp_ident.errors import CdpIdentError
@@ -36,6 +36,7 @@ def joint(kind, n, generator):
     st.sampled_from([0.0, 0.001, 0.1, 30.0]),
     st.sampled_from(["refuse", "warn"]),
 )
+@example(("huge", "huge", "huge"), 411, 0, 30.0, "warn")
 def test_any_numbers_give_a_trial_or_one_clear_error(make_bag, kinds, n, seed, disorder, conventions):
     generator = np.random.default_rng(seed)
     positions = np.column_stack([joint(kind, n, generator) for kind in kinds])
