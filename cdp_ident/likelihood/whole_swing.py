@@ -323,16 +323,16 @@ class _Search:
             IdentificationError: no motion can be computed.
         """
         change, adapted, least, stalled, misfit, tried, share = np.inf, np.inf, np.inf, 0, np.inf, 0, 1.0
-        fastest = _TURNS / self._recorded.time_unit
+        begun: tuple[Array, list[Array]] | None = None
         for self._steps in range(most_steps + 1):
-            if not all(np.all(np.abs(of[:, 2:4]) < fastest) for of in self.states):
-                raise IdentificationError("no motion of a rig is so fast")
-            self._linear = [
-                swing.linearised(self._model, self.values, of)
-                for swing, of in zip(self._swings, self.states, strict=True)
-            ]
-            if not all(np.all(np.isfinite(of.residuals)) for of in self._linear):
-                raise IdentificationError("the motion between nodes cannot be computed")
+            if not self._linearise():
+                if begun is None or self._steps == most_steps:
+                    raise IdentificationError("the motion between nodes cannot be computed")
+                # A step that leads where there is no motion is halved.
+                self.values = 0.5 * (begun[0] + self.values)
+                self.states = [0.5 * (old + new) for old, new in zip(begun[1], self.states, strict=True)]
+                continue
+            begun = self.values, self.states
             self.converged = max(change, adapted) < self._close
             if self.converged or self._steps == most_steps:
                 return
@@ -364,6 +364,19 @@ class _Search:
             self._impulses = step.impulses
             if change < _ROUGHLY and not held:
                 self._noise = self._noise.with_tails(step.impulses, self._swings, torque, self._recorded.least_torque)
+
+    def _linearise(self) -> bool:
+        """Linearise the motion where the search is; return whether there is one."""
+        fastest = _TURNS / self._recorded.time_unit
+        if not all(np.all(np.abs(of[:, 2:4]) < fastest) for of in self.states):
+            return False
+        linear = [
+            swing.linearised(self._model, self.values, of) for swing, of in zip(self._swings, self.states, strict=True)
+        ]
+        if not all(np.all(np.isfinite(of.residuals)) for of in linear):
+            return False
+        self._linear = linear
+        return True
 
     def found(self) -> WholeSwings:
         """Return what was found."""

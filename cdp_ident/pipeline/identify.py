@@ -84,9 +84,11 @@ def identify(
     objective = search_objective(data.fit, options.span(data.window), prior)
     search = genetic_search(objective, *prior.box, options.search, np.random.default_rng(options.seed), stop)
     enough = options.motion_for_effects or scales.enough
-    whole = _paper_s_model(model, search, balanced, data, prior, enough)
+    whole, lost = _paper_s_model(model, search, balanced, data, prior, enough)
     followed = with_all_derivatives(fit_initial_states(model, whole.values, data.fit))
-    return Identification.of(options, data, balances, length, search, whole, followed, whole.covariance, failure)
+    return Identification.of(
+        options, data, balances, length, search, whole, followed, whole.covariance, failure or lost
+    )
 
 
 def _paper_s_model(
@@ -96,8 +98,11 @@ def _paper_s_model(
     data: Data,
     prior: Prior,
     enough: float,
-) -> WholeSwings:
+) -> tuple[WholeSwings, str]:
     """Return the paper's model fitted to whole swings, from the search's best and from a balance of forces.
+
+    Where no step leads anywhere, it is the model where it begins, which shows how far off the motion is; the second
+    value says so, and is empty otherwise.
 
     Raises:
         IdentificationError: no motion can be computed from either.
@@ -109,7 +114,6 @@ def _paper_s_model(
     recorded = fitted_recorded(data, NEAR, enough)
     noise = Noise.white(recorded.encoders, recorded.large_torque)
     failures = list[str]()
-    # Where no step leads anywhere, the report shows how far off the motion is.
     for most_steps in (MOST_STEPS, 0):
         found = list[WholeSwings]()
         for values in begins:
@@ -119,7 +123,8 @@ def _paper_s_model(
             except (IdentificationError, np.linalg.LinAlgError) as error:
                 failures.append(str(error))
         if found:
-            return likelier_maximum(min(found, key=lambda one: one.misfit))
+            lost = "" if most_steps else f"the fit failed: {failures[0]}; check L, g and what the angles mean"
+            return likelier_maximum(min(found, key=lambda one: one.misfit)), lost
     raise IdentificationError(f"the paper's model cannot be fitted ({failures[0]}): check L, g and the nominal values")
 
 

@@ -11,6 +11,8 @@ from cdp_ident.fit.data import Data
 from cdp_ident.likelihood.noise import Noise
 from cdp_ident.likelihood.recorded import all_recorded, states_of
 from cdp_ident.likelihood.whole_swing import (
+    CLOSE_ENOUGH,
+    MOST_STEPS,
     NEAR,
     Recorded,
     WholeSwings,
@@ -74,6 +76,10 @@ def _whole_swings(after: FinalModel, chosen: WholeSwings, data: Data) -> WholeSw
         recorded, states = with_nodes(NEAR)
         noise = Noise.white(recorded.encoders, 0.0).with_torque_of_at_least(chosen.noise.torque)
         found = likely_near(after.model, after.fit.values, recorded, states, noise)
+        if not found.converged:  # where joints stick now here and now there, steps may stay larger than they need be
+            found = likely_near(
+                found.model, found.values, recorded, found.states, found.noise, CLOSE_ENOUGH, MOST_STEPS
+            )
         if found.converged:
             return found
     return most_likely(after.model, after.fit.values, with_nodes)
