@@ -24,7 +24,7 @@ from cdp_ident.fit.windows import Window
 Array = npt.NDArray[np.float64]
 
 _MOST_ITERATIONS = 100
-TOLERANCE = 1e-6
+_TOLERANCE = 1e-6
 """A fit has converged when the cost decreases by less than this share in an iteration."""
 
 
@@ -131,7 +131,7 @@ def fit_initial_states(model: MotionModel, values: Array, windows: Sequence[Wind
     if len(free):
         return _minimised(model, values, windows, free, MOST_FOR_STARTS)
     _refuse_none(windows)
-    return _fit_of_each(fit_each_window(model, values, windows, TOLERANCE), model, values, windows)
+    return _fit_of_each(fit_each_window(model, values, windows, _TOLERANCE), model, values, windows)
 
 
 def _refuse_none(windows: Sequence[Window]) -> None:
@@ -162,7 +162,7 @@ def _minimised(
             if iterations == 1:
                 raise IdentificationError(f"the equations of the fit cannot be solved: {error}") from error
             break
-        is_small = step.expected < TOLERANCE * point.cost
+        is_small = step.expected < _TOLERANCE * point.cost
         if is_small and damping <= FIRST_DAMPING:  # not small because it is damped
             candidate: Point | None = problem.moved(point, step)
         else:
@@ -172,7 +172,7 @@ def _minimised(
             converged = is_small
             damping *= DAMPING_FACTOR
             continue
-        converged = point.cost - candidate.cost < TOLERANCE * point.cost
+        converged = point.cost - candidate.cost < _TOLERANCE * point.cost
         point, damping = candidate, max(damping / DAMPING_FACTOR, LEAST_DAMPING)
         if stop(problem.rmse(point)):
             break

@@ -16,7 +16,7 @@ class SearchDisplay:
     """A bar with what is done and the time left; where no person sees a terminal, a line now and then."""
 
     def __init__(self, console: Console, generations: int, clock: Callable[[], float] = time.monotonic) -> None:
-        """Make a display for a search of so many generations; a search that is repeated has twice as many."""
+        """Make a display for a search of so many generations."""
         self._console, self._clock = console, clock
         self.doing = ""
         """What is done, in words."""
