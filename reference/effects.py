@@ -165,7 +165,7 @@ _DRY: dict[str, Callable[[Joint, Occasion], Effect]] = {
 }
 
 _TORQUES = ("quadratic_friction", "joint_spring", "cogging_torque", "magnet", "air_drag", "impulse",
-            "presliding_friction", "rotor_inertia")  # fmt: skip
+            "presliding_friction", "rotor_inertia", "constant_torque", "varying_viscosity")  # fmt: skip
 
 
 def _torque(name: str, joint: Joint, of: Occasion) -> Effect:
@@ -196,6 +196,13 @@ def _torque(name: str, joint: Joint, of: Occasion) -> Effect:
         put = _acting(lambda size: torques.knock(joint, size, at, 0.04))
         swing = math.sqrt(moment * inertia)
         return Effect(name, joint, "N m s", 1e-4 * swing, swing, put, signed=True, trial=trial)
+    if name == "constant_torque":
+        put = _acting(lambda size: torques.constant(joint, size))
+        return Effect(name, joint, "N m", 1e-4 * moment, 0.1 * moment, put, signed=True)
+    if name == "varying_viscosity":
+        periods, phase = int(rng.integers(1, 3)), rng.uniform(-math.pi, math.pi)
+        put = _acting(lambda size: torques.eddy_currents(joint, size, periods, phase))
+        return Effect(name, joint, "N m s", 1e-4 * inertia, 0.3 * inertia, put)
     if name == "presliding_friction":
         give = float(np.exp(rng.uniform(np.log(1e-3), np.log(5e-2))))
         put = _acting(lambda size: torques.dahl(joint, size, size / give))
@@ -205,6 +212,9 @@ def _torque(name: str, joint: Joint, of: Occasion) -> Effect:
 
 
 def _of_base(name: str, of: Occasion) -> Effect:
+    if name == "oblique_view":
+        axis = of.rng.uniform(-math.pi, math.pi)
+        return Effect(name, "base", "1", 1e-5, 0.05, in_reading=lambda size: encoders.oblique_view(size, axis))
     if name == "gravity_tilt":
         return Effect(name, "base", "rad", 1e-5, 0.1, _on_rig(lambda rig, size: replace(rig, tilt=size)), signed=True)
     rods = of.weight / of.values["g"]
@@ -230,6 +240,17 @@ def _reading(name: str, joint: Joint, of: Occasion) -> Effect:
     if name == "encoder_eccentricity":
         phase = of.rng.uniform(-math.pi, math.pi)
         return Effect(name, joint, "rad", 1e-5, 0.05, in_reading=lambda size: encoders.eccentricity(joint, size, phase))
+    if name == "encoder_harmonic":
+        periods, phase = int(of.rng.integers(2, 5)), of.rng.uniform(-math.pi, math.pi)
+        return Effect(
+            name, joint, "rad", 1e-5, 0.05, in_reading=lambda size: encoders.harmonic(joint, size, periods, phase)
+        )
+    if name == "encoder_compliance":
+        damping, unit = of.rng.uniform(0.05, 0.3), of.values["L"] / of.values["g"]
+        return Effect(
+            name, joint, "s^2", 1e-5 * unit, 0.01 * unit,
+            in_reading=lambda size: encoders.elastic_coupling(joint, size, damping),
+        )  # fmt: skip
     if name == "encoder_slip":
         trial, at = _once(of)
         return Effect(

@@ -6,12 +6,16 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy.signal import lfilter
+from scipy.interpolate import CubicSpline
+from scipy.signal import lfilter, lsim
 
 from reference.plant import Path
 from reference.torques import Joint
 
 Array = npt.NDArray[np.float64]
+
+_FINER = 8
+"""An elastic coupling is followed so many times between two samples."""
 
 
 @dataclass(frozen=True)
@@ -55,6 +59,52 @@ def scale(joint: Joint, size: float) -> Reading:
 def eccentricity(joint: Joint, size: float, phase: float) -> Reading:
     """Return a disc beside its axle [rad]."""
     return _on(joint, lambda angle, time: size * np.sin(angle + phase))
+
+
+def harmonic(joint: Joint, size: float, periods: int, phase: float) -> Reading:
+    """Return an error that repeats so many times a turn [rad]."""
+    return _on(joint, lambda angle, time: size * np.sin(periods * angle + phase))
+
+
+def oblique_view(size: float, axis: float) -> Reading:
+    """Return a camera that looks askew: a circle is an ellipse whose longer axis is at an angle [rad].
+
+    Its axes are as 1 + 2 `size` to 1.
+    """
+
+    def reading(turned: Turned) -> Array:
+        away = np.cumsum(turned.joints, axis=1) - axis
+        seen = np.arctan2(np.sin(away), (1.0 + 2.0 * size) * np.cos(away))
+        off = (seen - away + math.pi) % (2.0 * math.pi) - math.pi
+        return np.diff(off, axis=1, prepend=0.0)
+
+    return reading
+
+
+def elastic_coupling(joint: Joint, compliance: float, damping: float) -> Reading:
+    """Return an encoder whose own oscillation, of so much damping, the joint's acceleration drives.
+
+    Args:
+        joint: of the encoder.
+        compliance: one over the square of its natural frequency [s^2].
+        damping: relative to the critical one.
+    """
+    column = 0 if joint == "inner" else 1
+    system = ([-compliance], [compliance, 2.0 * damping * math.sqrt(compliance), 1.0])
+
+    def reading(turned: Turned) -> Array:
+        times = turned.path.times
+        fine = np.linspace(times[0], times[-1], _FINER * (len(times) - 1) + 1)
+        alpha = np.diff(turned.path.accelerations, axis=1, prepend=0.0)[:, column]
+        driven = CubicSpline(times, alpha)(fine)
+        # It begins where a steady acceleration holds it.
+        steady = lsim(system, np.full(2, driven[0]), [0.0, 1e3])[2][-1]
+        turned_by = lsim(system, driven, fine - fine[0], X0=steady)[1]
+        both = np.zeros_like(turned.joints)
+        both[:, column] = turned_by[::_FINER]
+        return both
+
+    return reading
 
 
 def slip(joint: Joint, size: float, at: float) -> Reading:

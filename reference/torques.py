@@ -1,4 +1,4 @@
-"""Torques beyond the paper's model that are smooth: springs, magnets, the air, knocks, presliding.
+"""Torques beyond the paper's model that are smooth: springs, magnets, the air, knocks, presliding, eddy currents.
 
 Each is one row for compiled code: its kind, where it acts, and up to six numbers. A joint's angle is counted from
 hanging (inner) and from straight (outer).
@@ -19,7 +19,7 @@ from reference.mechanics import L
 Array = npt.NDArray[np.float64]
 Joint = Literal["inner", "outer"]
 
-QUADRATIC, SPRING, COGGING, MAGNET, DRAG, KNOCK, DAHL = range(7)
+QUADRATIC, SPRING, COGGING, MAGNET, DRAG, KNOCK, DAHL, CONSTANT, EDDY = range(9)
 _WIDTH = 8
 
 
@@ -81,6 +81,16 @@ def dahl(joint: Joint, torque: float, stiffness: float) -> Torque:
     return Torque(DAHL, joint, (torque, stiffness))
 
 
+def constant(joint: Joint, torque: float) -> Torque:
+    """Return a torque [N m] that is always the same."""
+    return Torque(CONSTANT, joint, (torque,))
+
+
+def eddy_currents(joint: Joint, size: float, periods: int, phase: float) -> Torque:
+    """Return viscous friction [N m s] that varies over the turn, from `size` to minus it, beside what is there."""
+    return Torque(EDDY, joint, (size, float(periods), phase))
+
+
 def table(torques: Sequence[Torque]) -> Array:
     """Return the rows (k, 8) of torques."""
     return np.array([torque.row for torque in torques]).reshape(-1, _WIDTH)
@@ -136,6 +146,10 @@ def add_torques(torques: Array, rig: Array, time: float, state: Array, rates: Ar
         elif kind == MAGNET:
             away = wrapped(angle - b) / c
             in_joint = -a * away * math.exp(0.5 * (1.0 - away * away))
+        elif kind == CONSTANT:
+            in_joint = a
+        elif kind == EDDY:
+            in_joint = -a * rate * math.sin(b * angle + c)
         elif kind == DAHL:
             deflection = state[7 if outer else 6]
             in_joint = -b * deflection

@@ -19,6 +19,7 @@ _FREEDOM = 3.0
 """Degrees of freedom of the distribution of unknown torques."""
 _SURE, _LONGEST_MEMORY = 4.0, 0.99
 """Noise is taken to be remembered where its correlation is so many standard deviations; and the largest correlation."""
+_MM_STEPS = 50
 _REGULAR = 1.5
 """Noise is forgotten between readings that are further apart than so many usual steps."""
 
@@ -40,6 +41,9 @@ class Noise:
     """(2,) see above."""
     torque: Array
     """(2,) standard deviation of unknown torques in both joints, white noise over A22 [1/s^1.5]."""
+    time: float = 0.0
+    """Standard deviation of the times of readings, the same error for both encoders [s]; where noise is remembered,
+    zero."""
     tails: tuple[Array, ...] = ()
     """(nodes, 2) of each swing, how many times as large the torques after each node are."""
 
@@ -122,9 +126,13 @@ class Noise:
         """
         sizes = self.torque * np.sqrt(swing.spacing) * (np.ones((len(linear.gaps), 2)) if tails is None else tails)
         if self.is_white:
-            roots = self._roots(swing, linear.residuals)
+            by_time = self.time * linear.rates
+            roots = self._roots(swing, linear.residuals, by_time)
+            shown = np.concatenate([linear.slopes, linear.residuals[..., None]], axis=-1) * roots[..., None]
+            if self.time > 0.0:
+                shown = _independent(shown, by_time * roots)
             return Whitened(
-                *linear[:3], linear.slopes * roots[..., None], linear.residuals * roots, swing.samples_at, sizes
+                *linear[:3], np.ascontiguousarray(shown[..., :-1]), shown[..., -1].copy(), swing.samples_at, sizes
             )
         follows = self._follows(swing)
         nodes, n, d = linear.transitions.shape
@@ -135,7 +143,7 @@ class Noise:
         rows[..., :n], rows[..., n + 2 :] = linear.slopes[..., :n], linear.slopes[..., n:]
         right, new = linear.residuals.copy(), linear.residuals.copy()
         filter_rows(rows, right, new, follows, swing.samples_at, self.kept, self.mixed, transitions, gaps)
-        roots = self._roots(swing, new) / np.where(follows, 1.0, np.sqrt(self._gain))
+        roots = self._roots(swing, new, np.zeros(2)) / np.where(follows, 1.0, np.sqrt(self._gain))
         return Whitened(
             transitions, gaps, linear.pushes, rows * roots[..., None], right * roots, swing.samples_at, sizes
         )
@@ -148,16 +156,47 @@ class Noise:
         follows[1:] = whole[1:] & whole[:-1] & (steps < _REGULAR * np.median(steps))[:, None]
         return follows & (self.kept > 0.0)
 
-    def _roots(self, swing: Swing, new: Array) -> Array:
-        """Return one over the standard deviation (samples, 2) of what is new; outliers have a larger one."""
+    def _roots(self, swing: Swing, new: Array, by_time: Array) -> Array:
+        """Return one over the standard deviation (samples, 2) of what is new; outliers have a larger one.
+
+        Args:
+            swing: what is measured.
+            new: (samples, 2) in the encoders' noise [rad].
+            by_time: (samples, 2) or (2,) standard deviation of what errors of time add [rad].
+        """
         usual = _PER_MEDIAN * np.median(np.abs(new[swing.counts[:, 0] > 0.0]), axis=0)
-        beyond = np.abs(new) / (_OUTLIER * np.maximum(self.new, usual))
+        beyond = np.abs(new) / (_OUTLIER * np.hypot(np.maximum(self.new, usual * (self.time == 0.0)), by_time))
         return np.asarray(np.sqrt(swing.counts / np.maximum(beyond, 1.0)) / self.new)
 
-    def logarithm(self, swing: Swing) -> float:
-        """Return the logarithm of the variances of all readings of a swing, given those before."""
+    def logarithm(self, swing: Swing, linear: Linearised) -> float:
+        """Return the logarithm of the determinant of the covariance of a swing's readings, given those before."""
         variances = self.new**2 * np.where(self._follows(swing), 1.0, self._gain)
-        return float(np.sum(np.log(variances)[swing.counts > 0.0]))
+        by_time = np.sum((swing.counts > 0.0) * (self.time * linear.rates) ** 2 / variances, axis=1)
+        return float(np.sum(np.log(variances)[swing.counts > 0.0]) + np.sum(np.log1p(by_time)))
+
+    def with_errors_of_time(self, swings: Sequence[Swing], linear: Sequence[Linearised]) -> "Noise":
+        """Return white noise and errors of time as the residuals show them, at the maximum of their likelihood.
+
+        Each step takes a sum of squares over what is expected of it, and does not lower the likelihood (Zhou, Hu, Zhou
+        and Lange, MM algorithms for variance components models, J. Comput. Graph. Stat. 28, 2019).
+        """
+        counted = [np.all(swing.counts > 0.0, axis=1) for swing in swings]
+        left, rates = (
+            np.concatenate([getattr(of, name)[kept] for of, kept in zip(linear, counted, strict=True)])
+            for name in ("residuals", "rates")
+        )
+        sizes = self.encoders
+        time = self.time or float(np.sqrt(np.sum(sizes**2) / np.sum(np.mean(rates**2, axis=0))))
+        for _ in range(_MM_STEPS):
+            weighted = rates / sizes**2
+            # The inverse of the covariance is that of the encoders' noise less what errors of time take from it.
+            taken = weighted * (time**2 / (1.0 + time**2 * np.sum(weighted * rates, axis=1)))[:, None]
+            of_left = left / sizes**2 - taken * np.sum(weighted * left, axis=1)[:, None]
+            inverse = sizes**-2.0 - taken * weighted
+            of_rates = weighted - taken * np.sum(weighted * rates, axis=1)[:, None]
+            time *= float(np.sqrt(np.sum(np.sum(rates * of_left, axis=1) ** 2) / np.sum(rates * of_rates)))
+            sizes = sizes * np.sqrt(np.sum(of_left**2, axis=0) / np.sum(inverse, axis=0))
+        return replace(self, new=sizes, time=time, kept=np.zeros(2), mixed=np.zeros(2))
 
     def remembering(self, swings: Sequence[Swing], linear: Sequence[Linearised]) -> "Noise":
         """Return the noise with as much memory as residuals show, as far as that is sure."""
@@ -175,8 +214,20 @@ class Noise:
         white = np.where(kept > 0.0, np.maximum(variance - first / np.maximum(kept, sure), 0.0), 0.0)
         a, b = (1.0 - kept**2) * (variance - white) + (1.0 + kept**2) * white, kept * white
         mixed = np.where(b > 0.0, 2.0 * b / (a + np.sqrt(np.maximum(a**2 - 4.0 * b**2, 0.0))), 0.0)
-        found = replace(self, kept=kept, mixed=mixed)
+        found = replace(self, kept=kept, mixed=mixed, time=0.0)
         return replace(found, new=self.encoders / np.sqrt(found._gain))
+
+
+def _independent(shown: Array, by_time: Array) -> Array:
+    """Return independent rows (samples, 2, k) in the place of those whose covariance is I + b b', with b (samples, 2).
+
+    They are multiplied by the inverse of its Cholesky factor.
+    """
+    first, second = by_time.T[..., None]
+    inner = 1.0 + first**2
+    outer = (inner + second**2) / inner
+    along = shown[:, 1] - first * second / inner * shown[:, 0]
+    return np.stack([shown[:, 0] / np.sqrt(inner), along / np.sqrt(outer)], axis=1)
 
 
 def _unlikelihood(tails: Array) -> Array:

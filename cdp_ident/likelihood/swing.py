@@ -37,6 +37,8 @@ class Linearised(NamedTuple):
     """(samples, 2) shown less measured [rad]."""
     columns: Indices
     """(d - states,) which unknown each direction is."""
+    rates: Array
+    """(samples, 2) of change of what the encoders show [rad/s]."""
 
 
 @dataclass(frozen=True)
@@ -187,10 +189,10 @@ class Swing:
             order = np.argsort(columns, kind="stable")
             columns, by = columns[order], np.concatenate([by[..., :n], by[..., n:][..., order]], axis=-1)
             ends_by = np.concatenate([ends_by[..., :n], ends_by[..., n:][..., order]], axis=-1)
-        ends = found.ends
+        ends, rates = found.ends, np.gradient(shown, self.time, axis=0)
         if self.time_std > 0.0:
             # Measured against a clock that is fast by a share, a motion is where it would be that share of t later.
-            later = np.gradient(shown, self.time, axis=0) * self.time[:, None]
+            later = rates * self.time[:, None]
             shown = shown + later * states[0, -1]
             by = np.insert(by, n, later, axis=-1)
             ends_by = np.insert(np.insert(ends_by, n, 0.0, axis=-1), n, 0.0, axis=1)
@@ -200,7 +202,7 @@ class Swing:
         gaps[:-1] = ends[:-1] - states[1:]
         pushes = _pushes(coefficients, found.ends) / (weighted.share if weighted else 1.0)
         return Linearised(
-            np.ascontiguousarray(ends_by), gaps, pushes, np.ascontiguousarray(by), shown - self.readings, columns
+            np.ascontiguousarray(ends_by), gaps, pushes, np.ascontiguousarray(by), shown - self.readings, columns, rates
         )  # fmt: skip
 
 

@@ -337,13 +337,13 @@ class _Search:
             if self.converged or self._steps == most_steps:
                 return
             if change < _ROUGHLY and self._taken < _TELLING and not held:
-                self._remember()
+                self._look_at_residuals()
             # Where the motion is nearly linear in all that changes, standard deviations need no other linearisation.
             for _ in range(most_steps if change < _ROUGHLY else 1):
                 step, torque = self._step(), self._noise.torque
                 near = share * step.change < _ROUGHLY
                 if held:
-                    self._noise = replace(self._noise, new=self._of_encoders(step.freedom)[0])
+                    self._noise = self._of_readings(step.freedom)[0]
                     break
                 adapted = self._adapt(step.freedom, near) if near or step.is_beyond else np.inf
                 if not near or adapted < self._close:
@@ -410,7 +410,8 @@ class _Search:
     def _misfit(self, reduced: Reduced, change: Array, noise: Noise) -> float:
         left = reduced.of_values[:, :-1] @ change + reduced.of_values[:, -1]
         rest = float(left @ left + reduced.others[-1, -1] + reduced.logarithm)
-        return rest + sum(map(noise.logarithm, self._swings)) + noise.unlikelihood_of_tails
+        logarithms = map(noise.logarithm, self._swings, self._linear)
+        return rest + sum(logarithms) + noise.unlikelihood_of_tails
 
     def _misfit_with(self, noise: Noise) -> float:
         """Return the misfit that other standard deviations give, as far as the motion is linear in what they move."""
@@ -418,11 +419,12 @@ class _Search:
         change, _, _ = most_likely_change(self._model, self.values, reduced.of_values)
         return self._misfit(reduced, change, noise)
 
-    def _remember(self) -> None:
-        """Let the encoders' noise have the memory that residuals show, if that is the more likely one."""
-        other = self._noise.remembering(self._swings, self._linear)
-        if self._misfit_with(other) < self._misfit_with(self._noise):
-            self._noise = other
+    def _look_at_residuals(self) -> None:
+        """Let the noise have the memory, or the errors of time, that residuals show, if that is the more likely one."""
+        remembering = self._noise.remembering(self._swings, self._linear)
+        late = self._noise.with_errors_of_time(self._swings, self._linear)
+        candidates = [(replace(self._noise, time=0.0), 0.0), (remembering, 0.0), (late, _SHOWN)]
+        self._noise = min(candidates, key=lambda one: self._misfit_with(one[0]) + one[1])[0]
 
     @cached_property
     def _known(self) -> Known:
@@ -454,8 +456,8 @@ class _Search:
 
     def _adapt(self, freedom: Array, near: bool) -> float:
         """Let the standard deviations fit what was found, and return by how much that matters to the likelihood."""
-        new, off = self._of_encoders(freedom)
-        noise, (_, freedom, _, impulses) = self._noise, freedom
+        noise, off = self._of_readings(freedom)
+        _, freedom, _, impulses = freedom
         freedom, tiny = np.maximum(freedom, 0.0), np.finfo(float).tiny
         with np.errstate(over="ignore"):  # a motion that is lost altogether
             self.excess = np.maximum(impulses, tiny) / np.maximum(freedom, tiny)
@@ -464,21 +466,25 @@ class _Search:
         torque = np.maximum(noise.torque * np.exp(np.clip(steps, -_LONGEST, _LONGEST)), least)
         if not near:  # what is far from its place yet tells nothing but that torques are larger
             self._before = [None, None]
-            self._noise = replace(noise, torque=np.maximum(torque, noise.torque))
+            self._noise = replace(self._noise, torque=np.maximum(torque, noise.torque))
             return np.inf
-        self._noise = replace(noise, new=new, torque=torque)
+        self._noise = replace(noise, torque=torque)
         # By so many of its own standard deviations each logarithm is off.
         of_torques = np.abs(impulses - freedom) / np.sqrt(2.0 * np.maximum(freedom, tiny))
         matters = (freedom > _FREE) & (torque > least)
         return float(max(off, np.where(matters, of_torques, 0.0).max()))
 
-    def _of_encoders(self, freedom: Array) -> tuple[Array, float]:
-        """Return the standard deviations (2,) of encoders' noise that fit, and by how many of its own each is off."""
+    def _of_readings(self, freedom: Array) -> tuple[Noise, float]:
+        """Return noise of readings that fits, and by how many of its own deviations one of its logarithms is off."""
         taken, _, squares, _ = freedom
         counts = sum(swing.counts.sum(axis=0) for swing in self._swings)
         self._taken = float(np.max(taken / counts))
         left = np.maximum(counts - taken, 1.0)
-        return self._noise.new * np.sqrt(squares / left), float(np.max(np.abs(squares - left) / np.sqrt(2.0 * left)))
+        if self._noise.time > 0.0:
+            noise = self._noise.with_errors_of_time(self._swings, self._linear)
+            return noise, float(np.max(np.abs(np.log(noise.new / self._noise.new)) * np.sqrt(2.0 * left)))
+        noise = replace(self._noise, new=self._noise.new * np.sqrt(squares / left))
+        return noise, float(np.max(np.abs(squares - left) / np.sqrt(2.0 * left)))
 
     def _step_of_torque(self, joint: int) -> float:
         """Return the change of a torque's logarithm that makes the excess' one zero, from the last one's (secant)."""

@@ -5,6 +5,7 @@ where little torque is left that no law gives, too.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
@@ -13,7 +14,7 @@ from scipy.special import softmax
 from cdp_ident.likelihood.whole_swing import WholeSwings
 from cdp_ident.model.effects.effect import Effect
 from cdp_ident.tracing.model_search import ModelSearch
-from cdp_ident.tracing.selection import Certainty
+from cdp_ident.tracing.selection import Certainty, Selection
 
 Array = npt.NDArray[np.float64]
 
@@ -93,6 +94,12 @@ def _imitates(found: WholeSwings, without: WholeSwings | None) -> bool:
     scale = np.maximum(without.noise.torque_with_tails, found.noise.torque_with_tails)
     left, before = (np.sum((of.torque / scale) ** 2) for of in (found, without))
     return bool(left > _IMITATES * before)
+
+
+def less_sure(selection: Selection) -> Selection:
+    """Return a selection whose names are less sure: all that was measured is not explained as what was fitted is."""
+    weaker: dict[Certainty, Certainty] = {"named": "probable", "probable": "acts_like", "acts_like": "acts_like"}
+    return replace(selection, certainty=tuple(weaker[one] for one in selection.certainty))
 
 
 def _name(effect: Effect) -> tuple[str, str]:

@@ -100,9 +100,9 @@ class ModelSearch:
                 if self.best.model.effects[-1].effect.curve is not None:
                     self._spell_out(before)
                 self._simplify()
-            elif self._zeros() or self._enrich():
+            elif self._zeros() or self._enrich() or self._replace():
                 self._simplify()
-            elif not self._replace():
+            else:
                 return
 
     @property
@@ -125,7 +125,8 @@ class ModelSearch:
     ) -> bool:
         """Fit neighbours, and go on from the most probable model; return whether that is another one.
 
-        What is no effect of its own, zeros and extended models, need not leave less of a missing torque.
+        What is no effect of its own, zeros and extended models, need not leave less of a missing torque; nor need what
+        has no more values.
         """
         tried = self._fit_all(origin, neighbours)
         if not tried:
@@ -133,6 +134,7 @@ class ModelSearch:
         best, what = min(tried, key=lambda pair: self.cost(pair[0]))
         best = self._at_another_maximum(best)
         before, better = self.best, self.cost(best) < self.cost(self.best)
+        must_explain = must_explain and len(best.values) > len(before.values)
         better = better and (_explains(before, best) or not must_explain)
         if better:
             self.best = best
@@ -211,15 +213,18 @@ class ModelSearch:
         return False
 
     def _replace(self) -> bool:
-        """Try other effects in the place of each one."""
-        rivals: list[tuple[Neighbour, WholeSwings | None]] = []
+        """Try other effects in the place of each one, and an extended model of another one of its joint."""
+        alternatives: list[tuple[Neighbour, WholeSwings | None]] = []
         for index in range(len(self.best.model.effects)):
             without = self.without(index)
             if without is None:
                 continue
             others = replacements(self.best, index, without, self.scores, self._named_only)
-            rivals += [(each, without) for each in islice(others, _TRIED)]
-        return self._move(self.best, rivals, "exchanged for")
+            alternatives += [(each, without) for each in islice(others, _TRIED)]
+            joint = self.best.model.effects[index].effect.joint
+            extended = (each[0] for forms in richer_forms(without) for each in forms)
+            alternatives += [(each, without) for each in extended if each.model.effects[-1].effect.joint == joint]
+        return self._move(self.best, alternatives, "exchanged for")
 
     def _fit_all(
         self,

@@ -57,8 +57,19 @@ def additions(found: WholeSwings, named_only: bool) -> tuple[list[Neighbour], li
         worth = not is_curve or (score.misfit < best_named and not nameless)
         nameless = nameless or is_curve
         if worth and score.misfit + ambiguity(score.active, found.recorded) < _PROMISES:
-            neighbours.append(_with(found, score.active, score.values))
+            neighbours += [*_longer(found, score), _with(found, score.active, score.values)]
     return neighbours, scored
+
+
+def _longer(found: WholeSwings, score: Score) -> Iterator[Neighbour]:
+    """Yield models in which an impulse that a model has lasts, in place of another impulse beside it."""
+    for index, active in enumerate(found.model.effects):
+        if active.effect != score.active.effect or active.trial != score.active.trial:
+            continue
+        for form in _richer([active.effect]):
+            (one, at), (other, also_at) = found.values[found.model.places(index)].tolist(), score.values.tolist()
+            values = [one + other, 0.5 * (at + also_at), 0.5 * abs(at - also_at)]
+            yield _instead(found, index, replace(active, effect=form), values)
 
 
 def _scores(found: WholeSwings, named_only: bool, lasting: bool = False) -> list[Score]:
@@ -168,7 +179,7 @@ def richer_forms(found: WholeSwings) -> Iterator[list[list[Neighbour]]]:
             continue
         yield [
             [
-                replace(_instead(found, index, ActiveEffect(form), v), again=True)
+                replace(_instead(found, index, replace(active, effect=form), v), again=True)
                 for v in _beginnings(found, index, form)
             ]
             for form in forms

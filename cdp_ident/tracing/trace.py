@@ -16,6 +16,7 @@ from cdp_ident.fit.physical import PhysicalValues
 from cdp_ident.fit.refinement import fit_initial_states, with_all_derivatives
 from cdp_ident.likelihood.whole_swing import WholeSwings
 from cdp_ident.model.parameters import groups_of, inertia_about_cart
+from cdp_ident.tracing.certainty import less_sure
 from cdp_ident.tracing.expected import ExpectedEffect
 from cdp_ident.tracing.final_model import FinalModel, is_worse
 from cdp_ident.tracing.final_values import final_values
@@ -159,6 +160,8 @@ def judged(
         # It has judged: from now on it tells of the values, too.
         final = final_values(after, chosen, data, say)
         failures = [*failures, *final.failures]
+        if final.whole is None or (np.any(final.whole.leaves_more) and not np.any(chosen.leaves_more)):
+            selection = less_sure(selection)
         try:
             completed = _completed(found, final.whole or chosen, after, final.values, final.covariance)
         except (IdentificationError, np.linalg.LinAlgError) as error:

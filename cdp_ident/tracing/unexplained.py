@@ -60,6 +60,8 @@ def unexplained(final: FinalModel, whole: WholeSwings | None, noise: Array, iner
         words = ["nothing but the encoders' noise"]
         if memory.max() > 0.0:
             words.append(f"of which {100 * memory.max():.0f} % is in the next reading still")
+        if whole.noise.time > 0.0:
+            words.append(f"and errors of {1e3 * whole.noise.time:.2g} ms in the times of both encoders")
         if said:
             words.append(f"and torques that matter less than that, {said} (root mean square)")
         return Unexplained(False, JOINTS[worst], times, torque, ", ".join(words))
@@ -80,11 +82,13 @@ def _size(torque: float, inertia: Inertia) -> str:
 
 
 def _with_memory(noise: Array, whole: WholeSwings) -> Array:
-    """Return the noise (2,) of theta1 and theta2, with what is remembered for less than the time between nodes."""
+    """Return the noise (2,) of theta1 and theta2, with errors of time and what is remembered from node to node."""
     steps = float(np.median(np.concatenate([np.diff(swing.time) for swing in whole.recorded.swings])))
     lasts = -steps / np.log(np.clip(whole.noise.kept, 1e-9, 1.0 - 1e-9))
     encoders = np.where(lasts < NEAR * whole.recorded.time_unit, whole.noise.encoders, 0.0)
-    return np.asarray(np.maximum(noise, np.sqrt(np.cumsum(encoders**2))))
+    squares = [np.mean(np.cumsum(linear.rates, axis=1) ** 2, axis=0) for linear in whole.linear]
+    late = whole.noise.time * np.sqrt(np.max(squares, axis=0))
+    return np.asarray(np.maximum(noise, np.hypot(late, np.sqrt(np.cumsum(encoders**2)))))
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ def swing(time):
     return replace(found, counts=np.ones((len(time), 2)))
 
 
-def linear(of, residuals):
+def linear(of, residuals, rates=0.0):
     nodes = len(of.grids)
     return Linearised(
         np.zeros((nodes, N, D)),
@@ -30,6 +30,7 @@ def linear(of, residuals):
         np.zeros((len(residuals), 2, D)),
         residuals,
         np.arange(D - N),
+        np.zeros((len(residuals), 2)) + rates,
     )
 
 
@@ -105,8 +106,8 @@ def test_noise_is_forgotten_over_a_gap():
     np.testing.assert_allclose(left[[50, 150]], usual)
     size = np.sqrt(1.0 - 0.9**2)  # of a reading before which there is nothing
     np.testing.assert_allclose(left[[0, 100]], size)
-    steady = noise.logarithm(swing(times(200)))
-    assert noise.logarithm(of) == pytest.approx(steady - 2.0 * np.log(size**2))
+    steady = noise.logarithm(swing(times(200)), linear(of, errors))
+    assert noise.logarithm(of, linear(of, errors)) == pytest.approx(steady - 2.0 * np.log(size**2))
 
 
 def test_outliers_count_less():
@@ -122,8 +123,8 @@ def test_repeated_readings_that_do_not_count_are_no_part_of_the_likelihood():
     of = swing(times(200))
     counts = np.ones((200, 2))
     counts[50:] = 0.0
-    noise = Noise.white(np.full(2, 1e-3), 1.0)
-    assert noise.logarithm(replace(of, counts=counts)) == pytest.approx(0.25 * noise.logarithm(of))
+    noise, none = Noise.white(np.full(2, 1e-3), 1.0), linear(of, np.zeros((200, 2)))
+    assert noise.logarithm(replace(of, counts=counts), none) == pytest.approx(0.25 * noise.logarithm(of, none))
 
 
 def test_torques_of_a_student_s_distribution_may_be_large_at_a_node_and_are_of_one_size_otherwise():
@@ -160,3 +161,41 @@ def test_least_torques_have_one_size():
     found = noise.with_tails([np.ones((NODES, 2, 2))], [of], noise.torque, 1e-5)
     assert np.all(found.tails[0] == 1.0)
     assert found.unlikelihood_of_tails == 0.0
+
+
+def late(seed, time, size=1e-3, samples=4000):
+    """Return a swing and what it is off by, where both encoders are read at times that are off by chance [s]."""
+    rng, of = np.random.default_rng(seed), swing(times(samples))
+    rates = 8.0 * np.sin(np.outer(of.time, [3.0, 7.0]) + [0.0, 1.0])
+    off = rng.normal(scale=time, size=(samples, 1)) * rates + rng.normal(scale=size, size=(samples, 2))
+    return of, linear(of, off, rates)
+
+
+@pytest.mark.parametrize("time", [5e-4, 2e-3])
+def test_errors_of_time_are_told_from_the_noise_of_the_encoders(time):
+    of, off = late(0, time)
+    found = Noise.white(np.std(off.residuals, axis=0), 1.0).with_errors_of_time([of], [off])
+    assert found.time == pytest.approx(time, rel=0.05)
+    np.testing.assert_allclose(found.new, 1e-3, rtol=0.05)
+
+
+def test_where_times_are_right_hardly_any_error_of_time_is_found():
+    of, off = late(1, 0.0)
+    found = Noise.white(np.std(off.residuals, axis=0), 1.0).with_errors_of_time([of], [off])
+    assert found.time * 8.0 < 0.3e-3
+
+
+def test_readings_at_wrong_times_are_white_and_of_size_one_once_whitened():
+    of, off = late(2, 2e-3, samples=20000)
+    noise = replace(Noise.white(np.full(2, 1e-3), 1.0), time=2e-3)
+    left = noise.whitened(of, off).right
+    np.testing.assert_allclose(np.cov(left.T), np.eye(2), atol=0.05)
+
+
+def test_the_likelihood_of_readings_at_wrong_times_is_that_of_their_covariance():
+    of, off = late(3, 2e-3, samples=50)
+    noise = replace(Noise.white(np.array([1e-3, 2e-3]), 1.0), time=2e-3)
+    covariances = [np.diag(noise.new**2) + noise.time**2 * np.outer(rate, rate) for rate in off.rates]
+    assert noise.logarithm(of, off) == pytest.approx(sum(np.linalg.slogdet(one)[1] for one in covariances))
+    squares = sum(left @ np.linalg.solve(c, left) for left, c in zip(off.residuals, covariances, strict=True))
+    assert np.sum(noise.whitened(of, off).right ** 2) == pytest.approx(squares)

@@ -28,6 +28,7 @@ INEXACT = {
     "stribeck_friction": 1e-5,
     "presliding_friction": 1e-4,
     "backlash": 3e-4,
+    "encoder_compliance": 1e-4,
 }
 """Tolerance where derivatives are not those of differences to 3e-6: an angle between steps is a polynomial of its own,
 and what one coefficient or a shape changes is so little that differences show the error of the motion itself."""
@@ -51,7 +52,7 @@ STICKING = {
 
 def typical(effect):
     values = [parameter.typical for parameter in effect.parameters]
-    return [values[0], BEGIN + 0.31] if effect.at_an_instant else values
+    return [values[0], BEGIN + 0.31, *values[2:]] if effect.at_an_instant else values
 
 
 def problem_of(effects, point, step=0.005, samples=SAMPLES):

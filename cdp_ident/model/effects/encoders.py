@@ -13,6 +13,23 @@ _BEND = (
     " + swing*L/g*(cos(theta1 - theta2)*alpha2 + sin(theta1 - theta2)*omega2^2)"
 )
 
+
+def _harmonic(periods: int) -> tuple[Effect, ...]:
+    return in_joints(
+        "encoder_harmonic",
+        f"an encoder's error that repeats {periods} times a turn",
+        Law(reading="sine*sin(periods*angle) + cosine*cos(periods*angle)"),
+        [
+            EffectParameter("sine", "rad", -0.1, 0.1, 0.01),
+            EffectParameter("cosine", "rad", -0.1, 0.1, 0.01),
+            EffectParameter("periods", "1", float(periods), float(periods), float(periods)),
+        ],
+        "a magnet or a scale that is not round, interpolation between poles: Hagiwara et al., IEEE TIM 41, 1992",
+        variant=f"{periods} per turn",
+        harmonic=True,
+    )
+
+
 ENCODERS = (
     *in_joints(
         "encoder_offset",
@@ -40,6 +57,33 @@ ENCODERS = (
         )
         for joint, turned in zip(JOINTS, ("theta1", "angle"), strict=True)
     ),
+    *(effect for periods in (2, 3, 4) for effect in _harmonic(periods)),
+    *in_joints(
+        "encoder_compliance",
+        "an encoder behind an elastic coupling",
+        # What it turns beside the joint, seen from the joint, is an oscillator that the joint's acceleration drives.
+        Law(reading="-compliance*acceleration"),
+        [EffectParameter("compliance", "s^2", 0.0, 0.01, 1e-4)],
+        "quasi-static elasticity: valid while the encoder's own oscillation is much faster than the swing",
+    ),
+    *in_joints(
+        "encoder_compliance",
+        "an encoder behind an elastic coupling, with a mode of its own",
+        Law(
+            reading="-compliance*drawn",
+            states=(
+                State("drawn", "drawn_rate"),
+                State("drawn_rate", "(acceleration - drawn)/compliance - 2*damping_ratio/sqrt(compliance)*drawn_rate"),
+            ),
+        ),
+        [
+            EffectParameter("compliance", "s^2", 2e-5, 0.05, 1e-4),
+            EffectParameter("damping_ratio", "1", 0.0, 5.0, 0.05, shape=True),
+        ],
+        "oscillator driven by its foundation: Den Hartog, Mechanical Vibrations, 1956",
+        variant="oscillating",
+        contains="encoder_compliance",
+    ),
     Effect(
         "time_offset",
         "outer",
@@ -47,6 +91,36 @@ ENCODERS = (
         Law(lateness="delay"),
         (EffectParameter("delay", "s", -0.03, 0.03, 0.002),),
         "two converters read one after the other, or a filter in one of them",
+    ),
+    Effect(
+        "time_offset",
+        "outer",
+        "an encoder behind a filter",
+        Law(reading="-delay*behind", states=(State("behind", "(speed - behind)/delay"),)),
+        (EffectParameter("delay", "s", 1e-4, 0.1, 0.002),),
+        "low-pass filter of first order",
+        variant="filtered",
+        contains="time_offset",
+    ),
+    *in_joints(
+        "encoder_filter",
+        "a filter behind an encoder",
+        # What a filter of first order shows is late by its time constant, and beyond that this.
+        Law(reading="time_constant_squared*acceleration/2"),
+        [EffectParameter("time_constant_squared", "s^2", 0.0, 1e-2, 1e-5)],
+        "low-pass filter of first order, to second order in its time constant",
+    ),
+    Effect(
+        "oblique_view",
+        "base",
+        "a camera that looks askew",
+        # A circle is seen as an ellipse, whose longer axis has some direction.
+        Law(
+            readings=("of1", "of2 - of1"),
+            where=tuple((f"of{k}", f"sine*sin(2*theta{k}) + cosine*cos(2*theta{k})") for k in (1, 2)),
+        ),
+        (EffectParameter("sine", "rad", -0.1, 0.1, 0.01), EffectParameter("cosine", "rad", -0.1, 0.1, 0.01)),
+        "orthographic projection, to first order: Hartley and Zisserman, Multiple View Geometry, 2004",
     ),
     *in_joints(
         "backlash",

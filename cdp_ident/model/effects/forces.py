@@ -58,19 +58,39 @@ def _cogging(periods: int) -> tuple[Effect, ...]:
     )
 
 
-def _impulse(joint: Joint) -> Effect:
-    pulse = f"impulse*exp(-((t - time)/{_PULSE})^2/2)/({_PULSE}*sqrt(2*pi))"
+def _varying_viscosity(periods: int) -> tuple[Effect, ...]:
+    return in_joints(
+        "varying_viscosity",
+        f"viscous friction that varies {'once' if periods == 1 else 'twice'} a turn",
+        Law(torque="-speed*(sine*sin(periods*angle) + cosine*cos(periods*angle))"),
+        [
+            EffectParameter("sine", "N m s", -50.0, 50.0, 0.01, inertia_power=1),
+            EffectParameter("cosine", "N m s", -50.0, 50.0, 0.01, inertia_power=1),
+            EffectParameter("periods", "1", float(periods), float(periods), float(periods)),
+        ],
+        "eddy currents beside a magnet, or a bent axle: Heald, Magnetic braking, Am. J. Phys. 56, 1988",
+        variant=f"{periods} per turn",
+        harmonic=True,
+    )
+
+
+def _impulse(joint: Joint, lasts: bool) -> Effect:
+    width = "duration" if lasts else str(_PULSE)
+    pulse = f"impulse*exp(-((t - time)/{width})^2/2)/({width}*sqrt(2*pi))"
     return Effect(
         "impulse",
         joint,
-        "an impulse on the rod",
+        "a push on the rod" if lasts else "an impulse on the rod",
         Law(torques=(pulse, "") if joint == "inner" else ("", pulse)),
         (
             EffectParameter("impulse", "N m s", -50.0, 50.0, 0.05, inertia_power=1),
             EffectParameter("time", "s", 0.0, math.inf, 0.0, width=math.inf, shape=True),
+            *([EffectParameter("duration", "s", _PULSE, 2.0, 0.1, shape=True)] if lasts else []),
         ),
-        f"a torque pulse of {_PULSE} s standard deviation",
+        f"a torque pulse of {'some' if lasts else f'{_PULSE} s'} standard deviation",
+        "lasting" if lasts else "",
         at_an_instant=True,
+        contains="impulse" if lasts else "",
     )
 
 
@@ -88,6 +108,26 @@ FORCES = (
         ],
         "Hooke; a cable across the joint or a seal that does not slip",
     ),
+    *in_joints(
+        "joint_spring",
+        "a spring across the joint that stiffens",
+        Law(torque="torque - stiffness*angle - hardening*angle^3"),
+        [
+            EffectParameter("stiffness", "N m/rad", 0.0, 1000.0, 0.1, inertia_power=1),
+            EffectParameter("torque", "N m", -200.0, 200.0, 0.01, inertia_power=1),
+            EffectParameter("hardening", "N m/rad", -100.0, 100.0, 0.01, inertia_power=1),
+        ],
+        "Duffing: Kovacic and Brennan, The Duffing Equation, 2011",
+        variant="hardening",
+        contains="joint_spring",
+    ),
+    *in_joints(
+        "constant_torque",
+        "a constant torque",
+        Law(torque="torque"),
+        [EffectParameter("torque", "N m", -200.0, 200.0, 0.01, inertia_power=1)],
+        "beside dry friction: friction that differs by direction; else a twisted cable, or a motor's current",
+    ),
     Effect(
         "gravity_tilt",
         "base",
@@ -98,6 +138,7 @@ FORCES = (
         acts_as_zero=True,
     ),
     *(effect for periods in COGGING_PERIODS for effect in _cogging(periods)),
+    *(effect for periods in (1, 2) for effect in _varying_viscosity(periods)),
     Effect(
         "geared_rotor",
         "outer",
@@ -108,5 +149,5 @@ FORCES = (
         (EffectParameter("coupling", "kg m^2", -0.9, 0.9, -0.02, inertia_power=1),),
         "kinetic energy of a rotor at the speed omega1 + n (omega2 - omega1): Siciliano et al., Robotics, 2009, 7.2",
     ),
-    *(_impulse(joint) for joint in JOINTS),
+    *(_impulse(joint, lasts) for lasts in (False, True) for joint in JOINTS),
 )

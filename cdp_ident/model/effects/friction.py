@@ -76,6 +76,14 @@ FRICTION = (
         contains="coulomb_friction",
     ),
     *in_joints(
+        "drifting_friction",
+        "dry friction that changes along a trial",
+        Law(friction="now*step(now)", where=(("now", "torque + drift*t"),)),
+        [_torque("torque"), EffectParameter("drift", "N m/s", -50.0, 50.0, 0.005, inertia_power=1)],
+        f"a bearing that warms up, to first order; {_SET_VALUED}",
+        contains="coulomb_friction",
+    ),
+    *in_joints(
         "presliding_friction",
         "dry friction that gives way before it slips",
         Law(

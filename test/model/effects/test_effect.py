@@ -9,7 +9,8 @@ from cdp_ident.model.effects.effect import Effect, EffectParameter, Law, State
 
 EFFECTS = {effect.key: effect for effect in CATALOGUE}
 ENCODERS = {
-    "encoder_offset", "encoder_scale", "encoder_eccentricity", "encoder_slip", "time_offset", "backlash", "rod_flex"
+    "encoder_offset", "encoder_scale", "encoder_eccentricity", "encoder_slip", "time_offset", "backlash", "rod_flex",
+    "encoder_harmonic", "encoder_compliance", "encoder_filter", "oblique_view",
 }  # fmt: skip
 
 
@@ -23,26 +24,27 @@ def keys(has):
 
 def test_errors_of_encoders_and_what_bends_under_them_do_not_move_the_rods():
     assert names(lambda effect: not effect.moves) == ENCODERS
-    assert names(lambda effect: effect.of_both_encoders) == {"rod_flex"}
+    assert names(lambda effect: effect.of_both_encoders) == {"rod_flex", "oblique_view"}
 
 
 def test_dry_friction_is_what_has_a_formula_of_its_size():
-    dry = {"coulomb_friction", "stribeck_friction", "load_friction"}
+    dry = {"coulomb_friction", "stribeck_friction", "drifting_friction", "load_friction"}
     assert names(lambda effect: effect.dry and not effect.curve) == dry
     curves = keys(lambda effect: effect.dry and effect.curve)
     assert curves == {f"unknown_torque.{joint}.friction_over_angle" for joint in ("inner", "outer")}
 
 
 def test_what_uses_accelerations_is_known_from_its_formulas():
-    assert keys(lambda effect: effect.uses_accelerations) == {
-        "geared_rotor.outer", "pivot_compliance.base.oscillating", "rod_flex.inner"
+    assert names(lambda effect: effect.uses_accelerations) == {
+        "geared_rotor", "pivot_compliance", "rod_flex", "encoder_compliance", "encoder_filter"
     }  # fmt: skip
 
 
 def test_torques_of_a_joint_s_angle_alone_and_of_its_angle_and_speed():
-    of_angle = keys(lambda effect: effect.of_angle and not effect.harmonic)
-    curves = {f"unknown_torque.{joint}.over_angle" for joint in ("inner", "outer")}
-    assert of_angle == {"joint_spring.inner", "joint_spring.outer", *curves}
+    of_angle = names(lambda effect: effect.of_angle and not effect.harmonic and not effect.curve)
+    assert of_angle == {"joint_spring", "constant_torque"}
+    curves = keys(lambda effect: effect.of_angle and effect.curve)
+    assert curves == {f"unknown_torque.{joint}.over_angle" for joint in ("inner", "outer")}
     assert "quadratic_friction" in names(lambda effect: effect.of_joint)
     assert not names(lambda effect: effect.of_joint) & {"air_drag", "load_friction", "impulse", "geared_rotor"}
 
@@ -50,7 +52,7 @@ def test_torques_of_a_joint_s_angle_alone_and_of_its_angle_and_speed():
 def test_states_belong_to_what_remembers_swings_or_has_play():
     assert names(lambda effect: effect.remembers) == {"presliding_friction"}
     assert keys(lambda effect: effect.swings) == {"pivot_compliance.base.oscillating"}
-    assert names(lambda effect: effect.states and not effect.moves) == {"backlash"}
+    assert names(lambda effect: effect.states and not effect.moves) == {"backlash", "time_offset", "encoder_compliance"}
     assert names(lambda effect: effect.brings_states) == {"presliding_friction", "pivot_compliance"}
     assert names(lambda effect: effect.states and effect.known_at_zero) == {"backlash"}
 

@@ -114,7 +114,7 @@ def test_what_a_law_is_called_changes_nothing_of_what_it_does(name):
 
 
 def test_laws_that_are_the_same_share_their_code_and_curves_have_none():
-    harmonics = [effect for effect in NAMED if effect.harmonic and effect.joint == "inner"]
+    harmonics = [effect for effect in NAMED if effect.name == "cogging_torque" and effect.joint == "inner"]
     text = module_text(harmonics, "", paper=False)
     assert len(functions(text)) == 2  # of no strength, and of some
     assert text.count('": cogging_torque_inner_motion,') == len(harmonics)
