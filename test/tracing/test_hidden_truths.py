@@ -227,7 +227,7 @@ def test_friction_that_gives_way_before_it_slips_is_named_in_the_place_of_dry_fr
         pytest.param("breakaway.inner", 15001, "equations", marks=pytest.mark.campaign),
         # From the model without friction, dry friction ends in a minimum that Stribeck friction leaves.
         pytest.param("stopping.inner", 14001, "mujoco", marks=pytest.mark.campaign),
-        # Both joints are at rest for most of the recording, with noise that has a memory.
+        # Both joints are at rest for most of the recording, with autocorrelated noise.
         pytest.param("stopping.inner+stopping.outer", 12001, "mujoco", marks=pytest.mark.campaign),
     ],
 )  # fmt: skip
@@ -331,7 +331,7 @@ def test_a_joint_that_sticks_is_seen_to_rest_through_noise_that_is_remembered() 
 
 
 @pytest.mark.campaign
-def test_a_richer_form_of_friction_is_tried_before_a_fit_counts_as_failed() -> None:
+def test_an_extended_model_of_friction_is_tried_before_a_fit_counts_as_failed() -> None:
     """Constant dry friction leaves 90 mrad."""
     found, made = traced_truth("breakaway.inner", 35001)
     assert not found.failure
