@@ -193,7 +193,7 @@ def test_what_has_no_name_is_said_to_remain_where_named_effects_alone_are_asked_
 
 @pytest.mark.campaign
 @pytest.mark.parametrize("kind", ["presliding_friction.outer", "presliding_friction.inner"])
-def test_friction_that_gives_way_before_it_slips_is_named_in_the_place_of_dry_friction(kind: str) -> None:
+def test_presliding_friction_is_named_in_the_place_of_dry_friction(kind: str) -> None:
     found, made = traced_truth(kind, 2)
     assert [effect.active.effect.key for effect in found.effects] == [kind]
     assert found.after.holdout.rmse() < FIT_TO_THE_NOISE * made.floor
@@ -277,7 +277,7 @@ def test_a_harmonic_is_named_beside_coarse_encoders_whose_rounding_errors_go_tog
 
 
 @pytest.mark.campaign
-def test_friction_that_gives_way_by_little_is_no_dry_friction_beside_harmonics() -> None:
+def test_stiff_presliding_friction_is_no_dry_friction_beside_harmonics() -> None:
     found, made = traced_truth("presliding_friction.inner", 19001)
     assert named(found) == {("presliding_friction", "inner")}
     assert found.after.fit.rmse() < FIT_TO_THE_NOISE * made.floor
