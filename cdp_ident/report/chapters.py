@@ -2,10 +2,18 @@
 
 import math
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 
 from cdp_ident.model.parameters import CONSTANTS, GROUPS, INERTIA, PARAMETERS
 from cdp_ident.report.advice import advice_words
+from cdp_ident.report.curves import Curves
+from cdp_ident.report.figures.description import Figure
+from cdp_ident.report.figures.errors import before_and_after, best_error, candidates, selection
+from cdp_ident.report.figures.motion import angles, continuous_runs
+from cdp_ident.report.figures.next_trial import next_trial
+from cdp_ident.report.figures.parameters import against_nominal, correlation, repeatability
+from cdp_ident.report.figures.torques import effects_through_residuals, missing_torques, nonparametric_torques
+from cdp_ident.report.figures.validation import prediction, residual_correlation
 from cdp_ident.report.formatting import (
     CERTAINTY_WORDS,
     capitalised,
@@ -51,20 +59,27 @@ _FITTED = ("fitted ± std", "95 % interval", "unit")
 _STAGES = {"nominal": "nominal values", "search": "after the search", "refined": "refined"}
 
 
-def document_of(report: Section) -> Document:
-    """Return the document that a report is; its first chapter is the result."""
+def document_of(report: Section, curves: Curves | None = None) -> Document:
+    """Return the document that a report is; its first chapter is the result.
+
+    Without `curves`, what is drawn from these is left out.
+    """
     fitted = [trial["name"] for trial in report["trials"] if trial["role"] == "fit"]
     # The most important effect first; a single one is in the verdict.
     effects = report["effects"] if len(report["effects"]) > 1 else []
     by_importance = sorted(effects, key=lambda effect: -(effect["evidence"]["rmse_holdout_before_rad"] or 0.0))
     found = Sentences([effect["summary"] for effect in by_importance])
     numbers = Table("", ("", "", ""), list(_numbers(report)))
+    of_curves = (angles, continuous_runs, missing_torques, effects_through_residuals)
+    motion, runs, missing, through = (list(figures(report, curves)) if curves else [] for figures in of_curves)
+    paper = [*best_error(report), *runs]
+    torques = [*missing[1:], *through, *nonparametric_torques(report)]
     chapters = (
-        Chapter("result", "", (found, numbers, Charts("errors"))),
-        Chapter("motion", "Angles over time", (Charts("motion"),)),
+        Chapter("result", "", (found, numbers, Charts([before_and_after(report), *missing[:1]]))),
+        Chapter("motion", "Angles over time", (Charts(motion),)),
         Chapter("validation", "Validation", _validation(report)),
-        Chapter("paper", "The paper's figures for this rig", (Charts("paper", side_by_side=True),)),
-        Chapter("effects", "Effects that the paper's model lacks", _effects(report)),
+        Chapter("paper", "The paper's figures for this rig", (Charts(paper, side_by_side=True),)),
+        Chapter("effects", "Effects that the paper's model lacks", _effects(report, torques)),
         Chapter("parameters", "Parameters", _parameters(report)),
         Chapter("next", "Which swing next", _next(report)),
         Chapter("warnings", "Warnings", (_warnings(report),)),
@@ -126,7 +141,7 @@ def _validation(report: Section) -> Parts:
             [*((label, *_error(errors)) for label, errors in stages), ("the encoders' noise", noise, "", "", "", "")],
             wide=fits,
         ),
-        Charts("validation", side_by_side=True),
+        Charts([*prediction(report), residual_correlation(report)], side_by_side=True),
     )
 
 
@@ -139,7 +154,7 @@ def _error(errors: Section) -> Iterator[str]:
         yield " and ".join(per_cent(errors[role][f"fit_{angle}_percent"]) for angle in ("theta1", "theta2"))
 
 
-def _effects(report: Section) -> Parts:
+def _effects(report: Section, torques: Sequence[Figure]) -> Parts:
     steps = list(enumerate(report["selection"]["steps"], start=1))
     others = [
         f"Instead of {effect_title(effect)} it could be {_others(effect)}: the trials do not distinguish them"
@@ -169,7 +184,7 @@ def _effects(report: Section) -> Parts:
             [(str(index), action_words(step), odds(step["log10_odds"])) for index, step in steps],
             at_terminal=False,
         ),
-        Charts("selection"),
+        Charts([*selection(report), *candidates(report)]),
         Table(
             "What else was looked for",
             ("effect", "odds, were it added", "probability"),
@@ -190,7 +205,7 @@ def _effects(report: Section) -> Parts:
             folded=True,
             at_terminal=False,
         ),
-        Charts("torques", side_by_side=True),
+        Charts(torques, side_by_side=True),
     )
 
 
@@ -247,7 +262,7 @@ def _parameters(report: Section) -> Parts:
                 for group in (after["groups"] if trials else ())
             ],
         ),
-        Charts("parameters", side_by_side=True),
+        Charts([against_nominal(report), *correlation(report), *repeatability(report)], side_by_side=True),
     )
 
 
@@ -267,7 +282,7 @@ def base_parameters(report: Section, short: bool = False) -> Table:
 
 def _next(report: Section) -> Parts:
     where = "Where to hold both rods before they are let go, in angles from hanging, positive towards +x"
-    return _sentences(advice_words(report), where), Charts("next_trial")
+    return _sentences(advice_words(report), where), Charts(list(next_trial(report)))
 
 
 def _warnings(report: Section) -> Sentences:

@@ -25,7 +25,7 @@ def survey_html(survey: Section) -> str:
     """
     names = ", ".join(rig["name"] for rig in survey["rigs"])
     about = f"Cart double pendulum, rigs surveyed by {survey['by']}"
-    return render_page(Document(about, names, verdict(survey), (chapter(survey),)), figures(survey))
+    return render_page(Document(about, names, verdict(survey), (chapter(survey, figures(survey)),)))
 
 
 def figures(survey: Section) -> list[Figure]:
@@ -67,7 +67,6 @@ def _over_time(
         said.append(f"{rig}: {quantity['latest']['value']:.4g} in the last {quantity['latest']['pieces']} of {len(at)}")
     return Figure(
         f"survey_{number}",
-        "survey",
         name,
         "With 95 % intervals, one place for each " + ("day" if survey["by"] == "day" else "bag")
         + ", in the order of time; dashed: means between changes.",

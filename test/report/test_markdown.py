@@ -4,11 +4,11 @@ from cdp_ident.report.figures.description import Figure
 from cdp_ident.report.markdown import markdown
 from cdp_ident.report.parts import Chapter, Charts, Code, Document, Sentences, Table
 
-FIGURE = Figure("one", "errors", "Errors", "How large.", "Small.", ())
+FIGURE = Figure("one", "Errors", "How large.", "Small.", ())
 
 
-def text_of(*parts, figures=()):
-    return markdown(Document("", "a_b", "All is well.", [Chapter("x", "Chapter", parts)]), figures)
+def text_of(*parts, with_figures=False):
+    return markdown(Document("", "a_b", "All is well.", [Chapter("x", "Chapter", parts)]), with_figures)
 
 
 def test_a_table_has_its_title_above_and_its_note_below():
@@ -27,9 +27,9 @@ def test_a_single_sentence_is_a_paragraph_and_several_are_a_list():
 
 
 def test_a_chapter_that_says_nothing_is_left_out():
-    nothing = (Table("", ("a",), []), Sentences([]), Charts("errors"))
+    nothing = (Table("", ("a",), []), Sentences([]), Charts([FIGURE]))
     assert text_of(*nothing) == "# a\\_b\n\nAll is well.\n"
-    assert "![Small.](figures/one.svg)" in text_of(*nothing, figures=[FIGURE])
+    assert "![Small.](figures/one.svg)" in text_of(*nothing, with_figures=True)
 
 
 def test_text_stays_text_and_a_command_is_code():

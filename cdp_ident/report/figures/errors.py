@@ -38,7 +38,6 @@ def before_and_after(report: Section) -> Figure:
     window = report["before"]["error"]["holdout"]["window_s"]
     return Figure(
         "errors",
-        "errors",
         "Error before and after",
         f"Root mean square of measured less simulated angles over windows of {window:.2g} s, on the motion that was "
         "fitted, and on motion that neither fit nor choice has seen.",
@@ -56,7 +55,6 @@ def best_error(report: Section) -> Iterator[Figure]:
     name = search["method"].upper()
     yield Figure(
         "best_error",
-        "paper",
         "Evolution of the best error",
         f"Squared error (Eq. 10) of the best chromosome after each generation of the search ({name}), from which the "
         "refinement starts. As the paper's Figs. 7, 9 and 13.",
@@ -80,7 +78,6 @@ def selection(report: Section) -> Iterator[Figure]:
             said.append(f"step {index}, {action_words(step)}: at best {best:.3g}")
     if panels:
         yield Figure(
-            "selection",
             "selection",
             "What was tried",
             "Each model that was fitted at a step, named by the effects that it has more or has no longer, and how "
@@ -128,7 +125,6 @@ def candidates(report: Section) -> Iterator[Figure]:
     marks: list[Mark] = [bars, Level("as probable as without it", "before", 0.0)]
     yield Figure(
         "candidates",
-        "selection",
         "What else was looked for",
         "The model with one effect more beside the model without it, before any fit: odds, and the probability that "
         "the effect is there; of an effect with several forms those of the best one. Left of zero the trials speak "

@@ -19,7 +19,6 @@ def next_trial(report: Section) -> Iterator[Figure]:
         return
     yield Figure(
         "next_trial",
-        "next_trial",
         "What a next trial would bring",
         "By the angles from hanging from which both rods are let go, at rest. Blue: to what share of their width "
         "intervals fall, the deeper the further, or of a value that no trial shows yet its interval then; of two "

@@ -27,7 +27,6 @@ def against_nominal(report: Section) -> Figure:
     ratios = (f"{short_name(s)} {number(q['value']) / groups[s]:.4g}" for s, q in after["groups"].items())
     return Figure(
         "parameters",
-        "parameters",
         "Parameters against nominal",
         "Fitted over nominal value, with 95 % intervals. Hollow: not determined by the trials; of the values that fit "
         "equally well, the ones nearest to nominal.",
@@ -85,7 +84,6 @@ def correlation(report: Section) -> Iterator[Figure]:
     beside_names = named(f"{name}  {place}" for place, name in enumerate(names, start=1))
     yield Figure(
         "correlation",
-        "parameters",
         "Correlation of the estimates",
         "Of the final model: near 1 or -1, the errors of two estimates go together, and the trials hardly distinguish "
         "the two.",
@@ -104,7 +102,6 @@ def repeatability(report: Section) -> Iterator[Figure]:
         report["after"]["groups"],
         Figure(
             "repeatability",
-            "parameters",
             "Each trial alone",
             "Each trial's own fit of the model with its effects against the joint one, with 95 % intervals. Trials "
             f"{'agree' if compared['agree'] else 'do not agree'} (p = {compared['p_value']:.2g}).",
@@ -120,7 +117,7 @@ def runs_compared(runs: Sequence[Run]) -> Figure:
     """Return the base parameters of several reports against those of the first."""
     first = runs[0].name
     title = f"Base parameters against those of {first}"
-    figure = Figure("compare_groups", "compare", title, "Of each final model, with 95 % intervals.", "", ())
+    figure = Figure("compare_groups", title, "Of each final model, with 95 % intervals.", "", ())
     estimates = [(run.name, run.report["after"]["groups"]) for run in runs]
     return estimates_against(estimates, estimates[0][1], figure, f"difference from {first} [%]", "no difference")
 

@@ -28,7 +28,6 @@ def prediction(report: Section) -> Iterator[Figure]:
     said = "; ".join(f"within {limit:.3g}° for {predicted_for(report, k)} s" for k, limit in enumerate(limits))
     yield Figure(
         "prediction",
-        "validation",
         "How far ahead the model predicts",
         "The larger error of both angles over the time since the last angle that its state was fitted to: the median "
         f"of {ahead['starts']} starts in {where}, and thin the upper quartile. The state at a start is fitted "
@@ -47,7 +46,6 @@ def residual_correlation(report: Section) -> Figure:
     said = (f"{m.label}: {'white' if found[m.key]['white'] else 'correlated in time'}" for m in models(report))
     return Figure(
         "residual_correlation",
-        "validation",
         "What is left in the residuals",
         "Correlation of the residuals over held-out windows. Between the dotted lines all lags together are in 99 % of "
         "cases where nothing but white noise is left; lag 0 does not count."

@@ -3,7 +3,6 @@
 import base64
 import gzip
 import hashlib
-from collections.abc import Sequence
 from functools import cache
 from typing import Any
 
@@ -11,7 +10,6 @@ import jinja2
 from markupsafe import Markup
 
 from cdp_ident.errors import ReportError
-from cdp_ident.report.figures.description import Figure
 from cdp_ident.report.figures.for_page import Arrays, plotly_figure
 from cdp_ident.report.figures.palette import DARK, LIGHT
 from cdp_ident.report.parts import Document
@@ -21,7 +19,6 @@ _LOADER = jinja2.PackageLoader("cdp_ident.report.page", "templates")
 
 def render_page(
     document: Document,
-    figures: Sequence[Figure],
     template: str = "document.html",
     content: dict[str, Any] | None = None,
     data: dict[str, Any] | None = None,
@@ -32,7 +29,6 @@ def render_page(
 
     Args:
         document: what it says.
-        figures: the figures of the page.
         template: its name.
         content: what the template takes beside the document, by name.
         data: what the scripts take beside the figures.
@@ -43,10 +39,9 @@ def render_page(
         ReportError: plotly, which draws the charts, is not installed.
     """
     environment, plotly, arrays = _pages(), _plotly(), arrays or Arrays()
-    drawn = {figure.name: plotly_figure(figure, arrays) for figure in figures}
+    drawn = {figure.name: plotly_figure(figure, arrays) for figure in document.figures}
     return environment.get_template(template).render(
         document=document,
-        figures=figures,
         style=Markup(environment.get_template("style.css").render(light=LIGHT, dark=DARK)),
         plotly=plotly,
         packed=_packed(plotly),

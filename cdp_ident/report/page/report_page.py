@@ -3,24 +3,24 @@
 from typing import Any
 
 from cdp_ident.model.acting import outer_rod_length
-from cdp_ident.report.chapters import base_parameters, document_of
+from cdp_ident.report.chapters import base_parameters
 from cdp_ident.report.curves import Curves
-from cdp_ident.report.figures.description import Figure
 from cdp_ident.report.figures.for_page import Arrays
 from cdp_ident.report.figures.motion import shown_samples
 from cdp_ident.report.formatting import number
 from cdp_ident.report.page.rendering import render_page
+from cdp_ident.report.parts import Document
 from cdp_ident.report.schema import Section
 from cdp_ident.report.wording import models, nominal_value, role_words
 
 
-def report_html(report: Section, curves: Curves, shown: list[Figure]) -> str:
+def report_html(report: Section, curves: Curves, document: Document) -> str:
     """Return `report.html`.
 
     Raises:
         ReportError: plotly is not installed.
     """
-    document, arrays = document_of(report), Arrays()
+    arrays = Arrays()
     content = {
         "report": report,
         "models": models(report),
@@ -28,7 +28,7 @@ def report_html(report: Section, curves: Curves, shown: list[Figure]) -> str:
         "base": base_parameters(report, short=True),
     }
     player = _player(report, curves, arrays)
-    return render_page(document, shown, "report.html", content, {"player": player}, arrays, ("charts.js", "player.js"))
+    return render_page(document, "report.html", content, {"player": player}, arrays, ("charts.js", "player.js"))
 
 
 def _player(report: Section, curves: Curves, arrays: Arrays) -> dict[str, Any]:

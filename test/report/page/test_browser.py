@@ -6,13 +6,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from cdp_ident.report.chapters import document_of
 from cdp_ident.report.comparison import Run, compare
 from cdp_ident.report.curves import Curves
 from cdp_ident.report.figures.parameters import runs_compared
 from cdp_ident.report.folder import COMPARISON_PAGE, PAGE
 from cdp_ident.report.page.report_page import report_html
 from cdp_ident.report.parts import Chapter, Charts, Document
-from cdp_ident.report.pictures import draw_comparison, figures
+from cdp_ident.report.pictures import draw_comparison
 
 pytestmark = pytest.mark.waits
 
@@ -265,7 +266,7 @@ def test_a_rig_that_lacks_nothing_has_a_page_too_and_all_of_it_is_printed(visit,
     trial = replace(shown_curves.trials[0], run_before=np.full_like(shown_curves.trials[0].measured, np.nan))
     after = replace(shown_curves.after, effects=shown_curves.after.effects[:0])
     curves = Curves((trial,), shown_curves.before, after)
-    (tmp_path / PAGE).write_text(report_html(report, curves, figures(report, curves)))
+    (tmp_path / PAGE).write_text(report_html(report, curves, document_of(report, curves)))
     visited = visit(tmp_path / PAGE)
     visited.page.evaluate("dispatchEvent(new Event('beforeprint'))")
     assert visited.page.locator(".plot:not([data-drawn])").count() == 0
@@ -292,7 +293,7 @@ def hostile(value, key=""):
 
 def test_text_from_bags_and_files_stays_text(visit, read_content, shown_curves, tmp_path):
     report = hostile(read_content)
-    (tmp_path / PAGE).write_text(report_html(report, shown_curves, figures(report, shown_curves)))
+    (tmp_path / PAGE).write_text(report_html(report, shown_curves, document_of(report, shown_curves)))
     visited = visit(tmp_path / PAGE)
     visited.draw_all()
     visited.page.wait_for_timeout(200)
@@ -307,9 +308,9 @@ def test_text_from_bags_and_files_stays_text(visit, read_content, shown_curves, 
 def test_a_comparison_is_a_page_of_the_same_kind(visit, read_content, tmp_path):
     runs = [Run("worn", read_content), Run(f"oiled{EVIL}", hostile(read_content))]
     document = Document(
-        "compared", f"worn, oiled{EVIL}", "", [Chapter("result", "", [*compare(runs), Charts("compare")])]
+        "compared", f"worn, oiled{EVIL}", "", [Chapter("result", "", [*compare(runs), Charts([runs_compared(runs)])])]
     )
-    drawn = draw_comparison(document, [runs_compared(runs)])
+    drawn = draw_comparison(document)
     (tmp_path / "compare.html").write_text(drawn.files[COMPARISON_PAGE])
     for viewport in ({"width": 1280, "height": 900}, PHONE):
         visited = visit(tmp_path / "compare.html", viewport=viewport)
