@@ -1,9 +1,8 @@
 """The contents of `report.json`."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import fields, is_dataclass, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from datetime import datetime, timezone
-from typing import Any
 
 import numpy as np
 
@@ -12,16 +11,14 @@ from cdp_ident.diagnosis.identification import Identification
 from cdp_ident.diagnosis.new_trial import NewTrialCheck
 from cdp_ident.diagnosis.warnings import FitWarning, find_warnings, outlier_warnings
 from cdp_ident.likelihood.whole_swing import WholeSwings
-from cdp_ident.model.effects.effect import JOINTS
-from cdp_ident.model.parameters import GROUPS, SYMBOLS
-from cdp_ident.outside_text import shown
+from cdp_ident.model.parameters import GROUPS
 from cdp_ident.report.effects_section import compared, effect_section, in_doubt_section, selection_section
 from cdp_ident.report.model_section import errors_section, fit_section, prediction_section, residuals_section
 from cdp_ident.report.next_trial import next_trial_section
 from cdp_ident.report.outcome import Outcome
 from cdp_ident.report.provenance import versions
-from cdp_ident.report.schema import SCHEMA, Section
-from cdp_ident.report.schema_terms import LONGEST_TEXT
+from cdp_ident.report.schema import REPORT, SCHEMA, Section
+from cdp_ident.report.schema_terms import Also, filled
 from cdp_ident.report.verdict import verdict
 from cdp_ident.trial.trial import Trial
 
@@ -35,46 +32,33 @@ def report(outcome: Outcome, new_trials: Sequence[NewTrialCheck] = ()) -> Sectio
         outcome: what was found.
         new_trials: how trials that came later fitted before they were seen, in the order in which they came.
     """
-    return dict(plain(_report(outcome, new_trials)))
-
-
-def plain(content: Any) -> Any:
-    """Return contents of a report as plain values, whose texts are all fit to be shown."""
-    if isinstance(content, str):
-        return shown(content, LONGEST_TEXT)
-    if is_dataclass(content):
-        content = {field.name: getattr(content, field.name) for field in fields(content)}
-    if isinstance(content, Mapping):
-        return {shown(key, LONGEST_TEXT): plain(value) for key, value in content.items()}
-    if isinstance(content, list | tuple):
-        return [plain(value) for value in content]
-    return content.tolist() if isinstance(content, np.ndarray | np.generic) else content
+    return dict(filled(REPORT, _report(outcome, new_trials)))
 
 
 def _report(outcome: Outcome, new_trials: Sequence[NewTrialCheck]) -> Section:
     job, trace = outcome.loaded.job, outcome.trace
-    found, completed, unexplained = outcome.identification, trace.completed, trace.unexplained
+    found, completed = outcome.identification, trace.completed
     # Without an effect it is one model, whose values are the final ones.
     same_model = completed.fit.model.names == found.fit.model.names
     paper = completed if same_model else replace(found, fit=trace.before.fit)
     failures = list(trace.failures)
     next_trial = next_trial_section(outcome, failures.append)
-    errors = {stage: errors_section(found.data, errors) for stage, errors in trace.errors.items()}
+    errors = {stage: errors_section(found.data, of) for stage, of in trace.errors.items()}
     return {
         "schema": SCHEMA,
         "trials": _trials(outcome),
-        "noise_rad": dict(zip(("theta1", "theta2"), found.data.noise, strict=True)),
+        "noise_rad": found.data.noise,
         "search": _search(outcome),
         "stages": {stage: errors[stage] for stage in errors if stage != "effects"},
         "before": fit_section(paper) | {"error": errors["refined"]},
         "refinement": {
             "steps": found.whole.steps,
             "converged": found.whole.converged,
-            "windows": {"fit": len(found.data.fit), "holdout": len(found.data.holdout)},
+            "windows": (len(found.data.fit), len(found.data.holdout)),
         },
         "effects": [effect_section(outcome, effect) for effect in trace.effects],
         "after": fit_section(completed) | {"error": errors["effects"]},
-        "unexplained": {**vars(unexplained), "torque": _by_joint(unexplained.torque)},
+        "unexplained": trace.unexplained,
         "verdict": verdict(trace),
         "prediction": prediction_section(outcome),
         "residuals": residuals_section(trace),
@@ -85,16 +69,7 @@ def _report(outcome: Outcome, new_trials: Sequence[NewTrialCheck]) -> Section:
         "repeatability": _repeatability(completed),
         "own_effects": job.own_effects,
         "expected": compared(job.expected, trace.effects) if job.expected else [],
-        "new_trials": [
-            {
-                "trial": check.trial,
-                "rmse_rad": check.error,
-                "expected_rmse_rad": check.expected,
-                "fits": check.fits,
-                "changed": check.changed,
-            }
-            for check in new_trials
-        ],
+        "new_trials": list(new_trials),
         "identifiability": _identifiability(completed),
         "in_doubt": in_doubt_section(trace),
         "warnings": list(_warnings(outcome, new_trials, failures)),
@@ -108,23 +83,14 @@ def _report(outcome: Outcome, new_trials: Sequence[NewTrialCheck]) -> Section:
     }
 
 
-def _trials(outcome: Outcome) -> list[Section]:
-    job = outcome.loaded.job
-    return [
-        {
-            "bag": str(bag),
-            "name": trial.name,
-            "role": "fit" if index < len(outcome.loaded.fit) else "holdout",
-            "samples": len(trial.time),
-            "start_s": trial.start,
-            "duration_s": trial.duration,
-            "clock": trial.clock and trial.clock._asdict(),
-            "outliers_s": trial.outliers,
-            "weights": trial.weights,
-            "warnings": trial.notes,
-        }
-        for index, (bag, trial) in enumerate(zip((*job.bags, *job.holdout), _loaded(outcome), strict=True))
-    ]
+def _trials(outcome: Outcome) -> list[Also]:
+    job, fitted = outcome.loaded.job, len(outcome.loaded.fit)
+    found = []
+    for index, (bag, trial) in enumerate(zip((*job.bags, *job.holdout), _loaded(outcome), strict=True)):
+        role = "fit" if index < fitted else "holdout"
+        also = {"bag": str(bag), "role": role, "samples": len(trial.time), "warnings": trial.notes}
+        found.append(Also(trial, also))
+    return found
 
 
 def _loaded(outcome: Outcome) -> tuple[Trial, ...]:
@@ -132,53 +98,31 @@ def _loaded(outcome: Outcome) -> tuple[Trial, ...]:
     return *outcome.loaded.fit, *outcome.loaded.holdout
 
 
-def _search(outcome: Outcome) -> Section:
+def _search(outcome: Outcome) -> Also:
     options, search = outcome.identification.options, outcome.identification.search
-    return {
+    also = {
         "method": options.method or "iga",
         "cut_short": options.method is None,
         "seed": options.seed,
         "population": options.search.population,
         "generations": len(search.history) - 1,
-        "evaluations": search.evaluations,
-        "best": dict(zip(SYMBOLS, search.best, strict=True)),
         "sse": search.error,
         "seconds": outcome.search_seconds,
-        "history": search.history,
-        "stopped": search.stopped,
     }
+    return Also(search, also)
 
 
-def _by_joint(values: Iterable[float]) -> Section:
-    return dict(zip(JOINTS, values, strict=True))
+def _whole_swings(found: WholeSwings, inertia: float) -> Also:
+    noise = {"noise_rad": found.noise.encoders, "noise_memory": found.noise.memory}
+    return Also(found, {**noise, "missing_torque": inertia * found.torque, "swings": len(found.states)})
 
 
-def _whole_swings(found: WholeSwings, inertia: float) -> Section:
-    return {
-        "noise_rad": _by_joint(found.noise.encoders),
-        "noise_memory": _by_joint(found.noise.memory),
-        "missing_torque": _by_joint(inertia * found.torque),
-        "swings": len(found.states),
-        "steps": found.steps,
-    }
-
-
-def _repeatability(found: Identification) -> Section | None:
+def _repeatability(found: Identification) -> Also | None:
     compared = found.repeatability
     if compared is None:
         return None
-    own = zip(compared.trials, np.dstack([compared.values, compared.std]), strict=True)
-    return {
-        "agree": compared.agree,
-        "p_value": compared.p_value,
-        "trials": [
-            {
-                "trial": trial,
-                "groups": {group.symbol: {"value": v, "std": s} for group, (v, s) in zip(GROUPS, of, strict=False)},
-            }
-            for trial, of in own
-        ],
-    }
+    groups = np.dstack([compared.values, compared.std])[:, : len(GROUPS)]
+    return Also(compared, {"trials": list(zip(compared.trials, groups, strict=True))})
 
 
 def _warnings(outcome: Outcome, new_trials: Sequence[NewTrialCheck], failures: Sequence[str]) -> Iterator[FitWarning]:
@@ -201,14 +145,7 @@ def _warnings(outcome: Outcome, new_trials: Sequence[NewTrialCheck], failures: S
     yield from find_warnings(trace.completed)
 
 
-def _identifiability(completed: Identification) -> Section:
-    determined = identifiability(completed)
-    return {
-        "directions": determined.directions,
-        "undetermined": determined.undetermined,
-        "unseen_changes": [tradeoff.changes for tradeoff in determined.unobservable],
-        "determined_physical": determined.determined_physical,
-        "physical_changes_without_effect": [tradeoff.changes for tradeoff in determined.tradeoffs],
-        "to_measure": determined.to_measure,
-        "words": determined.words,
-    }
+def _identifiability(completed: Identification) -> Also:
+    found = identifiability(completed)
+    unseen, physical = ([tradeoff.changes for tradeoff in of] for of in (found.unobservable, found.tradeoffs))
+    return Also(found, {"unseen_changes": unseen, "physical_changes_without_effect": physical})

@@ -10,54 +10,40 @@ from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.model.effects.catalogue import known_effects
 from cdp_ident.model.effects.effect import Effect
 from cdp_ident.model.parameters import GROUPS
+from cdp_ident.report.curves import Array
 from cdp_ident.report.formatting import number
 from cdp_ident.report.outcome import Outcome
 from cdp_ident.report.schema import Section
+from cdp_ident.report.schema_terms import Also
 from cdp_ident.report.verdict import effect_in_words, quantity
 from cdp_ident.tracing.expected import ExpectedEffect
 from cdp_ident.tracing.found_effects import FoundEffect
-from cdp_ident.tracing.odds import unlikelihood
+from cdp_ident.tracing.odds import log10_odds, unlikelihood
 from cdp_ident.tracing.trace import Trace
 
 _NO_ESTIMATE = {"as_fitted": {"value": None, "std": None}}
 """Of a parameter that a report does not have."""
 
 
-def effect_section(outcome: Outcome, found: FoundEffect) -> Section:
+def effect_section(outcome: Outcome, found: FoundEffect) -> Also:
     """Return one of the effects that were found."""
-    effect, trial = found.active.effect, found.active.trial
-    return {
-        "name": effect.name,
-        "joint": effect.joint,
-        "variant": effect.variant,
+    trial = found.active.trial
+    evidence = {"rmse_holdout_before_rad": found.holdout_without, "rmse_holdout_after_rad": found.holdout_with}
+    effect = {
         "trial": None if trial is None else outcome.identification.data.trials[trial].name,
-        "description": effect.description,
         "summary": effect_in_words(found),
-        "formula": effect.formula,
-        "source": effect.source,
         "parameters": {parameter.description.name: quantity(parameter) for parameter in found.parameters},
         "curve": found.curve,
-        "evidence": {
-            "log10_odds": found.log_odds,
-            "probability": found.probability,
-            "rmse_holdout_before_rad": found.holdout_without,
-            "rmse_holdout_after_rad": found.holdout_with,
-        },
+        "evidence": Also(found, evidence),
         "certainty": found.certainty,
         "also_possible": found.also_possible,
     }
+    return Also(found.active.effect, effect)
 
 
-def in_doubt_section(traced: Trace) -> list[Section]:
+def in_doubt_section(traced: Trace) -> list[tuple[str, float, Array]]:
     """Return the effects that the trials neither show nor exclude."""
-    return [
-        {
-            "effect": effect.active.effect.key,
-            "weight": effect.weight,
-            "changes": {group.symbol: effect.change[index] for index, group in enumerate(GROUPS)},
-        }
-        for effect in traced.in_doubt
-    ]
+    return [(doubt.active.effect.key, doubt.weight, doubt.change[: len(GROUPS)]) for doubt in traced.in_doubt]
 
 
 def selection_section(traced: Trace) -> Section:
@@ -66,28 +52,16 @@ def selection_section(traced: Trace) -> Section:
     if selection is None:
         return {"interrupted": False, "looked_in_s": 0.0, "steps": [], "candidates": []}
     recorded = selection.after.recorded
-    scores = [(s.active.effect.key, _log10_odds(s.misfit + unlikelihood(s.active, recorded))) for s in selection.scores]
+    scores = [(s.active.effect.key, log10_odds(s.misfit + unlikelihood(s.active, recorded))) for s in selection.scores]
     return {
         "interrupted": selection.interrupted,
         "looked_in_s": selection.seconds,
-        "steps": [
-            {
-                "action": step.action,
-                "log10_odds": _log10_odds(step.misfit),
-                "tried": [{"effects": tried.effects, "log10_odds": _log10_odds(tried.misfit)} for tried in step.tried],
-            }
-            for step in selection.steps
-        ],
+        "steps": selection.steps,
         "candidates": [
-            {"effect": effect, "log10_odds": odds, "probability": float(expit(math.log(10.0) * odds))}
+            (effect, odds, float(expit(math.log(10.0) * odds)))
             for effect, odds in sorted(scores, key=lambda pair: -pair[1])
         ],
     }
-
-
-def _log10_odds(misfit: float) -> float:
-    """Return the odds of a model whose misfit is by so much larger than another one's."""
-    return -misfit / (2.0 * math.log(10.0))
 
 
 def expected_effects(report: Section) -> tuple[ExpectedEffect, ...]:

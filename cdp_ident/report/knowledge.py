@@ -13,7 +13,6 @@ from cdp_ident.model.parameters import GROUPS, INERTIA, INVERSE_INERTIA
 from cdp_ident.model.weights import Weight
 from cdp_ident.report.curves import NO_WINDOW, Array, Curves
 from cdp_ident.report.formatting import number
-from cdp_ident.report.next_trial import SPANS
 from cdp_ident.report.schema import Section
 from cdp_ident.trial.trial import Trial
 
@@ -60,7 +59,7 @@ def knowledge_of(report: Section) -> Knowledge | None:
         assumed["noise_rad"],
         Sampling(
             noise=np.array([report["noise_rad"]["theta1"], report["noise_rad"]["theta2"]]),
-            **{span: assumed[f"{span}_s"] for span in SPANS},
+            **{key.removesuffix("_s"): value for key, value in assumed.items() if key != "noise_rad"},
         ),
     )
     return known.with_weights(()).with_zeros_of_its_own(any(name.startswith("zero.") for name in names))

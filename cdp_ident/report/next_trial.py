@@ -19,9 +19,8 @@ from cdp_ident.model.weights import Weight
 from cdp_ident.report.curves import Array
 from cdp_ident.report.outcome import Outcome
 from cdp_ident.report.schema import Section
+from cdp_ident.report.schema_terms import Also
 
-SPANS = ("duration", "interval", "window", "shortest_window", "half_width", "step")
-"""Times that are assumed of a next trial, as `Sampling` names them."""
 ALL = "all"
 """The name that stands for all base parameters."""
 REPORT_SPACING = 45.0
@@ -61,7 +60,8 @@ def next_trial_section(outcome: Outcome, failed: Callable[[str], None]) -> Secti
         questions = usual_questions(knowledge.model, possible)
         used = [trial.weights for trial in (*outcome.loaded.fit, *outcome.loaded.holdout)]
         advice = answers(knowledge, windows, questions, Grid.of(REPORT_SPACING), used)
-        return {"assumed": _assumed(knowledge), "advice": [section for section in advice if section]}
+        assumed = Also(knowledge.sampling, {"noise_rad": knowledge.noise})
+        return {"assumed": assumed, "advice": [section for section in advice if section]}
     except (IdentificationError, np.linalg.LinAlgError) as error:
         failed(f"which trial to record next: {error}")
         return None
@@ -180,8 +180,3 @@ def _surveyed(question: Question, found: Sharper | Apart, unit: float, most: flo
             "values": read(best.losses),
         },
     }
-
-
-def _assumed(knowledge: Knowledge) -> Section:
-    spans = {f"{span}_s": getattr(knowledge.sampling, span) for span in SPANS}
-    return {"noise_rad": knowledge.noise, **spans}

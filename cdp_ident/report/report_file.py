@@ -10,9 +10,9 @@ from cdp_ident.model.effects.catalogue import known_effects
 from cdp_ident.model.parameters import INERTIA
 from cdp_ident.outside_text import shown
 from cdp_ident.regular_file import read_regular
-from cdp_ident.report.contents import plain
 from cdp_ident.report.formatting import number
-from cdp_ident.report.schema import SCHEMA, Section, problem
+from cdp_ident.report.schema import REPORT, SCHEMA, Section, problem
+from cdp_ident.report.schema_terms import filled
 from cdp_ident.user_input import refuse_unknown
 
 _LARGEST = 1 << 24
@@ -42,7 +42,7 @@ def read_report(path: Path) -> Section:
     for section in ("effects", "expected"):
         known = {effect.name for effect in known_effects()}
         refuse_unknown((effect["name"] for effect in content[section]), known, f"effect in {path}")
-    return dict(plain(content))
+    return dict(filled(REPORT, content))
 
 
 def _refuse(constant: str) -> NoReturn:

@@ -144,7 +144,9 @@ def test_it_is_strict_json_even_where_a_number_is_not_finite(outcome):
     trace = outcome.trace
     nominal = trace.errors["nominal"]
     nominal = replace(
-        nominal, fit=replace(nominal.fit, free_run=math.inf), holdout=replace(nominal.holdout, free_run=math.nan)
+        nominal,
+        fit=replace(nominal.fit, sse_free_run=math.inf),
+        holdout=replace(nominal.holdout, sse_free_run=math.nan),
     )
     covariance = outcome.identification.covariance.copy()
     covariance[0, 0] = np.inf
