@@ -1,26 +1,40 @@
 """The contents of `report.json`."""
 
-from collections.abc import Iterator, Sequence
+import math
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from datetime import datetime, timezone
+from typing import TypeVar
 
 import numpy as np
+from scipy.special import expit
 
-from cdp_ident.diagnosis.identifiability import identifiability
+from cdp_ident.diagnosis.evaluation import ErrorsByRole
+from cdp_ident.diagnosis.identifiability import identifiability, is_determined
 from cdp_ident.diagnosis.identification import Identification
 from cdp_ident.diagnosis.new_trial import NewTrialCheck
+from cdp_ident.diagnosis.prediction import plan_of, predicted
 from cdp_ident.diagnosis.warnings import FitWarning, find_warnings, outlier_warnings
+from cdp_ident.diagnosis.whiteness import Whiteness
+from cdp_ident.fit.data import Data
+from cdp_ident.fit.motion_model import MotionModel
+from cdp_ident.fit.refinement import Fit
 from cdp_ident.likelihood.whole_swing import WholeSwings
-from cdp_ident.model.parameters import GROUPS
-from cdp_ident.report.effects_section import compared, effect_section, in_doubt_section, selection_section
-from cdp_ident.report.model_section import errors_section, fit_section, prediction_section, residuals_section
+from cdp_ident.model.parameters import CONSTANTS, GROUPS, INERTIA, PARAMETERS
+from cdp_ident.report.curves import Array
+from cdp_ident.report.expected import compared
 from cdp_ident.report.next_trial import next_trial_section
 from cdp_ident.report.outcome import Outcome
 from cdp_ident.report.provenance import versions
 from cdp_ident.report.schema import REPORT, SCHEMA, Section
 from cdp_ident.report.schema_terms import Also, filled
-from cdp_ident.report.verdict import verdict
+from cdp_ident.report.verdict import effect_in_words, quantity, verdict
+from cdp_ident.tracing.found_effects import FoundEffect
+from cdp_ident.tracing.odds import log10_odds, unlikelihood
+from cdp_ident.tracing.trace import Trace
 from cdp_ident.trial.trial import Trial
+
+_Found = TypeVar("_Found")
 
 
 def report(outcome: Outcome, new_trials: Sequence[NewTrialCheck] = ()) -> Section:
@@ -43,27 +57,27 @@ def _report(outcome: Outcome, new_trials: Sequence[NewTrialCheck]) -> Section:
     paper = completed if same_model else replace(found, fit=trace.before.fit)
     failures = list(trace.failures)
     next_trial = next_trial_section(outcome, failures.append)
-    errors = {stage: errors_section(found.data, of) for stage, of in trace.errors.items()}
+    errors = {stage: _errors(found.data, of) for stage, of in trace.errors.items()}
     return {
         "schema": SCHEMA,
         "trials": _trials(outcome),
         "noise_rad": found.data.noise,
         "search": _search(outcome),
         "stages": {stage: errors[stage] for stage in errors if stage != "effects"},
-        "before": fit_section(paper) | {"error": errors["refined"]},
+        "before": _fit(paper) | {"error": errors["refined"]},
         "refinement": {
             "steps": found.whole.steps,
             "converged": found.whole.converged,
             "windows": (len(found.data.fit), len(found.data.holdout)),
         },
-        "effects": [effect_section(outcome, effect) for effect in trace.effects],
-        "after": fit_section(completed) | {"error": errors["effects"]},
+        "effects": [_effect(outcome, effect) for effect in trace.effects],
+        "after": _fit(completed) | {"error": errors["effects"]},
         "unexplained": trace.unexplained,
         "verdict": verdict(trace),
-        "prediction": prediction_section(outcome),
-        "residuals": residuals_section(trace),
+        "prediction": _prediction(outcome),
+        "residuals": _residuals(trace),
         "next_trial": next_trial,
-        "selection": selection_section(trace),
+        "selection": _selection(trace),
         "values_with_less_torque": trace.after.less_torque,
         "whole_swings": trace.whole and _whole_swings(trace.whole, completed.inertia.value),
         "repeatability": _repeatability(completed),
@@ -71,7 +85,7 @@ def _report(outcome: Outcome, new_trials: Sequence[NewTrialCheck]) -> Section:
         "expected": compared(job.expected, trace.effects) if job.expected else [],
         "new_trials": list(new_trials),
         "identifiability": _identifiability(completed),
-        "in_doubt": in_doubt_section(trace),
+        "in_doubt": _in_doubt(trace),
         "warnings": list(_warnings(outcome, new_trials, failures)),
         "run": {
             "written_at": datetime.now(timezone.utc).isoformat(timespec="seconds"),
@@ -110,6 +124,117 @@ def _search(outcome: Outcome) -> Also:
         "seconds": outcome.search_seconds,
     }
     return Also(search, also)
+
+
+def _fit(found: Identification) -> Section:
+    """Return what a fitted model is: physical values, base parameters, and how sure they are."""
+    model, values, physical, inertia = found.fit.model, found.fit.values, found.physical, found.inertia
+    std = np.sqrt(np.diag(found.covariance))
+    numbers = zip(PARAMETERS, physical.values, physical.std, physical.determined, strict=True)
+    section = {parameter.symbol: (value, of, parameter.unit, sure) for parameter, value, of, sure in numbers}
+    for constant, value in zip(CONSTANTS, model.constants(values), strict=True):
+        deviation = std[model.names.index(constant.symbol)] if constant.symbol in model.names else 0.0
+        section[constant.symbol] = _estimate(constant.unit, value, deviation)
+    determined = inertia.shown and is_determined(inertia.value, inertia.std)
+    section[INERTIA.symbol] = inertia.value, inertia.std, INERTIA.unit, determined
+    groups = zip(GROUPS, values, std, strict=False)
+    errors = zip(model.weight_errors, values[model.of_weights], std[model.of_weights], strict=True)
+    return {
+        "physical": section,
+        "physical_possible": physical.possible,
+        "outer_rod_length_m": model.mechanism.outer_length,
+        "groups": [_estimate(group.unit, value, deviation) for group, value, deviation in groups],
+        "weight_errors": [(*error, value, deviation) for error, value, deviation in errors],
+        "correlation": _correlation(model, found.covariance),
+    }
+
+
+def _estimate(unit: str, value: float, std: float) -> tuple[float, float, str, bool]:
+    return value, std, unit, is_determined(value, std)
+
+
+def _correlation(model: MotionModel, covariance: Array) -> Section:
+    """Return how the errors of the estimates go together; not a number for one that the trials do not show.
+
+    The coefficients of curves are not among them.
+    """
+    shown = ~model.of_curves
+    covariance = covariance[np.ix_(shown, shown)]
+    std = np.sqrt(np.diag(covariance))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        matrix = covariance / np.outer(std, std)
+    return {"names": np.array(model.names)[shown], "matrix": matrix}
+
+
+def _errors(data: Data, errors: ErrorsByRole) -> Section:
+    """Return the errors of a model over the motion of each role."""
+    roles = {"fit": (errors.fit, data.fit), "holdout": (errors.holdout, data.holdout)}
+    return {
+        role: Also(of, {"window_s": round(float(np.mean([window.duration for window in windows])), 3)})
+        for role, (of, windows) in roles.items()
+    }
+
+
+def _before_and_after(trace: Trace, found: Callable[[Fit], _Found]) -> tuple[_Found, _Found]:
+    """Return what is found of both models over what was held out: there they know the zeros of all encoders."""
+    before = found(trace.before.holdout)
+    return before, before if trace.after is trace.before else found(trace.after.holdout)
+
+
+def _prediction(outcome: Outcome) -> Also | None:
+    """Return how the error of predictions grows, before and after; None where the trials are too short for any."""
+    data = outcome.identification.data
+    plan = plan_of(data)
+    before, after = _before_and_after(outcome.trace, lambda fit: predicted(fit, data, plan))
+    if before is None or after is None:
+        return None
+    also = {"starts": len(plan.starts), "told_s": plan.fitted_span, "time_s": after.time}
+    return Also(plan, {**also, "before": before, "after": after})
+
+
+def _residuals(trace: Trace) -> Section:
+    """Return how the residuals over what was held out are correlated, before and after."""
+    before, after = _before_and_after(trace, Whiteness.of)
+    return {"interval_s": before.interval, "before": before, "after": after}
+
+
+def _effect(outcome: Outcome, found: FoundEffect) -> Also:
+    """Return one of the effects that were found."""
+    trial = found.active.trial
+    evidence = {"rmse_holdout_before_rad": found.holdout_without, "rmse_holdout_after_rad": found.holdout_with}
+    effect = {
+        "trial": None if trial is None else outcome.identification.data.trials[trial].name,
+        "summary": effect_in_words(found),
+        "parameters": {parameter.description.name: quantity(parameter) for parameter in found.parameters},
+        "curve": found.curve,
+        "evidence": Also(found, evidence),
+        "certainty": found.certainty,
+        "also_possible": found.also_possible,
+    }
+    return Also(found.active.effect, effect)
+
+
+def _in_doubt(traced: Trace) -> list[tuple[str, float, Array]]:
+    """Return the effects that the trials neither show nor exclude."""
+    return [(doubt.active.effect.key, doubt.weight, doubt.change[: len(GROUPS)]) for doubt in traced.in_doubt]
+
+
+def _selection(traced: Trace) -> Section:
+    """Return how the effects were selected, and what the others would do for the model that has them."""
+    selection = traced.selection
+    if selection is None:
+        return {"interrupted": False, "looked_in_s": 0.0, "steps": [], "candidates": []}
+    recorded = selection.after.recorded
+    scores = [(s.active.effect.key, log10_odds(s.misfit + unlikelihood(s.active, recorded))) for s in selection.scores]
+    return {
+        "interrupted": selection.interrupted,
+        "looked_in_s": selection.seconds,
+        "steps": selection.steps,
+        "candidates": [
+            (effect, odds, float(expit(math.log(10.0) * odds)))
+            for effect, odds in sorted(scores, key=lambda pair: -pair[1])
+        ],
+    }
 
 
 def _whole_swings(found: WholeSwings, inertia: float) -> Also:

@@ -37,7 +37,7 @@ class Drawn(NamedTuple):
 def draw(report: Section, curves: Curves, for_paper: bool = False) -> Drawn:
     """Draw a report: page and text; only `for_paper` the figures as files, to which the text links then."""
     # Only who draws waits for what draws to be loaded.
-    from cdp_ident.report.page.report_page import report_html  # noqa: PLC0415
+    from cdp_ident.report.page.rendering import report_html  # noqa: PLC0415
 
     document = document_of(report, curves)
     return _drawn(TEXT, document, for_paper, PAGE, lambda: report_html(report, curves, document))
