@@ -21,7 +21,6 @@ from cdp_ident.report.formatting import (
     in_unit,
     interval,
     milliradians,
-    number,
     odds,
     per_cent,
     quantity_words,
@@ -67,7 +66,7 @@ def document_of(report: Section, curves: Curves | None = None) -> Document:
     fitted = [trial["name"] for trial in report["trials"] if trial["role"] == "fit"]
     # The most important effect first; a single one is in the verdict.
     effects = report["effects"] if len(report["effects"]) > 1 else []
-    by_importance = sorted(effects, key=lambda effect: -(effect["evidence"]["rmse_holdout_before_rad"] or 0.0))
+    by_importance = sorted(effects, key=lambda effect: -effect["evidence"]["rmse_holdout_before_rad"])
     found = Sentences([effect["summary"] for effect in by_importance])
     numbers = Table("", ("", "", ""), list(_numbers(report)))
     of_curves = (angles, continuous_runs, missing_torques, effects_through_residuals)
@@ -112,7 +111,7 @@ def _numbers(report: Section) -> Iterator[Row]:
     """Yield the result in numbers: name, value, and what belongs to it."""
     has_effects, window = bool(report["effects"]), report["before"]["error"]["holdout"]["window_s"]
     for where, name in (("holdout", f"error held out, over {window:.2g} s"), ("fit", "error fitted")):
-        before, after = (1e3 * number(report[model]["error"][where]["rmse_rad"]) for model in ("before", "after"))
+        before, after = (1e3 * report[model]["error"][where]["rmse_rad"] for model in ("before", "after"))
         falls = f", {before / after:.3g} times less" if has_effects and 0.0 < after < before else ""
         yield name, f"{before:.3g} → {after:.3g}" if has_effects else f"{after:.3g}", f"mrad{falls}"
     if report["prediction"]:
@@ -121,7 +120,7 @@ def _numbers(report: Section) -> Iterator[Row]:
         yield f"predicts within {limit:.3g}° for", seconds, "s"
     yield "the encoders' noise", f"{1e3 * noise_floor(report):.3g}", "mrad"
     yield "effects found", str(len(report["effects"])), ", ".join(key_words(e["name"]) for e in report["effects"])
-    squared = (number(report[model.key]["error"]["holdout"]["sse_free_run"]) for model in models(report))
+    squared = (report[model.key]["error"]["holdout"]["sse_free_run"] for model in models(report))
     said = (f"{error:.3g}" if math.isfinite(error) else "diverges" for error in squared)
     yield "Eq. (10), held out", " → ".join(said), "rad²"
 
@@ -149,7 +148,7 @@ def _error(errors: Section) -> Iterator[str]:
     """Yield the errors of a model as the columns of the table have them."""
     for role in ("fit", "holdout"):
         yield milliradians(errors[role]["rmse_rad"])
-    yield f"{number(errors['holdout']['sse_free_run']):.4g}"
+    yield f"{errors['holdout']['sse_free_run']:.4g}"
     for role in ("fit", "holdout"):
         yield " and ".join(per_cent(errors[role][f"fit_{angle}_percent"]) for angle in ("theta1", "theta2"))
 

@@ -6,13 +6,12 @@ import numpy as np
 
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.model.effects.catalogue import known_effects
-from cdp_ident.report.formatting import number
 from cdp_ident.report.schema import Section
 from cdp_ident.report.schema_terms import Also
 from cdp_ident.tracing.expected import ExpectedEffect
 from cdp_ident.tracing.found_effects import FoundEffect
 
-_NO_ESTIMATE = {"as_fitted": {"value": None, "std": None}}
+_NO_ESTIMATE = {"as_fitted": {"value": np.inf, "std": np.inf}}
 """Of a parameter that a report does not have."""
 
 
@@ -28,7 +27,7 @@ def expected_effects(report: Section) -> tuple[ExpectedEffect, ...]:
         if section is None or effect.at_an_instant or effect.curve is not None:
             continue
         fitted = [section["parameters"].get(p.name, _NO_ESTIMATE)["as_fitted"] for p in ActiveEffect(effect).fitted]
-        values, std = (np.array([number(estimate[of]) for estimate in fitted]) for of in ("value", "std"))
+        values, std = (np.array([estimate[of] for estimate in fitted]) for of in ("value", "std"))
         if np.all(np.isfinite(values)):
             found.append(ExpectedEffect(effect, values, std))
     return tuple(found)

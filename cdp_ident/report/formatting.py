@@ -1,4 +1,4 @@
-"""Numbers of a report, and how sure names are, as people read them."""
+"""Numbers of a report, and how sure names are, as people read them; what is not finite is infinite."""
 
 import math
 from collections.abc import Mapping
@@ -16,36 +16,31 @@ _SAID_AS_POWER = 3.0
 """Decimal logarithm of odds from which on they are written as a power of ten."""
 
 
-def number(value: float | None) -> float:
-    """Return a number of the report, in which null stands for what is not finite."""
-    return math.inf if value is None else float(value)
-
-
 def capitalised(text: str) -> str:
     """Return a text that begins with a capital."""
     return text[:1].upper() + text[1:]
 
 
-def with_std(value: float | None, std: float | None) -> str:
+def with_std(value: float, std: float) -> str:
     """Write a value with its standard deviation, both to the latter's two leading digits."""
-    if number(std) == 0.0:
-        return f"{number(value):.6g}"
-    return f"{_to_digits_of(number(std), number(value))} ± {_to_digits_of(number(std), number(std))}"
+    if std == 0.0:
+        return f"{value:.6g}"
+    return f"{_to_digits_of(std, value)} ± {_to_digits_of(std, std)}"
 
 
-def in_unit(value: float | None, std: float | None, symbol: str) -> str:
+def in_unit(value: float, std: float, symbol: str) -> str:
     """Write a value with its standard deviation and its unit."""
     return f"{with_std(value, std)} {unit(symbol)}".strip()
 
 
-def is_guessed(value: float | None, std: float | None) -> bool:
+def is_guessed(value: float, std: float) -> bool:
     """Return whether a physical value rests on masses that nobody knows."""
-    return number(std) > GUESSED * abs(number(value))
+    return std > GUESSED * abs(value)
 
 
 def over_inertia(quantity: Mapping[str, Any]) -> str:
     """Write a torque over A22 where its physical value rests on masses that nobody knows; else nothing."""
-    shown, std = (number(quantity["as_fitted"][of]) for of in ("value", "std"))
+    shown, std = (quantity["as_fitted"][of] for of in ("value", "std"))
     guessed = is_guessed(quantity["value"], quantity["std"])
     if quantity["unit"] not in _OVER_INERTIA or not guessed or std >= GUESSED * abs(shown):
         return ""
@@ -58,42 +53,34 @@ def quantity_words(quantity: Mapping[str, Any]) -> str:
     return f"{first} ({words})" if first else words
 
 
-def interval(value: float | None, std: float | None, lowest: float = -math.inf) -> str:
+def interval(value: float, std: float, lowest: float = -math.inf) -> str:
     """Write the 95 % interval of a value that is not below the `lowest`."""
-    deviation = number(std)
-    low, high = max(number(value) - CONFIDENCE * deviation, lowest), number(value) + CONFIDENCE * deviation
-    return f"{_to_digits_of(deviation, low)} to {_to_digits_of(deviation, high)}"
+    low, high = max(value - CONFIDENCE * std, lowest), value + CONFIDENCE * std
+    return f"{_to_digits_of(std, low)} to {_to_digits_of(std, high)}"
 
 
-def milliradians(radians: float | None) -> str:
+def milliradians(radians: float) -> str:
     """Write an angle [rad] in mrad, without the unit."""
-    return f"{1e3 * number(radians):.4g}"
+    return f"{1e3 * radians:.4g}"
 
 
-def is_known(value: float | None) -> bool:
-    """Return whether a number of the report is one: null and what is not finite say that there is none."""
-    return math.isfinite(number(value))
-
-
-def per_cent(share: float | None) -> str:
+def per_cent(share: float) -> str:
     """Write a fit [%], without the unit; a dash where it is not finite."""
-    return f"{share:.4g}" if is_known(share) else "–"
+    return f"{share:.4g}" if math.isfinite(share) else "–"
 
 
-def chance(probability: float | None) -> str:
+def chance(probability: float) -> str:
     """Write a probability; one that is nearly 0 or 1 is not said to be so."""
-    share = number(probability)
-    if share < 0.001:
+    if probability < 0.001:
         return "< 0.1 %"
-    return "> 99.9 %" if share > 0.999 else f"{100 * share:.1f} %"
+    return "> 99.9 %" if probability > 0.999 else f"{100 * probability:.1f} %"
 
 
-def odds(log10_odds: float | None) -> str:
+def odds(log10_odds: float) -> str:
     """Write the decimal logarithm of odds as odds; a dash where there are none."""
-    if not is_known(log10_odds):
+    if not math.isfinite(log10_odds):
         return "–"
-    exponent = number(log10_odds)
-    return f"{10.0**exponent:.2g} : 1" if abs(exponent) < _SAID_AS_POWER else f"10^{exponent:.0f} : 1"
+    return f"{10.0**log10_odds:.2g} : 1" if abs(log10_odds) < _SAID_AS_POWER else f"10^{log10_odds:.0f} : 1"
 
 
 def unit(symbol: str) -> str:

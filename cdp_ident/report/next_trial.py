@@ -148,7 +148,7 @@ def _sharper(question: Question, knowledge: Knowledge, found: Sharper) -> Sectio
         "names": [INERTIA.symbol] if inertia else list(names),
         "std_now": (scale * found.now).tolist(),
         "std_then": (scale * found.then).tolist(),
-        "deviations_now": None,
+        "deviations_now": np.inf,
     }
 
 
@@ -173,7 +173,7 @@ def _surveyed(question: Question, found: Sharper | Apart, unit: float, most: flo
         "outer_rad": best.outer,
         "expected": read(best.expected),
         "worst": read(best.worst),
-        "expected_unloaded": read(unloaded.expected) if unloaded and best.weights else None,
+        "expected_unloaded": read(unloaded.expected) if unloaded and best.weights else np.inf,
         "map": {
             "inner_rad": best.grid.inner.tolist(),
             "outer_rad": best.grid.outer.tolist(),

@@ -4,7 +4,6 @@ import shlex
 from collections.abc import Iterator
 from typing import Any
 
-from cdp_ident.report.formatting import number
 from cdp_ident.report.parts import Code, Parts, Row, Sentences, Table
 from cdp_ident.report.schema import Section
 from cdp_ident.report.wording import role_words, weights_words
@@ -58,7 +57,7 @@ def _search(report: Section) -> Iterator[Row]:
     yield "generations", f"{search['generations']:.0f} ({search['stopped']})"
     yield "evaluations", f"{search['evaluations']:.0f}"
     yield "best chromosome", ", ".join(f"{symbol} {value:.4g}" for symbol, value in search["best"].items())
-    yield "its error", f"{number(search['sse']):.4g} rad²"
+    yield "its error", f"{search['sse']:.4g} rad²"
     yield "time", f"{search['seconds']:.1f} s for the search, {report['run']['seconds']:.1f} s in all"
 
 

@@ -1,6 +1,7 @@
 """The schema of `report.json`: the one statement of what it holds, for writing, reading and documentation.
 
-It is a JSON Schema (draft 2020-12). `null` stands for a number that is not finite. Everything that is repeated has a
+It is a JSON Schema (draft 2020-12). `null` stands for a number that is not finite; in a report that is read it is
+infinite. Everything that is repeated has a
 size, since a report may come from anyone.
 """
 
@@ -200,7 +201,13 @@ _ADVICE = an_object(
         values=a_list(a_list(number(), "by the outer rod's", MOST_STARTS), "by the inner rod's angle", MOST_STARTS),
     ),
 )
-_KINDS = {bool: flag, int: count, float: number, str: text}
+
+
+def _number_or_none(about: str) -> Schema:
+    return or_null(finite(about))
+
+
+_KINDS = {bool: flag, int: count, float: _number_or_none, str: text}
 _REQUIRED_OPTIONS = (*(constant.symbol for constant in CONSTANTS), *(f"nominal.{symbol}" for symbol in SYMBOLS))
 assert {*SYMBOLS, "L", "g"} == set(NOMINAL)
 

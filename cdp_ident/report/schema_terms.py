@@ -3,6 +3,7 @@
 They are those of JSON Schema, with limits to everything that is repeated.
 """
 
+import math
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -102,7 +103,9 @@ def filled(schema: Schema, source: Any) -> Any:
     An object is filled from a mapping, from values in the order of its keys, or from the attributes that its keys name.
     """
     schema = schema.get("anyOf", [schema])[0]  # the other is null
-    keys = schema.get("properties")
+    kind, keys = schema.get("type", ""), schema.get("properties")
+    if "number" in kind and (source is not None or "null" in kind):
+        return math.inf if source is None else float(source)
     if isinstance(source, str):
         return shown(source, LONGEST_TEXT)
     if source is not None and keys and not isinstance(source, Mapping):

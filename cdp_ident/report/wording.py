@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from cdp_ident.model.effects.catalogue import known_effects
 from cdp_ident.model.parameters import CONSTANTS, GROUPS, INERTIA, SYMBOLS, Group, groups_of, inertia_about_cart
-from cdp_ident.report.formatting import CERTAINTY, number, per_cent, with_std
+from cdp_ident.report.formatting import CERTAINTY, per_cent, with_std
 from cdp_ident.report.schema import Section
 
 _FELT, _MOST_IN_DOUBT = 0.5, 3
@@ -66,7 +66,7 @@ def expected_in_words(report: Section) -> Iterator[str]:
     """Say what became of the effects of an earlier report, and which are new; nothing without `--like`."""
     for effect in report["expected"]:
         changes = (
-            f"{name} {number(p['before']):.4g} -> {number(p['now']):.4g} ({number(p['deviations']):.1f} std)"
+            f"{name} {p['before']:.4g} -> {p['now']:.4g} ({p['deviations']:.1f} std)"
             for name, p in effect["parameters"].items()
         )
         became = {
@@ -118,8 +118,8 @@ def determined_words(report: Section) -> list[str]:
     for effect in report["in_doubt"]:
         changed = []
         for group in GROUPS:
-            value, std = (number(groups[group.symbol][of]) for of in ("value", "std"))
-            change = number(effect["changes"][group.symbol])
+            value, std = (groups[group.symbol][of] for of in ("value", "std"))
+            change = effect["changes"][group.symbol]
             if value and effect["weight"] * change**2 > (_FELT * std) ** 2:
                 changed.append(f"{group.formula} by {100.0 * change / abs(value):+.2g} %")
         if changed:
@@ -164,7 +164,7 @@ def short_name(symbol: str) -> str:
 def predicted_for(report: Section, limit: int) -> str:
     """Say for how long the models predict within one of the limits, by its place, in seconds without the unit."""
     within = [report["prediction"][model.key]["within"][limit] for model in models(report)]
-    return " -> ".join(f"{'≥ ' if one['longer'] else ''}{number(one['median_s']):.3g}" for one in within)
+    return " -> ".join(f"{'≥ ' if one['longer'] else ''}{one['median_s']:.3g}" for one in within)
 
 
 def share_words(report: Section) -> list[str]:
@@ -204,8 +204,7 @@ def validation_words(report: Section) -> Iterator[str]:
         yield "residuals over held-out windows: white"
     else:
         said = " and ".join(
-            f"{max(abs(number(value)) for value in found[angle]['values'][1:]):.2f} in {angle} "
-            f"(chance: {number(found[angle]['bound']):.2f})"
+            f"{max(map(abs, found[angle]['values'][1:])):.2f} in {angle} (chance: {found[angle]['bound']:.2f})"
             for angle in ("theta1", "theta2")
             if found[angle]["related"]
         )

@@ -1,6 +1,7 @@
 """Several reports side by side."""
 
 import copy
+import math
 
 import pytest
 
@@ -56,7 +57,7 @@ def test_a_group_is_compared_even_where_it_is_hardly_seen(runs):
     group = runs[1].report["after"]["groups"]["c1_over_A22"]
     group.update(value=0.0, std=0.02, determined=False)
     assert table(runs, "Base parameters")["c1/A22 = c1 / A22"][2].endswith("(changed)")
-    group["std"] = None
+    group["std"] = math.inf
     assert table(runs, "Base parameters")["c1/A22 = c1 / A22"][2] == "–"
 
 

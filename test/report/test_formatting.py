@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from cdp_ident.report.formatting import chance, interval, is_known, milliradians, number, odds, per_cent, unit, with_std
+from cdp_ident.report.formatting import chance, interval, milliradians, odds, per_cent, unit, with_std
 
 
 @pytest.mark.parametrize(
@@ -13,7 +13,7 @@ from cdp_ident.report.formatting import chance, interval, is_known, milliradians
         (0.123456, 0.00234, "0.1235 ± 0.0023"),
         (1234.5, 67.0, "1234 ± 67"),
         (0.4, 0.0, "0.4"),
-        (0.1, None, "0.1 ± inf"),
+        (0.1, math.inf, "0.1 ± inf"),
         (0.0, 3e-13, "0 ± 3e-13"),
     ],
 )
@@ -23,22 +23,13 @@ def test_a_value_is_as_long_as_its_deviation_allows(value, std, text):
 
 def test_an_interval_is_two_deviations_to_either_side():
     assert interval(1.0, 0.1) == "0.80 to 1.20"
-    assert interval(1.0, None) == "-inf to inf"
+    assert interval(1.0, math.inf) == "-inf to inf"
 
 
-def test_null_stands_for_what_is_not_finite():
-    assert number(None) == math.inf
-    assert milliradians(None) == "inf"
-    assert milliradians(0.0045678) == "4.568"
-
-
-def test_what_is_null_or_not_finite_is_no_number():
-    assert [is_known(value) for value in (0.0, None, math.nan, math.inf)] == [True, False, False, False]
-    assert [per_cent(share) for share in (97.123456, None, -math.inf)] == ["97.12", "–", "–"]
-
-
-def test_a_number_without_a_unit_has_none():
+def test_a_number_without_a_unit_has_none_and_one_that_is_not_finite_is_a_dash_or_infinite():
     assert (unit("1"), unit("1/s")) == ("", "1/s")
+    assert [milliradians(error) for error in (0.0045678, math.inf)] == ["4.568", "inf"]
+    assert [per_cent(share) for share in (97.123456, math.nan, -math.inf)] == ["97.12", "–", "–"]
 
 
 @pytest.mark.parametrize(("probability", "said"), [(0.0, "< 0.1 %"), (0.875, "87.5 %"), (1.0, "> 99.9 %")])
@@ -47,7 +38,8 @@ def test_no_probability_is_0_or_1(probability, said):
 
 
 @pytest.mark.parametrize(
-    ("log10_odds", "said"), [(1.0, "10 : 1"), (-1.0, "0.1 : 1"), (494.1, "10^494 : 1"), (None, "–"), (math.nan, "–")]
+    ("log10_odds", "said"),
+    [(1.0, "10 : 1"), (-1.0, "0.1 : 1"), (494.1, "10^494 : 1"), (math.inf, "–"), (math.nan, "–")],
 )
 def test_large_odds_are_powers_of_ten(log10_odds, said):
     assert odds(log10_odds) == said

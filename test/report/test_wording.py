@@ -122,7 +122,7 @@ def test_residuals_that_are_not_white_are_told_with_how_much_they_are_correlated
 
 def test_what_has_no_prediction_and_no_fit_says_nothing_of_it(read_content):
     read_content["prediction"] = None
-    read_content["before"]["error"]["holdout"]["fit_theta1_percent"] = None
+    read_content["before"]["error"]["holdout"]["fit_theta1_percent"] = np.inf
     words = list(validation_words(read_content))
     assert "theta1 – -> " in words[0]
     assert not any("predicts" in word for word in words)

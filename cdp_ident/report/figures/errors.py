@@ -1,5 +1,6 @@
 """The errors of a report: before and after, over the generations of the search, and along the selection of effects."""
 
+import math
 import textwrap
 from collections.abc import Iterator, Sequence
 
@@ -7,7 +8,7 @@ import numpy as np
 
 from cdp_ident.report.figures.description import Axis, Bars, Figure, Level, Line, Mark, Panel, beside, named
 from cdp_ident.report.figures.palette import Colour
-from cdp_ident.report.formatting import chance, is_known, number, odds
+from cdp_ident.report.formatting import chance, odds
 from cdp_ident.report.schema import Section
 from cdp_ident.report.wording import action_words, effects_words, key_words, models, noise_floor
 
@@ -29,7 +30,7 @@ def before_and_after(report: Section) -> Figure:
     """Return the errors over motion of each role as bars."""
     shown, marks, said = models(report), list[Mark](), []
     for index, model in enumerate(shown):
-        errors = [1e3 * number(report[model.key]["error"][role]["rmse_rad"]) for role in _WHERE]
+        errors = [1e3 * report[model.key]["error"][role]["rmse_rad"] for role in _WHERE]
         words = [f"{error:.3g}" for error in errors]
         marks.append(Bars(model.label, model.key, beside(index, len(shown), 0.38, len(_WHERE)), errors, words, 0.34))
         said.append(f"{model.label}: {', '.join(map('{} mrad {}'.format, words, _WHERE.values()))}")
@@ -51,7 +52,7 @@ def best_error(report: Section) -> Iterator[Figure]:
     search = report["search"]
     if search["cut_short"]:
         return
-    history = np.array([number(error) for error in search["history"]])
+    history = np.array(search["history"])
     name = search["method"].upper()
     yield Figure(
         "best_error",
@@ -72,9 +73,9 @@ def selection(report: Section) -> Iterator[Figure]:
     """Yield how probable each model that was tried is beside the one before, step by step."""
     panels, said = [], []
     for index, step in enumerate(report["selection"]["steps"], start=1):
-        if tried := [one for one in step["tried"] if is_known(one["log10_odds"])]:
+        if tried := [one for one in step["tried"] if math.isfinite(one["log10_odds"])]:
             panels.append(_step(f"Step {index}: {action_words(step)}", tried))
-            best = max(number(one["log10_odds"]) for one in tried)
+            best = max(one["log10_odds"] for one in tried)
             said.append(f"step {index}, {action_words(step)}: at best {best:.3g}")
     if panels:
         yield Figure(
@@ -90,7 +91,7 @@ def selection(report: Section) -> Iterator[Figure]:
 
 def _step(title: str, tried: list[Section]) -> Panel:
     names = [wrapped(effects_words(one["effects"])) for one in tried]
-    odds = [number(one["log10_odds"]) for one in tried]
+    odds = [one["log10_odds"] for one in tried]
     # A bar has the room that its name needs: one line or two, or more.
     rooms = np.array([max(1.0, (name.count("\n") + 1) / 2) for name in names])
     places = (np.cumsum(rooms) - rooms / 2).tolist()
@@ -115,11 +116,11 @@ def candidates(report: Section) -> Iterator[Figure]:
     """Yield how probable the model would be with each effect that it does not have."""
     best: dict[str, Section] = {}
     for one in report["selection"]["candidates"]:
-        if is_known(one["log10_odds"]):
+        if math.isfinite(one["log10_odds"]):
             best.setdefault(key_words(".".join(one["effect"].split(".")[:2])), one)
     if not best:
         return
-    lengths = [number(one["log10_odds"]) for one in best.values()]
+    lengths = [one["log10_odds"] for one in best.values()]
     words = [f"{odds(one['log10_odds'])}, {chance(one['probability'])}" for one in best.values()]
     bars = Bars("with it", "noise", beside(0, 1, 0.0, len(best)), lengths, words)
     marks: list[Mark] = [bars, Level("as probable as without it", "before", 0.0)]

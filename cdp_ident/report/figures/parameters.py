@@ -10,7 +10,7 @@ from cdp_ident.report.comparison import Run
 from cdp_ident.report.figures.description import Axis, Figure, Heat, Intervals, Level, Panel, beside, named
 from cdp_ident.report.figures.errors import wrapped
 from cdp_ident.report.figures.palette import series
-from cdp_ident.report.formatting import in_unit, number
+from cdp_ident.report.formatting import in_unit
 from cdp_ident.report.schema import Section
 from cdp_ident.report.wording import models, nominal_groups, nominal_value, short_name
 
@@ -24,7 +24,7 @@ def against_nominal(report: Section) -> Figure:
         if quantity["std"] != 0.0  # as one that is given has
     }
     undetermined = [symbol for symbol, quantity in after["physical"].items() if not quantity["determined"]]
-    ratios = (f"{short_name(s)} {number(q['value']) / groups[s]:.4g}" for s, q in after["groups"].items())
+    ratios = (f"{short_name(s)} {q['value'] / groups[s]:.4g}" for s, q in after["groups"].items())
     return Figure(
         "parameters",
         "Parameters against nominal",
@@ -64,8 +64,8 @@ def _against(
         "",
         "ink",
         positions,
-        [unit * (number(quantity["value"]) / value - origin) for quantity, value in pairs],
-        [unit * CONFIDENCE * number(quantity["std"]) / abs(value) for quantity, value in pairs],
+        [unit * (quantity["value"] / value - origin) for quantity, value in pairs],
+        [unit * CONFIDENCE * quantity["std"] / abs(value) for quantity, value in pairs],
         [not quantity.get("determined", True) for quantity in of],
         [in_unit(quantity["value"], quantity["std"], quantity.get("unit", "")) for quantity in of],
     )
@@ -76,7 +76,8 @@ def correlation(report: Section) -> Iterator[Figure]:
     found = report["after"]["correlation"]
     short = [short_name(name) for name in found["names"]]
     names = [wrapped(name) for name in short]
-    matrix = np.array([[np.nan if value is None else value for value in row] for row in found["matrix"]])
+    matrix = np.array(found["matrix"])
+    matrix = np.where(np.isfinite(matrix), matrix, np.nan)
     rows, columns = np.nonzero(np.tril(np.isfinite(matrix), -1))
     strongest = sorted(zip(abs(matrix[rows, columns]), rows, columns, strict=True), reverse=True)[:3]
     said = "; ".join(f"{short[i]} with {short[j]}: {matrix[i, j]:.2f}" for _, i, j in strongest)
@@ -126,7 +127,7 @@ def estimates_against(
     estimates: Sequence[tuple[str, Section]], joint: Section, figure: Figure, label: str, origin: str
 ) -> Figure:
     """Complete a figure with estimates of several trials or runs, as their relative difference from a joint one."""
-    values = {name: number(quantity["value"]) for name, quantity in joint.items()}
+    values = {name: quantity["value"] for name, quantity in joint.items()}
     reference = {name: value for name, value in values.items() if value and np.isfinite(value)}
     apart, marks, said = 0.6 / max(len(estimates), 2), [], []
     for index, (trial, quantities) in enumerate(estimates):

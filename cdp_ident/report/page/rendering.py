@@ -19,7 +19,6 @@ from cdp_ident.report.curves import Curves
 from cdp_ident.report.figures.for_page import Arrays, plotly_figure
 from cdp_ident.report.figures.motion import shown_samples
 from cdp_ident.report.figures.palette import DARK, LIGHT
-from cdp_ident.report.formatting import number
 from cdp_ident.report.parts import Document
 from cdp_ident.report.schema import Section
 from cdp_ident.report.wording import models, nominal_value, role_words
@@ -52,7 +51,7 @@ def _player(report: Section, curves: Curves, arrays: Arrays) -> dict[str, Any]:
         return [arrays.keep(values[every, column]) for column in range(2)]
 
     return {
-        "length": number(report["after"]["physical"]["L"]["value"]),
+        "length": report["after"]["physical"]["L"]["value"],
         "outer_length": outer_rod_length(nominal_value(report, "L"), nominal_value(report, "l2")),
         "trials": [
             {

@@ -78,11 +78,11 @@ def test_a_name_of_many_lines_has_room_of_its_own(with_many_tried):
 
 def test_what_could_not_be_fitted_has_no_bar(with_many_tried):
     tried = with_many_tried["selection"]["steps"][0]["tried"]
-    tried[-1]["log10_odds"], tried[-2]["log10_odds"] = None, float("nan")
+    tried[-1]["log10_odds"], tried[-2]["log10_odds"] = np.inf, np.nan
     (figure,) = selection(with_many_tried)
     assert len(figure.panels[0].y.ticks) == len(tried) - 2
     for one in tried:
-        one["log10_odds"] = None
+        one["log10_odds"] = np.inf
     assert list(selection(with_many_tried)) == []
 
 

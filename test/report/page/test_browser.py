@@ -262,7 +262,7 @@ def test_a_rig_that_lacks_nothing_has_a_page_too_and_all_of_it_is_printed(visit,
     """One trial, nothing added, nothing to warn of, and a run that diverged."""
     report = read_content | {"effects": [], "repeatability": None, "warnings": [], "trials": read_content["trials"][:1]}
     report["selection"]["steps"] = [report["selection"]["steps"][1]]
-    report["before"]["error"]["holdout"]["sse_free_run"] = None
+    report["before"]["error"]["holdout"]["sse_free_run"] = np.inf
     trial = replace(shown_curves.trials[0], run_before=np.full_like(shown_curves.trials[0].measured, np.nan))
     after = replace(shown_curves.after, effects=shown_curves.after.effects[:0])
     curves = Curves((trial,), shown_curves.before, after)
