@@ -6,6 +6,7 @@ size, since a report may come from anyone.
 """
 
 import re
+from collections.abc import Callable
 from typing import Any, get_args
 
 from jsonschema import Draft202012Validator
@@ -207,7 +208,7 @@ def _number_or_none(about: str) -> Schema:
     return or_null(finite(about))
 
 
-_KINDS = {bool: flag, int: count, float: _number_or_none, str: text}
+_KINDS: dict[type, Callable[[str], Schema]] = {bool: flag, int: count, float: _number_or_none, str: text}
 _REQUIRED_OPTIONS = (*(constant.symbol for constant in CONSTANTS), *(f"nominal.{symbol}" for symbol in SYMBOLS))
 assert {*SYMBOLS, "L", "g"} == set(NOMINAL)
 
