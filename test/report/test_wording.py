@@ -54,7 +54,6 @@ def test_it_is_said_how_a_value_was_come_by(read_content):
 @pytest.mark.parametrize(
     ("action", "words"),
     [
-        ("added coulomb_friction.outer", "added coulomb friction, outer"),
         ("dropped cogging_torque.inner.13 per turn", "dropped cogging torque, inner, 13 per turn"),
         (
             "exchanged air_drag.outer.rotation for air_drag.outer.strips",
@@ -62,7 +61,6 @@ def test_it_is_said_how_a_value_was_come_by(read_content):
         ),
         ("added gravity_tilt.base and encoder_offset.outer", "added gravity tilt, base and encoder offset, outer"),
         ("added zeros of each trial", "added zeros of each trial"),
-        ("nothing more helps", "nothing more helps"),
     ],
 )
 def test_a_step_of_the_selection_is_in_words(action, words):
@@ -78,22 +76,19 @@ def test_an_effect_is_named_with_its_place(read_content):
     )
 
 
-def test_a_model_without_a_change_was_fitted_from_elsewhere():
-    assert effects_words(["air_drag.outer", "joint_spring.outer"]) == "air drag, outer and joint spring, outer"
-    assert effects_words([]) == "the same, from elsewhere"
-
-
 @pytest.mark.parametrize(("looked_in", "said"), [(0.0, False), (1.0, True), (23.9, False)])
 def test_it_is_said_where_effects_were_looked_for_in_a_part_only(read_content, looked_in, said):
     read_content["selection"]["looked_in_s"] = looked_in
     assert bool(share_words(read_content)) == said
 
 
-def test_groups_are_written_as_fractions():
+def test_keys_are_written_as_fractions_and_words():
     assert short_name("A23_over_A22") == "A23/A22"
     assert short_name("coulomb_friction.outer.torque") == "coulomb friction, outer, torque"
     assert short_name("one_over_A22") == "1/A22"
     assert short_name("weight_error.outer.300.5 mm") == "weight error, outer, 300.5 mm"
+    assert effects_words(["air_drag.outer", "joint_spring.outer"]) == "air drag, outer and joint spring, outer"
+    assert effects_words([]) == "the same, from elsewhere"
 
 
 def test_the_noise_of_both_encoders_is_their_mean_square(read_content):

@@ -47,8 +47,3 @@ def test_what_no_trial_shows_yet_is_drawn_by_its_interval_then_and_starts_that_s
     assert shown.max() < 100
     hanging = advice["map"]["values"][advice["map"]["inner_rad"].index(0.0)][advice["map"]["outer_rad"].index(0.0)]
     assert hanging == np.inf
-
-
-def test_a_fit_that_failed_has_no_map(read_content):
-    read_content["next_trial"] = None
-    assert list(next_trial(read_content)) == []

@@ -56,7 +56,6 @@ def test_each_trial_stands_against_the_joint_fit(read_content):
     assert wide.label == "swing_wide"
     assert wide.values[4] == pytest.approx(100 * (alone / joint - 1))
     assert (wide.colour, wide.shape) != (folded.colour, folded.shape)
-    assert list(repeatability(read_content | {"repeatability": None})) == []
 
 
 def test_many_runs_find_room(read_content):

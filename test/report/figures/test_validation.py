@@ -22,11 +22,6 @@ def test_where_a_prediction_diverges_its_curve_ends(read_content):
     assert np.isnan(figure.panels[0].marks[0].y[-10:]).all()
 
 
-def test_trials_without_a_prediction_have_no_picture_of_it(read_content):
-    read_content["prediction"] = None
-    assert list(prediction(read_content)) == []
-
-
 def test_the_correlations_have_their_lags_and_bounds(read_content):
     figure = residual_correlation(read_content)
     own, _, crosswise = figure.panels
