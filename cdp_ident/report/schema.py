@@ -177,7 +177,7 @@ _WHITENESS = an_object(
     ),
 )
 _ANGLES = a_list(finite(), "from hanging, positive towards +x [rad]", MOST_STARTS)
-_ADVICE = an_object(
+ADVICE = an_object(
     "the start that tells most of something",
     **{"for": text("what it is about: `all` base parameters, `A22`, another unknown, or an effect by its label")},
     against=or_null(text("key of the effect that it tells that one from")),
@@ -301,7 +301,7 @@ REPORT: Schema = {
                 half_width_s=finite("of the local cubics that estimate the windows' initial states [s]"),
                 step_s=finite("of the integrator [s]"),
             ),
-            advice=a_list(_ADVICE, "for effects that could be others, all base parameters, and each effect's strength"),
+            advice=a_list(ADVICE, "for effects that could be others, all base parameters, and each effect's strength"),
         ),
         selection=an_object(
             "how the effects were selected, and what any other one would do",
