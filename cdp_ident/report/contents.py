@@ -163,7 +163,7 @@ def _correlation(model: MotionModel, covariance: Array) -> Section:
     std = np.sqrt(np.diag(covariance))
     with np.errstate(divide="ignore", invalid="ignore"):
         matrix = covariance / np.outer(std, std)
-    return {"names": np.array(model.names)[shown], "matrix": matrix}
+    return {"names": np.array(model.names)[shown].tolist(), "matrix": matrix}
 
 
 def _errors(data: Data, errors: ErrorsByRole) -> Section:

@@ -38,7 +38,7 @@ def read_report(path: Path) -> Section:
     if wrong := problem(content):
         raise ReportError(f"{path}: {wrong}; was it changed, or written by another version? identify again")
     report: Section = filled(REPORT, content)
-    own.use(report["own_effects"], report["after"]["physical"][INERTIA.symbol]["value"], str(path))
+    own.use(content["own_effects"], report["after"]["physical"][INERTIA.symbol]["value"], str(path))
     for section in ("effects", "expected"):
         known = {effect.name for effect in known_effects()}
         refuse_unknown((effect["name"] for effect in report[section]), known, f"effect in {path}")
