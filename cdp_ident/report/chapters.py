@@ -2,7 +2,9 @@
 
 import math
 import re
+import shlex
 from collections.abc import Iterable, Iterator, Sequence
+from typing import Any
 
 from cdp_ident.model.parameters import CONSTANTS, GROUPS, INERTIA, PARAMETERS
 from cdp_ident.report.advice import advice_words
@@ -14,40 +16,39 @@ from cdp_ident.report.figures.next_trial import next_trial
 from cdp_ident.report.figures.parameters import against_nominal, correlation, repeatability
 from cdp_ident.report.figures.torques import effects_through_residuals, missing_torques, nonparametric_torques
 from cdp_ident.report.figures.validation import prediction, residual_correlation
-from cdp_ident.report.formatting import (
-    CERTAINTY_WORDS,
-    capitalised,
-    chance,
-    in_unit,
-    interval,
-    milliradians,
-    odds,
-    per_cent,
-    quantity_words,
-    unit,
-    with_std,
-)
-from cdp_ident.report.parts import Chapter, Charts, Document, Parts, Row, Sentences, Table
-from cdp_ident.report.repetition import to_repeat
+from cdp_ident.report.parts import Chapter, Charts, Code, Document, Parts, Row, Sentences, Table
 from cdp_ident.report.schema import Section
 from cdp_ident.report.typesetting import Formula
 from cdp_ident.report.wording import (
+    CERTAINTY_WORDS,
     action_words,
+    capitalised,
+    chance,
     determined_words,
     effect_title,
     effects_words,
     expected_in_words,
     group_words,
     how_determined,
+    in_unit,
+    interval,
     key_words,
+    milliradians,
     models,
     noise_floor,
     nominal_groups,
     nominal_value,
+    odds,
+    per_cent,
     predicted_for,
+    quantity_words,
+    role_words,
     share_words,
     short_name,
+    unit,
     validation_words,
+    weights_words,
+    with_std,
 )
 
 _STAMP = re.compile(r"(\d{4})(\d\d)(\d\d)_\d{6}")
@@ -82,7 +83,7 @@ def document_of(report: Section, curves: Curves | None = None) -> Document:
         Chapter("parameters", "Parameters", _parameters(report)),
         Chapter("next", "Which swing next", _next(report)),
         Chapter("warnings", "Warnings", (_warnings(report),)),
-        Chapter("repeat", "To repeat this run", to_repeat(report)),
+        Chapter("repeat", "To repeat this run", _to_repeat(report)),
     )
     return Document("Cart double pendulum, identified", _heading(fitted), report["verdict"], chapters)
 
@@ -287,3 +288,59 @@ def _next(report: Section) -> Parts:
 def _warnings(report: Section) -> Sentences:
     said = [f"{key_words(warning['name'])}: {warning['message']}" for warning in report["warnings"]]
     return _sentences(said or ["None"], noted=bool(said))
+
+
+def _to_repeat(report: Section) -> Parts:
+    """Return the command, the trials, and all that the result depends on."""
+    run = report["run"]
+    checksums = [(bag, file, digest) for bag, sums in run["bag_sha256"].items() for file, digest in sums.items()]
+    options = [(name, _value(value)) for name, value in run["options"].items()]
+    return (
+        Sentences((Code(_command(report)),)),
+        Table(
+            "Trials",
+            ("bag", "role", "samples", "free swing [s]", "weights", "what was cut or noticed"),
+            [
+                (
+                    trial["bag"],
+                    role_words(trial),
+                    f"{trial['samples']:.0f}",
+                    f"{trial['start_s']:.2f} to {trial['start_s'] + trial['duration_s']:.2f}",
+                    weights_words(trial) or "–",
+                    "; ".join(trial["warnings"]),
+                )
+                for trial in report["trials"]
+            ],
+        ),
+        Table("Checksums (SHA-256)", ("bag", "file", "sum"), checksums, at_terminal=False),
+        Table("Search", ("", ""), list(_search(report)), at_terminal=False),
+        Table("Versions", ("package", "version"), list(run["versions"].items()), at_terminal=False),
+        Table("Options", ("option", "value"), options, folded=True, at_terminal=False),
+    )
+
+
+def _command(report: Section) -> str:
+    """Return the command that makes this run anew, if its options are in a file."""
+    bags = {kind: [trial["bag"] for trial in report["trials"] if trial["role"] == kind] for kind in ("fit", "holdout")}
+    options = ["ros2", "run", "cdp_ident", "identify", "--bag", *bags["fit"]]
+    if bags["holdout"]:
+        options += ["--holdout", *bags["holdout"]]
+    if not report["search"]["cut_short"]:
+        options += ["--method", report["search"]["method"]]
+    return shlex.join([*options, "--seed", f"{report['search']['seed']:.0f}"])
+
+
+def _search(report: Section) -> Iterator[Row]:
+    search = report["search"]
+    yield "method", search["method"].upper() + (", cut short" if search["cut_short"] else "")
+    yield "seed", f"{search['seed']:.0f}"
+    yield "population", f"{search['population']:.0f}"
+    yield "generations", f"{search['generations']:.0f} ({search['stopped']})"
+    yield "evaluations", f"{search['evaluations']:.0f}"
+    yield "best chromosome", ", ".join(f"{symbol} {value:.4g}" for symbol, value in search["best"].items())
+    yield "its error", f"{search['sse']:.4g} rad²"
+    yield "time", f"{search['seconds']:.1f} s for the search, {report['run']['seconds']:.1f} s in all"
+
+
+def _value(value: Any) -> str:
+    return "–" if value is None or value == "" else f"{value:.6g}" if isinstance(value, float) else str(value)

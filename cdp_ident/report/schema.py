@@ -1,7 +1,7 @@
 """The schema of `report.json`: the one statement of what it holds, for writing, reading and documentation.
 
-It is a JSON Schema (draft 2020-12). `null` stands for a number that is not finite, which is infinite in a report that is
-read. Everything that is repeated has a size, since a report may come from anyone.
+It is a JSON Schema (draft 2020-12). `null` stands for a number that is not finite, and is read as infinite.
+Everything that is repeated has a size, since a report may come from anyone.
 """
 
 import re

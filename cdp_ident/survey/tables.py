@@ -5,9 +5,9 @@ from collections.abc import Iterator, Sequence
 from markupsafe import Markup
 
 from cdp_ident.report.figures.description import Figure
-from cdp_ident.report.formatting import in_unit, milliradians, unit
 from cdp_ident.report.parts import Chapter, Charts, Row, Table
 from cdp_ident.report.schema import Section
+from cdp_ident.report.wording import in_unit, milliradians, unit
 
 _NONE = "–"
 

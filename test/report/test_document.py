@@ -8,10 +8,10 @@ from rich.console import Console
 
 from cdp_ident.report.chapters import document_of
 from cdp_ident.report.figures.description import Figure
-from cdp_ident.report.formatting import with_std
 from cdp_ident.report.markdown import markdown
 from cdp_ident.report.parts import Chapter, Charts, Code, Document, Sentences, Table
 from cdp_ident.report.terminal import print_report, summary
+from cdp_ident.report.wording import with_std
 
 FIGURE = Figure("one", "Errors", "How large.", "Small.", ())
 NOTHING = {"interrupted": False, "looked_in_s": 0.0, "steps": [], "candidates": []}

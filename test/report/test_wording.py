@@ -1,4 +1,6 @@
-"""What several forms of a report say in the same words."""
+"""Numbers, names and findings of a report as people read them."""
+
+import math
 
 import numpy as np
 import pytest
@@ -6,16 +8,23 @@ import pytest
 from cdp_ident.model.parameters import groups_of
 from cdp_ident.report.wording import (
     action_words,
+    chance,
     determined_words,
     effect_title,
     effects_words,
     how_determined,
+    interval,
+    milliradians,
     noise_floor,
     nominal_groups,
     nominal_value,
+    odds,
+    per_cent,
     share_words,
     short_name,
+    unit,
     validation_words,
+    with_std,
 )
 
 
@@ -121,3 +130,41 @@ def test_what_has_no_prediction_and_no_fit_says_nothing_of_it(read_content):
     words = list(validation_words(read_content))
     assert "theta1 – -> " in words[0]
     assert not any("predicts" in word for word in words)
+
+
+@pytest.mark.parametrize(
+    ("value", "std", "text"),
+    [
+        (0.123456, 0.00234, "0.1235 ± 0.0023"),
+        (1234.5, 67.0, "1234 ± 67"),
+        (0.4, 0.0, "0.4"),
+        (0.1, math.inf, "0.1 ± inf"),
+        (0.0, 3e-13, "0 ± 3e-13"),
+    ],
+)
+def test_a_value_is_as_long_as_its_deviation_allows(value, std, text):
+    assert with_std(value, std) == text
+
+
+def test_an_interval_is_two_deviations_to_either_side():
+    assert interval(1.0, 0.1) == "0.80 to 1.20"
+    assert interval(1.0, math.inf) == "-inf to inf"
+
+
+def test_a_number_without_a_unit_has_none_and_one_that_is_not_finite_is_a_dash_or_infinite():
+    assert (unit("1"), unit("1/s")) == ("", "1/s")
+    assert [milliradians(error) for error in (0.0045678, math.inf)] == ["4.568", "inf"]
+    assert [per_cent(share) for share in (97.123456, math.nan, -math.inf)] == ["97.12", "–", "–"]
+
+
+@pytest.mark.parametrize(("probability", "said"), [(0.0, "< 0.1 %"), (0.875, "87.5 %"), (1.0, "> 99.9 %")])
+def test_no_probability_is_0_or_1(probability, said):
+    assert chance(probability) == said
+
+
+@pytest.mark.parametrize(
+    ("log10_odds", "said"),
+    [(1.0, "10 : 1"), (-1.0, "0.1 : 1"), (494.1, "10^494 : 1"), (math.inf, "–"), (math.nan, "–")],
+)
+def test_large_odds_are_powers_of_ten(log10_odds, said):
+    assert odds(log10_odds) == said

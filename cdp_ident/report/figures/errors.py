@@ -8,9 +8,8 @@ import numpy as np
 
 from cdp_ident.report.figures.description import Axis, Bars, Figure, Level, Line, Mark, Panel, beside, named
 from cdp_ident.report.figures.palette import Colour
-from cdp_ident.report.formatting import chance, odds
 from cdp_ident.report.schema import Section
-from cdp_ident.report.wording import action_words, effects_words, key_words, models, noise_floor
+from cdp_ident.report.wording import action_words, chance, effects_words, key_words, models, noise_floor, odds
 
 _LABEL_WIDTH = 22
 """Characters in a line of a name beside an axis: two thirds of a phone remain beside it."""

@@ -10,9 +10,8 @@ from cdp_ident.report.comparison import Run
 from cdp_ident.report.figures.description import Axis, Figure, Heat, Intervals, Level, Panel, beside, named
 from cdp_ident.report.figures.errors import wrapped
 from cdp_ident.report.figures.palette import series
-from cdp_ident.report.formatting import in_unit
 from cdp_ident.report.schema import Section
-from cdp_ident.report.wording import models, nominal_groups, nominal_value, short_name
+from cdp_ident.report.wording import in_unit, models, nominal_groups, nominal_value, short_name
 
 
 def against_nominal(report: Section) -> Figure:

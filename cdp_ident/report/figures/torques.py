@@ -13,9 +13,8 @@ from cdp_ident.report.curves import Array, Curves, TorqueCurves
 from cdp_ident.report.figures.description import Axis, Dots, Figure, Line, Panel
 from cdp_ident.report.figures.motion import TIME
 from cdp_ident.report.figures.palette import Colour
-from cdp_ident.report.formatting import capitalised, is_guessed
 from cdp_ident.report.schema import Section
-from cdp_ident.report.wording import Model, effect_title, models
+from cdp_ident.report.wording import Model, capitalised, effect_title, is_guessed, models
 
 Abscissa = Literal["speed", "angle"]
 

@@ -5,7 +5,7 @@ import pytest
 
 from cdp_ident.report.figures.description import Bars, Level
 from cdp_ident.report.figures.errors import before_and_after, best_error, candidates, selection
-from cdp_ident.report.formatting import chance, odds
+from cdp_ident.report.wording import chance, odds
 
 
 def test_errors_stand_beside_the_noise(read_content):
