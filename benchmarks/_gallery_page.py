@@ -26,7 +26,7 @@ class Entry:
     """The same with what was found [mrad]."""
     noise: float
     """Of the encoders [mrad]."""
-    rivals: tuple[tuple[str, float], ...]
+    alternatives: tuple[tuple[str, float], ...]
     """What else was fitted at the first step, and log10 of the chosen model's odds over it."""
     also_possible: tuple[str, ...]
     found_at: tuple[str, ...]
@@ -200,8 +200,8 @@ def _section(entry: Entry) -> str:
     )
     if entry.also_possible:
         text += f"The data do not distinguish it from: {', '.join(entry.also_possible)}.\n"
-    if entry.rivals:
-        others = ", ".join(f"`{key}` {odds:.0f}" for key, odds in entry.rivals)
+    if entry.alternatives:
+        others = ", ".join(f"`{key}` {odds:.0f}" for key, odds in entry.alternatives)
         text += f"Other candidates, fitted in its place (log10 of the odds of the chosen model over them): {others}.\n"
     return text
 

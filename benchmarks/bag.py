@@ -20,7 +20,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks import _mujoco, _multiple_shooting
-from benchmarks._rivals import LOWER, UPPER
+from benchmarks._alternatives import LOWER, UPPER
 from benchmarks._tables import Table, number
 from benchmarks._workers import LIMIT, each
 from benchmarks.efficiency import bound
@@ -80,13 +80,13 @@ OURS: dict[str, Callable[[Trial], Array]] = {
     "this package: the paper's model": by_identify,
     "this package: the same, and effects looked for": by_tracing,
 }
-RIVALS: dict[str, tuple[Callable[[Trial], Array], bool]] = {
+ALTERNATIVES: dict[str, tuple[Callable[[Trial], Array], bool]] = {
     "CasADi and IPOPT, multiple shooting": (by_casadi, _multiple_shooting.has_casadi()),
     "scipy `least_squares`, multiple shooting": (by_scipy, True),
     "`mujoco.sysid`, sequences, then one that grows": (by_mujoco, _mujoco.can_identify()),
 }
 """And whether they are installed."""
-WAYS = OURS | {name: way for name, (way, installed) in RIVALS.items() if installed}
+WAYS = OURS | {name: way for name, (way, installed) in ALTERNATIVES.items() if installed}
 
 
 @dataclass(frozen=True)
@@ -162,7 +162,7 @@ def table_of(results: Sequence[Result]) -> Table:
                 number(seconds / shortest),
             )
         )
-    rows += [(way, "not installed", *_EMPTY) for way in RIVALS if way not in WAYS]
+    rows += [(way, "not installed", *_EMPTY) for way in ALTERNATIVES if way not in WAYS]
     return Table(
         f"{len(results) // len(WAYS)} bags",
         (

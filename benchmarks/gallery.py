@@ -102,7 +102,7 @@ def examine(kind: str) -> Result:
         before=_milliradians(trace.before.holdout.rmse()),
         after=_milliradians(trace.after.holdout.rmse()),
         noise=_milliradians(strong.floor),
-        rivals=_rivals(trace),
+        alternatives=_alternatives(trace),
         also_possible=tuple(trace.effects[0].also_possible) if trace.effects else (),
         found_at=tuple(found_at),
         lost_at=tuple(lost_at),
@@ -166,7 +166,7 @@ def _names(found: Trace) -> tuple[str, ...]:
     return tuple(f"{effect.active.effect.key} ({effect.certainty})" for effect in found.effects)
 
 
-def _rivals(found: Trace) -> tuple[tuple[str, float], ...]:
+def _alternatives(found: Trace) -> tuple[tuple[str, float], ...]:
     """Return what else was fitted alone beside the paper's model, with the chosen model's log10 odds over it."""
     if found.selection is None or not found.effects:
         return ()

@@ -20,7 +20,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from benchmarks import _mujoco, _rivals
+from benchmarks import _alternatives, _mujoco
 from benchmarks._tables import Table, number, whole
 from benchmarks._workers import LIMIT, each
 from benchmarks.simulation import by_scipy
@@ -36,7 +36,7 @@ Method = Callable[[StartGiven, int], Arrival]
 def _by_genes(problem: StartGiven, seed: int, options: GeneticOptions) -> Arrival:
     """Run a genetic algorithm of the paper in full."""
     found = genetic_search(
-        lambda chromosomes: problem.population.squared_errors(_rivals.coefficients(chromosomes))[:, 0],
+        lambda chromosomes: problem.population.squared_errors(_alternatives.coefficients(chromosomes))[:, 0],
         *PRIOR.box,
         options,
         np.random.default_rng(seed),
@@ -63,11 +63,14 @@ SEEDS, FEW = 10, 4
 METHODS: Mapping[str, tuple[Method, int]] = {
     OURS: (lambda problem, seed: search_and_refine(problem, np.random.default_rng(seed)), SEEDS),
     "this package: balance of forces, refinement": (lambda problem, _: balance_and_refine(problem), SEEDS),
-    "pycma": (_rivals.by_pycma, SEEDS),
-    "pycma, box in logarithms": (functools.partial(_rivals.by_pycma, spread=_rivals.logarithmically), SEEDS),
-    "scipy `differential_evolution`": (_rivals.by_differential_evolution, SEEDS),
-    "scipy `least_squares` over `solve_ivp`": (_rivals.by_least_squares, FEW),
-    "`mujoco.sysid`": (_rivals.by_mujoco, FEW),
+    "pycma": (_alternatives.by_pycma, SEEDS),
+    "pycma, box in logarithms": (
+        functools.partial(_alternatives.by_pycma, spread=_alternatives.logarithmically),
+        SEEDS,
+    ),
+    "scipy `differential_evolution`": (_alternatives.by_differential_evolution, SEEDS),
+    "scipy `least_squares` over `solve_ivp`": (_alternatives.by_least_squares, FEW),
+    "`mujoco.sysid`": (_alternatives.by_mujoco, FEW),
     **{name: (functools.partial(_by_genes, options=options), SEEDS) for name, options in ALGORITHMS.items()},
 }
 NOT_HERE = () if _mujoco.can_identify() else tuple(name for name in METHODS if "mujoco" in name)
@@ -115,7 +118,7 @@ def _warm_up() -> None:
     problem = StartGiven.of(SEEDS)
     search_and_refine(problem, np.random.default_rng(0))
     balance_and_refine(problem)
-    by_scipy(_rivals.coefficients(PRIOR.centre[None])[0], np.array(TABLE_3), problem.trial.time)
+    by_scipy(_alternatives.coefficients(PRIOR.centre[None])[0], np.array(TABLE_3), problem.trial.time)
 
 
 def _failed(job: tuple[str, int], why: str) -> Result:

@@ -48,7 +48,7 @@ class HiddenEffect:
     """`(time, state, values, strength)` to the generalised torques on theta1 and theta2 [N m]."""
     reading: Callable[[Array, Motion, Values, float], Array] | None = None
     """`(times, motion, values, strength)` to what is added to the encoders' angles (n, 2) [rad]: inner, outer."""
-    gives_way: bool = False
+    compliant: bool = False
     """Whether the cart is held by a spring, of which the strength is the compliance [m/N]."""
     trial: int | None = None
     """For what happens once: in which of the trials."""
@@ -218,9 +218,9 @@ def knock(joint: str, trial: int, at: float) -> HiddenEffect:
     return HiddenEffect("impulse", joint, "N m s", 1e-6, 0.05, torque, trial=trial)
 
 
-def give_way() -> HiddenEffect:
+def compliance() -> HiddenEffect:
     """A cart that is held by something soft."""
-    return HiddenEffect("pivot_compliance", "base", "m/N", 1e-5, 2e-4, gives_way=True)
+    return HiddenEffect("pivot_compliance", "base", "m/N", 1e-5, 2e-4, compliant=True)
 
 
 def cart_acceleration(values: Values, state: State, torque: tuple[float, float], compliance: float) -> float:

@@ -94,7 +94,7 @@ def motion(values: Values, hidden: Sequence[tuple[HiddenEffect, float]], start: 
         times: (n,) time in the trial [s].
     """
     torques = [(effect.torque, strength) for effect, strength in hidden if effect.torque is not None and strength]
-    compliance = next((strength for effect, strength in hidden if effect.gives_way), 0.0)
+    compliance = next((strength for effect, strength in hidden if effect.compliant), 0.0)
 
     def derivative(time: float, state: State) -> tuple[float, ...]:
         torque1, torque2 = 0.0, 0.0
@@ -223,7 +223,7 @@ def _effect(part: str, rng: np.random.Generator, durations: Sequence[float]) -> 
         "partial_rub": lambda: effects.rub(joint, rng),
         "magnet": lambda: effects.magnet(joint, rng),
         "rod_flex": effects.flex,
-        "pivot_compliance": effects.give_way,
+        "pivot_compliance": effects.compliance,
         "backlash": lambda: effects.backlash(joint),
     }
     return makers[name]()

@@ -48,7 +48,7 @@ def motion(start: tuple[float, float] = (1.5, 1.2), dry: float = 0.0) -> Array:
 def measured(
     angles: Array, rng: np.random.Generator, noise: float = NOISE, memory: float = 0.0, time: Array = TIME
 ) -> Trial:
-    """Return what encoders without counts show of angles (n, 2); noise has a memory from each reading to the next."""
+    """Return what encoders without counts show of angles (n, 2); noise is a first-order autoregression."""
     errors = rng.normal(size=angles.shape) * np.r_[1.0, np.full(len(angles) - 1, math.sqrt(1.0 - memory**2))][:, None]
     errors = lfilter([1.0], [1.0, -memory], errors, axis=0)
     readings = np.diff(angles, axis=1, prepend=0.0) + noise * errors

@@ -18,10 +18,10 @@ def show_comparison(heading: str, tables: Sequence[Table], figures: Sequence[Fig
     """
     console = wide_console()
     first, *others = tables
-    chapter = Chapter("result", "", (first, Charts("compare"), *others))
+    chapter = Chapter("result", "", (first, Charts(figures), *others))
     print_chapter(console, chapter)
     if out:
-        drawn = draw_comparison(Document("Cart double pendulum, compared", heading, "", (chapter,)), figures)
+        drawn = draw_comparison(Document("Cart double pendulum, compared", heading, "", (chapter,)))
         write_files(out, drawn.files)
         console.print(drawn.problem or f"{out / COMPARISON_PAGE} is written", soft_wrap=True)
         console.print(f"{out / COMPARISON_TEXT} and {FIGURES}/ are written", soft_wrap=True)

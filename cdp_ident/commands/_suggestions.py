@@ -16,7 +16,6 @@ from cdp_ident.model.weights import RODS, Rod, Weight
 from cdp_ident.report.advice import one_advice
 from cdp_ident.report.curves_file import read_curves
 from cdp_ident.report.folder import CURVES, REPORT
-from cdp_ident.report.formatting import number
 from cdp_ident.report.knowledge import fitted_motion, knowledge_of
 from cdp_ident.report.next_trial import (
     ALL,
@@ -61,7 +60,7 @@ def print_suggestions(options: argparse.Namespace) -> None:
 def _table(advice: Section) -> Table:
     table = Table("", "standard deviation now", "then", box=None, pad_edge=False, padding=(0, 3, 0, 0))
     for name, *both in zip(advice["names"], advice["std_now"], advice["std_then"], strict=True):
-        shown = (f"{std:.3g}" if math.isfinite(std) else "not determined" for std in map(number, both))
+        shown = (f"{std:.3g}" if math.isfinite(std) else "not determined" for std in both)
         table.add_row(f"  {name}", *shown)
     return table
 
@@ -82,10 +81,10 @@ def _weight(given: str, given_std: str | None, report: Section) -> Weight:
         raise OptionError(f"{where}: a mass of 0 is no weight; starts without one are tried in any case")
     physical = report["after"]["physical"]
     lengths: dict[Rod, float] = {
-        "inner": number(physical["L"]["value"]),
+        "inner": physical["L"]["value"],
         "outer": report["after"]["outer_rod_length_m"],
     }
-    refuse_misplaced(weight, lengths[rod], sum(number(physical[mass]["value"]) for mass in _MASSES), where)
+    refuse_misplaced(weight, lengths[rod], sum(physical[mass]["value"] for mass in _MASSES), where)
     return weight
 
 

@@ -132,8 +132,7 @@ def fitted_parameters(report: Mapping[str, Any]) -> Iterator[FittedParameter]:
     for name, quantity in quantities.items():
         yield FittedParameter(name, quantity["value"], f"fitted: {described[name]}", quantity["unit"])
     for name, quantity in quantities.items():
-        std = np.inf if quantity["std"] is None else quantity["std"]
-        yield FittedParameter(f"std.{name}", std, f"standard deviation of {name}", quantity["unit"], None)
+        yield FittedParameter(f"std.{name}", quantity["std"], f"standard deviation of {name}", quantity["unit"], None)
     for name, quantity in quantities.items():
         yield FittedParameter(
             f"determined.{name}", quantity["determined"], f"whether the trials determine {name}", "", None
@@ -157,16 +156,15 @@ def _effect_parameters(effect: Mapping[str, Any], prefix: str) -> Iterator[Fitte
             yield FittedParameter(f"{prefix}.{name}", effect[name], f"{name} of {effect['description']}", "", None)
     description = f"{effect['description']}: {effect['formula']}"
     if curve := effect["curve"]:
-        deviations = [np.inf if deviation is None else deviation for deviation in curve["coefficients_std"]]
         yield FittedParameter(f"{prefix}.{COEFFICIENTS}", curve["coefficients"], description, "N m", None)
-        yield FittedParameter(f"std.{prefix}.{COEFFICIENTS}", deviations, "their standard deviations", "N m", None)
+        std, name = curve["coefficients_std"], f"std.{prefix}.{COEFFICIENTS}"
+        yield FittedParameter(name, std, "their standard deviations", "N m", None)
         return
     for name, quantity in effect["parameters"].items():
         yield FittedParameter(f"{prefix}.{name}", quantity["value"], description, quantity["unit"], None)
     for name, quantity in effect["parameters"].items():
-        std = np.inf if quantity["std"] is None else quantity["std"]
         description = f"standard deviation of {prefix}.{name}"
-        yield FittedParameter(f"std.{prefix}.{name}", std, description, quantity["unit"], None)
+        yield FittedParameter(f"std.{prefix}.{name}", quantity["std"], description, quantity["unit"], None)
 
 
 def fitted_yaml(report: Mapping[str, Any]) -> str:

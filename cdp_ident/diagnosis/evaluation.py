@@ -28,7 +28,7 @@ class Errors:
     """The same for theta1 alone [rad]."""
     rmse_theta2: float
     """The same for theta2 alone [rad]."""
-    free_run: float
+    sse_free_run: float
     """Eq. (10): squared error of one simulation of each whole trial from its beginning, over these windows [rad^2]."""
     fit_theta1: float
     """Fit of theta1 [%]; see `fit_per_cent`."""
@@ -69,7 +69,7 @@ def _errors_over(
         return errors_of(fit_initial_states(model, values, share), trials, windows)
     except (IdentificationError, np.linalg.LinAlgError):  # under values that were not fitted there may be no motion
         worst = float("inf")
-        return Errors(worst, worst, worst, free_run=worst, fit_theta1=-worst, fit_theta2=-worst)
+        return Errors(worst, worst, worst, sse_free_run=worst, fit_theta1=-worst, fit_theta2=-worst)
 
 
 def errors_of(fit: Fit, trials: Sequence[Trial], windows: Sequence[Window] = ()) -> Errors:

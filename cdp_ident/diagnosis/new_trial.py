@@ -50,9 +50,9 @@ class NewTrialCheck:
     """The errors of a model over a new trial that it was not fitted to."""
 
     trial: str
-    error: float
+    rmse: float
     """Root mean square error over the new trial's windows, only their initial states fitted [rad]."""
-    expected: float
+    expected_rmse: float
     """The same over the held-out motion [rad]."""
     changed: tuple[Changed, ...]
     """Values that differ clearly in a fit of the new trial alone, the most clearly changed first."""
@@ -60,12 +60,12 @@ class NewTrialCheck:
     @property
     def fits(self) -> bool:
         """Whether the model holds for it."""
-        return self.error < _NO_LONGER * self.expected
+        return self.rmse < _NO_LONGER * self.expected_rmse
 
     @property
     def words(self) -> str:
         """How well the trial fits, in a sentence."""
-        numbers = f"{1e3 * self.error:.3g} mrad, where held-out motion had {1e3 * self.expected:.3g} mrad"
+        numbers = f"{1e3 * self.rmse:.3g} mrad, where held-out motion had {1e3 * self.expected_rmse:.3g} mrad"
         if self.fits:
             return f"{self.trial}, before it was seen: {numbers}"
         alone = "; ".join(changed.words for changed in self.changed[:_MOST_NAMED])

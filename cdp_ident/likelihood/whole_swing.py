@@ -216,8 +216,8 @@ def likely_without_torque(found: WholeSwings, close: float, most_steps: int, to_
 
     A joint that dry friction holds is not held where torques move it. So these vanish little by little (continuation:
     Nocedal and Wright, Numerical Optimization, 2006, section 11.3), before they are as large as they have to be.
-    Where the misfit then rises by more than one for each node, they vanish at once: they may have followed noise with
-    a memory.
+    Where the misfit then rises by more than one for each node, they vanish at once: they may have followed
+    autocorrelated noise.
 
     Args:
         found: a model and its values.

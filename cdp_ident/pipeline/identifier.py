@@ -23,7 +23,7 @@ from cdp_ident.pipeline.progress import SearchDisplay
 from cdp_ident.report.contents import report
 from cdp_ident.report.curves import Curves, curves
 from cdp_ident.report.curves_file import curves_npz
-from cdp_ident.report.effects_section import expected_effects
+from cdp_ident.report.expected import expected_effects
 from cdp_ident.report.folder import (
     CURVES,
     FIGURES,

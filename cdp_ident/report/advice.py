@@ -5,7 +5,6 @@ import numpy as np
 from cdp_ident.design.starts import HAND
 from cdp_ident.diagnosis.identifiability import CONFIDENCE
 from cdp_ident.model.parameters import INERTIA
-from cdp_ident.report.formatting import number
 from cdp_ident.report.schema import Section
 from cdp_ident.report.wording import key_words, short_name, weights_words
 
@@ -29,7 +28,7 @@ def advice_words(report: Section) -> list[str]:
 def one_advice(advice: Section) -> str:
     """Say from where to let go for one purpose, with which weight, and what that would bring."""
     several = len(advice["names"]) > 1
-    if not advice["against"] and is_determined_now(advice) and number(advice["expected"]) > _HARDLY_LESS:
+    if not advice["against"] and is_determined_now(advice) and advice["expected"] > _HARDLY_LESS:
         least = _percent(1.0 - _HARDLY_LESS)
         return f"{advice_title(advice)}: no trial makes {'them' if several else 'it'} surer by as much as {least}"
     start = f"let go with the inner rod {_held(advice['inner_rad'])} and the outer rod {_held(advice['outer_rad'])}"
@@ -40,11 +39,11 @@ def one_advice(advice: Section) -> str:
 
 
 def _gained(advice: Section, several: bool) -> str:
-    expected, worst, unloaded = (number(advice[key]) for key in ("expected", "worst", "expected_unloaded"))
+    expected, worst, unloaded = (advice[key] for key in ("expected", "worst", "expected_unloaded"))
     otherwise = "; without a weight {}" if np.isfinite(unloaded) else ""
     missed = f"at worst, where the hand misses by {HAND:.0f}°"
     if advice["against"]:
-        now = f"the two are then {expected:.2g} standard deviations apart, now {number(advice['deviations_now']):.2g}"
+        now = f"the two are then {expected:.2g} standard deviations apart, now {advice['deviations_now']:.2g}"
         return now + otherwise.format(f"{unloaded:.2g}")
     if is_determined_now(advice):
         share = f"{_percent(expected)} of what {'they are' if several else 'it is'} ({_percent(worst)} {missed})"
@@ -65,7 +64,7 @@ def _percent(share: float) -> str:
 
 def is_determined_now(advice: Section) -> bool:
     """Return whether the trials that there are show all values that a next one is to tell of."""
-    return all(np.isfinite(number(std)) for std in advice["std_now"])
+    return all(np.isfinite(std) for std in advice["std_now"])
 
 
 def _held(from_hanging: float) -> str:

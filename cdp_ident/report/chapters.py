@@ -2,45 +2,53 @@
 
 import math
 import re
-from collections.abc import Iterable, Iterator
+import shlex
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Any
 
 from cdp_ident.model.parameters import CONSTANTS, GROUPS, INERTIA, PARAMETERS
 from cdp_ident.report.advice import advice_words
-from cdp_ident.report.formatting import (
-    CERTAINTY_WORDS,
-    capitalised,
-    chance,
-    in_unit,
-    interval,
-    milliradians,
-    number,
-    odds,
-    per_cent,
-    quantity_words,
-    unit,
-    with_std,
-)
-from cdp_ident.report.parts import Chapter, Charts, Document, Parts, Row, Sentences, Table
-from cdp_ident.report.repetition import to_repeat
+from cdp_ident.report.curves import Curves
+from cdp_ident.report.figures.description import Figure
+from cdp_ident.report.figures.errors import before_and_after, best_error, candidates, selection
+from cdp_ident.report.figures.motion import angles, continuous_runs
+from cdp_ident.report.figures.next_trial import next_trial
+from cdp_ident.report.figures.parameters import against_nominal, correlation, repeatability
+from cdp_ident.report.figures.torques import effects_through_residuals, missing_torques, nonparametric_torques
+from cdp_ident.report.figures.validation import prediction, residual_correlation
+from cdp_ident.report.parts import Chapter, Charts, Code, Document, Parts, Row, Sentences, Table
 from cdp_ident.report.schema import Section
 from cdp_ident.report.typesetting import Formula
 from cdp_ident.report.wording import (
+    CERTAINTY_WORDS,
     action_words,
+    capitalised,
+    chance,
     determined_words,
     effect_title,
     effects_words,
     expected_in_words,
     group_words,
     how_determined,
+    in_unit,
+    interval,
     key_words,
+    milliradians,
     models,
     noise_floor,
     nominal_groups,
     nominal_value,
+    odds,
+    per_cent,
     predicted_for,
+    quantity_words,
+    role_words,
     share_words,
     short_name,
+    unit,
     validation_words,
+    weights_words,
+    with_std,
 )
 
 _STAMP = re.compile(r"(\d{4})(\d\d)(\d\d)_\d{6}")
@@ -51,24 +59,31 @@ _FITTED = ("fitted ± std", "95 % interval", "unit")
 _STAGES = {"nominal": "nominal values", "search": "after the search", "refined": "refined"}
 
 
-def document_of(report: Section) -> Document:
-    """Return the document that a report is; its first chapter is the result."""
+def document_of(report: Section, curves: Curves | None = None) -> Document:
+    """Return the document that a report is; its first chapter is the result.
+
+    Without `curves`, what is drawn from these is left out.
+    """
     fitted = [trial["name"] for trial in report["trials"] if trial["role"] == "fit"]
     # The most important effect first; a single one is in the verdict.
     effects = report["effects"] if len(report["effects"]) > 1 else []
-    by_importance = sorted(effects, key=lambda effect: -(effect["evidence"]["rmse_holdout_before_rad"] or 0.0))
+    by_importance = sorted(effects, key=lambda effect: -effect["evidence"]["rmse_holdout_before_rad"])
     found = Sentences([effect["summary"] for effect in by_importance])
     numbers = Table("", ("", "", ""), list(_numbers(report)))
+    of_curves = (angles, continuous_runs, missing_torques, effects_through_residuals)
+    motion, runs, missing, through = (list(figures(report, curves)) if curves else [] for figures in of_curves)
+    paper = [*best_error(report), *runs]
+    torques = [*missing[1:], *through, *nonparametric_torques(report)]
     chapters = (
-        Chapter("result", "", (found, numbers, Charts("errors"))),
-        Chapter("motion", "Angles over time", (Charts("motion"),)),
+        Chapter("result", "", (found, numbers, Charts([before_and_after(report), *missing[:1]]))),
+        Chapter("motion", "Angles over time", (Charts(motion),)),
         Chapter("validation", "Validation", _validation(report)),
-        Chapter("paper", "The paper's figures for this rig", (Charts("paper", side_by_side=True),)),
-        Chapter("effects", "Effects that the paper's model lacks", _effects(report)),
+        Chapter("paper", "The paper's figures for this rig", (Charts(paper, side_by_side=True),)),
+        Chapter("effects", "Effects that the paper's model lacks", _effects(report, torques)),
         Chapter("parameters", "Parameters", _parameters(report)),
         Chapter("next", "Which swing next", _next(report)),
         Chapter("warnings", "Warnings", (_warnings(report),)),
-        Chapter("repeat", "To repeat this run", to_repeat(report)),
+        Chapter("repeat", "To repeat this run", _to_repeat(report)),
     )
     return Document("Cart double pendulum, identified", _heading(fitted), report["verdict"], chapters)
 
@@ -97,7 +112,7 @@ def _numbers(report: Section) -> Iterator[Row]:
     """Yield the result in numbers: name, value, and what belongs to it."""
     has_effects, window = bool(report["effects"]), report["before"]["error"]["holdout"]["window_s"]
     for where, name in (("holdout", f"error held out, over {window:.2g} s"), ("fit", "error fitted")):
-        before, after = (1e3 * number(report[model]["error"][where]["rmse_rad"]) for model in ("before", "after"))
+        before, after = (1e3 * report[model]["error"][where]["rmse_rad"] for model in ("before", "after"))
         falls = f", {before / after:.3g} times less" if has_effects and 0.0 < after < before else ""
         yield name, f"{before:.3g} → {after:.3g}" if has_effects else f"{after:.3g}", f"mrad{falls}"
     if report["prediction"]:
@@ -106,7 +121,7 @@ def _numbers(report: Section) -> Iterator[Row]:
         yield f"predicts within {limit:.3g}° for", seconds, "s"
     yield "the encoders' noise", f"{1e3 * noise_floor(report):.3g}", "mrad"
     yield "effects found", str(len(report["effects"])), ", ".join(key_words(e["name"]) for e in report["effects"])
-    squared = (number(report[model.key]["error"]["holdout"]["sse_free_run"]) for model in models(report))
+    squared = (report[model.key]["error"]["holdout"]["sse_free_run"] for model in models(report))
     said = (f"{error:.3g}" if math.isfinite(error) else "diverges" for error in squared)
     yield "Eq. (10), held out", " → ".join(said), "rad²"
 
@@ -126,7 +141,7 @@ def _validation(report: Section) -> Parts:
             [*((label, *_error(errors)) for label, errors in stages), ("the encoders' noise", noise, "", "", "", "")],
             wide=fits,
         ),
-        Charts("validation", side_by_side=True),
+        Charts([*prediction(report), residual_correlation(report)], side_by_side=True),
     )
 
 
@@ -134,12 +149,12 @@ def _error(errors: Section) -> Iterator[str]:
     """Yield the errors of a model as the columns of the table have them."""
     for role in ("fit", "holdout"):
         yield milliradians(errors[role]["rmse_rad"])
-    yield f"{number(errors['holdout']['sse_free_run']):.4g}"
+    yield f"{errors['holdout']['sse_free_run']:.4g}"
     for role in ("fit", "holdout"):
         yield " and ".join(per_cent(errors[role][f"fit_{angle}_percent"]) for angle in ("theta1", "theta2"))
 
 
-def _effects(report: Section) -> Parts:
+def _effects(report: Section, torques: Sequence[Figure]) -> Parts:
     steps = list(enumerate(report["selection"]["steps"], start=1))
     others = [
         f"Instead of {effect_title(effect)} it could be {_others(effect)}: the trials do not distinguish them"
@@ -169,7 +184,7 @@ def _effects(report: Section) -> Parts:
             [(str(index), action_words(step), odds(step["log10_odds"])) for index, step in steps],
             at_terminal=False,
         ),
-        Charts("selection"),
+        Charts([*selection(report), *candidates(report)]),
         Table(
             "What else was looked for",
             ("effect", "odds, were it added", "probability"),
@@ -190,7 +205,7 @@ def _effects(report: Section) -> Parts:
             folded=True,
             at_terminal=False,
         ),
-        Charts("torques", side_by_side=True),
+        Charts(torques, side_by_side=True),
     )
 
 
@@ -247,7 +262,7 @@ def _parameters(report: Section) -> Parts:
                 for group in (after["groups"] if trials else ())
             ],
         ),
-        Charts("parameters", side_by_side=True),
+        Charts([against_nominal(report), *correlation(report), *repeatability(report)], side_by_side=True),
     )
 
 
@@ -267,9 +282,65 @@ def base_parameters(report: Section, short: bool = False) -> Table:
 
 def _next(report: Section) -> Parts:
     where = "Where to hold both rods before they are let go, in angles from hanging, positive towards +x"
-    return _sentences(advice_words(report), where), Charts("next_trial")
+    return _sentences(advice_words(report), where), Charts(list(next_trial(report)))
 
 
 def _warnings(report: Section) -> Sentences:
     said = [f"{key_words(warning['name'])}: {warning['message']}" for warning in report["warnings"]]
     return _sentences(said or ["None"], noted=bool(said))
+
+
+def _to_repeat(report: Section) -> Parts:
+    """Return the command, the trials, and all that the result depends on."""
+    run = report["run"]
+    checksums = [(bag, file, digest) for bag, sums in run["bag_sha256"].items() for file, digest in sums.items()]
+    options = [(name, _value(value)) for name, value in run["options"].items()]
+    return (
+        Sentences((Code(_command(report)),)),
+        Table(
+            "Trials",
+            ("bag", "role", "samples", "free swing [s]", "weights", "what was cut or noticed"),
+            [
+                (
+                    trial["bag"],
+                    role_words(trial),
+                    f"{trial['samples']:.0f}",
+                    f"{trial['start_s']:.2f} to {trial['start_s'] + trial['duration_s']:.2f}",
+                    weights_words(trial) or "–",
+                    "; ".join(trial["warnings"]),
+                )
+                for trial in report["trials"]
+            ],
+        ),
+        Table("Checksums (SHA-256)", ("bag", "file", "sum"), checksums, at_terminal=False),
+        Table("Search", ("", ""), list(_search(report)), at_terminal=False),
+        Table("Versions", ("package", "version"), list(run["versions"].items()), at_terminal=False),
+        Table("Options", ("option", "value"), options, folded=True, at_terminal=False),
+    )
+
+
+def _command(report: Section) -> str:
+    """Return the command that makes this run anew, if its options are in a file."""
+    bags = {kind: [trial["bag"] for trial in report["trials"] if trial["role"] == kind] for kind in ("fit", "holdout")}
+    options = ["ros2", "run", "cdp_ident", "identify", "--bag", *bags["fit"]]
+    if bags["holdout"]:
+        options += ["--holdout", *bags["holdout"]]
+    if not report["search"]["cut_short"]:
+        options += ["--method", report["search"]["method"]]
+    return shlex.join([*options, "--seed", f"{report['search']['seed']:.0f}"])
+
+
+def _search(report: Section) -> Iterator[Row]:
+    search = report["search"]
+    yield "method", search["method"].upper() + (", cut short" if search["cut_short"] else "")
+    yield "seed", f"{search['seed']:.0f}"
+    yield "population", f"{search['population']:.0f}"
+    yield "generations", f"{search['generations']:.0f} ({search['stopped']})"
+    yield "evaluations", f"{search['evaluations']:.0f}"
+    yield "best chromosome", ", ".join(f"{symbol} {value:.4g}" for symbol, value in search["best"].items())
+    yield "its error", f"{search['sse']:.4g} rad²"
+    yield "time", f"{search['seconds']:.1f} s for the search, {report['run']['seconds']:.1f} s in all"
+
+
+def _value(value: Any) -> str:
+    return "–" if value is None or value == "" else f"{value:.6g}" if isinstance(value, float) else str(value)

@@ -8,11 +8,18 @@ from pathlib import Path
 from cdp_ident.errors import OptionError
 from cdp_ident.model.parameters import GROUPS
 from cdp_ident.report.folder import REPORT
-from cdp_ident.report.formatting import in_unit, milliradians, number, quantity_words
 from cdp_ident.report.parts import Table
 from cdp_ident.report.report_file import read_report
 from cdp_ident.report.schema import Section
-from cdp_ident.report.wording import effect_name, group_words, how_determined, noise_floor
+from cdp_ident.report.wording import (
+    effect_name,
+    group_words,
+    how_determined,
+    in_unit,
+    milliradians,
+    noise_floor,
+    quantity_words,
+)
 
 CHANGED = 3.0
 """A difference of so many of its standard deviations is called a change."""
@@ -49,7 +56,7 @@ def fitted_quantity(report: Section, kind: str, name: str) -> Quantity:
     # A physical value that is not determined is where the nominal values have put it, and one that was measured
     # beforehand where that has: in all reports alike.
     says_something = kind == "groups" or how_determined(report, name) == "yes"
-    return Quantity(text, number(found["value"]), number(found["std"])) if says_something else Quantity(text)
+    return Quantity(text, found["value"], found["std"]) if says_something else Quantity(text)
 
 
 def effect_quantities(report: Section, of_trials: bool = True) -> dict[str, Quantity]:
@@ -62,7 +69,7 @@ def effect_quantities(report: Section, of_trials: bool = True) -> dict[str, Quan
         if effect["trial"] and not of_trials:
             continue
         for name, quantity in effect["parameters"].items():
-            shown = [number(quantity["as_fitted"][of]) for of in ("value", "std")]
+            shown = [quantity["as_fitted"][of] for of in ("value", "std")]
             found[f"{effect_name(effect)}: {name}"] = Quantity(quantity_words(quantity), *shown)
     return found
 
@@ -147,5 +154,5 @@ def _errors(runs: Sequence[Run]) -> Iterator[tuple[str, ...]]:
             errors = [run.report[model]["error"][where]["rmse_rad"] for run in runs]
             yield f"{words}, {said} [mrad]", *(milliradians(error) for error in errors)
     yield "the encoders' noise [mrad]", *(milliradians(noise_floor(run.report)) for run in runs)
-    squared = [number(run.report["after"]["error"]["holdout"]["sse_free_run"]) for run in runs]
+    squared = [run.report["after"]["error"]["holdout"]["sse_free_run"] for run in runs]
     yield "with the effects found, Eq. (10), held out [rad²]", *(f"{error:.4g}" for error in squared)

@@ -1,29 +1,40 @@
 """The contents of `report.json`."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import fields, is_dataclass, replace
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from datetime import datetime, timezone
-from typing import Any
+from typing import TypeVar
 
 import numpy as np
+from scipy.special import expit
 
-from cdp_ident.diagnosis.identifiability import identifiability
+from cdp_ident.diagnosis.evaluation import ErrorsByRole
+from cdp_ident.diagnosis.identifiability import identifiability, is_determined
 from cdp_ident.diagnosis.identification import Identification
 from cdp_ident.diagnosis.new_trial import NewTrialCheck
+from cdp_ident.diagnosis.prediction import plan_of, predicted
 from cdp_ident.diagnosis.warnings import FitWarning, find_warnings, outlier_warnings
+from cdp_ident.diagnosis.whiteness import Whiteness
+from cdp_ident.fit.data import Data
+from cdp_ident.fit.motion_model import MotionModel
+from cdp_ident.fit.refinement import Fit
 from cdp_ident.likelihood.whole_swing import WholeSwings
-from cdp_ident.model.effects.effect import JOINTS
-from cdp_ident.model.parameters import GROUPS, SYMBOLS
-from cdp_ident.outside_text import shown
-from cdp_ident.report.effects_section import compared, effect_section, in_doubt_section, selection_section
-from cdp_ident.report.model_section import errors_section, fit_section, prediction_section, residuals_section
+from cdp_ident.model.parameters import CONSTANTS, GROUPS, INERTIA, PARAMETERS
+from cdp_ident.report.curves import Array
+from cdp_ident.report.expected import compared
 from cdp_ident.report.next_trial import next_trial_section
 from cdp_ident.report.outcome import Outcome
 from cdp_ident.report.provenance import versions
-from cdp_ident.report.schema import SCHEMA, Section
-from cdp_ident.report.schema_terms import LONGEST_TEXT
-from cdp_ident.report.verdict import verdict
+from cdp_ident.report.schema import REPORT, SCHEMA, Section
+from cdp_ident.report.schema_terms import Also, filled
+from cdp_ident.report.verdict import effect_in_words, quantity, verdict
+from cdp_ident.tracing.found_effects import FoundEffect
+from cdp_ident.tracing.odds import log10_odds, unlikelihood
+from cdp_ident.tracing.trace import Trace
 from cdp_ident.trial.trial import Trial
+
+_Found = TypeVar("_Found")
 
 
 def report(outcome: Outcome, new_trials: Sequence[NewTrialCheck] = ()) -> Section:
@@ -35,68 +46,46 @@ def report(outcome: Outcome, new_trials: Sequence[NewTrialCheck] = ()) -> Sectio
         outcome: what was found.
         new_trials: how trials that came later fitted before they were seen, in the order in which they came.
     """
-    return dict(plain(_report(outcome, new_trials)))
-
-
-def plain(content: Any) -> Any:
-    """Return contents of a report as plain values, whose texts are all fit to be shown."""
-    if isinstance(content, str):
-        return shown(content, LONGEST_TEXT)
-    if is_dataclass(content):
-        content = {field.name: getattr(content, field.name) for field in fields(content)}
-    if isinstance(content, Mapping):
-        return {shown(key, LONGEST_TEXT): plain(value) for key, value in content.items()}
-    if isinstance(content, list | tuple):
-        return [plain(value) for value in content]
-    return content.tolist() if isinstance(content, np.ndarray | np.generic) else content
+    return dict(filled(REPORT, _report(outcome, new_trials)))
 
 
 def _report(outcome: Outcome, new_trials: Sequence[NewTrialCheck]) -> Section:
     job, trace = outcome.loaded.job, outcome.trace
-    found, completed, unexplained = outcome.identification, trace.completed, trace.unexplained
+    found, completed = outcome.identification, trace.completed
     # Without an effect it is one model, whose values are the final ones.
     same_model = completed.fit.model.names == found.fit.model.names
     paper = completed if same_model else replace(found, fit=trace.before.fit)
     failures = list(trace.failures)
     next_trial = next_trial_section(outcome, failures.append)
-    errors = {stage: errors_section(found.data, errors) for stage, errors in trace.errors.items()}
+    errors = {stage: _errors(found.data, of) for stage, of in trace.errors.items()}
     return {
         "schema": SCHEMA,
         "trials": _trials(outcome),
-        "noise_rad": dict(zip(("theta1", "theta2"), found.data.noise, strict=True)),
+        "noise_rad": found.data.noise,
         "search": _search(outcome),
         "stages": {stage: errors[stage] for stage in errors if stage != "effects"},
-        "before": fit_section(paper) | {"error": errors["refined"]},
+        "before": _fit(paper) | {"error": errors["refined"]},
         "refinement": {
             "steps": found.whole.steps,
             "converged": found.whole.converged,
-            "windows": {"fit": len(found.data.fit), "holdout": len(found.data.holdout)},
+            "windows": (len(found.data.fit), len(found.data.holdout)),
         },
-        "effects": [effect_section(outcome, effect) for effect in trace.effects],
-        "after": fit_section(completed) | {"error": errors["effects"]},
-        "unexplained": {**vars(unexplained), "torque": _by_joint(unexplained.torque)},
+        "effects": [_effect(outcome, effect) for effect in trace.effects],
+        "after": _fit(completed) | {"error": errors["effects"]},
+        "unexplained": trace.unexplained,
         "verdict": verdict(trace),
-        "prediction": prediction_section(outcome),
-        "residuals": residuals_section(trace),
+        "prediction": _prediction(outcome),
+        "residuals": _residuals(trace),
         "next_trial": next_trial,
-        "selection": selection_section(trace),
+        "selection": _selection(trace),
         "values_with_less_torque": trace.after.less_torque,
         "whole_swings": trace.whole and _whole_swings(trace.whole, completed.inertia.value),
         "repeatability": _repeatability(completed),
         "own_effects": job.own_effects,
         "expected": compared(job.expected, trace.effects) if job.expected else [],
-        "new_trials": [
-            {
-                "trial": check.trial,
-                "rmse_rad": check.error,
-                "expected_rmse_rad": check.expected,
-                "fits": check.fits,
-                "changed": check.changed,
-            }
-            for check in new_trials
-        ],
+        "new_trials": list(new_trials),
         "identifiability": _identifiability(completed),
-        "in_doubt": in_doubt_section(trace),
+        "in_doubt": _in_doubt(trace),
         "warnings": list(_warnings(outcome, new_trials, failures)),
         "run": {
             "written_at": datetime.now(timezone.utc).isoformat(timespec="seconds"),
@@ -108,23 +97,14 @@ def _report(outcome: Outcome, new_trials: Sequence[NewTrialCheck]) -> Section:
     }
 
 
-def _trials(outcome: Outcome) -> list[Section]:
-    job = outcome.loaded.job
-    return [
-        {
-            "bag": str(bag),
-            "name": trial.name,
-            "role": "fit" if index < len(outcome.loaded.fit) else "holdout",
-            "samples": len(trial.time),
-            "start_s": trial.start,
-            "duration_s": trial.duration,
-            "clock": trial.clock and trial.clock._asdict(),
-            "outliers_s": trial.outliers,
-            "weights": trial.weights,
-            "warnings": trial.notes,
-        }
-        for index, (bag, trial) in enumerate(zip((*job.bags, *job.holdout), _loaded(outcome), strict=True))
-    ]
+def _trials(outcome: Outcome) -> list[Also]:
+    job, fitted = outcome.loaded.job, len(outcome.loaded.fit)
+    found = []
+    for index, (bag, trial) in enumerate(zip((*job.bags, *job.holdout), _loaded(outcome), strict=True)):
+        role = "fit" if index < fitted else "holdout"
+        also = {"bag": str(bag), "role": role, "samples": len(trial.time), "warnings": trial.notes}
+        found.append(Also(trial, also))
+    return found
 
 
 def _loaded(outcome: Outcome) -> tuple[Trial, ...]:
@@ -132,53 +112,142 @@ def _loaded(outcome: Outcome) -> tuple[Trial, ...]:
     return *outcome.loaded.fit, *outcome.loaded.holdout
 
 
-def _search(outcome: Outcome) -> Section:
+def _search(outcome: Outcome) -> Also:
     options, search = outcome.identification.options, outcome.identification.search
-    return {
+    also = {
         "method": options.method or "iga",
         "cut_short": options.method is None,
         "seed": options.seed,
         "population": options.search.population,
         "generations": len(search.history) - 1,
-        "evaluations": search.evaluations,
-        "best": dict(zip(SYMBOLS, search.best, strict=True)),
         "sse": search.error,
         "seconds": outcome.search_seconds,
-        "history": search.history,
-        "stopped": search.stopped,
     }
+    return Also(search, also)
 
 
-def _by_joint(values: Iterable[float]) -> Section:
-    return dict(zip(JOINTS, values, strict=True))
-
-
-def _whole_swings(found: WholeSwings, inertia: float) -> Section:
+def _fit(found: Identification) -> Section:
+    """Return what a fitted model is: physical values, base parameters, and how sure they are."""
+    model, values, physical, inertia = found.fit.model, found.fit.values, found.physical, found.inertia
+    std = np.sqrt(np.diag(found.covariance))
+    numbers = zip(PARAMETERS, physical.values, physical.std, physical.determined, strict=True)
+    section = {parameter.symbol: (value, of, parameter.unit, sure) for parameter, value, of, sure in numbers}
+    for constant, value in zip(CONSTANTS, model.constants(values), strict=True):
+        deviation = std[model.names.index(constant.symbol)] if constant.symbol in model.names else 0.0
+        section[constant.symbol] = _estimate(constant.unit, value, deviation)
+    determined = inertia.shown and is_determined(inertia.value, inertia.std)
+    section[INERTIA.symbol] = inertia.value, inertia.std, INERTIA.unit, determined
+    groups = zip(GROUPS, values, std, strict=False)
+    errors = zip(model.weight_errors, values[model.of_weights], std[model.of_weights], strict=True)
     return {
-        "noise_rad": _by_joint(found.noise.encoders),
-        "noise_memory": _by_joint(found.noise.memory),
-        "missing_torque": _by_joint(inertia * found.torque),
-        "swings": len(found.states),
-        "steps": found.steps,
+        "physical": section,
+        "physical_possible": physical.possible,
+        "outer_rod_length_m": model.mechanism.outer_length,
+        "groups": [_estimate(group.unit, value, deviation) for group, value, deviation in groups],
+        "weight_errors": [(*error, value, deviation) for error, value, deviation in errors],
+        "correlation": _correlation(model, found.covariance),
     }
 
 
-def _repeatability(found: Identification) -> Section | None:
+def _estimate(unit: str, value: float, std: float) -> tuple[float, float, str, bool]:
+    return value, std, unit, is_determined(value, std)
+
+
+def _correlation(model: MotionModel, covariance: Array) -> Section:
+    """Return how the errors of the estimates go together; not a number for one that the trials do not show.
+
+    The coefficients of curves are not among them.
+    """
+    shown = ~model.of_curves
+    covariance = covariance[np.ix_(shown, shown)]
+    std = np.sqrt(np.diag(covariance))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        matrix = covariance / np.outer(std, std)
+    return {"names": np.array(model.names)[shown].tolist(), "matrix": matrix}
+
+
+def _errors(data: Data, errors: ErrorsByRole) -> Section:
+    """Return the errors of a model over the motion of each role."""
+    roles = {"fit": (errors.fit, data.fit), "holdout": (errors.holdout, data.holdout)}
+    return {
+        role: Also(of, {"window_s": round(float(np.mean([window.duration for window in windows])), 3)})
+        for role, (of, windows) in roles.items()
+    }
+
+
+def _before_and_after(trace: Trace, found: Callable[[Fit], _Found]) -> tuple[_Found, _Found]:
+    """Return what is found of both models over what was held out: there they know the zeros of all encoders."""
+    before = found(trace.before.holdout)
+    return before, before if trace.after is trace.before else found(trace.after.holdout)
+
+
+def _prediction(outcome: Outcome) -> Also | None:
+    """Return how the error of predictions grows, before and after; None where the trials are too short for any."""
+    data = outcome.identification.data
+    plan = plan_of(data)
+    before, after = _before_and_after(outcome.trace, lambda fit: predicted(fit, data, plan))
+    if before is None or after is None:
+        return None
+    also = {"starts": len(plan.starts), "told_s": plan.fitted_span, "time_s": after.time}
+    return Also(plan, {**also, "before": before, "after": after})
+
+
+def _residuals(trace: Trace) -> Section:
+    """Return how the residuals over what was held out are correlated, before and after."""
+    before, after = _before_and_after(trace, Whiteness.of)
+    return {"interval_s": before.interval, "before": before, "after": after}
+
+
+def _effect(outcome: Outcome, found: FoundEffect) -> Also:
+    """Return one of the effects that were found."""
+    trial = found.active.trial
+    evidence = {"rmse_holdout_before_rad": found.holdout_without, "rmse_holdout_after_rad": found.holdout_with}
+    effect = {
+        "trial": None if trial is None else outcome.identification.data.trials[trial].name,
+        "summary": effect_in_words(found),
+        "parameters": {parameter.description.name: quantity(parameter) for parameter in found.parameters},
+        "curve": found.curve,
+        "evidence": Also(found, evidence),
+        "certainty": found.certainty,
+        "also_possible": found.also_possible,
+    }
+    return Also(found.active.effect, effect)
+
+
+def _in_doubt(traced: Trace) -> list[tuple[str, float, Array]]:
+    """Return the effects that the trials neither show nor exclude."""
+    return [(doubt.active.effect.key, doubt.weight, doubt.change[: len(GROUPS)]) for doubt in traced.in_doubt]
+
+
+def _selection(traced: Trace) -> Section:
+    """Return how the effects were selected, and what the others would do for the model that has them."""
+    selection = traced.selection
+    if selection is None:
+        return {"interrupted": False, "looked_in_s": 0.0, "steps": [], "candidates": []}
+    recorded = selection.after.recorded
+    scores = [(s.active.effect.key, log10_odds(s.misfit + unlikelihood(s.active, recorded))) for s in selection.scores]
+    return {
+        "interrupted": selection.interrupted,
+        "looked_in_s": selection.seconds,
+        "steps": selection.steps,
+        "candidates": [
+            (effect, odds, float(expit(math.log(10.0) * odds)))
+            for effect, odds in sorted(scores, key=lambda pair: -pair[1])
+        ],
+    }
+
+
+def _whole_swings(found: WholeSwings, inertia: float) -> Also:
+    noise = {"noise_rad": found.noise.encoders, "noise_memory": found.noise.memory}
+    return Also(found, {**noise, "missing_torque": inertia * found.torque, "swings": len(found.states)})
+
+
+def _repeatability(found: Identification) -> Also | None:
     compared = found.repeatability
     if compared is None:
         return None
-    own = zip(compared.trials, np.dstack([compared.values, compared.std]), strict=True)
-    return {
-        "agree": compared.agree,
-        "p_value": compared.p_value,
-        "trials": [
-            {
-                "trial": trial,
-                "groups": {group.symbol: {"value": v, "std": s} for group, (v, s) in zip(GROUPS, of, strict=False)},
-            }
-            for trial, of in own
-        ],
-    }
+    groups = np.dstack([compared.values, compared.std])[:, : len(GROUPS)]
+    return Also(compared, {"trials": list(zip(compared.trials, groups, strict=True))})
 
 
 def _warnings(outcome: Outcome, new_trials: Sequence[NewTrialCheck], failures: Sequence[str]) -> Iterator[FitWarning]:
@@ -201,14 +270,7 @@ def _warnings(outcome: Outcome, new_trials: Sequence[NewTrialCheck], failures: S
     yield from find_warnings(trace.completed)
 
 
-def _identifiability(completed: Identification) -> Section:
-    determined = identifiability(completed)
-    return {
-        "directions": determined.directions,
-        "undetermined": determined.undetermined,
-        "unseen_changes": [tradeoff.changes for tradeoff in determined.unobservable],
-        "determined_physical": determined.determined_physical,
-        "physical_changes_without_effect": [tradeoff.changes for tradeoff in determined.tradeoffs],
-        "to_measure": determined.to_measure,
-        "words": determined.words,
-    }
+def _identifiability(completed: Identification) -> Also:
+    found = identifiability(completed)
+    unseen, physical = ([tradeoff.changes for tradeoff in of] for of in (found.unobservable, found.tradeoffs))
+    return Also(found, {"unseen_changes": unseen, "physical_changes_without_effect": physical})

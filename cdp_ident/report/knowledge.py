@@ -12,8 +12,6 @@ from cdp_ident.fit.windows import FEWEST_SAMPLES, Window, cut_at
 from cdp_ident.model.parameters import GROUPS, INERTIA, INVERSE_INERTIA
 from cdp_ident.model.weights import Weight
 from cdp_ident.report.curves import NO_WINDOW, Array, Curves
-from cdp_ident.report.formatting import number
-from cdp_ident.report.next_trial import SPANS
 from cdp_ident.report.schema import Section
 from cdp_ident.trial.trial import Trial
 
@@ -50,7 +48,7 @@ def knowledge_of(report: Section) -> Knowledge | None:
         inertia_free=INVERSE_INERTIA.symbol in names,
         weight_errors=tuple((error["of"], error["rod"], error["given"]) for error in errors),
     )
-    base = [number(physical[symbol]["value"]) for symbol in constants]
+    base = [physical[symbol]["value"] for symbol in constants]
     base += [1.0 / model.mechanism.inertia] * model.inertia_free + [error["value"] for error in errors]
     values = np.insert(values, len(GROUPS), base)
     known = Knowledge(
@@ -60,7 +58,7 @@ def knowledge_of(report: Section) -> Knowledge | None:
         assumed["noise_rad"],
         Sampling(
             noise=np.array([report["noise_rad"]["theta1"], report["noise_rad"]["theta2"]]),
-            **{span: assumed[f"{span}_s"] for span in SPANS},
+            **{key.removesuffix("_s"): value for key, value in assumed.items() if key != "noise_rad"},
         ),
     )
     return known.with_weights(()).with_zeros_of_its_own(any(name.startswith("zero.") for name in names))
@@ -76,17 +74,17 @@ def _refuse_endless(assumed: Section) -> None:
 
 def _standard_deviations(report: Section, model: MotionModel) -> Array:
     """Return the standard deviations (unknowns,) of a model's values."""
-    after, inertia = report["after"], number(report["after"]["physical"][INERTIA.symbol]["value"])
-    std = [number(after["groups"][group.symbol]["std"]) for group in GROUPS]
-    std += [number(after["physical"][symbol]["std"]) for symbol in ("L", "g") if symbol in model.base_names]
+    after, inertia = report["after"], report["after"]["physical"][INERTIA.symbol]["value"]
+    std = [after["groups"][group.symbol]["std"] for group in GROUPS]
+    std += [after["physical"][symbol]["std"] for symbol in ("L", "g") if symbol in model.base_names]
     if model.inertia_free:
-        std.append(number(after["physical"][INERTIA.symbol]["std"]) / inertia**2)
-    std += [number(error["std"]) for error in after["weight_errors"]]
+        std.append(after["physical"][INERTIA.symbol]["std"] / inertia**2)
+    std += [error["std"] for error in after["weight_errors"]]
     for effect, active in zip(report["effects"], model.effects, strict=True):
         if effect["curve"]:
-            std += [number(deviation) / inertia for deviation in effect["curve"]["coefficients_std"]]
+            std += [deviation / inertia for deviation in effect["curve"]["coefficients_std"]]
         else:
-            std += [number(effect["parameters"][p.name]["as_fitted"]["std"]) for p in active.fitted]
+            std += [effect["parameters"][p.name]["as_fitted"]["std"] for p in active.fitted]
     return np.array(std)
 
 
@@ -94,10 +92,10 @@ def _covariance(model: MotionModel, std: Array, correlation: Section) -> Array:
     """Return the covariance (unknowns, unknowns); coefficients of curves count as uncorrelated."""
     names = correlation["names"]
     shared = [name for name in model.names if name in names]
-    matrix = np.array(correlation["matrix"], dtype=float)  # null becomes not a number
     rows, places = [names.index(name) for name in shared], [model.names.index(name) for name in shared]
+    matrix = np.array(correlation["matrix"])[np.ix_(rows, rows)]
     together = np.eye(len(std))
-    together[np.ix_(places, places)] = np.nan_to_num(matrix[np.ix_(rows, rows)])
+    together[np.ix_(places, places)] = np.where(np.isfinite(matrix), matrix, 0.0)
     np.fill_diagonal(together, 1.0)
     finite = np.where(np.isfinite(std), std, 0.0)
     result = together * np.outer(finite, finite)

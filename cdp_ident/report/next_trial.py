@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -18,10 +17,9 @@ from cdp_ident.model.parameters import GROUPS, INERTIA, INVERSE_INERTIA
 from cdp_ident.model.weights import Weight
 from cdp_ident.report.curves import Array
 from cdp_ident.report.outcome import Outcome
-from cdp_ident.report.schema import Section
+from cdp_ident.report.schema import ADVICE, Section
+from cdp_ident.report.schema_terms import Also, filled
 
-SPANS = ("duration", "interval", "window", "shortest_window", "half_width", "step")
-"""Times that are assumed of a next trial, as `Sampling` names them."""
 ALL = "all"
 """The name that stands for all base parameters."""
 REPORT_SPACING = 45.0
@@ -61,7 +59,8 @@ def next_trial_section(outcome: Outcome, failed: Callable[[str], None]) -> Secti
         questions = usual_questions(knowledge.model, possible)
         used = [trial.weights for trial in (*outcome.loaded.fit, *outcome.loaded.holdout)]
         advice = answers(knowledge, windows, questions, Grid.of(REPORT_SPACING), used)
-        return {"assumed": _assumed(knowledge), "advice": [section for section in advice if section]}
+        assumed = Also(knowledge.sampling, {"noise_rad": knowledge.noise})
+        return {"assumed": assumed, "advice": [section for section in advice if section]}
     except (IdentificationError, np.linalg.LinAlgError) as error:
         failed(f"which trial to record next: {error}")
         return None
@@ -135,53 +134,40 @@ def _nearest_alternative(knowledge: Knowledge, windows: Sequence[Window], questi
 def _sharper(question: Question, knowledge: Knowledge, found: Sharper) -> Section:
     names = found.criterion.names
     values = knowledge.values[knowledge.places(names)]
-    if np.isfinite(found.size_now):
-        surveyed = _surveyed(question, found, 1.0 / found.size_now)
-    else:
-        size = abs(float(values[0])) if len(names) == 1 else 0.0
-        surveyed = _surveyed(question, found, 1.0 / size if size else 0.0, _SHOWN)
     inertia = question.about == INERTIA.symbol
     # Of A22 the unknown is the inverse: a small change of it is A22 squared times as large in A22.
     scale = 1.0 / float(values[0]) ** 2 if inertia else 1.0
-    return {
-        **surveyed,
-        "names": [INERTIA.symbol] if inertia else list(names),
-        "std_now": (scale * found.now).tolist(),
-        "std_then": (scale * found.then).tolist(),
-        "deviations_now": None,
+    told = {
+        "names": [INERTIA.symbol] if inertia else names,
+        "std_now": scale * found.now,
+        "std_then": scale * found.then,
+        "deviations_now": np.inf,
     }
+    if np.isfinite(found.size_now):
+        return _advice(question, found, told, 1.0 / found.size_now)
+    size = abs(float(values[0])) if len(names) == 1 else 0.0
+    return _advice(question, found, told, 1.0 / size if size else 0.0, _SHOWN)
 
 
 def _apart(question: Question, found: Apart) -> Section:
-    now = found.alternative.deviations_now
-    return {**_surveyed(question, found, -1.0), "names": [], "std_now": [], "std_then": [], "deviations_now": now}
+    told = {"names": [], "std_now": [], "std_then": [], "deviations_now": found.alternative.deviations_now}
+    return _advice(question, found, told, -1.0)
 
 
-def _surveyed(question: Question, found: Sharper | Apart, unit: float, most: float = np.inf) -> Section:
+def _advice(question: Question, found: Sharper | Apart, told: Section, unit: float, most: float = np.inf) -> Section:
     """Return the best start; losses are in a unit, and infinite beyond the most that a trial tells anything with."""
     best, unloaded = found.survey, found.unloaded
 
-    def read(losses: Array | float) -> Any:
+    def read(losses: Array | float) -> Array:
         shown = unit * np.asarray(losses)
-        return np.where(shown > most, np.inf, shown).tolist()
+        return np.where(shown > most, np.inf, shown)
 
-    return {
+    start = {
         "for": question.about,
         "against": question.against or None,
-        "weights": [vars(weight) for weight in best.weights],
-        "inner_rad": best.inner,
-        "outer_rad": best.outer,
         "expected": read(best.expected),
         "worst": read(best.worst),
-        "expected_unloaded": read(unloaded.expected) if unloaded and best.weights else None,
-        "map": {
-            "inner_rad": best.grid.inner.tolist(),
-            "outer_rad": best.grid.outer.tolist(),
-            "values": read(best.losses),
-        },
+        "expected_unloaded": read(unloaded.expected) if unloaded and best.weights else np.inf,
+        "map": Also(best.grid, {"values": read(best.losses)}),
     }
-
-
-def _assumed(knowledge: Knowledge) -> Section:
-    spans = {f"{span}_s": getattr(knowledge.sampling, span) for span in SPANS}
-    return {"noise_rad": knowledge.noise, **spans}
+    return dict(filled(ADVICE, Also(best, {**start, **told})))

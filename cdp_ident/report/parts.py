@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
-from cdp_ident.report.figures.description import Place
+from cdp_ident.report.figures.description import Figure
 
 Row = tuple[str, ...]
 
@@ -43,9 +43,9 @@ class Sentences:
 
 @dataclass(frozen=True)
 class Charts:
-    """The figures of a place."""
+    """Figures; without any they are left out."""
 
-    place: Place
+    figures: Sequence[Figure]
     side_by_side: bool = False
     """Where a window is wide enough."""
 
@@ -64,7 +64,7 @@ class Chapter:
     @property
     def shown(self) -> Parts:
         """The parts that are not empty."""
-        return [part for part in self.parts if isinstance(part, Charts) or part.rows]
+        return [part for part in self.parts if (part.figures if isinstance(part, Charts) else part.rows)]
 
 
 @dataclass(frozen=True)
@@ -77,6 +77,12 @@ class Document:
     verdict: str
     """All of it in one sentence."""
     chapters: Sequence[Chapter]
+
+    @property
+    def figures(self) -> list[Figure]:
+        """Its figures, in their order."""
+        parts = (part for chapter in self.chapters for part in chapter.parts)
+        return [figure for part in parts if isinstance(part, Charts) for figure in part.figures]
 
 
 class Code(str):

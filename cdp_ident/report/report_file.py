@@ -10,9 +10,8 @@ from cdp_ident.model.effects.catalogue import known_effects
 from cdp_ident.model.parameters import INERTIA
 from cdp_ident.outside_text import shown
 from cdp_ident.regular_file import read_regular
-from cdp_ident.report.contents import plain
-from cdp_ident.report.formatting import number
-from cdp_ident.report.schema import SCHEMA, Section, problem
+from cdp_ident.report.schema import REPORT, SCHEMA, Section, problem
+from cdp_ident.report.schema_terms import filled
 from cdp_ident.user_input import refuse_unknown
 
 _LARGEST = 1 << 24
@@ -20,7 +19,7 @@ _LARGEST = 1 << 24
 
 
 def read_report(path: Path) -> Section:
-    """Read a `report.json`; its texts are fit to be shown.
+    """Read a `report.json`; its texts are fit to be shown, and numbers that are null infinite.
 
     Raises:
         ReportError: the file is not there, is no JSON, is of another schema, or contradicts it.
@@ -38,11 +37,12 @@ def read_report(path: Path) -> Section:
         raise ReportError(f"{path} is of the schema {_short(schema)}, not {SCHEMA!r}: identify again with this version")
     if wrong := problem(content):
         raise ReportError(f"{path}: {wrong}; was it changed, or written by another version? identify again")
-    own.use(content["own_effects"], number(content["after"]["physical"][INERTIA.symbol]["value"]), str(path))
+    report: Section = filled(REPORT, content)
+    own.use(content["own_effects"], report["after"]["physical"][INERTIA.symbol]["value"], str(path))
     for section in ("effects", "expected"):
         known = {effect.name for effect in known_effects()}
-        refuse_unknown((effect["name"] for effect in content[section]), known, f"effect in {path}")
-    return dict(plain(content))
+        refuse_unknown((effect["name"] for effect in report[section]), known, f"effect in {path}")
+    return report
 
 
 def _refuse(constant: str) -> NoReturn:

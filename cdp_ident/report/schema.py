@@ -1,10 +1,11 @@
 """The schema of `report.json`: the one statement of what it holds, for writing, reading and documentation.
 
-It is a JSON Schema (draft 2020-12). `null` stands for a number that is not finite. Everything that is repeated has a
-size, since a report may come from anyone.
+It is a JSON Schema (draft 2020-12). `null` stands for a number that is not finite, and is read as infinite.
+Everything that is repeated has a size, since a report may come from anyone.
 """
 
 import re
+from collections.abc import Callable
 from typing import Any, get_args
 
 from jsonschema import Draft202012Validator
@@ -175,7 +176,7 @@ _WHITENESS = an_object(
     ),
 )
 _ANGLES = a_list(finite(), "from hanging, positive towards +x [rad]", MOST_STARTS)
-_ADVICE = an_object(
+ADVICE = an_object(
     "the start that tells most of something",
     **{"for": text("what it is about: `all` base parameters, `A22`, another unknown, or an effect by its label")},
     against=or_null(text("key of the effect that it tells that one from")),
@@ -200,7 +201,13 @@ _ADVICE = an_object(
         values=a_list(a_list(number(), "by the outer rod's", MOST_STARTS), "by the inner rod's angle", MOST_STARTS),
     ),
 )
-_KINDS = {bool: flag, int: count, float: number, str: text}
+
+
+def _number_or_none(about: str) -> Schema:
+    return or_null(finite(about))
+
+
+_KINDS: dict[type, Callable[[str], Schema]] = {bool: flag, int: count, float: _number_or_none, str: text}
 _REQUIRED_OPTIONS = (*(constant.symbol for constant in CONSTANTS), *(f"nominal.{symbol}" for symbol in SYMBOLS))
 assert {*SYMBOLS, "L", "g"} == set(NOMINAL)
 
@@ -293,7 +300,7 @@ REPORT: Schema = {
                 half_width_s=finite("of the local cubics that estimate the windows' initial states [s]"),
                 step_s=finite("of the integrator [s]"),
             ),
-            advice=a_list(_ADVICE, "for effects that could be others, all base parameters, and each effect's strength"),
+            advice=a_list(ADVICE, "for effects that could be others, all base parameters, and each effect's strength"),
         ),
         selection=an_object(
             "how the effects were selected, and what any other one would do",

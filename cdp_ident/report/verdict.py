@@ -1,9 +1,8 @@
 """The result for people: one sentence, and each effect in words."""
 
 from cdp_ident.diagnosis.identifiability import CONFIDENCE
-from cdp_ident.report.formatting import CERTAINTY, capitalised, over_inertia, unit, with_std
 from cdp_ident.report.schema import Section
-from cdp_ident.report.wording import key_words
+from cdp_ident.report.wording import CERTAINTY, capitalised, key_words, over_inertia, unit, with_std
 from cdp_ident.tracing.final_model import is_worse
 from cdp_ident.tracing.found_effects import FoundEffect, FoundParameter
 from cdp_ident.tracing.trace import Trace

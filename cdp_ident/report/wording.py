@@ -1,20 +1,111 @@
-"""What several forms of a report say in the same words, and the few numbers that they derive from it."""
+"""Numbers, names and findings of a report as people read them, and the few numbers that follow from it.
 
-from collections.abc import Iterator, Sequence
-from typing import Literal, NamedTuple
+A number that is not finite is infinite.
+"""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from cdp_ident.diagnosis.identifiability import CONFIDENCE
+from cdp_ident.diagnosis.inertia import GUESSED
 from cdp_ident.model.effects.catalogue import known_effects
 from cdp_ident.model.parameters import CONSTANTS, GROUPS, INERTIA, SYMBOLS, Group, groups_of, inertia_about_cart
-from cdp_ident.report.formatting import CERTAINTY, number, per_cent, with_std
 from cdp_ident.report.schema import Section
 
+CERTAINTY = {"named": "", "probable": "probably ", "acts_like": "something that acts like "}
+"""Words before the name of an effect, by how sure the name is."""
+CERTAINTY_WORDS = {"named": "named", "probable": "probable", "acts_like": "acts like it"}
+_OVER_INERTIA = {"N m": "1/s²", "N m s": "1/s", "N m s^2": "", "N m/rad": "1/s²", "kg m^2": ""}
+"""Units, and the same over that of A22."""
+_SAID_AS_POWER = 3.0
+"""Decimal logarithm of odds from which on they are written as a power of ten."""
 _FELT, _MOST_IN_DOUBT = 0.5, 3
 """Effects in doubt are mentioned if they make half of a standard deviation, and at most so many."""
 _ALL = 0.95
 """From this share of the fitted motion on, effects were looked for in all of it."""
+
+
+def capitalised(text: str) -> str:
+    """Return a text that begins with a capital."""
+    return text[:1].upper() + text[1:]
+
+
+def with_std(value: float, std: float) -> str:
+    """Write a value with its standard deviation, both to the latter's two leading digits."""
+    if std == 0.0:
+        return f"{value:.6g}"
+    return f"{_to_digits_of(std, value)} ± {_to_digits_of(std, std)}"
+
+
+def in_unit(value: float, std: float, symbol: str) -> str:
+    """Write a value with its standard deviation and its unit."""
+    return f"{with_std(value, std)} {unit(symbol)}".strip()
+
+
+def is_guessed(value: float, std: float) -> bool:
+    """Return whether a physical value rests on masses that nobody knows."""
+    return std > GUESSED * abs(value)
+
+
+def over_inertia(quantity: Mapping[str, Any]) -> str:
+    """Write a torque over A22 where its physical value rests on masses that nobody knows; else nothing."""
+    shown, std = (quantity["as_fitted"][of] for of in ("value", "std"))
+    guessed = is_guessed(quantity["value"], quantity["std"])
+    if quantity["unit"] not in _OVER_INERTIA or not guessed or std >= GUESSED * abs(shown):
+        return ""
+    return f"{in_unit(shown, std, _OVER_INERTIA[quantity['unit']])} over A22"
+
+
+def quantity_words(quantity: Mapping[str, Any]) -> str:
+    """Write a parameter of an effect: over A22 first where no mass is known."""
+    words, first = in_unit(quantity["value"], quantity["std"], quantity["unit"]), over_inertia(quantity)
+    return f"{first} ({words})" if first else words
+
+
+def interval(value: float, std: float, lowest: float = -math.inf) -> str:
+    """Write the 95 % interval of a value that is not below the `lowest`."""
+    low, high = max(value - CONFIDENCE * std, lowest), value + CONFIDENCE * std
+    return f"{_to_digits_of(std, low)} to {_to_digits_of(std, high)}"
+
+
+def milliradians(radians: float) -> str:
+    """Write an angle [rad] in mrad, without the unit."""
+    return f"{1e3 * radians:.4g}"
+
+
+def per_cent(share: float) -> str:
+    """Write a fit [%], without the unit; a dash where it is not finite."""
+    return f"{share:.4g}" if math.isfinite(share) else "–"
+
+
+def chance(probability: float) -> str:
+    """Write a probability; one that is nearly 0 or 1 is not said to be so."""
+    if probability < 0.001:
+        return "< 0.1 %"
+    return "> 99.9 %" if probability > 0.999 else f"{100 * probability:.1f} %"
+
+
+def odds(log10_odds: float) -> str:
+    """Write the decimal logarithm of odds as odds; a dash where there are none."""
+    if not math.isfinite(log10_odds):
+        return "–"
+    return f"{10.0**log10_odds:.2g} : 1" if abs(log10_odds) < _SAID_AS_POWER else f"10^{log10_odds:.0f} : 1"
+
+
+def unit(symbol: str) -> str:
+    """Write a unit; nothing for a number without one."""
+    return "" if symbol == "1" else symbol
+
+
+def _to_digits_of(deviation: float, value: float) -> str:
+    """Write a number as precisely as two digits of its standard deviation allow."""
+    if not (math.isfinite(value) and math.isfinite(deviation) and 1e-10 < deviation < 1e6):
+        return f"{value:.5g}"
+    return f"{value:.{max(0, 1 - math.floor(math.log10(deviation)))}f}"
 
 
 class Model(NamedTuple):
@@ -66,7 +157,7 @@ def expected_in_words(report: Section) -> Iterator[str]:
     """Say what became of the effects of an earlier report, and which are new; nothing without `--like`."""
     for effect in report["expected"]:
         changes = (
-            f"{name} {number(p['before']):.4g} -> {number(p['now']):.4g} ({number(p['deviations']):.1f} std)"
+            f"{name} {p['before']:.4g} -> {p['now']:.4g} ({p['deviations']:.1f} std)"
             for name, p in effect["parameters"].items()
         )
         became = {
@@ -118,8 +209,8 @@ def determined_words(report: Section) -> list[str]:
     for effect in report["in_doubt"]:
         changed = []
         for group in GROUPS:
-            value, std = (number(groups[group.symbol][of]) for of in ("value", "std"))
-            change = number(effect["changes"][group.symbol])
+            value, std = (groups[group.symbol][of] for of in ("value", "std"))
+            change = effect["changes"][group.symbol]
             if value and effect["weight"] * change**2 > (_FELT * std) ** 2:
                 changed.append(f"{group.formula} by {100.0 * change / abs(value):+.2g} %")
         if changed:
@@ -164,7 +255,7 @@ def short_name(symbol: str) -> str:
 def predicted_for(report: Section, limit: int) -> str:
     """Say for how long the models predict within one of the limits, by its place, in seconds without the unit."""
     within = [report["prediction"][model.key]["within"][limit] for model in models(report)]
-    return " -> ".join(f"{'≥ ' if one['longer'] else ''}{number(one['median_s']):.3g}" for one in within)
+    return " -> ".join(f"{'≥ ' if one['longer'] else ''}{one['median_s']:.3g}" for one in within)
 
 
 def share_words(report: Section) -> list[str]:
@@ -204,8 +295,7 @@ def validation_words(report: Section) -> Iterator[str]:
         yield "residuals over held-out windows: white"
     else:
         said = " and ".join(
-            f"{max(abs(number(value)) for value in found[angle]['values'][1:]):.2f} in {angle} "
-            f"(chance: {number(found[angle]['bound']):.2f})"
+            f"{max(map(abs, found[angle]['values'][1:])):.2f} in {angle} (chance: {found[angle]['bound']:.2f})"
             for angle in ("theta1", "theta2")
             if found[angle]["related"]
         )

@@ -1,12 +1,13 @@
 """A survey as tables and sentences, for terminal and page."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from markupsafe import Markup
 
-from cdp_ident.report.formatting import in_unit, milliradians, unit
+from cdp_ident.report.figures.description import Figure
 from cdp_ident.report.parts import Chapter, Charts, Row, Table
 from cdp_ident.report.schema import Section
+from cdp_ident.report.wording import in_unit, milliradians, unit
 
 _NONE = "–"
 
@@ -31,7 +32,7 @@ def verdict(survey: Section) -> str:
     return f"{'; '.join(said)}."
 
 
-def chapter(survey: Section) -> Chapter:
+def chapter(survey: Section, figures: Sequence[Figure] = ()) -> Chapter:
     """Return what changed, which rig differs, where the rigs are now, the pieces, and what has no result."""
     return Chapter(
         "result",
@@ -40,7 +41,7 @@ def chapter(survey: Section) -> Chapter:
             _changed(survey),
             _different(survey),
             _latest(survey),
-            Charts("survey"),
+            Charts(figures),
             Table(
                 "Pieces",
                 ("rig", survey["by"], "bags", "held out [mrad]", "result"),

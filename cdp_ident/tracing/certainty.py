@@ -48,7 +48,7 @@ def not_distinguished(search: ModelSearch) -> tuple[tuple[str, ...], ...]:
     found = []
     for effect in best:
         others = sorted(one.key for one in best if one != effect)
-        rivals = dict[tuple[str, str], tuple[float, str]]()
+        alternatives = dict[tuple[str, str], tuple[float, str]]()
         for model in search.fitted.values():
             keys = [active.effect.key for active in model.model.effects]
             instead = [active.effect for active in model.model.effects if active.effect.key not in others]
@@ -56,8 +56,9 @@ def not_distinguished(search: ModelSearch) -> tuple[tuple[str, ...], ...]:
                 continue
             behind = search.cost(model) - search.cost(search.best)
             if behind < _NOT_DISTINGUISHED and not instead[0].curve:
-                rivals[_name(instead[0])] = min(rivals.get(_name(instead[0]), (np.inf, "")), (behind, instead[0].key))
-        found.append(tuple(key for _, key in sorted(rivals.values())))
+                name = _name(instead[0])
+                alternatives[name] = min(alternatives.get(name, (np.inf, "")), (behind, instead[0].key))
+        found.append(tuple(key for _, key in sorted(alternatives.values())))
     return tuple(found)
 
 

@@ -1,6 +1,5 @@
 """The effects of a model in physical units, and what curves look like."""
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -16,6 +15,7 @@ from cdp_ident.model.effects.effect import JOINTS, Curve, EffectParameter
 from cdp_ident.tracing.final_model import FinalModel
 from cdp_ident.tracing.likeness import likeness
 from cdp_ident.tracing.missing_torque import MissingTorque
+from cdp_ident.tracing.odds import log10_odds
 from cdp_ident.tracing.selection import Certainty, Selection
 
 Array = npt.NDArray[np.float64]
@@ -73,7 +73,7 @@ class FoundEffect:
     """Error over what was held out, of the model without this effect [rad]."""
     holdout_with: float
     """The same of the model with all effects [rad]."""
-    log_odds: float
+    log10_odds: float
     """Logarithm (base 10) of how many times as probable the model with all effects is as the one without this effect,
     before any trial both being the same; not a number where the latter cannot be fitted."""
     probability: float
@@ -115,7 +115,7 @@ def found_effects(
                 parameters=parameters,
                 holdout_without=holdout_without[index],
                 holdout_with=final.holdout.rmse(),
-                log_odds=_log_odds(selection.without[index], selection.after),
+                log10_odds=_log10_odds(selection.without[index], selection.after),
                 probability=selection.probability[index],
                 certainty=selection.certainty[index],
                 also_possible=selection.also_possible[index],
@@ -125,8 +125,8 @@ def found_effects(
     return tuple(found)
 
 
-def _log_odds(without: WholeSwings | None, found: WholeSwings) -> float:
-    return float("nan") if without is None else 0.5 * (without.misfit - found.misfit) / math.log(10.0)
+def _log10_odds(without: WholeSwings | None, found: WholeSwings) -> float:
+    return float("nan") if without is None else log10_odds(found.misfit - without.misfit)
 
 
 def _parameters(fit: Fit, index: int, spread: Array, inertia: Inertia) -> tuple[FoundParameter, ...]:

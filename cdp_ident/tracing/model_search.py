@@ -26,7 +26,7 @@ from cdp_ident.likelihood.whole_swing import (
 from cdp_ident.machine.parallel import parallel_map
 from cdp_ident.model.layout import RODS_STATES
 from cdp_ident.tracing.lost_counts import with_better_instants
-from cdp_ident.tracing.neighbours import Neighbour, additions, replacements, richer_forms, simplifications
+from cdp_ident.tracing.neighbours import Neighbour, additions, extended_models, replacements, simplifications
 from cdp_ident.tracing.odds import unlikelihood_of
 from cdp_ident.tracing.selection import Step, Tried
 
@@ -182,8 +182,8 @@ class ModelSearch:
             neighbours, _ = additions(named, named_only=True)
             better = self._better(named, neighbours[:_TRIED])
             if better is None or not _explains(named, better[0]):
-                richer = (self._better(named, [begins[0] for begins in forms]) for forms in richer_forms(named))
-                better = next(filter(None, richer), None)
+                extended = (self._better(named, [begins[0] for begins in forms]) for forms in extended_models(named))
+                better = next(filter(None, extended), None)
             if better is None:
                 break
             named, added = better[0], (*added, *better[1])
@@ -201,7 +201,7 @@ class ModelSearch:
 
     def _enrich(self) -> bool:
         """Try extended models of effects in whose joints torques are missing."""
-        for forms in richer_forms(self.best):
+        for forms in extended_models(self.best):
             before = self.best
             if self._move(before, [(begins[0], None) for begins in forms], "added", must_explain=False):
                 return True
@@ -222,7 +222,7 @@ class ModelSearch:
             others = replacements(self.best, index, without, self.scores, self._named_only)
             alternatives += [(each, without) for each in islice(others, _TRIED)]
             joint = self.best.model.effects[index].effect.joint
-            extended = (each[0] for forms in richer_forms(without) for each in forms)
+            extended = (each[0] for forms in extended_models(without) for each in forms)
             alternatives += [(each, without) for each in extended if each.model.effects[-1].effect.joint == joint]
         return self._move(self.best, alternatives, "exchanged for")
 

@@ -28,7 +28,7 @@ _BENDS = (1e-3, 1e-2, 1e-1)
 _PROMISES = -2.0
 """An effect is tried where its score changes the misfit by less than this. The odds against it are not in that: where
 torques or autocorrelated noise stand in for it, a score is too small."""
-_RIVALS = 0.5
+_ALTERNATIVES = 0.5
 """Another effect is tried in the place of one if its score is at least this share of that."""
 
 
@@ -86,7 +86,7 @@ def _scores(found: WholeSwings, named_only: bool, lasting: bool = False) -> list
     scored = scores(found, [ActiveEffect(effect) for effect in plain])
     for factor in _SHAPES:
         # Beside what it contains, an extended model shows by what it has more.
-        scored += scores(found, [ActiveEffect(e) for e in _richer(present) if e.has_score], factor)
+        scored += scores(found, [ActiveEffect(e) for e in _extended(present) if e.has_score], factor)
         if np.any(found.leaves_more) and not lasting:
             for effect in allowed:
                 if effect.has_score and effect.brings_states and not effect.curve:
@@ -112,7 +112,7 @@ def _in_the_way(one: Effect, other: Effect) -> bool:
     )
 
 
-def _richer(present: Sequence[Effect]) -> list[Effect]:
+def _extended(present: Sequence[Effect]) -> list[Effect]:
     """Return effects that contain one of a model's."""
     return [
         e for e in known_effects() for one in present if e.contains == one.name and e.joint == one.joint and e != one
@@ -165,7 +165,7 @@ def _by_name(found: WholeSwings, index: int) -> dict[str, float]:
     return dict(zip((p.name for p in found.model.effects[index].fitted), values, strict=True))
 
 
-def richer_forms(found: WholeSwings) -> Iterator[list[list[Neighbour]]]:
+def extended_models(found: WholeSwings) -> Iterator[list[list[Neighbour]]]:
     """Yield models that extend an effect in whose joint a torque is missing.
 
     Its score says too little, if any: unknown torques follow what it has more.
@@ -174,7 +174,7 @@ def richer_forms(found: WholeSwings) -> Iterator[list[list[Neighbour]]]:
     """
     for index, active in enumerate(found.model.effects):
         joints = [JOINTS.index(active.effect.joint)] if active.effect.joint in JOINTS else [0, 1]
-        forms = _richer([active.effect])
+        forms = _extended([active.effect])
         if not forms or not np.any(found.leaves_more[joints]):
             continue
         yield [
@@ -239,7 +239,7 @@ def replacements(
     for score in scored:
         effect = score.active.effect
         in_its_place = score.misfit - with_own.get(effect.key, 0.0)
-        least = of_own if effect.curve is not None else _RIVALS * of_own
+        least = of_own if effect.curve is not None else _ALTERNATIVES * of_own
         if effect != own and in_its_place < min(least, _PROMISES):
             yield _with(without, score.active, score.values)
 

@@ -11,6 +11,11 @@ _AGAINST = 150.0
 """Odds against an effect that is looked for: of some fifty, a rig has one or none in most joints."""
 
 
+def log10_odds(misfit: float) -> float:
+    """Return the decimal logarithm of the odds of a model whose misfit is by so much larger than another one's."""
+    return -misfit / (2.0 * math.log(10.0))
+
+
 def unlikelihood(active: ActiveEffect, recorded: Recorded) -> float:
     """Return twice the logarithm of the odds against an effect."""
     return 2.0 * math.log(_AGAINST) + ambiguity(active, recorded)

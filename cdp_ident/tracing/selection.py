@@ -5,6 +5,7 @@ from typing import Literal
 
 from cdp_ident.likelihood.scores import Score
 from cdp_ident.likelihood.whole_swing import WholeSwings
+from cdp_ident.tracing.odds import log10_odds
 
 Certainty = Literal["named", "probable", "acts_like"]
 """How sure an effect's name is."""
@@ -19,6 +20,11 @@ class Tried:
     misfit: float
     """Of the model less that of the one before: below zero it is the more likely one."""
 
+    @property
+    def log10_odds(self) -> float:
+        """Of the model against the one before."""
+        return log10_odds(self.misfit)
+
 
 @dataclass(frozen=True)
 class Step:
@@ -29,6 +35,11 @@ class Step:
     misfit: float
     """Of the model after it less that of the paper's model."""
     tried: tuple[Tried, ...]
+
+    @property
+    def log10_odds(self) -> float:
+        """Of the model after it against the paper's."""
+        return log10_odds(self.misfit)
 
 
 @dataclass(frozen=True)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from benchmarks import _mujoco, _multiple_shooting, bag
-from benchmarks._rivals import LOWER, UPPER
-from benchmarks.bag import BEGIN, OURS, RIVALS, TRUTH, WAYS, Result
+from benchmarks._alternatives import LOWER, UPPER
+from benchmarks.bag import ALTERNATIVES, BEGIN, OURS, TRUTH, WAYS, Result
 from cdp_ident.model.parameters import groups_of
 from reference.pendulum import TABLE_2, TABLE_5, motion
 
@@ -76,5 +76,5 @@ def test_a_way_of_which_nothing_came_says_why():
 def test_a_rival_that_is_not_installed_has_a_row():
     rows = rows_of([Result(way, (0.1, 0.1), 1.0, 1.0) for way in WAYS])
     assert list(rows)[: len(OURS)] == list(OURS)
-    assert set(rows) == {*OURS, *RIVALS}
-    assert all(rows[way][0] == "not installed" for way in RIVALS if way not in WAYS)
+    assert set(rows) == {*OURS, *ALTERNATIVES}
+    assert all(rows[way][0] == "not installed" for way in ALTERNATIVES if way not in WAYS)

@@ -1,12 +1,11 @@
 """Identifications side by side, on the terminal and as a page."""
 
-import json
 import re
 
 import pytest
 
 from cdp_ident.commands.compare import main
-from cdp_ident.report.folder import REPORT
+from cdp_ident.report.folder import REPORT, json_text
 
 
 @pytest.fixture
@@ -15,7 +14,7 @@ def folders(read_content, tmp_path):
     folders = [tmp_path / name for name in ("worn", "oiled")]
     for folder in folders:
         folder.mkdir()
-        (folder / REPORT).write_text(json.dumps(read_content))
+        (folder / REPORT).write_text(json_text(read_content))
         torque = read_content["effects"][0]["parameters"]["torque"]
         torque["value"] /= 2
         torque["as_fitted"]["value"] /= 2

@@ -226,7 +226,7 @@ def test_a_second_impulse_on_the_same_rod_has_a_name_of_its_own(content):
 def test_a_curve_s_coefficients_are_one_list(content):
     content = copy.deepcopy(content)
     torque = [1e-3 * math.sin(k) for k in range(80)]
-    curve = {"coefficients": torque, "coefficients_std": [None, *torque[1:]]}
+    curve = {"coefficients": torque, "coefficients_std": [math.inf, *torque[1:]]}
     content["effects"] = [content["effects"][0] | {"name": "unknown_torque", "variant": "over_angle", "curve": curve}]
     given_values = yaml.safe_load(fitted_yaml(content))["/**"]["ros__parameters"]
     assert given_values["effects.unknown_torque.outer.coefficients"] == pytest.approx(torque)

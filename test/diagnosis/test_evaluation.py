@@ -36,7 +36,7 @@ def test_windows_of_the_fewest_samples_have_errors():
     bounds = list(range(0, 10 * FEWEST_SAMPLES, FEWEST_SAMPLES))
     windows = cut_at(TWIN, 0, bounds, DEFAULT_STEP, HALF_WIDTH)
     assert len(windows) == 9
-    assert np.isfinite(errors_over(TRUTH, windows).free_run)
+    assert np.isfinite(errors_over(TRUTH, windows).sse_free_run)
 
 
 def test_the_truth_leaves_the_noise():
@@ -44,32 +44,32 @@ def test_the_truth_leaves_the_noise():
     assert errors.rmse == pytest.approx(NOISE, rel=0.02)
     assert errors.rmse**2 == pytest.approx((errors.rmse_theta1**2 + errors.rmse_theta2**2) / 2)
     # From a start that was estimated from 2.5 s, 10 s of a nearly chaotic motion are followed less well.
-    assert NOISE**2 * TWIN.theta.size * 0.9 < errors.free_run < 50 * NOISE**2 * TWIN.theta.size
+    assert NOISE**2 * TWIN.theta.size * 0.9 < errors.sse_free_run < 50 * NOISE**2 * TWIN.theta.size
 
 
 def test_worse_values_leave_more():
     errors = errors_over(NOMINAL, WINDOWS)
     assert errors.rmse > 10 * NOISE
-    assert errors.free_run > 10
+    assert errors.sse_free_run > 10
 
 
 def test_a_trial_whose_whole_motion_cannot_be_computed_leaves_an_infinite_error():
     """What is known of the windows is not lost for that."""
     fit = fit_initial_states(MODEL, TRUTH, WINDOWS)
     senseless = replace(fit, values=np.full_like(TRUTH, 1e150))
-    assert errors_of(senseless, [TWIN]) == replace(errors_of(fit, [TWIN]), free_run=np.inf)
+    assert errors_of(senseless, [TWIN]) == replace(errors_of(fit, [TWIN]), sse_free_run=np.inf)
 
 
 def test_a_free_run_counts_only_the_windows_asked_for():
-    parts = [errors_over(TRUTH, [window]).free_run for window in WINDOWS]
-    assert sum(parts) == pytest.approx(errors_over(TRUTH, WINDOWS).free_run)
+    parts = [errors_over(TRUTH, [window]).sse_free_run for window in WINDOWS]
+    assert sum(parts) == pytest.approx(errors_over(TRUTH, WINDOWS).sse_free_run)
 
 
 def test_free_runs_of_trials_add_up():
     windows = cut_into_windows([TWIN, TWIN])
     alone = errors_over(TRUTH, WINDOWS)
     both = errors_over(TRUTH, windows, [TWIN, TWIN])
-    assert both.free_run == pytest.approx(2 * alone.free_run)
+    assert both.sse_free_run == pytest.approx(2 * alone.sse_free_run)
     assert both.rmse == pytest.approx(alone.rmse)
 
 
@@ -80,8 +80,8 @@ def test_a_free_run_of_the_second_trial_has_the_effects_of_the_second_trial():
     model = MODEL.with_effect(ActiveEffect(slip, trial=1))
     with_slip = errors_over(np.append(TRUTH, [0.3, 4.0]), windows, [TWIN, slipped], model)
     without = errors_over(TRUTH, windows, [TWIN, slipped])
-    assert with_slip.free_run == pytest.approx(2 * errors_over(TRUTH, WINDOWS).free_run, rel=0.01)
-    assert without.free_run > 10 * with_slip.free_run
+    assert with_slip.sse_free_run == pytest.approx(2 * errors_over(TRUTH, WINDOWS).sse_free_run, rel=0.01)
+    assert without.sse_free_run > 10 * with_slip.sse_free_run
 
 
 def test_the_fit_in_per_cent_is_that_of_the_norms_over_all_windows():

@@ -34,7 +34,7 @@ def checked(found, new):
 def test_a_trial_of_the_same_pendulum_fits_to_the_noise(found):
     check = checked(found, trial("third", (2.2, 4.1, 0.0, 0.0), 3))
     assert check.fits
-    assert check.error == pytest.approx(check.expected, rel=0.2)
+    assert check.rmse == pytest.approx(check.expected_rmse, rel=0.2)
     assert check.changed == ()
     assert check.warning() is None
 
@@ -42,7 +42,7 @@ def test_a_trial_of_the_same_pendulum_fits_to_the_noise(found):
 def test_more_friction_in_a_joint_is_told_with_the_numbers(found):
     check = checked(found, trial("third", (2.2, 4.1, 0.0, 0.0), 3, c2=2 * TABLE_5["c2"]))
     assert not check.fits
-    assert check.error > 2 * check.expected
+    assert check.rmse > 2 * check.expected_rmse
     worst = check.changed[0]
     assert worst.name == "c2_over_A22"
     assert worst.alone == pytest.approx(2 * worst.before, rel=0.05)

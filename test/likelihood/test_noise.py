@@ -57,7 +57,7 @@ def test_how_much_is_kept_and_how_much_is_in_the_next_reading_is_found(of_kept, 
     np.testing.assert_allclose(found.memory, 0.8 * of_kept**2 / (of_kept**2 + white**2), atol=0.03)
 
 
-def test_white_noise_has_no_memory():
+def test_white_noise_is_not_autocorrelated():
     noises = [mixed_noise(np.random.default_rng(seed), 2000, 0.0, 0.0, 1e-3) for seed in range(20)]
     assert all(remembered(noise).is_white for noise in noises)
 

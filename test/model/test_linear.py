@@ -81,7 +81,7 @@ def test_a_base_that_is_not_level_shifts_the_equilibrium_and_nothing_of_the_rods
     np.testing.assert_allclose(tilted.A, level.A, atol=1e-5)
 
 
-def test_a_cart_that_gives_way_adds_its_acceleration_to_the_rods():
+def test_a_compliant_base_adds_its_acceleration_to_the_rods():
     compliance = 1e-4
     at = EQUILIBRIA["hanging"]
     stiff = linearize(COEFFICIENTS, at)

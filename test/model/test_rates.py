@@ -96,7 +96,7 @@ def test_energy_over_a_base_without_damping_is_kept(mass, compliance, damping_ra
     assert np.ptp(kinetic + potential) < 1e-6
 
 
-def test_a_stiff_base_gives_way_as_the_quasi_static_one():
+def test_a_stiff_compliant_base_moves_as_the_quasi_static_one():
     compliance = 3e-6
     (oscillating, values), _ = base(2.0, compliance, 0.2)
     A23, _, a1, _, _, L, _ = COEFFICIENTS

@@ -197,7 +197,7 @@ def test_the_motion_is_the_same_with_and_without_derivatives(values, start):
 @pytest.mark.parametrize("joint", ["inner", "outer"])
 @pytest.mark.parametrize("give", [5e-4, 1e-3, 0.01, 0.05])
 @pytest.mark.parametrize("over", [0.1, 0.6])
-def test_friction_that_gives_way_before_it_slips_is_the_reference_s(joint, give, over):
+def test_presliding_friction_is_the_reference_s(joint, give, over):
     times = TIMES[:300]
     found = simulated([(EFFECTS[f"presliding_friction.{joint}"], [over, give])], WIDE, times)
     given = torques.dahl(joint, over * A22, over * A22 / give)

@@ -1,11 +1,12 @@
 """Several reports side by side."""
 
 import copy
+import math
 
 import pytest
 
 from cdp_ident.errors import OptionError, ReportError
-from cdp_ident.report.comparison import Run, compare, effect_quantities, fitted_quantity, read_runs
+from cdp_ident.report.comparison import Run, compare, fitted_quantity, read_runs
 from cdp_ident.report.folder import REPORT, json_text
 
 
@@ -18,13 +19,9 @@ def runs(read_content):
     return [Run("worn", read_content), Run("oiled", copy.deepcopy(read_content))]
 
 
-def test_runs_that_are_alike_do_not_differ(runs):
-    groups = table(runs, "Base parameters")
-    assert groups["c1/A22 = c1 / A22"][2] == "+0.0"
-    assert table(runs, "Effects")["coulomb friction, outer: torque"][2] == "+0.0"
-
-
 def test_a_change_is_told_in_units_of_its_deviation(runs):
+    assert table(runs, "Base parameters")["c2/A22 = c2 / A22"][2] == "+0.0"
+    assert table(runs, "Effects")["coulomb friction, outer: torque"][2] == "+0.0"
     group = runs[1].report["after"]["groups"]["c2_over_A22"]
     group["value"] -= 5 * 2**0.5 * group["std"]
     assert table(runs, "Base parameters")["c2/A22 = c2 / A22"][2] == "-5.0 (changed)"
@@ -47,16 +44,11 @@ def test_an_effect_that_only_one_has_stands_alone(runs):
     assert (oiled, difference) == ("–", "–")
 
 
-def test_values_that_the_trials_do_not_determine_are_not_compared(runs):
-    runs[1].report["after"]["physical"]["m1"]["value"] *= 2
-    assert table(runs, "Physical")["m1"][2] == "–"
-
-
 def test_a_group_is_compared_even_where_it_is_hardly_seen(runs):
     group = runs[1].report["after"]["groups"]["c1_over_A22"]
     group.update(value=0.0, std=0.02, determined=False)
     assert table(runs, "Base parameters")["c1/A22 = c1 / A22"][2].endswith("(changed)")
-    group["std"] = None
+    group["std"] = math.inf
     assert table(runs, "Base parameters")["c1/A22 = c1 / A22"][2] == "–"
 
 
@@ -87,9 +79,3 @@ def test_groups_and_what_trials_determine_can_be_compared(read_content):
     # What was measured beforehand says nothing of the trials.
     read_content["run"]["options"]["known.m0"] = 0.208
     assert not fitted_quantity(read_content, "physical", "m0").is_known
-
-
-def test_torques_of_effects_are_those_that_the_motion_shows(content):
-    (effect,) = content["effects"]
-    (quantity,) = effect_quantities(content).values()
-    assert quantity.value == effect["parameters"]["torque"]["as_fitted"]["value"]

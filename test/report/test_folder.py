@@ -25,11 +25,14 @@ from cdp_ident.report.folder import (
 )
 
 
-def test_files_are_written_into_a_new_folder(tmp_path):
+def test_files_are_written_into_a_new_folder_and_beside_others(tmp_path):
     folder = tmp_path / "a" / "b"
     check_folder(folder, force=False)
+    write_files(folder, {"notes.txt": "mine"})
+    check_folder(folder, force=False)
     write_files(folder, {REPORT: "one", FITTED: "two"})
-    assert {path.name: path.read_text() for path in folder.iterdir()} == {REPORT: "one", FITTED: "two"}
+    there = {path.name: path.read_text() for path in folder.iterdir()}
+    assert there == {"notes.txt": "mine", REPORT: "one", FITTED: "two"}
 
 
 @pytest.mark.parametrize("name", [REPORT, FITTED])
@@ -38,13 +41,6 @@ def test_a_report_that_is_there_is_replaced_only_on_demand(tmp_path, name):
     with pytest.raises(OptionError, match="--force"):
         check_folder(tmp_path, force=False)
     check_folder(tmp_path, force=True)
-
-
-def test_other_files_do_not_stand_in_the_way(tmp_path):
-    (tmp_path / "notes.txt").write_text("mine")
-    check_folder(tmp_path, force=False)
-    write_files(tmp_path, {REPORT: "new"})
-    assert (tmp_path / "notes.txt").read_text() == "mine"
 
 
 @pytest.mark.parametrize("out", ["file", "file/below", "dangling_link"])

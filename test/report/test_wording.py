@@ -1,4 +1,6 @@
-"""What several forms of a report say in the same words."""
+"""Numbers, names and findings of a report as people read them."""
+
+import math
 
 import numpy as np
 import pytest
@@ -6,16 +8,23 @@ import pytest
 from cdp_ident.model.parameters import groups_of
 from cdp_ident.report.wording import (
     action_words,
+    chance,
     determined_words,
     effect_title,
     effects_words,
     how_determined,
+    interval,
+    milliradians,
     noise_floor,
     nominal_groups,
     nominal_value,
+    odds,
+    per_cent,
     share_words,
     short_name,
+    unit,
     validation_words,
+    with_std,
 )
 
 
@@ -54,7 +63,6 @@ def test_it_is_said_how_a_value_was_come_by(read_content):
 @pytest.mark.parametrize(
     ("action", "words"),
     [
-        ("added coulomb_friction.outer", "added coulomb friction, outer"),
         ("dropped cogging_torque.inner.13 per turn", "dropped cogging torque, inner, 13 per turn"),
         (
             "exchanged air_drag.outer.rotation for air_drag.outer.strips",
@@ -62,7 +70,6 @@ def test_it_is_said_how_a_value_was_come_by(read_content):
         ),
         ("added gravity_tilt.base and encoder_offset.outer", "added gravity tilt, base and encoder offset, outer"),
         ("added zeros of each trial", "added zeros of each trial"),
-        ("nothing more helps", "nothing more helps"),
     ],
 )
 def test_a_step_of_the_selection_is_in_words(action, words):
@@ -78,22 +85,19 @@ def test_an_effect_is_named_with_its_place(read_content):
     )
 
 
-def test_a_model_without_a_change_was_fitted_from_elsewhere():
-    assert effects_words(["air_drag.outer", "joint_spring.outer"]) == "air drag, outer and joint spring, outer"
-    assert effects_words([]) == "the same, from elsewhere"
-
-
 @pytest.mark.parametrize(("looked_in", "said"), [(0.0, False), (1.0, True), (23.9, False)])
 def test_it_is_said_where_effects_were_looked_for_in_a_part_only(read_content, looked_in, said):
     read_content["selection"]["looked_in_s"] = looked_in
     assert bool(share_words(read_content)) == said
 
 
-def test_groups_are_written_as_fractions():
+def test_keys_are_written_as_fractions_and_words():
     assert short_name("A23_over_A22") == "A23/A22"
     assert short_name("coulomb_friction.outer.torque") == "coulomb friction, outer, torque"
     assert short_name("one_over_A22") == "1/A22"
     assert short_name("weight_error.outer.300.5 mm") == "weight error, outer, 300.5 mm"
+    assert effects_words(["air_drag.outer", "joint_spring.outer"]) == "air drag, outer and joint spring, outer"
+    assert effects_words([]) == "the same, from elsewhere"
 
 
 def test_the_noise_of_both_encoders_is_their_mean_square(read_content):
@@ -122,7 +126,45 @@ def test_residuals_that_are_not_white_are_told_with_how_much_they_are_correlated
 
 def test_what_has_no_prediction_and_no_fit_says_nothing_of_it(read_content):
     read_content["prediction"] = None
-    read_content["before"]["error"]["holdout"]["fit_theta1_percent"] = None
+    read_content["before"]["error"]["holdout"]["fit_theta1_percent"] = np.inf
     words = list(validation_words(read_content))
     assert "theta1 – -> " in words[0]
     assert not any("predicts" in word for word in words)
+
+
+@pytest.mark.parametrize(
+    ("value", "std", "text"),
+    [
+        (0.123456, 0.00234, "0.1235 ± 0.0023"),
+        (1234.5, 67.0, "1234 ± 67"),
+        (0.4, 0.0, "0.4"),
+        (0.1, math.inf, "0.1 ± inf"),
+        (0.0, 3e-13, "0 ± 3e-13"),
+    ],
+)
+def test_a_value_is_as_long_as_its_deviation_allows(value, std, text):
+    assert with_std(value, std) == text
+
+
+def test_an_interval_is_two_deviations_to_either_side():
+    assert interval(1.0, 0.1) == "0.80 to 1.20"
+    assert interval(1.0, math.inf) == "-inf to inf"
+
+
+def test_a_number_without_a_unit_has_none_and_one_that_is_not_finite_is_a_dash_or_infinite():
+    assert (unit("1"), unit("1/s")) == ("", "1/s")
+    assert [milliradians(error) for error in (0.0045678, math.inf)] == ["4.568", "inf"]
+    assert [per_cent(share) for share in (97.123456, math.nan, -math.inf)] == ["97.12", "–", "–"]
+
+
+@pytest.mark.parametrize(("probability", "said"), [(0.0, "< 0.1 %"), (0.875, "87.5 %"), (1.0, "> 99.9 %")])
+def test_no_probability_is_0_or_1(probability, said):
+    assert chance(probability) == said
+
+
+@pytest.mark.parametrize(
+    ("log10_odds", "said"),
+    [(1.0, "10 : 1"), (-1.0, "0.1 : 1"), (494.1, "10^494 : 1"), (math.inf, "–"), (math.nan, "–")],
+)
+def test_large_odds_are_powers_of_ten(log10_odds, said):
+    assert odds(log10_odds) == said

@@ -70,12 +70,12 @@ def test_a_model_with_more_or_fewer_effects_is_no_rival_in_a_name_s_place(other)
     assert of_offset == ((STRIBECK,) if other == (DRY, STRIBECK) else ())
 
 
-def test_another_form_of_the_same_effect_and_a_torque_without_a_name_are_no_rivals():
+def test_another_form_of_the_same_effect_and_a_torque_without_a_name_are_no_alternatives():
     found = search(model(0.0, DRAG), model(1.0, "air_drag.outer.rotation"), model(1.0, CURVES[0]))
     assert not_distinguished(found) == ((),)
 
 
-def test_the_rivals_come_the_nearest_first():
+def test_the_alternatives_come_the_nearest_first():
     found = search(model(0.0, DRY), model(3.0, STRIBECK), model(2.0, DRAG), model(1.0, "joint_spring.outer"))
     assert not_distinguished(found) == (("joint_spring.outer", DRAG, STRIBECK),)
 

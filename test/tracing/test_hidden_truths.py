@@ -193,7 +193,7 @@ def test_what_has_no_name_is_said_to_remain_where_named_effects_alone_are_asked_
 
 @pytest.mark.campaign
 @pytest.mark.parametrize("kind", ["presliding_friction.outer", "presliding_friction.inner"])
-def test_friction_that_gives_way_before_it_slips_is_named_in_the_place_of_dry_friction(kind: str) -> None:
+def test_presliding_friction_is_named_in_the_place_of_dry_friction(kind: str) -> None:
     found, made = traced_truth(kind, 2)
     assert [effect.active.effect.key for effect in found.effects] == [kind]
     assert found.after.holdout.rmse() < FIT_TO_THE_NOISE * made.floor
@@ -227,7 +227,7 @@ def test_friction_that_gives_way_before_it_slips_is_named_in_the_place_of_dry_fr
         pytest.param("breakaway.inner", 15001, "equations", marks=pytest.mark.campaign),
         # From the model without friction, dry friction ends in a minimum that Stribeck friction leaves.
         pytest.param("stopping.inner", 14001, "mujoco", marks=pytest.mark.campaign),
-        # Both joints are at rest for most of the recording, with noise that has a memory.
+        # Both joints are at rest for most of the recording, with autocorrelated noise.
         pytest.param("stopping.inner+stopping.outer", 12001, "mujoco", marks=pytest.mark.campaign),
     ],
 )  # fmt: skip
@@ -277,7 +277,7 @@ def test_a_harmonic_is_named_beside_coarse_encoders_whose_rounding_errors_go_tog
 
 
 @pytest.mark.campaign
-def test_friction_that_gives_way_by_little_is_no_dry_friction_beside_harmonics() -> None:
+def test_stiff_presliding_friction_is_no_dry_friction_beside_harmonics() -> None:
     found, made = traced_truth("presliding_friction.inner", 19001)
     assert named(found) == {("presliding_friction", "inner")}
     assert found.after.fit.rmse() < FIT_TO_THE_NOISE * made.floor
@@ -331,7 +331,7 @@ def test_a_joint_that_sticks_is_seen_to_rest_through_noise_that_is_remembered() 
 
 
 @pytest.mark.campaign
-def test_a_richer_form_of_friction_is_tried_before_a_fit_counts_as_failed() -> None:
+def test_an_extended_model_of_friction_is_tried_before_a_fit_counts_as_failed() -> None:
     """Constant dry friction leaves 90 mrad."""
     found, made = traced_truth("breakaway.inner", 35001)
     assert not found.failure

@@ -45,7 +45,7 @@ def test_nothing_is_added_to_clean_motion():
     assert search.scores
 
 
-def test_noise_with_a_memory_is_not_taken_for_a_torque():
+def test_autocorrelated_noise_is_not_taken_for_a_torque():
     search = begun([measured(motion(), np.random.default_rng(5), memory=0.8)])
     assert not np.any(search.paper.is_missing)
     assert search.paper.noise.memory == pytest.approx([0.8, 0.8], abs=0.1)

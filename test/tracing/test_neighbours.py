@@ -7,7 +7,7 @@ import pytest
 
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.model.effects.catalogue import known_effects
-from cdp_ident.tracing.neighbours import additions, replacements, richer_forms, simplifications
+from cdp_ident.tracing.neighbours import additions, extended_models, replacements, simplifications
 from cdp_ident.tracing.odds import unlikelihood
 from scenarios.swings import TIME, fitted, known, measured, motion, recorded, with_effect
 
@@ -90,8 +90,8 @@ def test_a_joint_may_have_several_harmonics(rubbing):
     assert harmonic.key not in others
 
 
-def test_a_richer_form_begins_with_what_it_contains(with_friction):
-    forms = list(richer_forms(replace(with_friction, is_missing=np.array([False, True]))))
+def test_an_extended_model_begins_with_what_it_contains(with_friction):
+    forms = list(extended_models(replace(with_friction, is_missing=np.array([False, True]))))
     assert forms
     for neighbour in (each for of_effect in forms for begins in of_effect for each in begins):
         (active,) = neighbour.model.effects
@@ -105,11 +105,11 @@ def test_a_richer_form_begins_with_what_it_contains(with_friction):
         assert neighbour.again
 
 
-def test_a_richer_form_is_not_tried_where_no_torque_is_missing(with_friction):
-    assert not list(richer_forms(replace(with_friction, is_missing=np.zeros(2, dtype=bool))))
+def test_an_extended_model_is_not_tried_where_no_torque_is_missing(with_friction):
+    assert not list(extended_models(replace(with_friction, is_missing=np.zeros(2, dtype=bool))))
 
 
-def test_a_richer_form_that_has_a_score_is_proposed_in_the_place_of_what_it_contains(rubbing):
+def test_an_extended_model_that_has_a_score_is_proposed_in_the_place_of_what_it_contains(rubbing):
     _, scored = additions(with_effect(rubbing, DRY, 5e-3), named_only=True)
     found = {score.active.effect.key for score in scored}
     assert any(known(key).contains == "coulomb_friction" for key in found)
@@ -127,11 +127,11 @@ def test_lost_counts_below_half_an_encoder_s_step_are_not_proposed(step, propose
 
 def test_in_the_place_of_an_effect_others_begin_from_the_model_without_it(rubbing):
     found = with_effect(rubbing, "joint_spring.outer", *np.zeros(len(known("joint_spring.outer").parameters)))
-    rivals = list(replacements(found, 0, rubbing, beside=[], named_only=True))
-    assert rivals[0].what == (DRY,)
-    for rival in rivals:
-        assert "joint_spring.outer" not in rival.model.labels
-        np.testing.assert_array_equal(rival.values[:5], rubbing.values)
+    alternatives = list(replacements(found, 0, rubbing, beside=[], named_only=True))
+    assert alternatives[0].what == (DRY,)
+    for alternative in alternatives:
+        assert "joint_spring.outer" not in alternative.model.labels
+        np.testing.assert_array_equal(alternative.values[:5], rubbing.values)
 
 
 def test_what_does_as_much_beside_an_effect_does_not_take_its_place(rubbing):
@@ -142,8 +142,8 @@ def test_what_does_as_much_beside_an_effect_does_not_take_its_place(rubbing):
 
 
 def test_an_instant_takes_the_place_of_nothing(rubbing, with_friction):
-    rivals = replacements(with_friction, 0, rubbing, beside=[], named_only=False)
-    assert not any(active.effect.at_an_instant for rival in rivals for active in rival.model.effects)
+    alternatives = replacements(with_friction, 0, rubbing, beside=[], named_only=False)
+    assert not any(active.effect.at_an_instant for alternative in alternatives for active in alternative.model.effects)
 
 
 def test_a_simpler_model_lacks_one_effect_and_keeps_all_other_values(with_friction):

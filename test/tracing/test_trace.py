@@ -104,7 +104,7 @@ def test_each_stage_is_better_than_the_one_before(traced):
             getattr(traced.errors[stage], role) for stage in ("nominal", "search", "refined", "effects")
         )
         assert effects.rmse < refined.rmse < search.rmse < nominal.rmse
-        assert effects.free_run < refined.free_run
+        assert effects.sse_free_run < refined.sse_free_run
 
 
 @pytest.fixture(scope="module")
@@ -148,7 +148,7 @@ def test_an_effect_is_as_sure_as_the_models_with_it_are_probable(traced):
     (effect,) = traced.effects
     assert effect.certainty == "named"
     assert effect.probability > 0.98
-    assert effect.log_odds > 10.0
+    assert effect.log10_odds > 10.0
     assert effect.also_possible == ()
     assert effect.holdout_without > effect.holdout_with == traced.after.holdout.rmse()
 

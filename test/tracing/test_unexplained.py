@@ -47,7 +47,7 @@ def test_nothing_remains_of_clean_motion(clean):
     assert found.times_noise == pytest.approx(1.0)
 
 
-def test_noise_with_a_memory_is_noise():
+def test_autocorrelated_noise_is_noise():
     of = recorded([measured(motion(), np.random.default_rng(5), memory=0.8)])
     small = Noise.white(of.encoders, of.least_torque)
     found = remains(of_its_noise(likely_near(MODEL, TRUE, of, states_of(of), small)))

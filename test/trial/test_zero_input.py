@@ -50,7 +50,7 @@ def test_a_cart_is_driven_while_it_goes_far_in_a_short_time():
     assert 5.4 <= end <= 6.0
 
 
-def test_a_cart_that_gives_way_a_little_is_not_driven():
+def test_a_slightly_compliant_base_is_not_driven():
     assert not np.any(cart_driven(motion(TIME, 0.004 * np.sin(8 * TIME)), 0.01))
 
 

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -10,9 +9,6 @@ import numpy.typing as npt
 from cdp_ident.report.figures.palette import Colour
 
 Array = npt.NDArray[np.float64]
-Place = Literal[
-    "errors", "motion", "validation", "paper", "selection", "torques", "parameters", "next_trial", "compare", "survey"
-]
 
 
 _MOST_WRITTEN = 9
@@ -146,8 +142,6 @@ class Figure:
 
     name: str
     """Name of its files; letters, digits, dots, hyphens and underscores."""
-    section: Place
-    """Where it belongs in a report."""
     title: str
     caption: str
     """How to read it."""

@@ -1,5 +1,6 @@
 """The errors of a report: before and after, over the generations of the search, and along the selection of effects."""
 
+import math
 import textwrap
 from collections.abc import Iterator, Sequence
 
@@ -7,9 +8,8 @@ import numpy as np
 
 from cdp_ident.report.figures.description import Axis, Bars, Figure, Level, Line, Mark, Panel, beside, named
 from cdp_ident.report.figures.palette import Colour
-from cdp_ident.report.formatting import chance, is_known, number, odds
 from cdp_ident.report.schema import Section
-from cdp_ident.report.wording import action_words, effects_words, key_words, models, noise_floor
+from cdp_ident.report.wording import action_words, chance, effects_words, key_words, models, noise_floor, odds
 
 _LABEL_WIDTH = 22
 """Characters in a line of a name beside an axis: two thirds of a phone remain beside it."""
@@ -29,7 +29,7 @@ def before_and_after(report: Section) -> Figure:
     """Return the errors over motion of each role as bars."""
     shown, marks, said = models(report), list[Mark](), []
     for index, model in enumerate(shown):
-        errors = [1e3 * number(report[model.key]["error"][role]["rmse_rad"]) for role in _WHERE]
+        errors = [1e3 * report[model.key]["error"][role]["rmse_rad"] for role in _WHERE]
         words = [f"{error:.3g}" for error in errors]
         marks.append(Bars(model.label, model.key, beside(index, len(shown), 0.38, len(_WHERE)), errors, words, 0.34))
         said.append(f"{model.label}: {', '.join(map('{} mrad {}'.format, words, _WHERE.values()))}")
@@ -37,7 +37,6 @@ def before_and_after(report: Section) -> Figure:
     marks.append(Level("the encoders' noise", "noise", floor))
     window = report["before"]["error"]["holdout"]["window_s"]
     return Figure(
-        "errors",
         "errors",
         "Error before and after",
         f"Root mean square of measured less simulated angles over windows of {window:.2g} s, on the motion that was "
@@ -52,11 +51,10 @@ def best_error(report: Section) -> Iterator[Figure]:
     search = report["search"]
     if search["cut_short"]:
         return
-    history = np.array([number(error) for error in search["history"]])
+    history = np.array(search["history"])
     name = search["method"].upper()
     yield Figure(
         "best_error",
-        "paper",
         "Evolution of the best error",
         f"Squared error (Eq. 10) of the best chromosome after each generation of the search ({name}), from which the "
         "refinement starts. As the paper's Figs. 7, 9 and 13.",
@@ -74,13 +72,12 @@ def selection(report: Section) -> Iterator[Figure]:
     """Yield how probable each model that was tried is beside the one before, step by step."""
     panels, said = [], []
     for index, step in enumerate(report["selection"]["steps"], start=1):
-        if tried := [one for one in step["tried"] if is_known(one["log10_odds"])]:
+        if tried := [one for one in step["tried"] if math.isfinite(one["log10_odds"])]:
             panels.append(_step(f"Step {index}: {action_words(step)}", tried))
-            best = max(number(one["log10_odds"]) for one in tried)
+            best = max(one["log10_odds"] for one in tried)
             said.append(f"step {index}, {action_words(step)}: at best {best:.3g}")
     if panels:
         yield Figure(
-            "selection",
             "selection",
             "What was tried",
             "Each model that was fitted at a step, named by the effects that it has more or has no longer, and how "
@@ -93,7 +90,7 @@ def selection(report: Section) -> Iterator[Figure]:
 
 def _step(title: str, tried: list[Section]) -> Panel:
     names = [wrapped(effects_words(one["effects"])) for one in tried]
-    odds = [number(one["log10_odds"]) for one in tried]
+    odds = [one["log10_odds"] for one in tried]
     # A bar has the room that its name needs: one line or two, or more.
     rooms = np.array([max(1.0, (name.count("\n") + 1) / 2) for name in names])
     places = (np.cumsum(rooms) - rooms / 2).tolist()
@@ -118,17 +115,16 @@ def candidates(report: Section) -> Iterator[Figure]:
     """Yield how probable the model would be with each effect that it does not have."""
     best: dict[str, Section] = {}
     for one in report["selection"]["candidates"]:
-        if is_known(one["log10_odds"]):
+        if math.isfinite(one["log10_odds"]):
             best.setdefault(key_words(".".join(one["effect"].split(".")[:2])), one)
     if not best:
         return
-    lengths = [number(one["log10_odds"]) for one in best.values()]
+    lengths = [one["log10_odds"] for one in best.values()]
     words = [f"{odds(one['log10_odds'])}, {chance(one['probability'])}" for one in best.values()]
     bars = Bars("with it", "noise", beside(0, 1, 0.0, len(best)), lengths, words)
     marks: list[Mark] = [bars, Level("as probable as without it", "before", 0.0)]
     yield Figure(
         "candidates",
-        "selection",
         "What else was looked for",
         "The model with one effect more beside the model without it, before any fit: odds, and the probability that "
         "the effect is there; of an effect with several forms those of the best one. Left of zero the trials speak "

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from cdp_ident.report.curves import NO_WINDOW, Array, Curves, TrialCurves
-from cdp_ident.report.figures.description import Axis, Figure, Line, Panel, Place
+from cdp_ident.report.figures.description import Axis, Figure, Line, Panel
 from cdp_ident.report.schema import Section
 from cdp_ident.report.wording import Model, models, role_words
 
@@ -27,7 +27,7 @@ def angles(report: Section, curves: Curves) -> Iterator[Figure]:
         "Top: measured and simulated over windows of {window:.2g} s, whose initial states are fitted. Below: measured "
         "less simulated.{thinned}"
     )
-    return _of_trials(report, curves, "angles", "motion", "Angles", caption, "")
+    return _of_trials(report, curves, "angles", "Angles", caption, "")
 
 
 def continuous_runs(report: Section, curves: Curves) -> Iterator[Figure]:
@@ -36,12 +36,10 @@ def continuous_runs(report: Section, curves: Curves) -> Iterator[Figure]:
         "One simulation of the whole trial from its fitted initial state (Eq. 10). Where the motion is chaotic, no "
         "model follows it for long.{thinned} As the paper's Figs. 3, 4, 8 and 10 to 12."
     )
-    return _of_trials(report, curves, "contrast", "paper", "Contrast curves and angular errors", caption, "run_")
+    return _of_trials(report, curves, "contrast", "Contrast curves and angular errors", caption, "run_")
 
 
-def _of_trials(
-    report: Section, curves: Curves, name: str, section: Place, title: str, caption: str, kind: str
-) -> Iterator[Figure]:
+def _of_trials(report: Section, curves: Curves, name: str, title: str, caption: str, kind: str) -> Iterator[Figure]:
     """Yield a figure for each trial, with the curves of a kind."""
     every = shown_samples(curves)
     thinned = f" One of {every.step} samples is shown." if every.step > 1 else ""
@@ -49,7 +47,6 @@ def _of_trials(
         window = float(np.ptp(curve.time)) / max(int(curve.window.max()) + 1, 1)
         yield measured_and_simulated(
             f"{name}_{index}_{file_name(trial['name'])}",
-            section,
             f"{title} of {trial['name']} ({role_words(trial)})",
             caption.format(window=window, thinned=thinned),
             curve.time[every],
@@ -66,7 +63,6 @@ def file_name(name: str) -> str:
 
 def measured_and_simulated(
     name: str,
-    section: Place,
     title: str,
     caption: str,
     time: Array,
@@ -91,7 +87,7 @@ def measured_and_simulated(
     said = (
         f"{title}, over {time[-1]:.3g} s. Measured less simulated: {'; '.join(map(_rms_words, left, left.values()))}."
     )
-    return Figure(name, section, title, caption, said, [*above, *below], shared_x=True)
+    return Figure(name, title, caption, said, [*above, *below], shared_x=True)
 
 
 def _rms_words(model: Model, left: Array) -> str:

@@ -8,7 +8,6 @@ from cdp_ident.design.starts import HAND
 from cdp_ident.diagnosis.identifiability import CONFIDENCE
 from cdp_ident.report.advice import advice_title, advice_words, is_determined_now
 from cdp_ident.report.figures.description import Array, Axis, Dots, Figure, Heat, Panel
-from cdp_ident.report.formatting import number
 from cdp_ident.report.schema import Section
 
 
@@ -18,7 +17,6 @@ def next_trial(report: Section) -> Iterator[Figure]:
     if not found or not found["advice"]:
         return
     yield Figure(
-        "next_trial",
         "next_trial",
         "What a next trial would bring",
         "By the angles from hanging from which both rods are let go, at rest. Blue: to what share of their width "
@@ -32,12 +30,12 @@ def next_trial(report: Section) -> Iterator[Figure]:
 
 def _panel(advice: Section) -> Panel:
     of = advice["map"]
-    values = np.array([[number(value) for value in row] for row in of["values"]])
+    values = np.array(of["values"])
     inner, outer = np.degrees(of["inner_rad"]), np.degrees(of["outer_rad"])
     title = f"{advice_title(advice)}{', with a weight' if advice['weights'] else ''}"
     column, row = _place(inner, advice["inner_rad"]), _place(outer, advice["outer_rad"])
     if np.isfinite(values[column, row]):
-        values[column, row] = number(advice["expected"])  # what the words say of it: where the hand misses it, too
+        values[column, row] = advice["expected"]  # what the words say of it: where the hand misses it, too
     if not advice["against"]:
         is_known = is_determined_now(advice)
         values, title = (100.0 if is_known else 100.0 * CONFIDENCE) * values, f"{title} [{'' if is_known else '± '}%]"

@@ -10,9 +10,8 @@ from cdp_ident.report.comparison import Run
 from cdp_ident.report.figures.description import Axis, Figure, Heat, Intervals, Level, Panel, beside, named
 from cdp_ident.report.figures.errors import wrapped
 from cdp_ident.report.figures.palette import series
-from cdp_ident.report.formatting import in_unit, number
 from cdp_ident.report.schema import Section
-from cdp_ident.report.wording import models, nominal_groups, nominal_value, short_name
+from cdp_ident.report.wording import in_unit, models, nominal_groups, nominal_value, short_name
 
 
 def against_nominal(report: Section) -> Figure:
@@ -24,9 +23,8 @@ def against_nominal(report: Section) -> Figure:
         if quantity["std"] != 0.0  # as one that is given has
     }
     undetermined = [symbol for symbol, quantity in after["physical"].items() if not quantity["determined"]]
-    ratios = (f"{short_name(s)} {number(q['value']) / groups[s]:.4g}" for s, q in after["groups"].items())
+    ratios = (f"{short_name(s)} {q['value'] / groups[s]:.4g}" for s, q in after["groups"].items())
     return Figure(
-        "parameters",
         "parameters",
         "Parameters against nominal",
         "Fitted over nominal value, with 95 % intervals. Hollow: not determined by the trials; of the values that fit "
@@ -65,8 +63,8 @@ def _against(
         "",
         "ink",
         positions,
-        [unit * (number(quantity["value"]) / value - origin) for quantity, value in pairs],
-        [unit * CONFIDENCE * number(quantity["std"]) / abs(value) for quantity, value in pairs],
+        [unit * (quantity["value"] / value - origin) for quantity, value in pairs],
+        [unit * CONFIDENCE * quantity["std"] / abs(value) for quantity, value in pairs],
         [not quantity.get("determined", True) for quantity in of],
         [in_unit(quantity["value"], quantity["std"], quantity.get("unit", "")) for quantity in of],
     )
@@ -77,7 +75,8 @@ def correlation(report: Section) -> Iterator[Figure]:
     found = report["after"]["correlation"]
     short = [short_name(name) for name in found["names"]]
     names = [wrapped(name) for name in short]
-    matrix = np.array([[np.nan if value is None else value for value in row] for row in found["matrix"]])
+    matrix = np.array(found["matrix"])
+    matrix = np.where(np.isfinite(matrix), matrix, np.nan)
     rows, columns = np.nonzero(np.tril(np.isfinite(matrix), -1))
     strongest = sorted(zip(abs(matrix[rows, columns]), rows, columns, strict=True), reverse=True)[:3]
     said = "; ".join(f"{short[i]} with {short[j]}: {matrix[i, j]:.2f}" for _, i, j in strongest)
@@ -85,7 +84,6 @@ def correlation(report: Section) -> Iterator[Figure]:
     beside_names = named(f"{name}  {place}" for place, name in enumerate(names, start=1))
     yield Figure(
         "correlation",
-        "parameters",
         "Correlation of the estimates",
         "Of the final model: near 1 or -1, the errors of two estimates go together, and the trials hardly distinguish "
         "the two.",
@@ -104,7 +102,6 @@ def repeatability(report: Section) -> Iterator[Figure]:
         report["after"]["groups"],
         Figure(
             "repeatability",
-            "parameters",
             "Each trial alone",
             "Each trial's own fit of the model with its effects against the joint one, with 95 % intervals. Trials "
             f"{'agree' if compared['agree'] else 'do not agree'} (p = {compared['p_value']:.2g}).",
@@ -120,7 +117,7 @@ def runs_compared(runs: Sequence[Run]) -> Figure:
     """Return the base parameters of several reports against those of the first."""
     first = runs[0].name
     title = f"Base parameters against those of {first}"
-    figure = Figure("compare_groups", "compare", title, "Of each final model, with 95 % intervals.", "", ())
+    figure = Figure("compare_groups", title, "Of each final model, with 95 % intervals.", "", ())
     estimates = [(run.name, run.report["after"]["groups"]) for run in runs]
     return estimates_against(estimates, estimates[0][1], figure, f"difference from {first} [%]", "no difference")
 
@@ -129,7 +126,7 @@ def estimates_against(
     estimates: Sequence[tuple[str, Section]], joint: Section, figure: Figure, label: str, origin: str
 ) -> Figure:
     """Complete a figure with estimates of several trials or runs, as their relative difference from a joint one."""
-    values = {name: number(quantity["value"]) for name, quantity in joint.items()}
+    values = {name: quantity["value"] for name, quantity in joint.items()}
     reference = {name: value for name, value in values.items() if value and np.isfinite(value)}
     apart, marks, said = 0.6 / max(len(estimates), 2), [], []
     for index, (trial, quantities) in enumerate(estimates):

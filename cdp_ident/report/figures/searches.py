@@ -21,7 +21,6 @@ def search_figures(searches: Searches) -> Iterator[Figure]:
     ends = [f"{a.name} from {a.courses[0].end.error:.3g} to {a.courses[-1].end.error:.3g} rad²" for a in shown.values()]
     yield Figure(
         "evolution",
-        "compare",
         "Evolution of the best chromosome",
         f"Best error and its fitness (Eq. 7) after each generation: thin, each of {len(first.courses)} searches, which "
         "differ by the seed; thick, their median. As the paper's Figs. 7, 9 and 13, which show one search each.",
@@ -35,7 +34,6 @@ def search_figures(searches: Searches) -> Iterator[Figure]:
     for number, (name, window) in enumerate(zip(searches.trials, searches.windows, strict=True)):
         yield measured_and_simulated(
             f"contrast_{number + 1}_{file_name(name)}",
-            "compare",
             f"{name}: measured and simulated, and angular errors",
             "One simulation from the trial's first instant with the best chromosome of a typical search of each. "
             "As the paper's Figs. 8, 10, 11 and 12.",

@@ -13,9 +13,8 @@ from cdp_ident.report.curves import Array, Curves, TorqueCurves
 from cdp_ident.report.figures.description import Axis, Dots, Figure, Line, Panel
 from cdp_ident.report.figures.motion import TIME
 from cdp_ident.report.figures.palette import Colour
-from cdp_ident.report.formatting import capitalised, is_guessed
 from cdp_ident.report.schema import Section
-from cdp_ident.report.wording import Model, effect_title, models
+from cdp_ident.report.wording import Model, capitalised, effect_title, is_guessed, models
 
 Abscissa = Literal["speed", "angle"]
 
@@ -52,7 +51,7 @@ class _Unit(NamedTuple):
 
 
 def missing_torques(report: Section, curves: Curves) -> Iterator[Figure]:
-    """Yield what the models lack over time, over speed and over angle, in a panel for each joint."""
+    """Yield what the models lack over speed, over time and over angle, in a panel for each joint."""
     shown = [(model, getattr(curves, model.key)) for model in models(report)]
     lacking = [k for k in range(len(JOINTS)) if any(np.any(torques.missing[:, k]) for _, torques in shown)]
     if not lacking:
@@ -63,45 +62,38 @@ def missing_torques(report: Section, curves: Curves) -> Iterator[Figure]:
         + ", ".join(f"{_rms(unit.size * torques.missing[:, k]):.3g} {model.key}" for model, torques in shown)
         for k, joint in enumerate(JOINTS)
     )
-    common = (
-        "Torque that no law of a model gives, as the motion shows it: what is most likely, given all readings, with a "
-        "band of one standard deviation; in a joint that is not shown, none is missing beyond chance." + unit.caption
-    )
-    yield Figure(
-        "torque_over_time",
-        "torques",
-        "Missing torque over time",
-        common,
-        f"Missing torque over time, root mean square in {unit.name}: {sizes}.",
-        [
-            Panel(
-                TIME,
-                unit.axis(joint),
-                [mark for model, torques in shown for mark in _over_time(model, torques, index, column, unit)],
-                f"{trial['name']}, {joint} joint",
-                190.0,
-            )
-            for index, trial in enumerate(report["trials"])
-            for column, joint in enumerate(JOINTS)
-            if any(np.any(torques.missing[torques.trial == index, column]) for _, torques in shown)
-        ],
-    )
-    for abscissa in _LABELS:
-        panels = []
+
+    def over(abscissa: Abscissa) -> Iterator[Panel]:
         for column in lacking:
             marks = []
             for model, torques in shown:
                 values = (unit.size * of[:, column] for of in (torques.missing, torques.std))
                 x = _abscissa(torques, abscissa, column)
                 marks += _cloud(model.label, f"mean {model.key}", model.key, x, *values)
-            panels.append(_panel(abscissa, JOINTS[column], marks, unit))
+            yield _panel(abscissa, JOINTS[column], marks, unit)
+
+    over_time = [
+        Panel(
+            TIME,
+            unit.axis(joint),
+            [mark for model, torques in shown for mark in _over_time(model, torques, index, column, unit)],
+            f"{trial['name']}, {joint} joint",
+            190.0,
+        )
+        for index, trial in enumerate(report["trials"])
+        for column, joint in enumerate(JOINTS)
+        if any(np.any(torques.missing[torques.trial == index, column]) for _, torques in shown)
+    ]
+    bins = " Lines are means in bins: what matters is a mean away from zero."
+    for name, note, panels in (("speed", bins, over("speed")), ("time", "", over_time), ("angle", bins, over("angle"))):
         yield Figure(
-            f"torque_over_{abscissa}",
-            "errors" if abscissa == "speed" else "torques",
-            f"Missing torque over {abscissa}",
-            f"{common} Lines are means in bins: what matters is a mean away from zero.",
-            f"Missing torque over {abscissa}, root mean square in {unit.name}: {sizes}.",
-            panels,
+            f"torque_over_{name}",
+            f"Missing torque over {name}",
+            "Torque that no law of a model gives, as the motion shows it: what is most likely, given all readings, "
+            "with a band of one standard deviation; in a joint that is not shown, none is missing beyond chance."
+            f"{unit.caption}{note}",
+            f"Missing torque over {name}, root mean square in {unit.name}: {sizes}.",
+            list(panels),
         )
 
 
@@ -124,7 +116,6 @@ def effects_through_residuals(report: Section, curves: Curves) -> Iterator[Figur
         title = effect_title(effect)
         yield Figure(
             f"effect_{place}_{effect['name']}_{effect['joint']}",
-            "torques",
             f"{capitalised(title)}, through what is missing without it",
             f"What the final model would lack without this effect, and the effect's own torque: {effect['formula']}. "
             "It is a line where it depends on nothing but what is along the axis." + unit.caption,
@@ -151,7 +142,6 @@ def nonparametric_torques(report: Section) -> Iterator[Figure]:
         place = int(np.argmax(np.abs(torque)))
         yield Figure(
             f"curve_{index}_{effect['name']}_{effect['joint']}",
-            "torques",
             capitalised(title),
             "A nonparametric torque, as the motion shows it, over the range that the motion covers."
             + likeness

@@ -5,7 +5,6 @@ from collections.abc import Iterator
 import numpy as np
 
 from cdp_ident.report.figures.description import Axis, Figure, Line, Panel
-from cdp_ident.report.formatting import number
 from cdp_ident.report.schema import Section
 from cdp_ident.report.wording import models, predicted_for
 
@@ -20,7 +19,7 @@ def prediction(report: Section) -> Iterator[Figure]:
     for model in models(report):
         upper = f"{model.key}: a quarter of the starts exceed"
         for key, label, width in (("median_rad", model.label, 2.5), ("upper_rad", upper, 1.0)):
-            errors = np.degrees([number(value) for value in ahead[model.key][key]])
+            errors = np.degrees(ahead[model.key][key])
             drawn = np.where(np.isfinite(errors) & (errors > 0.0), errors, np.nan)
             lines.append(Line(label, model.key, time, drawn, width, dashed=model.key == "before"))
     lines += [Line(f"{limit:.3g}°", "noise", time[[0, -1]], np.full(2, limit), 1.0) for limit in limits]
@@ -28,7 +27,6 @@ def prediction(report: Section) -> Iterator[Figure]:
     said = "; ".join(f"within {limit:.3g}° for {predicted_for(report, k)} s" for k, limit in enumerate(limits))
     yield Figure(
         "prediction",
-        "validation",
         "How far ahead the model predicts",
         "The larger error of both angles over the time since the last angle that its state was fitted to: the median "
         f"of {ahead['starts']} starts in {where}, and thin the upper quartile. The state at a start is fitted "
@@ -47,7 +45,6 @@ def residual_correlation(report: Section) -> Figure:
     said = (f"{m.label}: {'white' if found[m.key]['white'] else 'correlated in time'}" for m in models(report))
     return Figure(
         "residual_correlation",
-        "validation",
         "What is left in the residuals",
         "Correlation of the residuals over held-out windows. Between the dotted lines all lags together are in 99 % of "
         "cases where nothing but white noise is left; lag 0 does not count."
@@ -63,7 +60,7 @@ def _panel(report: Section, key: str, title: str) -> Panel:
         found = report["residuals"][model.key]
         for part in key.split("."):
             found = found[part]
-        values, bound = np.array([number(value) for value in found["values"]]), number(found["bound"])
+        values, bound = np.array(found["values"]), found["bound"]
         first = 0 if key in ("theta1", "theta2") else -(len(values) // 2)
         lags = 1e3 * report["residuals"]["interval_s"] * np.arange(first, first + len(values))
         ends = lags[[0, -1]]

@@ -1,9 +1,11 @@
-"""A document as a page that needs nothing beside itself; text from bags and files stays text."""
+"""A document as a page that needs nothing beside itself; text from bags and files stays text.
+
+That of a report has everything in it, its pendulum included.
+"""
 
 import base64
 import gzip
 import hashlib
-from collections.abc import Sequence
 from functools import cache
 from typing import Any
 
@@ -11,17 +13,61 @@ import jinja2
 from markupsafe import Markup
 
 from cdp_ident.errors import ReportError
-from cdp_ident.report.figures.description import Figure
+from cdp_ident.model.acting import outer_rod_length
+from cdp_ident.report.chapters import base_parameters
+from cdp_ident.report.curves import Curves
 from cdp_ident.report.figures.for_page import Arrays, plotly_figure
+from cdp_ident.report.figures.motion import shown_samples
 from cdp_ident.report.figures.palette import DARK, LIGHT
 from cdp_ident.report.parts import Document
+from cdp_ident.report.schema import Section
+from cdp_ident.report.wording import models, nominal_value, role_words
 
 _LOADER = jinja2.PackageLoader("cdp_ident.report.page", "templates")
 
 
+def report_html(report: Section, curves: Curves, document: Document) -> str:
+    """Return `report.html`.
+
+    Raises:
+        ReportError: plotly is not installed.
+    """
+    arrays = Arrays()
+    content = {
+        "report": report,
+        "models": models(report),
+        "role": role_words,
+        "base": base_parameters(report, short=True),
+    }
+    player = _player(report, curves, arrays)
+    return render_page(document, "report.html", content, {"player": player}, arrays, ("charts.js", "player.js"))
+
+
+def _player(report: Section, curves: Curves, arrays: Arrays) -> dict[str, Any]:
+    """Return what the moving pendulum is drawn from: the curves of the charts, and the lengths of the rods [m]."""
+    every = shown_samples(curves)
+
+    def angles(values: Any) -> list[Any]:
+        return [arrays.keep(values[every, column]) for column in range(2)]
+
+    return {
+        "length": report["after"]["physical"]["L"]["value"],
+        "outer_length": outer_rod_length(nominal_value(report, "L"), nominal_value(report, "l2")),
+        "trials": [
+            {
+                "time": arrays.keep(curve.time[every]),
+                "cart": arrays.keep(curve.cart[every]),
+                "measured": angles(curve.measured),
+                "run": {model.key: angles(getattr(curve, f"run_{model.key}")) for model in models(report)},
+                "windows": {model.key: angles(getattr(curve, model.key)) for model in models(report)},
+            }
+            for curve in curves.trials
+        ],
+    }
+
+
 def render_page(
     document: Document,
-    figures: Sequence[Figure],
     template: str = "document.html",
     content: dict[str, Any] | None = None,
     data: dict[str, Any] | None = None,
@@ -32,7 +78,6 @@ def render_page(
 
     Args:
         document: what it says.
-        figures: the figures of the page.
         template: its name.
         content: what the template takes beside the document, by name.
         data: what the scripts take beside the figures.
@@ -43,10 +88,9 @@ def render_page(
         ReportError: plotly, which draws the charts, is not installed.
     """
     environment, plotly, arrays = _pages(), _plotly(), arrays or Arrays()
-    drawn = {figure.name: plotly_figure(figure, arrays) for figure in figures}
+    drawn = {figure.name: plotly_figure(figure, arrays) for figure in document.figures}
     return environment.get_template(template).render(
         document=document,
-        figures=figures,
         style=Markup(environment.get_template("style.css").render(light=LIGHT, dark=DARK)),
         plotly=plotly,
         packed=_packed(plotly),

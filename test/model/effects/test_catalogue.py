@@ -77,7 +77,7 @@ def test_every_effect_says_what_it_is_and_begins_within_its_limits(key):
         assert parameter.lower <= parameter.typical <= parameter.upper
 
 
-def test_a_base_that_gives_way_is_accelerated_by_the_fourth_derivative_of_what_the_rods_carry():
+def test_a_compliant_base_is_accelerated_by_the_fourth_derivative_of_what_the_rods_carry():
     A23, _, a1, _, _, L, _ = COEFFICIENTS
     effect, compliance, near = EFFECTS["pivot_compliance.base"], 1e-5, 0.05
     for state in STATES[:5]:
@@ -98,7 +98,7 @@ def test_a_base_that_gives_way_is_accelerated_by_the_fourth_derivative_of_what_t
 
 @pytest.mark.parametrize("joint", JOINTS)
 @pytest.mark.parametrize("direction", [-1.0, 1.0])
-def test_what_gives_way_before_it_slips_holds_back_a_joint_that_has_turned_on(joint, direction):
+def test_presliding_friction_holds_back_a_joint_that_has_turned_on(joint, direction):
     effect, turned = EFFECTS[f"presliding_friction.{joint}"], [0.3, 1.2, 2.0 * direction, 5.0 * direction, direction]
     onto = np.array([1.0, 0.0] if joint == "inner" else [-1.0, 1.0])
     assert torque_of(effect, turned, [0.05, 0.02]) == pytest.approx(-0.05 * direction * onto)

@@ -20,7 +20,7 @@ def test_the_legend_has_each_name_once_with_colour_and_kind():
         Bars("e", "after", [0], [1], ["1"]),
     ]
     panels = [Panel(Axis(), Axis(), marks), Panel(Axis(), Axis(), again, held_out=[(0.0, 1.0)])]
-    assert Figure("f", "errors", "", "", "", panels).legend() == [
+    assert Figure("f", "", "", "", panels).legend() == [
         ("a", "ink", "line"),
         ("b", "before", "dashed"),
         ("n", "noise", "level"),
@@ -32,4 +32,4 @@ def test_the_legend_has_each_name_once_with_colour_and_kind():
 
 
 def test_a_square_of_numbers_needs_no_legend():
-    assert Figure("f", "errors", "", "", "", [Panel(Axis(), Axis(), [Heat(["a"], np.eye(1))])]).legend() == []
+    assert Figure("f", "", "", "", [Panel(Axis(), Axis(), [Heat(["a"], np.eye(1))])]).legend() == []

@@ -8,10 +8,10 @@ import numpy as np
 import plotly.graph_objects
 import pytest
 
+from cdp_ident.report.chapters import document_of
 from cdp_ident.report.figures.description import Axis, Dots, Figure, Intervals, Line, Panel
 from cdp_ident.report.figures.for_page import Arrays, plotly_figure
 from cdp_ident.report.figures.palette import DARK, LIGHT
-from cdp_ident.report.pictures import figures
 
 
 def completed(value, arrays, theme):
@@ -28,14 +28,14 @@ def completed(value, arrays, theme):
 @pytest.mark.parametrize("theme", [LIGHT, DARK], ids=["light", "dark"])
 def test_plotly_takes_every_figure(read_content, shown_curves, theme):
     arrays = Arrays()
-    for figure in figures(read_content, shown_curves):
+    for figure in document_of(read_content, shown_curves).figures:
         drawn = plotly_figure(figure, arrays)
         json.dumps(drawn, allow_nan=False)
         plotly.graph_objects.Figure(completed(drawn, arrays, theme))
 
 
 def test_panels_stand_one_below_the_other_without_touching(read_content, shown_curves):
-    for figure in figures(read_content, shown_curves):
+    for figure in document_of(read_content, shown_curves).figures:
         layout = plotly_figure(figure, Arrays())["layout"]
         axes = [axis for name, axis in layout.items() if name.startswith("yaxis")]
         assert len(axes) == len(figure.panels)
@@ -47,7 +47,7 @@ def test_panels_stand_one_below_the_other_without_touching(read_content, shown_c
 
 def test_upright_intervals_are_along_y():
     mark = Intervals("a", "ink", [3.0], [1.0], [0.2], [False], ["one"], upright=True)
-    (trace,) = plotly_figure(Figure("f", "survey", "", "", "", [Panel(Axis(), Axis(), [mark])]), Arrays())["data"]
+    (trace,) = plotly_figure(Figure("f", "", "", "", [Panel(Axis(), Axis(), [mark])]), Arrays())["data"]
     assert (trace["x"], trace["y"], trace["error_y"]["array"]) == ([3.0], [1.0], [0.2])
     assert "error_x" not in trace
 
@@ -79,7 +79,7 @@ def test_text_is_no_markup():
         [mark, Dots(evil, "ink", nothing, nothing), Line("a", "ink", nothing, nothing)],
         evil,
     )
-    drawn = plotly_figure(Figure("f", "errors", evil, evil, evil, [panel]), Arrays())
+    drawn = plotly_figure(Figure("f", evil, evil, evil, [panel]), Arrays())
     for trace in drawn["data"]:
         trace.pop("meta")  # only compared with what the legend's buttons say
     assert "<img" not in json.dumps(drawn)

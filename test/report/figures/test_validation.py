@@ -17,14 +17,9 @@ def test_the_growth_of_the_error_is_drawn_before_and_after(read_content):
 
 
 def test_where_a_prediction_diverges_its_curve_ends(read_content):
-    read_content["prediction"]["before"]["median_rad"][-10:] = [None] * 10
+    read_content["prediction"]["before"]["median_rad"][-10:] = [np.inf] * 10
     (figure,) = prediction(read_content)
     assert np.isnan(figure.panels[0].marks[0].y[-10:]).all()
-
-
-def test_trials_without_a_prediction_have_no_picture_of_it(read_content):
-    read_content["prediction"] = None
-    assert list(prediction(read_content)) == []
 
 
 def test_the_correlations_have_their_lags_and_bounds(read_content):

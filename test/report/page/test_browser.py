@@ -6,17 +6,22 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from cdp_ident.configuration.settings import Settings
+from cdp_ident.report.chapters import document_of
 from cdp_ident.report.comparison import Run, compare
 from cdp_ident.report.curves import Curves
 from cdp_ident.report.figures.parameters import runs_compared
 from cdp_ident.report.folder import COMPARISON_PAGE, PAGE
-from cdp_ident.report.page.report_page import report_html
+from cdp_ident.report.page.rendering import report_html
 from cdp_ident.report.parts import Chapter, Charts, Document
-from cdp_ident.report.pictures import draw_comparison, figures
+from cdp_ident.report.pictures import draw_comparison
+from cdp_ident.survey.contents import survey
+from cdp_ident.survey.page import survey_html
+from scenarios.fleet import finished
 
 pytestmark = pytest.mark.waits
 
-PHONE = {"width": 375, "height": 800}
+DESKTOP, PHONE = {"width": 1280, "height": 900}, {"width": 375, "height": 800}
 SECTIONS = ("result", "motion", "paper", "effects", "parameters", "warnings", "repeat")
 LENGTH, OUTER_LENGTH = 0.4, 0.4
 NEAR = 1e-4
@@ -261,11 +266,11 @@ def test_a_rig_that_lacks_nothing_has_a_page_too_and_all_of_it_is_printed(visit,
     """One trial, nothing added, nothing to warn of, and a run that diverged."""
     report = read_content | {"effects": [], "repeatability": None, "warnings": [], "trials": read_content["trials"][:1]}
     report["selection"]["steps"] = [report["selection"]["steps"][1]]
-    report["before"]["error"]["holdout"]["sse_free_run"] = None
+    report["before"]["error"]["holdout"]["sse_free_run"] = np.inf
     trial = replace(shown_curves.trials[0], run_before=np.full_like(shown_curves.trials[0].measured, np.nan))
     after = replace(shown_curves.after, effects=shown_curves.after.effects[:0])
     curves = Curves((trial,), shown_curves.before, after)
-    (tmp_path / PAGE).write_text(report_html(report, curves, figures(report, curves)))
+    (tmp_path / PAGE).write_text(report_html(report, curves, document_of(report, curves)))
     visited = visit(tmp_path / PAGE)
     visited.page.evaluate("dispatchEvent(new Event('beforeprint'))")
     assert visited.page.locator(".plot:not([data-drawn])").count() == 0
@@ -292,7 +297,7 @@ def hostile(value, key=""):
 
 def test_text_from_bags_and_files_stays_text(visit, read_content, shown_curves, tmp_path):
     report = hostile(read_content)
-    (tmp_path / PAGE).write_text(report_html(report, shown_curves, figures(report, shown_curves)))
+    (tmp_path / PAGE).write_text(report_html(report, shown_curves, document_of(report, shown_curves)))
     visited = visit(tmp_path / PAGE)
     visited.draw_all()
     visited.page.wait_for_timeout(200)
@@ -304,20 +309,34 @@ def test_text_from_bags_and_files_stays_text(visit, read_content, shown_curves, 
     assert visited.page.locator("[data-figure=repeatability] img, .plot a").count() == 0
 
 
-def test_a_comparison_is_a_page_of_the_same_kind(visit, read_content, tmp_path):
+def comparison(read_content):
     runs = [Run("worn", read_content), Run(f"oiled{EVIL}", hostile(read_content))]
-    document = Document(
-        "compared", f"worn, oiled{EVIL}", "", [Chapter("result", "", [*compare(runs), Charts("compare")])]
-    )
-    drawn = draw_comparison(document, [runs_compared(runs)])
-    (tmp_path / "compare.html").write_text(drawn.files[COMPARISON_PAGE])
-    for viewport in ({"width": 1280, "height": 900}, PHONE):
-        visited = visit(tmp_path / "compare.html", viewport=viewport)
+    chapter = Chapter("result", "", [*compare(runs), Charts([runs_compared(runs)])])
+    return draw_comparison(Document("compared", f"worn, oiled{EVIL}", "", [chapter])).files[COMPARISON_PAGE]
+
+
+def survey_of_rigs(read_content):
+    pieces = [finished(read_content, rig, day) for rig in ("rig1", f"rig2{EVIL}") for day in range(3)]
+    pieces.append(finished(None, "rig3", 0, f"nothing{EVIL}"))
+    return survey_html(survey(pieces, "day", Settings.of({})))
+
+
+@pytest.mark.parametrize(
+    ("made", "selector", "count"),
+    [
+        (comparison, "[role=region][aria-label='Base parameters, all that a free swing depends on']", 1),
+        (survey_of_rigs, "a[href$='/report.html']", 6),
+    ],
+)
+def test_other_documents_are_pages_of_the_same_kind(visit, read_content, tmp_path, made, selector, count):
+    (tmp_path / "other.html").write_text(made(read_content))
+    for viewport in (DESKTOP, PHONE):
+        visited = visit(tmp_path / "other.html", viewport=viewport)
         visited.draw_all()
         assert visited.complaints == []
         assert visited.page.evaluate("document.documentElement.scrollWidth") <= viewport["width"]
         assert visited.page.locator("img").count() == 0
-        assert visited.page.get_by_role("region", name="Base parameters, all that a free swing depends on").count() == 1
+        assert visited.page.locator(selector).count() == count
 
 
 def test_even_a_script_that_got_in_would_not_run(desktop):

@@ -4,7 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from cdp_ident.report.effects_section import compared, expected_effects
+from cdp_ident.report.expected import compared, expected_effects
+from cdp_ident.report.schema import REPORT
+from cdp_ident.report.schema_terms import filled
 from cdp_ident.report.wording import expected_in_words
 
 
@@ -25,11 +27,11 @@ def test_what_happened_once_and_what_has_no_name_is_not_expected_again(content):
 def test_each_is_said_to_be_confirmed_withdrawn_or_new(content, outcome):
     (known,) = expected_effects(content)
     off = replace(known, values=known.values + 3 * np.sqrt(2) * known.std)
-    (confirmed,) = compared([off], outcome.trace.effects)
+    (confirmed,) = filled(REPORT["properties"]["expected"], compared([off], outcome.trace.effects))
     assert confirmed["state"] == "confirmed"
     assert round(confirmed["parameters"]["torque"]["deviations"], 3) == 3.0
-    assert [section["state"] for section in compared([known], ())] == ["withdrawn"]
-    assert [section["state"] for section in compared([], outcome.trace.effects)] == ["new"]
+    assert [section.values["state"] for section in compared([known], ())] == ["withdrawn"]
+    assert [section.values["state"] for section in compared([], outcome.trace.effects)] == ["new"]
     words = list(expected_in_words({"expected": [confirmed]}))
     assert words[0].startswith("coulomb friction, outer is confirmed: torque 0.0")
     assert words[0].endswith("(3.0 std), torques over A22")

@@ -4,7 +4,14 @@ import numpy as np
 import pytest
 
 from benchmarks import _mujoco
-from benchmarks._rivals import LOWER, MOST_SIMULATIONS, UPPER, by_differential_evolution, by_least_squares, by_pycma
+from benchmarks._alternatives import (
+    LOWER,
+    MOST_SIMULATIONS,
+    UPPER,
+    by_differential_evolution,
+    by_least_squares,
+    by_pycma,
+)
 from cdp_ident.model.parameters import SYMBOLS, groups_of
 from reference.pendulum import TABLE_2, TABLE_3, TABLE_5, motion
 from scenarios.start_given import CLOSE, StartGiven
