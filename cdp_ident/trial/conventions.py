@@ -14,12 +14,12 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.errors import OtherMotionError, TrialError
-from cdp_ident.trial.balance import Motion
 from cdp_ident.trial.encoder_scale import best_scale
 from cdp_ident.trial.lumped import Lumped
 from cdp_ident.trial.meaning import EVIDENT, GOOD, MUCH_BETTER, Balance, balance_of
 from cdp_ident.trial.options import OuterAngle, TrialOptions, Zero
 from cdp_ident.trial.other_motions import may_be_rods, still_joint, uncoupled
+from cdp_ident.trial.weak_form import Motion
 from cdp_ident.trial.wording import KEYS, Wording
 
 Mask = npt.NDArray[np.bool_]

@@ -11,10 +11,10 @@ import numpy as np
 import numpy.typing as npt
 from scipy.optimize import minimize_scalar
 
-from cdp_ident.trial.balance import Motion
 from cdp_ident.trial.lumped import Lumped
 from cdp_ident.trial.meaning import balance_of
 from cdp_ident.trial.options import TrialOptions
+from cdp_ident.trial.weak_form import Motion
 
 Mask = npt.NDArray[np.bool_]
 Joints = tuple[str, ...]

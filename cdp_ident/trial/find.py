@@ -4,12 +4,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array, Mask
 from cdp_ident.errors import NoFreeMotionError, TrialError
 from cdp_ident.model.effects.effect import JOINTS
-from cdp_ident.model.time_grid import interpolated
-from cdp_ident.trial.balance import WINDOW, Motion
 from cdp_ident.trial.cleaning import Piece
 from cdp_ident.trial.conventions import check_conventions
 from cdp_ident.trial.joints import Samples, model_angles
@@ -21,11 +19,9 @@ from cdp_ident.trial.recorded_motion import Recorded, recorded_motion
 from cdp_ident.trial.scales import PER_UNIT
 from cdp_ident.trial.trial import Trial, joined
 from cdp_ident.trial.units import degrees_found
+from cdp_ident.trial.weak_form import WINDOW, Motion
 from cdp_ident.trial.wording import KEYS, Wording
 from cdp_ident.trial.zero_input import Part, at_rest, cart_driven, choose_parts, covering, find_parts, moving_windows
-
-Array = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
 
 _MOSTLY = 0.5
 """What drives more than this share of a motion that is nowhere free for long is its input."""
@@ -60,7 +56,7 @@ def find_trial(samples: Samples, options: TrialOptions, wording: Wording = KEYS)
     if in_degrees and options.conventions == "refuse":
         raise TrialError(f"{in_degrees}; {wording.insist}")
     recorded = recorded_motion(samples, options, wording)
-    by_motors, gains = _driven(*recorded[:3], options)
+    by_motors, gains = driven(*recorded[1:3], options)
     if options.input != "auto":
         return _found(recorded, by_motors, gains, options, wording, in_degrees)
     try:
@@ -91,8 +87,10 @@ def _found(
     """
     pieces, motions, moving, notes = recorded
     if options.input == "joints":
+        if any(motion.torques is None for motion in motions):
+            raise TrialError("input is joints, but neither joint has an effort of a motor, or all are 0")
         _refuse_reversed(gains, options)
-        motions, by_motors = _with_torques(motions, pieces), [np.zeros(len(m.time), dtype=bool) for m in motions]
+        by_motors = [np.zeros(len(motion.time), dtype=bool) for motion in motions]
         notes = [*notes, "motors drive the joints: their efforts are known torques [N m]"]
     if options.input == "cart":
         options = replace(options, cart_limit=np.finfo(float).max)
@@ -125,38 +123,10 @@ def _driver(motions: Sequence[Motion], by_motors: Sequence[Mask], options: Trial
     return most if shares[most] > _MOSTLY else "none"
 
 
-def _with_torques(motions: Sequence[Motion], pieces: Sequence[Piece]) -> tuple[Motion, ...]:
-    """Return motions with the torques of the motors in their joints.
-
-    Raises TrialError where there are none.
-    """
-    pairs = [(motion, piece.time, piece.torques) for motion, piece in zip(motions, pieces, strict=True)]
-    known = [(m, interpolated(m.time, times, torques)) for m, times, torques in pairs if torques is not None]
-    if len(known) < len(pairs):
-        raise TrialError("input is joints, but neither joint has an effort of a motor, or all are 0")
-    return tuple(replace(motion, torques=torques) for motion, torques in known)
-
-
 def _joined(pieces: Sequence[Piece], taken: Sequence[Part], options: TrialOptions) -> Trial:
     """Return a trial of some parts, whose notes tell of samples that were left out of it."""
     trial = joined([_stretch(pieces[part.motion], part, options) for part in taken])
     return replace(trial, notes=(outlier_words(trial.outliers, len(trial.time)),)) if trial.outliers else trial
-
-
-def _driven(
-    pieces: Sequence[Piece], motions: tuple[Motion, ...], moving: tuple[Mask, ...], options: TrialOptions
-) -> tuple[list[Mask], Array]:
-    """Return at which grid points of each motion motors drive the joints, and their torques' gains (2,)."""
-    torques = [
-        interpolated(motion.time, piece.time, piece.torques)
-        for piece, motion in zip(pieces, motions, strict=True)
-        if piece.torques is not None
-    ]
-    return (
-        driven(motions, moving, torques, options)
-        if torques
-        else ([np.zeros(len(m.time), dtype=bool) for m in motions], np.zeros(2))
-    )
 
 
 def _refuse_reversed(gains: Array, options: TrialOptions) -> None:

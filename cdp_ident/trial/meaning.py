@@ -4,14 +4,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
-from cdp_ident.trial.balance import Motion, Windows, joined, windows
+from cdp_ident.arrays import Mask
+from cdp_ident.trial.balance import Windows, joined, windows
 from cdp_ident.trial.joints import model_angles
 from cdp_ident.trial.lumped import Lumped, fit_lumped
 from cdp_ident.trial.options import TrialOptions
-
-Mask = npt.NDArray[np.bool_]
+from cdp_ident.trial.weak_form import Motion
 
 GOOD = 0.02
 """Up to this unexplained share of the acceleration, there is no evidence against a meaning."""
@@ -33,16 +32,17 @@ class Balance:
 
 
 def in_model_angles(motion: Motion, options: TrialOptions) -> Motion:
-    """Return a motion of the recorded joints as one of theta1 and theta2."""
+    """Return a motion of the recorded joints as one of theta1 and theta2, with torques if they are its input."""
     still = model_angles(np.zeros((1, 2)), options)
-    of_inner, of_outer = motion.noise / np.array([options.inner_scale, options.outer_scale]) ** 2
+    of_inner, of_outer = motion.angle_noise / [options.inner_scale, options.outer_scale]
     return replace(
         motion,
         angles=model_angles(motion.angles, options),
         rates=model_angles(motion.rates, options) - still,
         cart=options.cart_sign * motion.cart,
         cart_velocity=options.cart_sign * motion.cart_velocity,
-        noise=np.array([of_inner, of_outer + (of_inner if options.outer_angle == "relative" else 0.0)]),
+        angle_noise=np.array([of_inner, np.hypot(of_outer, of_inner * (options.outer_angle == "relative"))]),
+        torques=motion.torques if options.input == "joints" else None,
     )
 
 

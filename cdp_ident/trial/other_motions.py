@@ -6,18 +6,17 @@ gravity, coupling and friction leave.
 """
 
 from collections.abc import Collection, Sequence
+from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 
-from cdp_ident.trial import weak_form
-from cdp_ident.trial.balance import WINDOW, Motion, joined
+from cdp_ident.arrays import Array, Mask
+from cdp_ident.model.parameters import NOMINAL
+from cdp_ident.trial.balance import MOTORS, joined
 from cdp_ident.trial.lumped import Lumped
 from cdp_ident.trial.meaning import GOOD, MUCH_BETTER, Balance, balance_of, in_model_angles
 from cdp_ident.trial.options import TrialOptions
-
-Array = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
+from cdp_ident.trial.weak_form import Motion, integrated
 
 _STILL = 0.01
 """A joint whose speed varies by less than this share of the other's does not swing."""
@@ -75,42 +74,34 @@ def may_be_rods(fit: Lumped) -> bool:
     return fit.turned is not None and fit.has_certain_signs and is_coupled
 
 
-def driven(
-    motions: Sequence[Motion], moving: Sequence[Mask], torques: Sequence[Array], options: TrialOptions
-) -> tuple[list[Mask], Array]:
+def driven(motions: Sequence[Motion], moving: Sequence[Mask], options: TrialOptions) -> tuple[list[Mask], Array]:
     """Return near which grid points (m,) of each motion motors drive the joints, and their torques' gains (2,).
 
     Args:
-        motions: of the recorded joints.
+        motions: of the recorded joints, with the torques that were measured or commanded, in any unit.
         moving: of each motion, the windows that show one.
-        torques: of each motion, the torque that was measured or commanded in both joints (m, 2), in any unit.
         options: what the angles mean, and from which share of gravity's torque on one acts on the motion.
 
     Nowhere, unless these torques explain most of what gravity, coupling and friction leave: what a motor measures in a
     joint that swings freely does not.
     """
     nowhere: list[Mask] = [np.zeros(len(motion.time), dtype=bool) for motion in motions]
-    balance = balance_of(motions, moving, options)
-    if balance is None:
-        return nowhere, np.zeros(2)
-    acting = [
-        weak_form.pushes_of(weak_form.Windows.of(WINDOW // 2, motion.scales.spacing), torque)
-        for motion, torque in zip(motions, torques, strict=True)
-    ]
-    values = _with_torques(balance, moving, acting)
+    torques = [motion.torques for motion in motions if motion.torques is not None]
+    balance = balance_of(motions, moving, replace(options, input="none")) if torques else None
+    values = _with_torques(balance, motions, moving) if balance else None
     if values is None:
         return nowhere, np.zeros(2)
-    gravity = np.maximum(np.abs(values[4:6]), 0.1 * np.abs(values[4:6]).max())
-    shares = [np.abs(torque * values[_LUMPED:]) / gravity for torque in torques]
-    return [np.asarray(np.any(share > options.hand_torque, axis=1)) for share in shares], -values[_LUMPED:]
+    gravity, gains = np.maximum(np.abs(values[4:6]), 0.1 * np.abs(values[4:6]).max()), values[_LUMPED:]
+    shares = [np.abs(torque * gains) / gravity for torque in torques]
+    return [np.asarray(np.any(share > options.hand_torque, axis=1)) for share in shares], gains
 
 
-def _with_torques(balance: Balance, moving: Sequence[Mask], acting: Sequence[Array]) -> Array | None:
+def _with_torques(balance: Balance, motions: Sequence[Motion], moving: Sequence[Mask]) -> Array | None:
     """Return the lumped numbers and behind them those of torques; None where these do not explain what is left."""
     windows = joined(list(balance.windows))[np.concatenate(moving)]
-    torques = np.concatenate(acting)[np.concatenate(moving)]
-    rows = np.concatenate([windows.coefficients[..., :_LUMPED], torques], axis=2).reshape(-1, _LUMPED + 2)
-    target = windows.target.ravel()
+    torques = np.concatenate([integrated(motion, NOMINAL["g"], MOTORS)[0] for motion in motions])
+    columns = [windows.coefficients[..., :_LUMPED], torques[np.concatenate(moving)]]
+    rows, target = np.concatenate(columns, axis=2).reshape(-1, _LUMPED + 2), windows.target.ravel()
     fits = [np.linalg.lstsq(rows[:, :count], target, rcond=None)[0] for count in (_LUMPED, _LUMPED + 2)]
     without, left = (float(np.sum((rows[:, : len(fit)] @ fit - target) ** 2)) for fit in fits)
     is_explained = without > GOOD**2 * float(target @ target) and left <= MUCH_BETTER * without

@@ -6,11 +6,12 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.errors import TrialError
-from cdp_ident.trial.balance import Motion, motion_on_grid
+from cdp_ident.trial.balance import motion_on_grid
 from cdp_ident.trial.cleaning import Piece, clean, cut_at_gaps
 from cdp_ident.trial.joints import Samples, in_radians, model_angles
 from cdp_ident.trial.options import TrialOptions
 from cdp_ident.trial.scales import Scales
+from cdp_ident.trial.weak_form import Motion
 from cdp_ident.trial.wording import KEYS, Wording
 from cdp_ident.trial.zero_input import moving_windows
 
@@ -45,7 +46,7 @@ def recorded_motion(samples: Samples, options: TrialOptions, wording: Wording = 
             f"{len(taken.stamps)} samples over {length:.2f} s hold no stretch of {shortest:.3g} s with {rules}; "
             f"{'; '.join(notes) or 'the recording is too short'}"
         )
-    motions = tuple(motion_on_grid(piece.time, piece.angles, piece.cart, scales) for piece in pieces)
+    motions = tuple(motion_on_grid(piece.time, piece.angles, piece.cart, scales, piece.torques) for piece in pieces)
     return pieces, motions, tuple(moving_windows(motion, options) for motion in motions), notes
 
 

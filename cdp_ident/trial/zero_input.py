@@ -9,10 +9,11 @@ import numpy.typing as npt
 from scipy.ndimage import binary_closing, binary_dilation, maximum_filter1d, minimum_filter1d
 
 from cdp_ident.errors import NoFreeMotionError
-from cdp_ident.trial.balance import WINDOW, Motion, torques
+from cdp_ident.trial.balance import torques
 from cdp_ident.trial.meaning import Balance
 from cdp_ident.trial.options import TrialOptions
 from cdp_ident.trial.scales import PER_UNIT
+from cdp_ident.trial.weak_form import WINDOW, Motion
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
