@@ -11,15 +11,14 @@ from itertools import islice
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array
 from cdp_ident.bag.csv_format import DELIMITERS, Format, cells_of, number_of
 from cdp_ident.bag.csv_titles import Title, is_unit, titles_of_echo
 from cdp_ident.errors import BagError
 from cdp_ident.outside_text import shown
 from cdp_ident.regular_file import read_regular
 
-Array = npt.NDArray[np.float64]
 Line = tuple[int, str]
 """Number of a line, counted from 1, and its text."""
 

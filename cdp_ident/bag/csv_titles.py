@@ -5,7 +5,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
+
+from cdp_ident.arrays import Array
 
 _UNITS = {
     "d": ("day", "days"),
@@ -160,7 +161,7 @@ def seconds_and_nanoseconds(titles: Sequence[Title]) -> tuple[int, int] | None:
     return None
 
 
-def titles_of_echo(values: npt.NDArray[np.float64], words: Mapping[int, tuple[int, str]]) -> tuple[Title, ...]:
+def titles_of_echo(values: Array, words: Mapping[int, tuple[int, str]]) -> tuple[Title, ...]:
     """Return the titles of what `ros2 topic echo --csv` writes of joint states, and none of another table.
 
     Args:

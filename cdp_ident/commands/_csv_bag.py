@@ -5,8 +5,8 @@ import hashlib
 import shlex
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array
 from cdp_ident.bag.csv_file import Table, read_table
 from cdp_ident.bag.joint_state import MESSAGE_TYPE, serialize_joint_state
 from cdp_ident.bag.writer import BagWriter
@@ -18,8 +18,6 @@ from cdp_ident.outside_text import shown, utf_8
 from cdp_ident.trial.find import find_trial
 from cdp_ident.trial.joints import model_angles
 from cdp_ident.trial.order import elapsed
-
-Array = npt.NDArray[np.float64]
 
 _TAKEN_FOR_GRANTED = {"zero": "upright", "outer_angle": "relative", "inner_sign": 1, "outer_sign": 1}
 

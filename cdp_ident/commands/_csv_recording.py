@@ -4,8 +4,8 @@ import argparse
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array, Mask
 from cdp_ident.bag.csv_file import Table
 from cdp_ident.bag.csv_titles import CART, INNER, OUTER, POINTS, may_be_angles, roles, torques
 from cdp_ident.bag.joint_recording import JointRecording
@@ -17,9 +17,6 @@ from cdp_ident.trial.gravity import in_right_ranges
 from cdp_ident.trial.joints import Samples, in_radians, select_joints
 from cdp_ident.trial.options import TrialOptions, Unit
 from cdp_ident.trial.units import found_units
-
-Array = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
 
 _FEWEST_DEGREES, _MOST_RADIANS = 7.0, 20.0
 """Angles that state no unit are radians if they vary by less, and degrees by more if the motion does not tell."""

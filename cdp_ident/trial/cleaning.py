@@ -3,15 +3,12 @@
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array, Mask
 from cdp_ident.trial.joints import Samples
 from cdp_ident.trial.order import elapsed, in_order
 from cdp_ident.trial.outliers import TURN, outliers
 from cdp_ident.trial.sample_times import evened
-
-Array = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True)

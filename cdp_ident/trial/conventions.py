@@ -11,8 +11,8 @@ from dataclasses import replace
 from typing import get_args
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Mask
 from cdp_ident.errors import OtherMotionError, TrialError
 from cdp_ident.trial.encoder_scale import best_scale
 from cdp_ident.trial.lumped import Lumped
@@ -21,8 +21,6 @@ from cdp_ident.trial.options import OuterAngle, TrialOptions, Zero
 from cdp_ident.trial.other_motions import may_be_rods, still_joint, uncoupled
 from cdp_ident.trial.weak_form import Motion
 from cdp_ident.trial.wording import KEYS, Wording
-
-Mask = npt.NDArray[np.bool_]
 
 _LOOKED_AT = 0.005
 """Unexplained share from which it is looked whether readings are two or four times the angles."""

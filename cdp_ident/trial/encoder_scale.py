@@ -8,15 +8,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 from scipy.optimize import minimize_scalar
 
+from cdp_ident.arrays import Mask
 from cdp_ident.trial.lumped import Lumped
 from cdp_ident.trial.meaning import balance_of
 from cdp_ident.trial.options import TrialOptions
 from cdp_ident.trial.weak_form import Motion
 
-Mask = npt.NDArray[np.bool_]
 Joints = tuple[str, ...]
 """The joints whose readings have the same factor."""
 Misfit = Callable[[Joints, float], float]

@@ -8,13 +8,10 @@ from joint to tip is, too, and both show which markers are off their joints (`ma
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array, Mask
 from cdp_ident.errors import TrialError
 from cdp_ident.trial.marker_offsets import without_offsets
-
-Array = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
 
 _TOLERANCE = 0.03
 """How far a distance may be off at least, as a share of it: a lens that distorts, a tracker's noise."""

@@ -3,8 +3,8 @@
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array
 from cdp_ident.errors import TrialError
 from cdp_ident.trial.balance import joined
 from cdp_ident.trial.joints import Samples, in_radians, model_angles
@@ -12,8 +12,6 @@ from cdp_ident.trial.lumped import gravity_directions
 from cdp_ident.trial.meaning import balance_of
 from cdp_ident.trial.options import TrialOptions
 from cdp_ident.trial.recorded_motion import recorded_motion
-
-Array = npt.NDArray[np.float64]
 
 
 def gravity_of(samples: Samples, options: TrialOptions) -> Array | None:

@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array, Indices, Mask
 from cdp_ident.bag.joint_recording import JointRecording
 from cdp_ident.errors import TrialError
 from cdp_ident.trial.common_time import at_common_times
@@ -13,10 +13,6 @@ from cdp_ident.trial.order import elapsed, in_order
 from cdp_ident.trial.outliers import outlier_words, outliers
 from cdp_ident.trial.publishers import still_publisher
 from cdp_ident.trial.readings import continuous, new_readings
-
-Array = npt.NDArray[np.float64]
-Indices = npt.NDArray[np.int64]
-Mask = npt.NDArray[np.bool_]
 
 _BELIEVED = 1e6
 """Largest position [rad or m] that is accepted as a measurement."""

@@ -9,10 +9,8 @@ beside the joint with the angle between the rods.
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
+from cdp_ident.arrays import Array, Mask
 
 _BLOCKS = 20
 """In so many parts of the film the offsets' standard deviations are found, each left out in turn (jackknife)."""

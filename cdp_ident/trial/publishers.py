@@ -1,12 +1,9 @@
 """Two publishers on one topic: samples go to and fro between two motions."""
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array, Mask
 from cdp_ident.errors import TrialError
-
-Array = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
 
 _FEWEST = 10
 """Turns of a second publisher before it is one."""

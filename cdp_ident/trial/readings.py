@@ -1,12 +1,9 @@
 """What one joint's readings are before they are angles: repeated, or wrapped at the limits of a counter."""
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array, Mask
 from cdp_ident.trial.differences import encoder_step
-
-Array = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
 
 _FAST = 3.5
 """Steps of the encoder in a change of readings that is motion, in which none is repeated by rounding."""

@@ -3,8 +3,8 @@
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Mask
 from cdp_ident.errors import TrialError
 from cdp_ident.trial.balance import motion_on_grid
 from cdp_ident.trial.cleaning import Piece, clean, cut_at_gaps
@@ -15,7 +15,6 @@ from cdp_ident.trial.weak_form import Motion
 from cdp_ident.trial.wording import KEYS, Wording
 from cdp_ident.trial.zero_input import moving_windows
 
-Mask = npt.NDArray[np.bool_]
 Recorded = tuple[list[Piece], tuple[Motion, ...], tuple[Mask, ...], list[str]]
 
 _FEWEST_SAMPLES = 4

@@ -8,11 +8,9 @@ resolve.
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array
 from cdp_ident.trial.spectrum import power_spectrum
-
-Array = npt.NDArray[np.float64]
 
 PER_UNIT = 20
 """Points of the grid on which motion is looked at, in one unit of its time scale."""

@@ -1,9 +1,8 @@
 """How the power of signals is shared out among frequencies."""
 
 import numpy as np
-import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from cdp_ident.arrays import Array
 
 
 def power_spectrum(signals: Array, rate: float, segment: int) -> tuple[Array, Array]:

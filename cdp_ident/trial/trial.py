@@ -6,13 +6,11 @@ from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 from scipy.interpolate import make_smoothing_spline
 
+from cdp_ident.arrays import Array, Indices
 from cdp_ident.bag.diagnostics import ClockRate
 from cdp_ident.model.weights import Weight
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -62,7 +60,7 @@ class Trial:
             return None
         return np.asarray(make_smoothing_spline(self.time, self.cart).derivative(2)(self.time))
 
-    def of_samples(self, chosen: slice | npt.NDArray[np.int64]) -> "Trial":
+    def of_samples(self, chosen: slice | Indices) -> "Trial":
         """Return it with some of the samples, at the times that they have."""
         cart, torques = (None if of is None else of[chosen] for of in (self.cart, self.torques))
         return replace(self, time=self.time[chosen], theta=self.theta[chosen], cart=cart, torques=torques)

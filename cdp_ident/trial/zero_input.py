@@ -5,18 +5,15 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 from scipy.ndimage import binary_closing, binary_dilation, maximum_filter1d, minimum_filter1d
 
+from cdp_ident.arrays import Array, Mask
 from cdp_ident.errors import NoFreeMotionError
 from cdp_ident.trial.balance import torques
 from cdp_ident.trial.meaning import Balance
 from cdp_ident.trial.options import TrialOptions
 from cdp_ident.trial.scales import PER_UNIT
 from cdp_ident.trial.weak_form import WINDOW, Motion
-
-Array = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
 
 _REST_WINDOW = 8 * PER_UNIT
 _BURIED = 4.0
