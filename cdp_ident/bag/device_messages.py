@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from cdp_ident.arrays import Mask, Times
+from cdp_ident.arrays import Mask, Rows, Times
 from cdp_ident.bag import diagnostics, time_reference
 from cdp_ident.bag.diagnostics import ClockRate, read_statuses
 from cdp_ident.bag.limits import plain_message
@@ -18,7 +18,7 @@ _LEAST_SHARE = 0.9
 
 
 @dataclass(frozen=True)
-class DeviceTime:
+class DeviceTime(Rows):
     """The device's own time of the samples of a recording."""
 
     times: Times

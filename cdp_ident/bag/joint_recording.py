@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from cdp_ident.arrays import Array, Indices, Mask
+from cdp_ident.arrays import Array, Rows, Times
 from cdp_ident.bag.device_messages import DeviceMessages, DeviceTime
 from cdp_ident.bag.joint_state import HEAD_OFFSET, NANOSECONDS, STAMP_OFFSET, Layout, parse_layout
 from cdp_ident.bag.limits import plain_message
@@ -31,7 +31,7 @@ _MOST_LAYOUTS = 1 << 14
 
 
 @dataclass(frozen=True)
-class JointRecording:
+class JointRecording(Rows):
     """The joint positions that a bag holds on one topic, in the order of their receipt."""
 
     name: str
@@ -39,7 +39,7 @@ class JointRecording:
     topic: str
     joints: tuple[str, ...]
     """Every joint that is named in any message."""
-    stamps: Indices
+    stamps: Times
     """(n,) of the messages' headers [ns since the epoch]; 0 where a message has none."""
     positions: Array
     """(n, joints) positions as recorded [rad or m]; NaN where a message does not name the joint."""
@@ -49,16 +49,8 @@ class JointRecording:
     """The device's own time of the samples, where the bag has it."""
     efforts: Array | None = None
     """(n, joints) efforts as recorded [N m or N], NaN where a message has none; None where no message has any."""
-    receipts: Indices | None = None
+    receipts: Times | None = None
     """(n,) times of receipt, ascending [ns since the epoch]; None where nothing was received."""
-
-    def __getitem__(self, chosen: Mask | Indices) -> JointRecording:
-        """Return some of the samples."""
-        efforts = None if self.efforts is None else self.efforts[chosen]
-        receipts = None if self.receipts is None else self.receipts[chosen]
-        stamps, positions = self.stamps[chosen], self.positions[chosen]
-        device = self.device and replace(self.device, times=self.device.times[chosen])
-        return replace(self, stamps=stamps, positions=positions, efforts=efforts, receipts=receipts, device=device)
 
 
 @dataclass

@@ -109,9 +109,10 @@ def _found(
             f"from free motion: record a longer swing, or take the part without the hand by {wording.name('start')} "
             f"and {wording.name('stop')}"
         )
-    trial = _joined(pieces, taken, options)
+    trial = joined([_stretch(pieces[part.motion], part, options) for part in taken])
     trial = trial if options.input == "joints" else replace(trial, torques=None)
-    return Found(replace(trial, notes=(*notes, *trial.notes, *warnings, *cuts, *impulses)), tuple(warnings), balance)
+    left_out = [outlier_words(trial.outliers, len(trial.time))] if trial.outliers else []
+    return Found(replace(trial, notes=(*notes, *left_out, *warnings, *cuts, *impulses)), tuple(warnings), balance)
 
 
 def _driver(motions: Sequence[Motion], by_motors: Sequence[Mask], options: TrialOptions) -> Input:
@@ -121,12 +122,6 @@ def _driver(motions: Sequence[Motion], by_motors: Sequence[Mask], options: Trial
     shares: dict[Input, float] = {"joints": np.mean(np.concatenate(by_motors)[moves]), "cart": np.mean(by_cart[moves])}
     most = max(shares, key=lambda name: shares[name])
     return most if shares[most] > _MOSTLY else "none"
-
-
-def _joined(pieces: Sequence[Piece], taken: Sequence[Part], options: TrialOptions) -> Trial:
-    """Return a trial of some parts, whose notes tell of samples that were left out of it."""
-    trial = joined([_stretch(pieces[part.motion], part, options) for part in taken])
-    return replace(trial, notes=(outlier_words(trial.outliers, len(trial.time)),)) if trial.outliers else trial
 
 
 def _refuse_reversed(gains: Array, options: TrialOptions) -> None:
@@ -145,19 +140,15 @@ def _begins_hanging(motion: Motion, options: TrialOptions) -> bool:
     return bool(np.max(away[: PER_UNIT // 2]) < _HANGING * np.max(away))
 
 
-def _of_part(piece: Piece, part: Part, values: Array) -> Array:
-    """Return the values (n, …) that were measured in a part."""
-    return np.asarray(values[(piece.time >= part.start) & (piece.time <= part.stop)])
-
-
 def _stretch(piece: Piece, part: Part, options: TrialOptions) -> Trial:
-    time, signs = _of_part(piece, part, piece.time), np.array([options.inner_sign, options.outer_sign])
+    taken = piece[(piece.time >= part.start) & (piece.time <= part.stop)]
+    first, last = taken.time[[0, -1]].tolist()
     return Trial(
         name="",
-        time=time - time[0],
-        theta=model_angles(_of_part(piece, part, piece.angles), options),
-        cart=None if piece.cart is None else options.cart_sign * _of_part(piece, part, piece.cart),
-        start=float(time[0]),
-        torques=None if piece.torques is None else signs * _of_part(piece, part, piece.torques),
-        outliers=tuple(at for at in piece.outliers.tolist() if time[0] <= at <= time[-1]),
+        time=taken.time - first,
+        theta=model_angles(taken.angles, options),
+        cart=None if taken.cart is None else options.cart_sign * taken.cart,
+        start=first,
+        torques=None if taken.torques is None else taken.torques * [options.inner_sign, options.outer_sign],
+        outliers=tuple(at for at in taken.outliers if first <= at <= last),
     )

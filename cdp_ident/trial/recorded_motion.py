@@ -32,7 +32,7 @@ def recorded_motion(samples: Samples, options: TrialOptions, wording: Wording = 
         limits = {name: at for name in ("start", "stop") if np.isfinite(at := getattr(options, name))}
         asked = " and ".join(wording.setting(name, f"{at} s") for name, at in limits.items())
         raise TrialError(f"no sample lies within {asked}: the recording has {clean(samples).time[-1]:.2f} s")
-    taken, time = cleaned.measurements, cleaned.time[~cleaned.outlier]
+    taken, time = cleaned.samples[~cleaned.outlier], cleaned.time[~cleaned.outlier]
     scales = Scales.of(time - time[0], model_angles(taken.angles, options))
     longest_gap, shortest = options.longest_gap or scales.longest_gap, options.shortest or scales.shortest
     pieces, gaps = cut_at_gaps(cleaned, longest_gap)

@@ -5,7 +5,15 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from scipy.ndimage import binary_closing, binary_dilation, maximum_filter1d, minimum_filter1d
+from scipy.ndimage import (
+    binary_closing,
+    binary_dilation,
+    binary_propagation,
+    find_objects,
+    label,
+    maximum_filter1d,
+    minimum_filter1d,
+)  # fmt: skip
 
 from cdp_ident.arrays import Array, Mask
 from cdp_ident.errors import NoFreeMotionError
@@ -182,22 +190,13 @@ def _lasting(flags: Mask) -> tuple[Mask, list[int]]:
     the ends of a motion everything counts as lasting: there the two cannot be distinguished; and so does an impulse
     shortly before or after a lasting torque, with what is between: that is how a hand catches and lets go.
     """
-    runs = np.split(np.arange(len(flags)), np.flatnonzero(np.diff(flags)) + 1)
-    runs = [run for run in runs if len(run) and flags[run[0]]]
-    lasting: Mask = np.zeros(len(flags), dtype=bool)
+    runs = [run for (run,) in find_objects(label(flags)[0])]
+    lasts: Mask = np.zeros(len(flags), dtype=bool)
     for run in runs:
-        if run[0] == 0 or run[-1] == len(flags) - 1 or len(run) > WINDOW + _INSTANT:
-            lasting[run] = True
-    while True:
-        near = [
-            run for run in runs if not lasting[run[0]] and np.any(lasting[max(0, run[0] - _NEAR) : run[-1] + _NEAR])
-        ]
-        if not near:
-            break
-        for run in near:
-            lasting[run] = True
-        lasting = np.asarray(binary_closing(np.pad(lasting, _NEAR), np.ones(_NEAR))[_NEAR:-_NEAR])
-    return lasting, [int(run[len(run) // 2]) for run in runs if not lasting[run[0]]]
+        lasts[run] = run.start == 0 or run.stop == len(flags) or run.stop - run.start > WINDOW + _INSTANT
+    near = binary_closing(np.pad(flags, _NEAR), np.ones(_NEAR))[_NEAR:-_NEAR]
+    lasting = np.asarray(binary_propagation(lasts, mask=near | flags))
+    return lasting, [(run.start + run.stop) // 2 for run in runs if not lasting[run.start]]
 
 
 def _covered(flags: Mask, width: int) -> Mask:
