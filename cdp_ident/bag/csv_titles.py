@@ -54,7 +54,7 @@ _SAYS_ANGLE = re.compile("angle|ang|winkel|theta|th|phi|psi|alpha|beta|gamma|q|Î
 _NO_ANGLE = re.compile(
     "name|packet|seq.*|id|idx|index|line|pwm|duty|volt.*|current|amp.*|torque|tau|effort|force|moment|nm|power|temp.*|vel.*|"
     "speed|omega|dot|d?theta.*dot|rate|acc.*|gyro.*|jerk|[xyz]|p[xyz]|sim.*|model.*|pred.*|ref.*|target|set.*|cmd|"
-    "command.*|des.*|goal|err.*|residual.*|status|state|flag|mode|gain|dist.*|height|sec|nanosec|stamp.*|time.*"
+    "command.*|des.*|goal|fit|fitted|err.*|residual.*|status|state|flag|mode|gain|dist.*|height|sec|nanosec|stamp.*|time.*"
 )
 """Words in the titles of columns that are not a rod's measured angle."""
 _MARKERS = {

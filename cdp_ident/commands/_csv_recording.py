@@ -218,9 +218,9 @@ def _with_units(samples: Samples, meaning: TrialOptions) -> tuple[TrialOptions, 
     size = float(np.ptp(samples.angles, axis=0).max())
     if size < _FEWEST_DEGREES:
         return meaning, "not stated: a swing in degrees is wider"
-    found, fit, _ = found_units(samples, meaning)
-    if fit and fit.unexplained < _TELLS:
-        how = f"not stated: {fit.unexplained:.1%} of the motion is unexplained in it"
-        return replace(meaning, inner_unit=found.inner_unit, outer_unit=found.outer_unit), how
+    found, _ = found_units(samples, meaning)
+    if found and found.lumped.unexplained < _TELLS:
+        how = f"not stated: {found.lumped.unexplained:.1%} of the motion is unexplained in it"
+        return replace(meaning, inner_unit=found.meaning.inner_unit, outer_unit=found.meaning.outer_unit), how
     unit: Unit = "degrees" if size > _MOST_RADIANS else "radians"
     return replace(meaning, inner_unit=unit, outer_unit=unit), "not stated: by their size"

@@ -5,6 +5,7 @@ measured acceleration acts. A joint that stands still is held by any friction. W
 numbers of the other windows, a hand acted on the rods, or the angles have another meaning than assumed.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -43,7 +44,7 @@ class Windows(Rows):
         return len(self.target)
 
 
-def joined(parts: list[Windows]) -> Windows:
+def joined(parts: Sequence[Windows]) -> Windows:
     """Return the windows of several motions as one."""
     return Windows(*(np.concatenate([getattr(part, name) for part in parts]) for name in Windows.__dataclass_fields__))
 

@@ -11,11 +11,11 @@ from cdp_ident.model.effects.effect import JOINTS
 from cdp_ident.trial.cleaning import Piece
 from cdp_ident.trial.conventions import check_conventions
 from cdp_ident.trial.joints import Samples, model_angles
-from cdp_ident.trial.meaning import Balance
+from cdp_ident.trial.meaning import Balance, Recorded
 from cdp_ident.trial.options import Input, TrialOptions
 from cdp_ident.trial.other_motions import driven
 from cdp_ident.trial.outliers import outlier_words
-from cdp_ident.trial.recorded_motion import Recorded, recorded_motion
+from cdp_ident.trial.recorded_motion import recorded_motion
 from cdp_ident.trial.scales import PER_UNIT
 from cdp_ident.trial.trial import Trial, joined
 from cdp_ident.trial.units import degrees_found
@@ -56,51 +56,44 @@ def find_trial(samples: Samples, options: TrialOptions, wording: Wording = KEYS)
     if in_degrees and options.conventions == "refuse":
         raise TrialError(f"{in_degrees}; {wording.insist}")
     recorded = recorded_motion(samples, options, wording)
-    by_motors, gains = driven(*recorded[1:3], options)
+    if in_degrees:
+        recorded = replace(recorded, notes=(*recorded.notes, in_degrees))
+    by_motors, gains = driven(recorded, options)
     if options.input != "auto":
-        return _found(recorded, by_motors, gains, options, wording, in_degrees)
+        return _found(recorded, by_motors, gains, options, wording)
     try:
-        return _found(recorded, by_motors, gains, replace(options, input="none"), wording, in_degrees)
+        return _found(recorded, by_motors, gains, replace(options, input="none"), wording)
     except NoFreeMotionError:
-        if (driver := _driver(recorded[1], by_motors, options)) == "none":
+        if (driver := _driver(recorded.motions, by_motors, options)) == "none":
             raise
-        return _found(recorded, by_motors, gains, replace(options, input=driver), wording, in_degrees)
+        return _found(recorded, by_motors, gains, replace(options, input=driver), wording)
 
 
 def _found(
-    recorded: Recorded,
-    by_motors: Sequence[Mask],
-    gains: Array,
-    options: TrialOptions,
-    wording: Wording,
-    in_degrees: str,
+    recorded: Recorded, by_motors: Sequence[Mask], gains: Array, options: TrialOptions, wording: Wording
 ) -> Found:
     """Find a motion with a given input.
 
     Args:
-        recorded: see `recorded_motion`.
+        recorded: the motion of the recorded joints.
         by_motors: at which grid points (m,) of each motion motors drive the joints.
         gains: (2,) of their torques.
         options: what the angles mean, and the input.
         wording: how the user writes options.
-        in_degrees: that readings are in degrees, in words, or nothing.
     """
-    pieces, motions, moving, notes = recorded
+    motions, moving, said = recorded.motions, recorded.moving, []
     if options.input == "joints":
-        if any(motion.torques is None for motion in motions):
-            raise TrialError("input is joints, but neither joint has an effort of a motor, or all are 0")
-        _refuse_reversed(gains, options)
+        _refuse_unusable(motions, gains, options)
         by_motors = [np.zeros(len(motion.time), dtype=bool) for motion in motions]
-        notes = [*notes, "motors drive the joints: their efforts are known torques [N m]"]
+        said = ["motors drive the joints: their efforts are known torques [N m]"]
     if options.input == "cart":
         options = replace(options, cart_limit=np.finfo(float).max)
         moving = tuple(moving_windows(motion, options) for motion in motions)
-        notes = [*notes, "the cart is driven: its measured acceleration is a known input"]
+        said = ["the cart is driven: its measured acceleration is a known input"]
     moving = tuple(
         mask & ~covering(flags, WINDOW) if len(mask) else mask for mask, flags in zip(moving, by_motors, strict=True)
     )
-    balance, warnings = check_conventions(motions, moving, options, wording)
-    warnings = [in_degrees, *warnings] if in_degrees else warnings
+    balance, warnings = check_conventions(replace(recorded, moving=moving), options, wording)
     parts, impulses = find_parts(motions, balance, by_motors, options)
     taken, cuts = choose_parts(parts, options.shortest or motions[0].scales.shortest)
     if balance is None and _begins_hanging(motions[taken[0].motion], options):
@@ -109,23 +102,26 @@ def _found(
             f"from free motion: record a longer swing, or take the part without the hand by {wording.name('start')} "
             f"and {wording.name('stop')}"
         )
-    trial = joined([_stretch(pieces[part.motion], part, options) for part in taken])
-    trial = trial if options.input == "joints" else replace(trial, torques=None)
+    trial = joined([_stretch(recorded.pieces[part.motion], part, options) for part in taken])
     left_out = [outlier_words(trial.outliers, len(trial.time))] if trial.outliers else []
-    return Found(replace(trial, notes=(*notes, *left_out, *warnings, *cuts, *impulses)), tuple(warnings), balance)
+    notes = (*recorded.notes, *said, *left_out, *warnings, *cuts, *impulses)
+    return Found(replace(trial, notes=notes), tuple(warnings), balance)
 
 
 def _driver(motions: Sequence[Motion], by_motors: Sequence[Mask], options: TrialOptions) -> Input:
     """Return what drives most of the motion: the measured cart, motors in the joints, or nothing."""
     moves = ~np.concatenate([at_rest(motion, options.rest_amplitude) for motion in motions])
-    by_cart = np.concatenate([cart_driven(motion, options.cart_limit) for motion in motions])
-    shares: dict[Input, float] = {"joints": np.mean(np.concatenate(by_motors)[moves]), "cart": np.mean(by_cart[moves])}
-    most = max(shares, key=lambda name: shares[name])
-    return most if shares[most] > _MOSTLY else "none"
+    by_cart = [cart_driven(motion, options.cart_limit) for motion in motions]
+    drivers: dict[Input, Sequence[Mask]] = {"joints": by_motors, "cart": by_cart}
+    lasts = {name: np.count_nonzero(np.concatenate(where)[moves]) for name, where in drivers.items()}
+    most = max(lasts, key=lambda name: lasts[name])
+    return most if lasts[most] > _MOSTLY * np.count_nonzero(moves) else "none"
 
 
-def _refuse_reversed(gains: Array, options: TrialOptions) -> None:
-    """Raise TrialError where a motor's recorded torque acts the other way."""
+def _refuse_unusable(motions: Sequence[Motion], gains: Array, options: TrialOptions) -> None:
+    """Raise TrialError where no motor's torque is recorded, or one acts the other way."""
+    if any(motion.torques is None for motion in motions):
+        raise TrialError("input is joints, but neither joint has an effort of a motor, or all are 0")
     for joint, gain in zip(JOINTS, gains * [options.inner_sign, options.outer_sign], strict=True):
         if gain < 0.0:
             raise TrialError(
@@ -142,13 +138,13 @@ def _begins_hanging(motion: Motion, options: TrialOptions) -> bool:
 
 def _stretch(piece: Piece, part: Part, options: TrialOptions) -> Trial:
     taken = piece[(piece.time >= part.start) & (piece.time <= part.stop)]
-    first, last = taken.time[[0, -1]].tolist()
+    (first, last), signs = taken.time[[0, -1]].tolist(), [options.inner_sign, options.outer_sign]
     return Trial(
         name="",
         time=taken.time - first,
         theta=model_angles(taken.angles, options),
         cart=None if taken.cart is None else options.cart_sign * taken.cart,
         start=first,
-        torques=None if taken.torques is None else taken.torques * [options.inner_sign, options.outer_sign],
+        torques=taken.torques * signs if taken.torques is not None and options.input == "joints" else None,
         outliers=tuple(at for at in taken.outliers if first <= at <= last),
     )

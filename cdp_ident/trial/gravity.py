@@ -19,9 +19,9 @@ def gravity_of(samples: Samples, options: TrialOptions) -> Array | None:
 
     Raises TrialError where no stretch of samples is long enough.
     """
-    _, motions, moving, _ = recorded_motion(samples, options)
-    balance = balance_of(motions, moving, options)
-    return gravity_directions(joined(list(balance.windows)), np.concatenate(moving)) if balance else None
+    recorded = recorded_motion(samples, options)
+    balance = balance_of(recorded, options)
+    return gravity_directions(joined(balance.windows), np.concatenate(recorded.moving)) if balance else None
 
 
 def in_right_ranges(samples: Samples, options: TrialOptions) -> Samples:

@@ -4,28 +4,22 @@ from dataclasses import replace
 
 import numpy as np
 
-from cdp_ident.arrays import Mask
 from cdp_ident.errors import TrialError
 from cdp_ident.trial.balance import motion_on_grid
 from cdp_ident.trial.cleaning import Piece, clean, cut_at_gaps
 from cdp_ident.trial.joints import Samples, in_radians, model_angles
+from cdp_ident.trial.meaning import Recorded
 from cdp_ident.trial.options import TrialOptions
 from cdp_ident.trial.scales import Scales
-from cdp_ident.trial.weak_form import Motion
 from cdp_ident.trial.wording import KEYS, Wording
 from cdp_ident.trial.zero_input import moving_windows
-
-Recorded = tuple[list[Piece], tuple[Motion, ...], tuple[Mask, ...], list[str]]
 
 _FEWEST_SAMPLES = 4
 """Samples in one unit of the motion's time scale below which its velocities cannot be estimated."""
 
 
 def recorded_motion(samples: Samples, options: TrialOptions, wording: Wording = KEYS) -> Recorded:
-    """Return the pieces that are long enough, the motion of each, which windows show it, and what was dropped.
-
-    Raises TrialError where no piece is long enough.
-    """
+    """Return the motion in samples. Raises TrialError where no piece of them is long enough."""
     samples = replace(samples, angles=in_radians(samples.angles, options))
     cleaned = clean(samples, options.start, options.stop)
     if not len(cleaned.time):
@@ -46,7 +40,8 @@ def recorded_motion(samples: Samples, options: TrialOptions, wording: Wording = 
             f"{'; '.join(notes) or 'the recording is too short'}"
         )
     motions = tuple(motion_on_grid(piece.time, piece.angles, piece.cart, scales, piece.torques) for piece in pieces)
-    return pieces, motions, tuple(moving_windows(motion, options) for motion in motions), notes
+    moving = tuple(moving_windows(motion, options) for motion in motions)
+    return Recorded(tuple(pieces), motions, moving, tuple(notes))
 
 
 def _is_long_enough(piece: Piece, shortest: float, scales: Scales) -> bool:
