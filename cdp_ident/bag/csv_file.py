@@ -117,16 +117,18 @@ def read_table(path: Path, delimiter: str | None = None, decimal: str | None = N
     values, no_numbers, stray, first = array("d"), dict[int, tuple[int, str]](), list[Line](), 0
     for number, line in _lines(path, text):
         is_comment = line[0] in _COMMENTS
-        cells = form.cells(line)
-        if first and not is_comment and (numbers := form.plain(cells)):
-            values.extend(numbers)
-        elif not first and (is_comment or not form.begins(cells)):
-            before = [*before[1 - _LOOKED_AT :], (number, line)]
-        elif not is_comment and not form.is_data(cells):
-            stray.append((number, line))
-        elif not is_comment:
+        cells = [] if is_comment else form.cells(line)
+        row, others = form.row(cells)
+        if (first or len(cells) == form.width) and not is_comment and (not others or form.is_data(others, not first)):
             first = first or number
-            form.take(cells, number, values, no_numbers)
+            values.extend(row)
+            for place, cell in others.items():
+                if cell:
+                    no_numbers.setdefault(place, (number, cell))
+        elif not first:
+            before = [*before[1 - _LOOKED_AT :], (number, line)]
+        elif not is_comment:
+            stray.append((number, line))
         if len(values) > _MOST_CELLS:
             raise BagError(f"{path} has more than {_MOST_CELLS} numbers: cut the swing out of it")
     if not first:
