@@ -7,7 +7,7 @@ from pathlib import Path
 
 from cdp_ident.command_line import ArgumentParser
 from cdp_ident.errors import OptionError
-from cdp_ident.trial.wording import Wording
+from cdp_ident.trial.options import Wording
 from cdp_ident.user_input import quoted
 
 TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "d": 86400.0}

@@ -13,9 +13,8 @@ import numpy as np
 from cdp_ident.errors import OtherMotionError, TrialError
 from cdp_ident.trial.encoder_scale import best_scale
 from cdp_ident.trial.meaning import EVIDENT, GOOD, MUCH_BETTER, Balance, Recorded, balance_of, best_of, outer_meanings
-from cdp_ident.trial.options import TrialOptions, Zero
+from cdp_ident.trial.options import KEYS, TrialOptions, Wording, Zero
 from cdp_ident.trial.other_motions import may_be_rods, still_joint, uncoupled
-from cdp_ident.trial.wording import KEYS, Wording
 
 _LOOKED_AT = 0.005
 """Unexplained share from which it is looked whether readings are two or four times the angles."""

@@ -12,7 +12,7 @@ from cdp_ident.trial.cleaning import Piece
 from cdp_ident.trial.conventions import check_conventions
 from cdp_ident.trial.joints import Samples, model_angles
 from cdp_ident.trial.meaning import Balance, Recorded
-from cdp_ident.trial.options import Input, TrialOptions
+from cdp_ident.trial.options import KEYS, Input, TrialOptions, Wording
 from cdp_ident.trial.other_motions import driven
 from cdp_ident.trial.outliers import outlier_words
 from cdp_ident.trial.recorded_motion import recorded_motion
@@ -20,7 +20,6 @@ from cdp_ident.trial.scales import PER_UNIT
 from cdp_ident.trial.trial import Trial, joined
 from cdp_ident.trial.units import degrees_found
 from cdp_ident.trial.weak_form import WINDOW, Motion
-from cdp_ident.trial.wording import KEYS, Wording
 from cdp_ident.trial.zero_input import Part, at_rest, cart_driven, choose_parts, covering, find_parts, moving_windows
 
 _MOSTLY = 0.5

@@ -11,8 +11,7 @@ from cdp_ident.trial.common_time import at_common_times
 from cdp_ident.trial.options import TrialOptions
 from cdp_ident.trial.order import elapsed, in_order
 from cdp_ident.trial.outliers import outlier_words, outliers
-from cdp_ident.trial.publishers import still_publisher
-from cdp_ident.trial.readings import continuous, new_readings
+from cdp_ident.trial.readings import continuous, new_readings, still_publisher
 
 _BELIEVED = 1e6
 """Largest position [rad or m] that is accepted as a measurement."""

@@ -9,9 +9,8 @@ from cdp_ident.trial.balance import motion_on_grid
 from cdp_ident.trial.cleaning import Piece, clean, cut_at_gaps
 from cdp_ident.trial.joints import Samples, in_radians, model_angles
 from cdp_ident.trial.meaning import Recorded
-from cdp_ident.trial.options import TrialOptions
+from cdp_ident.trial.options import KEYS, TrialOptions, Wording
 from cdp_ident.trial.scales import Scales
-from cdp_ident.trial.wording import KEYS, Wording
 from cdp_ident.trial.zero_input import moving_windows
 
 _FEWEST_SAMPLES = 4

@@ -9,9 +9,8 @@ from cdp_ident.errors import TrialError
 from cdp_ident.trial.conventions import instead
 from cdp_ident.trial.joints import Samples, in_radians
 from cdp_ident.trial.meaning import EVIDENT, GOOD, MUCH_BETTER, Balance, best_of, outer_meanings
-from cdp_ident.trial.options import TrialOptions, Unit
+from cdp_ident.trial.options import KEYS, TrialOptions, Unit
 from cdp_ident.trial.recorded_motion import recorded_motion
-from cdp_ident.trial.wording import KEYS
 
 _WIDE = 4.0 * np.pi
 """Readings that change by less are no swing in degrees."""
