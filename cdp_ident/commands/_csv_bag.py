@@ -10,7 +10,6 @@ from cdp_ident.arrays import Array
 from cdp_ident.bag.csv_file import Table, read_table
 from cdp_ident.bag.joint_state import MESSAGE_TYPE, serialize_joint_state
 from cdp_ident.bag.writer import BagWriter
-from cdp_ident.commands._csv_arguments import AS_TYPED
 from cdp_ident.commands._csv_recording import Recording, recording_of
 from cdp_ident.errors import BagError, OtherMotionError, TrialError
 from cdp_ident.model.parameters import NOMINAL
@@ -32,7 +31,9 @@ def make_bag(options: argparse.Namespace, arguments: list[str]) -> None:
     recording = recording_of(table, options)
     print(f"{shown(options.csv)}: {table.format}", *recording.columns, sep="\n  ")
     granted = [
-        AS_TYPED.setting(name, value) for name, value in _TAKEN_FOR_GRANTED.items() if getattr(options, name) is None
+        recording.meaning.setting(name, value)
+        for name, value in _TAKEN_FOR_GRANTED.items()
+        if getattr(options, name) is None
     ]
     if granted and not recording.on_film:
         print(f"assumed: {', '.join(granted)}")
@@ -54,7 +55,7 @@ def _checked(table: Table, recording: Recording, options: argparse.Namespace) ->
     try:
         if recording.on_film:
             check_film(samples, recording.meaning)
-        found = find_trial(samples, recording.meaning, AS_TYPED)
+        found = find_trial(samples, recording.meaning)
     except TrialError as error:
         if not options.anyway:
             there = f"; columns: {table.columns}" if isinstance(error, OtherMotionError) else ""

@@ -13,7 +13,7 @@ import numpy as np
 from cdp_ident.errors import OtherMotionError, TrialError
 from cdp_ident.trial.encoder_scale import best_scale
 from cdp_ident.trial.meaning import EVIDENT, GOOD, MUCH_BETTER, Balance, Recorded, balance_of, best_of, outer_meanings
-from cdp_ident.trial.options import KEYS, TrialOptions, Wording, Zero
+from cdp_ident.trial.options import TrialOptions, Zero
 from cdp_ident.trial.other_motions import may_be_rods, still_joint, uncoupled
 
 _LOOKED_AT = 0.005
@@ -34,15 +34,12 @@ _CLEAR = 0.01
 """Least coupling, and least ratio of the rods' gravity terms, that are more than an error of the fit."""
 
 
-def check_conventions(
-    recorded: Recorded, options: TrialOptions, wording: Wording = KEYS
-) -> tuple[Balance | None, list[str]]:
+def check_conventions(recorded: Recorded, options: TrialOptions) -> tuple[Balance | None, list[str]]:
     """Compare what the options say about the angles with the balance of forces.
 
     Args:
         recorded: the motion of the recorded joints.
         options: what the angles are taken to mean.
-        wording: how the user writes options.
 
     Returns:
         The balance under that meaning, or None where there is too little motion for one, and warnings.
@@ -57,17 +54,17 @@ def check_conventions(
         return None, ["there is too little motion to check the joints' conventions or to tell a hand from free motion"]
     fits = outer_meanings(recorded, options)
     best = best_of(fit for fit in fits if fit.meaning != options) or given
-    contradiction = _contradiction(recorded, given, best, wording)
+    contradiction = _contradiction(recorded, given, best)
     looks = "" if contradiction or may_be_rods(given.lumped) else uncoupled(recorded.motions, fits)
     if looks:
         contradiction = f"this is no double pendulum: {looks}"
-    contradiction = contradiction or _impossible(given, wording)
+    contradiction = contradiction or _impossible(given)
     if contradiction and options.conventions == "refuse":
-        raise (OtherMotionError if looks else TrialError)(f"{contradiction}; {wording.insist}")
-    return given, [contradiction] if contradiction else _doubts(given, best, wording)
+        raise (OtherMotionError if looks else TrialError)(f"{contradiction}; {options.insist}")
+    return given, [contradiction] if contradiction else _doubts(given, best)
 
 
-def _contradiction(recorded: Recorded, given: Balance, best: Balance, wording: Wording) -> str:
+def _contradiction(recorded: Recorded, given: Balance, best: Balance) -> str:
     """Say which other meaning of the angles explains the motion; nothing where none does so far better.
 
     `best` is that of the other meanings of the outer angle.
@@ -75,18 +72,18 @@ def _contradiction(recorded: Recorded, given: Balance, best: Balance, wording: W
     options, unexplained = given.meaning, given.lumped.unexplained
     least = min(unexplained, best.lumped.unexplained)
     if least > _LOOKED_AT:
-        from_zero = wording is KEYS and options.zero == "upright" and options.scale_from == "hanging"
+        from_zero = options.all_settable and options.zero == "upright" and options.scale_from == "hanging"
         scaled = best_scale(recorded, options, any_factor=least > GOOD, from_zero=from_zero)
         if scaled and scaled.lumped.unexplained < min(GOOD, MUCH_BETTER * least):
-            return instead(_scaled_words(options, scaled.meaning), options, scaled, given, wording)
+            return instead(_scaled_words(options, scaled.meaning), options, scaled, given)
     most = unexplained * (MUCH_BETTER if given.lumped.turned is not None else 1.0)
     if best is given or unexplained <= GOOD or best.lumped.unexplained >= min(most, EVIDENT):
         return ""
-    said = [wording.setting(name, getattr(options, name)) for name in ("outer_angle", "outer_sign")]
-    return instead(f"the data contradict {' with '.join(said)}", options, best, given, wording)
+    said = [options.setting(name, getattr(options, name)) for name in ("outer_angle", "outer_sign")]
+    return instead(f"the data contradict {' with '.join(said)}", options, best, given)
 
 
-def _impossible(given: Balance, wording: Wording) -> str:
+def _impossible(given: Balance) -> str:
     """Say why no double pendulum moves as the angles say; nothing where one may."""
     lumped = given.lumped
     if lumped.unexplained > EVIDENT:
@@ -94,7 +91,7 @@ def _impossible(given: Balance, wording: Wording) -> str:
             f"the motion is not that of a free double pendulum: {lumped.unexplained:.1%} of the inner rod's "
             "acceleration is explained neither by gravity, coupling and friction nor by another meaning of the "
             "angles: check columns, units and times; if a hand or motors move the rods for long, take the part without "
-            f"them by {wording.name('start')} and {wording.name('stop')}"
+            f"them by {given.meaning.called('start')} and {given.meaning.called('stop')}"
         )
     may_tell = lumped.turned is not None or lumped.unexplained > GOOD
     if lumped.is_mechanism or not (lumped.has_certain_signs and may_tell):
@@ -103,8 +100,8 @@ def _impossible(given: Balance, wording: Wording) -> str:
     evidence = f"gravity terms of the rods {G1:+.1f} and {G2:+.1f} 1/s^2, coupling {A:+.2f}; all must be positive"
     if lumped.turned == "both":
         zero = given.meaning.zero
-        right = wording.setting("zero", _OPPOSITE[zero])
-        return f"the data contradict {wording.setting('zero', zero)} ({evidence}): set {right}"
+        right = given.meaning.setting("zero", _OPPOSITE[zero])
+        return f"the data contradict {given.meaning.setting('zero', zero)} ({evidence}): set {right}"
     is_clear = A < -_CLEAR and min(abs(G1), abs(G2)) > _CLEAR * max(abs(G1), abs(G2), 1.0)
     if is_clear and (G1 < 0) != (G2 < 0):
         joint = "inner" if G1 < 0 else "outer"
@@ -112,7 +109,7 @@ def _impossible(given: Balance, wording: Wording) -> str:
     return f"no double pendulum moves like this ({evidence}): check the joints' names, signs and units"
 
 
-def _doubts(given: Balance, best: Balance, wording: Wording) -> list[str]:
+def _doubts(given: Balance, best: Balance) -> list[str]:
     """Return warnings of a meaning that the motion does not contradict."""
     options, lumped, other = given.meaning, given.lumped, best.lumped
     warnings = []
@@ -121,39 +118,39 @@ def _doubts(given: Balance, best: Balance, wording: Wording) -> list[str]:
             f"{lumped.unexplained:.1%} of the inner rod's acceleration is explained neither by gravity, coupling and "
             "friction nor by noise: a zero, a unit, a time or a marker that is off, or an effect beyond these"
         )
-    outer_angle = wording.setting("outer_angle", options.outer_angle)
+    outer_angle = options.setting("outer_angle", options.outer_angle)
     as_good = other.unexplained < max(lumped.unexplained / MUCH_BETTER, GOOD / 2)
     if not (lumped.is_mechanism and lumped.has_certain_signs):
         warnings.append(
             "the motion is too small, too short or too noisy to tell what the angles mean: make sure that "
-            f"{wording.setting('zero', options.zero)} and {outer_angle} are right"
+            f"{options.setting('zero', options.zero)} and {outer_angle} are right"
         )
     elif best is not given and other.turned in ("", "both") and as_good:
         warnings.append(
             f"the data cannot tell {outer_angle} ({lumped.unexplained:.1%} unexplained) from "
-            f"{_changes(options, best, wording)} ({other.unexplained:.1%}): make sure that it is right"
+            f"{_changes(options, best)} ({other.unexplained:.1%}): make sure that it is right"
         )
     return warnings
 
 
-def _changes(options: TrialOptions, other: Balance, wording: Wording) -> str:
+def _changes(options: TrialOptions, other: Balance) -> str:
     """Return which options would have to be set to what, for another meaning of the angles."""
     meaning, turned = other.meaning, other.lumped.turned
     if turned == "both":
         meaning = replace(meaning, zero=_OPPOSITE[meaning.zero])
     values = {name: value for name in _SETTINGS if (value := getattr(meaning, name)) != getattr(options, name)}
     shown = {name: f"{value:.4g}" if isinstance(value, float) else value for name, value in values.items()}
-    settings = [wording.setting(name, value) for name, value in shown.items()]
+    settings = [options.setting(name, value) for name, value in shown.items()]
     if turned in ("inner", "outer"):
         settings.append(f"the {turned} joint's zero half a turn on")
     return " and ".join(settings)
 
 
-def instead(wrong: str, options: TrialOptions, other: Balance, given: Balance | None, wording: Wording) -> str:
+def instead(wrong: str, options: TrialOptions, other: Balance, given: Balance | None) -> str:
     """Return what is wrong, which settings explain the motion, and how much better than those given."""
     than = f" instead of {given.lumped.unexplained:.1%}" if given and np.isfinite(given.lumped.unexplained) else ""
     return (
-        f"{wrong}: {_changes(options, other, wording)} leaves {other.lumped.unexplained:.1%} of the inner rod's "
+        f"{wrong}: {_changes(options, other)} leaves {other.lumped.unexplained:.1%} of the inner rod's "
         f"acceleration unexplained{than}; "
     ) + ("check the counts per turn, or set that" if "times the angle" in wrong else "set that")
 

@@ -12,7 +12,7 @@ from cdp_ident.trial.cleaning import Piece
 from cdp_ident.trial.conventions import check_conventions
 from cdp_ident.trial.joints import Samples, model_angles
 from cdp_ident.trial.meaning import Balance, Recorded
-from cdp_ident.trial.options import KEYS, Input, TrialOptions, Wording
+from cdp_ident.trial.options import Input, TrialOptions
 from cdp_ident.trial.other_motions import driven
 from cdp_ident.trial.outliers import outlier_words
 from cdp_ident.trial.recorded_motion import recorded_motion
@@ -39,38 +39,35 @@ class Found:
     """Under the options' meaning of the angles; None where there is too little motion for one."""
 
 
-def find_trial(samples: Samples, options: TrialOptions, wording: Wording = KEYS) -> Found:
+def find_trial(samples: Samples, options: TrialOptions) -> Found:
     """Find the longest motion without input, or with a known one, and check what the options say about the angles.
 
     Args:
         samples: as recorded.
         options: what they mean, and what of them is taken.
-        wording: how the user writes options.
 
     Raises:
         TrialError: the data contradict the conventions, there is no motion long enough, or a hand led the rods up and
             they swing too shortly to tell it from free motion.
     """
-    in_degrees = degrees_found(samples, options) if wording is KEYS else ""
+    in_degrees = degrees_found(samples, options)
     if in_degrees and options.conventions == "refuse":
-        raise TrialError(f"{in_degrees}; {wording.insist}")
-    recorded = recorded_motion(samples, options, wording)
+        raise TrialError(f"{in_degrees}; {options.insist}")
+    recorded = recorded_motion(samples, options)
     if in_degrees:
         recorded = replace(recorded, notes=(*recorded.notes, in_degrees))
     by_motors, gains = driven(recorded, options)
     if options.input != "auto":
-        return _found(recorded, by_motors, gains, options, wording)
+        return _found(recorded, by_motors, gains, options)
     try:
-        return _found(recorded, by_motors, gains, replace(options, input="none"), wording)
+        return _found(recorded, by_motors, gains, replace(options, input="none"))
     except NoFreeMotionError:
         if (driver := _driver(recorded.motions, by_motors, options)) == "none":
             raise
-        return _found(recorded, by_motors, gains, replace(options, input=driver), wording)
+        return _found(recorded, by_motors, gains, replace(options, input=driver))
 
 
-def _found(
-    recorded: Recorded, by_motors: Sequence[Mask], gains: Array, options: TrialOptions, wording: Wording
-) -> Found:
+def _found(recorded: Recorded, by_motors: Sequence[Mask], gains: Array, options: TrialOptions) -> Found:
     """Find a motion with a given input.
 
     Args:
@@ -78,7 +75,6 @@ def _found(
         by_motors: at which grid points (m,) of each motion motors drive the joints.
         gains: (2,) of their torques.
         options: what the angles mean, and the input.
-        wording: how the user writes options.
     """
     motions, moving, said = recorded.motions, recorded.moving, []
     if options.input == "joints":
@@ -92,14 +88,14 @@ def _found(
     moving = tuple(
         mask & ~covering(flags, WINDOW) if len(mask) else mask for mask, flags in zip(moving, by_motors, strict=True)
     )
-    balance, warnings = check_conventions(replace(recorded, moving=moving), options, wording)
+    balance, warnings = check_conventions(replace(recorded, moving=moving), options)
     parts, impulses = find_parts(motions, balance, by_motors, options)
     taken, cuts = choose_parts(parts, options.shortest or motions[0].scales.shortest)
     if balance is None and _begins_hanging(motions[taken[0].motion], options):
         raise TrialError(
             "the rods hang still at first, so something moved them, and then swing for too short a time to tell a hand "
-            f"from free motion: record a longer swing, or take the part without the hand by {wording.name('start')} "
-            f"and {wording.name('stop')}"
+            f"from free motion: record a longer swing, or take the part without the hand by {options.called('start')} "
+            f"and {options.called('stop')}"
         )
     trial = joined([_stretch(recorded.pieces[part.motion], part, options) for part in taken])
     left_out = [outlier_words(trial.outliers, len(trial.time))] if trial.outliers else []

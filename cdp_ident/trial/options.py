@@ -1,9 +1,8 @@
 """Options of loading a trial, whose defaults are the project's conventions, and how messages name them."""
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import Literal, get_args
+from dataclasses import dataclass
+from typing import ClassVar, Literal, get_args
 
 from cdp_ident.errors import OptionError
 
@@ -95,29 +94,15 @@ class TrialOptions:
         if len(set(joints)) < len(joints):
             raise OptionError(f"inner, outer and cart joint must be different joints, not {', '.join(joints)}")
 
+    insist: ClassVar[str] = "conventions: warn takes the data all the same"
+    """How the user gets his way."""
+    all_settable: ClassVar[bool] = True
+    """Whether the user can set units and `scale_from`, too."""
 
-@dataclass(frozen=True)
-class Wording:
-    """Names options as keys of a parameter file by default."""
-
-    prefix: str = ""
-    """What stands before an option's name."""
-    separator: str = ": "
-    """What stands between an option and its value."""
-    word_break: str = "_"
-    """What parts the words of a name."""
-    names: Mapping[str, str] = field(default_factory=dict)
-    """Options that are called differently."""
-    insist: str = "conventions: warn takes the data all the same"
-    """How to get one's way."""
-
-    def name(self, option: str) -> str:
-        """Return what an option of `TrialOptions` is called."""
-        return self.prefix + self.names.get(option, option).replace("_", self.word_break)
+    def called(self, option: str) -> str:
+        """Return how the user writes an option: here, as a key of a parameter file."""
+        return option
 
     def setting(self, option: str, value: object) -> str:
-        """Return how it is set."""
-        return f"{self.name(option)}{self.separator}{value}"
-
-
-KEYS = Wording()
+        """Return how the user sets it."""
+        return f"{self.called(option)}: {value}"

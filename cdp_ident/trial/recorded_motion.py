@@ -9,7 +9,7 @@ from cdp_ident.trial.balance import motion_on_grid
 from cdp_ident.trial.cleaning import Piece, clean, cut_at_gaps
 from cdp_ident.trial.joints import Samples, in_radians, model_angles
 from cdp_ident.trial.meaning import Recorded
-from cdp_ident.trial.options import KEYS, TrialOptions, Wording
+from cdp_ident.trial.options import TrialOptions
 from cdp_ident.trial.scales import Scales
 from cdp_ident.trial.zero_input import moving_windows
 
@@ -17,13 +17,13 @@ _FEWEST_SAMPLES = 4
 """Samples in one unit of the motion's time scale below which its velocities cannot be estimated."""
 
 
-def recorded_motion(samples: Samples, options: TrialOptions, wording: Wording = KEYS) -> Recorded:
+def recorded_motion(samples: Samples, options: TrialOptions) -> Recorded:
     """Return the motion in samples. Raises TrialError where no piece of them is long enough."""
     samples = replace(samples, angles=in_radians(samples.angles, options))
     cleaned = clean(samples, options.start, options.stop)
     if not len(cleaned.time):
         limits = {name: at for name in ("start", "stop") if np.isfinite(at := getattr(options, name))}
-        asked = " and ".join(wording.setting(name, f"{at} s") for name, at in limits.items())
+        asked = " and ".join(options.setting(name, f"{at} s") for name, at in limits.items())
         raise TrialError(f"no sample lies within {asked}: the recording has {clean(samples).time[-1]:.2f} s")
     taken, time = cleaned.samples[~cleaned.outlier], cleaned.time[~cleaned.outlier]
     scales = Scales.of(time - time[0], model_angles(taken.angles, options))

@@ -9,7 +9,7 @@ from cdp_ident.errors import TrialError
 from cdp_ident.trial.conventions import instead
 from cdp_ident.trial.joints import Samples, in_radians
 from cdp_ident.trial.meaning import EVIDENT, GOOD, MUCH_BETTER, Balance, best_of, outer_meanings
-from cdp_ident.trial.options import KEYS, TrialOptions, Unit
+from cdp_ident.trial.options import TrialOptions, Unit
 from cdp_ident.trial.recorded_motion import recorded_motion
 
 _WIDE = 4.0 * np.pi
@@ -46,14 +46,14 @@ def found_units(samples: Samples, options: TrialOptions) -> tuple[Balance | None
 
 def degrees_found(samples: Samples, options: TrialOptions) -> str:
     """Say which joints are in degrees, with the settings that put it right; empty where none is, or it is set so."""
-    if not np.any(np.ptp(in_radians(samples.angles, options), axis=0) > _WIDE):
+    if not (options.all_settable and np.any(np.ptp(in_radians(samples.angles, options), axis=0) > _WIDE)):
         return ""
     found, before = found_units(samples, options)
     if found is None or found is before:
         return ""
     degrees = [joint for joint in ("inner", "outer") if getattr(found.meaning, f"{joint}_unit") == "degrees"]
     whose = "both joints are" if len(degrees) > 1 else f"the {''.join(degrees)} joint is"
-    return instead(f"{whose} in degrees", options, found, before, KEYS)
+    return instead(f"{whose} in degrees", options, found, before)
 
 
 def _swings_as_the_other(samples: Samples, options: TrialOptions) -> bool:
