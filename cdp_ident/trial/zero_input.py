@@ -5,15 +5,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from scipy.ndimage import (
-    binary_closing,
-    binary_dilation,
-    binary_propagation,
-    find_objects,
-    label,
-    maximum_filter1d,
-    minimum_filter1d,
-)  # fmt: skip
+from scipy import ndimage
 
 from cdp_ident.arrays import Array, Mask
 from cdp_ident.errors import NoFreeMotionError
@@ -88,7 +80,7 @@ def at_rest(motion: Motion, amplitude: float) -> Mask:
 
 def cart_driven(motion: Motion, limit: float) -> Mask:
     """Return near which grid points (m,) the cart moves further than `limit` [m] within 2.5 units of time."""
-    travel = maximum_filter1d(motion.cart, _CART_WINDOW) - minimum_filter1d(motion.cart, _CART_WINDOW)
+    travel = ndimage.maximum_filter1d(motion.cart, _CART_WINDOW) - ndimage.minimum_filter1d(motion.cart, _CART_WINDOW)
     return np.asarray(travel > limit)
 
 
@@ -132,10 +124,10 @@ def find_parts(
             hand, impulses = _lasting(acting > max(options.hand_torque, noise))
             # A hand that lets go gently, or catches so, pushes less at first: its traces next to it are its own.
             traces = acting > max(_TRACE * options.hand_torque, noise)
-            hand = np.asarray(binary_dilation(hand, iterations=_NEAR, mask=traces | hand))
+            hand = np.asarray(ndimage.binary_dilation(hand, iterations=_NEAR, mask=traces | hand))
             causes[_covered(hand, WINDOW)] = HAND
             instants += [float(motion.time[at + WINDOW // 2]) for at in impulses if causes[at + WINDOW // 2] == FREE]
-        causes[binary_closing(np.pad(driven[i], WINDOW), np.ones(WINDOW))[WINDOW:-WINDOW]] = MOTORS
+        causes[ndimage.binary_closing(np.pad(driven[i], WINDOW), np.ones(WINDOW))[WINDOW:-WINDOW]] = MOTORS
         causes[cart_driven(motion, options.cart_limit)] = CART
         changes = [0, *(np.flatnonzero(np.diff(causes)) + 1).tolist()]
         edges = [*motion.time[changes].tolist(), float(motion.time[-1]) + motion.scales.spacing]
@@ -190,12 +182,12 @@ def _lasting(flags: Mask) -> tuple[Mask, list[int]]:
     the ends of a motion everything counts as lasting: there the two cannot be distinguished; and so does an impulse
     shortly before or after a lasting torque, with what is between: that is how a hand catches and lets go.
     """
-    runs = [run for (run,) in find_objects(label(flags)[0])]
+    runs = [run for (run,) in ndimage.find_objects(ndimage.label(flags)[0])]
     lasts: Mask = np.zeros(len(flags), dtype=bool)
     for run in runs:
         lasts[run] = run.start == 0 or run.stop == len(flags) or run.stop - run.start > WINDOW + _INSTANT
-    near = binary_closing(np.pad(flags, _NEAR), np.ones(_NEAR))[_NEAR:-_NEAR]
-    lasting = np.asarray(binary_propagation(lasts, mask=near | flags))
+    near = ndimage.binary_closing(np.pad(flags, _NEAR), np.ones(_NEAR))[_NEAR:-_NEAR]
+    lasting = np.asarray(ndimage.binary_propagation(lasts, mask=near | flags))
     return lasting, [(run.start + run.stop) // 2 for run in runs if not lasting[run.start]]
 
 
