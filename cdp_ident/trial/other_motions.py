@@ -25,8 +25,8 @@ _COUPLED = 0.02
 _SIGMAS = 3.0
 _FOLLOWS = 0.95
 """Correlation of the joints' speeds from which one column is said to follow the other."""
-_TWICE = 0.1
-"""Difference of their speeds, as a share, up to which they are one angle, measured and simulated."""
+_TWICE = 0.05
+"""Share of the inner angle that the outer one differs from it by at most, as one measured and simulated does."""
 _LUMPED = 8
 """The lumped numbers that torques are fitted beside: all but the geared rotor and errors of zeros."""
 
@@ -56,11 +56,11 @@ def uncoupled(motions: Sequence[Motion], balances: Collection[Balance]) -> str:
     fits = [balance.lumped for balance in balances]
     couplings = [(fit.values[0], np.sqrt(fit.covariance[0, 0])) for fit in fits]
     apart = [f"coupling {A:+.3f} ± {std:.1g}" for A, std in couplings if abs(A) + _SIGMAS * std < _COUPLED]
-    inner, outer = np.concatenate([motion.rates for motion in motions]).T
+    inner, outer = np.concatenate([motion.angles - motion.angles.mean(axis=0) for motion in motions]).T
     is_twice = np.std(outer - inner) < _TWICE * np.std(inner)
     if not (apart or is_twice) or any(map(may_be_rods, fits)):
         return ""
-    correlation = float(np.corrcoef(inner, outer)[0, 1])
+    correlation = float(np.corrcoef(np.concatenate([motion.rates for motion in motions]).T)[0, 1])
     looks = (
         f"the outer column follows the inner one (correlation {correlation:.2f}): one angle twice, measured and "
         "simulated or filtered"
