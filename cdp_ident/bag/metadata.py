@@ -18,6 +18,8 @@ ROS_DISTRO = "jazzy"
 RIG_NAME, UNKNOWN = "rig_name", "unknown"
 """The custom data in which a recorder writes which rig it was, and what it writes where it does not know."""
 INFINITE = {"sec": 9223372036, "nsec": 854775807}
+_LATEST_NS = 2**63 - 1
+_LONGEST_NAME = 200
 
 QosProfile = dict[str, Any]
 """One quality of service, as rosbag2 writes it."""
@@ -124,10 +126,6 @@ def bag_information(
         "custom_data": dict(custom_data) or None,
         "ros_distro": ROS_DISTRO,
     }
-
-
-_LATEST_NS = 2**63 - 1
-_LONGEST_NAME = 200
 
 
 @dataclass(frozen=True)

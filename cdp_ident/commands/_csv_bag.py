@@ -21,6 +21,12 @@ from cdp_ident.trial.options import TrialOptions
 from cdp_ident.trial.order import elapsed
 
 _TAKEN_FOR_GRANTED = {"zero": "upright", "outer_angle": "relative", "inner_sign": 1, "outer_sign": 1}
+_LARGEST_LEAN = 0.3
+"""Largest lean of a camera [rad]; beyond it, columns are likely exchanged."""
+_LENGTH_OFF = 0.05
+"""Share by which the length that the motion shows may differ from the one given, besides four standard deviations."""
+_WELL_KNOWN = 0.2
+"""Standard deviation, as a share, up to which a length is worth saying."""
 
 
 def make_bag(options: argparse.Namespace, arguments: list[str]) -> None:
@@ -54,7 +60,7 @@ def _checked(table: Table, recording: Recording, options: argparse.Namespace) ->
     samples = recording.samples
     try:
         if recording.on_film:
-            check_film(samples, recording.meaning)
+            _check_film(samples, recording.meaning)
         found = find_trial(samples, recording.meaning)
     except TrialError as error:
         if not options.anyway:
@@ -65,7 +71,7 @@ def _checked(table: Table, recording: Recording, options: argparse.Namespace) ->
     lines = [f"{kind}: {found.trial.duration:.3f} s from {found.trial.start:.3f} s on"]
     lines += [f"  {note}" for note in found.trial.notes if note not in found.warnings]
     lines += [f"warning: {warning}" for warning in found.warnings]
-    return lines + what_the_motion_says(found, recording, options.rate)
+    return lines + _what_the_motion_says(found, recording, options.rate)
 
 
 def _write(recording: Recording, options: argparse.Namespace, arguments: list[str]) -> None:
@@ -92,15 +98,7 @@ def _write(recording: Recording, options: argparse.Namespace, arguments: list[st
         writer.close(source)
 
 
-_LARGEST_LEAN = 0.3
-"""Largest lean of a camera [rad]; beyond it, columns are likely exchanged."""
-_LENGTH_OFF = 0.05
-"""Share by which the length that the motion shows may differ from the one given, besides four standard deviations."""
-_WELL_KNOWN = 0.2
-"""Standard deviation, as a share, up to which a length is worth saying."""
-
-
-def check_film(samples: Samples, meaning: TrialOptions) -> None:
+def _check_film(samples: Samples, meaning: TrialOptions) -> None:
     """Raise TrialError where gravity does not pull down in the picture."""
     directions = gravity_of(samples, meaning)
     lean = 0.0 if directions is None else float(np.angle(np.mean(np.exp(1j * directions))))
@@ -115,7 +113,7 @@ def check_film(samples: Samples, meaning: TrialOptions) -> None:
     )
 
 
-def what_the_motion_says(found: Found, recording: Recording, rate: float | None) -> list[str]:
+def _what_the_motion_says(found: Found, recording: Recording, rate: float | None) -> list[str]:
     """Return lines about how well the balance of forces holds, and with which length."""
     if found.balance is None or not found.balance.lumped.has_certain_signs:
         return []

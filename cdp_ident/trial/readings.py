@@ -19,6 +19,17 @@ _STAYS = 3
 """A jump back within so many samples is that of a spike."""
 _LIKE = 0.02
 """Share by which a wrap may seem to differ from a power of two of the encoder's steps, or from a turn."""
+_TURNS = 10
+"""Turns of a second publisher before it is one."""
+_SHARE = 0.05
+"""Least share of the samples that a second publisher has."""
+_RUN = 3.0
+"""A publisher that never moves says the same not much more often than this in a row, as the other speaks between."""
+_FAR = 0.05
+"""Distance from one motion to the other that is no noise [rad or degrees]."""
+_NEARER = 5.0
+"""So many times nearer is a sample to one of the next few than to the next one, where two motions alternate."""
+_NEXT = 4
 
 
 def new_readings(readings: Array) -> tuple[Mask, str]:
@@ -70,19 +81,6 @@ def continuous(readings: Array) -> tuple[Array, float, str]:
     if abs(size / 360.0 - 1.0) < _LIKE:
         return np.asarray(np.unwrap(readings, period=360.0)), 0.0, "wrap after 360"
     return readings, 0.0, ""
-
-
-_TURNS = 10
-"""Turns of a second publisher before it is one."""
-_SHARE = 0.05
-"""Least share of the samples that a second publisher has."""
-_RUN = 3.0
-"""A publisher that never moves says the same not much more often than this in a row, as the other speaks between."""
-_FAR = 0.05
-"""Distance from one motion to the other that is no noise [rad or degrees]."""
-_NEARER = 5.0
-"""So many times nearer is a sample to one of the next few than to the next one, where two motions alternate."""
-_NEXT = 4
 
 
 def still_publisher(readings: Array) -> tuple[Mask, str]:
