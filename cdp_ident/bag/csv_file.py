@@ -11,15 +11,14 @@ from itertools import islice
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array
 from cdp_ident.bag.csv_format import DELIMITERS, Format, cells_of, number_of
 from cdp_ident.bag.csv_titles import Title, is_unit, titles_of_echo
 from cdp_ident.errors import BagError
 from cdp_ident.outside_text import shown
 from cdp_ident.regular_file import read_regular
 
-Array = npt.NDArray[np.float64]
 Line = tuple[int, str]
 """Number of a line, counted from 1, and its text."""
 
@@ -118,16 +117,18 @@ def read_table(path: Path, delimiter: str | None = None, decimal: str | None = N
     values, no_numbers, stray, first = array("d"), dict[int, tuple[int, str]](), list[Line](), 0
     for number, line in _lines(path, text):
         is_comment = line[0] in _COMMENTS
-        cells = form.cells(line)
-        if first and not is_comment and (numbers := form.plain(cells)):
-            values.extend(numbers)
-        elif not first and (is_comment or not form.begins(cells)):
-            before = [*before[1 - _LOOKED_AT :], (number, line)]
-        elif not is_comment and not form.is_data(cells):
-            stray.append((number, line))
-        elif not is_comment:
+        cells = [] if is_comment else form.cells(line)
+        row, others = form.row(cells)
+        if (first or len(cells) == form.width) and not is_comment and (not others or form.is_data(others, not first)):
             first = first or number
-            form.take(cells, number, values, no_numbers)
+            values.extend(row)
+            for place, cell in others.items():
+                if cell:
+                    no_numbers.setdefault(place, (number, cell))
+        elif not first:
+            before = [*before[1 - _LOOKED_AT :], (number, line)]
+        elif not is_comment:
+            stray.append((number, line))
         if len(values) > _MOST_CELLS:
             raise BagError(f"{path} has more than {_MOST_CELLS} numbers: cut the swing out of it")
     if not first:

@@ -1,10 +1,11 @@
 """How the rows of a CSV file are written: what parts columns, which sign decimals have, which columns hold numbers."""
 
 import csv
+import itertools
 import re
-from array import array
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from datetime import datetime, timedelta, timezone
 
@@ -12,7 +13,6 @@ import numpy as np
 
 DELIMITERS = {"\t": "tabs", ";": "semicolons", ",": "commas", " ": "blanks", "|": "bars"}
 """What may part columns, and what it is called."""
-_FORMATS = tuple((sign, decimal) for decimal in (".", ",") for sign in DELIMITERS)
 _MISSING = {"", "na", "n/a", "#n/a", "nan", "null", "none", "-", "--", "?"}
 _NUMERIC = 0.5
 """Share of a column's cells that are numbers where the column is one of numbers."""
@@ -39,28 +39,25 @@ class Format:
 
         None where no cells are.
         """
-        tried = [form for form in _FORMATS if delimiter in (None, form[0]) and decimal in (None, form[1])]
-        if delimiter is not None and not tried:
-            tried = [(delimiter, sign) for sign in (".", ",") if decimal in (None, sign)]
-        best, found = -np.inf, None
-        for sign, point in tried:
+        best, found = 0.0, None
+        for sign, point in itertools.product([delimiter] if delimiter else DELIMITERS, [decimal] if decimal else ".,"):
             cells = [cells_of(line, sign) for line in rows]
             cells = [row for row in cells if any(number_of(cell, point) is not None for cell in row)]
             widths = Counter(len(row) for row in cells)
             width = max(widths, key=lambda w: (widths[w] * w, w), default=0)
             of_width = [row for row in cells if len(row) == width]
-            flat = [cell for row in of_width for cell in row]
-            numbers = sum(number_of(cell, point) is not None for cell in flat)
-            others = sum(number_of(cell, point) is None and any(letter.isdigit() for letter in cell) for cell in flat)
-            if width > 1 and numbers - 2 * others > best:
-                best, found = float(numbers - 2 * others), (sign, point, width, of_width)
+            flat = [(cell, number_of(cell, point) is not None) for row in of_width for cell in row]
+            # Digits in words, as of decimal commas that are taken for signs between columns, speak against it.
+            score = sum(1.0 if known else -2.0 * any(map(str.isdigit, cell)) for cell, known in flat)
+            if width > 1 and (found is None or score > best):
+                best, found = score, (sign, point, width, of_width)
         if found is None:
             return None
         sign, point, width, of_width = found
         numeric = []
         for place, column in enumerate(zip(*of_width, strict=True)):
-            there = [cell for cell in column if not _is_missing(cell)]
-            if sum(number_of(cell, point) is not None for cell in there) >= max(1.0, _NUMERIC * len(there)):
+            there = [number_of(cell, point) is not None for cell in column if not _is_missing(cell)]
+            if sum(there) >= max(1.0, _NUMERIC * len(there)):
                 numeric.append(place)
         return cls(sign, point, width, tuple(numeric))
 
@@ -68,48 +65,36 @@ class Format:
         """Return the cells of a line."""
         return cells_of(line, self.delimiter)
 
-    def _count(self, cells: Sequence[str]) -> tuple[int, int]:
-        """Return how many cells in columns of numbers are numbers, and how many are words."""
-        of_numbers = [cells[place] for place in self.numeric if place < len(cells)]
-        numbers = sum(number_of(cell, self.decimal) is not None for cell in of_numbers)
-        return numbers, len(of_numbers) - numbers - sum(map(_is_missing, of_numbers))
-
-    def plain(self, cells: Sequence[str]) -> list[float]:
-        """Return the numbers of a row that has nothing else, as most have; none of another."""
-        try:
-            return list(map(float, cells)) if self.decimal == "." and len(cells) == self.width else []
+    def row(self, cells: Sequence[str]) -> tuple[list[float], dict[int, str]]:
+        """Return the numbers of a row (width,), NaN where there are none, and there the words, empty where missing."""
+        try:  # most rows are nothing but numbers
+            if self.decimal == "." and len(cells) == self.width:
+                return list(map(float, cells)), {}
         except ValueError:
-            return []
+            pass
+        whole = [*cells[: self.width], *[""] * (self.width - len(cells))]
+        numbers = [number_of(cell, self.decimal) for cell in whole]
+        others = {place: cell for place, cell in enumerate(whole) if numbers[place] is None}
+        return (
+            [np.nan if number is None else number for number in numbers],
+            {place: "" if _is_missing(cell) else cell for place, cell in others.items()},
+        )
 
-    def begins(self, cells: Sequence[str]) -> bool:
-        """Return whether these may be the first row of numbers, and no title or a line before it."""
-        numbers, words = self._count(cells)
-        return len(cells) == self.width and numbers > 0 and not words
+    def is_data(self, others: Mapping[int, str], first: bool) -> bool:
+        """Return whether a line is a row of numbers, be a cell of it missing or, behind the `first` one, wrong.
 
-    def is_data(self, cells: Sequence[str]) -> bool:
-        """Return whether a later line is a row of numbers, be a cell of it missing or wrong."""
-        numbers, words = self._count(cells)
-        return numbers > 0 and (not words or 2 * numbers >= len(self.numeric))
-
-    def take(
-        self, cells: Sequence[str], line: int, values: "array[float]", no_numbers: dict[int, tuple[int, str]]
-    ) -> None:
-        """Add a row's numbers; what stands behind the last column is left out."""
-        for place in range(self.width):
-            cell = cells[place] if place < len(cells) else ""
-            value = number_of(cell, self.decimal)
-            if value is None and place not in no_numbers and not _is_missing(cell):
-                no_numbers[place] = (line, cell)
-            values.append(np.nan if value is None else value)
+        `others` are its cells that are no numbers.
+        """
+        numbers = sum(place not in others for place in self.numeric)
+        wrong = any(others.get(place) for place in self.numeric)
+        return numbers > 0 and (not wrong or (not first and 2 * numbers >= len(self.numeric)))
 
 
 def cells_of(line: str, delimiter: str) -> list[str]:
     """Return the cells of a line, without quotes and blanks around them."""
     if '"' in line:
-        try:
+        with suppress(csv.Error):
             return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter, skipinitialspace=True))]
-        except csv.Error:
-            pass
     return line.split() if delimiter == " " else [cell.strip() for cell in line.split(delimiter)]
 
 

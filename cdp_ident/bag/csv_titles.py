@@ -5,7 +5,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
+
+from cdp_ident.arrays import Array
 
 _UNITS = {
     "d": ("day", "days"),
@@ -53,7 +54,7 @@ _SAYS_ANGLE = re.compile("angle|ang|winkel|theta|th|phi|psi|alpha|beta|gamma|q|Î
 _NO_ANGLE = re.compile(
     "name|packet|seq.*|id|idx|index|line|pwm|duty|volt.*|current|amp.*|torque|tau|effort|force|moment|nm|power|temp.*|vel.*|"
     "speed|omega|dot|d?theta.*dot|rate|acc.*|gyro.*|jerk|[xyz]|p[xyz]|sim.*|model.*|pred.*|ref.*|target|set.*|cmd|"
-    "command.*|des.*|goal|err.*|residual.*|status|state|flag|mode|gain|dist.*|height|sec|nanosec|stamp.*|time.*"
+    "command.*|des.*|goal|fit|fitted|err.*|residual.*|status|state|flag|mode|gain|dist.*|height|sec|nanosec|stamp.*|time.*"
 )
 """Words in the titles of columns that are not a rod's measured angle."""
 _MARKERS = {
@@ -160,7 +161,7 @@ def seconds_and_nanoseconds(titles: Sequence[Title]) -> tuple[int, int] | None:
     return None
 
 
-def titles_of_echo(values: npt.NDArray[np.float64], words: Mapping[int, tuple[int, str]]) -> tuple[Title, ...]:
+def titles_of_echo(values: Array, words: Mapping[int, tuple[int, str]]) -> tuple[Title, ...]:
     """Return the titles of what `ros2 topic echo --csv` writes of joint states, and none of another table.
 
     Args:

@@ -6,22 +6,19 @@ from dataclasses import dataclass, field
 from typing import ClassVar
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Mask, Rows, Times
 from cdp_ident.bag import diagnostics, time_reference
 from cdp_ident.bag.diagnostics import ClockRate, read_statuses
 from cdp_ident.bag.limits import plain_message
 from cdp_ident.bag.time_reference import parse_time_reference
-
-Times = npt.NDArray[np.int64]
-Mask = npt.NDArray[np.bool_]
 
 _LEAST_SHARE = 0.9
 """A device's time that fewer of the samples have is not used."""
 
 
 @dataclass(frozen=True)
-class DeviceTime:
+class DeviceTime(Rows):
     """The device's own time of the samples of a recording."""
 
     times: Times

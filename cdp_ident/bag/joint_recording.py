@@ -9,8 +9,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array, Rows, Times
 from cdp_ident.bag.device_messages import DeviceMessages, DeviceTime
 from cdp_ident.bag.joint_state import HEAD_OFFSET, NANOSECONDS, STAMP_OFFSET, Layout, parse_layout
 from cdp_ident.bag.limits import plain_message
@@ -31,7 +31,7 @@ _MOST_LAYOUTS = 1 << 14
 
 
 @dataclass(frozen=True)
-class JointRecording:
+class JointRecording(Rows):
     """The joint positions that a bag holds on one topic, in the order of their receipt."""
 
     name: str
@@ -39,26 +39,18 @@ class JointRecording:
     topic: str
     joints: tuple[str, ...]
     """Every joint that is named in any message."""
-    stamps: npt.NDArray[np.int64]
+    stamps: Times
     """(n,) of the messages' headers [ns since the epoch]; 0 where a message has none."""
-    positions: npt.NDArray[np.float64]
+    positions: Array
     """(n, joints) positions as recorded [rad or m]; NaN where a message does not name the joint."""
     notes: tuple[str, ...]
     """What was dropped or noticed while reading, in words, with numbers."""
     device: DeviceTime | None = None
     """The device's own time of the samples, where the bag has it."""
-    efforts: npt.NDArray[np.float64] | None = None
+    efforts: Array | None = None
     """(n, joints) efforts as recorded [N m or N], NaN where a message has none; None where no message has any."""
-    receipts: npt.NDArray[np.int64] | None = None
+    receipts: Times | None = None
     """(n,) times of receipt, ascending [ns since the epoch]; None where nothing was received."""
-
-    def __getitem__(self, chosen: npt.NDArray[np.bool_] | npt.NDArray[np.int64]) -> JointRecording:
-        """Return some of the samples."""
-        efforts = None if self.efforts is None else self.efforts[chosen]
-        receipts = None if self.receipts is None else self.receipts[chosen]
-        stamps, positions = self.stamps[chosen], self.positions[chosen]
-        device = self.device and replace(self.device, times=self.device.times[chosen])
-        return replace(self, stamps=stamps, positions=positions, efforts=efforts, receipts=receipts, device=device)
 
 
 @dataclass
@@ -96,7 +88,7 @@ class _Alike:
         missing = len(self.rows) - len(self.efforts) // self.layout.positions.size
         self.efforts += missing * self.layout.positions.pack(*[np.nan] * len(self.layout.names))
 
-    def tables(self) -> list[npt.NDArray[np.float64]]:
+    def tables(self) -> list[Array]:
         """Return positions and, if there are any, efforts, (rows, joints) each."""
         if self.efforts:
             self._fill_efforts()

@@ -1,4 +1,4 @@
-"""The `metadata.yaml` of a rosbag2 folder, in the version that ROS 2 Jazzy writes."""
+"""`metadata.yaml` of a rosbag2 folder, in the version that ROS 2 Jazzy writes, and what a recorder wrote into it."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -7,6 +7,7 @@ from typing import Any
 
 import yaml
 
+from cdp_ident.outside_text import shown
 from cdp_ident.yaml_file import read_yaml
 
 METADATA_FILE = "metadata.yaml"
@@ -17,6 +18,8 @@ ROS_DISTRO = "jazzy"
 RIG_NAME, UNKNOWN = "rig_name", "unknown"
 """The custom data in which a recorder writes which rig it was, and what it writes where it does not know."""
 INFINITE = {"sec": 9223372036, "nsec": 854775807}
+_LATEST_NS = 2**63 - 1
+_LONGEST_NAME = 200
 
 QosProfile = dict[str, Any]
 """One quality of service, as rosbag2 writes it."""
@@ -123,3 +126,33 @@ def bag_information(
         "custom_data": dict(custom_data) or None,
         "ros_distro": ROS_DISTRO,
     }
+
+
+@dataclass(frozen=True)
+class Origin:
+    """Where and when a bag was recorded, as far as its metadata say."""
+
+    rig: str
+    """The name that the recorder wrote; empty where it wrote none."""
+    start_ns: int | None
+    """Time of the first message [ns since the epoch]."""
+
+
+def read_custom_data(bag: Path) -> tuple[dict[str, str], str]:
+    """Return the custom data of a bag's metadata, and in words why they could not be read, if they are there."""
+    information, problem = read_information(bag)
+    custom = information.get("custom_data")
+    if not isinstance(custom, dict):
+        return {}, problem
+    return {key: value for key, value in custom.items() if isinstance(key, str) and isinstance(value, str)}, problem
+
+
+def origin_of(bag: Path) -> Origin:
+    """Return the origin of a bag; its name is fit to be shown."""
+    name = read_custom_data(bag)[0].get(RIG_NAME, UNKNOWN)
+    start = read_information(bag)[0].get("starting_time")
+    stamp = start.get("nanoseconds_since_epoch") if isinstance(start, dict) else None
+    return Origin(
+        shown(name, _LONGEST_NAME) if name != UNKNOWN else "",
+        stamp if type(stamp) is int and 0 <= stamp <= _LATEST_NS else None,
+    )

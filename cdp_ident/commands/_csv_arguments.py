@@ -2,19 +2,36 @@
 
 import argparse
 import math
+from dataclasses import dataclass
 from datetime import datetime, timezone
 from pathlib import Path
 
 from cdp_ident.command_line import ArgumentParser
 from cdp_ident.errors import OptionError
-from cdp_ident.trial.wording import Wording
+from cdp_ident.trial.options import TrialOptions
 from cdp_ident.user_input import quoted
 
 TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "d": 86400.0}
 ANGLE_UNITS = {"rad": 1.0, "deg": math.pi / 180, "turns": 2 * math.pi}
 LENGTH_UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
-AS_TYPED = Wording("--", " ", "-", {"start": "from", "stop": "to"}, "--anyway writes the bag all the same")
-"""How options are named in messages to a user of the command line."""
+
+
+@dataclass(frozen=True)
+class TypedOptions(TrialOptions):
+    """Options as the user types them on the command line."""
+
+    insist = "--anyway writes the bag all the same"
+    all_settable = False
+
+    def called(self, option: str) -> str:
+        """Return what an option is called there."""
+        name = {"start": "from", "stop": "to"}.get(option, option)
+        return f"--{name.replace('_', '-')}"
+
+    def setting(self, option: str, value: object) -> str:
+        """Return how it is set there."""
+        return f"{self.called(option)} {value}"
+
 
 _EPILOG = """
 The bag holds sensor_msgs/JointState in the conventions of cdp_ident: radians and metres, zero upright, positive

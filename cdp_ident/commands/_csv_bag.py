@@ -1,27 +1,32 @@
-"""From a CSV file to a bag, for `import_csv`."""
+"""From a CSV file to a bag, for `import_csv`: length, rate and gravity's direction are compared with the motion."""
 
 import argparse
 import hashlib
 import shlex
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array
 from cdp_ident.bag.csv_file import Table, read_table
 from cdp_ident.bag.joint_state import MESSAGE_TYPE, serialize_joint_state
 from cdp_ident.bag.writer import BagWriter
-from cdp_ident.commands._csv_arguments import AS_TYPED
-from cdp_ident.commands._csv_physics import check_film, what_the_motion_says
 from cdp_ident.commands._csv_recording import Recording, recording_of
 from cdp_ident.errors import BagError, OtherMotionError, TrialError
+from cdp_ident.model.parameters import NOMINAL
 from cdp_ident.outside_text import shown, utf_8
-from cdp_ident.trial.find import find_trial
-from cdp_ident.trial.joints import model_angles
+from cdp_ident.trial.find import Found, find_trial
+from cdp_ident.trial.gravity import gravity_of
+from cdp_ident.trial.joints import Samples, model_angles
+from cdp_ident.trial.options import TrialOptions
 from cdp_ident.trial.order import elapsed
 
-Array = npt.NDArray[np.float64]
-
 _TAKEN_FOR_GRANTED = {"zero": "upright", "outer_angle": "relative", "inner_sign": 1, "outer_sign": 1}
+_LARGEST_LEAN = 0.3
+"""Largest lean of a camera [rad]; beyond it, columns are likely exchanged."""
+_LENGTH_OFF = 0.05
+"""Share by which the length that the motion shows may differ from the one given, besides four standard deviations."""
+_WELL_KNOWN = 0.2
+"""Standard deviation, as a share, up to which a length is worth saying."""
 
 
 def make_bag(options: argparse.Namespace, arguments: list[str]) -> None:
@@ -32,7 +37,9 @@ def make_bag(options: argparse.Namespace, arguments: list[str]) -> None:
     recording = recording_of(table, options)
     print(f"{shown(options.csv)}: {table.format}", *recording.columns, sep="\n  ")
     granted = [
-        AS_TYPED.setting(name, value) for name, value in _TAKEN_FOR_GRANTED.items() if getattr(options, name) is None
+        recording.meaning.setting(name, value)
+        for name, value in _TAKEN_FOR_GRANTED.items()
+        if getattr(options, name) is None
     ]
     if granted and not recording.on_film:
         print(f"assumed: {', '.join(granted)}")
@@ -53,8 +60,8 @@ def _checked(table: Table, recording: Recording, options: argparse.Namespace) ->
     samples = recording.samples
     try:
         if recording.on_film:
-            check_film(samples, recording.meaning)
-        found = find_trial(samples, recording.meaning, AS_TYPED)
+            _check_film(samples, recording.meaning)
+        found = find_trial(samples, recording.meaning)
     except TrialError as error:
         if not options.anyway:
             there = f"; columns: {table.columns}" if isinstance(error, OtherMotionError) else ""
@@ -64,7 +71,7 @@ def _checked(table: Table, recording: Recording, options: argparse.Namespace) ->
     lines = [f"{kind}: {found.trial.duration:.3f} s from {found.trial.start:.3f} s on"]
     lines += [f"  {note}" for note in found.trial.notes if note not in found.warnings]
     lines += [f"warning: {warning}" for warning in found.warnings]
-    return lines + what_the_motion_says(found, recording, options.rate)
+    return lines + _what_the_motion_says(found, recording, options.rate)
 
 
 def _write(recording: Recording, options: argparse.Namespace, arguments: list[str]) -> None:
@@ -89,3 +96,39 @@ def _write(recording: Recording, options: argparse.Namespace, arguments: list[st
             "made_by": utf_8(f"import_csv {shlex.join(arguments)}"),
         }
         writer.close(source)
+
+
+def _check_film(samples: Samples, meaning: TrialOptions) -> None:
+    """Raise TrialError where gravity does not pull down in the picture."""
+    directions = gravity_of(samples, meaning)
+    lean = 0.0 if directions is None else float(np.angle(np.mean(np.exp(1j * directions))))
+    if abs(lean) <= _LARGEST_LEAN:
+        return
+    degrees = np.degrees(lean)
+    if abs(abs(degrees) - 180) < np.degrees(_LARGEST_LEAN):
+        raise TrialError("gravity pulls up in the picture: y counts the other way, give the other --y-axis")
+    raise TrialError(
+        f"gravity's direction is about {degrees:.0f} degrees from the picture's vertical: check which columns are x "
+        "and y; if the camera leans so, --lean takes it out"
+    )
+
+
+def _what_the_motion_says(found: Found, recording: Recording, rate: float | None) -> list[str]:
+    """Return lines about how well the balance of forces holds, and with which length."""
+    if found.balance is None or not found.balance.lumped.has_certain_signs:
+        return []
+    lumped = found.balance.lumped
+    lines = [f"balance of forces: {lumped.unexplained:.1%} of the inner rod's acceleration is unexplained"]
+    g = NOMINAL["g"]
+    length, std = g * lumped.length_over_gravity, g * lumped.length_std
+    if length > 0 and std < _WELL_KNOWN * length:
+        lines[0] += f"; it holds with L = {length:.3g} +- {max(std, 1e-3 * length):.1g} m at g = {g:g} m/s^2"
+        given = recording.length
+        if given and abs(length / given - 1) > _LENGTH_OFF + 4 * std / given:
+            faster = np.sqrt(given / length)
+            remedy = f"--rate {rate / faster:.4g}" if rate else f"times that are {faster:.3g} times as long"
+            lines.append(
+                f"warning: the joints are {given:.3g} m apart, but the motion is that of {length:.3g} m: with {remedy} "
+                "they agree; check rate, times and length"
+            )
+    return lines

@@ -4,12 +4,12 @@ import argparse
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array, Mask
 from cdp_ident.bag.csv_file import Table
 from cdp_ident.bag.csv_titles import CART, INNER, OUTER, POINTS, may_be_angles, roles, torques
 from cdp_ident.bag.joint_recording import JointRecording
-from cdp_ident.commands._csv_arguments import ANGLE_UNITS, AS_TYPED, LENGTH_UNITS
+from cdp_ident.commands._csv_arguments import ANGLE_UNITS, LENGTH_UNITS, TypedOptions
 from cdp_ident.commands._csv_time import stamps_of, times
 from cdp_ident.errors import BagError, OptionError
 from cdp_ident.trial.film import rods_on_film
@@ -17,9 +17,6 @@ from cdp_ident.trial.gravity import in_right_ranges
 from cdp_ident.trial.joints import Samples, in_radians, select_joints
 from cdp_ident.trial.options import TrialOptions, Unit
 from cdp_ident.trial.units import found_units
-
-Array = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
 
 _FEWEST_DEGREES, _MOST_RADIANS = 7.0, 20.0
 """Angles that state no unit are radians if they vary by less, and degrees by more if the motion does not tell."""
@@ -122,14 +119,14 @@ def _from_angles(table: Table, known: dict[str, int], used: set[int], options: a
     factors, unit = _angle_factors(table, places, options)
     angles = np.column_stack([table.column(place) for place in places]) * factors
     columns = [f"{name} from {table.name(place)} in {unit}" for name, place in zip((INNER, OUTER), places, strict=True)]
-    return _Rows(angles, np.ones(len(angles), dtype=bool), TrialOptions(**said), columns, [], unit != "")
+    return _Rows(angles, np.ones(len(angles), dtype=bool), TypedOptions(**said), columns, [], unit != "")
 
 
 def _from_points(table: Table, points: list[int], cart: Array | None, options: argparse.Namespace) -> _Rows:
     """Return the rows of a table whose angles follow from positions in the columns `points`."""
     for name in _MEANINGS:
         if getattr(options, name) is not None:
-            raise OptionError(f"{AS_TYPED.name(name)} does not go with points: what their angles mean is known")
+            raise OptionError(f"{TypedOptions().called(name)} does not go with points: what their angles mean is known")
     unit = options.points_unit or next((table.unit(place) for place in points if table.unit(place)), "px")
     if unit not in ("px", *LENGTH_UNITS):
         raise OptionError(f"{table.path}: positions in {unit}? Give --points-unit")
@@ -144,7 +141,7 @@ def _from_points(table: Table, points: list[int], cart: Array | None, options: a
     numbers = np.full((len(film.kept), 3), np.nan)
     numbers[film.kept, :2] = film.angles
     length = film.length * LENGTH_UNITS[unit] if unit in LENGTH_UNITS else options.length
-    rows = _Rows(numbers[:, :2], film.kept, TrialOptions(outer_angle="absolute"), columns, [*film.notes], length=length)
+    rows = _Rows(numbers[:, :2], film.kept, TypedOptions(outer_angle="absolute"), columns, [*film.notes], length=length)
     if film.pivot is not None and cart is None:
         if length is None:
             raise OptionError("the pivot moves: give --length, so that its way is known in metres")
@@ -221,9 +218,9 @@ def _with_units(samples: Samples, meaning: TrialOptions) -> tuple[TrialOptions, 
     size = float(np.ptp(samples.angles, axis=0).max())
     if size < _FEWEST_DEGREES:
         return meaning, "not stated: a swing in degrees is wider"
-    found, fit, _ = found_units(samples, meaning)
-    if fit and fit.unexplained < _TELLS:
-        how = f"not stated: {fit.unexplained:.1%} of the motion is unexplained in it"
-        return replace(meaning, inner_unit=found.inner_unit, outer_unit=found.outer_unit), how
+    found, _ = found_units(samples, meaning)
+    if found and found.lumped.unexplained < _TELLS:
+        how = f"not stated: {found.lumped.unexplained:.1%} of the motion is unexplained in it"
+        return replace(meaning, inner_unit=found.meaning.inner_unit, outer_unit=found.meaning.outer_unit), how
     unit: Unit = "degrees" if size > _MOST_RADIANS else "radians"
     return replace(meaning, inner_unit=unit, outer_unit=unit), "not stated: by their size"

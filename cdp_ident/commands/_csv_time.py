@@ -5,16 +5,13 @@ from datetime import datetime, timezone
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array, Indices
 from cdp_ident.bag.csv_file import Table
 from cdp_ident.bag.csv_titles import FRAME, TIME, seconds_and_nanoseconds
 from cdp_ident.bag.joint_state import NANOSECONDS
 from cdp_ident.commands._csv_arguments import TIME_UNITS
 from cdp_ident.errors import BagError, OptionError
-
-Array = npt.NDArray[np.float64]
-Indices = npt.NDArray[np.int64]
 
 _ABSOLUTE = 1e9
 """Times [s] from here on, which is 2001, are taken as seconds since 1970."""

@@ -4,9 +4,7 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-import numpy as np
-import numpy.typing as npt
-
+from cdp_ident.arrays import Array
 from cdp_ident.model.effects.effect import Effect
 from cdp_ident.model.linear import INPUTS, OUTPUTS, STATES, LinearModel, Mode
 
@@ -74,7 +72,7 @@ def _lines(model: LinearModel, at: str, left_out: Sequence[Effect]) -> Iterator[
         yield f"Left out, as it has no linear part: {effect.description}{joint}"
 
 
-def _matrix(name: str, matrix: npt.NDArray[np.float64]) -> Iterator[str]:
+def _matrix(name: str, matrix: Array) -> Iterator[str]:
     for row, values in enumerate(matrix):
         head = f"{name} = " if row == 0 else ""
         yield f"{head:<4}" + "".join(f"{value + 0.0:>12.6g}" for value in values)

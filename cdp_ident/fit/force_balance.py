@@ -10,22 +10,18 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array, Mask
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.bounded import minimum_within_limits
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.effect import JOINTS, Effect, Law
 from cdp_ident.model.parameters import GROUPS, INVERSE_INERTIA, time_unit
-from cdp_ident.model.time_grid import interpolated
 from cdp_ident.model.weights import Weight, added_by
-from cdp_ident.trial.balance import WINDOW, Motion, motion_on_grid
+from cdp_ident.trial.balance import motion_on_grid
 from cdp_ident.trial.scales import PER_UNIT, Scales
 from cdp_ident.trial.trial import Trial
-from cdp_ident.trial.weak_form import COLUMNS, Kinematics, Windows, integrated
-
-Array = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
+from cdp_ident.trial.weak_form import COLUMNS, WINDOW, Motion, integrated
 
 _COLUMNS_OF: Mapping[Law, Mapping[str, str]] = {
     Law(friction="torque"): {"torque": "k"},
@@ -84,10 +80,7 @@ class Pieces:
             for stretch in trial.stretches:
                 scales = Scales.at_least(unit, stretch.time)
                 if stretch.duration > 2 * WINDOW / PER_UNIT * scales.unit:
-                    motion = motion_on_grid(stretch.time, stretch.theta, stretch.cart, scales)
-                    torques = stretch.torques
-                    known = None if torques is None else interpolated(motion.time, stretch.time, torques)
-                    motions.append(replace(motion, torques=known))
+                    motions.append(motion_on_grid(stretch.time, stretch.theta, stretch.cart, scales, stretch.torques))
                     weights.append(trial.weights)
         return cls(length, gravity, tuple(motions), tuple(weights))
 
@@ -100,7 +93,6 @@ class Pieces:
                 angles=np.pi + (motion.angles - np.pi) @ change.T,
                 rates=motion.rates @ change.T,
                 angle_noise=np.sqrt(motion.angle_noise**2 @ (change**2).T),
-                noise=motion.noise @ (change**2).T,
             )
             for motion in self.motions
         )
@@ -183,11 +175,15 @@ def balance_of_forces(pieces: Pieces, effects: Sequence[Effect] = (), length_fre
     """
     names, basis = _unknowns(pieces, effects, length_free)
     needed = [COLUMNS.index("A22"), *np.flatnonzero(basis(()).any(axis=1)).tolist()]
-    parts = [_rows(motion, pieces.gravity, [COLUMNS[place] for place in needed]) for motion in pieces.motions]
-    lumped = [part.lumped @ basis(weights)[needed] for part, weights in zip(parts, pieces.weights, strict=True)]
-    columns = np.concatenate(lumped or [np.zeros((0, 2, len(names)))])
-    target = np.concatenate([-part.lumped[..., 0] for part in parts] or [np.zeros((0, 2))])
-    holds = np.concatenate([part.holds for part in parts] or [np.zeros((0, 2), dtype=bool)])
+    columns: Array = np.zeros((0, 2, len(names)))
+    target, holds = columns[..., 0], columns[..., 0] > 0.0
+    for motion, weights in zip(pieces.motions, pieces.weights, strict=True):
+        lumped, uncertain = integrated(motion, pieces.gravity, [COLUMNS[place] for place in needed], STRIDE)
+        # The sum is free of the outer joint's torque, and the outer rod's equation of the inner joint's, which while a
+        # joint sticks is as large as it needs to be.
+        lumped[:, 0] += lumped[:, 1]
+        columns = np.concatenate([columns, lumped @ basis(weights)[needed]])
+        target, holds = np.concatenate([target, -lumped[..., 0]]), np.concatenate([holds, uncertain < _STICKS])
     if np.any(holds.sum(axis=0) < _FEWEST):
         joint = JOINTS[int(np.argmin(holds.sum(axis=0)))]
         raise IdentificationError(f"there is too little motion of the {joint} joint for a balance of forces")
@@ -226,27 +222,6 @@ def balance_of_forces(pieces: Pieces, effects: Sequence[Effect] = (), length_fre
     )
 
 
-@dataclass(frozen=True)
-class _Rows:
-    """The balance in windows of a motion: the sum of both rods' equations, and the outer rod's."""
-
-    lumped: Array
-    """(windows, 2, columns) what the lumped numbers are multiplied by."""
-    holds: Mask
-    """(windows, 2) where each holds: the sum is free of the outer joint's torque, and the outer rod's equation of the
-    inner joint's, which while a joint sticks is as large as it needs to be."""
-
-
-def _rows(motion: Motion, gravity: float, columns: Sequence[str]) -> _Rows:
-    k = Kinematics(motion.scales.spacing, motion.angles, motion.rates, motion.cart_velocity, motion.torques)
-    windows = Windows.of(WINDOW // 2, motion.scales.spacing, STRIDE)
-    directions = k.directions([motion.scales.slow] * 2)
-    lumped = integrated(k, windows, directions, gravity, columns)
-    lumped[:, 0] += lumped[:, 1]
-    uncertain = windows.values_of(1.0 - np.abs(directions.T)).T
-    return _Rows(lumped, uncertain < _STICKS)
-
-
 def _unknowns(
     pieces: Pieces, effects: Sequence[Effect], length_free: bool
 ) -> tuple[tuple[str, ...], Callable[[Sequence[Weight]], Array]]:
@@ -271,7 +246,8 @@ def _unknowns(
             found[0]["G2"] = g / length
         if pieces.inertia_free:
             A22, A23, A33, a1, *_ = added_by(weights, length).tolist()
-            found.append({"A22": A22, "A23": A23, "A33": A33, "G1": g * a1, "G2": g / length * A23, "M": 1.0})
+            moments = {"G1": g * a1, "G2": g / length * A23}
+            found.append({"A22": A22, "A23": A23, "A33": A33, **moments, "M1": 1.0, "M2": 1.0})
         for effect, name in of_effects:
             column = _COLUMNS_OF[effect.law][name]
             found.append({column if column in COLUMNS else f"{column}{1 + JOINTS.index(effect.joint)}": 1.0})

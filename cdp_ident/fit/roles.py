@@ -40,7 +40,7 @@ class PartedTrial:
         samples = np.concatenate([np.arange(first, last) for first, last in bounds])
         lengths = np.cumsum([last - first for first, last in bounds])
         trial = self.trial
-        return replace(trial.of_samples(samples), breaks=tuple(int(end) for end in lengths[:-1]))
+        return replace(trial[samples], breaks=tuple(int(end) for end in lengths[:-1]))
 
 
 def assign_roles(fit: Sequence[Trial], holdout: Sequence[Trial], time_unit: float) -> list[PartedTrial]:

@@ -10,7 +10,7 @@ from itertools import groupby
 from pathlib import Path
 from typing import Any, Literal
 
-from cdp_ident.bag.origin import origin_of, read_custom_data
+from cdp_ident.bag.metadata import origin_of, read_custom_data
 from cdp_ident.bag.reader import bag_name, read_joint_states
 from cdp_ident.errors import BagError
 from cdp_ident.outside_text import shown

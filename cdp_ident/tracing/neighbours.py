@@ -66,7 +66,7 @@ def _longer(found: WholeSwings, score: Score) -> Iterator[Neighbour]:
     for index, active in enumerate(found.model.effects):
         if active.effect != score.active.effect or active.trial != score.active.trial:
             continue
-        for form in _richer([active.effect]):
+        for form in _extended([active.effect]):
             (one, at), (other, also_at) = found.values[found.model.places(index)].tolist(), score.values.tolist()
             values = [one + other, 0.5 * (at + also_at), 0.5 * abs(at - also_at)]
             yield _instead(found, index, replace(active, effect=form), values)

@@ -5,55 +5,29 @@ measured acceleration acts. A joint that stands still is held by any friction. W
 numbers of the other windows, a hand acted on the rods, or the angles have another meaning than assumed.
 """
 
-import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array, Rows
 from cdp_ident.model.parameters import NOMINAL
-from cdp_ident.trial import weak_form
+from cdp_ident.model.time_grid import interpolated
 from cdp_ident.trial.kinematics import CUBIC_AT_CENTRE, local_motion
 from cdp_ident.trial.scales import Scales, sampling_step
-from cdp_ident.trial.weak_form import Kinematics
+from cdp_ident.trial.weak_form import WINDOW, Functions, Motion, integrated
 
-Array = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
-
-WINDOW = 25
-"""Grid points of a window: 1.2 units of the motion's time scale from its first to its last."""
 COLUMNS = ("A23", "A33", "c1", "c2", "G1", "G2", "k1", "k2", "D", "E12", "E1", "E2")
 """The lumped numbers in their order."""
+MOTORS = ("M1", "M2")
+"""What the torques of motors in the joints are multiplied by."""
 _STICKS = 0.5
 """A joint sticks where the direction of its friction is uncertain by more than this share."""
 _NOISE_SAMPLES = 2000
 
 
 @dataclass(frozen=True)
-class Motion:
-    """The motion of one piece of a recording on a grid of times."""
-
-    time: Array
-    """(m,) times of the grid [s], spaced by `scales.spacing`."""
-    angles: Array
-    """(m, 2) theta1, theta2, or the positions of the inner and outer joint that they are made of [rad]."""
-    rates: Array
-    """(m, 2) their velocities [rad/s]."""
-    cart: Array
-    """(m,) position of the cart [m]."""
-    cart_velocity: Array
-    """(m,) velocity of the cart [m/s]."""
-    scales: Scales
-    angle_noise: Array
-    """(2,) standard deviation of the angles' noise [rad]."""
-    noise: Array
-    """(2,) variance that it gives to the acceleration over a window [(rad/s^2)^2]."""
-    torques: Array | None = None
-    """(m, 2) torques of motors in the joints [N m]; None where there are none."""
-
-
-@dataclass(frozen=True)
-class Windows:
+class Windows(Rows):
     """The balance of forces in windows of a motion."""
 
     coefficients: Array
@@ -65,52 +39,51 @@ class Windows:
     noise: Array
     """(k, 2) variance of the noise of the accelerations of both rods [(rad/s^2)^2]."""
 
-    def __getitem__(self, chosen: Mask | npt.NDArray[np.int64]) -> "Windows":
-        """Return some of the windows."""
-        return Windows(self.coefficients[chosen], self.target[chosen], self.slack[chosen], self.noise[chosen])
-
     def __len__(self) -> int:
         """Return how many there are."""
         return len(self.target)
 
 
-def joined(parts: list[Windows]) -> Windows:
+def joined(parts: Sequence[Windows]) -> Windows:
     """Return the windows of several motions as one."""
     return Windows(*(np.concatenate([getattr(part, name) for part in parts]) for name in Windows.__dataclass_fields__))
 
 
-def motion_on_grid(time: Array, angles: Array, cart: Array | None, scales: Scales | None = None) -> Motion:
-    """Estimate angles and velocities on a grid from samples: time (n,) [s], angles (n, 2) [rad], cart (n,) [m].
+def motion_on_grid(
+    time: Array, angles: Array, cart: Array | None, scales: Scales | None = None, torques: Array | None = None
+) -> Motion:
+    """Estimate angles and velocities on a grid from samples.
 
-    Without `scales` they are those of this motion.
+    Args:
+        time: (n,) of the samples [s].
+        angles: (n, 2) [rad].
+        cart: (n,) its position [m].
+        scales: of the grid; else those of this motion.
+        torques: (n, 2) of motors in the joints.
     """
     scales = scales or Scales.of(time, angles)
     at = np.arange(time[0], time[-1], scales.spacing)
     cart = np.zeros(len(time)) if cart is None else cart
     values, slopes = local_motion(time, np.column_stack([angles, cart]), at, scales.half_width)
-    noise = _noise(time, angles, scales)
-    of_acceleration = noise**2 * _gain(time, scales)
-    return Motion(at, values[:, :2], slopes[:, :2], values[:, 2], slopes[:, 2], scales, noise, of_acceleration)
+    known = None if torques is None else interpolated(at, time, torques)
+    noise, gain = _noise(time, angles, scales), _gain(time, scales)
+    return Motion(at, values[:, :2], slopes[:, :2], values[:, 2], slopes[:, 2], scales, noise, gain, known)
 
 
 def windows(motion: Motion) -> Windows:
     """Return the balance of each window of WINDOW grid points that fits into a motion given in theta1 and theta2."""
-    k = Kinematics(motion.scales.spacing, motion.angles, motion.rates, motion.cart_velocity)
-    functions = weak_form.Windows.of(WINDOW // 2, motion.scales.spacing)
-    directions = k.directions([math.sqrt(2.0 / math.pi) * motion.scales.slow] * 2)
-    balance = weak_form.integrated(k, functions, directions, NOMINAL["g"], ("A22", *COLUMNS))
-    slack = functions.values_of(1.0 - np.abs(directions.T)).T
+    balance, slack = integrated(motion, NOMINAL["g"], ("A22", *COLUMNS))
     if motion.torques is not None:
-        balance = _without_torques(balance, weak_form.pushes_of(functions, motion.torques))
+        balance = _without(integrated(motion, NOMINAL["g"], MOTORS)[0], balance)
     return Windows(balance[..., 1:], -balance[..., 0], slack, np.tile(motion.noise, (len(balance), 1)))
 
 
-def _without_torques(balance: Array, pushes: Array) -> Array:
-    """Return the balance (k, 2, columns) without what torques (`pushes_of`) explain, whatever their gains are.
+def _without(torques: Array, balance: Array) -> Array:
+    """Return the balance (k, 2, columns) without what motors' torques (k, 2, 2) explain, whatever their gains are.
 
     What else is fitted to it is as if the gains were fitted, too (Frisch and Waugh, Econometrica 1, 1933).
     """
-    basis, _ = np.linalg.qr(pushes.reshape(-1, 2))
+    basis, _ = np.linalg.qr(torques.reshape(-1, 2))
     rows = balance.reshape(len(basis), -1)
     return np.asarray((rows - basis @ (basis.T @ rows)).reshape(balance.shape))
 
@@ -154,4 +127,4 @@ def _gain(time: Array, scales: Scales) -> float:
     beside = max(6, round((at[-1] + scales.half_width) / step) + 1)
     times = np.arange(-beside, beside + 1) * step
     _, slopes = local_motion(times, np.eye(len(times)), at, scales.half_width)
-    return float(np.sum((weak_form.Windows.of(WINDOW // 2, scales.spacing).slope @ slopes) ** 2))
+    return float(np.sum((Functions.of(scales.spacing).slope @ slopes) ** 2))

@@ -3,15 +3,12 @@
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array, Mask, Rows
 from cdp_ident.trial.joints import Samples
 from cdp_ident.trial.order import elapsed, in_order
 from cdp_ident.trial.outliers import TURN, outliers
 from cdp_ident.trial.sample_times import evened
-
-Array = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -27,14 +24,9 @@ class Cleaned:
     notes: tuple[str, ...]
     """What was dropped, in words."""
 
-    @property
-    def measurements(self) -> Samples:
-        """The samples that are not outliers."""
-        return self.samples[~self.outlier]
-
 
 @dataclass(frozen=True)
-class Piece:
+class Piece(Rows):
     """A stretch of samples without a gap in which full turns could be lost."""
 
     time: Array
@@ -45,8 +37,8 @@ class Piece:
     """(n,) position of the cart [m]."""
     torques: Array | None
     """(n, 2) torques of motors in the joints, as recorded."""
-    outliers: Array
-    """(k,) times between these at which outliers were left out [s]."""
+    outliers: tuple[float, ...]
+    """Times between these at which outliers were left out [s]."""
 
 
 def clean(samples: Samples, start: float = 0.0, stop: float = np.inf) -> Cleaned:
@@ -98,7 +90,7 @@ def cut_at_gaps(cleaned: Cleaned, longest_gap: float) -> tuple[list[Piece], list
     pieces = []
     for chosen in np.split(kept, np.unique(np.concatenate([long, steps]))):
         between = np.setdiff1d(np.arange(chosen[0], chosen[-1]), chosen)
-        measured = samples[chosen]
+        measured, left_out = samples[chosen], tuple(times[between].tolist())
         angles = np.asarray(np.unwrap(measured.angles, axis=0))
-        pieces.append(Piece(times[chosen], angles, measured.cart, measured.torques, times[between]))
+        pieces.append(Piece(times[chosen], angles, measured.cart, measured.torques, left_out))
     return pieces, notes

@@ -1,14 +1,10 @@
 """Joints that are measured at times of their own, at common times."""
 
 import numpy as np
-import numpy.typing as npt
 from scipy.interpolate import CubicSpline
 
+from cdp_ident.arrays import Array, Indices, Mask
 from cdp_ident.trial.outliers import TURN, outliers
-
-Array = npt.NDArray[np.float64]
-Indices = npt.NDArray[np.int64]
-Mask = npt.NDArray[np.bool_]
 
 _TOGETHER = 0.9
 """Share of the readings of a joint that have one of the other beside them, up to which joints are measured together."""

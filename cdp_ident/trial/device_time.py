@@ -8,12 +8,10 @@ recorded by the driver, or estimated from a line through the stamps, once for a 
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array
 from cdp_ident.bag.diagnostics import ClockRate
 from cdp_ident.bag.joint_recording import JointRecording
-
-Array = npt.NDArray[np.float64]
 
 _SET = 20_000_000
 """Where device and stamps go on by times that differ by more than this [ns], one of the clocks was set."""

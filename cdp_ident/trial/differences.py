@@ -1,9 +1,8 @@
 """An encoder's noise and steps, from differences of neighbouring samples."""
 
 import numpy as np
-import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from cdp_ident.arrays import Array
 
 SAMPLES = 5
 """Samples in a fourth divided difference, to which the pendulum's motion hardly contributes: at 200 Hz a swing at 10

@@ -4,19 +4,15 @@ Gravity's torque goes with the sine of an angle, and so shows how large the angl
 signals are counted once or four times, or a gear is forgotten, forces balance with the readings over this factor only.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 from scipy.optimize import minimize_scalar
 
-from cdp_ident.trial.balance import Motion
-from cdp_ident.trial.lumped import Lumped
-from cdp_ident.trial.meaning import balance_of
+from cdp_ident.trial.meaning import Balance, Recorded, balance_of
 from cdp_ident.trial.options import TrialOptions
 
-Mask = npt.NDArray[np.bool_]
 Joints = tuple[str, ...]
 """The joints whose readings have the same factor."""
 Misfit = Callable[[Joints, float], float]
@@ -73,47 +69,45 @@ def scaled(options: TrialOptions, joints: Joints, logarithm: float) -> TrialOpti
     return replace(options, **factors)
 
 
-def best_scale(
-    motions: Sequence[Motion], moving: Sequence[Mask], options: TrialOptions, *, any_factor: bool, from_zero: bool
-) -> tuple[TrialOptions, Lumped] | None:
-    """Return the meaning of the angles with the factor with which forces balance best.
+def best_scale(recorded: Recorded, options: TrialOptions, *, any_factor: bool, from_zero: bool) -> Balance | None:
+    """Return the balance under the meaning of the angles with the factor with which forces balance best.
 
     A likely factor is taken where it leaves next to nothing. None where no factor is possible, or the best one
     is so near to one that something else may act like it.
 
     Args:
-        motions: of the recorded joints.
-        moving: of each motion, the windows that show one.
+        recorded: the motion of the recorded joints.
         options: what the angles are taken to mean.
         any_factor: whether others than likely factors are tried, too.
         from_zero: whether readings that are right at zero are tried, too (`scale_from`).
     """
-    apart = max(1, sum(np.count_nonzero(mask) for mask in moving) // _ENOUGH)
-    some = [mask & (np.arange(len(mask)) % apart == 0) for mask in moving]
+    apart = max(1, sum(map(np.count_nonzero, recorded.moving)) // _ENOUGH)
+    some = replace(recorded, moving=tuple(mask & (np.arange(len(mask)) % apart == 0) for mask in recorded.moving))
 
-    def balanced(meaning: TrialOptions, moving: Sequence[Mask] = some) -> Lumped | None:
-        found = balance_of(motions, moving, meaning)
-        return found.lumped if found and found.lumped.is_mechanism and found.lumped.has_certain_signs else None
+    def left(meaning: TrialOptions) -> float:
+        return _left(_possible(balance_of(some, meaning)))
 
     def least(base: TrialOptions) -> tuple[float, Joints, float]:
-        return least_misfit(lambda joints, logarithm: _left(balanced(scaled(base, joints, logarithm))))
+        return least_misfit(lambda joints, logarithm: left(scaled(base, joints, logarithm)))
 
-    given = balance_of(motions, some, options)
-    most = min(_FAR_LESS * _left(given.lumped if given else None), _EXPLAINED)
     bases = [options, replace(options, scale_from="zero")] if from_zero else [options]
     likely = [scaled(base, joints, log) for base in bases for joints in _TOGETHER for log in np.log(_LIKELY)]
-    left, best = min(((_left(balanced(other)), other) for other in likely), key=lambda found: found[0])
-    if left > most:
+    least_left, best = min(((left(other), other) for other in likely), key=lambda found: found[0])
+    if least_left > min(_FAR_LESS * _left(balance_of(some, options)), _EXPLAINED):
         if not any_factor:
             return None
         (_, joints, logarithm), base = min(((least(base), base) for base in bases), key=lambda found: found[0][0])
         if abs(logarithm) <= _NEAREST:
             return None
         best = scaled(base, joints, logarithm)
-    found = balanced(best, moving)
-    return (best, found) if found else None
+    return _possible(balance_of(recorded, best))
 
 
-def _left(lumped: Lumped | None) -> float:
+def _possible(balance: Balance | None) -> Balance | None:
+    """Return a balance that is certain to be a double pendulum's."""
+    return balance if balance and balance.lumped.is_mechanism and balance.lumped.has_certain_signs else None
+
+
+def _left(balance: Balance | None) -> float:
     # The spread decides between factors that leave nothing but noise.
-    return np.inf if lumped is None else lumped.unexplained + _BESIDE * lumped.spread
+    return np.inf if balance is None else balance.lumped.unexplained + _BESIDE * balance.lumped.spread

@@ -4,28 +4,23 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array, Mask
 from cdp_ident.errors import NoFreeMotionError, TrialError
 from cdp_ident.model.effects.effect import JOINTS
-from cdp_ident.model.time_grid import interpolated
-from cdp_ident.trial.balance import WINDOW, Motion
 from cdp_ident.trial.cleaning import Piece
 from cdp_ident.trial.conventions import check_conventions
 from cdp_ident.trial.joints import Samples, model_angles
-from cdp_ident.trial.meaning import Balance
+from cdp_ident.trial.meaning import Balance, Recorded
 from cdp_ident.trial.options import Input, TrialOptions
 from cdp_ident.trial.other_motions import driven
 from cdp_ident.trial.outliers import outlier_words
-from cdp_ident.trial.recorded_motion import Recorded, recorded_motion
+from cdp_ident.trial.recorded_motion import recorded_motion
 from cdp_ident.trial.scales import PER_UNIT
 from cdp_ident.trial.trial import Trial, joined
 from cdp_ident.trial.units import degrees_found
-from cdp_ident.trial.wording import KEYS, Wording
+from cdp_ident.trial.weak_form import WINDOW, Motion
 from cdp_ident.trial.zero_input import Part, at_rest, cart_driven, choose_parts, covering, find_parts, moving_windows
-
-Array = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
 
 _MOSTLY = 0.5
 """What drives more than this share of a motion that is nowhere free for long is its input."""
@@ -44,123 +39,84 @@ class Found:
     """Under the options' meaning of the angles; None where there is too little motion for one."""
 
 
-def find_trial(samples: Samples, options: TrialOptions, wording: Wording = KEYS) -> Found:
+def find_trial(samples: Samples, options: TrialOptions) -> Found:
     """Find the longest motion without input, or with a known one, and check what the options say about the angles.
 
     Args:
         samples: as recorded.
         options: what they mean, and what of them is taken.
-        wording: how the user writes options.
 
     Raises:
         TrialError: the data contradict the conventions, there is no motion long enough, or a hand led the rods up and
             they swing too shortly to tell it from free motion.
     """
-    in_degrees = degrees_found(samples, options) if wording is KEYS else ""
+    in_degrees = degrees_found(samples, options)
     if in_degrees and options.conventions == "refuse":
-        raise TrialError(f"{in_degrees}; {wording.insist}")
-    recorded = recorded_motion(samples, options, wording)
-    by_motors, gains = _driven(*recorded[:3], options)
+        raise TrialError(f"{in_degrees}; {options.insist}")
+    recorded = recorded_motion(samples, options)
+    if in_degrees:
+        recorded = replace(recorded, notes=(*recorded.notes, in_degrees))
+    by_motors, gains = driven(recorded, options)
     if options.input != "auto":
-        return _found(recorded, by_motors, gains, options, wording, in_degrees)
+        return _found(recorded, by_motors, gains, options)
     try:
-        return _found(recorded, by_motors, gains, replace(options, input="none"), wording, in_degrees)
+        return _found(recorded, by_motors, gains, replace(options, input="none"))
     except NoFreeMotionError:
-        if (driver := _driver(recorded[1], by_motors, options)) == "none":
+        if (driver := _driver(recorded.motions, by_motors, options)) == "none":
             raise
-        return _found(recorded, by_motors, gains, replace(options, input=driver), wording, in_degrees)
+        return _found(recorded, by_motors, gains, replace(options, input=driver))
 
 
-def _found(
-    recorded: Recorded,
-    by_motors: Sequence[Mask],
-    gains: Array,
-    options: TrialOptions,
-    wording: Wording,
-    in_degrees: str,
-) -> Found:
+def _found(recorded: Recorded, by_motors: Sequence[Mask], gains: Array, options: TrialOptions) -> Found:
     """Find a motion with a given input.
 
     Args:
-        recorded: see `recorded_motion`.
+        recorded: the motion of the recorded joints.
         by_motors: at which grid points (m,) of each motion motors drive the joints.
         gains: (2,) of their torques.
         options: what the angles mean, and the input.
-        wording: how the user writes options.
-        in_degrees: that readings are in degrees, in words, or nothing.
     """
-    pieces, motions, moving, notes = recorded
+    motions, moving, said = recorded.motions, recorded.moving, []
     if options.input == "joints":
-        _refuse_reversed(gains, options)
-        motions, by_motors = _with_torques(motions, pieces), [np.zeros(len(m.time), dtype=bool) for m in motions]
-        notes = [*notes, "motors drive the joints: their efforts are known torques [N m]"]
+        _refuse_unusable(motions, gains, options)
+        by_motors = [np.zeros(len(motion.time), dtype=bool) for motion in motions]
+        said = ["motors drive the joints: their efforts are known torques [N m]"]
     if options.input == "cart":
         options = replace(options, cart_limit=np.finfo(float).max)
         moving = tuple(moving_windows(motion, options) for motion in motions)
-        notes = [*notes, "the cart is driven: its measured acceleration is a known input"]
+        said = ["the cart is driven: its measured acceleration is a known input"]
     moving = tuple(
         mask & ~covering(flags, WINDOW) if len(mask) else mask for mask, flags in zip(moving, by_motors, strict=True)
     )
-    balance, warnings = check_conventions(motions, moving, options, wording)
-    warnings = [in_degrees, *warnings] if in_degrees else warnings
+    balance, warnings = check_conventions(replace(recorded, moving=moving), options)
     parts, impulses = find_parts(motions, balance, by_motors, options)
     taken, cuts = choose_parts(parts, options.shortest or motions[0].scales.shortest)
     if balance is None and _begins_hanging(motions[taken[0].motion], options):
         raise TrialError(
             "the rods hang still at first, so something moved them, and then swing for too short a time to tell a hand "
-            f"from free motion: record a longer swing, or take the part without the hand by {wording.name('start')} "
-            f"and {wording.name('stop')}"
+            f"from free motion: record a longer swing, or take the part without the hand by {options.called('start')} "
+            f"and {options.called('stop')}"
         )
-    trial = _joined(pieces, taken, options)
-    trial = trial if options.input == "joints" else replace(trial, torques=None)
-    return Found(replace(trial, notes=(*notes, *trial.notes, *warnings, *cuts, *impulses)), tuple(warnings), balance)
+    trial = joined([_stretch(recorded.pieces[part.motion], part, options) for part in taken])
+    left_out = [outlier_words(trial.outliers, len(trial.time))] if trial.outliers else []
+    notes = (*recorded.notes, *said, *left_out, *warnings, *cuts, *impulses)
+    return Found(replace(trial, notes=notes), tuple(warnings), balance)
 
 
 def _driver(motions: Sequence[Motion], by_motors: Sequence[Mask], options: TrialOptions) -> Input:
     """Return what drives most of the motion: the measured cart, motors in the joints, or nothing."""
     moves = ~np.concatenate([at_rest(motion, options.rest_amplitude) for motion in motions])
-    by_cart = np.concatenate([cart_driven(motion, options.cart_limit) for motion in motions])
-    shares: dict[Input, float] = {"joints": np.mean(np.concatenate(by_motors)[moves]), "cart": np.mean(by_cart[moves])}
-    most = max(shares, key=lambda name: shares[name])
-    return most if shares[most] > _MOSTLY else "none"
+    by_cart = [cart_driven(motion, options.cart_limit) for motion in motions]
+    drivers: dict[Input, Sequence[Mask]] = {"joints": by_motors, "cart": by_cart}
+    lasts = {name: np.count_nonzero(np.concatenate(where)[moves]) for name, where in drivers.items()}
+    most = max(lasts, key=lambda name: lasts[name])
+    return most if lasts[most] > _MOSTLY * np.count_nonzero(moves) else "none"
 
 
-def _with_torques(motions: Sequence[Motion], pieces: Sequence[Piece]) -> tuple[Motion, ...]:
-    """Return motions with the torques of the motors in their joints.
-
-    Raises TrialError where there are none.
-    """
-    pairs = [(motion, piece.time, piece.torques) for motion, piece in zip(motions, pieces, strict=True)]
-    known = [(m, interpolated(m.time, times, torques)) for m, times, torques in pairs if torques is not None]
-    if len(known) < len(pairs):
+def _refuse_unusable(motions: Sequence[Motion], gains: Array, options: TrialOptions) -> None:
+    """Raise TrialError where no motor's torque is recorded, or one acts the other way."""
+    if any(motion.torques is None for motion in motions):
         raise TrialError("input is joints, but neither joint has an effort of a motor, or all are 0")
-    return tuple(replace(motion, torques=torques) for motion, torques in known)
-
-
-def _joined(pieces: Sequence[Piece], taken: Sequence[Part], options: TrialOptions) -> Trial:
-    """Return a trial of some parts, whose notes tell of samples that were left out of it."""
-    trial = joined([_stretch(pieces[part.motion], part, options) for part in taken])
-    return replace(trial, notes=(outlier_words(trial.outliers, len(trial.time)),)) if trial.outliers else trial
-
-
-def _driven(
-    pieces: Sequence[Piece], motions: tuple[Motion, ...], moving: tuple[Mask, ...], options: TrialOptions
-) -> tuple[list[Mask], Array]:
-    """Return at which grid points of each motion motors drive the joints, and their torques' gains (2,)."""
-    torques = [
-        interpolated(motion.time, piece.time, piece.torques)
-        for piece, motion in zip(pieces, motions, strict=True)
-        if piece.torques is not None
-    ]
-    return (
-        driven(motions, moving, torques, options)
-        if torques
-        else ([np.zeros(len(m.time), dtype=bool) for m in motions], np.zeros(2))
-    )
-
-
-def _refuse_reversed(gains: Array, options: TrialOptions) -> None:
-    """Raise TrialError where a motor's recorded torque acts the other way."""
     for joint, gain in zip(JOINTS, gains * [options.inner_sign, options.outer_sign], strict=True):
         if gain < 0.0:
             raise TrialError(
@@ -175,19 +131,15 @@ def _begins_hanging(motion: Motion, options: TrialOptions) -> bool:
     return bool(np.max(away[: PER_UNIT // 2]) < _HANGING * np.max(away))
 
 
-def _of_part(piece: Piece, part: Part, values: Array) -> Array:
-    """Return the values (n, …) that were measured in a part."""
-    return np.asarray(values[(piece.time >= part.start) & (piece.time <= part.stop)])
-
-
 def _stretch(piece: Piece, part: Part, options: TrialOptions) -> Trial:
-    time, signs = _of_part(piece, part, piece.time), np.array([options.inner_sign, options.outer_sign])
+    taken = piece[(piece.time >= part.start) & (piece.time <= part.stop)]
+    (first, last), signs = taken.time[[0, -1]].tolist(), [options.inner_sign, options.outer_sign]
     return Trial(
         name="",
-        time=time - time[0],
-        theta=model_angles(_of_part(piece, part, piece.angles), options),
-        cart=None if piece.cart is None else options.cart_sign * _of_part(piece, part, piece.cart),
-        start=float(time[0]),
-        torques=None if piece.torques is None else signs * _of_part(piece, part, piece.torques),
-        outliers=tuple(at for at in piece.outliers.tolist() if time[0] <= at <= time[-1]),
+        time=taken.time - first,
+        theta=model_angles(taken.angles, options),
+        cart=None if taken.cart is None else options.cart_sign * taken.cart,
+        start=first,
+        torques=taken.torques * signs if taken.torques is not None and options.input == "joints" else None,
+        outliers=tuple(at for at in taken.outliers if first <= at <= last),
     )

@@ -3,8 +3,8 @@
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array
 from cdp_ident.errors import TrialError
 from cdp_ident.trial.balance import joined
 from cdp_ident.trial.joints import Samples, in_radians, model_angles
@@ -13,17 +13,15 @@ from cdp_ident.trial.meaning import balance_of
 from cdp_ident.trial.options import TrialOptions
 from cdp_ident.trial.recorded_motion import recorded_motion
 
-Array = npt.NDArray[np.float64]
-
 
 def gravity_of(samples: Samples, options: TrialOptions) -> Array | None:
     """Return how far gravity is from where each rod's angle takes it to be (2,) [rad]; None with too little motion.
 
     Raises TrialError where no stretch of samples is long enough.
     """
-    _, motions, moving, _ = recorded_motion(samples, options)
-    balance = balance_of(motions, moving, options)
-    return gravity_directions(joined(list(balance.windows)), np.concatenate(moving)) if balance else None
+    recorded = recorded_motion(samples, options)
+    balance = balance_of(recorded, options)
+    return gravity_directions(joined(balance.windows), np.concatenate(recorded.moving)) if balance else None
 
 
 def in_right_ranges(samples: Samples, options: TrialOptions) -> Samples:

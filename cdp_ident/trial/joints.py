@@ -3,30 +3,25 @@
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array, Mask, Rows, Times
 from cdp_ident.bag.joint_recording import JointRecording
 from cdp_ident.errors import TrialError
 from cdp_ident.trial.common_time import at_common_times
 from cdp_ident.trial.options import TrialOptions
 from cdp_ident.trial.order import elapsed, in_order
 from cdp_ident.trial.outliers import outlier_words, outliers
-from cdp_ident.trial.publishers import still_publisher
-from cdp_ident.trial.readings import continuous, new_readings
-
-Array = npt.NDArray[np.float64]
-Indices = npt.NDArray[np.int64]
-Mask = npt.NDArray[np.bool_]
+from cdp_ident.trial.readings import continuous, new_readings, still_publisher
 
 _BELIEVED = 1e6
 """Largest position [rad or m] that is accepted as a measurement."""
 
 
 @dataclass(frozen=True)
-class Samples:
+class Samples(Rows):
     """The samples of the joints that matter, as recorded."""
 
-    stamps: Indices
+    stamps: Times
     """(n,) time of each sample [ns since the epoch]."""
     angles: Array
     """(n, 2) positions of the inner and outer joint, in the unit of each."""
@@ -36,11 +31,6 @@ class Samples:
     """(n, 2) torque of a motor in each joint, as measured or commanded; None where none is known."""
     ranges: tuple[float, float] = (0.0, 0.0)
     """Of counters of a few bits, which angles are known up to; 0 for a joint that has none [its unit]."""
-
-    def __getitem__(self, chosen: Mask | Indices) -> "Samples":
-        """Return some of the samples."""
-        cart, torques = (None if values is None else values[chosen] for values in (self.cart, self.torques))
-        return Samples(self.stamps[chosen], self.angles[chosen], cart, torques, self.ranges)
 
 
 def select_joints(recording: JointRecording, options: TrialOptions) -> tuple[Samples, list[str]]:

@@ -1,12 +1,9 @@
 """Angles and angular velocities from measured angles, by local polynomials."""
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array, Indices
 from cdp_ident.errors import TrialError
-
-Array = npt.NDArray[np.float64]
-Indices = npt.NDArray[np.int64]
 
 HALF_WIDTH = 0.05
 """Samples this near [s] enter a local polynomial.

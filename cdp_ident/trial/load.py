@@ -11,7 +11,7 @@ from cdp_ident.trial.find import find_trial
 from cdp_ident.trial.gravity import in_right_ranges
 from cdp_ident.trial.joints import select_joints
 from cdp_ident.trial.options import TrialOptions
-from cdp_ident.trial.publishers import check_publishers
+from cdp_ident.trial.readings import check_publishers
 from cdp_ident.trial.sample_times import in_measured_time
 from cdp_ident.trial.trial import Trial
 from cdp_ident.trial.weights import recorded_weights

@@ -7,14 +7,10 @@ late.
 import itertools
 
 import numpy as np
-import numpy.typing as npt
 from scipy.ndimage import maximum_filter1d
 
+from cdp_ident.arrays import Array, Indices
 from cdp_ident.trial.kinematics import cubic_basis
-
-Array = npt.NDArray[np.float64]
-Indices = npt.NDArray[np.int64]
-Mask = npt.NDArray[np.bool_]
 
 _NEAR = 4
 """Samples before and after a place that smooth motion is told by."""

@@ -5,13 +5,10 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-import numpy.typing as npt
 from scipy.linalg.lapack import dposv
 
+from cdp_ident.arrays import Array, Indices, Mask
 from cdp_ident.trial.balance import COLUMNS, Windows, residual, torques
-
-Array = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
 
 _TRIMMED_ROUNDS = 12
 _STRETCH, _SHORTEST_STRETCH = 100, 50
@@ -113,7 +110,7 @@ def fit_lumped(balance: Windows, trusted: Mask) -> Lumped:
     fits = [_least_squares(stretch, _VISCOUS) for stretch in stretches]
     values = max(fits, key=lambda fit: np.count_nonzero(torques(balance, fit) < _AGREEMENT))
     keep = (len(balance) + 1) // 2
-    chosen: npt.NDArray[np.int64] = np.empty(0, dtype=np.int64)
+    chosen: Indices = np.empty(0, dtype=np.int64)
     for _ in range(_TRIMMED_ROUNDS):
         best = np.asarray(np.sort(np.argsort(_squares(balance, values), kind="stable")[:keep]))
         if np.array_equal(best, chosen):

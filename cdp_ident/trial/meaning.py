@@ -1,17 +1,19 @@
 """The balance of forces of recorded joints, under one meaning of their angles."""
 
-from collections.abc import Sequence
+import itertools
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from typing import get_args
 
 import numpy as np
-import numpy.typing as npt
 
-from cdp_ident.trial.balance import Motion, Windows, joined, windows
+from cdp_ident.arrays import Mask
+from cdp_ident.trial.balance import Windows, joined, windows
+from cdp_ident.trial.cleaning import Piece
 from cdp_ident.trial.joints import model_angles
 from cdp_ident.trial.lumped import Lumped, fit_lumped
-from cdp_ident.trial.options import TrialOptions
-
-Mask = npt.NDArray[np.bool_]
+from cdp_ident.trial.options import OuterAngle, TrialOptions
+from cdp_ident.trial.weak_form import Motion
 
 GOOD = 0.02
 """Up to this unexplained share of the acceleration, there is no evidence against a meaning."""
@@ -24,34 +26,60 @@ _FEWEST_WINDOWS = 100
 
 
 @dataclass(frozen=True)
-class Balance:
-    """The balance of forces of some motions, under one meaning of their angles."""
+class Recorded:
+    """The motion in a recording, before anything is known of what its angles mean."""
 
+    pieces: tuple[Piece, ...]
+    """Those that are long enough."""
+    motions: tuple[Motion, ...]
+    """Of each piece, of the recorded joints."""
+    moving: tuple[Mask, ...]
+    """Of each motion, the windows (as many as `balance.windows` returns) that show it well."""
+    notes: tuple[str, ...] = ()
+    """What was dropped and parted, in words."""
+
+
+@dataclass(frozen=True)
+class Balance:
+    """The balance of forces in a recording, under one meaning of its angles."""
+
+    meaning: TrialOptions
     windows: tuple[Windows, ...]
     """Of each motion."""
     lumped: Lumped
 
 
 def in_model_angles(motion: Motion, options: TrialOptions) -> Motion:
-    """Return a motion of the recorded joints as one of theta1 and theta2."""
+    """Return a motion of the recorded joints as one of theta1 and theta2, with torques if they are its input."""
     still = model_angles(np.zeros((1, 2)), options)
-    of_inner, of_outer = motion.noise / np.array([options.inner_scale, options.outer_scale]) ** 2
+    of_inner, of_outer = motion.angle_noise / [options.inner_scale, options.outer_scale]
     return replace(
         motion,
         angles=model_angles(motion.angles, options),
         rates=model_angles(motion.rates, options) - still,
         cart=options.cart_sign * motion.cart,
         cart_velocity=options.cart_sign * motion.cart_velocity,
-        noise=np.array([of_inner, of_outer + (of_inner if options.outer_angle == "relative" else 0.0)]),
+        angle_noise=np.array([of_inner, np.hypot(of_outer, of_inner * (options.outer_angle == "relative"))]),
+        torques=motion.torques if options.input == "joints" else None,
     )
 
 
-def balance_of(motions: Sequence[Motion], moving: Sequence[Mask], options: TrialOptions) -> Balance | None:
-    """Return the balance of forces of motions of the recorded joints under a meaning; None with too little motion.
-
-    `moving` are, of each motion, the windows (as many as `balance.windows` returns) that show one.
-    """
-    if sum(np.count_nonzero(mask) for mask in moving) < _FEWEST_WINDOWS:
+def balance_of(recorded: Recorded, meaning: TrialOptions) -> Balance | None:
+    """Return the balance of forces under a meaning; None with too little motion."""
+    if sum(map(np.count_nonzero, recorded.moving)) < _FEWEST_WINDOWS:
         return None
-    parts = [windows(in_model_angles(motion, options)) for motion in motions]
-    return Balance(tuple(parts), fit_lumped(joined(parts), np.concatenate(moving)))
+    parts = [windows(in_model_angles(motion, meaning)) for motion in recorded.motions]
+    return Balance(meaning, tuple(parts), fit_lumped(joined(parts), np.concatenate(recorded.moving)))
+
+
+def outer_meanings(recorded: Recorded, options: TrialOptions) -> list[Balance]:
+    """Return the balances under the meanings that the outer angle can have; none with too little motion."""
+    meanings = itertools.product(get_args(OuterAngle), (1, -1))
+    tried = (balance_of(recorded, replace(options, outer_angle=angle, outer_sign=sign)) for angle, sign in meanings)
+    return [balance for balance in tried if balance]
+
+
+def best_of(balances: Iterable[Balance]) -> Balance | None:
+    """Return that of them which leaves least, of those that may be a double pendulum's."""
+    possible = (balance for balance in balances if balance.lumped.turned is not None)
+    return min(possible, key=lambda balance: balance.lumped.unexplained, default=None)

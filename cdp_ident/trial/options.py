@@ -1,8 +1,8 @@
-"""Options of loading a trial; each field has the project's convention as its default."""
+"""Options of loading a trial, whose defaults are the project's conventions, and how messages name them."""
 
 import math
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import ClassVar, Literal, get_args
 
 from cdp_ident.errors import OptionError
 
@@ -93,3 +93,16 @@ class TrialOptions:
         joints = [self.inner_joint, self.outer_joint, self.cart_joint]
         if len(set(joints)) < len(joints):
             raise OptionError(f"inner, outer and cart joint must be different joints, not {', '.join(joints)}")
+
+    insist: ClassVar[str] = "conventions: warn takes the data all the same"
+    """How the user gets his way."""
+    all_settable: ClassVar[bool] = True
+    """Whether the user can set units and `scale_from`, too."""
+
+    def called(self, option: str) -> str:
+        """Return how the user writes an option: here, as a key of a parameter file."""
+        return option
+
+    def setting(self, option: str, value: object) -> str:
+        """Return how the user sets it."""
+        return f"{self.called(option)}: {value}"

@@ -5,10 +5,8 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
-Indices = npt.NDArray[np.int64]
+from cdp_ident.arrays import Array, Indices
 
 _CLOCK_STEP = 5
 """So many samples in a row that go on from an earlier time mean that the clock was set back."""

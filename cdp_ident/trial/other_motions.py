@@ -6,18 +6,17 @@ gravity, coupling and friction leave.
 """
 
 from collections.abc import Collection, Sequence
+from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 
-from cdp_ident.trial import weak_form
-from cdp_ident.trial.balance import WINDOW, Motion, joined
+from cdp_ident.arrays import Array, Mask
+from cdp_ident.model.parameters import NOMINAL
+from cdp_ident.trial.balance import MOTORS, joined
 from cdp_ident.trial.lumped import Lumped
-from cdp_ident.trial.meaning import GOOD, MUCH_BETTER, Balance, balance_of, in_model_angles
+from cdp_ident.trial.meaning import GOOD, MUCH_BETTER, Balance, Recorded, balance_of, in_model_angles
 from cdp_ident.trial.options import TrialOptions
-
-Array = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
+from cdp_ident.trial.weak_form import Motion, integrated
 
 _STILL = 0.01
 """A joint whose speed varies by less than this share of the other's does not swing."""
@@ -26,47 +25,49 @@ _COUPLED = 0.02
 _SIGMAS = 3.0
 _FOLLOWS = 0.95
 """Correlation of the joints' speeds from which one column is said to follow the other."""
+_TWICE = 0.05
+"""Share of the inner angle that the outer one differs from it by at most, as one measured and simulated does."""
 _LUMPED = 8
 """The lumped numbers that torques are fitted beside: all but the geared rotor and errors of zeros."""
 
 
-def still_joint(motions: Sequence[Motion], moving: Sequence[Mask], options: TrialOptions) -> str:
-    """Return that a joint does not turn while the other does, in words; empty where both turn or none.
-
-    `moving` are, of each motion of the recorded joints, the windows that show one.
-    """
-    if not any(map(np.any, moving)):
+def still_joint(recorded: Recorded, options: TrialOptions) -> str:
+    """Return that a joint does not turn while the other does, in words; empty where both turn or none."""
+    if not any(map(np.any, recorded.moving)):
         return ""
 
     def speed(rates: Sequence[Array]) -> Array:
         return np.std(np.concatenate([of_motion - of_motion.mean(axis=0) for of_motion in rates]), axis=0)
 
-    inner, outer = speed([motion.rates for motion in motions])
+    inner, outer = speed([motion.rates for motion in recorded.motions])
     # The outer rod may turn with the inner one.
-    _, apart = speed([np.diff(in_model_angles(motion, options).rates, axis=1, prepend=0.0) for motion in motions])
+    _, apart = speed(
+        [np.diff(in_model_angles(motion, options).rates, axis=1, prepend=0.0) for motion in recorded.motions]
+    )
     joint = "inner" if inner < _STILL * outer else "outer" if min(outer, apart) < _STILL * inner else ""
     return joint and f"the {joint} joint does not turn while the other does: one pendulum, or a column that is no angle"
 
 
-def uncoupled(motions: Sequence[Motion], fits: Collection[Lumped]) -> str:
+def uncoupled(motions: Sequence[Motion], balances: Collection[Balance]) -> str:
     """Return what two columns look like that are not coupled as rods are, whatever they mean; empty where they may be.
 
-    `fits` are those of the meanings that the outer angle can have.
+    `balances` are those under the meanings that the outer angle can have.
     """
-    apart = [fit for fit in fits if abs(fit.values[0]) + _SIGMAS * np.sqrt(fit.covariance[0, 0]) < _COUPLED]
-    if not apart or any(map(may_be_rods, fits)):
+    fits = [balance.lumped for balance in balances]
+    couplings = [(fit.values[0], np.sqrt(fit.covariance[0, 0])) for fit in fits]
+    apart = [f"coupling {A:+.3f} ± {std:.1g}" for A, std in couplings if abs(A) + _SIGMAS * std < _COUPLED]
+    inner, outer = np.concatenate([motion.angles - motion.angles.mean(axis=0) for motion in motions]).T
+    is_twice = np.std(outer - inner) < _TWICE * np.std(inner)
+    if not (apart or is_twice) or any(map(may_be_rods, fits)):
         return ""
-    coupling, std = apart[0].values[0], np.sqrt(apart[0].covariance[0, 0])
     correlation = float(np.corrcoef(np.concatenate([motion.rates for motion in motions]).T)[0, 1])
     looks = (
         f"the outer column follows the inner one (correlation {correlation:.2f}): one angle twice, measured and "
         "simulated or filtered"
-        if abs(correlation) > _FOLLOWS
+        if is_twice or abs(correlation) > _FOLLOWS
         else "one pendulum beside something else, such as a cart's position, or a measured and a simulated angle"
     )
-    return (
-        f"the two columns have nothing to do with each other as rods do (coupling {coupling:+.3f} ± {std:.1g}): {looks}"
-    )
+    return f"the two columns have nothing to do with each other as rods do ({apart[0]}): {looks}" if apart else looks
 
 
 def may_be_rods(fit: Lumped) -> bool:
@@ -75,42 +76,34 @@ def may_be_rods(fit: Lumped) -> bool:
     return fit.turned is not None and fit.has_certain_signs and is_coupled
 
 
-def driven(
-    motions: Sequence[Motion], moving: Sequence[Mask], torques: Sequence[Array], options: TrialOptions
-) -> tuple[list[Mask], Array]:
+def driven(recorded: Recorded, options: TrialOptions) -> tuple[list[Mask], Array]:
     """Return near which grid points (m,) of each motion motors drive the joints, and their torques' gains (2,).
 
     Args:
-        motions: of the recorded joints.
-        moving: of each motion, the windows that show one.
-        torques: of each motion, the torque that was measured or commanded in both joints (m, 2), in any unit.
+        recorded: the motion of the recorded joints, with the torques that were measured or commanded, in any unit.
         options: what the angles mean, and from which share of gravity's torque on one acts on the motion.
 
     Nowhere, unless these torques explain most of what gravity, coupling and friction leave: what a motor measures in a
     joint that swings freely does not.
     """
-    nowhere: list[Mask] = [np.zeros(len(motion.time), dtype=bool) for motion in motions]
-    balance = balance_of(motions, moving, options)
-    if balance is None:
-        return nowhere, np.zeros(2)
-    acting = [
-        weak_form.pushes_of(weak_form.Windows.of(WINDOW // 2, motion.scales.spacing), torque)
-        for motion, torque in zip(motions, torques, strict=True)
-    ]
-    values = _with_torques(balance, moving, acting)
+    nowhere: list[Mask] = [np.zeros(len(motion.time), dtype=bool) for motion in recorded.motions]
+    torques = [motion.torques for motion in recorded.motions if motion.torques is not None]
+    balance = balance_of(recorded, replace(options, input="none")) if torques else None
+    values = _with_torques(balance, recorded) if balance else None
     if values is None:
         return nowhere, np.zeros(2)
-    gravity = np.maximum(np.abs(values[4:6]), 0.1 * np.abs(values[4:6]).max())
-    shares = [np.abs(torque * values[_LUMPED:]) / gravity for torque in torques]
-    return [np.asarray(np.any(share > options.hand_torque, axis=1)) for share in shares], -values[_LUMPED:]
+    gravity, gains = np.maximum(np.abs(values[4:6]), 0.1 * np.abs(values[4:6]).max()), values[_LUMPED:]
+    shares = [np.abs(torque * gains) / gravity for torque in torques]
+    return [np.asarray(np.any(share > options.hand_torque, axis=1)) for share in shares], gains
 
 
-def _with_torques(balance: Balance, moving: Sequence[Mask], acting: Sequence[Array]) -> Array | None:
+def _with_torques(balance: Balance, recorded: Recorded) -> Array | None:
     """Return the lumped numbers and behind them those of torques; None where these do not explain what is left."""
-    windows = joined(list(balance.windows))[np.concatenate(moving)]
-    torques = np.concatenate(acting)[np.concatenate(moving)]
-    rows = np.concatenate([windows.coefficients[..., :_LUMPED], torques], axis=2).reshape(-1, _LUMPED + 2)
-    target = windows.target.ravel()
+    moving = np.concatenate(recorded.moving)
+    windows = joined(balance.windows)[moving]
+    torques = np.concatenate([integrated(motion, NOMINAL["g"], MOTORS)[0] for motion in recorded.motions])
+    columns = [windows.coefficients[..., :_LUMPED], torques[moving]]
+    rows, target = np.concatenate(columns, axis=2).reshape(-1, _LUMPED + 2), windows.target.ravel()
     fits = [np.linalg.lstsq(rows[:, :count], target, rcond=None)[0] for count in (_LUMPED, _LUMPED + 2)]
     without, left = (float(np.sum((rows[:, : len(fit)] @ fit - target) ** 2)) for fit in fits)
     is_explained = without > GOOD**2 * float(target @ target) and left <= MUCH_BETTER * without

@@ -13,15 +13,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from scipy.ndimage import maximum_filter1d
 
+from cdp_ident.arrays import Array, Indices, Mask
 from cdp_ident.trial.differences import MEDIAN_OF_SIZE, SAMPLES, encoder_step, fourth_differences
 from cdp_ident.trial.kinematics import cubic_basis
-
-Array = npt.NDArray[np.float64]
-Indices = npt.NDArray[np.int64]
-Mask = npt.NDArray[np.bool_]
 
 TURN = 2.0 * np.pi
 """What an angle is known up to [rad]."""

@@ -3,36 +3,29 @@
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 
 from cdp_ident.errors import TrialError
-from cdp_ident.trial.balance import Motion, motion_on_grid
+from cdp_ident.trial.balance import motion_on_grid
 from cdp_ident.trial.cleaning import Piece, clean, cut_at_gaps
 from cdp_ident.trial.joints import Samples, in_radians, model_angles
+from cdp_ident.trial.meaning import Recorded
 from cdp_ident.trial.options import TrialOptions
 from cdp_ident.trial.scales import Scales
-from cdp_ident.trial.wording import KEYS, Wording
 from cdp_ident.trial.zero_input import moving_windows
-
-Mask = npt.NDArray[np.bool_]
-Recorded = tuple[list[Piece], tuple[Motion, ...], tuple[Mask, ...], list[str]]
 
 _FEWEST_SAMPLES = 4
 """Samples in one unit of the motion's time scale below which its velocities cannot be estimated."""
 
 
-def recorded_motion(samples: Samples, options: TrialOptions, wording: Wording = KEYS) -> Recorded:
-    """Return the pieces that are long enough, the motion of each, which windows show it, and what was dropped.
-
-    Raises TrialError where no piece is long enough.
-    """
+def recorded_motion(samples: Samples, options: TrialOptions) -> Recorded:
+    """Return the motion in samples. Raises TrialError where no piece of them is long enough."""
     samples = replace(samples, angles=in_radians(samples.angles, options))
     cleaned = clean(samples, options.start, options.stop)
     if not len(cleaned.time):
         limits = {name: at for name in ("start", "stop") if np.isfinite(at := getattr(options, name))}
-        asked = " and ".join(wording.setting(name, f"{at} s") for name, at in limits.items())
+        asked = " and ".join(options.setting(name, f"{at} s") for name, at in limits.items())
         raise TrialError(f"no sample lies within {asked}: the recording has {clean(samples).time[-1]:.2f} s")
-    taken, time = cleaned.measurements, cleaned.time[~cleaned.outlier]
+    taken, time = cleaned.samples[~cleaned.outlier], cleaned.time[~cleaned.outlier]
     scales = Scales.of(time - time[0], model_angles(taken.angles, options))
     longest_gap, shortest = options.longest_gap or scales.longest_gap, options.shortest or scales.shortest
     pieces, gaps = cut_at_gaps(cleaned, longest_gap)
@@ -45,8 +38,9 @@ def recorded_motion(samples: Samples, options: TrialOptions, wording: Wording = 
             f"{len(taken.stamps)} samples over {length:.2f} s hold no stretch of {shortest:.3g} s with {rules}; "
             f"{'; '.join(notes) or 'the recording is too short'}"
         )
-    motions = tuple(motion_on_grid(piece.time, piece.angles, piece.cart, scales) for piece in pieces)
-    return pieces, motions, tuple(moving_windows(motion, options) for motion in motions), notes
+    motions = tuple(motion_on_grid(piece.time, piece.angles, piece.cart, scales, piece.torques) for piece in pieces)
+    moving = tuple(moving_windows(motion, options) for motion in motions)
+    return Recorded(tuple(pieces), motions, moving, tuple(notes))
 
 
 def _is_long_enough(piece: Piece, shortest: float, scales: Scales) -> bool:

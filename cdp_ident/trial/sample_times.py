@@ -9,16 +9,13 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array, Indices
 from cdp_ident.bag.joint_recording import JointRecording
 from cdp_ident.trial.kinematics import CUBIC_AT_CENTRE, local_motion
 from cdp_ident.trial.lost_samples import counted
 from cdp_ident.trial.options import TrialOptions
 from cdp_ident.trial.order import elapsed, in_order
-
-Array = npt.NDArray[np.float64]
-Indices = npt.NDArray[np.int64]
 
 _FEWEST = 30
 """Samples, below which nothing is said of their times."""

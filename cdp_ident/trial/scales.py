@@ -8,11 +8,8 @@ resolve.
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-from cdp_ident.trial.spectrum import power_spectrum
-
-Array = npt.NDArray[np.float64]
+from cdp_ident.arrays import Array
 
 PER_UNIT = 20
 """Points of the grid on which motion is looked at, in one unit of its time scale."""
@@ -56,6 +53,29 @@ def time_scale(time: Array, angles: Array) -> float:
     of_speed = np.cumsum(np.where(power > _ABOVE_NOISE * noise, frequency**2 * (power - noise), 0.0))
     median = 2 * np.pi * frequency[np.argmax(of_speed >= of_speed.max() / 2)]
     return _PER_MEDIAN_FREQUENCY / float(median) if median > 0 else _NO_MOTION
+
+
+def power_spectrum(signals: Array, rate: float, segment: int) -> tuple[Array, Array]:
+    """Return frequencies (f,) [Hz] and the power density (f, k) at them of evenly spaced signals (n, k).
+
+    It is the mean over segments of so many samples that overlap by half, each less its mean and under Hann's window
+    (Welch, IEEE Trans. Audio Electroacoust. 15, 1967). `scipy.signal.welch` gives the same, but to load it takes
+    longer than all else of scipy.
+
+    Args:
+        signals: what was measured.
+        rate: samples in a second [Hz].
+        segment: number of samples in a segment, not more than there are; two at least.
+    """
+    window = 0.5 - 0.5 * np.cos(2.0 * np.pi / segment * np.arange(segment))
+    apart = segment - segment // 2
+    segments = np.lib.stride_tricks.sliding_window_view(signals, segment, axis=0)[::apart]
+    changes = segments - segments.mean(axis=-1, keepdims=True)
+    squares = np.abs(np.fft.rfft(changes * window)) ** 2
+    power = np.moveaxis(squares.mean(axis=0), -1, 0) / (rate * np.sum(window**2))
+    # Negative frequencies have as much as positive ones.
+    power[1 : (segment + 1) // 2] *= 2.0
+    return np.asarray(np.fft.rfftfreq(segment, 1.0 / rate)), np.asarray(power)
 
 
 def sampling_step(time: Array) -> float:

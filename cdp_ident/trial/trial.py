@@ -6,17 +6,15 @@ from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 from scipy.interpolate import make_smoothing_spline
 
+from cdp_ident.arrays import Array, Rows
 from cdp_ident.bag.diagnostics import ClockRate
 from cdp_ident.model.weights import Weight
 
-Array = npt.NDArray[np.float64]
-
 
 @dataclass(frozen=True)
-class Trial:
+class Trial(Rows):
     """One motion of the pendulum, free or with known inputs, as measured.
 
     `theta` holds the paper's theta1 (inner rod) and theta2 (outer rod): both absolute, zero upright, pi hanging,
@@ -62,11 +60,6 @@ class Trial:
             return None
         return np.asarray(make_smoothing_spline(self.time, self.cart).derivative(2)(self.time))
 
-    def of_samples(self, chosen: slice | npt.NDArray[np.int64]) -> "Trial":
-        """Return it with some of the samples, at the times that they have."""
-        cart, torques = (None if of is None else of[chosen] for of in (self.cart, self.torques))
-        return replace(self, time=self.time[chosen], theta=self.theta[chosen], cart=cart, torques=torques)
-
     @property
     def bounds(self) -> tuple[tuple[int, int], ...]:
         """First sample of each stretch without such gaps, and the one after its last."""
@@ -80,7 +73,7 @@ class Trial:
             return (self,)
         return tuple(
             replace(
-                self.of_samples(slice(first, last)),
+                self[first:last],
                 time=self.time[first:last] - self.time[first],
                 start=self.start + float(self.time[first]),
                 breaks=(),

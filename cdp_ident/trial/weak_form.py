@@ -2,9 +2,9 @@
 
 The equations of motion of both rods are rates of change of momenta p and torques q, each linear in lumped numbers over
 A22: those of the paper's model, G1 = a1 g and G2 = m2 l2 g for gravity, the joints' dry friction k1, k2, springs
-(stiffness s, torque t), motors' torques times M, and the constant coupling D of a rotor geared to the outer joint. With
-s, c the sine and cosine of theta1 - theta2, w1, w2 the angular velocities, d1, d2 the directions in which the joints
-turn, and u the cart's acceleration::
+(stiffness s, torque t), motors' torques times M1 and M2, and the constant coupling D of a rotor geared to the outer
+joint. With s, c the sine and cosine of theta1 - theta2, w1, w2 the angular velocities, d1, d2 the directions in which
+the joints turn, and u the cart's acceleration::
 
     w1' + A23 [(c w2)' + s w1 w2] + D w2' + c1 w1 + c2 (w1 - w2) + k1 d1 - k2 d2 = G1 (sin theta1 - cos theta1 u / g)
     A23 [(c w1)' - s w1 w2] + D w1' + A33 w2' + c2 (w2 - w1) + k2 d2             = G2 (sin theta2 - cos theta2 u / g)
@@ -18,59 +18,63 @@ E2 = G2 e2.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from scipy.special import erf
 
-Array = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
+from cdp_ident.arrays import Array
+from cdp_ident.trial.scales import Scales
 
 COLUMNS = (
-    *("A22", "A23", "A33", "c1", "c2", "G1", "G2", "k1", "k2", "D", "s1", "t1", "s2", "t2", "E12", "E1", "E2", "M"),
+    *("A22", "A23", "A33", "c1", "c2", "G1", "G2", "k1", "k2", "D", "s1", "t1", "s2", "t2", "E12", "E1", "E2"),
+    *("M1", "M2"),
 )
-"""What the balance is linear in; A22 itself is one, and M what motors' torques are multiplied by."""
+"""What the balance is linear in; A22 itself is one, and M1, M2 what motors' torques are multiplied by."""
+WINDOW = 25
+"""Grid points of a window: 1.2 units of the motion's time scale from its first to its last."""
 
 
 @dataclass(frozen=True)
-class Kinematics:
-    """A motion on an even grid of times, as measured first and then, if at all, as if measured again."""
+class Motion:
+    """The motion of one piece of a recording on a grid of times."""
 
-    spacing: float
-    """Of the grid [s]."""
-    theta: Array
-    """(1 + copies, m, 2) theta1, theta2 [rad]."""
+    time: Array
+    """(m,) times of the grid [s], spaced by `scales.spacing`."""
+    angles: Array
+    """(m, 2) theta1, theta2, or the positions of the inner and outer joint that they are made of [rad]."""
     rates: Array
-    """(1 + copies, m, 2) omega1, omega2 [rad/s]."""
+    """(m, 2) their velocities [rad/s]."""
     cart: Array
-    """(1 + copies, m) speed of the cart [m/s]."""
+    """(m,) position of the cart [m]."""
+    cart_velocity: Array
+    """(m,) velocity of the cart [m/s]."""
+    scales: Scales
+    angle_noise: Array
+    """(2,) standard deviation of the angles' noise [rad]."""
+    gain: float
+    """Variance that it gives to the acceleration over a window, over its own [1/s^4]."""
     torques: Array | None = None
-    """(m, 2) torques of motors in the joints [N m]; None where there are none."""
+    """(m, 2) torques of motors in the joints [N m]; None where there are none, or they are no known input."""
 
     @property
-    def joint_angles(self) -> Array:
-        """(…, m, 2) angles of the joints from where the rods hang [rad]."""
-        return np.diff(self.theta, axis=-1, prepend=0.0) - [math.pi, 0.0]
+    def noise(self) -> Array:
+        """(2,) variance that the angles' noise gives to the acceleration over a window [(rad/s^2)^2]."""
+        return self.gain * self.angle_noise**2
 
     @property
-    def joint_speeds(self) -> Array:
-        """(…, m, 2) speeds of the joints [rad/s]."""
-        return np.diff(self.rates, axis=-1, prepend=0.0)
+    def directions(self) -> Array:
+        """(m, 2) directions in which joints slip, from -1 to 1; uncertain where dry friction may hold a joint.
 
-    def directions(self, widths: Sequence[float] | Array) -> Array:
-        """Return the directions (…, m, 2) in which joints slip, from -1 to 1.
-
-        They are the means of the sign of speeds whose noise has standard deviations `widths` [rad/s].
+        They are the means of the sign of speeds that are known to `scales.slow`, a standard deviation.
         """
-        scale = math.sqrt(2.0) * np.maximum(widths, np.finfo(float).tiny)
-        return np.asarray(erf(self.joint_speeds / scale))
+        return np.asarray(erf(np.diff(self.rates, axis=1, prepend=0.0) / (math.sqrt(2.0) * self.scales.slow)))
 
 
 @dataclass(frozen=True)
-class Windows:
-    """Test functions (1 - x^2)^3 of one width, all over a motion."""
+class Functions:
+    """Test functions (1 - x^2)^3 of one width, in windows all over a motion."""
 
     value: Array
     """(2 half + 1,) weights that integrate a value against the test function, which integrates to one."""
@@ -80,101 +84,90 @@ class Windows:
     """Grid points between the centres of neighbouring windows."""
 
     @classmethod
-    def of(cls, half: int, spacing: float, stride: int = 1) -> "Windows":
+    def of(cls, spacing: float, stride: int = 1, half: int = WINDOW // 2) -> "Functions":
         """Lay out windows of so many grid points on either side of their centre, on a grid of a spacing [s]."""
         x = np.linspace(-1.0, 1.0, 2 * half + 1)
         bump = (1.0 - x**2) ** 3
         slope = 6.0 * x * (1.0 - x**2) ** 2 / (half * spacing)
         return cls(bump / bump.sum(), slope / bump.sum(), stride)
 
-    def count(self, points: int) -> int:
-        """Return how many windows there are on so many grid points."""
-        return max(0, -(-(points - len(self.value) + 1) // self.stride))
-
     def values_of(self, series: Array) -> Array:
-        """Return series (…, m) integrated over each window (…, windows)."""
+        """Return a series (m,) integrated over each window (windows,)."""
         return self._apply(series, self.value)
 
     def slopes_of(self, series: Array) -> Array:
-        """Return the derivatives of series (…, m) integrated over each window (…, windows) [1/s]."""
+        """Return the derivative of a series (m,) integrated over each window (windows,) [1/s]."""
         return self._apply(series, self.slope)
 
     def _apply(self, series: Array, weights: Array) -> Array:
-        # What a window has in common with its neighbours is gone through once: stretches from centre to centre.
-        stretches, count = -(-len(weights) // self.stride), self.count(series.shape[-1])
-        if not count:
-            return np.zeros((*series.shape[:-1], 0))
-        by_stretch = np.zeros((stretches, self.stride))
-        by_stretch.ravel()[: len(weights)] = weights
-        points = (count - 1 + stretches) * self.stride
-        cut = np.zeros((*series.shape[:-1], points))
-        kept = min(points, series.shape[-1])
-        cut[..., :kept] = series[..., :kept]
-        sums = cut.reshape(*series.shape[:-1], -1, self.stride) @ by_stretch.T
-        return np.asarray(sum(sums[..., k : k + count, k] for k in range(stretches)))
-
-    def within(self, flags: Mask) -> Mask:
-        """Return which windows have every grid point flagged (m,)."""
-        view = np.lib.stride_tricks.sliding_window_view(flags, len(self.value))
-        return np.asarray(view[:: self.stride].all(axis=-1))
+        if len(series) < len(weights):
+            return np.zeros(0)
+        return np.asarray(np.lib.stride_tricks.sliding_window_view(series, len(weights))[:: self.stride] @ weights)
 
 
-def pushes_of(windows: Windows, torques: Array) -> Array:
-    """Return what torques in both joints (m, 2) do to both rods in each window, (windows, rods, joints)."""
-    inner, outer = windows.values_of(torques.T)
-    # A torque between the rods acts on both.
-    return np.stack([np.column_stack([inner, -outer]), np.column_stack([np.zeros_like(inner), outer])], axis=1)
-
-
-def integrated(k: Kinematics, windows: Windows, directions: Array, gravity: float, columns: Sequence[str]) -> Array:
-    """Return what lumped numbers are multiplied by in each window, (…, windows, 2, columns), of both equations.
+def integrated(motion: Motion, gravity: float, columns: Sequence[str], stride: int = 1) -> tuple[Array, Array]:
+    """Return both equations in each window, and how uncertain the directions are in which the joints slip.
 
     Args:
-        k: the motion.
-        windows: where.
-        directions: (…, m, 2) in which the joints slip.
+        motion: of theta1 and theta2.
         gravity: g [m/s^2]; without a cart that moves it does not matter.
         columns: which of `COLUMNS`.
+        stride: grid points between neighbouring windows.
+
+    Returns:
+        What the lumped numbers are multiplied by (windows, 2, columns), and the uncertainty, 0 to 1, (windows, 2).
     """
-    (theta1, theta2), (w1, w2) = np.moveaxis(k.theta, -1, 0), np.moveaxis(k.rates, -1, 0)
-    (angle1, angle2), (d1, d2) = np.moveaxis(k.joint_angles, -1, 0), np.moveaxis(directions, -1, 0)
-    s, c, one = np.sin(theta1 - theta2), np.cos(theta1 - theta2), np.ones_like(theta1)
-    product, drives = w1 * w2, bool(np.any(k.cart))
-    p, q = windows.slopes_of, windows.values_of
-
-    def moment(sine: Array, cosine: Array, w: Array) -> Array:
-        falls = -q(sine)
-        return falls + (p(cosine * k.cart) + q(sine * w * k.cart)) / gravity if drives else falls
-
-    found = np.zeros((*theta1.shape[:-1], windows.count(theta1.shape[-1]), 2, len(columns)))
+    functions, terms = Functions.of(motion.scales.spacing, stride), _terms(motion, gravity)
+    uncertain = np.column_stack([functions.values_of(1.0 - np.abs(of_joint)) for of_joint in motion.directions.T])
+    found = np.zeros((len(uncertain), 2, len(columns)))
     for place, name in enumerate(columns):
-        first, second = found[..., 0, place], found[..., 1, place]
-        if name == "A22":
-            first[:] = p(w1)
-        elif name == "A23":
-            turned = q(s * product)
-            first[:], second[:] = p(c * w2) + turned, p(c * w1) - turned
-        elif name == "A33":
-            second[:] = p(w2)
-        elif name == "D":
-            first[:], second[:] = p(w2), p(w1)
-        elif name == "G1":
-            first[:] = moment(np.sin(theta1), np.cos(theta1), w1)
-        elif name == "G2":
-            second[:] = moment(np.sin(theta2), np.cos(theta2), w2)
-        elif name == "E12":
-            turned = q(c * product)
-            first[:], second[:] = turned - p(s * w2), -turned - p(s * w1)
-        elif name == "M":
-            if k.torques is not None:
-                found[..., place] = -pushes_of(windows, k.torques).sum(axis=-1)
-        elif name == "E1":
-            first[:] = -q(np.cos(theta1))
-        elif name == "E2":
-            second[:] = -q(np.cos(theta2))
-        else:
-            inner, outer = {"c": (w1, w2 - w1), "k": (d1, d2), "s": (angle1, angle2), "t": (-one, -one)}[name[0]]
-            # A torque between the rods acts on both.
-            held = q(inner if name.endswith("1") else outer)
-            first[:], second[:] = (held, 0.0) if name.endswith("1") else (-held, held)
-    return found
+        for rod, (momentum, torque) in enumerate(terms[name]):
+            if momentum is not None:
+                found[:, rod, place] += functions.slopes_of(momentum)
+            if torque is not None:
+                found[:, rod, place] += functions.values_of(torque)
+    return found, uncertain
+
+
+_Term = tuple[Array | None, Array | None]
+"""Momentum and torque (m,) of a rod over a lumped number."""
+
+
+def _terms(motion: Motion, gravity: float) -> Mapping[str, tuple[_Term, _Term]]:
+    """Return momentum and torque of the inner rod and of the outer one over each lumped number."""
+    (theta1, theta2), (w1, w2), (d1, d2) = motion.angles.T, motion.rates.T, motion.directions.T
+    s, c, one, cart = np.sin(theta1 - theta2), np.cos(theta1 - theta2), np.ones_like(theta1), motion.cart_velocity
+    motor1, motor2 = np.zeros((2, len(one))) if motion.torques is None else motion.torques.T
+    none = None, None
+
+    def gravity_of(theta: Array, w: Array) -> _Term:
+        falls = -np.sin(theta)
+        if not np.any(cart):
+            return None, falls
+        return np.cos(theta) * cart / gravity, falls + np.sin(theta) * w * cart / gravity
+
+    def outer_joint(torque: Array) -> tuple[_Term, _Term]:
+        # A torque between the rods acts on both.
+        return (None, -torque), (None, torque)
+
+    return {
+        "A22": ((w1, None), none),
+        "A23": ((c * w2, s * w1 * w2), (c * w1, -s * w1 * w2)),
+        "A33": (none, (w2, None)),
+        "D": ((w2, None), (w1, None)),
+        "G1": (gravity_of(theta1, w1), none),
+        "G2": (none, gravity_of(theta2, w2)),
+        "c1": ((None, w1), none),
+        "c2": outer_joint(w2 - w1),
+        "k1": ((None, d1), none),
+        "k2": outer_joint(d2),
+        "s1": ((None, theta1 - math.pi), none),
+        "s2": outer_joint(theta2 - theta1),
+        "t1": ((None, -one), none),
+        "t2": outer_joint(-one),
+        "E12": ((-s * w2, c * w1 * w2), (-s * w1, -c * w1 * w2)),
+        "E1": ((None, -np.cos(theta1)), none),
+        "E2": (none, (None, -np.cos(theta2))),
+        "M1": ((None, -motor1), none),
+        "M2": outer_joint(-motor2),
+    }

@@ -4,7 +4,7 @@ import json
 from collections.abc import Mapping
 from pathlib import Path
 
-from cdp_ident.bag.origin import read_custom_data
+from cdp_ident.bag.metadata import read_custom_data
 from cdp_ident.errors import OptionError, TrialError
 from cdp_ident.model.weight_settings import ADDED, weights_of
 from cdp_ident.model.weights import Weight

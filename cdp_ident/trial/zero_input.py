@@ -5,17 +5,15 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
-from scipy.ndimage import binary_closing, binary_dilation, maximum_filter1d, minimum_filter1d
+from scipy import ndimage
 
+from cdp_ident.arrays import Array, Mask
 from cdp_ident.errors import NoFreeMotionError
-from cdp_ident.trial.balance import WINDOW, Motion, torques
+from cdp_ident.trial.balance import torques
 from cdp_ident.trial.meaning import Balance
 from cdp_ident.trial.options import TrialOptions
 from cdp_ident.trial.scales import PER_UNIT
-
-Array = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
+from cdp_ident.trial.weak_form import WINDOW, Motion
 
 _REST_WINDOW = 8 * PER_UNIT
 _BURIED = 4.0
@@ -82,7 +80,7 @@ def at_rest(motion: Motion, amplitude: float) -> Mask:
 
 def cart_driven(motion: Motion, limit: float) -> Mask:
     """Return near which grid points (m,) the cart moves further than `limit` [m] within 2.5 units of time."""
-    travel = maximum_filter1d(motion.cart, _CART_WINDOW) - minimum_filter1d(motion.cart, _CART_WINDOW)
+    travel = ndimage.maximum_filter1d(motion.cart, _CART_WINDOW) - ndimage.minimum_filter1d(motion.cart, _CART_WINDOW)
     return np.asarray(travel > limit)
 
 
@@ -126,10 +124,10 @@ def find_parts(
             hand, impulses = _lasting(acting > max(options.hand_torque, noise))
             # A hand that lets go gently, or catches so, pushes less at first: its traces next to it are its own.
             traces = acting > max(_TRACE * options.hand_torque, noise)
-            hand = np.asarray(binary_dilation(hand, iterations=_NEAR, mask=traces | hand))
+            hand = np.asarray(ndimage.binary_dilation(hand, iterations=_NEAR, mask=traces | hand))
             causes[_covered(hand, WINDOW)] = HAND
             instants += [float(motion.time[at + WINDOW // 2]) for at in impulses if causes[at + WINDOW // 2] == FREE]
-        causes[binary_closing(np.pad(driven[i], WINDOW), np.ones(WINDOW))[WINDOW:-WINDOW]] = MOTORS
+        causes[ndimage.binary_closing(np.pad(driven[i], WINDOW), np.ones(WINDOW))[WINDOW:-WINDOW]] = MOTORS
         causes[cart_driven(motion, options.cart_limit)] = CART
         changes = [0, *(np.flatnonzero(np.diff(causes)) + 1).tolist()]
         edges = [*motion.time[changes].tolist(), float(motion.time[-1]) + motion.scales.spacing]
@@ -184,22 +182,13 @@ def _lasting(flags: Mask) -> tuple[Mask, list[int]]:
     the ends of a motion everything counts as lasting: there the two cannot be distinguished; and so does an impulse
     shortly before or after a lasting torque, with what is between: that is how a hand catches and lets go.
     """
-    runs = np.split(np.arange(len(flags)), np.flatnonzero(np.diff(flags)) + 1)
-    runs = [run for run in runs if len(run) and flags[run[0]]]
-    lasting: Mask = np.zeros(len(flags), dtype=bool)
+    runs = [run for (run,) in ndimage.find_objects(ndimage.label(flags)[0])]
+    lasts: Mask = np.zeros(len(flags), dtype=bool)
     for run in runs:
-        if run[0] == 0 or run[-1] == len(flags) - 1 or len(run) > WINDOW + _INSTANT:
-            lasting[run] = True
-    while True:
-        near = [
-            run for run in runs if not lasting[run[0]] and np.any(lasting[max(0, run[0] - _NEAR) : run[-1] + _NEAR])
-        ]
-        if not near:
-            break
-        for run in near:
-            lasting[run] = True
-        lasting = np.asarray(binary_closing(np.pad(lasting, _NEAR), np.ones(_NEAR))[_NEAR:-_NEAR])
-    return lasting, [int(run[len(run) // 2]) for run in runs if not lasting[run[0]]]
+        lasts[run] = run.start == 0 or run.stop == len(flags) or run.stop - run.start > WINDOW + _INSTANT
+    near = ndimage.binary_closing(np.pad(flags, _NEAR), np.ones(_NEAR))[_NEAR:-_NEAR]
+    lasting = np.asarray(ndimage.binary_propagation(lasts, mask=near | flags))
+    return lasting, [(run.start + run.stop) // 2 for run in runs if not lasting[run.start]]
 
 
 def _covered(flags: Mask, width: int) -> Mask:

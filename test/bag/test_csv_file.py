@@ -171,7 +171,6 @@ def test_joint_states_that_ros2_topic_echo_wrote_have_their_joints_names(tmp_pat
     ("start", "words"),
     [
         (b"#ROSBAG V2.0\n", "rosbags-convert --src .*log.csv --dst"),
-        (b"MATLAB 5.0 MAT-file", "writematrix"),
         (b"\x89HDF\r\n", "writematrix"),
         (b"PK\x03\x04", "save the sheet as CSV"),
     ],

@@ -36,6 +36,21 @@ def fill(bag, stamps=STAMPS, positions=POSITIONS, names=NAMES, delay=1000, topic
     return bag
 
 
+def fill_sqlite(bag, count=COUNT):
+    with Writer(bag, version=9, storage_plugin=StoragePlugin.SQLITE3) as writer:
+        connection = writer.add_connection("/joint_states", MESSAGE_TYPE, typestore=typestore())
+        for stamp, position in zip(STAMPS[:count].tolist(), POSITIONS[:count], strict=True):
+            writer.write(connection, stamp, serialize_joint_state(NAMES, position, stamp))
+    return bag
+
+
+def publish(bag, *messages, topic="/joint_states"):
+    with BagWriter(bag) as writer:
+        for raw in messages:
+            writer.write(topic, MESSAGE_TYPE, START, raw)
+    return bag
+
+
 def expect_all(recording):
     assert recording.joints == NAMES
     assert np.array_equal(recording.stamps, STAMPS)
@@ -69,29 +84,19 @@ def test_a_bare_file_and_metadata_stand_for_their_bag(tmp_path):
 
 
 def test_a_path_with_signs_that_mean_something_to_sqlite_is_read(tmp_path):
-    bag = tmp_path / "50% #1?"
-    with Writer(tmp_path / "plain", version=9, storage_plugin=StoragePlugin.SQLITE3) as writer:
-        connection = writer.add_connection("/joint_states", MESSAGE_TYPE, typestore=typestore())
-        for stamp, position in zip(STAMPS.tolist(), POSITIONS, strict=True):
-            writer.write(connection, stamp, serialize_joint_state(NAMES, position, stamp))
-    (tmp_path / "plain").rename(bag)
-    expect_all(read_joint_states(bag, "joint_states"))
+    fill_sqlite(tmp_path / "plain").rename(tmp_path / "50% #1?")
+    expect_all(read_joint_states(tmp_path / "50% #1?", "joint_states"))
 
 
 def test_messages_still_in_sqlite_s_journal_are_read_and_the_bag_stays_as_it_is(tmp_path):
-    fill(tmp_path / "made")
-    bag = tmp_path / "bag"
-    with Writer(bag, version=9, storage_plugin=StoragePlugin.SQLITE3) as writer:
-        connection = writer.add_connection("/joint_states", MESSAGE_TYPE, typestore=typestore())
-        writer.write(connection, START, serialize_joint_state(NAMES, POSITIONS[0], START))
+    bag = fill_sqlite(tmp_path / "bag", 1)
     recorder = sqlite3.connect(bag / "bag.db3")
     recorder.execute("PRAGMA journal_mode=WAL")
     raw = serialize_joint_state(NAMES, POSITIONS[1], START + PERIOD)
     recorder.execute("INSERT INTO messages (topic_id, timestamp, data) VALUES (1, ?, ?)", (START + PERIOD, raw))
     recorder.commit()
     before = {file.name: file.read_bytes() for file in bag.iterdir()}
-    recording = read_joint_states(bag, "joint_states")
-    assert np.array_equal(recording.stamps, STAMPS[:2])
+    assert np.array_equal(read_joint_states(bag, "joint_states").stamps, STAMPS[:2])
     assert {file.name: file.read_bytes() for file in bag.iterdir()} == before
     recorder.close()
 
@@ -142,10 +147,7 @@ def test_messages_that_are_no_joint_states_are_dropped_and_counted(tmp_path):
     count = HEAD_OFFSET + len(parse_layout(good).head) - 4
     one_position_less = good[:count] + struct.pack("<I", 1) + good[count + 4 :]
     bad = [b"", b"\0\1\0\0", good[:40], b"\0\7" + good[2:], good[:4] + b"\xff" * 8 + good[12:], one_position_less]
-    with BagWriter(tmp_path / "swing") as writer:
-        for raw in [*bad, good]:
-            writer.write("/joint_states", MESSAGE_TYPE, START, raw)
-    recording = read_joint_states(tmp_path / "swing", "joint_states")
+    recording = read_joint_states(publish(tmp_path / "swing", *bad, good), "joint_states")
     assert len(recording.stamps) == 1
     assert f"{len(bad)} messages" in recording.notes[0]
 
@@ -163,19 +165,8 @@ def test_messages_that_are_no_joint_states_are_dropped_and_counted(tmp_path):
     ids=["no names", "XCDR2", "cut"],
 )
 def test_where_no_message_can_be_used_the_error_says_why(tmp_path, raw, cause):
-    with BagWriter(tmp_path / "swing") as writer:
-        for _ in range(7):
-            writer.write("/joint_states", MESSAGE_TYPE, START, raw)
     with pytest.raises(BagError, match=f"no message on /joint_states .* 7 messages are dropped: 7 ({cause})"):
-        read_joint_states(tmp_path / "swing", "joint_states")
-
-
-def test_a_topic_without_a_message_is_answered_with_those_that_have_some(tmp_path):
-    with BagWriter(tmp_path / "swing") as writer:
-        writer.add_topic("/joint_states", MESSAGE_TYPE)
-        writer.write("/rig1/joint_states", MESSAGE_TYPE, START, serialize_joint_state(NAMES, (1.0, 2.0), START))
-    with pytest.raises(BagError, match=r"no message on /joint_states .*; joint states are on /rig1/joint_states: name"):
-        read_joint_states(tmp_path / "swing", "joint_states")
+        read_joint_states(publish(tmp_path / "swing", *[raw] * 7), "joint_states")
 
 
 def test_paths_that_lead_nowhere_are_the_reader_s_own_errors(tmp_path):
@@ -221,121 +212,88 @@ def test_positions_are_found_wherever_names_put_them(joints, frame, order):
     assert layout.positions.unpack_from(raw, layout.offset) == tuple(message.position)
 
 
-def test_a_pattern_that_the_shell_found_nothing_for_is_told_as_one(tmp_path):
-    with pytest.raises(BagError, match=r"there is no bag in .* that is called \*$"):
-        read_joint_states(tmp_path / "*", "joint_states")
+def two_rigs(bag):
+    with BagWriter(bag) as writer:
+        writer.add_topic("/joint_states", MESSAGE_TYPE)
+        for topic in ("/rig1/states", "/rig2/states", "/rig1/joints"):
+            writer.write(topic, MESSAGE_TYPE, START, serialize_joint_state(["a"], [1.0], START))
+        writer.write("/chatter", "std_msgs/msg/String", 1, b"\0\1\0\0\1\0\0\0\0")
 
 
-def test_a_missing_bag_is_named(tmp_path):
-    with pytest.raises(BagError, match=r"there is no bag .*nowhere"):
-        read_joint_states(tmp_path / "nowhere", "joint_states")
-
-
-def test_a_folder_without_recording_is_named(tmp_path):
-    with pytest.raises(BagError, match=r"holds no \.mcap or \.db3"):
-        read_joint_states(tmp_path, "joint_states")
-
-
-def test_a_wrong_topic_is_answered_with_the_right_ones(tmp_path):
-    fill(tmp_path / "swing")
-    with pytest.raises(BagError, match="no topic /joints; joint states are on /joint_states"):
-        read_joint_states(tmp_path / "swing", "/joints")
+@pytest.mark.parametrize(
+    ("make", "path", "topic", "message"),
+    [
+        (Path.mkdir, "../*", "joint_states", r"there is no bag in .* that is called \*$"),
+        (Path.mkdir, "nowhere", "joint_states", "there is no bag .*nowhere"),
+        (Path.mkdir, "", "joint_states", r"holds no \.mcap or \.db3"),
+        (two_rigs, "", "/wrong", "no topic /wrong; joint states are on /rig1/joints, /rig1/states, /rig2/states: name"),
+        (two_rigs, "", "states", "no topic /states; joint states are on .*: name that topic"),
+        (two_rigs, "", "/joint_states", r"no message on /joint_states .*; joint states are on /rig1/joints, "),
+        (two_rigs, "", "chatter", r"holds std_msgs/msg/String, not .*; joint states are on "),
+        (lambda path: path.write_text("no recording, but long"), "", "joint_states", r"bag is not an MCAP file"),
+        (lambda path: path.with_name("bag.mcap.zstd").touch(), "../bag.mcap.zstd", "joint_states", "is empty"),
+        (
+            lambda path: path.with_name("b.mcap.zstd").write_bytes(b"no"),
+            "../b.mcap.zstd",
+            "a",
+            "cannot be decompressed",
+        ),
+    ],
+)
+def test_what_cannot_be_read_is_named_with_what_is_there(tmp_path, make, path, topic, message):
+    make(tmp_path / "bag")
+    with pytest.raises(BagError, match=message):
+        read_joint_states(Path(os.path.normpath(tmp_path / "bag" / path)), topic)
 
 
 def test_a_relative_topic_is_the_one_that_the_bag_has_in_whatever_namespace(tmp_path):
-    fill(tmp_path / "swing", topic="/rig1/joint_states")
-    recording = read_joint_states(tmp_path / "swing", "joint_states")
+    recording = read_joint_states(fill(tmp_path / "swing", topic="/rig1/joint_states"), "joint_states")
     assert recording.topic == "/rig1/joint_states"
     assert recording.notes[0] == "joint states are those on /rig1/joint_states"
-
-
-def test_of_two_topics_one_must_be_named(tmp_path):
-    with BagWriter(tmp_path / "swing") as writer:
-        for rig in ("/rig1", "/rig2"):
-            writer.write(f"{rig}/joint_states", MESSAGE_TYPE, START, serialize_joint_state(["a"], [1.0], START))
-    with pytest.raises(BagError, match="joint states are on /rig1/joint_states, /rig2/joint_states: name that topic"):
-        read_joint_states(tmp_path / "swing", "joint_states")
-
-
-def test_a_topic_of_another_type_is_named(tmp_path):
-    with BagWriter(tmp_path / "swing") as writer:
-        writer.add_topic("/chatter", "std_msgs/msg/String")
-        writer.write("/chatter", "std_msgs/msg/String", 1, b"\0\1\0\0\1\0\0\0\0")
-    with pytest.raises(BagError, match=r"holds std_msgs/msg/String, not .*no topic of it holds joint states"):
-        read_joint_states(tmp_path / "swing", "chatter")
-
-
-def test_a_file_that_is_no_recording_is_named(tmp_path):
-    (tmp_path / "notes.mcap").write_text("not a recording at all, but long enough to be looked at")
-    with pytest.raises(BagError, match=r"notes\.mcap is not an MCAP file"):
-        read_joint_states(tmp_path / "notes.mcap", "joint_states")
-
-
-def test_a_compressed_file_that_is_none_is_named(tmp_path):
-    (tmp_path / "swing.mcap.zstd").write_bytes(b"nonsense")
-    with pytest.raises(BagError, match="cannot be decompressed"):
-        read_joint_states(tmp_path / "swing.mcap.zstd", "joint_states")
 
 
 @pytest.fixture(scope="module")
 def contents(tmp_path_factory):
     """The bytes of a good file of each kind."""
     folder = tmp_path_factory.mktemp("good")
-    with Writer(folder / "bag", version=9, storage_plugin=StoragePlugin.SQLITE3) as writer:
-        connection = writer.add_connection("/joint_states", MESSAGE_TYPE, typestore=typestore())
-        for stamp, position in zip(STAMPS.tolist(), POSITIONS, strict=True):
-            writer.write(connection, stamp, serialize_joint_state(NAMES, position, stamp))
     mcap = (fill(folder / "swing") / "swing_0.mcap").read_bytes()
     return {
         "swing.mcap": mcap,
-        "bag.db3": (folder / "bag" / "bag.db3").read_bytes(),
+        "bag.db3": (fill_sqlite(folder / "bag") / "bag.db3").read_bytes(),
         "swing.mcap.zstd": zstandard.compress(mcap),
     }
 
 
-def read_or_refuse(file):
-    try:
-        recording = read_joint_states(file, "joint_states")
-    except BagError:
-        return None
-    assert recording.positions.shape == (len(recording.stamps), len(recording.joints))
-    return recording
+def cut_anywhere(data, content):
+    return content[: data.draw(st.integers(0, len(content)))]
 
 
-HOSTILE = settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
-
-
-@HOSTILE
-@given(st.data())
-def test_a_file_cut_anywhere_is_read_or_refused(tmp_path, contents, data):
-    name = data.draw(st.sampled_from(sorted(contents)))
-    (tmp_path / name).write_bytes(contents[name][: data.draw(st.integers(0, len(contents[name])))])
-    read_or_refuse(tmp_path / name)
-
-
-@HOSTILE
-@given(st.data())
-def test_a_file_with_changed_bytes_is_read_or_refused(tmp_path, contents, data):
-    name = data.draw(st.sampled_from(sorted(contents)))
-    content = bytearray(contents[name])
+def with_changed_bytes(data, content):
+    changed = bytearray(content)
     changes = st.tuples(st.integers(0, len(content) - 1), st.integers(0, 255))
     for position, value in data.draw(st.lists(changes, min_size=1, max_size=8)):
-        content[position] = value
-    (tmp_path / name).write_bytes(content)
-    recording = read_or_refuse(tmp_path / name)
-    if recording is not None and name == "swing.mcap" and recording.joints == NAMES:
-        # What passed the checksums is what was written.
-        kept = np.isin(recording.stamps, STAMPS)
-        assert np.all(kept)
+        changed[position] = value
+    return changed
 
 
-@HOSTILE
+def with_random_bytes_behind_a_good_start(data, content):
+    return content[: data.draw(st.sampled_from([0, 8, 16, 100, 400]))] + data.draw(st.binary(max_size=300))
+
+
+@pytest.mark.parametrize("damaged", [cut_anywhere, with_changed_bytes, with_random_bytes_behind_a_good_start])
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.data())
-def test_random_bytes_behind_a_good_start_are_read_or_refused(tmp_path, contents, data):
+def test_a_damaged_file_is_read_or_refused(tmp_path, contents, damaged, data):
     name = data.draw(st.sampled_from(sorted(contents)))
-    start = contents[name][: data.draw(st.sampled_from([0, 8, 16, 100, 400]))]
-    (tmp_path / name).write_bytes(start + data.draw(st.binary(max_size=300)))
-    read_or_refuse(tmp_path / name)
+    (tmp_path / name).write_bytes(damaged(data, contents[name]))
+    try:
+        recording = read_joint_states(tmp_path / name, "joint_states")
+    except BagError:
+        return
+    assert recording.positions.shape == (len(recording.stamps), len(recording.joints))
+    if name == "swing.mcap" and recording.joints == NAMES:
+        # What passed the checksums is what was written.
+        assert np.all(np.isin(recording.stamps, STAMPS))
 
 
 EFFORTS = [([], []), ([], [1.0, 2.0]), ([0.5, 0.5], [3.0, 4.0]), ([0.5, 0.5], []), ([], [9.0])]
@@ -343,15 +301,10 @@ EFFORTS = [([], []), ([], [1.0, 2.0]), ([0.5, 0.5], [3.0, 4.0]), ([0.5, 0.5], []
 
 
 def test_efforts_are_read_where_messages_have_as_many_as_positions(tmp_path):
-    with BagWriter(tmp_path / "bag") as writer:
-        for i, (velocity, effort) in enumerate(EFFORTS):
-            message = typestore().deserialize_cdr(serialize_joint_state(NAMES[:2], [0.1, 0.2], 1000 + i), MESSAGE_TYPE)
-            message = replace(message, velocity=np.array(velocity), effort=np.array(effort))
-            writer.write(
-                "/joint_states", MESSAGE_TYPE, 1000 + i, bytes(typestore().serialize_cdr(message, MESSAGE_TYPE))
-            )
-        writer.close({})
-    found = read_joint_states(tmp_path / "bag", "joint_states").efforts
+    plain = typestore().deserialize_cdr(serialize_joint_state(NAMES, [0.1, 0.2], START), MESSAGE_TYPE)
+    with_both = (replace(plain, velocity=np.array(velocity), effort=np.array(effort)) for velocity, effort in EFFORTS)
+    raw = (bytes(typestore().serialize_cdr(message, MESSAGE_TYPE)) for message in with_both)
+    found = read_joint_states(publish(tmp_path / "bag", *raw), "joint_states").efforts
     assert np.array_equal(found, [[np.nan, np.nan], [1, 2], [3, 4], [np.nan, np.nan], [np.nan, np.nan]], equal_nan=True)
 
 
@@ -385,17 +338,6 @@ def test_what_is_no_file_is_refused(tmp_path, name):
         read_joint_states(tmp_path / name, "joint_states")
 
 
-def split(folder, bad, place):
-    """Write a bag of three files, one of which holds something else."""
-    folder.mkdir()
-    for k, (first, last) in enumerate(((0, 30), (30, 60), (60, len(STAMPS)))):
-        fill(folder / f"part{k}", STAMPS[first:last], POSITIONS[first:last])
-        (folder / f"part{k}" / f"part{k}_0.mcap").rename(folder / f"swing_{k}.mcap")
-    (folder / f"swing_{place}.mcap").unlink()
-    bad(folder / f"swing_{place}.mcap")
-    return folder
-
-
 @pytest.mark.parametrize("place", [0, 1, 2])
 @pytest.mark.parametrize(
     "bad",
@@ -408,10 +350,16 @@ def split(folder, bad, place):
     ids=["empty", "zeros", "broken", "pipe"],
 )
 def test_of_a_split_bag_with_a_bad_file_the_others_are_read_and_it_is_told(tmp_path, bad, place):
-    recording = read_joint_states(split(tmp_path / "swing", bad, place), "joint_states")
-    kept = np.ones(len(STAMPS), dtype=bool)
-    kept[[slice(0, 30), slice(30, 60), slice(60, None)][place]] = False
-    assert np.array_equal(recording.stamps, np.array(STAMPS)[kept])
+    swing = tmp_path / "swing"
+    swing.mkdir()
+    for k in range(3):
+        part = fill(tmp_path / f"part{k}", STAMPS[20 * k : 20 * k + 20], POSITIONS[20 * k : 20 * k + 20])
+        (part / f"part{k}_0.mcap").rename(swing / f"swing_{k}.mcap")
+    (swing / f"swing_{place}.mcap").unlink()
+    bad(swing / f"swing_{place}.mcap")
+    recording = read_joint_states(swing, "joint_states")
+    kept = np.arange(COUNT) // 20 != place
+    assert np.array_equal(recording.stamps, STAMPS[kept])
     assert np.array_equal(recording.positions, POSITIONS[kept])
     (note,) = recording.notes
     assert note.startswith(f"nothing more is read of swing_{place}.mcap")

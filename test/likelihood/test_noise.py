@@ -166,7 +166,7 @@ def test_least_torques_have_one_size():
 def late(seed, time, size=1e-3, samples=4000):
     """Return a swing and what it is off by, where both encoders are read at times that are off by chance [s]."""
     rng, of = np.random.default_rng(seed), swing(times(samples))
-    rates = 8.0 * np.sin(np.outer(of.time, [3.0, 7.0]) + [0.0, 1.0])
+    rates = 8.0 * np.sin(np.outer(of.time, [3.0, 7.0]) + np.arange(2))
     off = rng.normal(scale=time, size=(samples, 1)) * rates + rng.normal(scale=size, size=(samples, 2))
     return of, linear(of, off, rates)
 

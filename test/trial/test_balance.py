@@ -2,8 +2,9 @@ import numpy as np
 import pytest
 import sympy
 
-from cdp_ident.trial.balance import WINDOW, motion_on_grid, residual, torques, windows
+from cdp_ident.trial.balance import motion_on_grid, residual, torques, windows
 from cdp_ident.trial.lumped import fit_lumped
+from cdp_ident.trial.weak_form import WINDOW
 from reference import own_units, pendulum
 from reference.own_units import Rig
 from reference.pendulum import TABLE_2

@@ -153,20 +153,6 @@ def test_what_is_no_free_double_pendulum_is_refused_in_one_line(tmp_path, capsys
 
 
 @pytest.mark.parametrize(
-    ("file", "options", "least"),
-    [
-        ("dfki_drops/drop1", ["--zero", "hanging"], 4.8),
-        ("dfki_drops/drop2", ["--zero", "hanging"], 4.8),
-        ("dfki_drops/drop3", ["--zero", "hanging"], 4.8),
-        ("multiarm_free_swing/free_swing_8s_56s_1kHz", ["--outer-angle", "absolute"], 47.9),
-    ],
-)
-def test_good_free_swings_are_taken_with_and_without_motors(tmp_path, file, options, least):
-    assert import_csv([str(CASES.parent / "data" / f"{file}.csv.gz"), "--out", str(tmp_path / "bag"), *options]) == 0
-    assert load_trial(tmp_path / "bag").duration >= least
-
-
-@pytest.mark.parametrize(
     ("file", "columns"),
     [
         (CASES / "not_a_double_pendulum" / "dfki_C1_driven.csv.gz", []),

@@ -4,6 +4,7 @@ import pytest
 from cdp_ident.errors import TrialError
 from cdp_ident.trial.balance import motion_on_grid
 from cdp_ident.trial.conventions import check_conventions
+from cdp_ident.trial.meaning import Recorded
 from cdp_ident.trial.options import TrialOptions
 from cdp_ident.trial.zero_input import moving_windows
 
@@ -12,7 +13,7 @@ def check(made, change=lambda joints: joints, **options):
     options = TrialOptions(**options)
     joints = change(made.joints())
     motion = motion_on_grid(np.arange(len(joints)) / made.rate, joints, None)
-    return check_conventions([motion], [moving_windows(motion, options)], options)
+    return check_conventions(Recorded((), (motion,), (moving_windows(motion, options),)), options)
 
 
 @pytest.fixture

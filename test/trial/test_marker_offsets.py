@@ -3,8 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cdp_ident.trial.film import rods_on_film
-from cdp_ident.trial.marker_offsets import without_offsets
+from cdp_ident.trial.film import rods_on_film, without_offsets
 
 TIME = np.arange(3000) * 0.005
 THETA = np.column_stack([np.pi + 2 * np.sin(5 * TIME), np.pi + 2.5 * np.cos(7 * TIME) + TIME])

@@ -2,7 +2,7 @@
 
 import pytest
 
-from cdp_ident.bag.origin import Origin, origin_of
+from cdp_ident.bag.metadata import Origin, origin_of
 from cdp_ident.bag.writer import BagWriter
 
 
