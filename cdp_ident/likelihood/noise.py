@@ -44,6 +44,8 @@ class Noise:
     time: float = 0.0
     """Standard deviation of the times of readings, the same error for both encoders [s]; where noise is remembered,
     zero."""
+    of_base: bool = False
+    """Whether in the place of the inner joint's torque the base moves: an acceleration, times a1 over A22."""
     tails: tuple[Array, ...] = ()
     """(nodes, 2) of each swing, how many times as large the torques after each node are."""
 
@@ -132,8 +134,9 @@ class Noise:
             if self.time > 0.0:
                 shown = _independent(shown, by_time * roots)
             return Whitened(
-                *linear[:3], np.ascontiguousarray(shown[..., :-1]), shown[..., -1].copy(), swing.samples_at, sizes
-            )
+                linear.transitions, linear.gaps, self._pushes(linear), np.ascontiguousarray(shown[..., :-1]),
+                shown[..., -1].copy(), swing.samples_at, sizes,
+            )  # fmt: skip
         follows = self._follows(swing)
         nodes, n, d = linear.transitions.shape
         transitions, gaps = np.zeros((nodes, n + 2, d + 2)), np.zeros((nodes, n + 2))
@@ -145,8 +148,14 @@ class Noise:
         filter_rows(rows, right, new, follows, swing.samples_at, self.kept, self.mixed, transitions, gaps)
         roots = self._roots(swing, new, np.zeros(2)) / np.where(follows, 1.0, np.sqrt(self._gain))
         return Whitened(
-            transitions, gaps, linear.pushes, rows * roots[..., None], right * roots, swing.samples_at, sizes
+            transitions, gaps, self._pushes(linear), rows * roots[..., None], right * roots, swing.samples_at, sizes
         )
+
+    def _pushes(self, linear: Linearised) -> Array:
+        """Return the changes (nodes, 2, 2) of the rods' speeds by what is unknown."""
+        if not self.of_base:
+            return linear.pushes
+        return np.ascontiguousarray(np.stack([linear.by_base, linear.pushes[:, :, 1]], axis=2))
 
     def _follows(self, swing: Swing) -> npt.NDArray[np.bool_]:
         """Return whether each reading's noise remembers the one before (samples, 2)."""

@@ -186,7 +186,8 @@ def _of_swing(
     times = swing.begin + swing.node_times
     regained = np.zeros((nodes, 2)) if tails is None else found.noise.regained(tails)
     return (
-        _impulses(swing, times, rows, spreads, torques[:, 0], whitened.sizes, regained),
+        # What a base does is no torque in a joint, in whose place it is.
+        {} if found.noise.of_base else _impulses(swing, times, rows, spreads, torques[:, 0], whitened.sizes, regained),
         _slips(swing, times, triangles, left, deviations, spreads),
     )
 

@@ -31,6 +31,8 @@ class Linearised(NamedTuple):
     """(nodes, states) from the next node's state to there."""
     pushes: Array
     """(nodes, 2, 2) changes of the rods' speeds by impulses of torque over A22 in both joints."""
+    by_base: Array
+    """(nodes, 2) the same by a change of the base's velocity, times a1 over A22."""
     slopes: Array
     """(samples, 2, d) derivatives of what the encoders show, by the state at the node before and the unknowns."""
     residuals: Array
@@ -200,17 +202,24 @@ class Swing:
             ends = np.column_stack([ends, states[:, -1]])
         gaps = np.zeros_like(ends)
         gaps[:-1] = ends[:-1] - states[1:]
-        pushes = _pushes(coefficients, found.ends) / (weighted.share if weighted else 1.0)
+        pushes, by_base = (of / (weighted.share if weighted else 1.0) for of in _pushes(coefficients, found.ends))
         return Linearised(
-            np.ascontiguousarray(ends_by), gaps, pushes, np.ascontiguousarray(by), shown - self.readings, columns, rates
+            np.ascontiguousarray(ends_by), gaps, pushes, by_base, np.ascontiguousarray(by), shown - self.readings,
+            columns, rates,
         )  # fmt: skip
 
 
-def _pushes(coefficients: Array, states: Array) -> Array:
-    """Return the changes (k, 2, 2) of the rods' speeds in states by impulses in both joints, over A22."""
-    A23, A33 = coefficients[:2]
+def _pushes(coefficients: Array, states: Array) -> tuple[Array, Array]:
+    """Return the changes (k, 2, 2) of the rods' speeds in states by impulses in both joints, over A22.
+
+    And those (k, 2) by a1 over A22 times a change of the base's velocity: it acts on the rods as -a1 cos(theta1) and
+    -m2 l2 cos(theta2).
+    """
+    A23, A33, a1, _, _, L, _ = coefficients
     coupling = A23 * np.cos(states[:, 0] - states[:, 1])
     one = np.ones_like(coupling)
     inverse = np.array([[A33 * one, -coupling], [-coupling, one]]) / (A33 - coupling**2)
     # A torque in the outer joint acts on both rods.
-    return np.ascontiguousarray(np.einsum("ijk,jt->kit", inverse, [[1.0, -1.0], [0.0, 1.0]]))
+    by_torques = np.einsum("ijk,jt->kit", inverse, [[1.0, -1.0], [0.0, 1.0]])
+    on_rods = -np.array([np.cos(states[:, 0]), A23 / (L * a1) * np.cos(states[:, 1])])
+    return np.ascontiguousarray(by_torques), np.einsum("ijk,jk->ki", inverse, on_rods)

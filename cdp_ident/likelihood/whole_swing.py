@@ -117,7 +117,8 @@ class WholeSwings:
     noise: Noise
     """Of encoders and unknown torques, none of which is zero."""
     is_missing: npt.NDArray[np.bool_]
-    """(2,) whether a torque is missing in each joint: without it the swings are far less likely."""
+    """(2,) whether each unknown torque is there: without it the swings are far less likely. They are those of the inner
+    joint, or of a base that moves (`Noise.of_base`), and of the outer joint."""
     impulses: tuple[Array, ...]
     """(nodes, 2, 2) of each swing: the impulses of unknown torques in both joints after each node, over A22 [1/s], and
     their standard deviations."""
@@ -138,8 +139,18 @@ class WholeSwings:
 
     @property
     def leaves_more(self) -> npt.NDArray[np.bool_]:
-        """(2,) whether more than the encoders' noise remains: missing torque, or what noise is larger for."""
-        return np.asarray(self.is_missing | (self.noise.encoders > LARGER * self.recorded.encoders))
+        """(2,) whether more than an encoder's noise remains: missing torque, or what noise is larger for."""
+        return np.asarray(self.joints_missing | (self.noise.encoders > LARGER * self.recorded.encoders))
+
+    @property
+    def base_moves(self) -> bool:
+        """Whether the base moves."""
+        return self.noise.of_base and bool(self.is_missing[0])
+
+    @property
+    def joints_missing(self) -> npt.NDArray[np.bool_]:
+        """(2,) whether a torque is missing in each joint; a base that moves brings torques to both."""
+        return np.asarray(self.is_missing | self.base_moves)
 
     @property
     def torque(self) -> Array:
@@ -246,7 +257,8 @@ def likelier_maximum(found: WholeSwings) -> WholeSwings:
     """Return a model that leaves more than noise, or what it is if one begins without, where that is more likely.
 
     The likelihood may have several maxima: unknown torques follow what is autocorrelated noise, that noise follows what
-    is motion, and a joint that dry friction holds is not held where torques move it.
+    is motion, and a joint that dry friction holds is not held where torques move it. What is taken for torques in both
+    joints may be a base that moves.
 
     Args:
         found: one maximum.
@@ -262,6 +274,13 @@ def likelier_maximum(found: WholeSwings) -> WholeSwings:
             )
         else:
             return found
+        if np.any(found.is_missing) and not found.noise.of_base:
+            noise = replace(found.noise, of_base=True)
+            moved = likely_near(
+                found.model, found.values, recorded, found.states, noise, CLOSE_ENOUGH, _FEW_STEPS, found.misfit
+            )
+            if moved.misfit < min(found.misfit, other.misfit) - _SHOWN:
+                return moved
     except (IdentificationError, np.linalg.LinAlgError):
         return found
     return min(found, other, key=lambda one: one.misfit)

@@ -1,7 +1,7 @@
 """The final values of a chosen model: those of everything that was measured, once what was held out has judged it."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -74,7 +74,7 @@ def _whole_swings(after: FinalModel, chosen: WholeSwings, data: Data) -> WholeSw
 
     if np.any(chosen.is_missing):
         recorded, states = with_nodes(NEAR)
-        noise = Noise.white(recorded.encoders, 0.0).with_torque_of_at_least(chosen.noise.torque)
+        noise = replace(Noise.white(recorded.encoders, 0.0), torque=chosen.noise.torque, of_base=chosen.noise.of_base)
         found = likely_near(after.model, after.fit.values, recorded, states, noise)
         if not found.converged:  # where joints stick now here and now there, steps may stay larger than they need be
             found = likely_near(

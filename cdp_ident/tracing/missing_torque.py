@@ -34,6 +34,10 @@ class MissingTorque:
         for swing, states, impulses in zip(found.recorded.swings, found.states, found.impulses, strict=True):
             torque, std = np.where(found.is_missing, impulses[:-1] / swing.spacing, 0.0).transpose(1, 0, 2)
             at = states[1:]  # what a torque did since the node before has its effect at once, at this one
+            if found.base_moves:
+                by_base = _torques_of_base(found, at)
+                torque = by_base * torque[:, :1] + [0.0, 1.0] * torque
+                std = np.hypot(by_base * std[:, :1], [0.0, 1.0] * std)
             parts.append(
                 (
                     np.full(len(at), swing.trial),
@@ -45,3 +49,10 @@ class MissingTorque:
                 )
             )
         return cls(*(np.concatenate(column) for column in zip(*parts, strict=True)))
+
+
+def _torques_of_base(found: WholeSwings, states: Array) -> Array:
+    """Return the torques (n, 2) in both joints by which a unit of a base's acceleration, times a1 over A22, acts."""
+    A23, _, a1, _, _, L, _ = found.model.coefficients(found.values)
+    inner, outer = -np.cos(states[:, 0]), -A23 / (L * a1) * np.cos(states[:, 1])
+    return np.stack([inner + outer, outer], axis=1)

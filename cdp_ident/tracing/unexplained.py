@@ -53,8 +53,9 @@ def unexplained(final: FinalModel, whole: WholeSwings | None, noise: Array, iner
     missing = MissingTorque.of(whole)
     over_inertia = np.sqrt(np.mean(missing.torque**2 + missing.std**2, axis=0))
     torque = inertia.value * over_inertia
-    joints = np.flatnonzero(whole.is_missing)
+    joints = np.flatnonzero(whole.joints_missing)
     said = " and ".join(f"{_size(over_inertia[k], inertia)} in the {JOINTS[k]} joint" for k in joints)
+    moved = f", as if the base moved, with accelerations of {_of_base(whole):.2g} m/s²" if whole.base_moves else ""
     if not np.any(over_noise > LARGER):
         memory = whole.noise.memory
         words = ["nothing but the encoders' noise"]
@@ -63,15 +64,23 @@ def unexplained(final: FinalModel, whole: WholeSwings | None, noise: Array, iner
         if whole.noise.time > 0.0:
             words.append(f"and errors of {1e3 * whole.noise.time:.2g} ms in the times of both encoders")
         if said:
-            words.append(f"and torques that matter less than that, {said} (root mean square)")
+            words.append(f"and torques that matter less than that, {said} (root mean square){moved}")
         return Unexplained(False, JOINTS[worst], times, torque, ", ".join(words))
     if not said:
         words = [f"theta{worst + 1} is {over_noise[worst]:.1f} times its noise off, by what no torque would explain"]
     else:
         dependence = max(_dependences(missing, joints), key=lambda found: found.share)
         worst = dependence.joint
-        words = [f"torques of {said} are missing (root mean square)", dependence.words(inertia)]
+        words = [f"torques of {said} are missing (root mean square){moved}", dependence.words(inertia)]
     return Unexplained(True, JOINTS[worst], times, torque, "; ".join(words))
+
+
+def _of_base(whole: WholeSwings) -> float:
+    """Return the root mean square of the accelerations of a base that moves [m/s^2]."""
+    a1 = whole.model.coefficients(whole.values)[2]
+    swings = zip(whole.recorded.swings, whole.impulses, strict=True)
+    squares = np.concatenate([np.sum(of[:-1, :, 0] ** 2, axis=1) / swing.spacing**2 for swing, of in swings])
+    return float(np.sqrt(np.mean(squares))) / a1
 
 
 def _size(torque: float, inertia: Inertia) -> str:

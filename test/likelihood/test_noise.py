@@ -27,6 +27,7 @@ def linear(of, residuals, rates=0.0):
         np.zeros((nodes, N, D)),
         np.zeros((nodes, N)),
         np.zeros((nodes, 2, 2)),
+        np.zeros((nodes, 2)),
         np.zeros((len(residuals), 2, D)),
         residuals,
         np.arange(D - N),
