@@ -8,8 +8,8 @@ import numpy.typing as npt
 
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.data import Data
+from cdp_ident.fit.initial_states import Fit, fit_initial_states
 from cdp_ident.fit.motion_model import MotionModel
-from cdp_ident.fit.refinement import Fit, fit_initial_states
 from cdp_ident.fit.share import share_of
 from cdp_ident.fit.windows import Window, as_one_window, beginning_of
 from cdp_ident.machine.parallel import parallel_map
@@ -64,7 +64,7 @@ def evaluate(model: MotionModel, values: Array, data: Data, enough: float) -> Er
 def _errors_over(
     model: MotionModel, values: Array, windows: Sequence[Window], trials: Sequence[Trial], enough: float
 ) -> Errors:
-    share = [windows[index] for index in share_of(windows, enough)]
+    share = [windows[index] for index in share_of([window.duration for window in windows], enough)]
     try:
         return errors_of(fit_initial_states(model, values, share), trials, windows)
     except (IdentificationError, np.linalg.LinAlgError):  # under values that were not fitted there may be no motion
@@ -113,8 +113,7 @@ def free_run(model: MotionModel, values: Array, trial: Trial, index: int, durati
         duration: length of the beginning to which the initial state is fitted [s].
     """
     start = start_of(model, values, trial, index, duration)
-    theta, _ = model.predict(values, start, as_one_window(trial, index), "none")
-    return theta
+    return model.predict(values, start, as_one_window(trial, index))
 
 
 def start_of(model: MotionModel, values: Array, trial: Trial, index: int, duration: float) -> Array:

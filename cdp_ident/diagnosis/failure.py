@@ -5,8 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from cdp_ident.errors import FitFailedError
+from cdp_ident.fit.initial_states import Fit
 from cdp_ident.fit.predictability import LOST
-from cdp_ident.fit.refinement import Fit
 
 _MOST_LOST = 0.25
 """Share of the windows in which the simulation may fail to follow the motion: an event affects only a few."""

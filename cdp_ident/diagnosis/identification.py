@@ -13,9 +13,9 @@ from cdp_ident.diagnosis.repeatability import Repeatability, repeatability
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.data import Data
 from cdp_ident.fit.force_balance import ForceBalance
+from cdp_ident.fit.initial_states import Fit
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.physical import PhysicalValues, nearest_physical_values
-from cdp_ident.fit.refinement import Fit
 from cdp_ident.likelihood.whole_swing import WholeSwings
 from cdp_ident.model.parameters import GROUPS, INVERSE_INERTIA
 from cdp_ident.search.genetic_search import SearchResult

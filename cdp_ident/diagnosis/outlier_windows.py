@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cdp_ident.fit.refinement import Fit
+from cdp_ident.fit.initial_states import Fit
 from cdp_ident.fit.windows import Window
 
 _FEWEST_WINDOWS = 3

@@ -6,7 +6,7 @@ simulated from there (k-step-ahead prediction with k up to the horizon: Ljung, S
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.data import Data
-from cdp_ident.fit.refinement import Fit, fit_initial_states
+from cdp_ident.fit.initial_states import Fit, fit_initial_states
 from cdp_ident.fit.windows import FEWEST_SAMPLES, cut_at
 from cdp_ident.trial.trial import Trial
 
@@ -146,7 +146,7 @@ def predicted(final: Fit, data: Data, plan: Plan) -> Prediction | None:
     for start, window in zip(plan.starts, fitted.windows, strict=True):
         trial = data.trials[start.trial]
         whole = cut_at(trial, start.trial, [start.first, start.end], scales.step, scales.half_width)[0]
-        theta, _ = fitted.model.predict(fitted.values, window.start, replace(whole, start=window.start), "none")
+        theta = fitted.model.predict(fitted.values, window.start, whole)
         ahead = slice(start.at - start.first - 1, None)
         error = np.max(np.abs(whole.theta - theta)[ahead], axis=1)
         error[~np.isfinite(error)] = np.inf

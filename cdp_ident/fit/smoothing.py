@@ -20,7 +20,7 @@ import numpy.typing as npt
 from scipy.interpolate import BSpline, make_lsq_spline
 
 from cdp_ident.errors import TrialError
-from cdp_ident.fit.autocorrelation import Autocorrelation
+from cdp_ident.fit.autocorrelation import correlation_length
 from cdp_ident.fit.linear_filter import carried_on
 
 Array = npt.NDArray[np.float64]
@@ -167,7 +167,7 @@ def _samples_per_knot(time: Array, samples: Array) -> tuple[float, float]:
     best = min(tried, key=lambda one: one.criterion)
     if best.memory > _REMEMBERED:
         left = samples - _fit(time, samples, best.per_knot)(time)
-        if Autocorrelation.of([left]).length < _FORGOTTEN * best.per_knot:
+        if correlation_length([left]) < _FORGOTTEN * best.per_knot:
             return best.per_knot, best.memory
     return min(tried, key=lambda one: float(np.sum(one.cross_validated / tried[0].cross_validated))).per_knot, 0.0
 

@@ -50,8 +50,6 @@ class Window:
     """(4,) state at time 0, estimated from the measured angles: theta1, theta2 [rad], omega1, omega2 [rad/s]."""
     drive: Array | None = None
     """(2 steps + 1, 2) motors' torques in both joints at the half steps [N m]; None where there are none."""
-    start_known: bool = False
-    """Whether that state is exact, and not estimated along with the parameters."""
     half_width: float = HALF_WIDTH
     """Of the local cubics that estimate initial states [s]."""
     time_std: float = 0.0
@@ -242,7 +240,6 @@ def split(window: Window, parts: int) -> list[Window]:
                 u=np.interp(grid.half_step_times() + window.time[first], half_steps, window.u),
                 drive=grid.at_half_steps(half_steps, window.drive, window.time[first]),
                 start=np.concatenate([angles[0], velocities[0]]) if first else window.start,
-                start_known=window.start_known and first == 0,
                 half_width=window.half_width,
                 time_std=window.time_std,
                 weights=window.weights,

@@ -11,8 +11,8 @@ from cdp_ident.diagnosis.identification import Identification
 from cdp_ident.diagnosis.prediction import Prediction, plan_of, predicted
 from cdp_ident.diagnosis.whiteness import Correlations, Whiteness
 from cdp_ident.fit.data import Data
+from cdp_ident.fit.initial_states import Fit
 from cdp_ident.fit.motion_model import MotionModel
-from cdp_ident.fit.refinement import Fit
 from cdp_ident.fit.windows import Window
 from cdp_ident.model.parameters import CONSTANTS, GROUPS, INERTIA, PARAMETERS
 from cdp_ident.report.curves import Array

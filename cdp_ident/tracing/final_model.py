@@ -6,10 +6,9 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.errors import IdentificationError
-from cdp_ident.fit.astray import with_starts_found_again
 from cdp_ident.fit.data import Data
+from cdp_ident.fit.initial_states import Fit, fit_initial_states, with_starts_found_again
 from cdp_ident.fit.motion_model import MotionModel
-from cdp_ident.fit.refinement import Fit, fit_initial_states
 from cdp_ident.likelihood.whole_swing import WholeSwings, values_with_less_torque
 
 Array = npt.NDArray[np.float64]

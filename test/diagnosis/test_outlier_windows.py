@@ -6,17 +6,18 @@ import numpy as np
 import pytest
 
 from cdp_ident.diagnosis.outlier_windows import outlier_windows
+from cdp_ident.fit.initial_states import Fit, fit_initial_states
 from cdp_ident.fit.mechanism import Mechanism
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.prior import Prior
-from cdp_ident.fit.refinement import Fit, refine
 from cdp_ident.fit.windows import cut_into_windows
 from cdp_ident.model.parameters import SYMBOLS, groups_of
 from reference.pendulum import TABLE_5
 from scenarios.twin import standard_twin
 
 TRUTH = groups_of([TABLE_5[symbol] for symbol in SYMBOLS], TABLE_5["L"])
-FIT = refine(MotionModel(Mechanism.of(Prior())), TRUTH, cut_into_windows([standard_twin(np.random.default_rng(0))]))
+WINDOWS = cut_into_windows([standard_twin(np.random.default_rng(0))])
+FIT = fit_initial_states(MotionModel(Mechanism.of(Prior())), TRUTH, WINDOWS)
 
 
 def with_errors(*factors: float) -> Fit:

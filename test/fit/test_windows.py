@@ -87,11 +87,10 @@ def test_parts_of_a_window_hold_its_samples_its_times_and_its_cart():
         assert np.abs(part.u - expected)[20:-20].max() < 0.02
 
 
-def test_the_first_part_begins_with_the_window_s_start_and_only_that_is_as_sure():
-    window = replace(cut_into_windows([TWIN])[0], start=np.array(TABLE_3), start_known=True)
-    first, second = split(window, 2)
+def test_the_first_part_begins_with_the_window_s_start():
+    window = replace(cut_into_windows([TWIN])[0], start=np.array(TABLE_3))
+    first, _ = split(window, 2)
     assert np.array_equal(first.start, TABLE_3)
-    assert (first.start_known, second.start_known) == (True, False)
 
 
 def test_a_window_is_not_split_into_parts_with_too_few_samples():
