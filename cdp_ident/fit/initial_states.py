@@ -15,8 +15,9 @@ import numpy.typing as npt
 
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.motion_model import MotionModel
-from cdp_ident.fit.windows import Window, split
+from cdp_ident.fit.windows import FEWEST_SAMPLES, Window
 from cdp_ident.machine.parallel import parallel_for
+from cdp_ident.trial.differences import MEDIAN_OF_SIZE
 from cdp_ident.trial.kinematics import local_motion
 
 Array = npt.NDArray[np.float64]
@@ -25,8 +26,6 @@ Indices = npt.NDArray[np.int64]
 
 OUTLIER = 6.0
 """Residuals beyond so many robust standard deviations lose weight (Huber, Robust Statistics, 1981)."""
-_PER_MEDIAN = 1.4826
-"""Standard deviation of Gaussian noise over its median size."""
 _TOLERANCE = 1e-6
 """A window's fit has converged when its cost decreases by less than this share in a step."""
 _MOST_STEPS = 25
@@ -126,7 +125,7 @@ def _fit_each(model: MotionModel, values: Array, windows: Sequence[Window]) -> "
 def _outlier_limit(residuals: Sequence[Array]) -> float:
     """Return the residual [rad] beyond which they lose weight, by a robust standard deviation: their median size."""
     median = float(np.median(np.abs(np.concatenate([r.ravel() for r in residuals]))))
-    return max(OUTLIER * _PER_MEDIAN * median, np.finfo(float).tiny)
+    return max(OUTLIER * median / MEDIAN_OF_SIZE, np.finfo(float).tiny)
 
 
 class _HeldValues:
@@ -173,10 +172,11 @@ class _HeldValues:
 
         Each keeps the better of its two initial states.
         """
-        lost = [k for k in np.flatnonzero(~self.converged) if len(split(self._windows[k], 2)) > 1]
+        halves = {k: len(self._windows[k].theta) // 2 for k in np.flatnonzero(~self.converged)}
+        lost = [k for k, half in halves.items() if half >= FEWEST_SAMPLES]
         if not lost:
             return
-        begun = _fit_each(self._model, self._values, [split(self._windows[k], 2)[0] for k in lost])
+        begun = _fit_each(self._model, self._values, [self._windows[k].shortened(halves[k]) for k in lost])
         again = [replace(self._windows[k], start=start) for k, start in zip(lost, begun.starts, strict=True)]
         others = _HeldValues(self._model, self._values, again)
         left: Indices = np.arange(len(lost))

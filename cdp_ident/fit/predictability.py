@@ -7,9 +7,9 @@ Benettin et al., Meccanica 15, 1980). The measured motion is used for that, so t
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.fit.smoothing import SmoothMotion
 from cdp_ident.model.motions import jacobians_at
 from cdp_ident.model.parameters import coefficients_of
+from cdp_ident.trial.balance import Motion
 
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
@@ -22,12 +22,12 @@ _QUANTILE = 0.1
 _TERMS = 3
 """Of the exponential from one point of the grid to the next: in time units of a state with speeds of about one, they
 hold to a thousandth."""
-_APART = 10
+_APART = 5
 """Points of the motion's grid between the instants that are looked at."""
 
 
 def predictability(
-    motion: SmoothMotion,
+    motion: Motion,
     groups: Array,
     length: float,
     gravity: float,
@@ -39,7 +39,7 @@ def predictability(
     """Return for how long a motion is predictable from most of its instants [s], by states of local cubics there.
 
     Args:
-        motion: the smooth motion.
+        motion: on a grid.
         groups: (5,) rough values of the base parameters.
         length: L [m].
         gravity: g [m/s^2].
@@ -48,20 +48,18 @@ def predictability(
         half_width: of the local cubics [s].
         longest: longest time that is asked for [s].
     """
-    angles, rates = motion.values[0][motion.known][:, :2], motion.rates[0][motion.known][:, :2]
-    count = len(angles)
+    states, count, step = np.concatenate([motion.angles, motion.rates], axis=1), len(motion.time), motion.scales.spacing
     if count < 2:
         return 0.0
     # Variances of a local cubic's value and slope in its middle, from samples so far apart (Savitzky and Golay, 1964).
     samples = max(2.0 * half_width / spacing, 6.0)
     of_angle, of_rate = 9.0 / 4.0 / samples, 75.0 / 4.0 / (samples * half_width**2)
     start = np.concatenate([noise * np.sqrt(of_angle), noise * np.sqrt(of_rate)])
-    amplitude = np.minimum(np.std(angles, axis=0), 1.0)
+    amplitude = np.minimum(np.std(motion.angles, axis=0), 1.0)
     begins = np.arange(0, count - 1, _APART)
-    states, coefficients = np.concatenate([angles, rates], axis=1), coefficients_of(groups, length, gravity)
-    count = min(int(longest / motion.spacing), count - 1)
-    lost = _steps_until(states, coefficients, motion.spacing, begins, start, LOST * amplitude, count)
-    lasts = np.where(lost > 0, lost * motion.spacing, longest)
+    coefficients, most = coefficients_of(groups, length, gravity), min(int(longest / step), count - 1)
+    lost = _steps_until(states, coefficients, step, begins, start, LOST * amplitude, most)
+    lasts = np.where(lost > 0, lost * step, longest)
     return float(np.quantile(lasts, _QUANTILE, method="lower"))
 
 

@@ -5,7 +5,7 @@ whatever its parameters. Windows are short enough to be predictable, and all sha
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 
@@ -74,20 +74,24 @@ class Window:
         """(n, 2) the motors' torques at its samples [N m]; None where there are none."""
         return None if self.drive is None else interpolated(self.time, self.grid.half_step_times(), self.drive)
 
-    @cached_property
-    def local_motion(self) -> tuple[Array, Array]:
-        """Measured states (n, 4) and accelerations (n, 2), each from its neighbourhood alone.
-
-        They are those of local cubics, which are inaccurate at the window's ends.
-        """
-        angles, velocities = local_motion(self.time, self.theta, self.time)
-        _, accelerations = local_motion(self.time, velocities, self.time)
-        return np.concatenate([angles, velocities], axis=1), accelerations
-
     @property
     def samples(self) -> slice:
         """Where its samples are in the trial."""
         return slice(self.first, self.first + len(self.theta))
+
+    def shortened(self, samples: int) -> "Window":
+        """Return its first samples, from the same initial state."""
+        grid = TimeGrid.over(self.time[:samples], self.grid.step)
+        halves = slice(2 * grid.steps + 1)
+        return replace(
+            self,
+            time=self.time[:samples],
+            theta=self.theta[:samples],
+            grid=grid,
+            u=self.u[halves],
+            drive=None if self.drive is None else self.drive[halves],
+            sample_weights=None if self.sample_weights is None else self.sample_weights[:samples],
+        )
 
     @property
     def counts(self) -> Array:
@@ -214,36 +218,3 @@ def cut_at(
             )
         )
     return windows
-
-
-def split(window: Window, parts: int) -> list[Window]:
-    """Split a window into so many of equal length, with initial states estimated from their own samples.
-
-    The first has the window's own initial state; fewer are made where samples are too few.
-    """
-    parts = max(1, min(parts, len(window.theta) // FEWEST_SAMPLES))
-    bounds = [len(window.theta) * part // parts for part in range(parts + 1)]
-    half_steps = window.grid.half_step_times()
-    pieces = []
-    for first, last in pairwise(bounds):
-        time, theta = window.time[first:last] - window.time[first], window.theta[first:last]
-        grid = TimeGrid.over(time, window.grid.step)
-        angles, velocities = local_motion(time, theta, np.zeros(1), window.half_width)
-        pieces.append(
-            Window(
-                trial=window.trial,
-                first=window.first + first,
-                begin=window.begin + float(window.time[first]),
-                time=time,
-                theta=theta,
-                grid=grid,
-                u=np.interp(grid.half_step_times() + window.time[first], half_steps, window.u),
-                drive=grid.at_half_steps(half_steps, window.drive, window.time[first]),
-                start=np.concatenate([angles[0], velocities[0]]) if first else window.start,
-                half_width=window.half_width,
-                time_std=window.time_std,
-                weights=window.weights,
-                sample_weights=None if window.sample_weights is None else window.sample_weights[first:last],
-            )
-        )
-    return pieces
