@@ -9,7 +9,6 @@ leaves of the fitted model's motion, its own states and values and the size of t
 import math
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -20,7 +19,7 @@ from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.scales import ENOUGH
-from cdp_ident.fit.windows import Window
+from cdp_ident.fit.windows import Window, without_gaps
 from cdp_ident.likelihood.noise import Noise
 from cdp_ident.likelihood.prior import known_before, typical
 from cdp_ident.likelihood.recorded import spread_evenly
@@ -38,8 +37,6 @@ Array = npt.NDArray[np.float64]
 
 _SAME = 0.1
 """An alternative nearer to the model than so many deviations can be it, as an extended model of an effect can."""
-_GAP = 2.0
-"""A swing ends where no sample comes for so many usual steps."""
 _LARGER = 4.0
 """From one size of the unknown torques that is tried to the next."""
 _MOST_STEPS, _CLOSE = 10, 0.01
@@ -68,7 +65,7 @@ class RecordedMotion:
             windows: of these, with the initial states from which the model follows them.
         """
         sampling, unit = knowledge.sampling, time_unit(*knowledge.model.constants(knowledge.values))
-        stretches = [(index, *bounds) for index, trial in enumerate(trials) for bounds in _without_gaps(trial.time)]
+        stretches = [(index, *bounds) for index, trial in enumerate(trials) for bounds in without_gaps(trial.time)]
         chosen = spread_evenly(trials, stretches, ENOUGH * unit, unit)
         swings = tuple(
             swing
@@ -89,11 +86,6 @@ class RecordedMotion:
     def noises(self, noises: Sequence[Noise]) -> list[Noise]:
         """Return noises of these readings, given those of the next trial's."""
         return [replace(noise, new=noise.new / np.sqrt(self.averaged)) for noise in noises]
-
-
-def _without_gaps(time: Array) -> Iterator[tuple[int, int]]:
-    steps = np.diff(time)
-    return pairwise((0, *(np.flatnonzero(steps > _GAP * np.median(steps)) + 1).tolist(), len(time)))
 
 
 @dataclass(frozen=True)
@@ -168,7 +160,7 @@ class Alternative:
         left = [of.squares(change) for of, change in zip(says, changes, strict=True)]
         logarithms = np.array([of.logarithm for of in says])
         logarithms_of_squares = 2.0 * np.log(_LARGER) * np.arange(len(says))
-        # So many times their squares are the determinant's change by the logarithm of these.
+        # Degrees of freedom of the torques: how the determinant changes with the logarithm of their square.
         freedom = np.gradient(logarithms, logarithms_of_squares)
         return left + logarithms - logarithms[0] - freedom * (1.0 - np.exp(-logarithms_of_squares))
 

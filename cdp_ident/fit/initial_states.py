@@ -118,7 +118,7 @@ def _fit_each(model: MotionModel, values: Array, windows: Sequence[Window]) -> "
                 break
             fits.reweigh(left, limit)
         left = fits.iterate(left, limit)
-    fits.find_again()
+    fits.begin_anew()
     return fits
 
 
@@ -167,25 +167,49 @@ class _HeldValues:
         self._damping[others] = np.where(is_better, np.maximum(better, _LEAST_DAMPING), worse)
         return others[~gained_little & (self._damping[others] < _LARGEST_DAMPING)]
 
-    def find_again(self) -> None:
-        """Begin windows that have not converged anew, from what their first half shows: it is less chaotic.
+    def begin_anew(self) -> None:
+        """Begin windows anew that have not converged, or whose error is far above the others'.
 
-        Each keeps the better of its two initial states.
+        What the first half of a window shows is less chaotic. Where a joint sticks, the motion depends on its initial
+        state by jumps, across which least squares do not find, as they follow derivatives: a rod that is let go rests
+        where it is, or slides to another place and rests there. So a window begins from its own samples, too, and at
+        rest. Each keeps the best of its initial states.
         """
-        halves = {k: len(self._windows[k].theta) // 2 for k in np.flatnonzero(~self.converged)}
-        lost = [k for k, half in halves.items() if half >= FEWEST_SAMPLES]
-        if not lost:
+        errors = [float(np.sum(r**2)) / w.independent for r, w in zip(self.residuals, self._windows, strict=True)]
+        astray = (np.array(errors) > _ASTRAY**2 * np.median(errors)) & self.converged
+        halves = {int(k): len(self._windows[k].theta) // 2 for k in np.flatnonzero(~self.converged)}
+        halves = {k: half for k, half in halves.items() if half >= FEWEST_SAMPLES}
+        places, starts = list(halves), list[Array]()
+        if halves:
+            shorter = [self._windows[k].shortened(half) for k, half in halves.items()]
+            starts += list(_fit_each(self._model, self._values, shorter).starts)
+        for k in np.flatnonzero(astray):
+            places += [int(k)] * 2
+            starts += self._others(int(k))
+        windows = [replace(self._windows[k], start=start) for k, start in zip(places, starts, strict=True)]
+        if not windows:
             return
-        begun = _fit_each(self._model, self._values, [self._windows[k].shortened(halves[k]) for k in lost])
-        again = [replace(self._windows[k], start=start) for k, start in zip(lost, begun.starts, strict=True)]
-        others = _HeldValues(self._model, self._values, again)
-        left: Indices = np.arange(len(lost))
+        try:
+            others = _HeldValues(self._model, self._values, windows)
+        except IdentificationError:
+            return
+        left: Indices = np.arange(len(windows))
         for _ in range(_MOST_STEPS):
             left = others.iterate(left, np.inf) if len(left) else left
-        for place, k in enumerate(lost):
-            if others.costs[place] < self.costs[k]:
+        for place, k in enumerate(places):
+            if others.costs[place] < (_BETTER if astray[k] else 1.0) * self.costs[k]:
                 self.starts[k], self.costs[k] = others.starts[place], others.costs[place]
                 self.residuals[k], self._slopes[k] = others.residuals[place], others._slopes[place]
+
+    def _others(self, k: int) -> list[Array]:
+        """Return initial states (states,): as its first samples show it, and at rest where the rods mostly are."""
+        window, own = self._windows[k], self.starts[k]
+        off = (window.theta - window.angles_of(self.residuals[k]))[0] - own[:2]
+        angles, speeds = local_motion(window.time, window.theta, np.zeros(1), window.half_width)
+        seen, at_rest = own.copy(), own.copy()
+        seen[:2], seen[2:4] = angles[0] - off, speeds[0]
+        at_rest[:2], at_rest[2:4] = np.median(window.theta, axis=0) - off, 0.0
+        return [seen, at_rest]
 
     def with_zeros(self, trials: Sequence[int]) -> Array:
         """Return the values with zeros of some trials' encoders that fit, what initial states can imitate set aside."""
@@ -261,44 +285,3 @@ def _damped_step(matrices: Array, right: Array, damping: Array) -> Array:
     scaled = matrices * scale[:, :, None] * scale[:, None, :]
     scaled += damping[:, None, None] * np.eye(matrices.shape[1])
     return scale * (np.linalg.pinv(scaled, rcond=_CUT_OFF, hermitian=True) @ (scale * right)[:, :, None])[:, :, 0]
-
-
-def with_starts_found_again(fit: Fit) -> Fit:
-    """Return a fit whose windows all have the best of some initial states; the same, where they have already.
-
-    Where a joint sticks, the motion depends on its initial state by jumps: a rod that is let go rests where it is, or
-    slides to another place and rests there. Least squares follow derivatives and do not find across such a jump. So
-    windows whose error is far above the others' are fitted again, from their own samples and from rest.
-    """
-    errors = [float(np.sum(r**2)) / w.independent for r, w in zip(fit.residuals, fit.windows, strict=True)]
-    far = [k for k, error in enumerate(errors) if error > _ASTRAY**2 * np.median(errors)]
-    windows = list(fit.windows)
-    for index in far:
-        found = [_fitted(fit, replace(fit.windows[index], start=start)) for start in _others(fit, index)]
-        best = min((other for other in found if other), key=lambda other: other.squared_error, default=None)
-        if best and best.squared_error < _BETTER * float(np.sum(fit.residuals[index] ** 2)):
-            windows[index] = best.windows[0]
-    if all(new is old for new, old in zip(windows, fit.windows, strict=True)):
-        return fit
-    again = fit_initial_states(fit.model, fit.values, windows)
-    return again if again.squared_error < fit.squared_error else fit
-
-
-def _others(fit: Fit, index: int) -> list[Array]:
-    """Return other initial states (states,): as the first samples show it, and at rest where the rods mostly are."""
-    window = fit.windows[index]
-    own = fit.model.initial_state(window.start)
-    shown = window.theta - fit.errors[index]
-    off = shown[0] - own[:2]
-    angles, speeds = local_motion(window.time, window.theta, np.zeros(1), window.half_width)
-    seen, at_rest = own.copy(), own.copy()
-    seen[:2], seen[2:4] = angles[0] - off, speeds[0]
-    at_rest[:2], at_rest[2:4] = np.median(window.theta, axis=0) - off, 0.0
-    return [seen, at_rest]
-
-
-def _fitted(fit: Fit, window: Window) -> Fit | None:
-    try:
-        return fit_initial_states(fit.model, fit.values, [window])
-    except IdentificationError:
-        return None

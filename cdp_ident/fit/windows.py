@@ -23,6 +23,8 @@ Array = npt.NDArray[np.float64]
 
 DEFAULT_WINDOW = 2.5
 """Length of a window [s]."""
+_GAP = 2.0
+"""Samples are missing where none comes for so many usual steps."""
 FEWEST_SAMPLES = 12
 """Least samples in a window: it determines its initial state (four numbers) from two angles a sample, and needs some
 more."""
@@ -147,6 +149,12 @@ def cut_into_windows(
         for first, last in trial.bounds:
             windows += cut_at(trial, index, evenly(trial, first, last, duration), step, half_width)
     return windows
+
+
+def without_gaps(time: Array) -> list[tuple[int, int]]:
+    """Return the first sample and the end of each stretch of samples, taken at times (n,), in which none is missing."""
+    steps = np.diff(time)
+    return list(pairwise((0, *(np.flatnonzero(steps > _GAP * np.median(steps)) + 1).tolist(), len(time))))
 
 
 def evenly(trial: Trial, first: int, last: int, duration: float) -> list[int]:

@@ -133,7 +133,7 @@ class Reduced(NamedTuple):
         return Reduced(of_values, others, logarithm + _logarithm_of_square(of_values[:, :-1]), [])
 
     def with_more(self, more: "Reduced") -> "Reduced":
-        """Return what more says besides, to which this was known beforehand."""
+        """Return what both say, where this is what `more` took as known beforehand."""
         return more._replace(others=self.others + more.others, logarithm=self.logarithm - self._of_own + more.logarithm)
 
     @property

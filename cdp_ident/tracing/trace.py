@@ -7,8 +7,7 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.diagnosis.evaluation import ErrorsByRole, errors_of, evaluate
-from cdp_ident.diagnosis.failure import refuse_a_failed_fit
+from cdp_ident.diagnosis.evaluation import ErrorsByRole, errors_of, evaluate, refuse_a_failed_fit
 from cdp_ident.diagnosis.identification import Identification
 from cdp_ident.errors import FitFailedError, IdentificationError
 from cdp_ident.fit.data import Data

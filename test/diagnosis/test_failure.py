@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cdp_ident.diagnosis.failure import refuse_a_failed_fit
+from cdp_ident.diagnosis.evaluation import refuse_a_failed_fit
 from cdp_ident.errors import FitFailedError
 from cdp_ident.fit.initial_states import fit_initial_states
 from cdp_ident.fit.mechanism import Mechanism

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cdp_ident.fit.active_effect import ActiveEffect
-from cdp_ident.fit.initial_states import fit_initial_states, with_starts_found_again
+from cdp_ident.fit.initial_states import fit_initial_states
 from cdp_ident.fit.mechanism import Mechanism
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.windows import cut_into_windows
@@ -50,9 +50,7 @@ def test_a_rod_at_rest_is_found_where_it_is(begun):
     model, values, windows = begun
     assert windows[-1].sample_weights is not None  # it is at rest there
     right = fit_initial_states(model, values, windows)
-    lost = fit_initial_states(model, values, astray(windows))
-    assert lost.rmse() > 3.0 * right.rmse()
-    assert with_starts_found_again(lost).rmse() < 1.1 * right.rmse()
+    assert fit_initial_states(model, values, astray(windows)).rmse() < 1.1 * right.rmse()
 
 
 def test_a_rod_at_rest_that_was_taken_for_moving_is_found_though_noise_hides_most_of_its_error(begun):
@@ -62,12 +60,4 @@ def test_a_rod_at_rest_that_was_taken_for_moving_is_found_though_noise_hides_mos
     right = fit_initial_states(model, values, windows)
     *others, last = windows
     moving = replace(last, start=last.start + np.array([0.0, 0.0, 0.3, 0.9]))
-    lost = fit_initial_states(model, values, [*others, moving])
-    assert 1.5 * noise < float(np.sqrt(np.mean(lost.errors[-1] ** 2))) < 3.0 * noise
-    assert with_starts_found_again(lost).rmse() < 1.01 * right.rmse()
-
-
-def test_where_none_went_astray_the_fit_is_as_it_was(begun):
-    model, values, windows = begun
-    fit = fit_initial_states(model, values, windows)
-    assert with_starts_found_again(fit) is fit
+    assert fit_initial_states(model, values, [*others, moving]).rmse() < 1.01 * right.rmse()
