@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from cdp_ident.diagnosis.identification import Identification
+from cdp_ident.fit.initial_states import Fit
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.prior import Prior
-from cdp_ident.fit.refinement import Fit
 from cdp_ident.pipeline.identify import identify
 from cdp_ident.pipeline.identify_and_trace import identify_and_trace
 from cdp_ident.tracing.trace import Trace

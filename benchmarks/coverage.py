@@ -23,7 +23,7 @@ from benchmarks._product import identified
 from benchmarks._tables import Table
 from benchmarks.chance import RIG
 from cdp_ident.diagnosis.identifiability import CONFIDENCE
-from cdp_ident.fit.refinement import Fit
+from cdp_ident.fit.initial_states import Fit
 from cdp_ident.model.parameters import GROUPS, SYMBOLS, groups_of, inertia_about_cart
 from cdp_ident.tracing.trace import trace
 from reference.encoders import Counter

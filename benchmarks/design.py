@@ -30,7 +30,7 @@ def begun(rng: np.random.Generator) -> Swings:
 
 def size(swings: Swings, names: Sequence[str]) -> float:
     """Return how uncertain values are together; see `Criterion.size`."""
-    return Criterion(tuple(names)).size(swings.knowledge, swings.knowledge.information)
+    return Criterion(tuple(names)).size(swings.knowledge, swings.knowledge.rows)
 
 
 def advised(swings: Swings, names: Sequence[str], rng: np.random.Generator, spacing: float) -> tuple[Swings, float]:

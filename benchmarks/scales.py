@@ -50,7 +50,7 @@ def followed(case: Case, trial: Trial, scales: Scales) -> float:
 def sweep(cases: Sequence[Case]) -> Table:
     """Return a table with a row for each case; times are in the rig's units."""
     table = Table(
-        "start", r"L \[m]", "Hz", "s", "mrad", "pace", "step", "window", "followed", "piece", "half width", "rest",
+        "start", r"L \[m]", "Hz", "s", "mrad", "pace", "step", "window", "followed", "piece", "half width",
         "together", "error of all [%]", "of fewer [%]",
     )  # fmt: skip
     for case in cases:
@@ -70,8 +70,7 @@ def sweep(cases: Sequence[Case]) -> Table:
         window, piece, half_width = (f"{time / unit:.2f}" for time in times)
         table.add_row(
             *known, f"{scales.pace * unit:.1f}", f"{scales.step / unit:.4f}", window,
-            f"{followed(case, trial, scales):.1f}", piece, half_width, f"{scales.rest_speed[1] * unit:.4f}",
-            str(scales.together), *errors,
+            f"{followed(case, trial, scales):.1f}", piece, half_width, str(scales.together), *errors,
         )  # fmt: skip
     return table
 

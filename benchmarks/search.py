@@ -28,7 +28,7 @@ from cdp_ident.machine.parallel import core_count
 from cdp_ident.search.genetic_search import genetic_search
 from cdp_ident.search.options import IGA, TGA, GeneticOptions
 from reference.pendulum import TABLE_3
-from scenarios.start_given import CLOSE, PRIOR, Arrival, StartGiven, balance_and_refine, search_and_refine
+from scenarios.start_given import CLOSE, PRIOR, Arrival, StartGiven, balance_and_fit, search_and_fit
 
 Method = Callable[[StartGiven, int], Arrival]
 
@@ -57,12 +57,12 @@ ALGORITHMS = {
     "TGA": TGA,
     "TGA with elitist survival": replace(TGA, elitist_survival=True),
 }
-OURS = "this package: short search, refinement"
+OURS = "this package: short search, whole swing"
 SEEDS, FEW = 10, 4
 """Of a method, and of one that takes long; the interval in the table is that of ten."""
 METHODS: Mapping[str, tuple[Method, int]] = {
-    OURS: (lambda problem, seed: search_and_refine(problem, np.random.default_rng(seed)), SEEDS),
-    "this package: balance of forces, refinement": (lambda problem, _: balance_and_refine(problem), SEEDS),
+    OURS: (lambda problem, seed: search_and_fit(problem, np.random.default_rng(seed)), SEEDS),
+    "this package: balance of forces, whole swing": (lambda problem, _: balance_and_fit(problem), SEEDS),
     "pycma": (_alternatives.by_pycma, SEEDS),
     "pycma, box in logarithms": (
         functools.partial(_alternatives.by_pycma, spread=_alternatives.logarithmically),
@@ -116,8 +116,8 @@ def solve(job: tuple[str, int]) -> Result:
 def _warm_up() -> None:
     """Have all compiled code of this process loaded, which is not to be timed."""
     problem = StartGiven.of(SEEDS)
-    search_and_refine(problem, np.random.default_rng(0))
-    balance_and_refine(problem)
+    search_and_fit(problem, np.random.default_rng(0))
+    balance_and_fit(problem)
     by_scipy(_alternatives.coefficients(PRIOR.centre[None])[0], np.array(TABLE_3), problem.trial.time)
 
 

@@ -5,15 +5,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cdp_ident.design.information import curvature, scaled_inverse
 from cdp_ident.design.knowledge import Knowledge
 from cdp_ident.fit.data import noise_over
 from cdp_ident.fit.mechanism import Mechanism
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.prior import Prior
-from cdp_ident.fit.refinement import Fit, refine
 from cdp_ident.fit.scales import scales_of
-from cdp_ident.fit.windows import cut_into_windows
+from cdp_ident.likelihood.swing import Swing
+from cdp_ident.likelihood.whole_swing import Recorded, WholeSwings, most_likely
 from cdp_ident.model.parameters import GROUPS, SYMBOLS, groups_of
 from cdp_ident.model.weights import Weight
 from cdp_ident.trial.trial import Trial
@@ -46,32 +45,39 @@ def swing(
     return replace(trial, weights=(weight,))
 
 
-def covariance(fit: Fit) -> Array:
-    """Return the covariance (unknowns, unknowns) of values fitted over windows, of white noise."""
-    return np.asarray(fit.variance * scaled_inverse(curvature(fit) + fit.model.penalty, 1e-12)[0])
-
-
 @dataclass(frozen=True)
 class Swings:
     """Swings of the rig, and what a fit to all of them says. It begins at the truth, whose basin the search finds."""
 
     trials: tuple[Trial, ...]
-    fit: Fit
+    fit: WholeSwings
     knowledge: Knowledge
 
     @classmethod
-    def of(cls, trials: Sequence[Trial]) -> "Swings":
-        """Cut trials into windows as `identify` does, and fit them."""
+    def of(cls, trials: Sequence[Trial], model: MotionModel = MODEL, truth: Array = TRUTH) -> "Swings":
+        """Fit trials as `identify` does in the end."""
         noise = noise_over(trials)
-        length, gravity = PRIOR.length, PRIOR.gravity
-        scales = scales_of(trials, length, gravity, noise, lambda trial: TRUTH)
-        windows = cut_into_windows(trials, scales.window, scales.step, scales.half_width)
+        scales = scales_of(trials, PRIOR.length, PRIOR.gravity, noise)
         weights = [weight for trial in trials for weight in trial.weights]
         errors = tuple(dict.fromkeys(error for weight in weights for error in weight.errors))
-        model = replace(MODEL, inertia_free=bool(weights), weight_errors=errors, penalty_of_errors=NOISE**2)
-        fit = refine(model, model.initial_values(TRUTH), windows)
+        model = replace(model, inertia_free=bool(weights), weight_errors=errors)
+        values = np.concatenate([model.initial_values(truth[: len(GROUPS)]), truth[len(GROUPS) :]])
+
+        def recorded(spacing: float) -> tuple[Recorded, list[Array]]:
+            swings = tuple(
+                each
+                for index, trial in enumerate(trials)
+                for each in Swing.of(
+                    trial, index, scales.step, spacing * scales.time_unit, scales.half_width, scales.encoder_steps
+                )
+            )
+            encoders = np.full(2, noise[0])
+            states = [each.states(model, values, []) for each in swings]
+            return Recorded(swings, encoders, scales.encoder_steps, scales.time_unit), states
+
+        fit = most_likely(model, values, recorded)
         inertia = 1.0 / model.inverse_inertia(fit.values)
-        return cls(tuple(trials), fit, Knowledge.of(fit, covariance(fit), inertia, scales, noise))
+        return cls(tuple(trials), fit, Knowledge.of(fit, fit.values, fit.covariance, inertia, scales))
 
     def with_one_more(self, trial: Trial) -> "Swings":
         """Return the swings with a further one."""

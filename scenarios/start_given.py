@@ -1,11 +1,10 @@
 """The paper's own setting: one trial followed from a start that is known exactly, the parameters anywhere in the box.
 
-What search and refinement make of it is compared with other optimizers, on the same twin from the same seed, until
-each of them is as close to the measured angles as the true parameters are, give or take 5 %.
+What search and the fit of whole swings make of it is compared with other optimizers, on the same twin from the same
+seed, until each of them is as close to the measured angles as the true parameters are, give or take 5 %.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,17 +13,24 @@ from cdp_ident.fit.mechanism import Mechanism
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.objective import SHORT_IGA, search_objective
 from cdp_ident.fit.prior import Prior
-from cdp_ident.fit.refinement import refine
-from cdp_ident.fit.windows import Window, as_one_window, cut_into_windows
-from cdp_ident.model.parameters import groups_of, physical_coefficients
+from cdp_ident.fit.windows import cut_into_windows
+from cdp_ident.likelihood.noise import Noise
+from cdp_ident.likelihood.swing import Swing
+from cdp_ident.likelihood.whole_swing import CLOSE_ENOUGH, MOST_STEPS, NEAR, Recorded, likely_near
+from cdp_ident.model.parameters import coefficients_of, groups_of, physical_coefficients, time_unit
 from cdp_ident.model.population import Population, Segment
+from cdp_ident.model.time_grid import DEFAULT_STEP as STEP
 from cdp_ident.search.genetic_search import genetic_search
+from cdp_ident.trial.kinematics import HALF_WIDTH
 from cdp_ident.trial.trial import Trial
 from reference.pendulum import TABLE_3, TABLE_5, Array
 from scenarios.twin import standard_twin
 
 CLOSE = 1.05
 """Squared error over the truth's own at which an optimizer has arrived."""
+NOISE, STEPS = 2e-3, np.full(2, 2.0 * np.pi / 8000)
+"""Of the twin's encoders [rad]."""
+_MOST_STEPS = 10
 PRIOR = Prior()
 MODEL = MotionModel(Mechanism.of(PRIOR))
 
@@ -34,8 +40,6 @@ class StartGiven:
     """A twin whose start is known."""
 
     trial: Trial
-    whole: Window
-    """The trial as one window, beginning with the known start."""
     population: Population
     """Simulates from the known start over the whole trial."""
     truth_error: float
@@ -45,10 +49,9 @@ class StartGiven:
     def of(cls, seed: int) -> "StartGiven":
         """Make the twin of a seed."""
         trial = standard_twin(np.random.default_rng(seed))
-        whole = as_one_window(trial, 0)
         population = Population([Segment(np.array(TABLE_3), trial.time, trial.theta)])
         error = float(population.squared_errors(physical_coefficients(TABLE_5)[None])[0, 0])
-        return cls(trial, replace(whole, start=np.array(TABLE_3), start_known=True), population, error)
+        return cls(trial, population, error)
 
 
 @dataclass(frozen=True)
@@ -63,21 +66,37 @@ class Arrival:
     """Simulations of the whole trial with derivatives."""
 
 
-def search_and_refine(problem: StartGiven, rng: np.random.Generator) -> Arrival:
-    """Search the box in windows, refine there, then follow the whole trial from its start until close enough."""
+def search_and_fit(problem: StartGiven, rng: np.random.Generator) -> Arrival:
+    """Search the box in windows, fit the whole swing from there, then follow it from its start until close enough."""
     windows = cut_into_windows([problem.trial])
     found = genetic_search(search_objective(windows, 0.0, PRIOR), *PRIOR.box, SHORT_IGA, rng)
-    return _refined(problem, windows, groups_of(found.best, PRIOR.length), found.evaluations)
+    return _fitted(problem, groups_of(found.best, PRIOR.length), found.evaluations)
 
 
-def balance_and_refine(problem: StartGiven) -> Arrival:
-    """Refine from a balance of forces, which simulates nothing, as `search_and_refine` does from the search's best."""
+def balance_and_fit(problem: StartGiven) -> Arrival:
+    """Fit from a balance of forces, which simulates nothing, as `search_and_fit` does from the search's best."""
     balance, *_ = balances_of(Pieces.of([problem.trial], PRIOR.length, PRIOR.gravity))
-    return _refined(problem, cut_into_windows([problem.trial]), balance.groups, 0)
+    return _fitted(problem, balance.groups, 0)
 
 
-def _refined(problem: StartGiven, windows: Sequence[Window], groups: Array, evaluations: int) -> Arrival:
-    in_windows = refine(MODEL, MODEL.initial_values(groups), windows)
-    close = np.sqrt(CLOSE * problem.truth_error / problem.whole.theta.size)
-    fit = refine(MODEL, in_windows.values, [problem.whole], stop=lambda rmse: rmse < close)
-    return Arrival(fit.squared_error / problem.truth_error, evaluations, in_windows.simulations + fit.simulations)
+def _fitted(problem: StartGiven, groups: Array, evaluations: int) -> Arrival:
+    unit = time_unit(PRIOR.length, PRIOR.gravity)
+    nodes = Swing.of(problem.trial, 0, STEP, NEAR * unit, HALF_WIDTH, STEPS)
+    recorded = Recorded(tuple(nodes), np.full(2, NOISE), STEPS, unit)
+    states = [swing.states(MODEL, groups, []) for swing in nodes]
+    noise = Noise.white(recorded.encoders, recorded.large_torque)
+    found = likely_near(MODEL, groups, recorded, states, noise, CLOSE_ENOUGH, MOST_STEPS)
+    # Its start is known: the whole trial is one piece.
+    (whole,) = Swing.of(problem.trial, 0, STEP, problem.trial.duration, HALF_WIDTH, STEPS)
+    values, steps = found.values, 0
+    while (error := _error(problem, values)) > CLOSE and steps < _MOST_STEPS:
+        linear = whole.linearised(MODEL, values, np.array([TABLE_3]))
+        by_values = np.cumsum(linear.slopes[..., MODEL.states :], axis=1).reshape(-1, len(values))
+        off = np.cumsum(linear.residuals, axis=1).ravel()
+        values, steps = values - np.linalg.lstsq(by_values, off)[0], steps + 1
+    return Arrival(error, evaluations, found.steps + steps)
+
+
+def _error(problem: StartGiven, values: Array) -> float:
+    coefficients = coefficients_of(values, PRIOR.length, PRIOR.gravity)
+    return float(problem.population.squared_errors(coefficients[None])[0, 0]) / problem.truth_error

@@ -16,7 +16,7 @@ from cdp_ident.model.weights import RODS, Rod, Weight
 from cdp_ident.report.advice import one_advice
 from cdp_ident.report.curves_file import read_curves
 from cdp_ident.report.folder import CURVES, REPORT
-from cdp_ident.report.knowledge import fitted_motion, knowledge_of
+from cdp_ident.report.knowledge import knowledge_of, recorded_motion
 from cdp_ident.report.next_trial import (
     ALL,
     Question,
@@ -45,8 +45,8 @@ def print_suggestions(options: argparse.Namespace) -> None:
     weights = [*_used(report), *((_weight(given, options.weight_std, report),) for given in options.weights)]
     curves = read_curves(options.folder / CURVES, len(report["trials"]), len(report["effects"]))
     console = Console()
-    windows = fitted_motion(report, curves, knowledge)
-    for question, advice in zip(questions, answers(knowledge, windows, questions, grid, weights), strict=True):
+    found = answers(knowledge, lambda known: recorded_motion(report, curves, known), questions, grid, weights)
+    for question, advice in zip(questions, found, strict=True):
         if advice is None:
             raise IdentificationError(
                 f"no trial tells {question.about} from {question.against}: the second can be the first, or does not fit"

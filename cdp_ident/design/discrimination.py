@@ -2,35 +2,90 @@
 
 T-optimal is the trial in which the alternative model, its values adjusted as well as they can be, comes least near to
 what the fitted model says (Atkinson and Fedorov, Biometrika 62, 1975). The alternative must keep explaining the trials
-that there are: it is adjusted to their motion, as the fitted model has it, along with the new one.
+that there are. How far it is off is by how much its misfit to whole swings is expected to be the larger one: what it
+leaves of the fitted model's motion, its own states and values and the size of the unknown torques adjusted, too.
 """
 
-from collections.abc import Iterator, Sequence
+import math
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.design.candidate_trial import CandidateTrial, predictions, windows_of
-from cdp_ident.design.information import curvature, negative_gradient, scaled_inverse
+from cdp_ident.design.candidate_trial import CandidateTrial, swing_of
 from cdp_ident.design.knowledge import Knowledge
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.active_effect import ActiveEffect
-from cdp_ident.fit.initial_states import InitialState
-from cdp_ident.fit.refinement import Fit, fit_initial_states, refine
+from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.scales import ENOUGH
-from cdp_ident.fit.share import share_of
-from cdp_ident.fit.windows import Window
-from cdp_ident.likelihood.prior import typical
+from cdp_ident.fit.windows import Window, without_gaps
+from cdp_ident.likelihood.noise import Noise
+from cdp_ident.likelihood.prior import known_before, typical
+from cdp_ident.likelihood.recorded import spread_evenly
+from cdp_ident.likelihood.reduction import Reduced, most_likely_change, reduced
 from cdp_ident.likelihood.scores import beginning_of
+from cdp_ident.likelihood.swing import Linearised, Swing
+from cdp_ident.likelihood.whole_swing import large_torque
 from cdp_ident.model.effects.catalogue import known_effects
+from cdp_ident.model.effects.effect import JOINTS
+from cdp_ident.model.layout import RODS_STATES
 from cdp_ident.model.parameters import time_unit
+from cdp_ident.trial.trial import Trial
 
 Array = npt.NDArray[np.float64]
 
-_UNOBSERVABLE = 1e-12
 _SAME = 0.1
 """An alternative nearer to the model than so many deviations can be it, as an extended model of an effect can."""
+_LARGER = 4.0
+"""From one size of the unknown torques that is tried to the next."""
+_MOST_STEPS, _CLOSE = 10, 0.01
+"""An alternative is adjusted until a step changes what it leaves by less than this share, or by so many steps."""
+
+
+@dataclass(frozen=True)
+class RecordedMotion:
+    """What the fitted model says of the trials that there are."""
+
+    swings: tuple[Swing, ...]
+    states: tuple[Array, ...]
+    """(nodes, states) of each."""
+    share: float
+    """Motion of these swings, over all."""
+    averaged: float
+    """How many readings of the next trial one of these stands for."""
+
+    @classmethod
+    def of(cls, knowledge: Knowledge, trials: Sequence[Trial], windows: Sequence[Window]) -> "RecordedMotion":
+        """Lay nodes along trials, or along pieces of them where there is more motion than effects are looked for in.
+
+        Args:
+            knowledge: gives the model and its values.
+            trials: what was measured.
+            windows: of these, with the initial states from which the model follows them.
+        """
+        sampling, unit = knowledge.sampling, time_unit(*knowledge.model.constants(knowledge.values))
+        stretches = [(index, *bounds) for index, trial in enumerate(trials) for bounds in without_gaps(trial.time)]
+        chosen = spread_evenly(trials, stretches, ENOUGH * unit, unit)
+        swings = tuple(
+            swing
+            for index, *bounds in chosen
+            for swing in Swing.of(
+                trials[index], index, sampling.step, sampling.spacing, sampling.half_width, sampling.steps,
+                bounds=[(bounds[0], bounds[1])],
+            )
+        )  # fmt: skip
+        shown, whole = (
+            sum(float(np.ptp(trials[index].time[first:last])) for index, first, last in those)
+            for those in (chosen, stretches)
+        )
+        averaged = np.median(np.concatenate([np.diff(swing.time) for swing in swings])) / sampling.interval
+        states = tuple(swing.states(knowledge.model, knowledge.values, windows) for swing in swings)
+        return cls(swings, states, shown / whole, float(averaged))
+
+    def noises(self, noises: Sequence[Noise]) -> list[Noise]:
+        """Return noises of these readings, given those of the next trial's."""
+        return [replace(noise, new=noise.new / np.sqrt(self.averaged)) for noise in noises]
 
 
 @dataclass(frozen=True)
@@ -39,15 +94,20 @@ class Alternative:
 
     knowledge: Knowledge
     """Of the fitted model."""
-    fit: Fit
-    """Of the alternative, to the trials' motion as the fitted model has it, or to windows spread evenly over it."""
-    share: float = 1.0
-    """Of the windows to which it was fitted: so much of what all of them show."""
+    place: int
+    """Of the effect in the fitted model that it lacks."""
+    model: MotionModel
+    values: Array
+    """(unknowns,) of the alternative."""
+    noises: tuple[Noise, ...]
+    """With unknown torques of several sizes, the fitted model's first."""
+    says: tuple[Reduced, ...]
+    """What the trials say of its values near these, with each of them."""
 
     @property
     def deviations_now(self) -> float:
         """By how many standard deviations the two differ in the trials that there are."""
-        return float(np.sqrt(self.fit.squared_error / self.share)) / self.knowledge.noise
+        return float(np.sqrt(max(np.min(self._misfits(self.says)), 0.0)))
 
     def deviations(self, trial: CandidateTrial) -> float:
         """Return by how many standard deviations the two would differ with a further trial; 0 if it has no motion.
@@ -55,76 +115,114 @@ class Alternative:
         The alternative is linear about its values.
         """
         try:
-            windows = windows_of(trial, self.knowledge)
+            swing, states = swing_of(trial, self.knowledge)
         except IdentificationError:
             return 0.0
-        new = _followed(self.fit, windows)
-        if new is None:
+        difference = self._difference(swing, states)
+        if difference is None:
             return 0.0
-        slope = negative_gradient(new)
-        known = curvature(self.fit) / self.share + self.fit.model.penalty
-        inverse, _ = scaled_inverse(known + curvature(new), _UNOBSERVABLE)
-        left = sum(_beside_the_start(new, index) for index in range(len(new.windows)))
-        squared = self.fit.squared_error / self.share + left - float(slope @ inverse @ slope)
-        return float(np.sqrt(max(squared, 0.0))) / self.knowledge.noise
+        linear, own = difference
+        both = tuple(
+            known.with_more(reduced(self.model, known.of_values, [swing], [linear], [own], noise))
+            for known, noise in zip(self.says, self.noises, strict=True)
+        )
+        return float(np.sqrt(max(np.min(self._misfits(both)), 0.0)))
+
+    def adjusted_to(self, recorded: RecordedMotion) -> "Alternative | None":
+        """Return it with values that leave least of the fitted model's motion; None where it has no motion."""
+        given, common = self.values, len(self.values) - len(self.model.effects[-1].fitted)
+        now, best = self, None
+        for _ in range(_MOST_STEPS):
+            # Of the values that both have, what is known beforehand is known of the fitted model, too.
+            centre = np.concatenate([given[:common], now.values[common:]])
+            known = known_before(self.model)._replace(centre=centre).rows(now.values)
+            differences = [now._difference(*each) for each in zip(recorded.swings, recorded.states, strict=True)]
+            if any(of is None for of in differences):
+                break
+            linear, states = zip(*(of for of in differences if of), strict=True)
+            says = tuple(
+                reduced(self.model, np.sqrt(recorded.share) * known, recorded.swings, linear, states, noise)
+                for noise in recorded.noises(self.noises)
+            )
+            now = replace(now, says=tuple(of.times(1.0 / recorded.share) for of in says))
+            if best and not now.deviations_now < (1.0 - _CLOSE) * best.deviations_now:
+                return min(now, best, key=lambda one: one.deviations_now)
+            best, likely = now, now.says[int(np.argmin(now._misfits(now.says)))]
+            now = replace(now, values=now.values + most_likely_change(self.model, now.values, likely.of_values)[0])
+        return best
+
+    def _misfits(self, says: Sequence[Reduced]) -> Array:
+        """Return by how much its misfit is expected to be larger than the fitted model's, with each of the torques.
+
+        Larger torques follow more of the motion and, by their degrees of freedom, of the noise, and are less likely.
+        """
+        changes = (most_likely_change(self.model, self.values, of.of_values)[0] for of in says)
+        left = [of.squares(change) for of, change in zip(says, changes, strict=True)]
+        logarithms = np.array([of.logarithm for of in says])
+        logarithms_of_squares = 2.0 * np.log(_LARGER) * np.arange(len(says))
+        # Degrees of freedom of the torques: how the determinant changes with the logarithm of their square.
+        freedom = np.gradient(logarithms, logarithms_of_squares)
+        return left + logarithms - logarithms[0] - freedom * (1.0 - np.exp(-logarithms_of_squares))
+
+    def _difference(self, swing: Swing, states: Array) -> tuple[Linearised, Array] | None:
+        """Return what it says otherwise than the fitted model near states (nodes, states) of that one, and its own.
+
+        None where it has no motion.
+        """
+        known, count = self.knowledge, self.model.states
+        fitted = swing.linearised(known.model, known.values, states)
+        own = _without(known.model, self.place, count, states)
+        other = swing.linearised(self.model, self.values, own)
+        gaps = other.gaps - _without(known.model, self.place, count, fitted.gaps)
+        other = other._replace(gaps=gaps, residuals=other.residuals - fitted.residuals)
+        if not all(np.all(np.isfinite(of)) for of in (other.transitions, other.slopes, gaps, other.residuals)):
+            return None
+        return other, own
 
 
-def _followed(alternative: Fit, windows: Sequence[Window]) -> Fit | None:
-    """Return how an alternative follows the motion of windows from their starts; None where it cannot be computed."""
-    residuals, sensitivities = [], []
-    predicted = predictions(alternative.model, alternative.values, windows)
-    for window, (theta, by_unknowns) in zip(windows, predicted, strict=True):
-        residuals.append(window.whitened(window.theta - theta))
-        sensitivities.append(window.whitened(by_unknowns))
-    if not all(np.all(np.isfinite(values)) for values in (*residuals, *sensitivities)):
-        return None
-    weights = tuple(np.ones_like(residual) for residual in residuals)
-    return replace(
-        alternative,
-        windows=tuple(windows),
-        residuals=tuple(residuals),
-        sensitivities=tuple(sensitivities),
-        weights=weights,
-    )
-
-
-def _beside_the_start(fit: Fit, index: int) -> float:
-    """Return the squared error of a window that no initial state accounts for [rad^2]."""
-    sensitivity = fit.sensitivities[index]
-    by_state = sensitivity.reshape(-1, sensitivity.shape[2])[:, : fit.model.states]
-    return float(np.sum(InitialState.of(by_state).eliminated_from(fit.residuals[index].ravel()) ** 2))
-
-
-def alternatives(knowledge: Knowledge, windows: Sequence[Window], label: str, key: str) -> Iterator[Alternative]:
-    """Yield models with another effect in the place of one; of several forms each that can be fitted.
-
-    They are fitted to a share of the windows, where there is more motion than effects are looked for in.
+def alternatives(knowledge: Knowledge, recorded: RecordedMotion, label: str, key: str) -> Iterator[Alternative]:
+    """Yield models with another effect in the place of one; of several forms each that can be adjusted.
 
     Args:
         knowledge: of the fitted model.
-        windows: of the trials that there are, their angles being those of the fitted model.
+        recorded: of the trials that there are.
         label: of the effect in the fitted model.
         key: of the effect instead; name and joint alone stand for all of its forms.
     """
-    index = knowledge.model.labels.index(label)
-    model, remain = knowledge.model.without_effect(index)
+    place = knowledge.model.labels.index(label)
+    without, remain = knowledge.model.without_effect(place)
     unit = time_unit(*knowledge.model.constants(knowledge.values))
-    chosen = share_of(windows, ENOUGH * unit)
-    try:
-        known = fit_initial_states(knowledge.model, knowledge.values, [windows[k] for k in chosen])
-        removed = refine(model, knowledge.values[remain], known.windows)
-    except IdentificationError:
-        return
     for form in known_effects():
         if key not in (form.key, f"{form.name}.{form.joint}") or form.at_an_instant:
             continue
         new = ActiveEffect(form)
+        begin = np.concatenate([knowledge.values[remain], _beginning(new, unit)])
+        noises = _noises(knowledge, {knowledge.model.effects[place].effect.joint, form.joint}, unit)
+        begun = Alternative(knowledge, place, without.with_effect(new), begin, noises, ())
         try:
-            begin = np.concatenate([removed.values, _beginning(new, unit)])
-            fit = refine(model.with_effect(new), begin, removed.windows)
+            found = begun.adjusted_to(recorded)
         except (IdentificationError, np.linalg.LinAlgError):
             continue
-        yield Alternative(knowledge, fit, len(chosen) / len(windows))
+        if found:
+            yield found
+
+
+def _noises(knowledge: Knowledge, joints: Collection[str], unit: float) -> tuple[Noise, ...]:
+    """Return the noise with unknown torques of several sizes in the joints of two effects, of a base in both."""
+    there = np.array([joint in joints for joint in JOINTS])
+    there = there if np.any(there) else ~there
+    noise, largest = knowledge.noise, large_torque(knowledge.noise.encoders, unit)
+    steps = max(1, math.ceil(math.log(largest / float(np.min(noise.torque[there])), _LARGER)))
+    return tuple(replace(noise, torque=noise.torque * np.where(there, _LARGER**k, 1.0)) for k in range(steps + 1))
+
+
+def _without(model: MotionModel, place: int, count: int, states: Array) -> Array:
+    """Return states (nodes, k) of a model without those of one effect, filled up with zeros to a count of them."""
+    counts = [active.effect.states for active in model.effects]
+    first = RODS_STATES + sum(counts[:place])
+    left = np.delete(states[:, : model.states], np.s_[first : first + counts[place]], axis=1)
+    new = np.zeros((len(states), count - left.shape[1]))
+    return np.concatenate([left, new, states[:, model.states :]], axis=1)
 
 
 def _beginning(new: ActiveEffect, unit: float) -> Array:

@@ -2,14 +2,15 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.design.information import scaled_inverse
 from cdp_ident.fit.motion_model import MotionModel
-from cdp_ident.fit.refinement import Fit
 from cdp_ident.fit.scales import Scales
+from cdp_ident.likelihood.noise import Noise
+from cdp_ident.likelihood.whole_swing import WholeSwings
 from cdp_ident.model.parameters import INVERSE_INERTIA
 from cdp_ident.model.weights import Weight
 
@@ -17,28 +18,26 @@ Array = npt.NDArray[np.float64]
 
 NEW = -1
 """Number of the next trial, in which nothing happens once."""
-_UNOBSERVABLE = 1e-14
+_ROUNDING = 1e-14
+"""Variance of a combination of scaled values, over the largest, that is rounding."""
 
 
 @dataclass(frozen=True)
 class Sampling:
-    """How the next trial is recorded and fitted: as those before it were."""
+    """How the next trial is recorded, and its nodes are laid: as those before it were."""
 
     duration: float
     """Of the trial [s]."""
     interval: float
-    """Between samples that are fitted [s]."""
-    window: float
-    """Length of the windows that it is cut into [s]; 0 for as long as the motion can be followed."""
-    shortest_window: float
-    """They are not shorter [s]."""
+    """Between samples [s]."""
+    spacing: float
+    """Of the nodes [s]."""
     half_width: float
-    """Of the local cubics that estimate the windows' initial states, at most [s]: less where the motion is livelier."""
+    """For which both readings may be repeated without the rods being at rest [s]."""
     step: float
     """Of the integrator [s]."""
-    noise: Array
-    """(2,) standard deviation of the noise of theta1 and theta2, by which windows are as long as they are [rad]. What
-    a model leaves of the motion beyond that makes its values less sure, and no window shorter."""
+    steps: Array
+    """(2,) of the encoders, 0 where none shows [rad]."""
 
 
 @dataclass(frozen=True)
@@ -51,42 +50,37 @@ class Knowledge:
     """(unknowns,) the fitted values; those of zeros and errors of weights that are not known yet are 0."""
     covariance: Array
     """(unknowns, unknowns) of them; infinite for what nothing is known of."""
-    noise: float
-    """Standard deviation of a reading of an encoder, were all readings independent [rad]."""
+    noise: Noise
+    """Of encoders and unknown torques."""
     sampling: Sampling
 
     @classmethod
-    def of(
-        cls, fit: Fit, covariance: Array, inertia: float, scales: Scales, noise: Array, window: float = 0.0
-    ) -> "Knowledge":
+    def of(cls, whole: WholeSwings, values: Array, covariance: Array, inertia: float, scales: Scales) -> "Knowledge":
         """Take it from the fit of a model.
 
         Args:
-            fit: to the trials that there are.
-            covariance: (unknowns, unknowns) of its values.
+            whole: the model, given the swings that there are.
+            values: (unknowns,) its values.
+            covariance: (unknowns, unknowns) of these.
             inertia: A22 [kg m^2], as good as it is known where no trial shows it.
             scales: of the rig.
-            noise: (2,) standard deviation of the noise of theta1 and theta2 [rad].
-            window: length of all windows [s]; 0 for as long as the motion can be followed.
         """
-        ends: dict[int, float] = {}
-        for each in fit.windows:
-            ends[each.trial] = max(ends.get(each.trial, 0.0), each.begin + each.duration)
+        swings, ends = whole.recorded.swings, dict[int, float]()
+        for swing in swings:
+            ends[swing.trial] = max(ends.get(swing.trial, 0.0), swing.begin + float(swing.time[-1]))
         sampling = Sampling(
             duration=float(np.median(list(ends.values()))),
-            interval=float(np.median(np.concatenate([np.diff(each.time) for each in fit.windows]))),
-            window=window,
-            shortest_window=scales.shortest_piece,
+            interval=float(np.median(np.concatenate([np.diff(swing.time) for swing in swings]))),
+            spacing=swings[0].spacing,
             half_width=scales.half_width,
-            step=scales.step,
-            noise=noise,
+            step=swings[0].grids[0].step,
+            steps=whole.recorded.steps,
         )
-        of_one = float(np.sqrt(fit.variance * fit.autocorrelation.integrated_time))
-        mechanism = replace(fit.model.mechanism, inertia=inertia)
-        model, remain = replace(fit.model, mechanism=mechanism, zeros=()), ~fit.model.of_zeros
-        values, known = fit.values[remain], covariance[np.ix_(remain, remain)]
-        found = cls(model, values, known, of_one, sampling)
-        return found.with_weights(()).with_zeros_of_its_own(bool(fit.model.zeros))
+        noise = replace(whole.noise, torque=whole.noise.torque_with_tails, tails=())
+        mechanism = replace(whole.model.mechanism, inertia=inertia)
+        model, remain = replace(whole.model, mechanism=mechanism, zeros=()), ~whole.model.of_zeros
+        found = cls(model, values[remain], covariance[np.ix_(remain, remain)], noise, sampling)
+        return found.with_weights(()).with_zeros_of_its_own(bool(whole.model.zeros))
 
     def with_weights(self, weights: Iterable[Weight]) -> "Knowledge":
         """Return it with A22, and what weights of a next trial may be wrong by, among the unknowns.
@@ -104,7 +98,7 @@ class Knowledge:
             np.insert(np.zeros(len(self.values)), places, [*(np.inf for _ in inverse), *(1.0 for _ in more)])
         )
         spread[np.ix_(own, own)] = self.covariance
-        model = replace(model, inertia_free=True, weight_errors=(*known, *more), penalty_of_errors=self.noise**2)
+        model = replace(model, inertia_free=True, weight_errors=(*known, *more))
         return replace(self, model=model, values=values, covariance=spread)
 
     def with_zeros_of_its_own(self, has: bool) -> "Knowledge":
@@ -132,10 +126,12 @@ class Knowledge:
         """Return where unknowns are, by their names."""
         return np.array([self.model.names.index(name) for name in names], dtype=np.int64)
 
-    @property
-    def information(self) -> Array:
-        """(unknowns, unknowns) inverse of the covariance; 0 for what nothing is known of."""
-        seen = np.isfinite(np.diag(self.covariance)) & (np.diag(self.covariance) > 0.0)
-        result = np.zeros_like(self.covariance)
-        result[np.ix_(seen, seen)] = scaled_inverse(self.covariance[np.ix_(seen, seen)], _UNOBSERVABLE)[0]
-        return result
+    @cached_property
+    def rows(self) -> Array:
+        """(k, unknowns) rows whose products are the inverse of the covariance, as far as something is known."""
+        seen = np.flatnonzero(np.isfinite(np.diag(self.covariance)) & (np.diag(self.covariance) > 0.0))
+        std = np.sqrt(np.diag(self.covariance)[seen])
+        sizes, vectors = np.linalg.eigh(self.covariance[np.ix_(seen, seen)] / np.outer(std, std))
+        rows = np.zeros((len(seen), len(self.values)))
+        rows[:, seen] = (vectors / np.sqrt(np.maximum(sizes, _ROUNDING * sizes[-1]))).T / std
+        return rows

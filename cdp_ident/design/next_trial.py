@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.design.candidate_trial import CandidateTrial, fit_to, information_of
+from cdp_ident.design.candidate_trial import CandidateTrial, information_of
 from cdp_ident.design.criteria import Criterion
 from cdp_ident.design.discrimination import Alternative
 from cdp_ident.design.knowledge import Knowledge
@@ -55,7 +55,6 @@ class NextTrial:
 
     def __init__(self, knowledge: Knowledge, grid: Grid) -> None:
         self.knowledge, self.grid = knowledge, grid
-        self._known = knowledge.information
         self._informations: dict[CandidateTrial, Array | None] = {}
         self._symmetric = self._is_symmetric()
 
@@ -64,11 +63,12 @@ class NextTrial:
         one, other = self._computed(_TO_ONE_SIDE), self._computed(_TO_ONE_SIDE.mirrored)
         if one is None or other is None:
             return False
-        return bool(np.allclose(np.diag(one), np.diag(other), rtol=_ALIKE, atol=0.0))
+        sizes, mirrored = (np.sum(rows**2, axis=0) for rows in (one, other))
+        return bool(np.allclose(sizes, mirrored, rtol=_ALIKE, atol=0.0))
 
     def _computed(self, trial: CandidateTrial) -> Array | None:
         try:
-            return information_of(fit_to(trial, self.knowledge), self.knowledge.noise)
+            return information_of(trial, self.knowledge)
         except (IdentificationError, np.linalg.LinAlgError):
             return None
 
@@ -92,17 +92,18 @@ class NextTrial:
         criterion = Criterion(tuple(names))
 
         def loss(trial: CandidateTrial) -> float:
-            information = self._information(trial)
-            return np.inf if information is None else criterion.size(self.knowledge, self._known + information)
+            rows = self._information(trial)
+            return np.inf if rows is None else criterion.size(self.knowledge, np.concatenate([known, rows]))
 
+        known = self.knowledge.rows
         found, unloaded = self._survey(loss, loads, grid or self.grid)
         gained = self._information(found.trial)
-        after = self._known if gained is None else self._known + gained
+        after = known if gained is None else np.concatenate([known, gained])
         return Sharper(
             criterion,
-            criterion.standard_deviations(self.knowledge, self._known),
+            criterion.standard_deviations(self.knowledge, known),
             criterion.standard_deviations(self.knowledge, after),
-            criterion.size(self.knowledge, self._known),
+            criterion.size(self.knowledge, known),
             found,
             unloaded,
         )

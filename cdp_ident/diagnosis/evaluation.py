@@ -1,4 +1,4 @@
-"""Errors of a model with given values: simulated against measured motion."""
+"""Errors of a model with given values, simulated against measured motion, and whether it follows that at all."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -6,16 +6,22 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.errors import IdentificationError
+from cdp_ident.errors import FitFailedError, IdentificationError
 from cdp_ident.fit.data import Data
+from cdp_ident.fit.initial_states import Fit, fit_initial_states
 from cdp_ident.fit.motion_model import MotionModel
-from cdp_ident.fit.refinement import Fit, fit_initial_states
+from cdp_ident.fit.predictability import LOST
 from cdp_ident.fit.share import share_of
 from cdp_ident.fit.windows import Window, as_one_window, beginning_of
 from cdp_ident.machine.parallel import parallel_map
 from cdp_ident.trial.trial import Trial
 
 Array = npt.NDArray[np.float64]
+
+_MOST_LOST = 0.25
+"""Share of the windows in which the simulation may fail to follow the motion: an event affects only a few."""
+_NOISE = 2.0
+"""An error below so many times the noise is none of the simulation's, however small the motion is."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +70,7 @@ def evaluate(model: MotionModel, values: Array, data: Data, enough: float) -> Er
 def _errors_over(
     model: MotionModel, values: Array, windows: Sequence[Window], trials: Sequence[Trial], enough: float
 ) -> Errors:
-    share = [windows[index] for index in share_of(windows, enough)]
+    share = [windows[index] for index in share_of([window.duration for window in windows], enough)]
     try:
         return errors_of(fit_initial_states(model, values, share), trials, windows)
     except (IdentificationError, np.linalg.LinAlgError):  # under values that were not fitted there may be no motion
@@ -113,8 +119,7 @@ def free_run(model: MotionModel, values: Array, trial: Trial, index: int, durati
         duration: length of the beginning to which the initial state is fitted [s].
     """
     start = start_of(model, values, trial, index, duration)
-    theta, _ = model.predict(values, start, as_one_window(trial, index), "none")
-    return theta
+    return model.predict(values, start, as_one_window(trial, index))
 
 
 def start_of(model: MotionModel, values: Array, trial: Trial, index: int, duration: float) -> Array:
@@ -133,3 +138,25 @@ def _free_run(model: MotionModel, values: Array, windows: Sequence[Window], tria
         return float("inf")
     squared = float(sum(np.sum(error[window.samples] ** 2) for window in windows))
     return squared if np.isfinite(squared) else float("inf")
+
+
+def refuse_a_failed_fit(fits: Sequence[Fit], noise: float) -> None:
+    """Raise `FitFailedError` where the model follows the motion in too few windows, fitted or predicted.
+
+    Args:
+        fits: how the model follows the motion it was fitted to, and how it predicts it.
+        noise: root mean square of what the encoders add to both angles [rad].
+    """
+    scatter = np.sqrt(np.mean([np.var(window.theta, axis=0).mean() for fit in fits for window in fit.windows]))
+    limit = max(LOST * min(float(scatter), 1.0), _NOISE * noise)
+    for fit, which in zip(fits, ("fitted", "predicted"), strict=True):
+        # An encoder that is off by the same all the time shows no other motion: the scatter is about the mean, too.
+        errors = [float(np.sqrt(np.var(error, axis=0).mean())) for error in fit.errors]
+        lost = [error for error in errors if error > limit]
+        if len(lost) > _MOST_LOST * len(errors):
+            raise FitFailedError(
+                f"the fit failed: in {len(lost)} of {len(errors)} windows {which} the model moves otherwise than the "
+                f"rods, by {np.median(lost):.2g} rad; no parameter means anything. Check L, g and what the angles mean "
+                "(zero, outer_angle, inner_sign and outer_sign below trial), the counts per turn, whether "
+                "somebody touched the rods, and whether all bags are of one rig; or set a shorter window"
+            )

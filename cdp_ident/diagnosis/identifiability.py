@@ -13,8 +13,8 @@ import numpy.typing as npt
 
 from cdp_ident.diagnosis.identification import Identification
 from cdp_ident.diagnosis.inertia import GUESSED, Inertia
+from cdp_ident.fit.initial_states import Fit
 from cdp_ident.fit.physical import logarithmic_derivatives
-from cdp_ident.fit.refinement import Fit
 from cdp_ident.model.parameters import GROUPS, INVERSE_INERTIA, SYMBOLS
 
 Array = npt.NDArray[np.float64]

@@ -1,8 +1,6 @@
 """A fitted model with its diagnosis."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -13,15 +11,14 @@ from cdp_ident.diagnosis.repeatability import Repeatability, repeatability
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.data import Data
 from cdp_ident.fit.force_balance import ForceBalance
+from cdp_ident.fit.initial_states import Fit
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.physical import PhysicalValues, nearest_physical_values
-from cdp_ident.fit.refinement import Fit
 from cdp_ident.likelihood.whole_swing import WholeSwings
 from cdp_ident.model.parameters import GROUPS, INVERSE_INERTIA
 from cdp_ident.search.genetic_search import SearchResult
 
 Array = npt.NDArray[np.float64]
-Result = TypeVar("Result")
 
 
 @dataclass(frozen=True)
@@ -64,10 +61,11 @@ class Identification:
         failure: str = "",
     ) -> "Identification":
         """Diagnose a fitted model; see the fields."""
-        failures = list[str]()
-        physical = _physical(options, fit, covariance)
-        fitted = {window.trial for window in data.fit}
-        compared = _if_possible("each trial alone", lambda: repeatability(whole, fitted, data.names), failures)
+        physical, compared, failures = _physical(options, fit, covariance), None, tuple[str, ...]()
+        try:
+            compared = repeatability(whole, {window.trial for window in data.fit}, data.names)
+        except (IdentificationError, np.linalg.LinAlgError) as error:
+            failures = (f"each trial alone: {error}",)
         return cls(
             options=options,
             data=data,
@@ -81,7 +79,7 @@ class Identification:
             inertia=Inertia.of(fit.model, fit.values, covariance, physical),
             failure=failure,
             repeatability=compared,
-            failures=tuple(failures),
+            failures=failures,
         )
 
     def with_covariance(self, spread: Array) -> "Identification":
@@ -99,15 +97,6 @@ class Identification:
     def interrupted(self) -> bool:
         """Whether the search was ended early."""
         return not self.search.completed
-
-
-def _if_possible(what: str, compute: Callable[[], Result | None], failures: list[str]) -> Result | None:
-    """Return what is computed, or nothing where that fails; then why is added to the failures."""
-    try:
-        return compute()
-    except (IdentificationError, np.linalg.LinAlgError) as error:
-        failures.append(f"{what}: {error}")
-        return None
 
 
 def _physical(options: IdentifyOptions, fit: Fit, spread: Array) -> PhysicalValues:

@@ -7,8 +7,8 @@ import numpy.typing as npt
 
 from cdp_ident.diagnosis.warnings import FitWarning
 from cdp_ident.fit.data import Data
+from cdp_ident.fit.initial_states import fit_initial_states
 from cdp_ident.fit.motion_model import MotionModel
-from cdp_ident.fit.refinement import fit_initial_states
 from cdp_ident.fit.windows import cut_into_windows
 from cdp_ident.likelihood.noise import Noise
 from cdp_ident.likelihood.recorded import one_recorded, states_of

@@ -6,16 +6,15 @@ simulated from there (k-step-ahead prediction with k up to the horizon: Ljung, S
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
-from itertools import pairwise
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.data import Data
-from cdp_ident.fit.refinement import Fit, fit_initial_states
-from cdp_ident.fit.windows import FEWEST_SAMPLES, cut_at
+from cdp_ident.fit.initial_states import Fit, fit_initial_states
+from cdp_ident.fit.windows import FEWEST_SAMPLES, cut_at, without_gaps
 from cdp_ident.trial.trial import Trial
 
 Array = npt.NDArray[np.float64]
@@ -91,7 +90,7 @@ def plan_of(data: Data) -> Plan:
     held_out = sorted({window.trial for window in data.holdout} - fitted)
     trials = held_out or range(len(data.trials))
     unit = data.scales.time_unit
-    stretches = [(index, *bounds) for index in trials for bounds in _without_gaps(data.trials[index])]
+    stretches = [(index, *bounds) for index in trials for bounds in without_gaps(data.trials[index].time)]
     longest = max(float(np.ptp(data.trials[index].time[first:last])) for index, first, last in stretches)
     horizon = min(_HORIZON * unit, longest / 2.0)
     spacing = max(_spacing(data.trials[index]) for index in trials)
@@ -105,12 +104,6 @@ def plan_of(data: Data) -> Plan:
 
 def _spacing(trial: Trial) -> float:
     return float(np.median(np.diff(trial.time)))
-
-
-def _without_gaps(trial: Trial) -> list[tuple[int, int]]:
-    """Return the stretches of a trial between gaps in time; a change of the motion's role is not a gap."""
-    gaps = [place for place in trial.breaks if trial.time[place] - trial.time[place - 1] > 2.0 * _spacing(trial)]
-    return list(pairwise((0, *gaps, len(trial.time))))
 
 
 def _starts(data: Data, index: int, first: int, last: int, fitted_span: float, horizon: float) -> Iterator[Start]:
@@ -146,7 +139,7 @@ def predicted(final: Fit, data: Data, plan: Plan) -> Prediction | None:
     for start, window in zip(plan.starts, fitted.windows, strict=True):
         trial = data.trials[start.trial]
         whole = cut_at(trial, start.trial, [start.first, start.end], scales.step, scales.half_width)[0]
-        theta, _ = fitted.model.predict(fitted.values, window.start, replace(whole, start=window.start), "none")
+        theta = fitted.model.predict(fitted.values, window.start, whole)
         ahead = slice(start.at - start.first - 1, None)
         error = np.max(np.abs(whole.theta - theta)[ahead], axis=1)
         error[~np.isfinite(error)] = np.inf

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cdp_ident.diagnosis.identification import Identification
-from cdp_ident.diagnosis.outlier_windows import outlier_windows
-from cdp_ident.fit.normal_equations import OUTLIER
+from cdp_ident.fit.initial_states import OUTLIER
 from cdp_ident.model.parameters import CONSTANTS, GROUPS, SYMBOLS
 from cdp_ident.trial.differences import MEDIAN_OF_SIZE
 from cdp_ident.trial.outliers import outlier_words
@@ -15,6 +14,8 @@ from cdp_ident.trial.trial import Trial
 
 _EDGE = 0.01
 """A value within this share of its search range from a limit is at its edge."""
+_FEWEST_WINDOWS = 3
+"""With fewer windows none fits worse than the others."""
 _WORSE = 3.0
 """A window whose error is so many times the median of the windows fits far worse."""
 _ABOVE_NOISE = 3.0
@@ -165,16 +166,22 @@ def _disagreement(found: Identification) -> Iterator[FitWarning]:
 
 
 def _windows(found: Identification) -> Iterator[FitWarning]:
-    for outlier in outlier_windows([found.fit], _WORSE)[:_MOST_NAMED]:
-        window = outlier.window
+    errors = np.array([np.sqrt(np.mean(error**2)) for error in found.fit.errors])
+    usual = float(np.median(errors))
+    if len(errors) < _FEWEST_WINDOWS:
+        return
+    for place in np.argsort(-errors, kind="stable")[:_MOST_NAMED]:
+        if not errors[place] >= _WORSE * usual > 0.0:
+            return
+        window = found.fit.windows[place]
         trial = found.data.trials[window.trial]
         begin = trial.start + window.begin
         where = f"{trial.name} from {begin:.2f} to {begin + window.duration:.2f} s"
         yield FitWarning(
             "window_fits_worse",
             (where,),
-            f"{where} fits far worse than the others: {1e3 * outlier.error:.3g} mrad, the median is "
-            f"{1e3 * outlier.usual:.3g} mrad; look for an impulse or lost counts of an encoder there",
+            f"{where} fits far worse than the others: {1e3 * errors[place]:.3g} mrad, the median is "
+            f"{1e3 * usual:.3g} mrad; look for an impulse or lost counts of an encoder there",
         )
 
 

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from scipy.special import ndtri
 
 from cdp_ident.fit.autocorrelation import autocovariance
-from cdp_ident.fit.refinement import Fit
+from cdp_ident.fit.initial_states import Fit
 
 Array = npt.NDArray[np.float64]
 

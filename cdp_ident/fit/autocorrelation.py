@@ -1,7 +1,6 @@
 """How far the residuals of a fit are correlated in time."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -15,30 +14,13 @@ _QUIET = 3
 """The correlation ends where so many lags in a row are within these limits."""
 
 
-@dataclass(frozen=True)
-class Autocorrelation:
-    """How far residuals are correlated in time."""
-
-    length: int
-    """Correlation length: the lag, in samples, up to which they are correlated; 0 where they are white."""
-    integrated_time: float
-    """Integrated autocorrelation time, in samples: n residuals carry as much information as n over this number of
-    independent ones; 1 for white residuals. It is 1 plus twice the sum of the autocorrelations up to the correlation
-    length, with Bartlett's weights."""
-
-    @classmethod
-    def of(cls, residuals: Sequence[Array]) -> "Autocorrelation":
-        """Take it from the residuals (n, 2) of windows [rad]."""
-        products = autocovariance(residuals)
-        limit = _WHITE / np.sqrt(sum(len(residual) for residual in residuals))
-        tiny = np.finfo(float).tiny
-        quiet = np.max(np.abs(products[1:] / np.maximum(products[0], tiny)), axis=1) <= limit
-        ends = np.convolve(quiet, np.ones(_QUIET, dtype=int), mode="valid") == _QUIET
-        length = int(np.argmax(ends)) if np.any(ends) else int(np.max(np.flatnonzero(~quiet), initial=-1)) + 1
-        weights = 1.0 - np.arange(1, length + 1) / (length + 1.0)
-        both = products.sum(axis=1)
-        total = 1.0 + 2.0 * float(weights @ both[1 : length + 1]) / max(float(both[0]), tiny)
-        return cls(length, max(total, 1.0))
+def correlation_length(residuals: Sequence[Array]) -> int:
+    """Return the lag, in samples, up to which residuals (n, k) of windows are correlated; 0 where they are white."""
+    products = autocovariance(residuals)
+    limit = _WHITE / np.sqrt(sum(len(residual) for residual in residuals))
+    quiet = np.max(np.abs(products[1:] / np.maximum(products[0], np.finfo(float).tiny)), axis=1) <= limit
+    ends = np.convolve(quiet, np.ones(_QUIET, dtype=int), mode="valid") == _QUIET
+    return int(np.argmax(ends)) if np.any(ends) else int(np.max(np.flatnonzero(~quiet), initial=-1)) + 1
 
 
 def autocovariance(residuals: Sequence[Array]) -> Array:

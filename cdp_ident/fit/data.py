@@ -11,7 +11,7 @@ from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.noise import noise_of, rounding_of_averages
 from cdp_ident.fit.roles import PartedTrial
 from cdp_ident.fit.scales import Scales
-from cdp_ident.fit.windows import Window, cut_at, evenly, split
+from cdp_ident.fit.windows import FEWEST_SAMPLES, Window, cut_at, evenly
 from cdp_ident.trial.trial import Trial
 
 Array = npt.NDArray[np.float64]
@@ -45,10 +45,14 @@ class Data:
 
     def over_shorter_windows(self, longest: float) -> "Data":
         """Return the same in windows that are no longer than so much [s]."""
-        fit, holdout = (
-            tuple(piece for window in of for piece in split(window, math.ceil(window.duration / longest)))
-            for of in (self.fit, self.holdout)
-        )
+
+        def pieces(window: Window) -> list[Window]:
+            samples = len(window.theta)
+            count = max(1, min(math.ceil(window.duration / longest), samples // FEWEST_SAMPLES))
+            bounds = [window.first + samples * part // count for part in range(count + 1)]
+            return _cut(self.trials[window.trial], window.trial, bounds, self.scales)
+
+        fit, holdout = (tuple(piece for window in of for piece in pieces(window)) for of in (self.fit, self.holdout))
         return replace(self, fit=fit, holdout=holdout, window=_typical((*fit, *holdout)))
 
     @property
@@ -107,12 +111,16 @@ def prepare(parted: Sequence[PartedTrial], window: float, scales: Scales, noise:
     for index, trial in enumerate(parted):
         for stretch, (first, last) in enumerate(trial.trial.bounds):
             bounds = evenly(trial.trial, first, last, min(total / _FEWEST_WINDOWS, window))
-            windows = cut_at(trial.trial, index, bounds, scales.step, scales.half_width, scales.encoder_steps)
+            windows = _cut(trial.trial, index, bounds, scales)
             (holdout if stretch in trial.held_out else fit).extend(windows)
     if len(fit) < 2 or not holdout:
         raise IdentificationError("the trials have too few samples to fit and to evaluate the fit: record longer ones")
     trials, measured = (tuple(of) for of in zip(*((part.trial, part.measured) for part in parted), strict=True))
     return Data(trials, measured, tuple(fit), tuple(holdout), noise, _typical((*fit, *holdout)), scales)
+
+
+def _cut(trial: Trial, index: int, bounds: Sequence[int], scales: Scales) -> list[Window]:
+    return cut_at(trial, index, bounds, scales.step, scales.half_width, scales.encoder_steps)
 
 
 def _typical(windows: Sequence[Window]) -> float:

@@ -50,8 +50,8 @@ class ModelUnknowns:
     weight_errors: tuple[ErrorOf, ...] = ()
     """Errors of the weights' masses and places: unknowns, in units of their standard deviations."""
     penalty_of_errors: float = 0.0
-    """What an error by one standard deviation adds to the cost, of what is known beforehand and of states that effects
-    bring: the variance of the angles' noise [rad^2]."""
+    """What a state that an effect brings adds to the cost of a window where it begins one standard deviation from zero:
+    the variance of the angles' noise [rad^2]."""
     effects: tuple[ActiveEffect, ...] = ()
     zeros: tuple[int, ...] = ()
     """Trials whose encoders have a zero of their own; none where the zeros are right, or the same for all trials."""
@@ -124,11 +124,6 @@ class ModelUnknowns:
         lower[self.places_of_motors] = [parameter.lower for parameter in self.of_motors]
         upper[self.places_of_motors] = [parameter.upper for parameter in self.of_motors]
         return lower, upper
-
-    @cached_property
-    def penalty(self) -> Array:
-        """(unknowns, unknowns) what the unknowns, less what is known of them, add to a fit's cost: a form [rad^2]."""
-        return np.diag(self.penalty_of_errors * self.known[1])
 
     @property
     def of_weights(self) -> npt.NDArray[np.bool_]:

@@ -1,10 +1,9 @@
-"""The model as the refinement sees it: the motion, and its derivatives, that follow from the numbers it adjusts."""
+"""The model as a fit sees it: the motion that follows from the numbers that are adjusted."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import groupby
-from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -20,8 +19,6 @@ from cdp_ident.model.time_grid import TimeGrid
 
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
-Derivatives = Literal["all", "start", "none"]
-"""Which are wanted: by everything, by the initial state and the encoders' zeros alone, or none."""
 
 _TOGETHER = 8
 """Most windows that are simulated one after the other in one call of compiled code."""
@@ -108,74 +105,52 @@ class MotionModel(ModelUnknowns):
         )
         return motions([problem], shown=False).states
 
-    def predict(
-        self, values: Array, start: Array, window: Window, derivatives: Derivatives = "all"
-    ) -> tuple[Array, Array]:
-        """Return the angles that the encoders show in a window, and their derivatives.
+    def predict(self, values: Array, start: Array, window: Window) -> Array:
+        """Return the angles (n, 2) that the encoders show in a window [rad].
 
         Args:
             values: (unknowns,) values of the unknowns.
             start: state at the window's beginning.
             window: gives the trial and the times.
-            derivatives: which are wanted.
-
-        Returns:
-            Angles (n, 2) [rad] and their derivatives (n, 2, states + unknowns) by the initial state and the unknowns,
-            zero where they are not wanted; (n, 2, 0) where none are.
         """
-        theta, by_unknowns, _ = self.predict_together(values, [start], [window], derivatives)
-        return theta, by_unknowns
+        return self._predict_run(values, [start], [window], derive=False)[0]
 
     def predict_together(
-        self, values: Array, starts: Sequence[Array], windows: Sequence[Window], derivatives: Derivatives = "all"
+        self, values: Array, starts: Sequence[Array], windows: Sequence[Window]
     ) -> tuple[Array, Array, Indices]:
         """Return what `predict` does of each of several windows, their samples end to end: see `blocks`.
 
-        The third array says where each window's samples begin, and the last one's end.
+        The second array (n, 2, states) has the derivatives by each window's initial state; the third one says where
+        each window's samples begin, and the last one's end.
         """
-        thetas, by_unknowns, bounds = list[Array](), list[Array](), [0]
+        thetas, by_starts, bounds = list[Array](), list[Array](), [0]
         for run in _alike(windows):
-            theta, by, of_run = self._predict_run(values, starts[run], windows[run], derivatives)
+            theta, by_start, of_run = self._predict_run(values, starts[run], windows[run], derive=True)
             thetas.append(theta)
-            by_unknowns.append(by)
+            by_starts.append(by_start)
             bounds += (bounds[-1] + of_run[1:]).tolist()
-        if len(thetas) == 1:
-            return thetas[0], by_unknowns[0], np.array(bounds)
-        return np.concatenate(thetas), np.concatenate(by_unknowns), np.array(bounds)
+        return np.concatenate(thetas), np.concatenate(by_starts), np.array(bounds)
 
     def _predict_run(
-        self, values: Array, starts: Sequence[Array], windows: Sequence[Window], derivatives: Derivatives
+        self, values: Array, starts: Sequence[Array], windows: Sequence[Window], derive: bool
     ) -> tuple[Array, Array, Indices]:
         """Do the same for windows of one trial with the same weights."""
         trial = windows[0].trial
-        weighted = self.with_weights(values, windows[0].weights) if windows[0].weights else None
-        acting = self.acting(weighted.values if weighted else values, trial, weighted.carried if weighted else 0.0)
-        if derivatives != "all":
-            acting = acting.without_directions()
-        coefficients = self.coefficients(weighted.values if weighted else values)
+        weighted = self.with_weights(values, windows[0].weights)
+        acting = self.acting(weighted.values, trial, weighted.carried).without_directions()
+        coefficients = self.coefficients(weighted.values)
         found = motions(
             [
                 InitialValueProblem(coefficients, self.initial_state(start), grid, u, acting, window.begin, drive)
                 for start, window in zip(starts, windows, strict=True)
                 for grid, u, drive in [self._times(window)]
             ],
-            derive=derivatives != "none",
+            derive=derive,
         )
         # Both absolute angles contain the inner encoder's.
         place = self.zero_places(trial)
-        has_zeros = place.start < place.stop
-        theta = np.cumsum(found.readings + values[place], axis=1) if has_zeros else np.cumsum(found.readings, axis=1)
-        if derivatives == "none":
-            return theta, np.empty((len(theta), 2, 0)), found.bounds
-        by_unknowns = np.zeros((len(theta), 2, self.states + len(self.names)))
-        columns = self._in_trial(trial)[2][: found.by.shape[2]]
-        by_unknowns[:, :, columns] = np.cumsum(found.by, axis=1)
-        if derivatives == "all" and weighted:
-            by_unknowns[:, :, self.states :] = by_unknowns[:, :, self.states :] @ weighted.by_rig
-        if has_zeros:
-            by_unknowns[:, :, self.states + place.start] = 1.0
-            by_unknowns[:, 1, self.states + place.start + 1] = 1.0
-        return theta, by_unknowns, found.bounds
+        theta = np.cumsum(found.readings + (values[place] if place.start < place.stop else 0.0), axis=1)
+        return theta, np.cumsum(found.by, axis=1) if derive else np.empty((0, 2, 0)), found.bounds
 
     @cached_property
     def _earliest(self) -> float:

@@ -11,7 +11,7 @@ from cdp_ident.fit.noise import NO_STEPS
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
-AT_REST = 1.5
+_AT_REST = 1.5
 """A joint moves by fewer steps of its encoder at rest: its angle may be on the edge between two readings."""
 READINGS = np.array([[1.0, 0.0], [-1.0, 1.0]])
 """What the inner and the outer encoder measure of theta1 and theta2."""
@@ -19,16 +19,6 @@ _REPEATED = 1e-9
 """Angles that differ by less are one reading [rad]."""
 _ALONE = 0.15
 """Share of a window for which one joint alone must rest to count so: it also turns back while the other one moves."""
-
-
-def range_over(angle: Array, points: int) -> Array:
-    """Return the range (m,) of an angle (m,) over so many points about each [rad]."""
-    return np.asarray(maximum_filter1d(angle, points) - minimum_filter1d(angle, points))
-
-
-def at_rest(ranges: Array, points: int, limit: float) -> Mask:
-    """Return which points (m,) are in stretches of so many over which an angle's range is a limit at most [rad]."""
-    return np.asarray(maximum_filter1d(ranges <= limit, points))
 
 
 def weights_at_rest(time: Array, theta: Array, longest: float, steps: Array = NO_STEPS) -> Array | None:
@@ -51,7 +41,8 @@ def weights_at_rest(time: Array, theta: Array, longest: float, steps: Array = NO
     for of_encoder, reading, step in zip(weight.T, readings.T, steps, strict=True):
         alone = _ALONE * (time[-1] - time[0])
         span = int(np.searchsorted(time, time[0] + alone)) | 1
-        rests = at_rest(range_over(reading, span), span, max(AT_REST * step, _REPEATED))
+        ranges = maximum_filter1d(reading, span) - minimum_filter1d(reading, span)
+        rests = maximum_filter1d(ranges <= max(_AT_REST * step, _REPEATED), span)
         for rest in _long_ones(time, np.diff(rests) != 0, alone):
             if rests[rest.start]:
                 of_encoder[rest] = np.minimum(of_encoder[rest], 1.0 / (rest.stop - rest.start))

@@ -5,18 +5,21 @@ multiple of it here, and is shorter where the measured motion is faster or predi
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.errors import IdentificationError
-from cdp_ident.fit.noise import encoder_steps
+from cdp_ident.fit.noise import FEWEST, encoder_steps
 from cdp_ident.fit.predictability import predictability
-from cdp_ident.fit.smoothing import FEWEST, SmoothMotion, smooth
 from cdp_ident.fit.thinning import LOST
+from cdp_ident.fit.windows import FEWEST_SAMPLES
 from cdp_ident.model.parameters import time_unit
+from cdp_ident.trial.balance import motion_on_grid
+from cdp_ident.trial.scales import Scales as TrialScales
 from cdp_ident.trial.trial import Trial
+from cdp_ident.trial.weak_form import Motion
 
 Array = npt.NDArray[np.float64]
 
@@ -31,19 +34,11 @@ WINDOW = 12.38
 SHORTEST_PIECE = 0.5
 """Shortest piece that is simulated from an initial state of its own, in time units: a tenth of a second on the paper's
 rig, just enough to estimate its velocities."""
-SHORTEST_PIECE_SAMPLES = 12
-"""Least samples in a piece: it determines its initial state (four numbers) from two angles a sample, and needs some
-more."""
 LONGEST_HALF_WIDTH = 0.5
 """Longest half width of a local cubic, in time units: over more than a sixth of a small swing the motion is not
 cubic."""
 FEWEST_LOCAL = 3
 """Samples on either side that a local cubic needs at least, to have more of them than coefficients."""
-REST_DEVIATIONS = 5.0
-"""A joint is at rest below so many standard deviations of a speed that is measured over one time unit: pure noise
-exceeds that once in a million."""
-REST_LEAST = 1e-4
-"""Motion slower than this counts as rest however little noise there is, in radians a time unit."""
 SAMPLES_PER_UNIT = 40.0
 """Samples a time unit that a motion of the paper's pace needs; measured in benchmarks/scales.py: with fewer, fitted
 values scatter more than with all of them."""
@@ -57,11 +52,8 @@ _OVERTONE = 2.0
 within a fifth, for motions of 2 to 5 radians a time unit."""
 _STRETCH = 200.0
 """Time units of a trial, where its motion is fastest, from which its pace is taken."""
-GRID = 1.0 / 40.0
 _LIVELY = 0.99
-_PLAUSIBLE = (0.05, 8.0)
-"""Plausible range of pace times time unit. Below it, there is nothing but noise, or the angles or L are in another
-unit; above it, the rods rotate very fast, or L is in another unit."""
+"""Quantile of speeds and accelerations that is their pace: the largest of a spline may be its error."""
 
 
 @dataclass(frozen=True)
@@ -72,8 +64,6 @@ class Scales:
     """sqrt(L / g) [s]."""
     pace: float
     """Pace of the fastest motion: the larger of its speed and the root of its acceleration [1/s]."""
-    plausible: bool
-    """Whether that pace is one of a pendulum with this L and g."""
     step: float
     """Of the integrator [s]."""
     window: float
@@ -82,12 +72,8 @@ class Scales:
     """Shortest piece that is simulated from an initial state of its own [s]."""
     half_width: float
     """Of local cubics, for angles and velocities at a time [s]."""
-    rest_speed: Array
-    """(2,) speed of the inner and the outer joint below which it counts as at rest [rad/s]."""
     together: int
     """How many samples are averaged into one."""
-    samples: int
-    """How many there are."""
     encoder_steps: Array
     """(2,) step of the inner and the outer encoder, 0 where none shows [rad]."""
 
@@ -100,11 +86,6 @@ class Scales:
     def half_swing(self) -> float:
         """Half a small swing of a pendulum of length L [s]."""
         return np.pi * self.time_unit
-
-    @property
-    def left_out(self) -> int:
-        """By how many samples averaging reduces the trials."""
-        return self.samples - self.samples // self.together
 
 
 def scales_of(
@@ -134,13 +115,13 @@ def scales_of(
             f"no trial has {FEWEST} samples and lasts {unit:.2f} s, the time unit of a rig with L = {length:g} m"
         )
     motions = [_liveliest(trial, unit) for trial in usable]
-    paces = [pace_of(motion) for motion in motions]
+    paces = [_pace_of(motion) for motion in motions]
     pace = max(paces)
     faster = max(1.0, pace * unit / PACE)
     spacing = float(np.median(np.concatenate([np.diff(trial.time) for trial in usable])))
-    speed = max(float(np.sqrt(np.mean(motion.rates[0][motion.known][:, :2] ** 2))) for motion in motions)
-    half_width = half_width_of(spacing, float(np.sqrt(np.mean(noise**2))), speed, pace, unit)
-    shortest = max(SHORTEST_PIECE * unit / faster, SHORTEST_PIECE_SAMPLES * spacing)
+    speed = max(float(np.sqrt(np.mean(motion.rates**2))) for motion in motions)
+    half_width = _half_width_of(spacing, float(np.sqrt(np.mean(noise**2))), speed, pace, unit)
+    shortest = max(SHORTEST_PIECE * unit / faster, FEWEST_SAMPLES * spacing)
     window = WINDOW * unit
     if groups_of is not None:
         mostly = [
@@ -148,25 +129,21 @@ def scales_of(
             for trial, motion in zip(usable, motions, strict=True)
         ]
         window = max(min(mostly), shortest)
-    across = np.array([noise[0], np.hypot(*noise)])
     together = _together(spacing, float(np.min(noise)), unit, pace, faster)
     return Scales(
         time_unit=unit,
         pace=pace,
-        plausible=_PLAUSIBLE[0] <= pace * unit <= _PLAUSIBLE[1],
         step=STEP * unit / faster,
         window=window,
         shortest_piece=shortest,
         half_width=half_width,
-        rest_speed=np.maximum(REST_DEVIATIONS * across * np.sqrt(12.0 * spacing / unit**3), REST_LEAST / unit),
         together=together,
-        samples=sum(len(trial.time) for trial in trials),
         encoder_steps=np.max([encoder_steps(trial) for trial in trials], axis=0),
     )
 
 
-def _liveliest(trial: Trial, unit: float) -> SmoothMotion:
-    """Return the smooth motion of the stretch of a trial in which the motion is fastest."""
+def _liveliest(trial: Trial, unit: float) -> Motion:
+    """Return the motion of the stretch of a trial in which it is fastest, as far as it was recorded."""
     time, theta = trial.time, trial.theta
     if trial.duration > _STRETCH * unit:
         moved = np.concatenate([[0.0], np.cumsum(np.sum(np.diff(theta, axis=0) ** 2, axis=1))])
@@ -174,25 +151,20 @@ def _liveliest(trial: Trial, unit: float) -> SmoothMotion:
         first = int(np.argmax(moved[last] - moved))
         part = slice(first, int(last[first]) + 1)
         time, theta = time[part], theta[part]
-    return smooth_on_grid(time, theta, unit)
+    motion = motion_on_grid(time, theta, None, TrialScales.at_least(unit, time))
+    before = np.clip(np.searchsorted(time, motion.time, side="right") - 1, 0, len(time) - 2)
+    known = np.diff(time)[before] <= motion.scales.half_width
+    return replace(motion, time=motion.time[known], angles=motion.angles[known], rates=motion.rates[known])
 
 
-def smooth_on_grid(time: Array, theta: Array, unit: float) -> SmoothMotion:
-    """Return the smooth motion through samples (n, 2), on a grid of a rig's time unit [s]."""
-    return smooth(time, theta, GRID * unit, 0, np.random.default_rng(0))
-
-
-def pace_of(motion: SmoothMotion) -> float:
+def _pace_of(motion: Motion) -> float:
     """Return the pace of a motion: the larger of its speed and the root of its acceleration [1/s]."""
-    rates = motion.rates[0][:, :2]
-    speeds = np.abs(rates)[motion.known]
-    accelerations = np.abs(np.gradient(rates, motion.spacing, axis=0))[motion.known]
-    if len(speeds) == 0:
-        return 0.0
+    speeds = np.abs(motion.rates)
+    accelerations = np.abs(np.gradient(motion.rates, motion.scales.spacing, axis=0))
     return float(max(np.quantile(speeds, _LIVELY), np.sqrt(np.quantile(accelerations, _LIVELY))))
 
 
-def half_width_of(spacing: float, noise: float, speed: float, pace: float, unit: float) -> float:
+def _half_width_of(spacing: float, noise: float, speed: float, pace: float, unit: float) -> float:
     """Return the half width h [s] of local cubics with the least error of the velocity.
 
     Its noise has the variance 75/8 noise^2 spacing / h^3 (Savitzky and Golay, Anal. Chem. 36, 1964), and a fifth

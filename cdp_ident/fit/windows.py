@@ -5,7 +5,7 @@ whatever its parameters. Windows are short enough to be predictable, and all sha
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 
@@ -23,6 +23,8 @@ Array = npt.NDArray[np.float64]
 
 DEFAULT_WINDOW = 2.5
 """Length of a window [s]."""
+_GAP = 2.0
+"""Samples are missing where none comes for so many usual steps."""
 FEWEST_SAMPLES = 12
 """Least samples in a window: it determines its initial state (four numbers) from two angles a sample, and needs some
 more."""
@@ -50,8 +52,6 @@ class Window:
     """(4,) state at time 0, estimated from the measured angles: theta1, theta2 [rad], omega1, omega2 [rad/s]."""
     drive: Array | None = None
     """(2 steps + 1, 2) motors' torques in both joints at the half steps [N m]; None where there are none."""
-    start_known: bool = False
-    """Whether that state is exact, and not estimated along with the parameters."""
     half_width: float = HALF_WIDTH
     """Of the local cubics that estimate initial states [s]."""
     time_std: float = 0.0
@@ -76,20 +76,24 @@ class Window:
         """(n, 2) the motors' torques at its samples [N m]; None where there are none."""
         return None if self.drive is None else interpolated(self.time, self.grid.half_step_times(), self.drive)
 
-    @cached_property
-    def local_motion(self) -> tuple[Array, Array]:
-        """Measured states (n, 4) and accelerations (n, 2), each from its neighbourhood alone.
-
-        They are those of local cubics, which are inaccurate at the window's ends.
-        """
-        angles, velocities = local_motion(self.time, self.theta, self.time)
-        _, accelerations = local_motion(self.time, velocities, self.time)
-        return np.concatenate([angles, velocities], axis=1), accelerations
-
     @property
     def samples(self) -> slice:
         """Where its samples are in the trial."""
         return slice(self.first, self.first + len(self.theta))
+
+    def shortened(self, samples: int) -> "Window":
+        """Return its first samples, from the same initial state."""
+        grid = TimeGrid.over(self.time[:samples], self.grid.step)
+        halves = slice(2 * grid.steps + 1)
+        return replace(
+            self,
+            time=self.time[:samples],
+            theta=self.theta[:samples],
+            grid=grid,
+            u=self.u[halves],
+            drive=None if self.drive is None else self.drive[halves],
+            sample_weights=None if self.sample_weights is None else self.sample_weights[:samples],
+        )
 
     @property
     def counts(self) -> Array:
@@ -145,6 +149,12 @@ def cut_into_windows(
         for first, last in trial.bounds:
             windows += cut_at(trial, index, evenly(trial, first, last, duration), step, half_width)
     return windows
+
+
+def without_gaps(time: Array) -> list[tuple[int, int]]:
+    """Return the first sample and the end of each stretch of samples, taken at times (n,), in which none is missing."""
+    steps = np.diff(time)
+    return list(pairwise((0, *(np.flatnonzero(steps > _GAP * np.median(steps)) + 1).tolist(), len(time))))
 
 
 def evenly(trial: Trial, first: int, last: int, duration: float) -> list[int]:
@@ -216,37 +226,3 @@ def cut_at(
             )
         )
     return windows
-
-
-def split(window: Window, parts: int) -> list[Window]:
-    """Split a window into so many of equal length, with initial states estimated from their own samples.
-
-    The first has the window's own initial state; fewer are made where samples are too few.
-    """
-    parts = max(1, min(parts, len(window.theta) // FEWEST_SAMPLES))
-    bounds = [len(window.theta) * part // parts for part in range(parts + 1)]
-    half_steps = window.grid.half_step_times()
-    pieces = []
-    for first, last in pairwise(bounds):
-        time, theta = window.time[first:last] - window.time[first], window.theta[first:last]
-        grid = TimeGrid.over(time, window.grid.step)
-        angles, velocities = local_motion(time, theta, np.zeros(1), window.half_width)
-        pieces.append(
-            Window(
-                trial=window.trial,
-                first=window.first + first,
-                begin=window.begin + float(window.time[first]),
-                time=time,
-                theta=theta,
-                grid=grid,
-                u=np.interp(grid.half_step_times() + window.time[first], half_steps, window.u),
-                drive=grid.at_half_steps(half_steps, window.drive, window.time[first]),
-                start=np.concatenate([angles[0], velocities[0]]) if first else window.start,
-                start_known=window.start_known and first == 0,
-                half_width=window.half_width,
-                time_std=window.time_std,
-                weights=window.weights,
-                sample_weights=None if window.sample_weights is None else window.sample_weights[first:last],
-            )
-        )
-    return pieces

@@ -8,6 +8,7 @@ import numpy.typing as npt
 
 from cdp_ident.fit.data import Data
 from cdp_ident.fit.motion_model import MotionModel
+from cdp_ident.fit.share import share_of
 from cdp_ident.fit.windows import Window
 from cdp_ident.likelihood.swing import Swing
 from cdp_ident.likelihood.whole_swing import Recorded
@@ -20,8 +21,8 @@ _LEAST_SHARE = 0.3
 _PIECE = 40.0
 """Pieces of long recordings, in time units: eight seconds of the paper's rig, so that effects whose states are unknown
 where a piece begins are still seen."""
-_GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
-"""Its multiples, modulo one, are nowhere dense and nowhere sparse (Weyl, Math. Ann. 77, 1916)."""
+Piece = tuple[int, int, int]
+"""Of a trial: its number, the first sample, and the end."""
 
 
 def all_recorded(data: Data, spacing: float) -> Recorded:
@@ -37,13 +38,14 @@ def all_recorded(data: Data, spacing: float) -> Recorded:
 
 def fitted_recorded(data: Data, spacing: float, enough: float) -> Recorded:
     """Return what is fitted, averaged as it is; of more motion than enough [s], pieces that are spread evenly."""
-    pieces = [piece for index in range(len(data.trials)) for piece in _pieces(data, index, enough)]
-    order = np.argsort(np.arange(len(pieces)) * _GOLDEN % 1.0, kind="stable")
-    motion = np.cumsum([pieces[place][3] for place in order])
-    chosen = sorted(order[: max(1, int(np.searchsorted(motion, enough * (1.0 + 1e-9))))].tolist())
+    stretches = [
+        (index, first, last)
+        for index, trial in enumerate(data.trials)
+        for first, last in trial.bounds
+        if any(window.trial == index and first <= window.first < last for window in data.fit)
+    ]
     swings = list[Swing]()
-    for place in chosen:
-        index, first, last, _ = pieces[place]
+    for index, first, last in spread_evenly(data.trials, stretches, enough, data.scales.time_unit):
         swings += _swings(data, data.trials[index], index, spacing, [(first, last)])
     return _recorded(data, swings)
 
@@ -53,19 +55,28 @@ def one_recorded(data: Data, trial: Trial, index: int, spacing: float) -> Record
     return _recorded(data, _swings(data, trial, index, spacing, trial.bounds))
 
 
-def _pieces(data: Data, index: int, enough: float) -> list[tuple[int, int, int, float]]:
-    """Return trial, first sample, end and duration [s] of the pieces of a trial that are fitted."""
-    trial, windows = data.trials[index], [window for window in data.fit if window.trial == index]
-    stretches = [bounds for bounds in trial.bounds if any(bounds[0] <= window.first < bounds[1] for window in windows)]
-    total = sum(window.duration for window in data.fit)
-    length = np.inf if total <= enough else _PIECE * data.scales.time_unit
-    pieces = []
-    for first, last in stretches:
-        count = max(1, round(float(trial.time[last - 1] - trial.time[first]) / length)) if np.isfinite(length) else 1
+def spread_evenly(trials: Sequence[Trial], stretches: Sequence[Piece], enough: float, unit: float) -> list[Piece]:
+    """Return pieces of trials that are spread evenly over stretches of them, and hold enough motion.
+
+    Args:
+        trials: of which they are.
+        stretches: of these.
+        enough: motion [s]; where there is no more, all stretches are returned.
+        unit: the rig's time unit [s].
+    """
+
+    def lasts(piece: Piece) -> float:
+        index, first, last = piece
+        return float(trials[index].time[last - 1] - trials[index].time[first])
+
+    if sum(map(lasts, stretches)) <= enough:
+        return list(stretches)
+    pieces = list[Piece]()
+    for index, first, last in stretches:
+        count = max(1, round(lasts((index, first, last)) / (_PIECE * unit)))
         edges = np.linspace(first, last, count + 1).astype(int).tolist()
-        for begin, end in pairwise(edges):
-            pieces.append((index, begin, end, float(trial.time[end - 1] - trial.time[begin])))
-    return pieces
+        pieces += [(index, begin, end) for begin, end in pairwise(edges)]
+    return [pieces[place] for place in share_of([lasts(piece) for piece in pieces], enough)]
 
 
 def states_of(recorded: Recorded, model: MotionModel, values: Array, windows: Sequence[Window]) -> list[Array]:

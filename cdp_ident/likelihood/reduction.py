@@ -23,6 +23,8 @@ _NOTHING = 1e-100
 """Length of what is nothing."""
 _UNOBSERVABLE = 1e-7
 """Directions of scaled unknowns with less than this share of the largest precision are not determined."""
+_TAKES_PART = 1e-3
+"""An unknown is not determined that has so much of such a direction, whose parts have squares that add up to 1."""
 
 
 def reduced(
@@ -119,6 +121,26 @@ class Reduced(NamedTuple):
     """Of a determinant."""
     parts: list[Part]
 
+    def squares(self, change: Array) -> float:
+        """Return the sum of squares that is left where the values (own,) are changed."""
+        left = self.of_values[:, :-1] @ change + self.of_values[:, -1]
+        return float(left @ left + self.others[-1, -1])
+
+    def times(self, factor: float) -> "Reduced":
+        """Return what so many times as much motion of the same kind says."""
+        of_values, own = np.sqrt(factor) * self.of_values, self._of_own
+        others, logarithm = factor * self.others, factor * (self.logarithm - own)
+        return Reduced(of_values, others, logarithm + _logarithm_of_square(of_values[:, :-1]), [])
+
+    def with_more(self, more: "Reduced") -> "Reduced":
+        """Return what both say, where this is what `more` took as known beforehand."""
+        return more._replace(others=self.others + more.others, logarithm=self.logarithm - self._of_own + more.logarithm)
+
+    @property
+    def _of_own(self) -> float:
+        """What the values add to the logarithm."""
+        return _logarithm_of_square(self.of_values[:, :-1])
+
 
 def triangle_of(rows: Array) -> Array:
     """Return the triangle (k, k) whose products are those of rows (n, k)."""
@@ -139,16 +161,20 @@ def _logarithm_of_square(triangle: Array) -> float:
     return 2.0 * sum(float(np.sum(np.log(of))) for of in determined)
 
 
+def inverse_of(rows: Array) -> tuple[Array, Array, Array]:
+    """Return the pseudo-inverse (k, n) of rows (n, k), the covariance (k, k) they give, and what is undetermined."""
+    scaled, lengths = _scaled(rows)
+    left, sizes, right = np.linalg.svd(scaled)
+    rank = int(np.sum(sizes > _UNOBSERVABLE * sizes.max(initial=0.0)))
+    inverse = right[:rank].T / sizes[:rank] / lengths[:, None]
+    return inverse @ left[:, :rank].T, inverse @ inverse.T, np.any(np.abs(right[rank:]) > _TAKES_PART, axis=0)
+
+
 def most_likely_change(model: MotionModel, values: Array, triangle: Array) -> tuple[Array, Array, Array]:
     """Return the change of the values (unknowns,) within their limits, their covariance, and what is undetermined."""
-    of_values, target = triangle[: len(values), :-1], triangle[: len(values), -1]
-    scaled, lengths = _scaled(of_values)
-    left, sizes, right = np.linalg.svd(scaled)
-    kept = sizes > _UNOBSERVABLE * sizes[0]
-    inverse = right[kept].T / sizes[kept]
-    change = -(inverse @ left[:, kept].T @ target) / lengths
-    covariance = inverse @ inverse.T / np.outer(lengths, lengths)
-    undetermined = np.any(np.abs(right[~kept]) > 1e-3, axis=0)
+    of_values, target = triangle[:, :-1], triangle[:, -1]
+    inverse, covariance, undetermined = inverse_of(of_values)
+    change = -inverse @ target
     lower, upper = np.minimum(model.limits[0] - values, 0.0), np.maximum(model.limits[1] - values, 0.0)
     if np.any((change < lower) | (change > upper)):
         change = minimum_within_limits(of_values.T @ of_values, -of_values.T @ target, lower, upper)

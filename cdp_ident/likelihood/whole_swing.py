@@ -74,6 +74,16 @@ _TURNS = 300.0
 """No rod turns by more than so many radians in a time unit: where a search strays so far, it is given up."""
 
 
+def large_torque(encoders: Array, unit: float) -> float:
+    """Return an unknown torque that hides all that a model says over a time unit, over A22 [1/s^1.5].
+
+    Args:
+        encoders: (2,) standard deviation of both encoders' noise [rad].
+        unit: the rig's time unit [s].
+    """
+    return float(encoders.max()) / unit**1.5
+
+
 @dataclass(frozen=True)
 class Recorded:
     """What a rig's encoders showed, and what scales with the rig."""
@@ -88,8 +98,8 @@ class Recorded:
 
     @property
     def large_torque(self) -> float:
-        """One that hides all that a model says over a time unit, over A22 [1/s^1.5]."""
-        return float(self.encoders.max()) / self.time_unit**1.5
+        """See `large_torque`."""
+        return large_torque(self.encoders, self.time_unit)
 
     @property
     def least_torque(self) -> float:
@@ -427,10 +437,8 @@ class _Search:
         )
 
     def _misfit(self, reduced: Reduced, change: Array, noise: Noise) -> float:
-        left = reduced.of_values[:, :-1] @ change + reduced.of_values[:, -1]
-        rest = float(left @ left + reduced.others[-1, -1] + reduced.logarithm)
-        logarithms = map(noise.logarithm, self._swings, self._linear)
-        return rest + sum(logarithms) + noise.unlikelihood_of_tails
+        rest = reduced.squares(change) + reduced.logarithm
+        return rest + sum(map(noise.logarithm, self._swings, self._linear)) + noise.unlikelihood_of_tails
 
     def _misfit_with(self, noise: Noise) -> float:
         """Return the misfit that other standard deviations give, as far as the motion is linear in what they move."""

@@ -34,7 +34,7 @@ from cdp_ident.whole_file import write_whole
 Compilable = Callable[..., Any]
 
 _PACKAGE = Path(__file__).parents[1]
-_COMPILED = ("machine/*.py", "model/**/*.py", "fit/weighted_rows.py", "fit/error_growth.py", "likelihood/sweeps.py")
+_COMPILED = ("machine/*.py", "model/**/*.py", "likelihood/sweeps.py")
 """Where what is compiled stands."""
 _UNUSED_FOR = 30 * 86400.0
 """A folder that no process has used for so long is removed [s]."""

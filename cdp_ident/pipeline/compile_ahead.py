@@ -13,17 +13,15 @@ from collections.abc import Callable
 import numpy as np
 
 from cdp_ident.errors import IdentificationError
-from cdp_ident.fit.error_growth import steps_until
 from cdp_ident.fit.mechanism import Mechanism
 from cdp_ident.fit.motion_model import MotionModel
-from cdp_ident.fit.weighted_rows import WeightedRows
 from cdp_ident.likelihood.swing import Swing
 from cdp_ident.likelihood.whole_swing import Recorded, most_likely
 from cdp_ident.machine.compilation import is_to_be_kept
 from cdp_ident.machine.parallel import core_count
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.formulas.compiled import motion_law
-from cdp_ident.model.motions import InitialValueProblem, accelerations_at, motions, simulate
+from cdp_ident.model.motions import InitialValueProblem, accelerations_at, jacobians_at, motions, simulate
 from cdp_ident.model.parameters import GROUPS, NOMINAL, physical_coefficients
 from cdp_ident.model.population import Population, Segment
 from cdp_ident.model.steps import compute
@@ -53,16 +51,13 @@ def _compile(backwards: bool) -> None:
     grid = TimeGrid.over(times)
     u = np.zeros(2 * grid.steps + 1)
     plain = InitialValueProblem(coefficients, at_rest, grid, u)
-    angles, columns, whitening = np.zeros((2, 2)), np.zeros(1, dtype=np.int64), np.zeros((2, 2, 2))
-    growth = (np.zeros(1, dtype=np.int64), np.ones(4), np.ones(2), 1)
     uses: list[Callable[[], object]] = [
         lambda: motions([plain]),
-        lambda: Population([Segment(at_rest, times, angles)]).squared_errors(coefficients[None]),
-        lambda: WeightedRows.of(angles, angles, np.zeros((2, 2, 1)), columns, whitening, np.array([0, 2]), np.inf),
+        lambda: Population([Segment(at_rest, times, np.zeros((2, 2)))]).squared_errors(coefficients[None]),
         lambda: [motion_law(effect) for effect in CATALOGUE],
         _find_whole_swing,
         lambda: accelerations_at(coefficients, at_rest[None], np.zeros(1)),
-        lambda: steps_until(np.zeros((2, 4)), coefficients, 0.01, *growth),
+        lambda: jacobians_at(coefficients, at_rest[None]),
     ]
     for use in reversed(uses) if backwards else uses:
         use()

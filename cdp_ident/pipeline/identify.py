@@ -12,11 +12,11 @@ from cdp_ident.diagnosis.length import LengthByBalance, length_by_balance, says_
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.data import Data, noise_over, noise_over_averages, prepare
 from cdp_ident.fit.force_balance import ForceBalance, Pieces, balance_of_forces, balances_of
+from cdp_ident.fit.initial_states import fit_initial_states
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.objective import search_objective
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.prior import Prior
-from cdp_ident.fit.refinement import fit_initial_states, with_all_derivatives
 from cdp_ident.fit.roles import assign_roles
 from cdp_ident.fit.scales import scales_of
 from cdp_ident.fit.thinning import thinned
@@ -85,7 +85,7 @@ def identify(
     search = genetic_search(objective, *prior.box, options.search, np.random.default_rng(options.seed), stop)
     enough = options.motion_for_effects or scales.enough
     whole, lost = _paper_s_model(model, search, balanced, data, prior, enough)
-    followed = with_all_derivatives(fit_initial_states(model, whole.values, data.fit))
+    followed = fit_initial_states(model, whole.values, data.fit)
     return Identification.of(
         options, data, balances, length, search, whole, followed, whole.covariance, failure or lost
     )

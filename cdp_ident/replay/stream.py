@@ -60,8 +60,7 @@ class MotionStream:
             self._trial, 0, self._now, since, np.empty((0, 2)), grid, self._u(grid), self._state,
             drive=self._drive(grid), weights=self._weights,
         )  # fmt: skip
-        theta, _ = self._model.motion.predict(self._model.values, self._state, window, "none")
-        return theta
+        return self._model.motion.predict(self._model.values, self._state, window)
 
     def state(self, time: float) -> Array:
         """Return the rods' state (4,) at a time [s] from the first one on that was last asked for."""

@@ -17,8 +17,8 @@ from cdp_ident.diagnosis.prediction import plan_of, predicted
 from cdp_ident.diagnosis.warnings import FitWarning, find_warnings, outlier_warnings
 from cdp_ident.diagnosis.whiteness import Whiteness
 from cdp_ident.fit.data import Data
+from cdp_ident.fit.initial_states import Fit
 from cdp_ident.fit.motion_model import MotionModel
-from cdp_ident.fit.refinement import Fit
 from cdp_ident.likelihood.whole_swing import WholeSwings
 from cdp_ident.model.parameters import CONSTANTS, GROUPS, INERTIA, PARAMETERS
 from cdp_ident.report.curves import Array

@@ -5,13 +5,18 @@ from dataclasses import replace
 import numpy as np
 
 from cdp_ident.configuration.fitted_model import fitted_model, fitted_parameters
+from cdp_ident.design.discrimination import RecordedMotion
 from cdp_ident.design.knowledge import Knowledge, Sampling
 from cdp_ident.errors import ReportError
+from cdp_ident.fit.initial_states import fit_initial_states
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.windows import FEWEST_SAMPLES, Window, cut_at
+from cdp_ident.likelihood.noise import Noise
+from cdp_ident.model.effects.effect import JOINTS
 from cdp_ident.model.parameters import GROUPS, INERTIA, INVERSE_INERTIA
 from cdp_ident.model.weights import Weight
 from cdp_ident.report.curves import NO_WINDOW, Array, Curves
+from cdp_ident.report.next_trial import NOISES, SPANS
 from cdp_ident.report.schema import Section
 from cdp_ident.trial.trial import Trial
 
@@ -51,24 +56,27 @@ def knowledge_of(report: Section) -> Knowledge | None:
     base = [physical[symbol]["value"] for symbol in constants]
     base += [1.0 / model.mechanism.inertia] * model.inertia_free + [error["value"] for error in errors]
     values = np.insert(values, len(GROUPS), base)
+    new, kept, mixed, torque = (_of_joints(assumed[name]) for name in NOISES)
     known = Knowledge(
         model,
         values,
         _covariance(model, _standard_deviations(report, model), correlation),
-        assumed["noise_rad"],
-        Sampling(
-            noise=np.array([report["noise_rad"]["theta1"], report["noise_rad"]["theta2"]]),
-            **{key.removesuffix("_s"): value for key, value in assumed.items() if key != "noise_rad"},
-        ),
+        Noise(new, kept, mixed, torque),
+        Sampling(steps=_of_joints(assumed["step_rad"]), **{span: assumed[f"{span}_s"] for span in SPANS}),
     )
     return known.with_weights(()).with_zeros_of_its_own(any(name.startswith("zero.") for name in names))
 
 
+def _of_joints(given: Section) -> Array:
+    return np.array([given[joint] for joint in JOINTS])
+
+
 def _refuse_endless(assumed: Section) -> None:
     """Raise `ReportError` where no trial as a report assumes it could be simulated: a report may come from anyone."""
-    shortest = min(assumed["interval_s"], assumed["step_s"], assumed["shortest_window_s"], assumed["half_width_s"])
+    shortest = min(assumed[f"{span}_s"] for span in SPANS)
     endless = shortest <= 0.0 or not assumed["duration_s"] < _MOST_SAMPLES * shortest
-    if endless or assumed["noise_rad"] <= 0.0:
+    sizes = [_of_joints(assumed[name]) for name in ("new_noise_rad", "unknown_torque_over_A22")]
+    if endless or np.min(sizes) <= 0.0 or np.max(np.abs(_of_joints(assumed["noise_kept"]))) >= 1.0:
         raise ReportError("what the report assumes of a next trial is no trial; was it changed? identify again")
 
 
@@ -103,18 +111,21 @@ def _covariance(model: MotionModel, std: Array, correlation: Section) -> Array:
     return np.asarray(result)
 
 
-def fitted_motion(report: Section, curves: Curves, knowledge: Knowledge) -> list[Window]:
-    """Return the fitted windows of a report's trials, their angles being those of its final model."""
-    sampling = knowledge.sampling
-    windows = []
+def recorded_motion(report: Section, curves: Curves, knowledge: Knowledge) -> RecordedMotion:
+    """Return what the fitted model says of the trials of a report.
+
+    Raises:
+        IdentificationError: it has no motion.
+    """
+    sampling, trials, windows = knowledge.sampling, list[Trial](), list[Window]()
     for index, curve in enumerate(curves.trials):
         weights = tuple(Weight(**weight) for weight in report["trials"][index]["weights"])
         cart = curve.cart if np.ptp(curve.cart) else None
-        trial = Trial(str(index), curve.time, curve.after, cart, weights=weights)
-        used = (curve.window != NO_WINDOW) & ~curve.held_out & np.isfinite(curve.after).all(axis=1)
-        for place in np.unique(curve.window[used]):
-            samples = np.flatnonzero(used & (curve.window == place))
-            if len(samples) >= FEWEST_SAMPLES:
-                bounds = [int(samples[0]), int(samples[-1]) + 1]
-                windows += cut_at(trial, index, bounds, sampling.step, sampling.half_width)
-    return windows
+        breaks = tuple(int(place) for place in np.flatnonzero(np.diff(curve.window)) + 1)
+        trial = Trial(str(index), curve.time, curve.measured, cart, breaks=breaks, weights=weights)
+        for first, last in trial.bounds:
+            if curve.window[first] != NO_WINDOW and last - first >= FEWEST_SAMPLES:
+                windows += cut_at(trial, index, [first, last], sampling.step, sampling.half_width)
+        trials.append(trial)
+    followed = fit_initial_states(knowledge.model, knowledge.values, windows)
+    return RecordedMotion.of(knowledge, trials, followed.windows)

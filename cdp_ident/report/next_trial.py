@@ -1,18 +1,19 @@
 """The information that a next trial would bring, as `report.json` holds it."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
-from cdp_ident.design.discrimination import Alternative, alternatives, can_be_the_same
+from cdp_ident.design.discrimination import Alternative, RecordedMotion, alternatives, can_be_the_same
 from cdp_ident.design.knowledge import Knowledge
 from cdp_ident.design.loads import loads_of, telling_weight
 from cdp_ident.design.next_trial import Apart, NextTrial, Sharper
 from cdp_ident.design.starts import Grid
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.motion_model import MotionModel
-from cdp_ident.fit.windows import Window
+from cdp_ident.model.effects.effect import JOINTS
 from cdp_ident.model.parameters import GROUPS, INERTIA, INVERSE_INERTIA
 from cdp_ident.model.weights import Weight
 from cdp_ident.report.curves import Array
@@ -20,6 +21,10 @@ from cdp_ident.report.outcome import Outcome
 from cdp_ident.report.schema import ADVICE, Section
 from cdp_ident.report.schema_terms import Also, filled
 
+SPANS = ("duration", "interval", "spacing", "half_width", "step")
+"""Times that are assumed of a next trial, as `Sampling` names them."""
+NOISES = {"new_noise_rad": "new", "noise_kept": "kept", "noise_mixed": "mixed", "unknown_torque_over_A22": "torque"}
+"""What is assumed of encoders and unknown torques, as `Noise` names it."""
 ALL = "all"
 """The name that stands for all base parameters."""
 REPORT_SPACING = 45.0
@@ -48,19 +53,17 @@ def next_trial_section(outcome: Outcome, failed: Callable[[str], None]) -> Secti
     trace, found = outcome.trace, outcome.identification
     if trace.failure:
         return None
-    fit = trace.completed.fit
+    last, data = trace.completed, found.data
     try:
-        inertia = trace.completed.inertia.value
-        knowledge = Knowledge.of(
-            fit, trace.covariance, inertia, found.data.scales, found.data.noise, found.options.window
-        )
-        windows = [replace(w, theta=w.theta - error) for w, error in zip(fit.windows, fit.errors, strict=True)]
-        possible = {label: effect.also_possible for label, effect in zip(fit.model.labels, trace.effects, strict=True)}
+        knowledge = Knowledge.of(last.whole, last.fit.values, trace.covariance, last.inertia.value, data.scales)
+        windows = (*trace.after.fit.windows, *trace.after.holdout.windows)
+        motion = partial(RecordedMotion.of, trials=data.trials, windows=windows)
+        labels = knowledge.model.labels
+        possible = {label: effect.also_possible for label, effect in zip(labels, trace.effects, strict=True)}
         questions = usual_questions(knowledge.model, possible)
         used = [trial.weights for trial in (*outcome.loaded.fit, *outcome.loaded.holdout)]
-        advice = answers(knowledge, windows, questions, Grid.of(REPORT_SPACING), used)
-        assumed = Also(knowledge.sampling, {"noise_rad": knowledge.noise})
-        return {"assumed": assumed, "advice": [section for section in advice if section]}
+        advice = answers(knowledge, motion, questions, Grid.of(REPORT_SPACING), used)
+        return {"assumed": _assumed(knowledge), "advice": [section for section in advice if section]}
     except (IdentificationError, np.linalg.LinAlgError) as error:
         failed(f"which trial to record next: {error}")
         return None
@@ -88,7 +91,7 @@ def strength_of(model: MotionModel, label: str) -> str:
 
 def answers(
     knowledge: Knowledge,
-    windows: Sequence[Window],
+    motion: Callable[[Knowledge], RecordedMotion],
     questions: Sequence[Question],
     grid: Grid,
     weights: Sequence[tuple[Weight, ...]] = (),
@@ -100,7 +103,7 @@ def answers(
 
     Args:
         knowledge: what is known.
-        windows: of the trials that there are, their angles being those of the fitted model.
+        motion: of the trials that there are, given a model and its values.
         questions: what is asked.
         grid: starts to choose from.
         weights: what the rods may carry; what is given twice is tried once.
@@ -115,7 +118,7 @@ def answers(
     of_inertia = grid if showing[0] in loads else grid.thinned
     for question in questions:
         if question.against:
-            alternative = _nearest_alternative(knowledge, windows, question)
+            alternative = _nearest_alternative(knowledge, motion(knowledge), question)
             yield None if alternative is None else _apart(question, trials.furthest_apart(alternative, loads))
         elif question.about == INERTIA.symbol:
             yield _sharper(question, knowledge, trials.sharpest((INVERSE_INERTIA.symbol,), showing, of_inertia))
@@ -124,9 +127,9 @@ def answers(
             yield _sharper(question, knowledge, trials.sharpest(names, loads))
 
 
-def _nearest_alternative(knowledge: Knowledge, windows: Sequence[Window], question: Question) -> Alternative | None:
+def _nearest_alternative(knowledge: Knowledge, motion: RecordedMotion, question: Question) -> Alternative | None:
     """Return the form of the other effect that comes nearest; None where it can be the same, or cannot be fitted."""
-    found = alternatives(knowledge, windows, question.about, question.against)
+    found = alternatives(knowledge, motion, question.about, question.against)
     nearest = min(found, key=lambda alternative: alternative.deviations_now, default=None)
     return None if nearest is None or can_be_the_same(nearest) else nearest
 
@@ -171,3 +174,12 @@ def _advice(question: Question, found: Sharper | Apart, told: Section, unit: flo
         "map": Also(best.grid, {"values": read(best.losses)}),
     }
     return dict(filled(ADVICE, Also(best, {**start, **told})))
+
+
+def _assumed(knowledge: Knowledge) -> Section:
+    sampling = knowledge.sampling
+    of_joints = {name: getattr(knowledge.noise, of) for name, of in NOISES.items()} | {"step_rad": sampling.steps}
+    return {
+        **{f"{span}_s": getattr(sampling, span) for span in SPANS},
+        **{name: dict(zip(JOINTS, of.tolist(), strict=True)) for name, of in of_joints.items()},
+    }

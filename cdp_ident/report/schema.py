@@ -45,6 +45,7 @@ _MOST_GENERATIONS = _MOST_OUTLIERS = 1_000_000
 
 
 _OF_JOINTS = {str(joint): number() for joint in JOINTS}
+_SIZES = {str(joint): finite() for joint in JOINTS}
 _GROUPS = tuple(group.symbol for group in GROUPS)
 _ESTIMATE = an_object("a number and its standard deviation", value=number(), std=number())
 _QUANTITY = an_object(
@@ -291,14 +292,17 @@ REPORT: Schema = {
         next_trial=object_or_null(
             "which trial to record next; null where the fit failed",
             assumed=an_object(
-                "of the next trial: recorded and fitted as those before",
-                noise_rad=finite("standard deviation of a reading, were all independent [rad]"),
+                "of the next trial: recorded as those before",
                 duration_s=finite("of the free swing [s]"),
-                interval_s=finite("between samples, as they are fitted [s]"),
-                window_s=finite("length of the windows; 0 for as long as the motion can be followed [s]"),
-                shortest_window_s=finite("[s]"),
-                half_width_s=finite("of the local cubics that estimate the windows' initial states [s]"),
+                interval_s=finite("between samples [s]"),
+                spacing_s=finite("between the nodes of the swing [s]"),
+                half_width_s=finite("for which both readings may be repeated without the rods being at rest [s]"),
                 step_s=finite("of the integrator [s]"),
+                new_noise_rad=an_object("standard deviation of what is new in each reading's noise [rad]", **_SIZES),
+                noise_kept=an_object("autoregressive coefficient of the encoders' noise", **_SIZES),
+                noise_mixed=an_object("moving-average coefficient of the encoders' noise", **_SIZES),
+                unknown_torque_over_A22=an_object("standard deviation, white noise over A22 [1/s^1.5]", **_SIZES),
+                step_rad=an_object("of the encoders, 0 where none shows [rad]", **_SIZES),
             ),
             advice=a_list(ADVICE, "for effects that could be others, all base parameters, and each effect's strength"),
         ),

@@ -6,10 +6,9 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.errors import IdentificationError
-from cdp_ident.fit.astray import with_starts_found_again
 from cdp_ident.fit.data import Data
+from cdp_ident.fit.initial_states import Fit, fit_initial_states
 from cdp_ident.fit.motion_model import MotionModel
-from cdp_ident.fit.refinement import Fit, fit_initial_states
 from cdp_ident.likelihood.whole_swing import WholeSwings, values_with_less_torque
 
 Array = npt.NDArray[np.float64]
@@ -68,9 +67,7 @@ class FinalModel:
         cls, found: WholeSwings, values: Array, less_torque: bool, data: Data, like: "FinalModel | None"
     ) -> "FinalModel":
         windows = (like.fit.windows, like.holdout.windows) if like else (data.fit, data.holdout)
-        fit, holdout = (
-            with_starts_found_again(fit_initial_states(found.model, values, of_role)) for of_role in windows
-        )
+        fit, holdout = (fit_initial_states(found.model, values, of_role) for of_role in windows)
         return cls(fit, holdout, less_torque)
 
     def error_of(self, found: WholeSwings) -> float:

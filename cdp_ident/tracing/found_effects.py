@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from cdp_ident.diagnosis.inertia import Inertia
 from cdp_ident.fit.active_effect import ActiveEffect
-from cdp_ident.fit.refinement import Fit
+from cdp_ident.fit.initial_states import Fit
 from cdp_ident.likelihood.whole_swing import WholeSwings
 from cdp_ident.model.effects.curves import basis
 from cdp_ident.model.effects.effect import JOINTS, Curve, EffectParameter

@@ -7,13 +7,12 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.diagnosis.evaluation import ErrorsByRole, errors_of, evaluate
-from cdp_ident.diagnosis.failure import refuse_a_failed_fit
+from cdp_ident.diagnosis.evaluation import ErrorsByRole, errors_of, evaluate, refuse_a_failed_fit
 from cdp_ident.diagnosis.identification import Identification
 from cdp_ident.errors import FitFailedError, IdentificationError
 from cdp_ident.fit.data import Data
+from cdp_ident.fit.initial_states import fit_initial_states
 from cdp_ident.fit.physical import PhysicalValues
-from cdp_ident.fit.refinement import fit_initial_states, with_all_derivatives
 from cdp_ident.likelihood.whole_swing import WholeSwings
 from cdp_ident.model.parameters import groups_of, inertia_about_cart
 from cdp_ident.tracing.certainty import less_sure
@@ -236,7 +235,7 @@ def _completed(
     Raises:
         IdentificationError, LinAlgError: no motion can be computed.
     """
-    fit = with_all_derivatives(fit_initial_states(after.model, values, after.fit.windows))
+    fit = fit_initial_states(after.model, values, after.fit.windows)
     return Identification.of(
         found.options, found.data, found.balances, found.length, found.search, whole, fit, covariance
     )

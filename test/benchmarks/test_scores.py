@@ -8,10 +8,10 @@ import pytest
 
 from benchmarks._product import Found, Named, error_of_samples
 from benchmarks._scores import Score, conclusion, score, summary
+from cdp_ident.fit.initial_states import fit_initial_states
 from cdp_ident.fit.mechanism import Mechanism
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.prior import Prior
-from cdp_ident.fit.refinement import fit_initial_states
 from cdp_ident.fit.windows import cut_into_windows
 from cdp_ident.model.parameters import SYMBOLS, groups_of
 from reference.effects import Effect
@@ -107,7 +107,7 @@ def test_all_samples_are_alike_in_the_error_as_they_are_in_a_truth_s_floor():
     windows = cut_into_windows([replace(twin, theta=theta)])
     fit = fit_initial_states(MotionModel(Mechanism.of(Prior())), values, windows)
     left = np.concatenate([window.theta for window in fit.windows]) - np.concatenate(
-        [fit.model.predict(values, window.start, window)[0] for window in fit.windows]
+        [fit.model.predict(values, window.start, window) for window in fit.windows]
     )
     assert error_of_samples(fit) == pytest.approx(np.sqrt(np.mean(left**2)))
     assert error_of_samples(fit) > 1.5 * fit.rmse()

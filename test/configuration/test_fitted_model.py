@@ -209,8 +209,8 @@ def test_the_file_is_the_model_that_the_identification_ended_with(outcome, conte
     assert after.model.effects  # there is something in the bags to be found
     assert [active.effect.key for active in model.motion.effects] == [a.effect.key for a in after.model.effects]
     for window in after.windows:
-        simulated, _ = model.motion.predict(model.values, window.start, window)
-        expected, _ = after.model.predict(after.values, window.start, window)
+        simulated = model.motion.predict(model.values, window.start, window)
+        expected = after.model.predict(after.values, window.start, window)
         np.testing.assert_allclose(simulated, expected, rtol=0, atol=1e-9)
 
 

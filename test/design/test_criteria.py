@@ -10,24 +10,24 @@ from scenarios.next_swing import ALL_GROUPS
 def test_one_value_is_as_uncertain_as_its_standard_deviation(known):
     criterion = Criterion(("c1_over_A22",))
     std = np.sqrt(known.covariance[3, 3])
-    assert criterion.size(known, known.information) == pytest.approx(std)
-    assert criterion.standard_deviations(known, known.information) == pytest.approx([std])
+    assert criterion.size(known, known.rows) == pytest.approx(std)
+    assert criterion.standard_deviations(known, known.rows) == pytest.approx([std])
 
 
 def test_several_are_as_uncertain_as_the_determinant_of_their_covariance_says(known):
     names = ("A23_over_A22", "c1_over_A22")
     part = known.covariance[np.ix_([0, 3], [0, 3])]
-    assert Criterion(names).size(known, known.information) == pytest.approx(np.linalg.det(part) ** (1 / 4))
+    assert Criterion(names).size(known, known.rows) == pytest.approx(np.linalg.det(part) ** (1 / 4))
 
 
 def test_four_times_the_information_halves_it(known):
     criterion = Criterion(ALL_GROUPS)
-    now = criterion.size(known, known.information)
-    assert criterion.size(known, 4 * known.information) == pytest.approx(now / 2)
+    now = criterion.size(known, known.rows)
+    assert criterion.size(known, 2 * known.rows) == pytest.approx(now / 2)
 
 
 def test_what_is_not_seen_is_infinitely_uncertain_and_the_rest_is_not():
-    information = np.diag([4.0, 0.0, 1.0])
-    assert np.diag(covariance_of(information)) == pytest.approx([0.25, np.inf, 1.0])
-    together = np.array([[1.0, 1.0, 0.0], [1.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+    rows = np.diag([2.0, 0.0, 1.0])
+    assert np.diag(covariance_of(rows)) == pytest.approx([0.25, np.inf, 1.0])
+    together = np.array([[1.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
     assert np.diag(covariance_of(together)) == pytest.approx([np.inf, np.inf, 1.0])

@@ -5,87 +5,95 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cdp_ident.design.candidate_trial import CandidateTrial, fit_to
-from cdp_ident.design.discrimination import alternatives, can_be_the_same
-from cdp_ident.design.knowledge import Knowledge
+from cdp_ident.design.candidate_trial import CandidateTrial, swing_of
+from cdp_ident.design.discrimination import RecordedMotion, alternatives, can_be_the_same
 from cdp_ident.design.next_trial import NextTrial
 from cdp_ident.design.starts import Grid
 from cdp_ident.fit.active_effect import ActiveEffect
-from cdp_ident.fit.refinement import refine
+from cdp_ident.fit.initial_states import fit_initial_states
+from cdp_ident.fit.windows import cut_into_windows
 from cdp_ident.model.effects.catalogue import CATALOGUE
-from scenarios.next_swing import MODEL, NOISE, TRUTH, covariance
+from cdp_ident.trial.trial import Trial
+from scenarios.next_swing import MODEL, NOISE, TRUTH, Swings
 from scenarios.weighted import WEIGHT
 
-DRAG = next(effect for effect in CATALOGUE if effect.key == "quadratic_friction.outer")
-MODEL_WITH = MODEL.with_effect(ActiveEffect(DRAG))
-VALUES = np.append(TRUTH, 2e-4)
+
+def model_with(key, value):
+    """Return the rig's model with an effect, and its values."""
+    effect = next(effect for effect in CATALOGUE if effect.key == key)
+    return MODEL.with_effect(ActiveEffect(effect)), np.append(TRUTH, value)
 
 
-def moved(sampling, start, seed=None):
-    """Return windows of a trial as the model with the effect has it, with noise where there is a seed."""
-    before = Knowledge(MODEL_WITH, VALUES, np.eye(6), NOISE, sampling)
-    windows = fit_to(CandidateTrial(*start), before).windows
-    if seed is None:
-        return list(windows)
-    rng = np.random.default_rng(seed)
-    return [replaced(window, window.theta + rng.normal(scale=NOISE, size=window.theta.shape)) for window in windows]
+DRAG, FRICTION = "quadratic_friction.outer", "coulomb_friction.outer"
+FIRST, SECOND = CandidateTrial(np.pi + 0.6, np.pi + 0.4), CandidateTrial(np.pi + 1.0, np.pi - 0.3)
 
 
-def replaced(window, theta):
-    return replace(window, theta=theta)
+def recorded(known, model, values, candidate, seed=0):
+    """Return a trial as a model has it, with noise."""
+    of, _ = swing_of(candidate, replace(known, model=model, values=values))
+    readings = of.readings + np.random.default_rng(seed).normal(scale=NOISE, size=of.readings.shape)
+    return Trial("swing", of.time, np.cumsum(readings, axis=1))
 
 
-@pytest.fixture(scope="module")
-def exact(known):
-    return moved(known.sampling, (np.pi + 0.6, np.pi + 0.4))
-
-
-@pytest.fixture(scope="module")
-def knowledge(known):
-    fit = refine(MODEL_WITH, VALUES, moved(known.sampling, (np.pi + 0.6, np.pi + 0.4), 0))
-    return Knowledge(MODEL_WITH, VALUES, covariance(fit), NOISE, known.sampling)
+def motion_of(knowledge, *trials):
+    windows = fit_initial_states(knowledge.model, knowledge.values, cut_into_windows(trials)).windows
+    return RecordedMotion.of(knowledge, trials, windows)
 
 
 @pytest.fixture(scope="module")
-def alternative(knowledge, exact):
-    (found,) = alternatives(knowledge, exact, "quadratic_friction.outer", "coulomb_friction.outer")
+def trials(known):
+    return [recorded(known, *model_with(DRAG, 4e-4), one, seed) for seed, one in enumerate((FIRST, SECOND))]
+
+
+@pytest.fixture(scope="module")
+def knowledge(trials):
+    return Swings.of(trials[:1], *model_with(DRAG, 4e-4)).knowledge
+
+
+@pytest.fixture(scope="module")
+def alternative(knowledge, trials):
+    (found,) = alternatives(knowledge, motion_of(knowledge, trials[0]), DRAG, FRICTION)
     return found
 
 
-def test_an_alternative_is_adjusted_to_what_the_fitted_model_says(alternative, exact):
-    assert alternative.fit.model.labels == ("coulomb_friction.outer",)
-    without = refine(MODEL, TRUTH, exact)
-    assert 0 < alternative.fit.squared_error <= without.squared_error * (1 + 1e-6)
+def misfit_apart(trials):
+    """Return by how much less likely the trials are with the other effect, fitted like the one that is there."""
+    fits = [Swings.of(trials, *model_with(key, value)).fit for key, value in ((DRAG, 4e-4), (FRICTION, 1e-3))]
+    return fits[1].misfit - fits[0].misfit
+
+
+def test_two_effects_are_as_far_apart_as_fits_of_both_say(alternative, trials):
+    assert alternative.model.labels == (FRICTION,)
+    assert alternative.deviations_now**2 == pytest.approx(misfit_apart(trials[:1]), rel=0.5)
     assert not can_be_the_same(alternative)
 
 
-def test_an_alternative_of_long_recordings_is_adjusted_to_a_share_that_stands_for_all(alternative, knowledge, exact):
-    times = 30
-    (found,) = alternatives(knowledge, exact * times, "quadratic_friction.outer", "coulomb_friction.outer")
-    assert len(found.fit.windows) == found.share * times * len(exact) < times * len(exact)
+def test_with_a_further_trial_they_are_as_far_apart_as_fits_to_both_trials_say_then(alternative, trials):
+    foretold = alternative.deviations(SECOND)
+    assert foretold > 2.0 * alternative.deviations_now
+    assert foretold**2 == pytest.approx(misfit_apart(trials), rel=0.3)
+
+
+def test_of_long_recordings_a_share_stands_for_all(alternative, knowledge, trials):
+    times, (trial, _) = 30, trials
+    (found,) = alternatives(knowledge, motion_of(knowledge, *[trial] * times), DRAG, FRICTION)
     assert found.deviations_now == pytest.approx(np.sqrt(times) * alternative.deviations_now, rel=0.1)
     still = CandidateTrial(np.pi, np.pi)
-    assert found.deviations(still) == pytest.approx(found.deviations_now)
+    assert found.deviations(still) == pytest.approx(found.deviations_now, rel=0.01)
 
 
-def test_the_deviations_are_those_of_a_alternative_that_is_fitted_to_both_trials(alternative, known):
-    start = (np.pi + 1.0, np.pi - 0.3)
-    foretold = alternative.deviations(CandidateTrial(*start))
-    both = refine(
-        alternative.fit.model, alternative.fit.values, [*alternative.fit.windows, *moved(known.sampling, start)]
-    )
-    assert foretold == pytest.approx(np.sqrt(both.squared_error) / NOISE, rel=0.3)
-    assert foretold > alternative.deviations_now
+def test_samples_that_were_averaged_stand_for_all(alternative, knowledge, trials):
+    trial = trials[0]
+    thinned = Trial("thinned", trial.time[::4], trial.theta[::4])
+    (found,) = alternatives(knowledge, motion_of(knowledge, thinned), DRAG, FRICTION)
+    assert found.deviations_now == pytest.approx(alternative.deviations_now, rel=0.1)
 
 
-def test_so_they_are_of_a_trial_with_a_weight_whose_alternative_may_have_another_inertia(knowledge, exact):
+def test_a_trial_with_a_weight_tells_them_apart_though_the_alternative_may_have_another_inertia(knowledge, trials):
     with_weight = knowledge.with_weights([WEIGHT])
-    (found,) = alternatives(with_weight, exact, "quadratic_friction.outer", "coulomb_friction.outer")
-    trial = CandidateTrial(np.pi + 0.6, np.pi + 0.5, (WEIGHT,))
-    both = refine(found.fit.model, found.fit.values, [*found.fit.windows, *fit_to(trial, with_weight).windows])
-    cost = both.squared_error + both.values @ both.model.penalty @ both.values
-    assert found.fit.model.names[5:8] == with_weight.model.names[5:8]
-    assert found.deviations(trial) == pytest.approx(np.sqrt(cost) / NOISE, rel=0.3)
+    (found,) = alternatives(with_weight, motion_of(with_weight, trials[0]), DRAG, FRICTION)
+    assert found.model.names[5:8] == with_weight.model.names[5:8]
+    assert found.deviations(replace(FIRST, weights=(WEIGHT,))) > found.deviations_now
 
 
 def test_the_trial_that_is_advised_tells_them_apart_better_than_most(alternative, knowledge):
@@ -95,14 +103,14 @@ def test_the_trial_that_is_advised_tells_them_apart_better_than_most(alternative
 
 
 def test_rods_that_hang_still_tell_nothing_apart(alternative):
-    assert alternative.deviations(CandidateTrial(np.pi, np.pi)) == pytest.approx(alternative.deviations_now)
+    still = alternative.deviations(CandidateTrial(np.pi, np.pi))
+    assert still == pytest.approx(alternative.deviations_now, rel=0.01)
 
 
 def test_an_extended_model_of_an_effect_can_be_the_same(known):
-    coulomb = next(effect for effect in CATALOGUE if effect.key == "coulomb_friction.outer")
-    model, values = MODEL.with_effect(ActiveEffect(coulomb)), np.append(TRUTH, 0.01)
-    with_friction = Knowledge(model, values, np.eye(6), NOISE, known.sampling)
-    windows = fit_to(CandidateTrial(4.0, 3.8), with_friction).windows
-    found = list(alternatives(with_friction, windows, "coulomb_friction.outer", "stribeck_friction.outer"))
+    model, values = model_with(FRICTION, 0.01)
+    trial = recorded(known, model, values, CandidateTrial(4.0, 3.8))
+    knowledge = Swings.of([trial], model, values).knowledge
+    found = list(alternatives(knowledge, motion_of(knowledge, trial), FRICTION, "stribeck_friction.outer"))
     assert found
     assert all(can_be_the_same(alternative) for alternative in found)

@@ -24,7 +24,7 @@ def trials(first):
 
 
 def size(swings, names):
-    return Criterion(names).size(swings.knowledge, swings.knowledge.information)
+    return Criterion(names).size(swings.knowledge, swings.knowledge.rows)
 
 
 def exactly_there(survey):

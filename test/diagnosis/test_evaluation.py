@@ -7,10 +7,10 @@ import pytest
 
 from cdp_ident.diagnosis.evaluation import errors_of, fit_per_cent
 from cdp_ident.fit.active_effect import ActiveEffect
+from cdp_ident.fit.initial_states import fit_initial_states
 from cdp_ident.fit.mechanism import Mechanism
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.prior import Prior
-from cdp_ident.fit.refinement import fit_initial_states
 from cdp_ident.fit.windows import DEFAULT_STEP, FEWEST_SAMPLES, HALF_WIDTH, cut_at, cut_into_windows
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.parameters import SYMBOLS, groups_of

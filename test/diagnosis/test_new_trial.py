@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from cdp_ident.diagnosis.new_trial import check_new_trial
+from cdp_ident.fit.initial_states import fit_initial_states
 from cdp_ident.fit.options import IdentifyOptions
-from cdp_ident.fit.refinement import fit_initial_states
 from cdp_ident.model.weights import Weight
 from cdp_ident.pipeline.identify import identify
 from reference.pendulum import TABLE_3, TABLE_5

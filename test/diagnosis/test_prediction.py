@@ -7,10 +7,10 @@ import pytest
 
 from cdp_ident.diagnosis.prediction import Plan, Start, plan_of, predicted
 from cdp_ident.fit.data import Data
+from cdp_ident.fit.initial_states import fit_initial_states
 from cdp_ident.fit.mechanism import Mechanism
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.prior import Prior
-from cdp_ident.fit.refinement import fit_initial_states
 from cdp_ident.fit.scales import scales_of
 from cdp_ident.fit.windows import cut_into_windows
 from cdp_ident.model.parameters import SYMBOLS, groups_of

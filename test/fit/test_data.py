@@ -80,3 +80,14 @@ def test_trials_that_do_not_suffice_are_refused(fit, holdout, message):
             NOISE,
         )
     assert message in str(caught.value)
+
+
+def test_shorter_windows_hold_the_same_samples_and_no_fewer_than_determine_an_initial_state():
+    data = prepare([*whole(TRIAL), HELD_OUT], 2.5, SCALES, NOISE)
+    for longest, fewest in ((1.0, 160), (1e-3, 12)):
+        shorter = data.over_shorter_windows(longest)
+        for before, after in ((data.fit, shorter.fit), (data.holdout, shorter.holdout)):
+            samples = [np.concatenate([np.arange(w.first, w.samples.stop) for w in of]) for of in (before, after)]
+            assert np.array_equal(*samples)
+            assert min(len(window.theta) for window in after) >= fewest
+        assert shorter.window <= max(longest, 0.1)

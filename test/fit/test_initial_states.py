@@ -1,52 +1,143 @@
-"""What a window's initial state accounts for, also where the window does not show all of it."""
+"""Initial states fitted alone, each window for itself."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from cdp_ident.fit.initial_states import InitialState, inverse_factor
+from cdp_ident.errors import IdentificationError
+from cdp_ident.fit.active_effect import ActiveEffect
+from cdp_ident.fit.initial_states import fit_initial_states
+from cdp_ident.fit.mechanism import Mechanism
+from cdp_ident.fit.motion_model import MotionModel
+from cdp_ident.fit.windows import cut_into_windows
+from cdp_ident.model.effects.catalogue import CATALOGUE
+from cdp_ident.model.motions import simulate
+from cdp_ident.model.parameters import SYMBOLS, groups_of, inertia_about_cart, physical_coefficients
+from cdp_ident.trial.trial import Trial
+from reference.pendulum import TABLE_5
+from scenarios.twin import TEN_SECONDS, as_measured, standard_twin
 
-RNG = np.random.default_rng(0)
-ROWS = RNG.normal(size=(50, 4))
-OTHER = RNG.normal(size=(50, 3))
-
-
-def test_the_factor_is_that_of_the_inverse_for_each_matrix_of_a_stack():
-    stack = np.array([ROWS.T @ ROWS, np.diag([1.0, 1e-12, 1e6, 3.0])])
-    factors = inverse_factor(stack)
-    np.testing.assert_allclose(factors @ factors.transpose(0, 2, 1) @ stack, [np.eye(4)] * 2, atol=1e-12)
-
-
-@pytest.mark.parametrize("spread", [1.0, 1e-3, 1e-6])
-def test_what_is_left_is_what_least_squares_leave(spread):
-    rows = ROWS.copy()
-    rows[:, 3] = rows[:, 0] + spread * rows[:, 3]  # almost parallel
-    state = InitialState.of(rows)
-    expected = OTHER - rows @ np.linalg.lstsq(rows, OTHER, rcond=None)[0]
-    np.testing.assert_allclose(state.eliminated_from(OTHER), expected, atol=1e-8)
-    np.testing.assert_allclose(OTHER - rows @ state.change_for(OTHER), expected, atol=1e-8)
-    np.testing.assert_allclose(state.basis.T @ state.basis, np.eye(4), atol=1e-12)
+PHYSICAL = np.array([TABLE_5[symbol] for symbol in SYMBOLS])
+TRUTH = groups_of(PHYSICAL, TABLE_5["L"])
+MODEL = MotionModel(Mechanism(TABLE_5["L"], TABLE_5["g"], TABLE_5["L"], inertia_about_cart(PHYSICAL, TABLE_5["L"])))
+NOISE = 2.1e-3
 
 
-@pytest.mark.parametrize("column", [np.zeros(50), ROWS[:, 0], 1e-40 * ROWS[:, 3], np.full(50, np.nan)])
-def test_what_does_not_show_is_left_as_it_is(column):
-    rows = ROWS.copy()
-    rows[:, 3] = column
-    shown = ROWS[:, :3]
-    factor = inverse_factor(rows.T @ rows)
-    assert np.all(np.isfinite(factor))
-    if np.all(np.isfinite(column)):
-        state = InitialState.of(rows)
-        expected = OTHER - shown @ np.linalg.lstsq(shown, OTHER, rcond=None)[0]
-        np.testing.assert_allclose(state.eliminated_from(OTHER), expected, atol=1e-12)
-        assert np.all(np.abs(state.change_for(OTHER)) < 10)
+def known(key):
+    return next(effect for effect in CATALOGUE if effect.key == key)
 
 
-def test_a_known_initial_state_accounts_for_nothing():
-    state = InitialState.of(ROWS, known=True)
-    assert np.array_equal(state.eliminated_from(OTHER), OTHER)
-    assert not np.any(state.change_for(OTHER))
-    assert not np.any(state.covariance)
+@pytest.fixture(scope="module")
+def windows():
+    return cut_into_windows([standard_twin(np.random.default_rng(0))], 1.0)
 
 
-def test_the_covariance_is_that_of_least_squares():
-    np.testing.assert_allclose(InitialState.of(ROWS).covariance, np.linalg.inv(ROWS.T @ ROWS), rtol=1e-10)
+@pytest.fixture(scope="module")
+def followed(windows):
+    return fit_initial_states(MODEL, TRUTH, windows)
+
+
+def test_the_values_are_held_and_the_initial_states_are_not(windows, followed):
+    assert np.array_equal(followed.values, TRUTH)
+    assert not np.array_equal(followed.windows[0].start, windows[0].start)
+    assert followed.rmse() < NOISE
+    again = fit_initial_states(MODEL, TRUTH, followed.windows)
+    assert again.rmse() == pytest.approx(followed.rmse(), rel=1e-3)
+
+
+def test_residuals_are_those_of_the_initial_states(followed):
+    for window, residual in zip(followed.windows, followed.residuals, strict=True):
+        # The last step is so small that the motion is linear in it, and no simulation of its own.
+        expected = window.theta - MODEL.predict(TRUTH, window.start, window)
+        assert residual == pytest.approx(expected, abs=1e-3 * followed.rmse())
+    every = np.concatenate(followed.residuals)
+    assert followed.squared_error == pytest.approx(np.sum(every**2))
+    assert [followed.rmse(), followed.rmse(0), followed.rmse(1)] == pytest.approx(
+        [np.sqrt(np.mean(every**2)), *np.sqrt(np.mean(every**2, axis=0))]
+    )
+
+
+def test_a_window_s_initial_state_does_not_depend_on_the_others(windows, followed):
+    for window, together in zip(windows, followed.windows, strict=True):
+        (alone,) = fit_initial_states(MODEL, TRUTH, [window]).windows
+        assert alone.start == pytest.approx(together.start, rel=1e-9, abs=1e-12)
+
+
+def test_each_is_at_a_minimum_of_its_own(followed):
+    for window, residual in zip(followed.windows, followed.residuals, strict=True):
+        _, slopes, _ = MODEL.predict_together(TRUTH, [window.start], [window])
+        slope = np.einsum("nj,njk->k", residual, slopes)
+        scale = np.sqrt(np.sum(residual**2) * np.sum(slopes**2, axis=(0, 1)))
+        assert np.abs(slope / scale).max() < 1e-3
+
+
+def test_the_number_of_cores_changes_nothing(windows, followed, monkeypatch):
+    monkeypatch.setattr("cdp_ident.machine.parallel.core_count", lambda: 1)
+    alone = fit_initial_states(MODEL, TRUTH, windows)
+    assert all(np.array_equal(a, b) for a, b in zip(alone.residuals, followed.residuals, strict=True))
+
+
+def test_a_chaotic_motion_is_followed_from_rough_initial_states():
+    values = physical_coefficients({**TABLE_5, "c1": 0.0, "c2": 0.0})
+    theta = simulate(values, np.array([np.pi - 2.5, np.pi - 2.9, 16.0, -16.0]), TEN_SECONDS, step=0.001)[:, :2]
+    trial = Trial("frictionless", TEN_SECONDS, as_measured(theta, np.random.default_rng(0)))
+    found = fit_initial_states(MODEL, TRUTH * [1.0, 1.0, 1.0, 0.0, 0.0], cut_into_windows([trial], 5.0))
+    assert found.rmse() < NOISE
+
+
+def test_samples_far_off_lose_weight(windows, followed):
+    theta = windows[2].theta.copy()
+    theta[40] += 0.5
+    found = fit_initial_states(MODEL, TRUTH, [*windows[:2], replace(windows[2], theta=theta)])
+    assert found.windows[2].start == pytest.approx(followed.windows[2].start, abs=0.02)
+    assert found.windows[0].start == pytest.approx(followed.windows[0].start, abs=1e-9)
+
+
+def test_a_window_in_which_nothing_moves_does_no_harm(windows, followed):
+    rest = Trial("rest", TEN_SECONDS, np.full((len(TEN_SECONDS), 2), np.pi))
+    still = [replace(window, trial=1) for window in cut_into_windows([rest])]
+    found = fit_initial_states(MODEL, TRUTH, [*windows, *still])
+    assert found.squared_error == pytest.approx(followed.squared_error, rel=0.01)
+    assert np.abs(found.errors[-1]).max() < 1e-9
+
+
+def test_states_that_effects_bring_are_fitted_with_the_rods(windows):
+    active = ActiveEffect(known("pivot_compliance.base.oscillating"))
+    model, values = MODEL.with_effect(active), np.append(TRUTH, [p.typical for p in active.fitted])
+    starts = np.array([window.start for window in fit_initial_states(model, values, windows[:3]).windows])
+    assert starts.shape == (3, model.states)
+    assert np.any(starts[:, 4:])
+
+
+def test_a_state_that_an_effect_brings_stays_near_where_it_can_be_though_the_motion_hardly_shows_it():
+    windows = cut_into_windows([standard_twin(np.random.default_rng(0))], 1.25)[:3]
+    free = MODEL.with_effect(ActiveEffect(known("presliding_friction.outer")))
+    values = np.append(TRUTH, [0.05, 3e-3])
+    models = (replace(free, penalty_of_errors=NOISE**2), free)
+    largest = [max(abs(w.start[4]) for w in fit_initial_states(model, values, windows).windows) for model in models]
+    assert largest[0] < 4.0
+    assert largest[1] > 4.0 * largest[0]
+
+
+def test_zeros_of_a_trial_that_the_model_does_not_know_are_fitted_with_its_windows(windows, followed):
+    off = [0.03, -0.02]
+    shifted = [replace(window, trial=1, theta=window.theta + np.cumsum(off)) for window in windows]
+    model, values = MODEL.with_zeros(TRUTH, [0])
+    found = fit_initial_states(model, values, [*windows, *shifted])
+    assert found.model.zeros == (0, 1)
+    assert found.values[found.model.zero_places(1)] == pytest.approx(off, abs=1e-3)
+    assert np.array_equal(found.values[found.model.zero_places(0)], [0.0, 0.0])
+    assert found.rmse() == pytest.approx(followed.rmse(), rel=1e-3)
+
+
+def test_no_window_is_refused():
+    with pytest.raises(IdentificationError, match="nothing to fit: no window of any trial has enough samples"):
+        fit_initial_states(MODEL, TRUTH, [])
+
+
+def test_a_window_without_a_motion_is_refused(windows):
+    lost = replace(windows[1], start=np.array([0.0, 0.0, 1e6, 0.0]))
+    for values, those in ((TRUTH, [windows[0], lost]), (np.full(5, np.nan), windows)):
+        with pytest.raises(IdentificationError, match="cannot be computed from the parameters to begin with"):
+            fit_initial_states(MODEL, values, those)

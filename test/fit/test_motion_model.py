@@ -11,6 +11,7 @@ from cdp_ident.fit.mechanism import Mechanism
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.prior import Prior
 from cdp_ident.fit.windows import cut_into_windows
+from cdp_ident.likelihood.swing import Swing
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.effect import JOINTS
 from cdp_ident.model.parameters import GROUPS, SYMBOLS, coefficients_of, groups_of, inertia_about_cart
@@ -29,6 +30,8 @@ A22 = float(inertia_about_cart(PHYSICAL, TABLE_5["L"]))
 WEIGHTS = (Weight("inner", 0.08, 0.25, 3e-5, 0.001, 0.002), Weight("outer", 0.05, 0.3, 2e-5, 0.0005, 0.001))
 ABSOLUTE = replace(MODEL, inertia_free=True)
 STEP = 1e-6
+STEP_OF_GRID = 0.005
+"""[s]"""
 
 
 def first_window():
@@ -46,18 +49,27 @@ def with_effects(*keys):
     return model, np.array(values)
 
 
+def derivatives_of(model, values, start, window):
+    """Return what encoders show in a window, and its derivatives by the state at its beginning and the unknowns."""
+    (whole,) = Swing.of(Trial("", window.time, window.theta), 0, STEP_OF_GRID, window.duration, 0.1, np.zeros(2))
+    whole = replace(whole, trial=window.trial, begin=window.begin, u=(window.u,), weights=window.weights)
+    linear = whole.linearised(model, values, start[None])
+    by = np.zeros((len(window.time), 2, model.states + len(values)))
+    by[..., [*range(model.states), *(model.states + linear.columns)]] = linear.slopes
+    return linear.residuals, by
+
+
 def assert_derivatives_are_differences(model, values, window, without=(), kinks=0):
     """Compare derivatives by all directions; at as many samples as there are kinks, differences may be none."""
-    _, sensitivity = model.predict(values, window.start, window)
     states = model.states
-    assert sensitivity.shape == (len(window.time), 2, states + len(values))
     point = np.concatenate([model.initial_state(window.start), values])
+    _, sensitivity = derivatives_of(model, values, point[:states], window)
     for direction in np.setdiff1d(np.arange(len(point)), np.array(without, dtype=int)):
         sides = []
         for step in (STEP, -STEP):
             moved = point.copy()
             moved[direction] += step
-            sides.append(model.predict(moved[states:], moved[:states], window)[0])
+            sides.append(derivatives_of(model, moved[states:], moved[:states], window)[0])
         expected = (sides[0] - sides[1]) / (2 * STEP)
         away = np.sort(np.abs(sensitivity[:, :, direction] - expected).max(axis=1))
         assert away[len(away) - 1 - kinks] <= 1e-4 * np.abs(expected).max() + 1e-12
@@ -71,7 +83,8 @@ def test_readings_of_an_encoder_s_effect_have_the_derivatives_of_differences(key
     steps = [model.states + model.names.index(f"{key}.time")] if key.startswith("encoder_slip") else []
     # An encoder with play follows from one instant on to the next.
     assert_derivatives_are_differences(model, values, window, without=steps, kinks=key.startswith("backlash"))
-    assert np.all(model.predict(values, window.start, window)[1][:, :, steps] == 0.0)
+    start = model.initial_state(window.start)
+    assert np.all(derivatives_of(model, values, start, window)[1][:, :, steps] == 0.0)
 
 
 def test_effects_of_both_encoders_a_late_one_and_a_torque_have_the_derivatives_of_differences():
@@ -104,19 +117,16 @@ def test_only_states_whose_size_is_known_beforehand_add_to_the_cost():
     assert np.array_equal(both.start_penalty, [0.0] * 6 + [2e-6])
 
 
-def test_with_fewer_derivatives_or_none_the_readings_are_the_same():
+def test_with_derivatives_or_none_the_readings_are_the_same():
     model, values = with_effects("joint_spring.outer", "time_offset.outer", "encoder_scale.inner")
     model, values = model.with_zeros(values, [0])
+    values[model.of_zeros] = [0.02, -0.03]
     window = first_window()
-    with_them, every = model.predict(values, window.start, window)
-    same, by_start = model.predict(values, window.start, window, "start")
-    place = model.zero_places(0)
-    wanted = [*range(4), *range(4 + place.start, 4 + place.stop)]
-    np.testing.assert_allclose(same, with_them, rtol=0, atol=1e-12)
-    np.testing.assert_allclose(by_start[..., wanted], every[..., wanted], rtol=1e-9, atol=1e-9)
-    alone, none = model.predict(values, window.start, window, "none")
-    np.testing.assert_allclose(alone, with_them, rtol=0, atol=1e-12)
-    assert none.shape == (len(window.time), 2, 0)
+    same, by_start, _ = model.predict_together(values, [window.start], [window])
+    np.testing.assert_allclose(model.predict(values, window.start, window), same, rtol=0, atol=1e-12)
+    off, by_all = derivatives_of(model, values, window.start, window)
+    np.testing.assert_allclose(by_start, np.cumsum(by_all[..., : model.states], axis=1), rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(same, window.theta + np.cumsum(off, axis=1), rtol=0, atol=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -138,8 +148,8 @@ def test_derivatives_over_a_moving_cart_are_those_of_differences():
 def readings(key, *values, trial=0):
     model = MODEL.with_effect(ActiveEffect(EFFECTS[key], trial if EFFECTS[key].at_an_instant else None))
     window = first_window()
-    plain, _ = MODEL.predict(TRUTH, window.start, window)
-    shown, _ = model.predict(np.concatenate([TRUTH, values]), window.start, window)
+    plain = MODEL.predict(TRUTH, window.start, window)
+    shown = model.predict(np.concatenate([TRUTH, values]), window.start, window)
     return window.time, plain, shown
 
 
@@ -187,7 +197,7 @@ def test_an_encoder_with_play_sets_out_from_where_it_is_in_the_gap_beside_its_ot
     values[model.places(0)] = 0.1
     window = first_window()
     joint, scale, offset = window.start[1] - window.start[0], 0.01, 0.01 - 0.03
-    shown, _ = model.predict(values, np.append(window.start, -0.8), window)
+    shown = model.predict(values, np.append(window.start, -0.8), window)
     assert shown[0, 1] - shown[0, 0] == pytest.approx(joint * (1.0 + scale) + offset + 0.04, abs=1e-9)
 
 
@@ -219,13 +229,13 @@ def heavier_groups_and_inertia():
 def test_a_rig_with_weights_moves_as_one_whose_rods_are_heavier():
     window = first_window()
     groups, _ = heavier_groups_and_inertia()
-    expected, _ = MODEL.predict(groups, window.start, window)
+    expected = MODEL.predict(groups, window.start, window)
     weighted = replace(window, weights=WEIGHTS)
-    assert ABSOLUTE.predict(ABSOLUTE.initial_values(TRUTH, A22), window.start, weighted)[0] == pytest.approx(
+    assert ABSOLUTE.predict(ABSOLUTE.initial_values(TRUTH, A22), window.start, weighted) == pytest.approx(
         expected, abs=1e-9
     )
     known = replace(MODEL, mechanism=replace(MODEL.mechanism, inertia=A22))
-    assert known.predict(TRUTH, window.start, weighted)[0] == pytest.approx(expected, abs=1e-9)
+    assert known.predict(TRUTH, window.start, weighted) == pytest.approx(expected, abs=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -250,8 +260,8 @@ def test_an_effect_is_the_same_in_physical_units_with_weights_and_without(key):
     def seen(base, physical, over):
         return np.append(base, [value / p.scale(over) for p, value in zip(effect.parameters, physical, strict=True)])
 
-    expected, _ = plain.predict(seen(groups, of_heavier, inertia), window.start, window)
-    found, _ = absolute.predict(
+    expected = plain.predict(seen(groups, of_heavier, inertia), window.start, window)
+    found = absolute.predict(
         seen(ABSOLUTE.initial_values(TRUTH, A22), of_rig, A22), window.start, replace(window, weights=WEIGHTS)
     )
     assert np.abs(found - expected).max() < 1e-7
@@ -265,9 +275,9 @@ def test_a_base_that_swings_carries_the_weights_too():
     share = math.sqrt(mass / (mass + 0.13))
     plain, absolute = (model.with_effect(ActiveEffect(effect)) for model in (MODEL, ABSOLUTE))
     heavier = np.append(groups, [compliance * inertia, share * frequency, share * damping_ratio])
-    expected, _ = plain.predict(heavier, window.start, window)
+    expected = plain.predict(heavier, window.start, window)
     of_rig = np.append(ABSOLUTE.initial_values(TRUTH, A22), [compliance * A22, frequency, damping_ratio])
-    found, _ = absolute.predict(of_rig, window.start, replace(window, weights=WEIGHTS))
+    found = absolute.predict(of_rig, window.start, replace(window, weights=WEIGHTS))
     assert np.abs(found - expected).max() < 1e-7
 
 
@@ -284,7 +294,7 @@ def test_derivatives_with_weights_are_those_of_differences(keys):
 
 def test_an_error_of_a_weight_is_the_motion_of_another_weight_and_costs_as_much_as_it_is_unlikely():
     window, errors = replace(first_window(), weights=WEIGHTS), tuple(e for weight in WEIGHTS for e in weight.errors)
-    model = replace(ABSOLUTE, weight_errors=errors, penalty_of_errors=1e-6)
+    model = replace(ABSOLUTE, weight_errors=errors)
     assert model.names[6:] == (
         "weight_error.mass.80 g", "weight_error.inner.250 mm", "weight_error.mass.50 g", "weight_error.outer.300 mm"
     )  # fmt: skip
@@ -296,9 +306,10 @@ def test_an_error_of_a_weight_is_the_motion_of_another_weight_and_costs_as_much_
         replace(weight, mass=weight.mass + mass * weight.mass_std, place=weight.place + place * weight.place_std)
         for weight, mass, place in zip(WEIGHTS, sizes[::2], sizes[1::2], strict=True)
     )
-    expected = ABSOLUTE.predict(values[:6], window.start, replace(window, weights=off))[0]
-    assert model.predict(values, window.start, window)[0] == pytest.approx(expected, abs=1e-9)
-    assert values @ model.penalty @ values == pytest.approx(1e-6 * np.sum(sizes**2))
+    expected = ABSOLUTE.predict(values[:6], window.start, replace(window, weights=off))
+    assert model.predict(values, window.start, window) == pytest.approx(expected, abs=1e-9)
+    off_by, precision = values - model.known[0], model.known[1]
+    assert precision @ off_by**2 == pytest.approx(np.sum(sizes**2))
     assert np.all(model.limits[0][model.of_weights] < -5.0)
     assert not np.any(model.of_rig & model.of_weights)
 
@@ -310,7 +321,7 @@ def test_where_the_inertia_is_taken_as_known_the_motion_stays_the_same():
     assert known.names == MODEL.names
     assert known.mechanism.inertia == pytest.approx(A22)
     assert np.array_equal(
-        known.predict(values[remain], window.start, window)[0], ABSOLUTE.predict(values, window.start, window)[0]
+        known.predict(values[remain], window.start, window), ABSOLUTE.predict(values, window.start, window)
     )
 
 
@@ -319,15 +330,12 @@ def test_windows_predicted_together_are_what_they_are_alone():
     model, values = replace(model, inertia_free=True).with_zeros(np.insert(values, len(GROUPS), 1.0 / A22), [0])
     windows = cut_into_windows([standard_twin(np.random.default_rng(0))])
     windows[1] = replace(windows[1], weights=WEIGHTS)
-    for derivatives in ("all", "start", "none"):
-        starts = [window.start for window in windows]
-        theta, by_unknowns, bounds = model.predict_together(values, starts, windows, derivatives)
-        for window, first, end in zip(windows, bounds[:-1], bounds[1:], strict=True):
-            alone, by_unknowns_alone = model.predict(values, window.start, window, derivatives)
-            np.testing.assert_allclose(theta[first:end], alone, rtol=1e-10)
-            np.testing.assert_allclose(
-                by_unknowns[first:end], by_unknowns_alone, rtol=0.0, atol=1e-10 * np.abs(by_unknowns).max(initial=0.0)
-            )
+    starts = [window.start for window in windows]
+    theta, by_start, bounds = model.predict_together(values, starts, windows)
+    for window, first, end in zip(windows, bounds[:-1], bounds[1:], strict=True):
+        alone, by_start_alone, _ = model.predict_together(values, [window.start], [window])
+        np.testing.assert_allclose(theta[first:end], alone, rtol=1e-10)
+        np.testing.assert_allclose(by_start[first:end], by_start_alone, rtol=0.0, atol=1e-10 * np.abs(by_start).max())
 
 
 @pytest.mark.parametrize("effects", [(), ("coulomb_friction.inner",), ("presliding_friction.inner",)])

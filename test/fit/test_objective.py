@@ -11,7 +11,7 @@ from cdp_ident.fit.windows import cut_into_windows
 from cdp_ident.model.motions import simulate
 from cdp_ident.model.parameters import SYMBOLS, physical_coefficients
 from reference.pendulum import TABLE_5
-from scenarios.start_given import CLOSE, StartGiven, balance_and_refine, search_and_refine
+from scenarios.start_given import CLOSE, StartGiven, balance_and_fit, search_and_fit
 from scenarios.twin import standard_twin
 from scenarios.weighted import plain_and_weighted
 
@@ -22,15 +22,15 @@ WINDOWS = cut_into_windows([TWIN])
 
 
 @pytest.mark.parametrize("seeds", [8, pytest.param(100, marks=pytest.mark.campaign)])
-def test_with_the_start_given_search_and_refinement_arrive_at_the_noise_from_every_seed(seeds):
-    arrivals = [search_and_refine(StartGiven.of(seed), np.random.default_rng(seed)) for seed in range(seeds)]
+def test_with_the_start_given_search_and_whole_swings_arrive_at_the_noise_from_every_seed(seeds):
+    arrivals = [search_and_fit(StartGiven.of(seed), np.random.default_rng(seed)) for seed in range(seeds)]
     assert max(arrival.relative_error for arrival in arrivals) < CLOSE
     # pycma needs thousands of simulations for it (docs/benchmarks.md).
     assert max(arrival.simulations + 2 * arrival.passes for arrival in arrivals) < 800
 
 
-def test_so_do_balance_of_forces_and_refinement():
-    arrivals = [balance_and_refine(StartGiven.of(seed)) for seed in range(8)]
+def test_so_do_balance_of_forces_and_whole_swings():
+    arrivals = [balance_and_fit(StartGiven.of(seed)) for seed in range(8)]
     assert max(arrival.relative_error for arrival in arrivals) < CLOSE
 
 

@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 
 from cdp_ident.fit.predictability import predictability
-from cdp_ident.fit.smoothing import smooth
+from cdp_ident.trial.balance import motion_on_grid
+from cdp_ident.trial.scales import Scales
 from reference.own_units import Rig, motion
 
 RIG = Rig(A23=0.5, A33=0.4, a1=1.4, c1=0.004, c2=0.002)
@@ -15,7 +16,7 @@ LOST, LONGEST = 0.2, 30.0
 
 def lasts(start, noise):
     time = np.arange(2400) * SPACING
-    smoothed = smooth(time, motion(RIG, start, time)[:, :2], SPACING, 0, np.random.default_rng(0))
+    smoothed = motion_on_grid(time, motion(RIG, start, time)[:, :2], None, Scales(1.0))
     return predictability(smoothed, GROUPS, 1.0, 1.0, np.full(2, noise), SPACING, HALF_WIDTH, LONGEST)
 
 

@@ -1,5 +1,3 @@
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -19,7 +17,6 @@ def test_the_paper_s_rig_has_the_paper_s_scales(measured):
     assert scales.window == pytest.approx(2.5, rel=1e-3)
     assert scales.shortest_piece == pytest.approx(0.1, rel=0.02)
     assert scales.half_width == pytest.approx(0.05, rel=0.25)
-    assert scales.plausible
 
 
 @pytest.mark.parametrize("length", [0.05, 0.17, 2.0])
@@ -28,7 +25,6 @@ def test_the_same_motion_of_another_size_has_the_same_scales_in_its_own_time(mea
     shrink = np.sqrt(length / 0.4)
     for name in ("time_unit", "step", "window", "shortest_piece", "half_width"):
         assert getattr(other, name) == pytest.approx(shrink * getattr(own, name), rel=1e-3), name
-    assert other.rest_speed == pytest.approx(own.rest_speed / shrink, rel=1e-3)
     assert other.together == own.together
 
 
@@ -51,25 +47,15 @@ def test_windows_are_shorter_where_the_motion_cannot_be_followed_so_far(measured
     assert scales_of([calm], 0.4, G, NOISE, lambda _: groups).window == pytest.approx(2.5, rel=1e-3)
 
 
-def test_more_noise_needs_wider_neighbourhoods_and_hides_slower_motion(measured):
+def test_more_noise_needs_wider_neighbourhoods(measured):
     quiet, loud = (scales_of([measured(noise=n)], 0.4, G, np.full(2, n)) for n in (1e-4, 1e-2))
     assert loud.half_width > 1.5 * quiet.half_width
-    assert np.all(loud.rest_speed > 10 * quiet.rest_speed)
 
 
 def test_a_fast_recording_is_averaged_and_a_slow_one_is_not(measured):
     fast, slow = (scales_of([measured(rate=rate)], 0.4, G, NOISE) for rate in (2000.0, 100.0))
     assert fast.together == 10
-    assert fast.left_out == fast.samples - fast.samples // 10
     assert slow.together == 1
-    assert slow.left_out == 0
-
-
-def test_angles_in_degrees_or_a_length_in_centimetres_are_no_pendulum(measured):
-    trial = measured()
-    degrees = replace(trial, theta=np.rad2deg(trial.theta))
-    assert not scales_of([degrees], 0.4, G, NOISE).plausible
-    assert not scales_of([measured(units=60.0)], 40.0, G, NOISE).plausible
 
 
 def test_too_few_samples_are_told():

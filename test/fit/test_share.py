@@ -18,20 +18,20 @@ def windows():
 
 
 def test_all_are_taken_where_there_is_no_more_motion_than_enough(windows):
-    few = windows[:10]
-    assert share_of(few, sum(window.duration for window in few)) == tuple(range(10))
+    few = [window.duration for window in windows[:10]]
+    assert share_of(few, sum(few)) == tuple(range(10))
     assert share_of(few, np.inf) == tuple(range(10))
 
 
 @pytest.mark.parametrize("enough", [60.0, 200.0])
 def test_a_share_holds_as_much_motion_as_was_asked_for(windows, enough):
-    chosen = share_of(windows, enough)
+    chosen = share_of([window.duration for window in windows], enough)
     assert sum(windows[index].duration for index in chosen) == pytest.approx(enough, abs=2 * WINDOW)
     assert list(chosen) == sorted(set(chosen))
 
 
 def test_every_trial_and_every_part_of_a_trial_has_its_share(windows):
-    chosen = share_of(windows, 200.0)
+    chosen = share_of([window.duration for window in windows], 200.0)
     of_trial = np.bincount([windows[index].trial for index in chosen], minlength=TRIALS)
     assert of_trial.min() >= 2
     assert of_trial.max() <= 5
@@ -39,5 +39,5 @@ def test_every_trial_and_every_part_of_a_trial_has_its_share(windows):
     assert of_part.min() > 0.7 * of_part.mean()
 
 
-def test_of_long_windows_some_are_taken_whatever_their_motion(windows):
-    assert len(share_of(windows, 0.1)) == 8
+def test_at_least_one_is_taken():
+    assert len(share_of([1.0] * 10, 0.1)) == 1

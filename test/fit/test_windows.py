@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cdp_ident.fit.windows import cut_into_windows, split
+from cdp_ident.fit.windows import cut_into_windows
 from cdp_ident.model.motions import simulate
 from cdp_ident.trial.trial import Trial
 from reference.pendulum import TABLE_3
@@ -76,27 +76,15 @@ def test_every_window_of_a_moving_cart_has_its_stretch_of_the_acceleration():
         assert np.abs(window.u - expected)[100:-100].max() < 0.01
 
 
-def test_parts_of_a_window_hold_its_samples_its_times_and_its_cart():
+def test_its_first_samples_go_on_from_the_same_initial_state_with_the_same_cart():
     trial = replace(TWIN, cart=0.1 * np.sin(3 * TWIN.time))
     window = cut_into_windows([trial])[1]
-    parts = split(window, 4)
-    assert np.array_equal(np.concatenate([part.theta for part in parts]), window.theta)
-    assert np.allclose(np.concatenate([part.begin + part.time for part in parts]), window.begin + window.time)
-    for part in parts:
-        expected = -0.9 * np.sin(3 * (part.begin + part.grid.half_step_times()))
-        assert np.abs(part.u - expected)[20:-20].max() < 0.02
-
-
-def test_the_first_part_begins_with_the_window_s_start_and_only_that_is_as_sure():
-    window = replace(cut_into_windows([TWIN])[0], start=np.array(TABLE_3), start_known=True)
-    first, second = split(window, 2)
-    assert np.array_equal(first.start, TABLE_3)
-    assert (first.start_known, second.start_known) == (True, False)
-
-
-def test_a_window_is_not_split_into_parts_with_too_few_samples():
-    (window,) = cut_into_windows([Trial("short", TWIN.time[:30], TWIN.theta[:30])])
-    assert len(split(window, 4)) == 2
+    first = window.shortened(200)
+    assert np.array_equal(first.theta, window.theta[:200])
+    assert np.array_equal(first.time, window.time[:200])
+    assert (first.begin, first.first) == (window.begin, window.first)
+    assert np.array_equal(first.start, window.start)
+    assert np.array_equal(first.u, window.u[: len(first.grid.half_step_times())])
 
 
 def test_the_grid_simulates_up_to_the_window_s_last_sample():
@@ -119,16 +107,12 @@ def test_while_a_joint_rests_the_other_encoder_s_reading_is_known_as_well_as_eve
     assert np.sum(less**2) == pytest.approx(0.01 * np.sum(beside**2))
 
 
-def test_samples_of_rods_at_rest_have_small_weights_in_pieces_of_a_window_too():
+def test_samples_of_rods_at_rest_have_small_weights_in_a_part_of_a_window_too():
     theta = TWIN.theta.copy()
     theta[200:400] = theta[200]
     (window,) = cut_into_windows([replace(TWIN, theta=theta)], np.inf)
     assert window.independent == pytest.approx(len(theta) - 199)
-    pieces = split(window, 2)
-    assert sum(piece.independent for piece in pieces) == pytest.approx(window.independent)
-    for piece in (window, *pieces):
+    assert window.shortened(200).sample_weights is not None
+    for piece in (window, window.shortened(600)):
         white = piece.whitened(piece.theta)
         assert piece.angles_of(white) == pytest.approx(piece.theta)
-        assert piece.whitened(piece.theta[..., None])[..., 0] == pytest.approx(white)
-        assert white == pytest.approx(np.sqrt(piece.counts) * piece.theta)
-    assert window.whitened(theta)[250] == pytest.approx(theta[250] / np.sqrt(200))

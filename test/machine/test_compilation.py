@@ -17,7 +17,6 @@ import numba
 import numpy as np
 import pytest
 
-from cdp_ident.fit import weighted_rows
 from cdp_ident.machine import compilation
 from cdp_ident.model import advance, population
 from cdp_ident.model.circular import sine_and_cosine
@@ -56,23 +55,6 @@ def test_derivatives_are_moved_several_with_one_instruction(states):
     assert packed > 5 * scalar
 
 
-@pytest.mark.campaign
-@reads_assembly
-def test_the_products_of_rows_are_added_up_several_at_a_time():
-    reals, unsigned = numba.float64[::1], numba.uint64
-    options = {name: value for name, value in population._squared_errors.targetoptions.items() if name != "nopython"}
-
-    @numba.njit((reals, reals, unsigned, unsigned, reals), **options)
-    def added(rows, weight, size, width, sums):
-        weighted_rows._add_products(rows, weight, size, width, sums)
-
-    (assembly,) = added.inspect_asm().values()
-    count = _counted(assembly)
-    # Eight rows at a time; a scalar copy remains for arrays that overlap.
-    packed = sum(count[key] for key in count if key[1] == "pd" and key[0].startswith(("fm", "mul")))
-    assert packed >= 8, f"not vectorised: {count}"
-
-
 @reads_assembly
 def test_the_loop_over_lanes_moves_several_members_with_one_instruction(loop_over_lanes):
     (assembly,) = loop_over_lanes.inspect_asm().values()
@@ -98,7 +80,7 @@ def package(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    "file", ["model/rates.py", "model/effects/friction.py", "machine/calls.py", "fit/weighted_rows.py"]
+    "file", ["model/rates.py", "model/effects/friction.py", "machine/calls.py", "likelihood/sweeps.py"]
 )
 def test_kept_code_is_left_behind_when_any_compiled_file_changes(package, file):
     before = compilation._cache_folder()
@@ -183,9 +165,9 @@ def test_a_loop_that_closes_over_another_is_found_again_whatever_else_a_program_
 
 def test_of_processes_that_lack_the_same_code_one_compiles_it(tmp_path):
     """Several nodes are started at once, and tests on several cores."""
-    asked = "from cdp_ident.fit import weighted_rows as w; import numpy as np; w.WeightedRows.of(np.zeros((2, 2)), "
-    asked += "np.zeros((2, 2)), np.zeros((2, 2, 1)), np.zeros(1, dtype=int), np.zeros((2, 2, 2)), np.array([0, 2]), "
-    asked += "np.inf); print(len(w._weighted_rows.stats.cache_misses))"
+    asked = "from cdp_ident.likelihood.sweeps import filter_rows; from numpy import array, zeros; "
+    asked += "filter_rows(zeros((1, 2, 6)), zeros((1, 2)), zeros((1, 2)), zeros((1, 2), dtype=bool), array([0, 1]), "
+    asked += "zeros(2), zeros(2), zeros((1, 6, 6)), zeros((1, 6))); print(len(filter_rows.stats.cache_misses))"
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
     processes = [
         subprocess.Popen([sys.executable, "-c", asked], env=environment, stdout=subprocess.PIPE, text=True)

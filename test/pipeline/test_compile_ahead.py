@@ -16,8 +16,8 @@ BAG = Path(__file__).parents[2] / "bags/swing_wide"
 
 USED = f"""
 from pathlib import Path
-from cdp_ident.fit import error_growth, weighted_rows
 from cdp_ident.fit.options import IdentifyOptions
+from cdp_ident.likelihood import sweeps
 from cdp_ident.machine import compilation
 from cdp_ident.model import linear, population, steps
 from cdp_ident.pipeline.identify import identify
@@ -26,8 +26,7 @@ from cdp_ident.trial.load import load_trial
 found = identify([load_trial(Path({str(BAG)!r}))], [], IdentifyOptions())
 trace(found)
 loops = (
-    steps.compute, steps.fill_each_rate, population._squared_errors, error_growth._steps_until,
-    weighted_rows._weighted_rows,
+    steps.compute, steps.fill_each_rate, population._squared_errors, sweeps.backwards, sweeps.forwards,
 )
 linear.linearize(found.fit.model.coefficients(found.fit.values), (0.0, 0.0))
 print(*(sum(loop.stats.cache_misses.values()) for loop in loops), sum(not law.cache_hits for law in compilation._LAWS))

@@ -6,9 +6,9 @@ from functools import cache
 import numpy as np
 import pytest
 
+from cdp_ident.fit.initial_states import fit_initial_states
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.prior import Prior
-from cdp_ident.fit.refinement import fit_initial_states
 from cdp_ident.model.motions import simulate
 from cdp_ident.model.parameters import SYMBOLS, groups_of, physical_coefficients
 from cdp_ident.pipeline.identify import identify

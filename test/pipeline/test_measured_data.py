@@ -5,11 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from cdp_ident.fit.initial_states import fit_initial_states
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.prior import Prior
-from cdp_ident.fit.refinement import fit_initial_states, refine
-from cdp_ident.fit.windows import cut_into_windows
-from cdp_ident.model.parameters import groups_of
 from cdp_ident.pipeline.identify import identify
 from cdp_ident.trial.trial import Trial
 
@@ -31,16 +29,15 @@ def swing():
     return Trial("multiarm_free_swing", time - time[0], np.column_stack([theta1, theta2]))
 
 
-def test_48_seconds_are_followed_within_3_milliradians(swing):
-    options = IdentifyOptions(prior=Prior(nominal=NOMINAL), length_std=np.inf)
-    begin = options.model.initial_values(groups_of(options.prior.centre, NOMINAL["L"]))
-    fit = refine(options.model, begin, cut_into_windows([swing], 2.5))
-    assert fit.converged
-    assert fit.rmse() < 3.05e-3
+def test_48_seconds_are_followed_more_closely_than_by_the_published_fit(swing):
+    # It leaves 3.83 mrad in pieces of 2.7 s.
+    found = identify([swing], [], IdentifyOptions(prior=Prior(nominal=NOMINAL), length_std=np.inf, window=2.5))
+    assert found.whole.converged
+    assert found.fit.rmse() < 3.8e-3
 
 
 @pytest.mark.parametrize(("window", "friction"), [(0.0, None), pytest.param(2.5, 0.0754, marks=pytest.mark.campaign)])
-def test_search_and_refinement_find_the_published_groups(swing, window, friction):
+def test_the_published_groups_are_found(swing, window, friction):
     # Published, over A22: A23 0.4914, A33 0.5563, gravity terms 58.94 and 27.90 1/s^2, c1 0.0754. The rig's friction is
     # not viscous alone: what c1 comes out as depends on how long each window is followed.
     found = identify([swing], [], IdentifyOptions(prior=Prior(nominal=NOMINAL), length_std=np.inf, window=window))

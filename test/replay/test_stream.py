@@ -34,8 +34,7 @@ MODEL = fitted_model(NOMINAL | EFFECTS, "test")
 def whole(model: FittedModel, cart: Array | None = None) -> Array:
     """Return what the library itself makes of the whole time as a window of a trial."""
     (window,) = cut_into_windows([Trial("swing", TIMES, np.zeros((len(TIMES), 2)), cart)], np.inf)
-    theta, _ = model.motion.predict(model.values, START, replace(window, trial=model.trial("swing")))
-    return theta
+    return model.motion.predict(model.values, START, replace(window, trial=model.trial("swing")))
 
 
 def in_pieces(stream: MotionStream, times: Array, cuts: Sequence[int]) -> Array:
@@ -60,7 +59,7 @@ def test_an_encoder_with_play_goes_on_across_pieces_and_past_times_that_nobody_a
     model = fitted_model(NOMINAL | EFFECTS | {"effects.backlash.outer.gap": 0.1}, "test")
     (window,) = cut_into_windows([Trial("swing", TIMES, np.zeros((len(TIMES), 2)))], np.inf)
     window = replace(window, trial=model.trial("swing"), theta=np.empty((0, 2)))
-    at_once, _ = model.motion.predict(model.values, START, window)
+    at_once = model.motion.predict(model.values, START, window)
     stream = MotionStream(model, START, model.trial("swing"))
     pieces = np.concatenate([stream.readings(time) for time in TIMES[::every, None]])
     np.testing.assert_allclose(pieces, at_once[::every], rtol=0, atol=1e-9)

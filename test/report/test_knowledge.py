@@ -5,9 +5,10 @@ from dataclasses import asdict
 import numpy as np
 import pytest
 
+from cdp_ident.design.discrimination import RecordedMotion
 from cdp_ident.design.knowledge import NEW, Knowledge
 from cdp_ident.errors import CdpIdentError, ReportError
-from cdp_ident.report.knowledge import fitted_motion, knowledge_of
+from cdp_ident.report.knowledge import knowledge_of, recorded_motion
 from scenarios.weighted import WEIGHT
 
 
@@ -15,20 +16,22 @@ def known_after(outcome):
     """Return what an identification knew."""
     trace = outcome.trace
     data, inertia = outcome.identification.data, trace.completed.inertia.value
-    return Knowledge.of(trace.completed.fit, trace.covariance, inertia, data.scales, data.noise)
+    last = trace.completed
+    return Knowledge.of(last.whole, last.fit.values, trace.covariance, inertia, data.scales)
 
 
 def test_a_report_read_from_its_file_knows_what_the_identification_knew(outcome, read_content):
     direct, again = known_after(outcome), knowledge_of(read_content)
     assert_the_same(again, direct)
-    assert again.noise == pytest.approx(direct.noise)
+    for name in ("new", "kept", "mixed", "torque"):
+        assert getattr(again.noise, name) == pytest.approx(getattr(direct.noise, name))
     assert asdict(again.sampling) == {k: pytest.approx(v) for k, v in asdict(direct.sampling).items()}
 
 
 def assert_the_same(again, direct):
     assert again.model.names == direct.model.names
     assert again.values == pytest.approx(direct.values, rel=1e-9)
-    assert again.information == pytest.approx(direct.information, rel=1e-4)
+    assert again.rows.T @ again.rows == pytest.approx(direct.rows.T @ direct.rows, rel=1e-4)
     infinite = np.isinf(np.diag(direct.covariance))
     assert np.array_equal(np.isinf(np.diag(again.covariance)), infinite)
 
@@ -47,12 +50,13 @@ def test_what_weights_have_shown_is_read_too(weighted_outcome, weighted_content)
 
 
 def test_the_motion_of_the_fitted_model_is_read_from_the_curves(outcome, read_content, shown_curves):
-    windows = fitted_motion(read_content, shown_curves, knowledge_of(read_content))
-    fit = outcome.trace.after.fit
-    assert len(windows) == len(fit.windows)
-    for window, of_fit, error in zip(windows, fit.windows, fit.errors, strict=True):
-        assert window.theta == pytest.approx(of_fit.theta - error)
-        assert (window.trial, window.begin) == (of_fit.trial, of_fit.begin)
+    knowledge, after = knowledge_of(read_content), outcome.trace.after
+    found = recorded_motion(read_content, shown_curves, knowledge)
+    windows = (*after.fit.windows, *after.holdout.windows)
+    direct = RecordedMotion.of(knowledge, outcome.identification.data.trials, windows)
+    assert (found.share, found.averaged) == pytest.approx((direct.share, direct.averaged))
+    for states, of_direct in zip(found.states, direct.states, strict=True):
+        assert states[:, :2] == pytest.approx(of_direct[:, :2], abs=5e-3)
 
 
 def test_a_report_of_a_fit_that_failed_knows_nothing(read_content):
@@ -65,7 +69,9 @@ def test_a_report_of_a_fit_that_failed_knows_nothing(read_content):
     [
         ("interval_s", 0.0),
         ("interval_s", 1e-300),
-        ("noise_rad", -1.0),
+        ("spacing_s", 1e-300),
+        ("new_noise_rad", {"inner": -1.0, "outer": 1e-3}),
+        ("noise_kept", {"inner": 0.0, "outer": 1.0}),
         ("duration_s", 1e300),
     ],
 )

@@ -46,7 +46,7 @@ def test_where_no_trial_had_a_weight_the_report_says_which_one_would_determine_t
 
 def test_with_a_weight_that_the_trials_had_starts_are_tried_with_and_without_it(read_content):
     knowledge = knowledge_of(read_content)
-    both = answers(knowledge, [], [Question("all"), Question("A22")], Grid.of(90.0), [(), (WEIGHT,), (WEIGHT,)])
+    both = answers(knowledge, None, [Question("all"), Question("A22")], Grid.of(90.0), [(), (WEIGHT,), (WEIGHT,)])
     of_groups, of_inertia = both
     assert (of_groups["expected_unloaded"] < np.inf) == bool(of_groups["weights"])
     assert of_inertia["weights"] == [vars(WEIGHT)]
