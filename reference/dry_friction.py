@@ -14,7 +14,7 @@ from reference.compilation import compiled
 
 Array = npt.NDArray[np.float64]
 
-TORQUE, EXTRA, SPEED, LEVER, RUB, RUB_MIDDLE, RUB_HALF, RUB_EDGE = range(8)
+TORQUE, EXTRA, SPEED, LEVER, RUB, RUB_MIDDLE, RUB_HALF, RUB_EDGE, DRIFT = range(9)
 
 
 @dataclass(frozen=True)
@@ -38,6 +38,9 @@ class DryFriction:
     rub_edge: float = 0.05
     """Over how much of an angle it sets in (the width of a logistic curve) [rad]."""
 
+    drift: float = 0.0
+    """By how much Coulomb friction grows along a trial [N m/s]."""
+
     @property
     def any(self) -> bool:
         """Whether there is friction at all."""
@@ -45,7 +48,7 @@ class DryFriction:
 
     @property
     def array(self) -> Array:
-        """(8,) all of it, as compiled code takes it."""
+        """(9,) all of it, as compiled code takes it."""
         return np.array(astuple(self), dtype=float)
 
 
@@ -59,16 +62,17 @@ def wrapped(angle: float) -> float:
 
 
 @compiled
-def friction_size(friction: Array, angle: float, rate: float, load: float) -> float:
+def friction_size(friction: Array, time: float, angle: float, rate: float, load: float) -> float:
     """Return the size of a joint's dry friction [N m].
 
     Args:
         friction: see `DryFriction.array`.
+        time: in the trial [s].
         angle: the joint's angle from hanging (inner) or from straight (outer) [rad].
         rate: its rate [rad/s]; 0 gives the static torque.
         load: the force that its bearing carries [N].
     """
-    size = friction[TORQUE] + friction[LEVER] * load
+    size = friction[TORQUE] + friction[DRIFT] * time + friction[LEVER] * load
     if friction[EXTRA] > 0.0:
         size += friction[EXTRA] * math.exp(-((rate / friction[SPEED]) ** 2))
     if friction[RUB] > 0.0:

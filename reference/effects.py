@@ -143,6 +143,12 @@ def _breakaway(joint: Joint, of: Occasion) -> Effect:
     return replace(_stribeck(joint, of), stopping=of.stopping(joint))
 
 
+def _drifting(joint: Joint, of: Occasion) -> Effect:
+    moment, share = of.moment(joint), of.rng.uniform(-0.8, 0.8) / max(of.durations)
+    put = _dry(joint, lambda there, size: replace(there, torque=size, drift=share * size))
+    return Effect("drifting_friction", joint, "N m", 1e-4 * moment, 0.1 * moment, put)
+
+
 def _load(joint: Joint, of: Occasion) -> Effect:
     length = of.values["L"]
     put = _dry(joint, lambda there, size: replace(there, lever=size))
@@ -160,6 +166,7 @@ _DRY: dict[str, Callable[[Joint, Occasion], Effect]] = {
     "stopping": _stopping,
     "stribeck_friction": _stribeck,
     "breakaway": _breakaway,
+    "drifting_friction": _drifting,
     "load_friction": _load,
     "partial_rub": _rub,
 }
@@ -245,6 +252,9 @@ def _reading(name: str, joint: Joint, of: Occasion) -> Effect:
         return Effect(
             name, joint, "rad", 1e-5, 0.05, in_reading=lambda size: encoders.harmonic(joint, size, periods, phase)
         )
+    if name == "encoder_filter":
+        longest = 0.05 * math.sqrt(of.values["L"] / of.values["g"])
+        return Effect(name, joint, "s", 1e-3 * longest, longest, in_reading=lambda size: encoders.low_pass(joint, size))
     if name == "encoder_compliance":
         damping, unit = of.rng.uniform(0.05, 0.3), of.values["L"] / of.values["g"]
         return Effect(

@@ -89,19 +89,27 @@ def elastic_coupling(joint: Joint, compliance: float, damping: float) -> Reading
         compliance: one over the square of its natural frequency [s^2].
         damping: relative to the critical one.
     """
+    of_joint = ([-compliance], [compliance, 2.0 * damping * math.sqrt(compliance), 1.0])
+    return _driven(joint, of_joint, lambda path: path.accelerations)
+
+
+def low_pass(joint: Joint, time_constant: float) -> Reading:
+    """Return a filter of first order behind an encoder, with its time constant [s]."""
+    return _driven(joint, ([-time_constant], [time_constant, 1.0]), lambda path: path.states[:, 2:])
+
+
+def _driven(joint: Joint, system: tuple[list[float], list[float]], by: Callable[[Path], Array]) -> Reading:
+    """Return an error that a linear system (numerator and denominator) makes of the joint's speed or acceleration."""
     column = 0 if joint == "inner" else 1
-    system = ([-compliance], [compliance, 2.0 * damping * math.sqrt(compliance), 1.0])
 
     def reading(turned: Turned) -> Array:
         times = turned.path.times
         fine = np.linspace(times[0], times[-1], _FINER * (len(times) - 1) + 1)
-        alpha = np.diff(turned.path.accelerations, axis=1, prepend=0.0)[:, column]
-        driven = CubicSpline(times, alpha)(fine)
-        # It begins where a steady acceleration holds it.
+        driven = CubicSpline(times, np.diff(by(turned.path), axis=1, prepend=0.0)[:, column])(fine)
+        # It begins where a steady input holds it.
         steady = lsim(system, np.full(2, driven[0]), [0.0, 1e3])[2][-1]
-        turned_by = lsim(system, driven, fine - fine[0], X0=steady)[1]
         both = np.zeros_like(turned.joints)
-        both[:, column] = turned_by[::_FINER]
+        both[:, column] = lsim(system, driven, fine - fine[0], X0=steady)[1][::_FINER]
         return both
 
     return reading

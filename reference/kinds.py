@@ -40,7 +40,9 @@ STICKING = (
 )
 """Dry friction that stops a joint within seconds: Coulomb's, or Stribeck's with its larger torque at rest."""
 BEYOND = ("partial_rub.inner", "magnet.outer", "presliding_friction.outer",
-          "partial_rub.outer", "magnet.inner", "rotor_inertia.outer", "presliding_friction.inner")  # fmt: skip
+          "partial_rub.outer", "magnet.inner", "rotor_inertia.outer", "presliding_friction.inner",
+          "drifting_friction.inner", "drifting_friction.outer", "encoder_filter.inner",
+          "encoder_filter.outer")  # fmt: skip
 """What has no name in the package."""
 GROUPS = {"none": ("none",), "single": SINGLE, "several": SEVERAL, "sticking": STICKING, "beyond": BEYOND}
 KINDS = tuple(kind for kinds in GROUPS.values() for kind in kinds)

@@ -17,7 +17,7 @@ from reference.torques import add_torques
 
 Array = npt.NDArray[np.float64]
 System = tuple[Array, Array, Array, npt.NDArray[np.bool_]]
-"""The rig (see `Rig.array`), torques (see `torques.table`), dry frictions (2, 8) of both joints (see
+"""The rig (see `Rig.array`), torques (see `torques.table`), dry frictions (2, 9) of both joints (see
 `DryFriction.array`), and (2,) whether there is any in them."""
 
 STATES = 8
@@ -57,8 +57,8 @@ def find_rates(system: System, modes: Array, time: float, state: Array, rates: A
     load1, load2, last = 0.0, 0.0, 0.0
     alpha1, alpha2 = 0.0, 0.0
     for _ in range(_SWEEPS):
-        held[0, 1] = friction_size(frictions[0], state[0] - math.pi, rate1, load1) if dry[0] else 0.0
-        held[1, 1] = friction_size(frictions[1], state[1] - state[0], rate2, load2) if dry[1] else 0.0
+        held[0, 1] = friction_size(frictions[0], time, state[0] - math.pi, rate1, load1) if dry[0] else 0.0
+        held[1, 1] = friction_size(frictions[1], time, state[1] - state[0], rate2, load2) if dry[1] else 0.0
         alpha1, alpha2, held[0, 0], held[1, 0] = constrained(
             M11, M12, M22, f1, f2, modes[0], modes[1], held[0, 1], held[1, 1]
         )

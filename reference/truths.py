@@ -38,6 +38,8 @@ _BEYOND = {
     "magnet": "unknown_torque",
     "rotor_inertia": "geared_rotor",
     "presliding_friction": "coulomb_friction",
+    "drifting_friction": "coulomb_friction",
+    "encoder_filter": "time_offset",
 }
 """What the package has no name for, or one that may be missed, and what would be a right name all the same, if any."""
 
@@ -73,7 +75,9 @@ class Hidden:
         """Names and joints, each of which is a right answer."""
         own = (self.effect.name, str(self.effect.joint))
         if not self.known:
-            return frozenset({own, (_BEYOND[own[0]], own[1])})
+            # An inner encoder that is late is an outer one that is early.
+            joint = "outer" if own[0] == "encoder_filter" else own[1]
+            return frozenset({own, (_BEYOND[own[0]], joint)})
         return next((same for same in _SAME if own in same), frozenset({own}))
 
 

@@ -268,7 +268,7 @@ def likelier_maximum(found: WholeSwings) -> WholeSwings:
 
     The likelihood may have several maxima: unknown torques follow what is autocorrelated noise, that noise follows what
     is motion, and a joint that dry friction holds is not held where torques move it. What is taken for torques in both
-    joints may be a base that moves.
+    joints may be a base that moves, if that leaves no torque in the outer one.
 
     Args:
         found: one maximum.
@@ -289,7 +289,7 @@ def likelier_maximum(found: WholeSwings) -> WholeSwings:
             moved = likely_near(
                 found.model, found.values, recorded, found.states, noise, CLOSE_ENOUGH, _FEW_STEPS, found.misfit
             )
-            if moved.misfit < min(found.misfit, other.misfit) - _SHOWN:
+            if moved.misfit < min(found.misfit, other.misfit) - _SHOWN and not moved.is_missing[1]:
                 return moved
     except (IdentificationError, np.linalg.LinAlgError):
         return found
