@@ -45,7 +45,7 @@ class Noise:
     """Standard deviation of the times of readings, the same error for both encoders [s]; where noise is remembered,
     zero."""
     of_base: bool = False
-    """Whether in the place of the inner joint's torque the base moves: an acceleration, times a1 over A22."""
+    """Whether in the place of the inner joint's torque the base moves: an acceleration, over L."""
     tails: tuple[Array, ...] = ()
     """(nodes, 2) of each swing, how many times as large the torques after each node are."""
 

@@ -32,7 +32,7 @@ class Linearised(NamedTuple):
     pushes: Array
     """(nodes, 2, 2) changes of the rods' speeds by impulses of torque over A22 in both joints."""
     by_base: Array
-    """(nodes, 2) the same by a change of the base's velocity, times a1 over A22."""
+    """(nodes, 2) the same by a change of the base's velocity, over L."""
     slopes: Array
     """(samples, 2, d) derivatives of what the encoders show, by the state at the node before and the unknowns."""
     residuals: Array
@@ -212,8 +212,8 @@ class Swing:
 def _pushes(coefficients: Array, states: Array) -> tuple[Array, Array]:
     """Return the changes (k, 2, 2) of the rods' speeds in states by impulses in both joints, over A22.
 
-    And those (k, 2) by a1 over A22 times a change of the base's velocity: it acts on the rods as -a1 cos(theta1) and
-    -m2 l2 cos(theta2).
+    And those (k, 2) by a change of the base's velocity, over L: it acts on the rods as -a1 cos(theta1) and -m2 l2
+    cos(theta2).
     """
     A23, A33, a1, _, _, L, _ = coefficients
     coupling = A23 * np.cos(states[:, 0] - states[:, 1])
@@ -221,5 +221,5 @@ def _pushes(coefficients: Array, states: Array) -> tuple[Array, Array]:
     inverse = np.array([[A33 * one, -coupling], [-coupling, one]]) / (A33 - coupling**2)
     # A torque in the outer joint acts on both rods.
     by_torques = np.einsum("ijk,jt->kit", inverse, [[1.0, -1.0], [0.0, 1.0]])
-    on_rods = -np.array([np.cos(states[:, 0]), A23 / (L * a1) * np.cos(states[:, 1])])
+    on_rods = -np.array([a1 * L * np.cos(states[:, 0]), A23 * np.cos(states[:, 1])])
     return np.ascontiguousarray(by_torques), np.einsum("ijk,jk->ki", inverse, on_rods)

@@ -52,7 +52,7 @@ class MissingTorque:
 
 
 def _torques_of_base(found: WholeSwings, states: Array) -> Array:
-    """Return the torques (n, 2) in both joints by which a unit of a base's acceleration, times a1 over A22, acts."""
+    """Return the torques (n, 2) in both joints, over A22, by which a unit of a base's acceleration, over L, acts."""
     A23, _, a1, _, _, L, _ = found.model.coefficients(found.values)
-    inner, outer = -np.cos(states[:, 0]), -A23 / (L * a1) * np.cos(states[:, 1])
+    inner, outer = -a1 * L * np.cos(states[:, 0]), -A23 * np.cos(states[:, 1])
     return np.stack([inner + outer, outer], axis=1)

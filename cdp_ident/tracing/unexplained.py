@@ -77,10 +77,10 @@ def unexplained(final: FinalModel, whole: WholeSwings | None, noise: Array, iner
 
 def _of_base(whole: WholeSwings) -> float:
     """Return the root mean square of the accelerations of a base that moves [m/s^2]."""
-    a1 = whole.model.coefficients(whole.values)[2]
+    length = whole.model.coefficients(whole.values)[5]
     swings = zip(whole.recorded.swings, whole.impulses, strict=True)
     squares = np.concatenate([np.sum(of[:-1, :, 0] ** 2, axis=1) / swing.spacing**2 for swing, of in swings])
-    return float(np.sqrt(np.mean(squares))) / a1
+    return float(np.sqrt(np.mean(squares))) * length
 
 
 def _size(torque: float, inertia: Inertia) -> str:
