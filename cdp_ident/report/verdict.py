@@ -35,9 +35,14 @@ def verdict(trace: Trace) -> str:
         subject = effect_in_words(effects[0]) if count == 1 else f"{numeral} effects"
     after = withdrawn.holdout if withdrawn else trace.after.holdout.rmse()
     noise, significant = trace.completed.data.noise_level, trace.unexplained.significant
-    looked, before = trace.selection is not None, trace.before.holdout.rmse()
-    late = errors_of_time(trace.whole.noise.time) if trace.whole else ""
-    said = judgement(subject, count, before, after, noise, significant, looked, late)
+    why, late, before = "no known effect explains it", "", trace.before.holdout.rmse()
+    if trace.selection is None:
+        why = "effects could not be looked for"
+    elif trace.whole and trace.whole.base_moves:
+        why = "it is as if the base moved"
+    if trace.whole:
+        late = errors_of_time(trace.whole.noise.time)
+    said = judgement(subject, count, before, after, noise, significant, why, late)
     if any(over_inertia(quantity(parameter)) for effect in effects for parameter in effect.parameters):
         width = CONFIDENCE * trace.physical.inertia_std_once_weighed
         said += f" Torques in N m are known to ± {100.0 * width:.2g} % once the outer rod is weighed."
@@ -51,7 +56,7 @@ def judgement(
     after: float,
     noise: float,
     significant: bool,
-    looked: bool = True,
+    why: str = "no known effect explains it",
     late: str = "",
 ) -> str:
     """Return a verdict in one sentence.
@@ -63,7 +68,7 @@ def judgement(
         after: the same of the model with the effects [rad].
         noise: of the encoders [rad].
         significant: whether more than noise remains.
-        looked: whether effects were looked for.
+        why: what is said of it where the paper's model leaves more.
         late: what errors of time the noise has, in words.
     """
     times = after / noise
@@ -72,7 +77,7 @@ def judgement(
     if not count:
         if is_noise:
             return f"The paper's model explains the motion: what it leaves, {1e3 * after:.3g} mrad, is {as_noise}."
-        return _of_the_paper_s_model(after, times, significant, looked)
+        return _of_the_paper_s_model(after, times, significant, why)
     changes = f"{1e3 * before:.3g} -> {1e3 * after:.3g} mrad on held-out motion"
     subject, was, does, s = (f"{subject},", "was", "does", "s") if count == 1 else (subject, "were", "do", "")
     if is_worse(after, before):
@@ -92,9 +97,8 @@ def judgement(
     )
 
 
-def _of_the_paper_s_model(left: float, times: float, significant: bool, looked: bool) -> str:
+def _of_the_paper_s_model(left: float, times: float, significant: bool, why: str) -> str:
     milliradians = f"{1e3 * left:.3g} mrad"
-    why = "no known effect explains it" if looked else "effects could not be looked for"
     if significant:
         return f"The paper's model leaves more than noise, {milliradians}, and {why}."
     return f"The paper's model leaves {milliradians}, {times:.2g} times the encoders' noise, and {why}."
