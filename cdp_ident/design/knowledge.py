@@ -76,7 +76,8 @@ class Knowledge:
             step=swings[0].grids[0].step,
             steps=whole.recorded.steps,
         )
-        noise = replace(whole.noise, torque=whole.noise.torque_with_tails, tails=())
+        torque = whole.noise.torque_with_tails
+        noise = replace(whole.noise, torque=torque, of_base=whole.base_moves, tails=())
         mechanism = replace(whole.model.mechanism, inertia=inertia)
         model, remain = replace(whole.model, mechanism=mechanism, zeros=()), ~whole.model.of_zeros
         found = cls(model, values[remain], covariance[np.ix_(remain, remain)], noise, sampling)

@@ -19,7 +19,7 @@ from cdp_ident.model.parameters import CONSTANTS, time_unit
 
 Array = npt.NDArray[np.float64]
 
-_SECONDS = {"N m": -2, "N m/rad": -2, "N m s": -1, "N m/s": -3, "rad/s": -1, "s": 1, "s^2": 2}
+_SECONDS = {"N m": -2, "N m/rad": -2, "N m/rad^3": -2, "N m s": -1, "N m/s": -3, "rad/s": -1, "s": 1, "s^2": 2}
 """The power of a second in each unit, torques being over A22; in those that are not here it is zero."""
 _TYPICAL_UNIT = time_unit(*(constant.nominal for constant in CONSTANTS))
 """Time unit of the rig for which typical values are given: the paper's [s]."""

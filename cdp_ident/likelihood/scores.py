@@ -28,6 +28,8 @@ _OVERFLOWS = 1e100
 _SEEN = 1e-6
 """A strength is seen where the readings say more of it than this share of what the model's own values can imitate, and
 of what is known beforehand."""
+_PART = 1e-6
+"""An unknown torque has a part in an impulse from this share on."""
 _SEEN_AT_ONCE = 1e-6
 """A shock is looked for where the readings say more of it than this share of what they say of most."""
 
@@ -185,9 +187,10 @@ def _of_swing(
     forwards(whitened, rows, deviations, spreads, torques, np.empty((4, 2)), np.empty((2 * n + 3, own + 1)))
     times = swing.begin + swing.node_times
     regained = np.zeros((nodes, 2)) if tails is None else found.noise.regained(tails)
+    # A torque on the outer rod alone is one in both joints; where the base moves, either is a part of that.
+    on_rods = np.linalg.pinv(whitened.pushes) @ linear.pushes @ [[1.0, 1.0], [0.0, 1.0]]
     return (
-        # What a base does is no torque in a joint, in whose place it is.
-        {} if found.noise.of_base else _impulses(swing, times, rows, spreads, torques[:, 0], whitened.sizes, regained),
+        _impulses(swing, times, rows, spreads, torques[:, 0], whitened.sizes, regained, on_rods),
         _slips(swing, times, triangles, left, deviations, spreads),
     )
 
@@ -209,8 +212,16 @@ def _slips(
 
 
 def _impulses(
-    swing: Swing, times: Array, rows: Array, spreads: Array, torques: Array, sizes: Array, regained: Array
+    swing: Swing,
+    times: Array,
+    rows: Array,
+    spreads: Array,
+    torques: Array,
+    sizes: Array,
+    regained: Array,
+    on_rods: Array,
 ) -> dict[Joint, Shock]:
+    """Return the best impulse on each rod, of which `on_rods` (nodes, 2, 2) is what it is of the unknown torques."""
     own, inverse = spreads.shape[1], np.zeros((len(times), 2, 2))
     inverse[:, 0, 0], inverse[:, 1, 1] = 1.0 / rows[:, 0, 0], 1.0 / rows[:, 1, 1]
     inverse[:, 0, 1] = -rows[:, 0, 1] * inverse[:, 0, 0] * inverse[:, 1, 1]
@@ -219,11 +230,11 @@ def _impulses(
     precision = sizes[..., None] ** -2.0 * np.eye(2)
     curvatures = precision - precision @ covariances @ precision
     found = {}
-    # A torque on the outer rod alone is one in both joints.
-    for joint, torque in zip(JOINTS, ([1.0, 0.0], [1.0, 1.0]), strict=True):
-        slope = -(torques * sizes**-2.0) @ torque
-        curvature = np.einsum("i,kij,j->k", torque, curvatures, torque)
-        back = regained @ torque
+    for place, joint in enumerate(JOINTS):
+        torque = on_rods[:, :, place]
+        slope = -np.sum(torques * sizes**-2.0 * torque, axis=1)
+        curvature = np.einsum("ki,kij,kj->k", torque, curvatures, torque)
+        back = np.sum(regained * (np.abs(torque) > _PART), axis=1)
         found[joint] = _best(swing, times[:-1] + swing.spacing, slope[:-1], curvature[:-1], back[:-1])
     return found
 

@@ -245,7 +245,7 @@ def fill_each_reading(plan, given, room, rods, own, step, begin, readings):
     """Fill in what both encoders show (k, 2) of a given motion of the rods (k, 7), sample by sample.
 
     That is theta1, theta2, omega1, omega2, both accelerations, and the cart's. The laws' own states and their rates
-    (2, states) go on from those at the sample before, and are left as they are at the last one.
+    (2, states) go on from those at the sample before by Heun's method, and are left as they are at the last one.
     """
     memory, motion = (place(plan, 0), place(room, 0)), place(given, 0)
     laws, work = unfolded(*memory)
@@ -253,13 +253,16 @@ def fill_each_reading(plan, given, room, rods, own, step, begin, readings):
     begin_modes(laws, work)
     for j in range(len(rods)):
         for r in range(len(state)):
-            state[r] = rods[j, r] if r < at.RODS_STATES else own[0, r - at.RODS_STATES]
-        call(plan[at.FILL_RATES], (memory[0], motion, memory[1], at.BEGIN, begin + j * step, 0.0, 0, 0))
+            k = r - at.RODS_STATES
+            state[r] = rods[j, r] if k < 0 else own[0, k] + step * own[1, k]
+        for _ in range(2):
+            call(plan[at.FILL_RATES], (memory[0], motion, memory[1], at.BEGIN, begin + j * step, 0.0, 0, 0))
+            for r in range(at.RODS_STATES, len(state)):
+                k = r - at.RODS_STATES
+                moved = own[0, k] + 0.5 * step * (own[1, k] + work.states[at.RATES_AT, r])
+                state[r] = min(max(moved, -laws.limits[r]), laws.limits[r])
         for r in range(at.RODS_STATES, len(state)):
-            rate, k = work.states[at.RATES_AT, r], r - at.RODS_STATES
-            moved = own[0, k] + 0.5 * step * (own[1, k] + rate)
-            own[0, k], own[1, k] = min(max(moved, -laws.limits[r]), laws.limits[r]), rate
-            state[r] = own[0, k]
+            own[0, r - at.RODS_STATES], own[1, r - at.RODS_STATES] = state[r], work.states[at.RATES_AT, r]
         for k in range(3):
             work.z[_ALPHA1 + k] = rods[j, at.RODS_STATES + k]
         readings[j, 0] = state[0] + added_by_laws(laws, motion, work, state, 0)

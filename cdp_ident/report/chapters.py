@@ -50,6 +50,7 @@ from cdp_ident.report.wording import (
     weights_words,
     with_std,
 )
+from cdp_ident.tracing.unexplained import errors_of_time
 
 _STAMP = re.compile(r"(\d{4})(\d\d)(\d\d)_\d{6}")
 """In the names that the recorder gives: year, month and day."""
@@ -119,7 +120,8 @@ def _numbers(report: Section) -> Iterator[Row]:
         limit = report["prediction"]["before"]["within"][0]["limit_deg"]
         seconds = predicted_for(report, 0).replace("->", "→").replace("≥ ", "≥\u202f")
         yield f"predicts within {limit:.3g}° for", seconds, "s"
-    yield "the encoders' noise", f"{1e3 * noise_floor(report):.3g}", "mrad"
+    late = errors_of_time((report["whole_swings"] or {}).get("time_noise_s", 0.0))
+    yield "the encoders' noise", f"{1e3 * noise_floor(report):.3g}", f"mrad, with {late}" if late else "mrad"
     yield "effects found", str(len(report["effects"])), ", ".join(key_words(e["name"]) for e in report["effects"])
     squared = (report[model.key]["error"]["holdout"]["sse_free_run"] for model in models(report))
     said = (f"{error:.3g}" if math.isfinite(error) else "diverges" for error in squared)

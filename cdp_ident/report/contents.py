@@ -238,7 +238,8 @@ def _selection(traced: Trace) -> Section:
 
 
 def _whole_swings(found: WholeSwings, inertia: float) -> Also:
-    noise = {"noise_rad": found.noise.encoders, "noise_memory": found.noise.memory}
+    of = found.noise
+    noise = {"noise_rad": of.encoders, "noise_memory": of.memory, "time_noise_s": of.time}
     return Also(found, {**noise, "missing_torque": inertia * found.torque, "swings": len(found.states)})
 
 

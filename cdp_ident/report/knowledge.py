@@ -61,7 +61,7 @@ def knowledge_of(report: Section) -> Knowledge | None:
         model,
         values,
         _covariance(model, _standard_deviations(report, model), correlation),
-        Noise(new, kept, mixed, torque),
+        Noise(new, kept, mixed, torque, assumed["time_noise_s"], assumed["base_moves"]),
         Sampling(steps=_of_joints(assumed["step_rad"]), **{span: assumed[f"{span}_s"] for span in SPANS}),
     )
     return known.with_weights(()).with_zeros_of_its_own(any(name.startswith("zero.") for name in names))
@@ -76,7 +76,8 @@ def _refuse_endless(assumed: Section) -> None:
     shortest = min(assumed[f"{span}_s"] for span in SPANS)
     endless = shortest <= 0.0 or not assumed["duration_s"] < _MOST_SAMPLES * shortest
     sizes = [_of_joints(assumed[name]) for name in ("new_noise_rad", "unknown_torque_over_A22")]
-    if endless or np.min(sizes) <= 0.0 or np.max(np.abs(_of_joints(assumed["noise_kept"]))) >= 1.0:
+    late = assumed["time_noise_s"] < 0.0
+    if endless or late or np.min(sizes) <= 0.0 or np.max(np.abs(_of_joints(assumed["noise_kept"]))) >= 1.0:
         raise ReportError("what the report assumes of a next trial is no trial; was it changed? identify again")
 
 

@@ -182,4 +182,6 @@ def _assumed(knowledge: Knowledge) -> Section:
     return {
         **{f"{span}_s": getattr(sampling, span) for span in SPANS},
         **{name: dict(zip(JOINTS, of.tolist(), strict=True)) for name, of in of_joints.items()},
+        "time_noise_s": knowledge.noise.time,
+        "base_moves": knowledge.noise.of_base,
     }

@@ -46,6 +46,8 @@ _MOST_GENERATIONS = _MOST_OUTLIERS = 1_000_000
 
 _OF_JOINTS = {str(joint): number() for joint in JOINTS}
 _SIZES = {str(joint): finite() for joint in JOINTS}
+_TIME_NOISE = finite("standard deviation of errors in the times of readings, for both encoders alike [s]; 0 for none")
+_BASE_MOVES = flag("whether the inner one is no torque in the joint, but an acceleration of the base, times a1")
 _GROUPS = tuple(group.symbol for group in GROUPS)
 _ESTIMATE = an_object("a number and its standard deviation", value=number(), std=number())
 _QUANTITY = an_object(
@@ -301,7 +303,9 @@ REPORT: Schema = {
                 new_noise_rad=an_object("standard deviation of what is new in each reading's noise [rad]", **_SIZES),
                 noise_kept=an_object("autoregressive coefficient of the encoders' noise", **_SIZES),
                 noise_mixed=an_object("moving-average coefficient of the encoders' noise", **_SIZES),
+                time_noise_s=_TIME_NOISE,
                 unknown_torque_over_A22=an_object("standard deviation, white noise over A22 [1/s^1.5]", **_SIZES),
+                base_moves=_BASE_MOVES,
                 step_rad=an_object("of the encoders, 0 where none shows [rad]", **_SIZES),
             ),
             advice=a_list(ADVICE, "for effects that could be others, all base parameters, and each effect's strength"),
@@ -332,10 +336,12 @@ REPORT: Schema = {
             "the likelihood of whole swings, given all that was measured; null where no maximum was found",
             noise_rad=an_object("standard deviation of the encoders' noise [rad]", **_OF_JOINTS),
             noise_memory=an_object("its correlation from one reading to the next", **_OF_JOINTS),
+            time_noise_s=_TIME_NOISE,
             missing_torque=an_object(
                 "standard deviation of unknown torques in the joints, white noise [N m s^0.5]; 0 where none is missing",
                 **_OF_JOINTS,
             ),
+            base_moves=_BASE_MOVES,
             swings=count("stretches of the trials without interruption"),
             steps=count("of Gauss and Newton"),
         ),

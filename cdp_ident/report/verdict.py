@@ -1,11 +1,14 @@
 """The result for people: one sentence, and each effect in words."""
 
+import re
+
 from cdp_ident.diagnosis.identifiability import CONFIDENCE
 from cdp_ident.report.schema import Section
 from cdp_ident.report.wording import CERTAINTY, capitalised, key_words, over_inertia, unit, with_std
 from cdp_ident.tracing.final_model import is_worse
 from cdp_ident.tracing.found_effects import FoundEffect, FoundParameter
 from cdp_ident.tracing.trace import Trace
+from cdp_ident.tracing.unexplained import errors_of_time
 
 _NUMERALS = ("No", "One", "Two", "Three", "Four", "Five", "Six", "Seven", "Eight", "Nine")
 _AS_NOISE = 1.5
@@ -15,6 +18,8 @@ _LEAST_SHARE, _NEARLY_ALL = 0.005, 0.9
 _MORE = 1.05
 """From so many times the noise on, that is said as a number."""
 _PREFIXES = ((1.0, ""), (1e-3, "m"), (1e-6, "µ"))
+_PREFIXED = re.compile(r"(?!k)[A-Za-z]+(?:\^(\d+))?(?= |/|$)")
+"""How a unit begins before which a prefix may stand, and the power that is the prefix's, too."""
 
 
 def verdict(trace: Trace) -> str:
@@ -30,9 +35,14 @@ def verdict(trace: Trace) -> str:
         subject = effect_in_words(effects[0]) if count == 1 else f"{numeral} effects"
     after = withdrawn.holdout if withdrawn else trace.after.holdout.rmse()
     noise, significant = trace.completed.data.noise_level, trace.unexplained.significant
-    said = judgement(
-        subject, count, trace.before.holdout.rmse(), after, noise, significant, trace.selection is not None
-    )
+    why, late, before = "no known effect explains it", "", trace.before.holdout.rmse()
+    if trace.selection is None:
+        why = "effects could not be looked for"
+    elif trace.whole and trace.whole.base_moves:
+        why = "it is as if the base moved"
+    if trace.whole:
+        late = errors_of_time(trace.whole.noise.time)
+    said = judgement(subject, count, before, after, noise, significant, why, late)
     if any(over_inertia(quantity(parameter)) for effect in effects for parameter in effect.parameters):
         width = CONFIDENCE * trace.physical.inertia_std_once_weighed
         said += f" Torques in N m are known to ± {100.0 * width:.2g} % once the outer rod is weighed."
@@ -40,7 +50,14 @@ def verdict(trace: Trace) -> str:
 
 
 def judgement(
-    subject: str, count: int, before: float, after: float, noise: float, significant: bool, looked: bool = True
+    subject: str,
+    count: int,
+    before: float,
+    after: float,
+    noise: float,
+    significant: bool,
+    why: str = "no known effect explains it",
+    late: str = "",
 ) -> str:
     """Return a verdict in one sentence.
 
@@ -51,35 +68,37 @@ def judgement(
         after: the same of the model with the effects [rad].
         noise: of the encoders [rad].
         significant: whether more than noise remains.
-        looked: whether effects were looked for.
+        why: what is said of it where the paper's model leaves more.
+        late: what errors of time the noise has, in words.
     """
     times = after / noise
     is_noise = not significant and times <= _AS_NOISE
+    as_noise = f"encoder noise and {late}" if late else "encoder noise"
     if not count:
-        return _of_the_paper_s_model(after, times, is_noise, significant, looked)
+        if is_noise:
+            return f"The paper's model explains the motion: what it leaves, {1e3 * after:.3g} mrad, is {as_noise}."
+        return _of_the_paper_s_model(after, times, significant, why)
     changes = f"{1e3 * before:.3g} -> {1e3 * after:.3g} mrad on held-out motion"
     subject, was, does, s = (f"{subject},", "was", "does", "s") if count == 1 else (subject, "were", "do", "")
     if is_worse(after, before):
         return (
             f"{subject} {was} found, but {does} not carry over: {changes}. So the paper's model is kept; "
-            f"{_rest(before / noise, False, significant)}."
+            f"{_rest(before / noise, significant)}."
         )
     explainable, left = before**2 - noise**2, max(after**2 - noise**2, 0.0)
     share = 1.0 - left / explainable if explainable > 0.0 else 0.0
+    rest = f"the rest is {as_noise}" if is_noise else _rest(times, significant)
     if share < _LEAST_SHARE:
-        return f"{subject} {was} found, but hardly matter{s} here: {changes}; {_rest(times, is_noise, significant)}."
-    is_noise = is_noise and share >= _NEARLY_ALL
+        return f"{subject} {was} found, but hardly matter{s} here: {changes}; {rest}."
+    if share < _NEARLY_ALL:
+        is_noise, rest = False, _rest(times, significant)
     return (
-        f"{subject} explain{s} {_share_words(share, is_noise)} of what the paper's model could not: {changes}; "
-        f"{_rest(times, is_noise, significant)}."
+        f"{subject} explain{s} {_share_words(share, is_noise)} of what the paper's model could not: {changes}; {rest}."
     )
 
 
-def _of_the_paper_s_model(left: float, times: float, is_noise: bool, significant: bool, looked: bool) -> str:
+def _of_the_paper_s_model(left: float, times: float, significant: bool, why: str) -> str:
     milliradians = f"{1e3 * left:.3g} mrad"
-    if is_noise:
-        return f"The paper's model explains the motion: what it leaves, {milliradians}, is encoder noise."
-    why = "no known effect explains it" if looked else "effects could not be looked for"
     if significant:
         return f"The paper's model leaves more than noise, {milliradians}, and {why}."
     return f"The paper's model leaves {milliradians}, {times:.2g} times the encoders' noise, and {why}."
@@ -91,11 +110,11 @@ def _share_words(share: float, is_noise: bool) -> str:
     return "more than 99 %" if per_cent == 100 and not is_noise else f"{per_cent} %"
 
 
-def _rest(times: float, is_noise: bool, significant: bool) -> str:
-    if is_noise:
-        return "the rest is encoder noise"
+def _rest(times: float, significant: bool) -> str:
     if significant and times < _MORE:
         return "more than the encoders' noise remains"
+    if times < _MORE:
+        return "hardly more than the encoders' noise is left"
     more = ", more than chance" if significant else ""
     return f"{times:.2g} times the encoders' noise is left{more}"
 
@@ -149,7 +168,9 @@ def _with_unit(parameter: FoundParameter) -> str:
 
 def _scaled(parameter: FoundParameter, std: float) -> str:
     symbol, size = unit(parameter.description.unit), max(abs(parameter.value), std)
-    prefixes = _PREFIXES if symbol and not symbol.startswith("k") else _PREFIXES[:1]
+    begins = _PREFIXED.match(symbol)
+    power = int(begins[1] or 1) if begins else 0
+    prefixes = [(factor**power, prefix) for factor, prefix in _PREFIXES[: 3 if power else 1]]
     factor, prefix = next(((f, p) for f, p in prefixes if size >= f), prefixes[-1])
     value, std = parameter.value / factor, std / factor
     return f"{with_std(value, std) if std else f'{value:.3g}'} {prefix}{symbol}".rstrip()

@@ -19,7 +19,15 @@ from cdp_ident.report.schema import Section
 CERTAINTY = {"named": "", "probable": "probably ", "acts_like": "something that acts like "}
 """Words before the name of an effect, by how sure the name is."""
 CERTAINTY_WORDS = {"named": "named", "probable": "probable", "acts_like": "acts like it"}
-_OVER_INERTIA = {"N m": "1/s²", "N m s": "1/s", "N m s^2": "", "N m/rad": "1/s²", "kg m^2": ""}
+_OVER_INERTIA = {
+    "N m": "1/s²",
+    "N m s": "1/s",
+    "N m s^2": "",
+    "N m/s": "1/s³",
+    "N m/rad": "1/s²",
+    "N m/rad^3": "1/s²",
+    "kg m^2": "",
+}
 """Units, and the same over that of A22."""
 _SAID_AS_POWER = 3.0
 """Decimal logarithm of odds from which on they are written as a power of ten."""

@@ -61,8 +61,8 @@ def unexplained(final: FinalModel, whole: WholeSwings | None, noise: Array, iner
         words = ["nothing but the encoders' noise"]
         if memory.max() > 0.0:
             words.append(f"of which {100 * memory.max():.0f} % is in the next reading still")
-        if whole.noise.time > 0.0:
-            words.append(f"and errors of {1e3 * whole.noise.time:.2g} ms in the times of both encoders")
+        if late := errors_of_time(whole.noise.time):
+            words.append(f"and {late}")
         if said:
             words.append(f"and torques that matter less than that, {said} (root mean square){moved}")
         return Unexplained(False, JOINTS[worst], times, torque, ", ".join(words))
@@ -73,6 +73,11 @@ def unexplained(final: FinalModel, whole: WholeSwings | None, noise: Array, iner
         worst = dependence.joint
         words = [f"torques of {said} are missing (root mean square){moved}", dependence.words(inertia)]
     return Unexplained(True, JOINTS[worst], times, torque, "; ".join(words))
+
+
+def errors_of_time(std: float) -> str:
+    """Say by how much the times of readings are off [s]; nothing where they are not."""
+    return f"errors of {1e3 * std:.2g} ms in the times of both encoders" if std > 0.0 else ""
 
 
 def _of_base(whole: WholeSwings) -> float:

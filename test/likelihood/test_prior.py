@@ -27,7 +27,8 @@ def parameter(unit, **more):
 
 
 @pytest.mark.parametrize(
-    ("unit", "power"), [("N m", -2), ("N m/rad", -2), ("N m s", -1), ("rad/s", -1), ("s", 1), ("rad", 0), ("", 0)]
+    ("unit", "power"),
+    [("N m", -2), ("N m/rad", -2), ("N m/rad^3", -2), ("N m s", -1), ("rad/s", -1), ("s", 1), ("rad", 0), ("", 0)],
 )
 def test_what_has_a_second_in_its_unit_scales_with_the_time_unit(unit, power):
     assert typical(parameter(unit), UNIT) == pytest.approx(0.02)

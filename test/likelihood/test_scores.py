@@ -7,6 +7,7 @@ import pytest
 
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.likelihood.scores import scores, shocks
+from cdp_ident.likelihood.whole_swing import likely_near
 from reference import pendulum
 from reference.pendulum import TABLE_5
 from scenarios.swings import TIME, UNIT, fitted, known, measured, motion, recorded, with_effect
@@ -82,8 +83,13 @@ def test_counts_are_found_where_they_were_lost(joint):
 
 
 @pytest.mark.parametrize("rod", ["inner", "outer"])
-def test_an_impulse_is_found_where_it_was(rod):
-    impulses, _ = shocks(fitted(recorded([measured(pushed(rod), np.random.default_rng(3))])))
+@pytest.mark.parametrize("of_base", [False, True])
+def test_an_impulse_is_found_where_it_was_also_where_the_base_is_said_to_move(rod, of_base):
+    found = fitted(recorded([measured(pushed(rod), np.random.default_rng(3))]))
+    if of_base:
+        noise = replace(found.noise, of_base=True)
+        found = likely_near(found.model, found.values, found.recorded, found.states, noise)
+    impulses, _ = shocks(found)
     assert max(impulses, key=lambda each: impulses[each].gain) == rod
     assert impulses[rod].gain > 40.0
     assert impulses[rod].time == pytest.approx(4.0, abs=0.3 * UNIT)

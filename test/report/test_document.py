@@ -92,6 +92,12 @@ def test_a_report_read_from_its_file_gives_the_same_text(content, read_content):
     assert printed(read_content) == printed(content)
 
 
+def test_errors_of_time_stand_beside_the_noise(read_content):
+    assert "errors of" not in printed(read_content)
+    read_content["whole_swings"]["time_noise_s"] = 1.2e-3
+    assert "mrad, with errors of 1.2 ms in the times of both encoders" in printed(read_content)
+
+
 def test_warnings_are_printed(read_content):
     read_content["warnings"] = []
     assert "Warnings\nNone." in re.sub(" +\n", "\n", printed(read_content))

@@ -1,6 +1,6 @@
 """What is known of a rig, read again from a report's folder."""
 
-from dataclasses import asdict
+from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
@@ -9,6 +9,7 @@ from cdp_ident.design.discrimination import RecordedMotion
 from cdp_ident.design.knowledge import NEW, Knowledge
 from cdp_ident.errors import CdpIdentError, ReportError
 from cdp_ident.report.knowledge import knowledge_of, recorded_motion
+from cdp_ident.report.next_trial import next_trial_section
 from scenarios.weighted import WEIGHT
 
 
@@ -64,9 +65,20 @@ def test_a_report_of_a_fit_that_failed_knows_nothing(read_content):
     assert knowledge_of(read_content) is None
 
 
+def test_errors_of_time_and_a_base_that_moves_are_assumed_of_the_next_trial(outcome, read_content):
+    trace, whole = outcome.trace, outcome.trace.completed.whole
+    noise = replace(whole.noise, time=1e-3, of_base=True)
+    found = replace(whole, noise=noise, is_missing=np.array([True, False]))
+    told = replace(outcome, trace=replace(trace, completed=replace(trace.completed, whole=found)))
+    read_content["next_trial"] = next_trial_section(told, failed=pytest.fail)
+    noise = knowledge_of(read_content).noise
+    assert (noise.time, noise.of_base) == (1e-3, True)
+
+
 @pytest.mark.parametrize(
     ("key", "value"),
     [
+        ("time_noise_s", -1e-3),
         ("interval_s", 0.0),
         ("interval_s", 1e-300),
         ("spacing_s", 1e-300),

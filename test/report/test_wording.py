@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from cdp_ident.model.effects.catalogue import NAMED
 from cdp_ident.model.parameters import groups_of
 from cdp_ident.report.wording import (
     action_words,
@@ -19,6 +20,7 @@ from cdp_ident.report.wording import (
     nominal_groups,
     nominal_value,
     odds,
+    over_inertia,
     per_cent,
     share_words,
     short_name,
@@ -168,3 +170,10 @@ def test_no_probability_is_0_or_1(probability, said):
 )
 def test_large_odds_are_powers_of_ten(log10_odds, said):
     assert odds(log10_odds) == said
+
+
+@pytest.mark.parametrize("effect", NAMED, ids=lambda effect: effect.key)
+def test_what_motion_shows_over_inertia_is_written_so_where_no_mass_is_known(effect):
+    for strength in (p for p in effect.parameters if p.inertia_power == 1 and not p.shape):
+        shown = {"value": 1.0, "std": 1.0, "unit": strength.unit, "as_fitted": {"value": 2.0, "std": 0.01}}
+        assert over_inertia(shown).endswith("over A22")

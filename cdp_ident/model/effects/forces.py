@@ -115,7 +115,7 @@ FORCES = (
         [
             EffectParameter("stiffness", "N m/rad", 0.0, 1000.0, 0.1, inertia_power=1),
             EffectParameter("torque", "N m", -200.0, 200.0, 0.01, inertia_power=1),
-            EffectParameter("hardening", "N m/rad", -100.0, 100.0, 0.01, inertia_power=1),
+            EffectParameter("hardening", "N m/rad^3", -100.0, 100.0, 0.01, inertia_power=1),
         ],
         "Duffing: Kovacic and Brennan, The Duffing Equation, 2011",
         variant="hardening",

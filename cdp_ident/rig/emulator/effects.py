@@ -1,5 +1,6 @@
 """Effects of the catalogue in an emulated rig: what its file says of them, and what its encoders make of the motion."""
 
+import math
 from collections import deque
 from typing import Any
 
@@ -16,6 +17,10 @@ from cdp_ident.user_input import quoted
 
 Array = npt.NDArray[np.float64]
 
+_LONGEST_STEP = 1e-4
+"""States of encoders' own go on by steps of this at most [s], as fast as filters and elastic couplings may be."""
+_AT_REST = np.array([1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+"""What the rods have of a motion, before which they were at rest."""
 _LATEST = 0.1
 """So much of the past is kept for an encoder that is late [s]."""
 
@@ -69,8 +74,13 @@ class Readings:
 
     def of(self, states: Array) -> Array:
         """Return the inner and outer encoder's angles (n, 2) [rad] of a motion's next samples (n, 7), but the cart."""
-        begin = (self._now + 1) * self._period
-        shown = readings_of(self._coefficients, states, self._own, self._period, self._encoders, begin)
+        parts = math.ceil(self._period / _LONGEST_STEP) if self._own.size else 1
+        since = np.array([self._past[-1] if self._past else states[0] * _AT_REST, *states])
+        at = np.arange(1, parts * len(states) + 1) / parts
+        between = np.column_stack([np.interp(at, np.arange(len(since)), column) for column in since.T])
+        step = self._period / parts
+        begin = self._now * self._period + step
+        shown = readings_of(self._coefficients, between, self._own, step, self._encoders, begin)[parts - 1 :: parts]
         for joint, delay in enumerate(self._late_by.values()):
             if delay:
                 shown[:, joint] += self._late(states, delay, joint) - of_joint(states, joint)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline
+from scipy.signal import lsim
 
 from cdp_ident.model.acting import ActingEffects
 from cdp_ident.model.parameters import NOMINAL, SYMBOLS, inertia_about_cart, physical_coefficients
@@ -105,7 +106,8 @@ def test_an_encoder_with_play_stays_behind_by_half_of_the_gap(piece: int) -> Non
     shown = readings({"backlash": {"inner": {"gap": 0.1}}, "encoder_offset": {"inner": {"offset": 0.3}}}, motion, piece)
     from_rest = np.concatenate([[[1.5] * motion.shape[1]], motion])  # where the hand let it go
     described = backlash("inner").reading(np.arange(2001) * PERIOD, lambda times: from_rest, NOMINAL, 0.05)[1:, 0]
-    assert shown[:, 0] == pytest.approx(motion[:, 0] + described + 0.3, abs=1e-5)
+    between_samples = 1e-4  # the joint turns back there, further than where it is described
+    assert shown[:, 0] == pytest.approx(motion[:, 0] + described + 0.3, abs=between_samples)
     assert np.abs(described).max() == pytest.approx(0.05)
     assert shown[:, 1] == pytest.approx(motion[:, 1] - motion[:, 0])
 
@@ -121,6 +123,28 @@ def test_encoders_of_a_rod_that_bends_are_askew_by_what_an_independent_descripti
     assert np.abs(bent).max() > 0.01
     inner, outer = motion[:, 0], motion[:, 1] - motion[:, 0]
     assert shown == pytest.approx(np.stack([inner, outer], axis=1) + bent, abs=1e-9)
+
+
+@pytest.mark.parametrize("piece", [1, 256])
+@pytest.mark.parametrize(
+    ("name", "values", "numerator", "denominator"),
+    [
+        ("time_offset", {"variant": "filtered", "delay": 0.006}, [1.0], [0.006, 1.0]),
+        ("encoder_compliance", {"variant": "oscillating", "compliance": 1e-4, "damping_ratio": 0.2},
+         [4e-3, 1.0], [1e-4, 4e-3, 1.0]),
+    ],
+)  # fmt: skip
+def test_an_encoder_with_a_state_of_its_own_shows_what_its_transfer_function_says(
+    name: str, values: dict[str, Any], numerator: list[float], denominator: list[float], piece: int
+) -> None:
+    motion = states({})
+    time = PERIOD * np.arange(len(motion))
+    fine = np.arange(50 * len(motion) - 49) * PERIOD / 50
+    joint, speed = motion[:, 1] - motion[:, 0], motion[:, 3] - motion[:, 2]
+    _, expected, _ = lsim((numerator, denominator), CubicHermiteSpline(time, joint, speed)(fine) - joint[0], fine)
+    shown = readings({name: {"outer": values}}, motion, piece)[:, 1] - joint[0]
+    assert shown[400:] == pytest.approx(expected[::50][400:], abs=5e-5)
+    assert np.ptp(shown[400:] - (joint - joint[0])[400:]) > 2e-3
 
 
 def test_the_inner_encoder_may_be_the_late_one() -> None:
