@@ -76,6 +76,10 @@ _DISTINCTION = {
         "A step at zero speed that comes late: after each turn the torque needs an angle of some `give` to change its "
         "sign. Where that angle is small against what the noise shows, Coulomb friction is found."
     ),
+    "drifting_friction": (
+        "A step at zero speed whose height changes along each trial. Coulomb friction has the same step from beginning to "
+        "end; where the change is too small to be seen, Coulomb friction is found."
+    ),
     "load_friction": (
         "A step at zero speed whose height follows the bearing's load: higher where the rods swing through "
         "fast. Coulomb friction has the same step at any load."
@@ -93,6 +97,14 @@ _DISTINCTION = {
         "A straight line over the joint's angle. Gravity is a sine of the absolute angles, so large swings "
         "distinguish them."
     ),
+    "constant_torque": (
+        "The same torque always. Beside dry friction it makes the steps in both directions unequal; a spring's torque "
+        "changes with the angle, and gravity's that is askew with the rods' absolute angles."
+    ),
+    "varying_viscosity": (
+        "Viscous friction whose slope over the speed changes over the joint's turn. Dry friction that changes over the "
+        "turn is a step at zero speed."
+    ),
     "cogging_torque": ("A wave over the joint's angle, some periods a turn."),
     "impulse": (
         "One window fits far worse than all others, from one instant on. An impulse makes a speed jump, lost "
@@ -104,6 +116,18 @@ _DISTINCTION = {
     ),
     "encoder_scale": ("The error grows with the angle from hanging; an offset is constant, an eccentricity periodic."),
     "encoder_eccentricity": ("The error is a sine of the joint's angle, once a turn."),
+    "encoder_harmonic": ("The error is a sine of two to four times the joint's angle."),
+    "encoder_compliance": (
+        "The error is minus the joint's acceleration times the compliance: the encoder lags behind where the joint speeds "
+        "up. A belt that oscillates leaves ripples at its own frequency, seen by this encoder alone."
+    ),
+    "encoder_filter": (
+        "Beyond a delay, the error is half of the joint's acceleration times the square of the time constant, to the other "
+        "side than with an elastic coupling. Where the noise hides that, a late encoder is found."
+    ),
+    "oblique_view": (
+        "Both absolute angles are off by the same sine of twice the angle. An encoder's harmonic is in one joint alone."
+    ),
     "backlash": (
         "The angle's error is half of the gap, against the motion, and changes its sign after each turn while the "
         "joint goes through the gap. That of a late encoder is proportional to the speed."
