@@ -77,8 +77,8 @@ _DISTINCTION = {
         "sign. Where that angle is small against what the noise shows, Coulomb friction is found."
     ),
     "drifting_friction": (
-        "A step at zero speed whose height changes along each trial. Coulomb friction has the same step from beginning to "
-        "end; where the change is too small to be seen, Coulomb friction is found."
+        "A step at zero speed whose height changes along each trial. Coulomb friction has the same step all the time, "
+        "and is found where the change is too small to be seen."
     ),
     "load_friction": (
         "A step at zero speed whose height follows the bearing's load: higher where the rods swing through "
@@ -118,12 +118,12 @@ _DISTINCTION = {
     "encoder_eccentricity": ("The error is a sine of the joint's angle, once a turn."),
     "encoder_harmonic": ("The error is a sine of two to four times the joint's angle."),
     "encoder_compliance": (
-        "The error is minus the joint's acceleration times the compliance: the encoder lags behind where the joint speeds "
-        "up. A belt that oscillates leaves ripples at its own frequency, seen by this encoder alone."
+        "The error is minus the joint's acceleration times the compliance: the encoder lags behind where the joint "
+        "speeds up. A belt that oscillates leaves ripples at its own frequency, seen by this encoder alone."
     ),
     "encoder_filter": (
-        "Beyond a delay, the error is half of the joint's acceleration times the square of the time constant, to the other "
-        "side than with an elastic coupling. Where the noise hides that, a late encoder is found."
+        "Beyond a delay, the error is half of the joint's acceleration times the square of the time constant, to the "
+        "other side than with an elastic coupling. Where the noise hides that, a late encoder is found."
     ),
     "oblique_view": (
         "Both absolute angles are off by the same sine of twice the angle. An encoder's harmonic is in one joint alone."
@@ -248,7 +248,10 @@ def _description(forms: Sequence[Effect]) -> str:
 
 
 def _variant(effect: Effect) -> str:
-    return "2 to 16 per turn" if effect.harmonic else effect.variant
+    if not effect.harmonic:
+        return effect.variant
+    variants = [one.variant for one in CATALOGUE if (one.name, one.joint) == (effect.name, effect.joint)]
+    return f"{variants[0].split()[0]} to {variants[-1]}"
 
 
 def _name(entry: Entry) -> str:
