@@ -13,13 +13,12 @@ from std_srvs.srv import Trigger
 from cdp_ident.bag.time_reference import serialize_time_reference
 from cdp_ident.command_line import ArgumentParser, entry_point
 from cdp_ident.errors import OptionError, RigError
-from cdp_ident.rig.binary_codec import BinaryCodec
+from cdp_ident.rig.codec import CODECS
 from cdp_ident.rig.commands import Commands
 from cdp_ident.rig.health import Level, assess
 from cdp_ident.rig.joints import Calibration, Triple
 from cdp_ident.rig.measurement import MeasurementStream
 from cdp_ident.rig.port import PortReader
-from cdp_ident.rig.text_codec import TextCodec
 from cdp_ident.rig.zero import load_zero, save_zero
 from cdp_ident.ros.diagnostics import Diagnostics, Status, log
 from cdp_ident.ros.joint_state_publisher import QUEUE_DEPTH, JointStatePublisher, declare_velocity_window
@@ -57,7 +56,7 @@ class Driver:
         self._node = node
         port = parameters.declare("port", "/dev/ttyACM0", "serial port, or a pattern such as /dev/serial/by-id/usb-*")
         baud = parameters.declare("baud", 460800, "speed of the line", unit="baud", minimum=1200, maximum=12_000_000)
-        codec_name = parameters.declare("codec", "binary", "how the rig writes its frames", choices=("binary", "text"))
+        codec_name = parameters.declare("codec", "binary", "how the rig writes its frames", choices=tuple(CODECS))
         reset_on_open = parameters.declare(
             "reset_on_open", False, "let DTR fall as the port is closed: many boards are reset when it is opened again"
         )
@@ -83,7 +82,7 @@ class Driver:
 
         self._calibration = calibration
         self._first_joint = 0 if names[0] else 1
-        codec = TextCodec() if codec_name == "text" else BinaryCodec()
+        codec = CODECS[codec_name]()
         self._stream = MeasurementStream(
             codec,
             calibration,

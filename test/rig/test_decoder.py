@@ -6,11 +6,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cdp_ident.rig.binary_codec import BinaryCodec
-from cdp_ident.rig.codec import Codec
+from cdp_ident.rig.codec import BinaryCodec, Codec, TextCodec
 from cdp_ident.rig.decoder import LONGEST_FRAME, Decoder, Event, Restart
 from cdp_ident.rig.records import CartCommand, Hello, Record, Sample
-from cdp_ident.rig.text_codec import TextCodec
 
 CODECS: list[Codec] = [BinaryCodec(), TextCodec()]
 both = pytest.mark.parametrize("codec", CODECS, ids=lambda codec: codec.name)

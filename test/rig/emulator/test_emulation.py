@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 from cdp_ident.errors import RigError
-from cdp_ident.rig.binary_codec import BinaryCodec
-from cdp_ident.rig.codec import Codec
+from cdp_ident.rig.codec import BinaryCodec, Codec, TextCodec
 from cdp_ident.rig.decoder import Decoder, Event, Restart
 from cdp_ident.rig.emulator.configuration import EmulatedRig
 from cdp_ident.rig.emulator.drive import Drive
@@ -20,7 +19,6 @@ from cdp_ident.rig.emulator.faults import Faults
 from cdp_ident.rig.emulator.script import Wait
 from cdp_ident.rig.port import PortReader
 from cdp_ident.rig.records import CartCommand, Sample
-from cdp_ident.rig.text_codec import TextCodec
 
 
 def wait_for(condition: Callable[[], bool]) -> None:
