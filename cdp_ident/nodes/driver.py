@@ -16,9 +16,10 @@ from cdp_ident.errors import OptionError, RigError
 from cdp_ident.rig.codec import CODECS
 from cdp_ident.rig.commands import Commands
 from cdp_ident.rig.health import Level, assess
-from cdp_ident.rig.joints import Calibration, Triple
+from cdp_ident.rig.joints import Calibration
 from cdp_ident.rig.measurement import MeasurementStream
 from cdp_ident.rig.port import PortReader
+from cdp_ident.rig.recording.facts import JointNames
 from cdp_ident.rig.zero import load_zero, save_zero
 from cdp_ident.ros.diagnostics import Diagnostics, Status, log
 from cdp_ident.ros.joint_state_publisher import QUEUE_DEPTH, JointStatePublisher, declare_velocity_window
@@ -44,8 +45,6 @@ EXAMPLE = """\
 example:
   ros2 run cdp_ident driver --ros-args -p port:=/dev/ttyACM0 -p codec:=text -p baud:=115200"""
 
-_JOINTS = (("cart", "cart", "m"), ("inner", "inner joint", "rad"), ("outer", "outer joint", "rad"))
-
 
 class Driver:
     """The driver on its node."""
@@ -60,12 +59,8 @@ class Driver:
         reset_on_open = parameters.declare(
             "reset_on_open", False, "let DTR fall as the port is closed: many boards are reset when it is opened again"
         )
-        calibration = _declare_calibration(parameters)
-        names = [
-            parameters.declare("cart_joint", "cart_joint", "name of the cart's joint; empty if it has no encoder"),
-            parameters.declare("inner_joint", "inner_joint", "name of the joint between cart and inner rod"),
-            parameters.declare("outer_joint", "outer_joint", "name of the joint between the rods"),
-        ]
+        calibration = parameters.declare_fields(Calibration())
+        joints = parameters.declare_fields(JointNames())
         survives = parameters.declare(
             "counters_survive_reset", False, "true for absolute encoders: the zero still holds after a device reset"
         )
@@ -76,12 +71,12 @@ class Driver:
             "stale_after", 0.5, "without a sample for this long the rig is stale", unit="s", minimum=0.01, maximum=60.0
         )
         velocity_window = declare_velocity_window(parameters)
-        if not all(names[1:]):
+        if not joints.inner_joint or not joints.outer_joint:
             raise OptionError("inner_joint and outer_joint need a name: only the cart may be without an encoder")
         parameters.start()
 
         self._calibration = calibration
-        self._first_joint = 0 if names[0] else 1
+        self._first_joint = 0 if joints.cart_joint else 1
         codec = CODECS[codec_name]()
         self._stream = MeasurementStream(
             codec,
@@ -90,7 +85,8 @@ class Driver:
             survives,
             bool(parameters.get("use_sim_time")),
         )
-        self._joint_states = JointStatePublisher(node, "joint_states", names[self._first_joint :], velocity_window)
+        names = (joints.cart_joint, joints.inner_joint, joints.outer_joint)[self._first_joint :]
+        self._joint_states = JointStatePublisher(node, "joint_states", names, velocity_window)
         self._time_references = create_publisher(node, TimeReference, "time_reference", QUEUE_DEPTH)
         node.create_service(Trigger, "~/zero_hanging", self._zero_hanging)
         self._source = ""
@@ -103,7 +99,7 @@ class Driver:
         self._reader = PortReader(
             port, baud, self._stream.port_was_opened, self._take, logger.info, logger.warning, reset_on_open
         )
-        self._commands = Commands(codec, calibration.signs[0])
+        self._commands = Commands(codec, calibration.cart_sign)
         # Of late commands only the newest is worth forwarding, and none is worth repeating.
         newest = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
         node.create_subscription(Float64, "cart_command", self._forward, newest)
@@ -155,47 +151,6 @@ class Driver:
             response.success = False
         log(self._node.get_logger(), Level.OK if response.success else Level.WARN, response.message)
         return response
-
-
-def _declare_calibration(parameters: Parameters) -> Calibration:
-    def sign(joint: str) -> int:
-        value = parameters.declare(
-            f"{joint}_sign", 1, f"-1 if the {joint} counter runs against +x", minimum=-1, maximum=1
-        )
-        if value == 0:
-            raise OptionError(f"parameter '{joint}_sign' is 0; expected 1 or -1")
-        return value
-
-    def counts(joint: str) -> int:
-        return parameters.declare(
-            f"{joint}_counts_per_turn",
-            0,
-            f"counts of the {joint} encoder per turn, four a line; 0: what the rig's greeting says",
-            minimum=0,
-            maximum=2**31,
-        )
-
-    def limits(kind: str, per: str, meaning: str, defaults: Triple, least: float, most: float) -> Triple:
-        cart, inner, outer = (
-            parameters.declare(
-                f"{name}_{kind}_limit", default, f"{joint}: {meaning}", unit=unit + per, minimum=least, maximum=most
-            )
-            for (name, joint, unit), default in zip(_JOINTS, defaults, strict=True)
-        )
-        return cart, inner, outer
-
-    defaults = Calibration()
-    return Calibration(
-        signs=(sign("cart"), sign("inner"), sign("outer")),
-        metres_per_count=parameters.declare(
-            "metres_per_count", defaults.metres_per_count, "the cart's way for one count", unit="m", minimum=1e-9,
-            maximum=1.0,
-        ),
-        inner_counts_per_turn=counts("inner"),
-        outer_counts_per_turn=counts("outer"),
-        slew_limits=limits("slew", "/s", "faster motion is dropped as a fault", defaults.slew_limits, 0.01, 1e6),
-        rest_limits=limits("rest", "", "moves less than this in a second at rest", defaults.rest_limits, 0.0, 1.0),
-    )  # fmt: skip
 
 
 def _default_zero_file(node: Any) -> str:

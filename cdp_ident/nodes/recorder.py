@@ -12,7 +12,6 @@ from cdp_ident.command_line import ArgumentParser, entry_point
 from cdp_ident.errors import RigError
 from cdp_ident.outside_text import shown, utf_8
 from cdp_ident.rig.health import Level
-from cdp_ident.rig.recording.facts import JointNames
 from cdp_ident.rig.recording.options import RecorderOptions
 from cdp_ident.rig.recording.recorder import FLUSH_NS, Recorder, Surroundings
 from cdp_ident.ros.diagnostics import Diagnostics, Status, log
@@ -21,8 +20,6 @@ from cdp_ident.ros.parameters import Parameters
 from cdp_ident.ros.qos import Subscription, latched, offered
 from cdp_ident.ros.recorder_weights import RecorderWeights
 from cdp_ident.ros.steady_timer import call_every
-from cdp_ident.ros.trial_limits import declare_trial_limits
-from cdp_ident.user_input import user_path
 
 DESCRIPTION = """\
 Record free-swing trials. Armed, it waits until the pendulum is held away from hanging and let go, records until it is
@@ -57,7 +54,7 @@ class RecorderNode:
     def __init__(self, node: Any, parameters: Parameters) -> None:
         self._node = node
         self._clock = node.get_clock()
-        options = _declare_options(parameters)
+        options = parameters.declare_fields(RecorderOptions())
         self._weights = RecorderWeights(node, parameters)
         parameters.start()
         self._state = node.create_publisher(String, "~/state", latched())
@@ -151,28 +148,6 @@ class RecorderNode:
             response.success, response.message = False, shown(error)
             self._node.get_logger().warning(response.message)
         return response
-
-
-def _declare_options(parameters: Parameters) -> RecorderOptions:
-    joints = JointNames()
-
-    def number(name: str, default: float, description: str, unit: str, maximum: float) -> float:
-        return parameters.declare(name, default, description, unit=unit, minimum=0.0, maximum=maximum)
-
-    return RecorderOptions(
-        folder=user_path(parameters.declare("folder", "trials", "where bags go")),
-        name=parameters.declare("name", "trial", "what names of bags begin with; the time follows"),
-        joints=JointNames(
-            cart=parameters.declare("cart_joint", joints.cart, "name of the cart's joint; may be missing in messages"),
-            inner=parameters.declare("inner_joint", joints.inner, "name of the joint between cart and inner rod"),
-            outer=parameters.declare("outer_joint", joints.outer, "name of the joint between the rods"),
-        ),
-        limits=declare_trial_limits(parameters),
-        pre_trigger=number("pre_trigger", 1.0, "how much from before the release is kept", "s", 60.0),
-        cart_limit=number("cart_limit", 0.002, "with more motion of the cart a trial is not zero-input", "m", 10.0),
-        shortest=number("shortest", 5.0, "a shorter trial is of little use", "s", 3600.0),
-        rearm=parameters.declare("rearm", False, "arm at the start and after each trial without being asked"),
-    )
 
 
 @entry_point
