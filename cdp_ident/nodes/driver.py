@@ -8,24 +8,24 @@ from typing import Any
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import TimeReference
 from std_msgs.msg import Float64
-from std_srvs.srv import Trigger
 
 from cdp_ident.bag.time_reference import serialize_time_reference
 from cdp_ident.command_line import ArgumentParser, entry_point
 from cdp_ident.errors import OptionError, RigError
 from cdp_ident.rig.codec import CODECS
 from cdp_ident.rig.commands import Commands
-from cdp_ident.rig.health import Level, assess
+from cdp_ident.rig.health import Health, Level, assess
 from cdp_ident.rig.joints import Calibration
 from cdp_ident.rig.measurement import MeasurementStream
 from cdp_ident.rig.port import PortReader
 from cdp_ident.rig.recording.facts import JointNames
 from cdp_ident.rig.zero import load_zero, save_zero
-from cdp_ident.ros.diagnostics import Diagnostics, Status, log
+from cdp_ident.ros.diagnostics import Diagnostics, log
 from cdp_ident.ros.joint_state_publisher import QUEUE_DEPTH, JointStatePublisher, declare_velocity_window
 from cdp_ident.ros.node import parse_arguments, run_node
 from cdp_ident.ros.parameters import Parameters
 from cdp_ident.ros.qos import create_publisher
+from cdp_ident.ros.trigger import serve
 from cdp_ident.user_input import user_path
 
 DESCRIPTION = """\
@@ -88,7 +88,7 @@ class Driver:
         names = (joints.cart_joint, joints.inner_joint, joints.outer_joint)[self._first_joint :]
         self._joint_states = JointStatePublisher(node, "joint_states", names, velocity_window)
         self._time_references = create_publisher(node, TimeReference, "time_reference", QUEUE_DEPTH)
-        node.create_service(Trigger, "~/zero_hanging", self._zero_hanging)
+        serve(node, "~/zero_hanging", self._zero_hanging)
         self._source = ""
         self._clock = node.get_clock()
         self._told: tuple[Level, str | None] | None = None
@@ -122,7 +122,7 @@ class Driver:
     def _forward(self, command: Any) -> None:
         self._reader.write(self._commands.frame(command.data))
 
-    def _report(self) -> Status:
+    def _report(self) -> Health:
         if self._reader.failed:
             self.exit_code = 1
         now, instant = self._stream.totals(), time.monotonic()
@@ -137,20 +137,18 @@ class Driver:
         if told != self._told and port.name and (self._told is not None or health.level in (Level.WARN, Level.ERROR)):
             log(self._node.get_logger(), health.level, health.message)
         self._told = told
-        return Status(health.level, health.message, health.values, health.hardware_id)
+        return health
 
-    def _zero_hanging(self, _request: Any, response: Any) -> Any:
+    def _zero_hanging(self) -> str:
+        zero = self._stream.take_zero()
+        cart, inner, outer = zero.counts
+        taken = f"hanging is at the counts {cart:.1f} (cart), {inner:.1f} (inner), {outer:.1f} (outer)"
         try:
-            zero = self._stream.take_zero()
-            cart, inner, outer = zero.counts
-            response.success = True
-            response.message = f"hanging is at the counts {cart:.1f} (cart), {inner:.1f} (inner), {outer:.1f} (outer)"
             save_zero(self._zero_file, zero)
         except RigError as error:
-            response.message = f"{response.message}; but {error}" if response.success else str(error)
-            response.success = False
-        log(self._node.get_logger(), Level.OK if response.success else Level.WARN, response.message)
-        return response
+            raise RigError(f"{taken}; but {error}") from error
+        self._node.get_logger().info(taken)
+        return taken
 
 
 def _default_zero_file(node: Any) -> str:

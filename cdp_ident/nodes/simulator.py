@@ -2,10 +2,9 @@
 
 from collections.abc import Callable
 from dataclasses import fields
+from functools import partial
 from pathlib import Path
 from typing import Any
-
-from std_srvs.srv import Trigger
 
 from cdp_ident.command_line import ArgumentParser, entry_point
 from cdp_ident.configuration.fitted_model import FittedModel, describes_model, fitted_model
@@ -25,6 +24,7 @@ from cdp_ident.ros.model_parameters import ModelParameters, own_values
 from cdp_ident.ros.node import parse_arguments, run_node
 from cdp_ident.ros.parameter_source import ParameterSource
 from cdp_ident.ros.parameters import Parameters, Shown
+from cdp_ident.ros.trigger import serve
 from cdp_ident.trial.load import load_trial
 from cdp_ident.trial.options import TrialOptions
 
@@ -102,12 +102,8 @@ class Simulator:
         parameters.will_show(describes_model)
         parameters.start()
         node.add_post_set_parameters_callback(self._follow)
-        for service, action in (
-            ("reset", self._show.reset),
-            ("pause", self._show.pause),
-            ("resume", self._show.resume),
-        ):
-            node.create_service(Trigger, f"~/{service}", self._serving(action))
+        for action in (self._show.reset, self._show.pause, self._show.resume):
+            serve(node, f"~/{action.__name__}", partial(self._after, action))
         self._show.start()
 
     def close(self) -> None:
@@ -147,13 +143,9 @@ class Simulator:
         if any(parameter.name.startswith(_START) for parameter in changed):
             self._show.begin_anew()
 
-    def _serving(self, action: Callable[[], None]) -> Callable[[Any, Any], Any]:
-        def serve(_request: Any, response: Any) -> Any:
-            action()
-            response.success, response.message = True, self._show.state
-            return response
-
-        return serve
+    def _after(self, action: Callable[[], None]) -> str:
+        action()
+        return self._show.state
 
 
 def _declare_source(node: Any, parameters: Parameters) -> str:

@@ -1,23 +1,13 @@
 """What a node says of itself in `/diagnostics`, once a second, and with that severity in its log."""
 
-from collections.abc import Callable, Mapping
-from typing import Any, NamedTuple
+from collections.abc import Callable
+from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
 from cdp_ident.outside_text import utf_8
-from cdp_ident.rig.health import Level
+from cdp_ident.rig.health import Health, Level
 from cdp_ident.ros.steady_timer import call_every
-
-
-class Status(NamedTuple):
-    """One report of a node."""
-
-    level: Level
-    message: str
-    values: Mapping[str, str] = {}
-    hardware_id: str = ""
-    """The device that it is about, if any."""
 
 
 def log(logger: Any, level: Level, sentence: str) -> None:
@@ -33,7 +23,7 @@ def log(logger: Any, level: Level, sentence: str) -> None:
 class Diagnostics:
     """Publishes what a node reports, under its fully qualified name."""
 
-    def __init__(self, node: Any, report: Callable[[], Status]) -> None:
+    def __init__(self, node: Any, report: Callable[[], Health]) -> None:
         """`report` is asked once a second."""
         self._node, self._report = node, report
         self._publisher = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
