@@ -20,7 +20,7 @@ from cdp_ident.rig.measurement import MeasurementStream
 from cdp_ident.rig.port import PortReader
 from cdp_ident.rig.recording.facts import JointNames
 from cdp_ident.rig.zero import load_zero, save_zero
-from cdp_ident.ros.diagnostics import Diagnostics, log
+from cdp_ident.ros.diagnostics import diagnose, log
 from cdp_ident.ros.joint_state_publisher import QUEUE_DEPTH, JointStatePublisher, declare_velocity_window
 from cdp_ident.ros.node import parse_arguments, run_node
 from cdp_ident.ros.parameters import Parameters
@@ -103,7 +103,7 @@ class Driver:
         # Of late commands only the newest is worth forwarding, and none is worth repeating.
         newest = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
         node.create_subscription(Float64, "cart_command", self._forward, newest)
-        self._diagnostics = Diagnostics(node, self._report)
+        diagnose(node, self._report)
         self._reader.start()
 
     def close(self) -> None:

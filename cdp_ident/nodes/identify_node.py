@@ -18,7 +18,7 @@ from cdp_ident.report.outcome import LoadedJob
 from cdp_ident.report.schema import Section
 from cdp_ident.report.terminal import summary
 from cdp_ident.rig.health import Health, Level
-from cdp_ident.ros.diagnostics import Diagnostics
+from cdp_ident.ros.diagnostics import diagnose
 from cdp_ident.ros.node import run_node
 from cdp_ident.ros.parameters import Parameters, Shown
 from cdp_ident.ros.qos import latched
@@ -66,7 +66,7 @@ class IdentifyNode:
         identifier.warn = lambda sentence: node.get_logger().warning(sentence)
         serve(node, "~/identify_again", self._again)
         serve(node, "~/cancel", self._cancel)
-        self._diagnostics = Diagnostics(node, self._report)
+        diagnose(node, self._report)
         self._done = node.create_guard_condition(self._take_outcome)
         self._closing = False
         self._thread = threading.Thread()

@@ -12,7 +12,7 @@ from cdp_ident.outside_text import shown, utf_8
 from cdp_ident.rig.health import Health, Level
 from cdp_ident.rig.recording.options import RecorderOptions
 from cdp_ident.rig.recording.recorder import FLUSH_NS, Recorder, Surroundings
-from cdp_ident.ros.diagnostics import Diagnostics
+from cdp_ident.ros.diagnostics import diagnose
 from cdp_ident.ros.node import parse_arguments, run_node
 from cdp_ident.ros.parameters import Parameters
 from cdp_ident.ros.qos import Subscription, latched, offered
@@ -82,7 +82,7 @@ class RecorderNode:
         serve(node, "~/start", lambda: self._recorder.start(self._now()))
         serve(node, "~/stop", self._stop)
         call_every(node, FLUSH_NS * 1e-9, lambda: self._recorder.tick(self._now()))
-        self._diagnostics = Diagnostics(node, self._report)
+        diagnose(node, self._report)
 
     def close(self) -> None:
         """Complete the bag that is being recorded, with all that has arrived."""

@@ -10,7 +10,6 @@ from cobs import cobs
 
 from cdp_ident.rig.records import PROTOCOL_VERSION, CartCommand, Hello, Record, Sample
 
-UNSIGNED_32 = 0xFFFFFFFF
 _FIRMWARE = re.compile(rb"[ -)+\-./0-~]{0,32}")
 _LINE = re.compile(rb"\$(([A-Z])(\d{1,3}),([ -)+-~]*))\*([0-9A-Fa-f]{4})\r?")
 _NUMBER = re.compile(rb"-?\d{1,10}")

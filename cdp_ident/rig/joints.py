@@ -6,8 +6,7 @@ from dataclasses import dataclass
 from typing import Annotated, NamedTuple
 
 from cdp_ident.errors import OptionError, RigError
-from cdp_ident.rig.codec import UNSIGNED_32
-from cdp_ident.rig.records import Hello, Sample
+from cdp_ident.rig.records import UNSIGNED_32, Hello, Sample, signed_32
 from cdp_ident.user_input import Limits
 
 HANGING = (0.0, math.pi, 0.0)
@@ -155,8 +154,7 @@ class JointTracker:
         before_raw = self._last.raw if self._last else [round(zero) for zero in self.zero]
         before = self._last.counts if self._last else before_raw
         cart, inner, outer = [
-            count + ((new - old + 2**31) & UNSIGNED_32) - 2**31
-            for count, new, old in zip(before, raw, before_raw, strict=True)
+            count + signed_32(new - old) for count, new, old in zip(before, raw, before_raw, strict=True)
         ]
         return _Counted(time_us, raw, (cart, inner, outer))
 

@@ -20,24 +20,21 @@ def log(logger: Any, level: Level, sentence: str) -> None:
         logger.warning(sentence)
 
 
-class Diagnostics:
-    """Publishes what a node reports, under its fully qualified name."""
+def diagnose(node: Any, report: Callable[[], Health]) -> None:
+    """Publish what `report` tells, which is asked once a second, under the node's fully qualified name."""
+    publisher = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
 
-    def __init__(self, node: Any, report: Callable[[], Health]) -> None:
-        """`report` is asked once a second."""
-        self._node, self._report = node, report
-        self._publisher = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
-        call_every(node, 1.0, self._publish)
-
-    def _publish(self) -> None:
-        reported = self._report()
+    def publish() -> None:
+        reported = report()
         status = DiagnosticStatus(
             level=bytes([reported.level]),
-            name=self._node.get_fully_qualified_name(),
+            name=node.get_fully_qualified_name(),
             message=utf_8(reported.message),
             hardware_id=utf_8(reported.hardware_id),
             values=[KeyValue(key=key, value=utf_8(value)) for key, value in reported.values.items()],
         )
         message = DiagnosticArray(status=[status])
-        message.header.stamp = self._node.get_clock().now().to_msg()
-        self._publisher.publish(message)
+        message.header.stamp = node.get_clock().now().to_msg()
+        publisher.publish(message)
+
+    call_every(node, 1.0, publish)
