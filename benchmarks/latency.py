@@ -26,8 +26,7 @@ from rclpy.qos import QoSProfile
 from sensor_msgs.msg import JointState, TimeReference
 
 from cdp_ident.nodes.driver import Driver
-from cdp_ident.rig.binary_codec import BinaryCodec
-from cdp_ident.rig.codec import checksum
+from cdp_ident.rig.codec import BinaryCodec, checksum
 from cdp_ident.rig.records import Hello, Sample
 from cdp_ident.ros.parameters import Parameters
 

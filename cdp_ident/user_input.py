@@ -5,13 +5,28 @@ import math
 import sys
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple, get_type_hints
 
 from cdp_ident.errors import OptionError
 from cdp_ident.outside_text import shown
 
 _LARGEST = sys.float_info.max
 _LONGEST_NAME = 60
+
+
+class Limits(NamedTuple):
+    """What a user may give for a field of a dataclass, in the field's annotation: `Annotated[float, Limits(0, 1)]`."""
+
+    minimum: float | None = None
+    maximum: float | None = None
+    changeable: bool = False
+    """Whether it may change while a node runs."""
+
+
+def limits_of(of: type) -> dict[str, Limits]:
+    """Return the limits of each field of a dataclass."""
+    hints = get_type_hints(of, include_extras=True)
+    return {name: next(iter(getattr(hint, "__metadata__", ())), Limits()) for name, hint in hints.items()}
 
 
 def quoted(value: Any) -> str:

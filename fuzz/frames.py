@@ -3,11 +3,9 @@
 import math
 import random
 
-from cdp_ident.rig.binary_codec import BinaryCodec
-from cdp_ident.rig.codec import Codec
+from cdp_ident.rig.codec import BinaryCodec, Codec, TextCodec
 from cdp_ident.rig.decoder import Decoder, Restart
 from cdp_ident.rig.records import Hello, Sample
-from cdp_ident.rig.text_codec import TextCodec
 from fuzz.campaign import FindingError
 from fuzz.mutation import mutated
 

@@ -8,24 +8,24 @@ from typing import Any
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import TimeReference
 from std_msgs.msg import Float64
-from std_srvs.srv import Trigger
 
 from cdp_ident.bag.time_reference import serialize_time_reference
 from cdp_ident.command_line import ArgumentParser, entry_point
 from cdp_ident.errors import OptionError, RigError
-from cdp_ident.rig.binary_codec import BinaryCodec
+from cdp_ident.rig.codec import CODECS
 from cdp_ident.rig.commands import Commands
-from cdp_ident.rig.health import Level, assess
-from cdp_ident.rig.joints import Calibration, Triple
+from cdp_ident.rig.health import Health, Level, assess
+from cdp_ident.rig.joints import Calibration
 from cdp_ident.rig.measurement import MeasurementStream
 from cdp_ident.rig.port import PortReader
-from cdp_ident.rig.text_codec import TextCodec
+from cdp_ident.rig.recording.facts import JointNames
 from cdp_ident.rig.zero import load_zero, save_zero
-from cdp_ident.ros.diagnostics import Diagnostics, Status, log
+from cdp_ident.ros.diagnostics import diagnose, log
 from cdp_ident.ros.joint_state_publisher import QUEUE_DEPTH, JointStatePublisher, declare_velocity_window
 from cdp_ident.ros.node import parse_arguments, run_node
 from cdp_ident.ros.parameters import Parameters
 from cdp_ident.ros.qos import create_publisher
+from cdp_ident.ros.trigger import serve
 from cdp_ident.user_input import user_path
 
 DESCRIPTION = """\
@@ -45,8 +45,6 @@ EXAMPLE = """\
 example:
   ros2 run cdp_ident driver --ros-args -p port:=/dev/ttyACM0 -p codec:=text -p baud:=115200"""
 
-_JOINTS = (("cart", "cart", "m"), ("inner", "inner joint", "rad"), ("outer", "outer joint", "rad"))
-
 
 class Driver:
     """The driver on its node."""
@@ -57,16 +55,12 @@ class Driver:
         self._node = node
         port = parameters.declare("port", "/dev/ttyACM0", "serial port, or a pattern such as /dev/serial/by-id/usb-*")
         baud = parameters.declare("baud", 460800, "speed of the line", unit="baud", minimum=1200, maximum=12_000_000)
-        codec_name = parameters.declare("codec", "binary", "how the rig writes its frames", choices=("binary", "text"))
+        codec_name = parameters.declare("codec", "binary", "how the rig writes its frames", choices=tuple(CODECS))
         reset_on_open = parameters.declare(
             "reset_on_open", False, "let DTR fall as the port is closed: many boards are reset when it is opened again"
         )
-        calibration = _declare_calibration(parameters)
-        names = [
-            parameters.declare("cart_joint", "cart_joint", "name of the cart's joint; empty if it has no encoder"),
-            parameters.declare("inner_joint", "inner_joint", "name of the joint between cart and inner rod"),
-            parameters.declare("outer_joint", "outer_joint", "name of the joint between the rods"),
-        ]
+        calibration = parameters.declare_fields(Calibration())
+        joints = parameters.declare_fields(JointNames())
         survives = parameters.declare(
             "counters_survive_reset", False, "true for absolute encoders: the zero still holds after a device reset"
         )
@@ -77,13 +71,13 @@ class Driver:
             "stale_after", 0.5, "without a sample for this long the rig is stale", unit="s", minimum=0.01, maximum=60.0
         )
         velocity_window = declare_velocity_window(parameters)
-        if not all(names[1:]):
+        if not joints.inner_joint or not joints.outer_joint:
             raise OptionError("inner_joint and outer_joint need a name: only the cart may be without an encoder")
         parameters.start()
 
         self._calibration = calibration
-        self._first_joint = 0 if names[0] else 1
-        codec = TextCodec() if codec_name == "text" else BinaryCodec()
+        self._first_joint = 0 if joints.cart_joint else 1
+        codec = CODECS[codec_name]()
         self._stream = MeasurementStream(
             codec,
             calibration,
@@ -91,9 +85,10 @@ class Driver:
             survives,
             bool(parameters.get("use_sim_time")),
         )
-        self._joint_states = JointStatePublisher(node, "joint_states", names[self._first_joint :], velocity_window)
+        names = (joints.cart_joint, joints.inner_joint, joints.outer_joint)[self._first_joint :]
+        self._joint_states = JointStatePublisher(node, "joint_states", names, velocity_window)
         self._time_references = create_publisher(node, TimeReference, "time_reference", QUEUE_DEPTH)
-        node.create_service(Trigger, "~/zero_hanging", self._zero_hanging)
+        serve(node, "~/zero_hanging", self._zero_hanging)
         self._source = ""
         self._clock = node.get_clock()
         self._told: tuple[Level, str | None] | None = None
@@ -104,11 +99,11 @@ class Driver:
         self._reader = PortReader(
             port, baud, self._stream.port_was_opened, self._take, logger.info, logger.warning, reset_on_open
         )
-        self._commands = Commands(codec, calibration.signs[0])
+        self._commands = Commands(codec, calibration.cart_sign)
         # Of late commands only the newest is worth forwarding, and none is worth repeating.
         newest = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
         node.create_subscription(Float64, "cart_command", self._forward, newest)
-        self._diagnostics = Diagnostics(node, self._report)
+        diagnose(node, self._report)
         self._reader.start()
 
     def close(self) -> None:
@@ -127,7 +122,7 @@ class Driver:
     def _forward(self, command: Any) -> None:
         self._reader.write(self._commands.frame(command.data))
 
-    def _report(self) -> Status:
+    def _report(self) -> Health:
         if self._reader.failed:
             self.exit_code = 1
         now, instant = self._stream.totals(), time.monotonic()
@@ -142,61 +137,18 @@ class Driver:
         if told != self._told and port.name and (self._told is not None or health.level in (Level.WARN, Level.ERROR)):
             log(self._node.get_logger(), health.level, health.message)
         self._told = told
-        return Status(health.level, health.message, health.values, health.hardware_id)
+        return health
 
-    def _zero_hanging(self, _request: Any, response: Any) -> Any:
+    def _zero_hanging(self) -> str:
+        zero = self._stream.take_zero()
+        cart, inner, outer = zero.counts
+        taken = f"hanging is at the counts {cart:.1f} (cart), {inner:.1f} (inner), {outer:.1f} (outer)"
         try:
-            zero = self._stream.take_zero()
-            cart, inner, outer = zero.counts
-            response.success = True
-            response.message = f"hanging is at the counts {cart:.1f} (cart), {inner:.1f} (inner), {outer:.1f} (outer)"
             save_zero(self._zero_file, zero)
         except RigError as error:
-            response.message = f"{response.message}; but {error}" if response.success else str(error)
-            response.success = False
-        log(self._node.get_logger(), Level.OK if response.success else Level.WARN, response.message)
-        return response
-
-
-def _declare_calibration(parameters: Parameters) -> Calibration:
-    def sign(joint: str) -> int:
-        value = parameters.declare(
-            f"{joint}_sign", 1, f"-1 if the {joint} counter runs against +x", minimum=-1, maximum=1
-        )
-        if value == 0:
-            raise OptionError(f"parameter '{joint}_sign' is 0; expected 1 or -1")
-        return value
-
-    def counts(joint: str) -> int:
-        return parameters.declare(
-            f"{joint}_counts_per_turn",
-            0,
-            f"counts of the {joint} encoder per turn, four a line; 0: what the rig's greeting says",
-            minimum=0,
-            maximum=2**31,
-        )
-
-    def limits(kind: str, per: str, meaning: str, defaults: Triple, least: float, most: float) -> Triple:
-        cart, inner, outer = (
-            parameters.declare(
-                f"{name}_{kind}_limit", default, f"{joint}: {meaning}", unit=unit + per, minimum=least, maximum=most
-            )
-            for (name, joint, unit), default in zip(_JOINTS, defaults, strict=True)
-        )
-        return cart, inner, outer
-
-    defaults = Calibration()
-    return Calibration(
-        signs=(sign("cart"), sign("inner"), sign("outer")),
-        metres_per_count=parameters.declare(
-            "metres_per_count", defaults.metres_per_count, "the cart's way for one count", unit="m", minimum=1e-9,
-            maximum=1.0,
-        ),
-        inner_counts_per_turn=counts("inner"),
-        outer_counts_per_turn=counts("outer"),
-        slew_limits=limits("slew", "/s", "faster motion is dropped as a fault", defaults.slew_limits, 0.01, 1e6),
-        rest_limits=limits("rest", "", "moves less than this in a second at rest", defaults.rest_limits, 0.0, 1.0),
-    )  # fmt: skip
+            raise RigError(f"{taken}; but {error}") from error
+        self._node.get_logger().info(taken)
+        return taken
 
 
 def _default_zero_file(node: Any) -> str:

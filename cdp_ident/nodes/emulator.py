@@ -13,11 +13,10 @@ from rosgraph_msgs.msg import Clock
 
 from cdp_ident.command_line import ArgumentParser, entry_point
 from cdp_ident.outside_text import shown
-from cdp_ident.rig.binary_codec import BinaryCodec
+from cdp_ident.rig.codec import CODECS
 from cdp_ident.rig.emulator.configuration import EmulatedRig, load_rig
 from cdp_ident.rig.emulator.emulation import Emulation, Events
 from cdp_ident.rig.emulator.faults import Faults
-from cdp_ident.rig.text_codec import TextCodec
 from cdp_ident.ros.node import parse_arguments, run_node
 from cdp_ident.ros.parameters import Parameters
 
@@ -81,7 +80,7 @@ def _emulation(rig: EmulatedRig, options: argparse.Namespace) -> Emulation:
     return Emulation(
         rig,
         options.link,
-        TextCodec() if options.codec == "text" else BinaryCodec(),
+        CODECS[options.codec](),
         np.random.default_rng(options.seed),
         Faults(options.flips, options.losses, options.bursts, options.delay, options.stall_every, options.stall_for),
         Events(
@@ -100,7 +99,7 @@ def _parser() -> ArgumentParser:
     parser = ArgumentParser("emulator", DESCRIPTION, EXAMPLE)
     parser.add_argument("--link", type=Path, required=True, help="name of the serial port")
     parser.add_argument("--rig", type=Path, help="YAML file with physics, encoders and script")
-    parser.add_argument("--codec", choices=("binary", "text"), default="binary", help="how frames are written")
+    parser.add_argument("--codec", choices=tuple(CODECS), default="binary", help="how frames are written")
     parser.add_argument(
         "--speed", type=_within(1e-3, 1000.0), default=1.0, help="the rig's time against the wall's (1)"
     )

@@ -5,25 +5,25 @@ from collections.abc import Sequence
 from typing import Any
 
 from std_msgs.msg import String
-from std_srvs.srv import Trigger
 
 from cdp_ident.command_line import EXIT_INTERRUPTED
 from cdp_ident.configuration.fitted_model import fitted_parameters
 from cdp_ident.configuration.keys import Scalar, description_of, is_key
 from cdp_ident.configuration.settings import Settings, is_result
-from cdp_ident.errors import CdpIdentError
+from cdp_ident.errors import CdpIdentError, OptionError
 from cdp_ident.outside_text import shown, utf_8
 from cdp_ident.pipeline.identifier import BAGS, NODE_NAME, Identifier
 from cdp_ident.pipeline.interruption import Interruption
 from cdp_ident.report.outcome import LoadedJob
 from cdp_ident.report.schema import Section
 from cdp_ident.report.terminal import summary
-from cdp_ident.rig.health import Level
-from cdp_ident.ros.diagnostics import Diagnostics, Status
+from cdp_ident.rig.health import Health, Level
+from cdp_ident.ros.diagnostics import diagnose
 from cdp_ident.ros.node import run_node
 from cdp_ident.ros.parameters import Parameters, Shown
 from cdp_ident.ros.qos import latched
 from cdp_ident.ros.steady_timer import call_every
+from cdp_ident.ros.trigger import serve
 from cdp_ident.user_input import user_path
 
 _SECONDS_BETWEEN_LOOKS = 1.0
@@ -64,9 +64,9 @@ class IdentifyNode:
         self._states = node.create_publisher(String, "~/state", latched())
         self._state, self._level = "", Level.OK
         identifier.warn = lambda sentence: node.get_logger().warning(sentence)
-        node.create_service(Trigger, "~/identify_again", self._again)
-        node.create_service(Trigger, "~/cancel", self._cancel)
-        self._diagnostics = Diagnostics(node, self._report)
+        serve(node, "~/identify_again", self._again)
+        serve(node, "~/cancel", self._cancel)
+        diagnose(node, self._report)
         self._done = node.create_guard_condition(self._take_outcome)
         self._closing = False
         self._thread = threading.Thread()
@@ -86,13 +86,11 @@ class IdentifyNode:
             self._thread.join(_LONGEST_GOODBYE)
         self._interruption.remove()
 
-    def _again(self, _request: Any, response: Any) -> Any:
+    def _again(self) -> str:
         if self._thread.is_alive() or self._outcome is not None:
-            response.success, response.message = False, "an identification is running: wait until ~/state is ready"
-        else:
-            self._start(None)
-            response.success, response.message = True, "identifying: ~/state tells when it is done"
-        return response
+            raise OptionError("an identification is running: wait until ~/state is ready")
+        self._start(None)
+        return "identifying: ~/state tells when it is done"
 
     def _take_bags(self) -> None:
         """Go on with the bags that the parameter names, where it has become another: their names may not be UTF-8."""
@@ -100,21 +98,17 @@ class IdentifyNode:
             self._bags = bags
             self._identifier.take_bags(tuple(user_path(bag) for bag in bags if bag))
 
-    def _cancel(self, _request: Any, response: Any) -> Any:
-        response.success = self._interruption.cancel()
-        response.message = (
-            "the search ends: its best so far is fitted, reported and served"
-            if response.success
-            else "no search is running"
-        )
-        return response
+    def _cancel(self) -> str:
+        if not self._interruption.cancel():
+            raise OptionError("no search is running")
+        return "the search ends: its best so far is fitted, reported and served"
 
     def _say(self, state: str, level: Level = Level.OK) -> None:
         self._state, self._level = state, level
         self._states.publish(String(data=utf_8(state)))
 
-    def _report(self) -> Status:
-        return Status(self._level, self._state, {"serves a result": str(self._serves).lower()})
+    def _report(self) -> Health:
+        return Health(self._level, self._state, {"serves a result": str(self._serves).lower()})
 
     def _look(self) -> None:
         """Say how far the search is; identify anew when another bag has come into the folder that is watched."""

@@ -4,7 +4,7 @@ import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 from cdp_ident.command_line import EXIT_BAD_INPUT
 from cdp_ident.configuration.fitted_model import FittedModel
@@ -13,6 +13,7 @@ from cdp_ident.nodes.frame_publisher import FramePublisher
 from cdp_ident.replay.player import Player
 from cdp_ident.replay.rate_timer import RateTimer
 from cdp_ident.replay.scene import Scene
+from cdp_ident.user_input import Limits
 
 _IDLE = 0.05
 """How long the thread sleeps while there is nothing to play, if nobody wakes it [s]."""
@@ -26,16 +27,14 @@ _LONGEST_SLEEP = 0.01
 class Pace:
     """How a motion is played."""
 
-    frequency: float
-    """Frames in a second [Hz]."""
-    rate: float
+    frequency: Annotated[float, Limits(1.0, 1000.0)] = 200.0
+    """Frames a second [Hz]."""
+    rate: Annotated[float, Limits(1e-6, 1e6, changeable=True)] = 1.0
     """The motion's time against the clock's."""
-    loop: bool
-    """Whether it begins anew at its end."""
-    once: bool
-    """Whether the node ends with it."""
-    clock: bool
-    """Whether its time is published as /clock; the pace is then the wall's."""
+    loop: Annotated[bool, Limits(changeable=True)] = True
+    """Begin anew at the end of the trial."""
+    clock: bool = False
+    """Publish the motion's time as /clock; the pace is then the wall's."""
 
 
 class Playing:
@@ -46,6 +45,7 @@ class Playing:
         clock: Any,
         frames: FramePublisher,
         pace: Pace,
+        once: bool,
         make_scene: Callable[[FittedModel], Scene],
         end: Callable[[int], None],
     ) -> None:
@@ -55,10 +55,12 @@ class Playing:
             clock: the node's.
             frames: publishes what is shown.
             pace: how it is played.
+            once: whether the node ends with it.
             make_scene: called for the first model, and again where the motion is to begin with another scene.
             end: called with the process's exit code where the node is to end.
         """
         self._clock, self._frames, self._pace, self._make_scene, self._end = clock, frames, pace, make_scene, end
+        self._once = once
         self._timer = RateTimer(pace.frequency)
         self._epoch_ns = time.time_ns()
         """What /clock says when the present player begins [ns]."""
@@ -146,7 +148,7 @@ class Playing:
                         what(self._player)
                     self._problem = ""
                 except CdpIdentError as error:
-                    if self._pace.once:
+                    if self._once:
                         raise
                     self._stop(error)
             self._frames.say(self.state)
@@ -174,7 +176,7 @@ class Playing:
                 self._end(1)
 
     def _is_awaited(self, player: Player) -> bool:
-        if not self._pace.once or player.played > 0 or self._frames.has_listeners:
+        if not self._once or player.played > 0 or self._frames.has_listeners:
             return True
         self._awaiting = self._awaiting or time.monotonic()
         return time.monotonic() - self._awaiting > _LISTENERS_WITHIN
@@ -201,7 +203,7 @@ class Playing:
             frame = None
         if frame is None:
             self._frames.say(self.state)
-            if self._pace.once:
+            if self._once:
                 self._end(EXIT_BAD_INPUT if self._problem else 0)
             return _IDLE
         self._frames.show(frame, stamp_ns)

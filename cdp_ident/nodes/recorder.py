@@ -5,24 +5,20 @@ from typing import Any
 from diagnostic_msgs.msg import DiagnosticArray
 from sensor_msgs.msg import JointState, TimeReference
 from std_msgs.msg import String
-from std_srvs.srv import Trigger
 
 from cdp_ident.bag import diagnostics, joint_state, time_reference
 from cdp_ident.command_line import ArgumentParser, entry_point
-from cdp_ident.errors import RigError
 from cdp_ident.outside_text import shown, utf_8
-from cdp_ident.rig.health import Level
-from cdp_ident.rig.recording.facts import JointNames
+from cdp_ident.rig.health import Health, Level
 from cdp_ident.rig.recording.options import RecorderOptions
 from cdp_ident.rig.recording.recorder import FLUSH_NS, Recorder, Surroundings
-from cdp_ident.ros.diagnostics import Diagnostics, Status, log
+from cdp_ident.ros.diagnostics import diagnose
 from cdp_ident.ros.node import parse_arguments, run_node
 from cdp_ident.ros.parameters import Parameters
 from cdp_ident.ros.qos import Subscription, latched, offered
 from cdp_ident.ros.recorder_weights import RecorderWeights
 from cdp_ident.ros.steady_timer import call_every
-from cdp_ident.ros.trial_limits import declare_trial_limits
-from cdp_ident.user_input import user_path
+from cdp_ident.ros.trigger import serve
 
 DESCRIPTION = """\
 Record free-swing trials. Armed, it waits until the pendulum is held away from hanging and let go, records until it is
@@ -57,7 +53,7 @@ class RecorderNode:
     def __init__(self, node: Any, parameters: Parameters) -> None:
         self._node = node
         self._clock = node.get_clock()
-        options = _declare_options(parameters)
+        options = parameters.declare_fields(RecorderOptions())
         self._weights = RecorderWeights(node, parameters)
         parameters.start()
         self._state = node.create_publisher(String, "~/state", latched())
@@ -82,26 +78,26 @@ class RecorderNode:
             self._subscribe(TimeReference, time_reference.MESSAGE_TYPE, "time_reference"),
             self._subscribe(DiagnosticArray, diagnostics.MESSAGE_TYPE, "/diagnostics"),
         ]
-        node.create_service(Trigger, "~/arm", self._arm)
-        node.create_service(Trigger, "~/start", self._start)
-        node.create_service(Trigger, "~/stop", self._stop)
+        serve(node, "~/arm", self._arm)
+        serve(node, "~/start", lambda: self._recorder.start(self._now()))
+        serve(node, "~/stop", self._stop)
         call_every(node, FLUSH_NS * 1e-9, lambda: self._recorder.tick(self._now()))
-        self._diagnostics = Diagnostics(node, self._report)
+        diagnose(node, self._report)
 
     def close(self) -> None:
         """Complete the bag that is being recorded, with all that has arrived."""
         self._drain()
         self._recorder.close()
 
-    def _report(self) -> Status:
+    def _report(self) -> Health:
         recorder = self._recorder
         values = {"state": recorder.state, "last bag": str(recorder.last_bag or "none"), "folder": str(recorder.folder)}
         if recorder.problem:
-            return Status(Level.ERROR, recorder.problem, values)
+            return Health(Level.ERROR, recorder.problem, values)
         hears = recorder.hears_joint_states(self._now())
         self._silent_for = 0 if hears else self._silent_for + 1
         if hears:
-            return Status(Level.OK, recorder.state, values)
+            return Health(Level.OK, recorder.state, values)
         drivers = ", ".join(sorted(self._drivers()))
         why = (
             f", though {drivers} publishes them: after a kill, half a minute may pass"
@@ -110,8 +106,8 @@ class RecorderNode:
         )
         problem = f"{recorder.state}: no joint states come on {self._joint_states}{why}"
         if self._silent_for == _SAID_AFTER:
-            log(self._node.get_logger(), Level.WARN, shown(problem))
-        return Status(Level.WARN, problem, values)
+            self._node.get_logger().warning(shown(problem))
+        return Health(Level.WARN, problem, values)
 
     def _drivers(self) -> set[str]:
         publishers = self._node.get_publishers_info_by_topic(self._joint_states)
@@ -128,51 +124,18 @@ class RecorderNode:
     def _now(self) -> int:
         return int(self._clock.now().nanoseconds)
 
-    def _arm(self, _request: Any, response: Any) -> Any:
-        return self._answer(response, self._recorder.arm)
-
-    def _start(self, _request: Any, response: Any) -> Any:
-        return self._answer(response, lambda: self._recorder.start(self._now()))
-
-    def _stop(self, _request: Any, response: Any) -> Any:
+    def _stop(self) -> object:
         self._drain()
-        return self._answer(response, self._recorder.stop)
+        return self._recorder.stop() or self._recorder.state
+
+    def _arm(self) -> str:
+        self._recorder.arm()
+        return self._recorder.state
 
     def _drain(self) -> None:
         """Take what waits, the joint states last: they may end the trial."""
         for subscription in reversed(self._subscriptions):
             subscription.drain()
-
-    def _answer(self, response: Any, action: Any) -> Any:
-        try:
-            result = action()
-            response.success, response.message = True, utf_8(result or self._recorder.state)
-        except RigError as error:
-            response.success, response.message = False, shown(error)
-            self._node.get_logger().warning(response.message)
-        return response
-
-
-def _declare_options(parameters: Parameters) -> RecorderOptions:
-    joints = JointNames()
-
-    def number(name: str, default: float, description: str, unit: str, maximum: float) -> float:
-        return parameters.declare(name, default, description, unit=unit, minimum=0.0, maximum=maximum)
-
-    return RecorderOptions(
-        folder=user_path(parameters.declare("folder", "trials", "where bags go")),
-        name=parameters.declare("name", "trial", "what names of bags begin with; the time follows"),
-        joints=JointNames(
-            cart=parameters.declare("cart_joint", joints.cart, "name of the cart's joint; may be missing in messages"),
-            inner=parameters.declare("inner_joint", joints.inner, "name of the joint between cart and inner rod"),
-            outer=parameters.declare("outer_joint", joints.outer, "name of the joint between the rods"),
-        ),
-        limits=declare_trial_limits(parameters),
-        pre_trigger=number("pre_trigger", 1.0, "how much from before the release is kept", "s", 60.0),
-        cart_limit=number("cart_limit", 0.002, "with more motion of the cart a trial is not zero-input", "m", 10.0),
-        shortest=number("shortest", 5.0, "a shorter trial is of little use", "s", 3600.0),
-        rearm=parameters.declare("rearm", False, "arm at the start and after each trial without being asked"),
-    )
 
 
 @entry_point

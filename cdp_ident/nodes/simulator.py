@@ -2,13 +2,11 @@
 
 from collections.abc import Callable
 from dataclasses import fields
+from functools import partial
 from pathlib import Path
 from typing import Any
 
-from std_srvs.srv import Trigger
-
 from cdp_ident.command_line import ArgumentParser, entry_point
-from cdp_ident.configuration.field_documentation import field_documentation, without_unit
 from cdp_ident.configuration.fitted_model import FittedModel, describes_model, fitted_model
 from cdp_ident.configuration.keys import KEYS
 from cdp_ident.configuration.parameter_file import read_parameter_file
@@ -20,12 +18,13 @@ from cdp_ident.nodes.playing import Pace, Playing
 from cdp_ident.nodes.shadowing import Shadowing
 from cdp_ident.replay.scene import Free, Replay, Scene, Start
 from cdp_ident.replay.shadow import DEFAULT_LEAD
+from cdp_ident.rig.recording.detector import TrialLimits
 from cdp_ident.ros.joint_state_publisher import declare_velocity_window
 from cdp_ident.ros.model_parameters import ModelParameters, own_values
 from cdp_ident.ros.node import parse_arguments, run_node
 from cdp_ident.ros.parameter_source import ParameterSource
 from cdp_ident.ros.parameters import Parameters, Shown
-from cdp_ident.ros.trial_limits import declare_trial_limits
+from cdp_ident.ros.trigger import serve
 from cdp_ident.trial.load import load_trial
 from cdp_ident.trial.options import TrialOptions
 
@@ -69,10 +68,10 @@ class Simulator:
             "mode", "replay" if bag else "free", "what is shown", choices=("replay", "free", "shadow")
         )
         source = _declare_source(node, parameters)
-        pace = _declare_pace(parameters, once)
-        _declare_start(parameters)
+        pace = parameters.declare_fields(Pace(loop=not once))
+        parameters.declare_fields(Start(), _START)
         trial_options = _declare_trial_options(parameters)
-        limits = declare_trial_limits(parameters)
+        limits = parameters.declare_fields(TrialLimits())
         lead = parameters.declare(
             "lead", DEFAULT_LEAD, "shadow: so much after a release the start is fitted to", unit="s", minimum=0.1,
             maximum=10.0,
@@ -85,7 +84,7 @@ class Simulator:
             self._show = Shadowing(node, self._frames, trial_options, limits, lead)
         else:
             scene = self._replayed(bag, trial_options) if bag else self._free
-            self._show = Playing(node.get_clock(), self._frames, pace, scene, self._end)
+            self._show = Playing(node.get_clock(), self._frames, pace, once, scene, self._end)
         self._model = ModelParameters(node, parameters, source, self._show.take_model)
         if source:
             if own := [name for name in parameters.given() if describes_model(name)]:
@@ -103,12 +102,8 @@ class Simulator:
         parameters.will_show(describes_model)
         parameters.start()
         node.add_post_set_parameters_callback(self._follow)
-        for service, action in (
-            ("reset", self._show.reset),
-            ("pause", self._show.pause),
-            ("resume", self._show.resume),
-        ):
-            node.create_service(Trigger, f"~/{service}", self._serving(action))
+        for action in (self._show.reset, self._show.pause, self._show.resume):
+            serve(node, f"~/{action.__name__}", partial(self._after, action))
         self._show.start()
 
     def close(self) -> None:
@@ -148,13 +143,9 @@ class Simulator:
         if any(parameter.name.startswith(_START) for parameter in changed):
             self._show.begin_anew()
 
-    def _serving(self, action: Callable[[], None]) -> Callable[[Any, Any], Any]:
-        def serve(_request: Any, response: Any) -> Any:
-            action()
-            response.success, response.message = True, self._show.state
-            return response
-
-        return serve
+    def _after(self, action: Callable[[], None]) -> str:
+        action()
+        return self._show.state
 
 
 def _declare_source(node: Any, parameters: Parameters) -> str:
@@ -162,28 +153,6 @@ def _declare_source(node: Any, parameters: Parameters) -> str:
     if not source or source.startswith("/"):
         return source
     return f"{node.get_namespace().rstrip('/')}/{source}"
-
-
-def _declare_pace(parameters: Parameters, once: bool) -> Pace:
-    return Pace(
-        frequency=parameters.declare("frequency", 200.0, "frames a second", unit="Hz", minimum=1.0, maximum=1000.0),
-        rate=parameters.declare(
-            "rate", 1.0, "the motion's time against the clock's", minimum=1e-6, maximum=1e6, changeable=True
-        ),
-        loop=parameters.declare("loop", not once, "begin anew at the end of the trial", changeable=True),
-        once=once,
-        clock=parameters.declare("clock", False, "publish the motion's time as /clock"),
-    )
-
-
-def _declare_start(parameters: Parameters) -> None:
-    documentation, defaults = field_documentation(Start), Start()
-    for field in fields(Start):
-        description, unit = without_unit(documentation[field.name])
-        default: float = getattr(defaults, field.name)
-        parameters.declare(
-            f"{_START}{field.name}", default, description, unit=unit, minimum=-1e3, maximum=1e3, changeable=True
-        )
 
 
 def _declare_trial_options(parameters: Parameters) -> TrialOptions:

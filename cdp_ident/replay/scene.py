@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from typing import Annotated, NamedTuple, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -14,8 +14,10 @@ from cdp_ident.errors import SimulationError
 from cdp_ident.fit.windows import DEFAULT_WINDOW
 from cdp_ident.replay.stream import MotionStream
 from cdp_ident.trial.trial import Trial
+from cdp_ident.user_input import Limits
 
 Array = npt.NDArray[np.float64]
+_Begin = Annotated[float, Limits(-1e3, 1e3, changeable=True)]
 
 
 class Frame(NamedTuple):
@@ -97,13 +99,13 @@ class Replay:
 class Start:
     """Where a free motion begins."""
 
-    inner: float = 2.0
+    inner: _Begin = 2.0
     """Start of the inner joint [rad], 0 upright."""
-    outer: float = 0.0
+    outer: _Begin = 0.0
     """Start of the outer joint [rad], relative to the inner rod."""
-    inner_speed: float = 0.0
+    inner_speed: _Begin = 0.0
     """Speed of the inner joint at the start [rad/s]."""
-    outer_speed: float = 0.0
+    outer_speed: _Begin = 0.0
     """Speed of the outer joint at the start [rad/s]."""
 
     @property

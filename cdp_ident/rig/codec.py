@@ -1,13 +1,19 @@
-"""What the two ways of writing records as bytes have in common."""
+"""Records as frames, in the two ways that docs/reference/protocol.md describes byte for byte."""
 
 import re
+import struct
 from binascii import crc_hqx
-from typing import Protocol
+from collections.abc import Sequence
+from typing import NamedTuple, Protocol
 
-from cdp_ident.rig.records import CartCommand, Hello, Record, Sample
+from cobs import cobs
 
-UNSIGNED_32 = 0xFFFFFFFF
-_FIRMWARE = re.compile(r"[ -)+\-./0-~]{0,32}")
+from cdp_ident.rig.records import PROTOCOL_VERSION, CartCommand, Hello, Record, Sample
+
+_FIRMWARE = re.compile(rb"[ -)+\-./0-~]{0,32}")
+_LINE = re.compile(rb"\$(([A-Z])(\d{1,3}),([ -)+-~]*))\*([0-9A-Fa-f]{4})\r?")
+_NUMBER = re.compile(rb"-?\d{1,10}")
+_CHECKSUM = struct.Struct("<H")
 
 
 class FrameError(Exception):
@@ -16,6 +22,34 @@ class FrameError(Exception):
 
 class ChecksumError(FrameError):
     """A frame has the right form, but its checksum does not match."""
+
+
+class _Kind(NamedTuple):
+    """A kind of record."""
+
+    record: type[Record]
+    number: int
+    """What stands for it in binary frames; likewise the next in lines."""
+    letter: str
+    layout: struct.Struct
+    """Of version, kind and its numbers in binary frames; their ranges are those of lines, too."""
+
+    def make(self, numbers: Sequence[int], text: bytes) -> Record:
+        """Return the record of decoded fields. Raises `FrameError` where one is out of its range."""
+        if self.record is Hello and min(numbers) > 0 and _FIRMWARE.fullmatch(text):
+            return Hello._make([*numbers, text.decode("ascii")])
+        if self.record is Hello or text:
+            raise FrameError("wrong length, or a field out of its range")
+        return self.record._make(numbers)
+
+
+_KINDS = (
+    _Kind(Hello, 0, "H", struct.Struct("<BBIII")),
+    _Kind(Sample, 1, "S", struct.Struct("<BBIIiiiB")),
+    _Kind(CartCommand, 2, "C", struct.Struct("<BBIi")),
+)
+_OF_RECORD = {kind.record: kind for kind in _KINDS}
+_OF_LETTER = {kind.letter.encode(): kind for kind in _KINDS}
 
 
 class Codec(Protocol):
@@ -32,6 +66,76 @@ class Codec(Protocol):
         """Return the record of a frame given without its delimiter. Raises `FrameError` where it is none."""
 
 
+class BinaryCodec:
+    """The compact codec, 27 bytes a sample: COBS frames of little-endian fields with a checksum."""
+
+    name = "binary"
+    delimiter = b"\x00"
+
+    def encode(self, record: Record) -> bytes:
+        """See `Codec`."""
+        kind = _OF_RECORD[type(record)]
+        numbers, text = (record[:-1], record.firmware) if isinstance(record, Hello) else (record, "")
+        body = kind.layout.pack(PROTOCOL_VERSION, kind.number, *numbers) + text.encode("ascii")
+        return bytes(cobs.encode(body + _CHECKSUM.pack(checksum(body)))) + self.delimiter
+
+    def decode(self, frame: bytes) -> Record:
+        """See `Codec`."""
+        try:
+            data = cobs.decode(frame)
+        except cobs.DecodeError as error:
+            raise FrameError("not a COBS frame") from error
+        body = data[: -_CHECKSUM.size]
+        if len(body) < 2:
+            raise FrameError("too short")
+        if checksum(body) != _CHECKSUM.unpack(data[-_CHECKSUM.size :])[0]:
+            raise ChecksumError
+        _check_version(body[0])
+        try:
+            kind = _KINDS[body[1]]
+            _, _, *numbers = kind.layout.unpack_from(body)
+        except (IndexError, struct.error) as error:
+            raise FrameError("unknown kind or length") from error
+        return kind.make(numbers, body[kind.layout.size :])
+
+
+class TextCodec:
+    """The codec for rigs driven by a short sketch: one line a sample with a checksum, readable in any terminal."""
+
+    name = "text"
+    delimiter = b"\n"
+
+    def encode(self, record: Record) -> bytes:
+        """See `Codec`."""
+        letter = _OF_RECORD[type(record)].letter
+        body = ",".join([f"{letter}{PROTOCOL_VERSION}", *map(str, record)]).encode("ascii")
+        return b"$%s*%04X\r\n" % (body, checksum(body))
+
+    def decode(self, frame: bytes) -> Record:
+        """See `Codec`."""
+        line = _LINE.fullmatch(frame)
+        if line is None:
+            raise FrameError("not a line of the protocol")
+        body, letter, version, fields, check = line.groups()
+        if checksum(body) != int(check, 16):
+            raise ChecksumError
+        _check_version(int(version))
+        kind, values = _OF_LETTER.get(letter), fields.split(b",")
+        text = values.pop() if kind and kind.record is Hello else b""
+        if kind is None or not all(map(_NUMBER.fullmatch, values)):
+            raise FrameError("unknown kind, or a field that is no number")
+        numbers = [int(value) for value in values]
+        try:
+            kind.layout.pack(PROTOCOL_VERSION, kind.number, *numbers)
+        except struct.error as error:
+            raise FrameError("wrong count or range of fields") from error
+        return kind.make(numbers, text)
+
+
+CODECS: dict[str, type[Codec]] = {codec.name: codec for codec in (BinaryCodec, TextCodec)}
+"""Both by their names."""
+
+
 def checksum(data: bytes) -> int:
     """Return the CRC-16 of both codecs: polynomial 0x1021, start 0xFFFF, not reflected (CRC-16/IBM-3740).
 
@@ -40,27 +144,6 @@ def checksum(data: bytes) -> int:
     return crc_hqx(data, 0xFFFF)
 
 
-def is_valid(record: Record) -> bool:
-    """Tell whether every field is in the range that the protocol gives it."""
-    if isinstance(record, Sample):
-        unsigned = _are_unsigned(record.sequence, record.time_us)
-        return unsigned and _are_signed(record.cart, record.inner, record.outer) and 0 <= record.status <= 0xFF
-    if isinstance(record, CartCommand):
-        return _are_unsigned(record.sequence) and _are_signed(record.acceleration)
-    return all(0 < value <= UNSIGNED_32 for value in record[:3]) and _FIRMWARE.fullmatch(record.firmware) is not None
-
-
-def _are_unsigned(*values: int) -> bool:
-    return all(0 <= value <= UNSIGNED_32 for value in values)
-
-
-def _are_signed(*values: int) -> bool:
-    return all(-(2**31) <= value < 2**31 for value in values)
-
-
-def hello_or_error(period_us: int, inner_counts: int, outer_counts: int, firmware: bytes) -> Hello:
-    """Return a greeting from its decoded fields. Raises `FrameError` where a field is out of its range."""
-    hello = Hello(period_us, inner_counts, outer_counts, firmware.decode("ascii", "replace"))
-    if not is_valid(hello):
-        raise FrameError("a greeting with a field out of range")
-    return hello
+def _check_version(version: int) -> None:
+    if version != PROTOCOL_VERSION:
+        raise FrameError(f"protocol version {version}")

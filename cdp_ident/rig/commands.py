@@ -2,8 +2,8 @@
 
 import math
 
-from cdp_ident.rig.codec import UNSIGNED_32, Codec
-from cdp_ident.rig.records import CartCommand
+from cdp_ident.rig.codec import Codec
+from cdp_ident.rig.records import UNSIGNED_32, CartCommand
 
 _LARGEST = 2**31 - 1
 

@@ -4,8 +4,7 @@ import math
 from collections.abc import Sequence
 from operator import le
 
-from cdp_ident.rig.codec import UNSIGNED_32
-from cdp_ident.rig.records import Sample
+from cdp_ident.rig.records import UNSIGNED_32, Sample, signed_32
 
 _LEAST = (100.0, 4.0, 4.0, 4.0)
 """A clock that is read this late [us], and counts that flicker by so many, are never doubted."""
@@ -95,9 +94,9 @@ def _changes(before: Sample, after: Sample) -> tuple[int, int, int, int]:
     """Return the changes of time [us] and of the counts of cart, inner and outer joint, their roll-over removed."""
     return (
         (after.time_us - before.time_us) & UNSIGNED_32,
-        ((after.cart - before.cart + 2**31) & UNSIGNED_32) - 2**31,
-        ((after.inner - before.inner + 2**31) & UNSIGNED_32) - 2**31,
-        ((after.outer - before.outer + 2**31) & UNSIGNED_32) - 2**31,
+        signed_32(after.cart - before.cart),
+        signed_32(after.inner - before.inner),
+        signed_32(after.outer - before.outer),
     )
 
 

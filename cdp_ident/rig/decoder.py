@@ -4,9 +4,9 @@ from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from cdp_ident.rig.codec import UNSIGNED_32, ChecksumError, Codec, FrameError
+from cdp_ident.rig.codec import ChecksumError, Codec, FrameError
 from cdp_ident.rig.course import Course, steps_between
-from cdp_ident.rig.records import CartCommand, Hello, Record, Sample
+from cdp_ident.rig.records import UNSIGNED_32, CartCommand, Hello, Record, Sample
 
 LONGEST_FRAME = 160
 """No frame of either codec is longer [bytes]: more bytes without a delimiter are not a frame."""

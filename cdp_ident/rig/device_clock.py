@@ -7,9 +7,8 @@ from statistics import median
 import numpy as np
 
 from cdp_ident.bag.diagnostics import ClockRate
+from cdp_ident.rig.records import UNSIGNED_32, signed_32
 from cdp_ident.rig.theil_sen import median_slope
-
-ROLL_OVER_US = 2**32
 
 _BUCKET = 0.25
 """The least delayed arrival in each stretch this long is what the fit sees [s]."""
@@ -83,7 +82,7 @@ class DeviceClock:
         """
         if self._last_us is None:
             return False
-        if ((time_us - self._last_us) % ROLL_OVER_US) * 1e-6 > _GAP:
+        if ((time_us - self._last_us) & UNSIGNED_32) * 1e-6 > _GAP:
             return True
         if self._anchor is None or self._simulated:
             return False
@@ -95,7 +94,7 @@ class DeviceClock:
         """Take the device's time of a sample and the host's time when it arrived, in the order of the device."""
         if self._origin_ns is None:
             self._origin_ns, self._first_us = arrival_ns, time_us
-        self._unrolled_us += 0 if self._last_us is None else (time_us - self._last_us) % ROLL_OVER_US
+        self._unrolled_us += 0 if self._last_us is None else (time_us - self._last_us) & UNSIGNED_32
         self._last_us = time_us
         device = self._unrolled_us * 1e-6
         point = (device, self._delay(device, arrival_ns))
@@ -114,8 +113,7 @@ class DeviceClock:
         """
         if self._last_us is None:
             raise ValueError("nothing observed yet")
-        ahead = (time_us - self._last_us + ROLL_OVER_US // 2) % ROLL_OVER_US - ROLL_OVER_US // 2
-        elapsed = self._unrolled_us + ahead
+        elapsed = self._unrolled_us + signed_32(time_us - self._last_us)
         stamp = (self._origin_ns or 0) + elapsed * 1000 + round(self._offset(elapsed * 1e-6) * 1e9)
         return stamp, (self._first_us + elapsed) * 1000
 
@@ -141,7 +139,7 @@ class DeviceClock:
 
     def _device(self, time_us: int) -> float:
         """Return device time since the first sample of this run [s]."""
-        elapsed = 0 if self._last_us is None else (time_us - self._last_us) % ROLL_OVER_US
+        elapsed = 0 if self._last_us is None else (time_us - self._last_us) & UNSIGNED_32
         return (self._unrolled_us + elapsed) * 1e-6
 
     def _delay(self, device: float, arrival_ns: int) -> float:

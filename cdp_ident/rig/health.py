@@ -1,6 +1,7 @@
 """How the rig is doing, in the levels and words of `/diagnostics`."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import IntEnum
 
@@ -24,13 +25,13 @@ class Level(IntEnum):
 
 @dataclass(frozen=True)
 class Health:
-    """One report."""
+    """What a node reports of itself."""
 
     level: Level
     message: str
-    hardware_id: str
-    """Which device it is about."""
-    values: dict[str, str]
+    values: Mapping[str, str]
+    hardware_id: str = ""
+    """Which device it is about, if any."""
 
 
 def assess(
@@ -77,7 +78,7 @@ def assess(
         "metres per count": f"{calibration.metres_per_count:g}",
         "signs": ", ".join(str(sign) for sign in calibration.signs),
     }
-    return Health(level, message, _hardware_id(now, port.name), values)
+    return Health(level, message, values, _hardware_id(now, port.name))
 
 
 def _hardware_id(totals: Totals, port: str | None) -> str:

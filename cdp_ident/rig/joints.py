@@ -3,11 +3,11 @@
 import math
 from collections import deque
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
-from cdp_ident.errors import RigError
-from cdp_ident.rig.codec import UNSIGNED_32
-from cdp_ident.rig.records import Hello, Sample
+from cdp_ident.errors import OptionError, RigError
+from cdp_ident.rig.records import UNSIGNED_32, Hello, Sample, signed_32
+from cdp_ident.user_input import Limits
 
 HANGING = (0.0, math.pi, 0.0)
 """Positions of cart [m], inner and outer joint [rad] where the pendulum hangs: both rods down, the cart at its zero."""
@@ -18,22 +18,54 @@ _BELIEVED_AFTER = 3
 """A jump past the slew limit is believed when this many samples in a row agree on it."""
 
 Triple = tuple[float, float, float]
+_Sign = Annotated[int, Limits(-1, 1)]
+_Counts = Annotated[int, Limits(0, 2**31)]
+_Slew = Annotated[float, Limits(0.01, 1e6)]
+_Rest = Annotated[float, Limits(0.0, 1.0)]
 
 
 @dataclass(frozen=True)
 class Calibration:
-    """What turns counts into positions; everything is in the order cart, inner, outer."""
+    """What turns counts into positions.
 
-    signs: tuple[int, int, int] = (1, 1, 1)
-    """-1 where the counter runs against the joint's positive direction."""
-    metres_per_count: float = 1e-5
-    inner_counts_per_turn: int = 0
-    """0: what the rig's greeting says; likewise the next."""
-    outer_counts_per_turn: int = 0
-    slew_limits: Triple = (20.0, 100.0, 100.0)
-    """Faster motion [m/s, rad/s, rad/s] is a fault of an encoder, not of the pendulum."""
-    rest_limits: Triple = (0.001, 0.01, 0.01)
-    """Within these [m, rad, rad] over a second, the pendulum is at rest (or within 2 counts if those are more)."""
+    Raises `OptionError` where a sign is none.
+    """
+
+    cart_sign: _Sign = 1
+    """-1 if the cart counter runs against +x."""
+    inner_sign: _Sign = 1
+    """-1 if the inner counter runs against +x."""
+    outer_sign: _Sign = 1
+    """-1 if the outer counter runs against +x."""
+    metres_per_count: Annotated[float, Limits(1e-9, 1.0)] = 1e-5
+    """The cart's way for one count [m]."""
+    inner_counts_per_turn: _Counts = 0
+    """Counts of the inner encoder per turn, four a line; 0: what the rig's greeting says."""
+    outer_counts_per_turn: _Counts = 0
+    """Counts of the outer encoder per turn, four a line; 0: what the rig's greeting says."""
+    cart_slew_limit: _Slew = 20.0
+    """Cart: faster motion is dropped as a fault [m/s]."""
+    inner_slew_limit: _Slew = 100.0
+    """Inner joint: faster motion is dropped as a fault [rad/s]."""
+    outer_slew_limit: _Slew = 100.0
+    """Outer joint: faster motion is dropped as a fault [rad/s]."""
+    cart_rest_limit: _Rest = 0.001
+    """Cart: moves less than this (or 2 counts) in a second at rest [m]."""
+    inner_rest_limit: _Rest = 0.01
+    """Inner joint: moves less than this (or 2 counts) in a second at rest [rad]."""
+    outer_rest_limit: _Rest = 0.01
+    """Outer joint: moves less than this (or 2 counts) in a second at rest [rad]."""
+
+    def __post_init__(self) -> None:
+        """Refuse what is no sign."""
+        for name in ("cart_sign", "inner_sign", "outer_sign"):
+            if getattr(self, name) == 0:
+                raise OptionError(f"parameter '{name}' is 0; expected 1 or -1")
+
+    @property
+    def signs(self) -> tuple[int, int, int]:
+        """Those of cart, inner and outer joint."""
+        return self.cart_sign, self.inner_sign, self.outer_sign
 
     def counts_per_turn(self, hello: Hello | None) -> tuple[int, int]:
         """Return the counts per turn of the inner and outer encoder, 0 where neither user nor rig has given them."""
@@ -70,9 +102,10 @@ class JointTracker:
         self.jumps_dropped = 0
         """Samples dropped because a joint moved faster than its slew limit."""
         self._scales = scales
-        self._fastest = [abs(limit / scale) for limit, scale in zip(calibration.slew_limits, scales, strict=True)]
+        fastest = (calibration.cart_slew_limit, calibration.inner_slew_limit, calibration.outer_slew_limit)
+        self._fastest = [abs(limit / scale) for limit, scale in zip(fastest, scales, strict=True)]
         """Counts in a second."""
-        self._rest = calibration.rest_limits
+        self._rest = (calibration.cart_rest_limit, calibration.inner_rest_limit, calibration.outer_rest_limit)
         self._last: _Counted | None = None
         self._jumped: list[_Counted] = []
         self._recent: deque[_Counted] = deque()
@@ -121,8 +154,7 @@ class JointTracker:
         before_raw = self._last.raw if self._last else [round(zero) for zero in self.zero]
         before = self._last.counts if self._last else before_raw
         cart, inner, outer = [
-            count + ((new - old + 2**31) & UNSIGNED_32) - 2**31
-            for count, new, old in zip(before, raw, before_raw, strict=True)
+            count + signed_32(new - old) for count, new, old in zip(before, raw, before_raw, strict=True)
         ]
         return _Counted(time_us, raw, (cart, inner, outer))
 

@@ -3,6 +3,7 @@
 from enum import IntFlag
 from typing import NamedTuple
 
+UNSIGNED_32 = 0xFFFFFFFF
 PROTOCOL_VERSION = 1
 """Version of the frames that this package speaks; docs/reference/protocol.md describes them byte for byte."""
 
@@ -63,3 +64,8 @@ WATCHDOG_SECONDS = 0.05
 """A drive that has had no command for so long [s] brakes."""
 
 Record = Sample | Hello | CartCommand
+
+
+def signed_32(number: int) -> int:
+    """Return a number as a signed counter of 32 bit shows it; of a difference of two counters, roll-over removed."""
+    return ((number + 2**31) & UNSIGNED_32) - 2**31

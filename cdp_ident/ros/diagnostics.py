@@ -1,23 +1,13 @@
 """What a node says of itself in `/diagnostics`, once a second, and with that severity in its log."""
 
-from collections.abc import Callable, Mapping
-from typing import Any, NamedTuple
+from collections.abc import Callable
+from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
 from cdp_ident.outside_text import utf_8
-from cdp_ident.rig.health import Level
+from cdp_ident.rig.health import Health, Level
 from cdp_ident.ros.steady_timer import call_every
-
-
-class Status(NamedTuple):
-    """One report of a node."""
-
-    level: Level
-    message: str
-    values: Mapping[str, str] = {}
-    hardware_id: str = ""
-    """The device that it is about, if any."""
 
 
 def log(logger: Any, level: Level, sentence: str) -> None:
@@ -30,24 +20,21 @@ def log(logger: Any, level: Level, sentence: str) -> None:
         logger.warning(sentence)
 
 
-class Diagnostics:
-    """Publishes what a node reports, under its fully qualified name."""
+def diagnose(node: Any, report: Callable[[], Health]) -> None:
+    """Publish what `report` tells, which is asked once a second, under the node's fully qualified name."""
+    publisher = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
 
-    def __init__(self, node: Any, report: Callable[[], Status]) -> None:
-        """`report` is asked once a second."""
-        self._node, self._report = node, report
-        self._publisher = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
-        call_every(node, 1.0, self._publish)
-
-    def _publish(self) -> None:
-        reported = self._report()
+    def publish() -> None:
+        reported = report()
         status = DiagnosticStatus(
             level=bytes([reported.level]),
-            name=self._node.get_fully_qualified_name(),
+            name=node.get_fully_qualified_name(),
             message=utf_8(reported.message),
             hardware_id=utf_8(reported.hardware_id),
             values=[KeyValue(key=key, value=utf_8(value)) for key, value in reported.values.items()],
         )
         message = DiagnosticArray(status=[status])
-        message.header.stamp = self._node.get_clock().now().to_msg()
-        self._publisher.publish(message)
+        message.header.stamp = node.get_clock().now().to_msg()
+        publisher.publish(message)
+
+    call_every(node, 1.0, publish)

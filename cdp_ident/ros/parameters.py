@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import fields, is_dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
@@ -10,11 +11,14 @@ import rclpy.exceptions
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
 from rclpy.parameter import Parameter
 
+from cdp_ident.configuration.field_documentation import field_documentation, without_unit
 from cdp_ident.configuration.parameter_file import QOS_OVERRIDES, is_of_ros, read_parameter_file
 from cdp_ident.errors import NoSectionError, OptionError
-from cdp_ident.user_input import refuse_unknown
+from cdp_ident.user_input import limits_of, refuse_unknown, user_path
 
 Value = TypeVar("Value", bool, int, float, str, list[str], list[float], list[int])
+
+Options = TypeVar("Options")
 
 _LARGEST = {float: 1.7976931348623157e308, int: 2**63 - 1}
 
@@ -105,6 +109,29 @@ class Parameters:
             if isinstance(element, float | int) and not _inside(element, minimum, maximum):
                 raise OptionError(f"parameter {name!r} is {element}; expected {constraint}: {description}")
         return value
+
+    def declare_fields(self, defaults: Options, prefix: str = "") -> Options:
+        """Declare a parameter for each field of a dataclass, and of those in it; return them with the user's values.
+
+        The words beneath a field describe its parameter, and `Limits` in its annotation limit it. Raises `OptionError`
+        as `declare` does.
+        """
+        words, limits = field_documentation(type(defaults)), limits_of(type(defaults))
+        values: dict[str, Any] = {}
+        for field in fields(defaults):  # type: ignore[arg-type]
+            name, default = field.name, getattr(defaults, field.name)
+            if is_dataclass(default):
+                values[name] = self.declare_fields(default, prefix)
+                continue
+            text, unit = without_unit(words[name])
+            is_path = isinstance(default, Path)
+            minimum, maximum, changeable = limits[name]
+            value = self.declare(
+                prefix + name, str(default) if is_path else default, text,
+                unit=unit, minimum=minimum, maximum=maximum, changeable=changeable,
+            )  # fmt: skip
+            values[name] = user_path(value) if is_path else value
+        return replace(defaults, **values)  # type: ignore[type-var]
 
     def given(self, knows: Callable[[str], bool] = lambda name: True) -> dict[str, Any]:
         """Return what the user gave by `-p` and `--params-file`, by name, declared or not, but for what is ROS's.

@@ -1,9 +1,9 @@
 """The contents of `survey.json`: the result of each piece, quantities over time, what changed, which rig differs."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from datetime import datetime, timezone
-from itertools import pairwise
+from itertools import chain, pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -34,24 +34,37 @@ _UNITS = {
 class _Series:
     """One quantity of one rig over its usable pieces."""
 
+    rig: str
+    name: str
     kind: str
     """`group`, `effect` or `physical`."""
-    quantities: tuple[Quantity | None, ...]
+    pieces: Sequence[Finished]
+    quantities: Sequence[Quantity | None]
+    """One for each piece."""
 
     @property
-    def known(self) -> list[int]:
-        """Pieces in which it has a value with an interval."""
-        return [index for index, quantity in enumerate(self.quantities) if quantity and quantity.is_known]
+    def known(self) -> list[tuple[Piece, Quantity]]:
+        """The pieces in which it has a value with an interval, and that."""
+        return [(p.piece, q) for p, q in zip(self.pieces, self.quantities, strict=True) if q and q.is_known]
 
     @property
     def is_compared(self) -> bool:
         """Whether it is tested for changes: physical values follow from the base parameters and add nothing to them."""
         return self.kind != "physical"
 
-    def arrays(self, first: int = 0) -> tuple[Array, Array]:
-        """Return its known values from the first-th on, and their standard deviations."""
-        known = [quantity for index in self.known[first:] if (quantity := self.quantities[index])]
+    @property
+    def comes_and_goes(self) -> bool:
+        """Whether it is asked since when it is found."""
+        return self.kind == "effect" and len(self.quantities) >= FEWEST and None in self.quantities
+
+    def arrays(self, first: int = 0, last: int | None = None) -> tuple[Array, Array]:
+        """Return its known values from the first-th until the last-th, and their standard deviations."""
+        known = [quantity for _, quantity in self.known[first:last]]
         return np.array([q.value for q in known]), np.array([q.std for q in known])
+
+
+_Changed = Sequence[tuple[_Series, Sequence[Change]]]
+"""Each series and its changes, whose places count the known values alone."""
 
 
 def survey(pieces: Sequence[Finished], by: By, settings: Settings, left_out: Sequence[LeftOut] = ()) -> Section:
@@ -64,9 +77,9 @@ def survey(pieces: Sequence[Finished], by: By, settings: Settings, left_out: Seq
         left_out: bags that are of no piece.
     """
     by_rig = {piece.piece.rig: [p for p in pieces if p.piece.rig == piece.piece.rig] for piece in pieces}
-    usable = {rig: [piece for piece in of if piece.report and not piece.problem] for rig, of in by_rig.items()}
-    series = {rig: _series([piece.report for piece in of if piece.report]) for rig, of in usable.items()}
-    changed = _changes(series)
+    series = [one for rig, of in by_rig.items() for one in _series(rig, of)]
+    tests = sum((len(one.known) >= FEWEST and one.is_compared) + one.comes_and_goes for one in series)
+    changed = [(one, changes(*one.arrays(), LEVEL, tests) if one.is_compared else []) for one in series]
     return {
         "schema": SCHEMA,
         "written_at": datetime.now(timezone.utc).isoformat(timespec="seconds"),
@@ -79,119 +92,70 @@ def survey(pieces: Sequence[Finished], by: By, settings: Settings, left_out: Seq
                 "name": rig,
                 "named_by": of[0].piece.bags[0].named_by,
                 "pieces": [_piece(piece) for piece in of],
-                "quantities": [
-                    _quantity(name, one, usable[rig], changed[rig].get(name, [])) for name, one in series[rig].items()
-                ],
+                "quantities": [_quantity(one, ones) for one, ones in changed if one.rig == rig],
             }
             for rig, of in by_rig.items()
         ],
-        "changes": [*_value_changes(series, usable, changed), *_appearances(series, usable)],
-        "differences": _differences(series, changed),
+        "changes": [*_value_changes(changed), *_appearances(series, tests)],
+        "differences": _differences(changed),
         "left_out": [asdict(bag) for bag in left_out],
     }
 
 
-def _series(reports: Sequence[Section]) -> dict[str, _Series]:
-    found = {
-        group_words(group): _Series("group", tuple(fitted_quantity(r, "groups", group.symbol) for r in reports))
-        for group in GROUPS
-    }
+def _series(rig: str, pieces: Sequence[Finished]) -> list[_Series]:
+    usable = [(piece, piece.report) for piece in pieces if piece.report and not piece.problem]
+    reports = [report for _, report in usable]
     effects = [effect_quantities(report, of_trials=False) for report in reports]
-    for name in dict.fromkeys(name for of_one in effects for name in of_one):
-        found[name] = _Series("effect", tuple(of_one.get(name) for of_one in effects))
-    for parameter in (INERTIA, *PARAMETERS, *CONSTANTS):
-        # Trials with a known weight determine A22 itself, which no base parameter does.
-        kind = "group" if parameter is INERTIA else "physical"
-        values = _Series(kind, tuple(fitted_quantity(r, "physical", parameter.symbol) for r in reports))
-        if values.known:
-            found[parameter.symbol] = values
-    return {name: one for name, one in found.items() if one.known}
+    # Trials with a known weight determine A22 itself, which no base parameter does.
+    physical = [(p.symbol, "group" if p is INERTIA else "physical") for p in (INERTIA, *PARAMETERS, *CONSTANTS)]
+    found: list[tuple[str, str, Sequence[Quantity | None]]] = [
+        *((group_words(g), "group", [fitted_quantity(r, "groups", g.symbol) for r in reports]) for g in GROUPS),
+        *((name, "effect", [of_one.get(name) for of_one in effects]) for name in dict.fromkeys(chain(*effects))),
+        *((symbol, kind, [fitted_quantity(r, "physical", symbol) for r in reports]) for symbol, kind in physical),
+    ]
+    series = [_Series(rig, name, kind, [piece for piece, _ in usable], of) for name, kind, of in found]
+    return [one for one in series if one.known]
 
 
-def _changes(series: Mapping[str, Mapping[str, _Series]]) -> dict[str, dict[str, list[Change]]]:
-    """Return the changes of each rig's quantities; their places count the known values alone."""
-    tests = _count_tests(one for of in series.values() for one in of.values())
+def _value_changes(changed: _Changed) -> Iterator[Section]:
+    for one, ones in changed:
+        ends = [0, *(change.index for change in ones), len(one.known)]
+        means = [asdict(mean(*one.arrays(begin, end))) for begin, end in pairwise(ends)] if ones else []
+        for change, sides in zip(ones, pairwise(means), strict=True):
+            (last, _), (first, _) = one.known[change.index - 1 : change.index + 1]
+            yield _change(one, "value", last, first, sides, change)
+
+
+def _appearances(series: Sequence[_Series], tests: int) -> Iterator[Section]:
+    for one in series:
+        seen = [quantity is not None for quantity in one.quantities]
+        change = appearance(seen, LEVEL, tests) if one.comes_and_goes else None
+        if change:
+            sides = [{"found": sum(side), "of": len(side)} for side in (seen[: change.index], seen[change.index :])]
+            last, first = one.pieces[change.index - 1 : change.index + 1]
+            yield _change(one, "found", last.piece, first.piece, sides, change)
+
+
+def _change(one: _Series, what: str, last: Piece, first: Piece, sides: Sequence[Section], change: Change) -> Section:
     return {
-        rig: {name: changes(*one.arrays(), LEVEL, tests) for name, one in of.items() if one.is_compared}
-        for rig, of in series.items()
+        "rig": one.rig,
+        "quantity": one.name,
+        "what": what,
+        "until": last.name,
+        "since": first.name,
+        "since_start": _start(first),
+        "before": sides[0],
+        "after": sides[1],
+        "p_value": change.p_value,
     }
 
 
-def _count_tests(series: Iterable[_Series]) -> int:
-    """Return how many tests for changes there are, of values and of whether an effect is found."""
-    return sum((len(one.known) >= FEWEST and one.is_compared) + _comes_and_goes(one) for one in series)
-
-
-def _comes_and_goes(one: _Series) -> bool:
-    return one.kind == "effect" and len(one.quantities) >= FEWEST and None in one.quantities
-
-
-def _value_changes(
-    series: Mapping[str, Mapping[str, _Series]],
-    usable: Mapping[str, Sequence[Finished]],
-    changed: Mapping[str, Mapping[str, Sequence[Change]]],
-) -> list[Section]:
-    found = []
-    for rig, of in changed.items():
-        for name, ones in of.items():
-            one = series[rig][name]
-            values, std = one.arrays()
-            ends = [0, *(change.index for change in ones), len(values)]
-            means = [mean(values[a:b], std[a:b]) for a, b in pairwise(ends)]
-            for change, (before, after) in zip(ones, pairwise(means), strict=True):
-                found.append(
-                    {
-                        "rig": rig,
-                        "quantity": name,
-                        "what": "value",
-                        **_where(usable[rig], one.known[change.index - 1], one.known[change.index]),
-                        "before": asdict(before),
-                        "after": asdict(after),
-                        "p_value": change.p_value,
-                    }
-                )
-    return found
-
-
-def _appearances(
-    series: Mapping[str, Mapping[str, _Series]], usable: Mapping[str, Sequence[Finished]]
-) -> list[Section]:
-    tests = _count_tests(one for of in series.values() for one in of.values())
-    found = []
-    for rig, of in series.items():
-        for name, one in of.items():
-            seen = [quantity is not None for quantity in one.quantities]
-            change = appearance(seen, LEVEL, tests) if _comes_and_goes(one) else None
-            if change:
-                before, after = seen[: change.index], seen[change.index :]
-                found.append(
-                    {
-                        "rig": rig,
-                        "quantity": name,
-                        "what": "found",
-                        **_where(usable[rig], change.index - 1, change.index),
-                        "before": {"found": sum(before), "of": len(before)},
-                        "after": {"found": sum(after), "of": len(after)},
-                        "p_value": change.p_value,
-                    }
-                )
-    return found
-
-
-def _where(usable: Sequence[Finished], last: int, first: int) -> Section:
-    until, since = usable[last].piece, usable[first].piece
-    return {"until": until.name, "since": since.name, "since_start": _start(since)}
-
-
-def _differences(
-    series: Mapping[str, Mapping[str, _Series]], changed: Mapping[str, Mapping[str, Sequence[Change]]]
-) -> list[Section]:
+def _differences(changed: _Changed) -> list[Section]:
     """Return which rigs differ in what, each quantity since its last change."""
     latest: dict[str, dict[str, tuple[Array, Array]]] = {}
-    for rig, of in series.items():
-        for name, one in of.items():
-            if one.is_compared:
-                latest.setdefault(name, {})[rig] = one.arrays(_last_change(changed[rig][name]))
+    for one, ones in changed:
+        if one.is_compared:
+            latest.setdefault(one.name, {})[one.rig] = one.arrays(_last_change(ones))
     compared = {name: of for name, of in latest.items() if len(of) > 1}
     return [
         {"quantity": name, **{key: list(v) if isinstance(v, tuple) else v for key, v in asdict(difference).items()}}
@@ -224,17 +188,16 @@ def _piece(finished: Finished) -> Section:
     }
 
 
-def _quantity(name: str, one: _Series, usable: Sequence[Finished], ones: Sequence[Change]) -> Section:
+def _quantity(one: _Series, ones: Sequence[Change]) -> Section:
     """Return a quantity over time; what an effect is as the motion shows it, torques over A22."""
-    latest = mean(*one.arrays(_last_change(ones)))
+    last = _last_change(ones)
     return {
-        "name": name,
+        "name": one.name,
         "kind": one.kind,
-        "unit": _UNITS.get(name, ""),
+        "unit": _UNITS.get(one.name, ""),
         "estimates": [
-            {"piece": piece.piece.name, "start": _start(piece.piece), "value": q.value, "std": q.std, "words": q.text}
-            for piece, q in zip(usable, one.quantities, strict=True)
-            if q and q.is_known
+            {"piece": piece.name, "start": _start(piece), "value": q.value, "std": q.std, "words": q.text}
+            for piece, q in one.known
         ],
-        "latest": {**asdict(latest), "pieces": len(one.known) - _last_change(ones)},
+        "latest": {**asdict(mean(*one.arrays(last))), "pieces": len(one.known) - last},
     }

@@ -207,10 +207,8 @@ def test_faster_than_real_time_stamps_are_the_rigs_time_and_velocities_come_on_r
 @pytest.mark.parametrize(
     ("parameter", "words"),
     [
-        ("codec:=morse", "one of: binary, text"),
         ("inner_sign:=0", "inner_sign"),
         ("inner_joint:=''", "inner_joint"),
-        ("prot:=/dev/ttyUSB0", "did you mean 'port'?"),
     ],
 )
 def test_a_wrong_parameter_is_one_line_and_exit_code_2(

@@ -25,11 +25,12 @@ Start = Callable[..., Any]
 def test_wrong_arguments_are_told_with_exit_code_2(
     tmp_path: Path, arguments: list[str], words: str, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    (tmp_path / "tty").write_text("")
+    (tmp_path / "tty").write_text("mine")
     assert main(["--link", str(tmp_path / "tty"), *arguments]) == 2
     (line,) = [line for line in capfd.readouterr().err.splitlines() if not line.startswith("[INFO]")]
     assert line.startswith("emulator: error: ")
     assert words in line
+    assert (tmp_path / "tty").read_text() == "mine"
 
 
 def test_help_tells_the_faults(start: Start) -> None:

@@ -293,8 +293,3 @@ def test_killed_it_loses_nothing_older_than_a_second_and_the_next_start_complete
         assert recorded[-1] >= received_until
         expected = np.array(sorted(stamp for stamp in sent if recorded[0] <= stamp <= recorded[-1]))
         assert np.array_equal(recorded, expected)
-
-
-def test_a_folder_that_cannot_be_is_one_line_and_exit_code_2(capfd: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    (tmp_path / "file").write_text("")
-    assert "nothing can be recorded" in refused(capfd, "-p", f"folder:={tmp_path / 'file'}")

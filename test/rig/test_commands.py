@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from cdp_ident.rig.binary_codec import BinaryCodec
+from cdp_ident.rig.codec import BinaryCodec
 from cdp_ident.rig.commands import Commands
 from cdp_ident.rig.records import CartCommand, Record
 

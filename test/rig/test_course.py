@@ -6,8 +6,7 @@ import random
 import pytest
 from cobs import cobs
 
-from cdp_ident.rig.binary_codec import BinaryCodec
-from cdp_ident.rig.codec import checksum
+from cdp_ident.rig.codec import BinaryCodec, checksum
 from cdp_ident.rig.course import Course
 from cdp_ident.rig.decoder import Decoder, Restart
 from cdp_ident.rig.records import Sample

@@ -6,27 +6,20 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cdp_ident.rig.binary_codec import BinaryCodec
-from cdp_ident.rig.codec import Codec
+from cdp_ident.rig.codec import BinaryCodec, Codec, TextCodec
 from cdp_ident.rig.decoder import LONGEST_FRAME, Decoder, Event, Restart
-from cdp_ident.rig.records import CartCommand, Hello, Record, Sample
-from cdp_ident.rig.text_codec import TextCodec
+from cdp_ident.rig.records import CartCommand, Hello, Record, Sample, signed_32
 
 CODECS: list[Codec] = [BinaryCodec(), TextCodec()]
 both = pytest.mark.parametrize("codec", CODECS, ids=lambda codec: codec.name)
 HELLO = Hello(1000, 8000, 8000, "rig 1.0")
 
 
-def signed(count: int) -> int:
-    """Return a count as the device sends it."""
-    return (count + 2**31) % 2**32 - 2**31
-
-
 def run(first: int = 0, count: int = 50, time_us: int = 5000) -> list[Sample]:
     """Return what a device sends from a sequence number and a time on."""
     numbers = range(first, first + count)
     return [
-        Sample(number % 2**32, (time_us + 1000 * step) % 2**32, signed(7 * number), signed(-5 * number), 3 * step)
+        Sample(number % 2**32, (time_us + 1000 * step) % 2**32, signed_32(7 * number), signed_32(-5 * number), 3 * step)
         for step, number in enumerate(numbers)
     ]
 

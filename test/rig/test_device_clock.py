@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from cdp_ident.rig.device_clock import ROLL_OVER_US, DeviceClock
+from cdp_ident.rig.device_clock import DeviceClock
 
+ROLL_OVER_US = 2**32
 EPOCH_NS = 1_760_000_000_000_000_000
 
 

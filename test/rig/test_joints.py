@@ -12,6 +12,7 @@ from cdp_ident.rig.joints import Calibration, JointTracker
 from cdp_ident.rig.records import Hello, Sample
 
 CALIBRATION = Calibration(metres_per_count=1e-4, inner_counts_per_turn=4000, outer_counts_per_turn=8000)
+AS_FAST_AS_IT_LIKES = replace(CALIBRATION, cart_slew_limit=1e9, inner_slew_limit=1e9, outer_slew_limit=1e9)
 COUNTS = st.integers(-(2**31), 2**31 - 1)
 
 
@@ -27,7 +28,7 @@ def tracker(calibration: Calibration = CALIBRATION, zero: tuple[float, float, fl
 
 
 def test_the_zero_is_hanging_and_a_turn_is_the_counts_per_turn() -> None:
-    joints = tracker(replace(CALIBRATION, slew_limits=(1e9, 1e9, 1e9)), (10.0, -20.5, 30.0))
+    joints = tracker(AS_FAST_AS_IT_LIKES, (10.0, -20.5, 30.0))
     assert joints.positions(sample(0, 10, -20, 30)) == pytest.approx((0.0, math.pi + math.tau * 0.5 / 4000, 0.0))
     assert joints.positions(sample(1, 110, 3980, -7970)) == pytest.approx(
         (0.01, math.pi + math.tau * 4000.5 / 4000, -math.tau)
@@ -35,7 +36,7 @@ def test_the_zero_is_hanging_and_a_turn_is_the_counts_per_turn() -> None:
 
 
 def test_signs_turn_directions_round() -> None:
-    joints = tracker(replace(CALIBRATION, signs=(-1, -1, -1)))
+    joints = tracker(replace(CALIBRATION, cart_sign=-1, inner_sign=-1, outer_sign=-1))
     assert joints.positions(sample(0, 100, 2, 4)) == pytest.approx(
         (-0.01, math.pi - math.tau * 2 / 4000, -math.tau * 4 / 8000)
     )
@@ -45,7 +46,7 @@ def test_signs_turn_directions_round() -> None:
 def test_positions_do_not_notice_that_counters_roll_over(zero: tuple[int, int, int], steps: list[int]) -> None:
     joints = tracker(
         zero=(float(zero[0]), float(zero[1]), float(zero[2])),
-        calibration=replace(CALIBRATION, slew_limits=(1e9, 1e9, 1e9)),
+        calibration=AS_FAST_AS_IT_LIKES,
     )
     moved = 0
     for number, step in enumerate(steps):

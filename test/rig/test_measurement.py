@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cdp_ident.errors import RigError
-from cdp_ident.rig.binary_codec import BinaryCodec
+from cdp_ident.rig.codec import BinaryCodec
 from cdp_ident.rig.joints import Calibration
 from cdp_ident.rig.measurement import Measurement, MeasurementStream
 from cdp_ident.rig.records import Hello, Record, Sample, Status

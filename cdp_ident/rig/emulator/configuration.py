@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -15,11 +15,13 @@ from cdp_ident.model.weight_settings import ADDED, weights_of
 from cdp_ident.model.weights import RODS, Weight
 from cdp_ident.rig.emulator.device import Encoders
 from cdp_ident.rig.emulator.drive import Drive
-from cdp_ident.rig.emulator.effects import parse_effects
+from cdp_ident.rig.emulator.effects import mapping, parse_effects
 from cdp_ident.rig.emulator.script import DEFAULT_SCRIPT, Command, MoveCart, WaitForCommand, parse_script
 from cdp_ident.rig.emulator.weights import with_weights
-from cdp_ident.user_input import number, quoted, refuse_unknown
+from cdp_ident.user_input import number
 from cdp_ident.yaml_file import read_yaml
+
+_Part = TypeVar("_Part", Encoders, Drive)
 
 
 @dataclass(frozen=True)
@@ -65,58 +67,40 @@ def load_rig(path: Path) -> EmulatedRig:
         content: Any = read_yaml(path)
     except (OSError, ValueError) as error:
         raise OptionError(f"the rig's file {path} cannot be read: {error}") from error
-    content = _mapping(content, str(path), _KEYS)
+    content = mapping(content, str(path), _KEYS)
     rig = EmulatedRig()
     parameters = {
         symbol: number(value, f"{path}: parameters: {symbol}", 1e-6 if symbol == "L" else 0.0, LARGEST)
-        for symbol, value in _mapping(content.get("parameters", {}), f"{path}: parameters", tuple(NOMINAL)).items()
+        for symbol, value in mapping(content.get("parameters", {}), f"{path}: parameters", tuple(NOMINAL)).items()
     }
     script = parse_script(content["script"], f"{path}: script") if "script" in content else rig.script
+    drive = _of_fields(content["drive"], Drive(), f"{path}: drive", 1e-4, 1000.0) if "drive" in content else None
     rig = replace(
         rig,
         parameters=rig.parameters | parameters,
-        encoders=_encoders(content.get("encoders", {}), f"{path}: encoders"),
+        encoders=_of_fields(content.get("encoders", {}), rig.encoders, f"{path}: encoders", 0.0, 2**31),
         rate=number(content.get("rate", rig.rate), f"{path}: rate", minimum=1.0, maximum=5000.0),
         clock_error=number(content.get("clock_error", 0.0), f"{path}: clock_error", minimum=-0.01, maximum=0.01),
-        drive=_drive(content["drive"], f"{path}: drive") if "drive" in content else None,
+        drive=drive,
         script=script * int(number(content.get("repeat", 1), f"{path}: repeat", minimum=1, maximum=10_000)),
     )
     not_possible, why = (MoveCart, "cart") if rig.drive else (WaitForCommand, "wait_for_command")
     if any(isinstance(command, not_possible) for command in script):
         has = "has a drive, which alone moves it" if rig.drive else "has no drive; give the key drive"
         raise OptionError(f"{path}: script: {why} is not possible, for the cart {has}")
-    added = _mapping(content.get(ADDED, {}), f"{path}: {ADDED}", RODS)
+    added = mapping(content.get(ADDED, {}), f"{path}: {ADDED}", RODS)
     weights = weights_of({f"{ADDED}.{rod}": weight for rod, weight in added.items()}, str(path))
     rig = replace(rig, weights=tuple(weight for weight in weights.values() if weight))
     rig.coefficients()
     inertia = float(inertia_about_cart(np.array([rig.heavier[symbol] for symbol in SYMBOLS]), rig.heavier["L"]))
-    use(_mapping(content.get(OWN_EFFECTS, {}), f"{path}: {OWN_EFFECTS}"), inertia, f"{path}: {OWN_EFFECTS}")
+    use(mapping(content.get(OWN_EFFECTS, {}), f"{path}: {OWN_EFFECTS}"), inertia, f"{path}: {OWN_EFFECTS}")
     outer_length = outer_rod_length(rig.parameters["L"], rig.parameters["l2"])
     effects = parse_effects(content.get("effects", {}), inertia, outer_length, f"{path}: effects")
     return replace(rig, effects=effects)
 
 
-def _encoders(content: Any, where: str) -> Encoders:
-    encoders = Encoders()
-    values = _mapping(content, where, tuple(vars(encoders)))
-    return replace(
-        encoders,
-        **{
-            key: type(getattr(encoders, key))(number(value, f"{where}: {key}", minimum=0.0, maximum=2**31))
-            for key, value in values.items()
-        },
-    )
-
-
-def _drive(content: Any, where: str) -> Drive:
-    values = _mapping(content, where, tuple(vars(Drive())))
-    return Drive(**{key: number(value, f"{where}: {key}", 1e-4, 1000.0) for key, value in values.items()})
-
-
-def _mapping(content: Any, where: str, known: tuple[str, ...] = ()) -> dict[str, Any]:
-    if not isinstance(content, dict):
-        keys = f"keys ({', '.join(known)})" if known else "keys"
-        raise OptionError(f"{where}: expected {keys} with values, found {quoted(content)}")
-    if known:
-        refuse_unknown(map(str, content), known, f"key in {where}")
-    return content
+def _of_fields(content: Any, defaults: _Part, where: str, least: float, most: float) -> _Part:
+    """Return a part of the rig, with the numbers that a mapping gives by the names of its fields."""
+    values = mapping(content, where, tuple(vars(defaults)))
+    given = {key: number(value, f"{where}: {key}", least, most) for key, value in values.items()}
+    return replace(defaults, **{key: type(getattr(defaults, key))(value) for key, value in given.items()})

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.rig.codec import UNSIGNED_32, Codec, FrameError
+from cdp_ident.rig.codec import Codec, FrameError
 from cdp_ident.rig.joints import HANGING
-from cdp_ident.rig.records import CartCommand, Hello, Sample
+from cdp_ident.rig.records import UNSIGNED_32, CartCommand, Hello, Sample, signed_32
 
 Array = npt.NDArray[np.float64]
 
@@ -106,7 +106,7 @@ class Device:
                 "cdp_ident emulator 1",
             )
             frames = self._codec.encode(hello)
-        cart, inner, outer = ((int(count) + 2**31) % 2**32 - 2**31 for count in counts)
+        cart, inner, outer = (signed_32(int(count)) for count in counts)
         sample = Sample(self._sequence & UNSIGNED_32, round(self._time_us) & UNSIGNED_32, cart, inner, outer)
         self._sequence += 1
         self._time_us += self._clock_period_us

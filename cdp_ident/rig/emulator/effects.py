@@ -13,7 +13,7 @@ from cdp_ident.model.effects.effect import JOINTS, Effect
 from cdp_ident.model.effects.naming import effect_of
 from cdp_ident.model.motions import readings_of
 from cdp_ident.model.runge_kutta import hermite
-from cdp_ident.user_input import quoted
+from cdp_ident.user_input import quoted, refuse_unknown
 
 Array = npt.NDArray[np.float64]
 
@@ -37,8 +37,8 @@ def parse_effects(content: Any, inertia: float, outer_length: float, where: str)
         return NO_EFFECTS
     chosen = [
         _possible_now(*effect_of(name, joint, one, inertia, where), f"{where}: {name}: {joint}")
-        for name, joints in _mapping(content, where).items()
-        for joint, given in _mapping(joints, f"{where}: {name}").items()
+        for name, joints in mapping(content, where).items()
+        for joint, given in mapping(joints, f"{where}: {name}").items()
         for one in (given if isinstance(given, list) else [given])
     ]
     return ActingEffects.of(chosen, outer_length)
@@ -53,9 +53,13 @@ def _possible_now(effect: Effect, values: list[float], where: str) -> tuple[Effe
     return effect, values
 
 
-def _mapping(content: Any, where: str) -> dict[str, Any]:
+def mapping(content: Any, where: str, known: tuple[str, ...] = ()) -> dict[str, Any]:
+    """Return a mapping of a rig's file. Raises `OptionError` where it is none, or has a key that is not `known`."""
     if not isinstance(content, dict):
-        raise OptionError(f"{where}: expected keys with values, found {quoted(content)}")
+        keys = f"keys ({', '.join(known)})" if known else "keys"
+        raise OptionError(f"{where}: expected {keys} with values, found {quoted(content)}")
+    if known:
+        refuse_unknown(map(str, content), known, f"key in {where}")
     return content
 
 

@@ -4,8 +4,10 @@ import math
 from collections import deque
 from dataclasses import dataclass
 from enum import Enum
+from typing import Annotated
 
 from cdp_ident.rig.joints import HANGING
+from cdp_ident.user_input import Limits
 
 _HOLD_SECONDS, _REST_SECONDS = 0.3, 1.0
 _RELEASE_WITHIN = 0.5
@@ -30,18 +32,18 @@ class End(Enum):
 class TrialLimits:
     """What counts as held, let go and at rest."""
 
-    hold: float = 0.03
-    """Held: both joints stay within this for 0.3 s [rad] …"""
-    away: float = 0.15
-    """… while a rod is at least this far from hanging [rad]."""
-    release: float = 0.1
-    """Let go: a joint is this far from where it was held [rad]."""
-    rest: float = 0.01
+    hold_limit: Annotated[float, Limits(0.0, 1.0)] = 0.03
+    """Held: both joints stay within this for 0.3 s [rad]."""
+    away_limit: Annotated[float, Limits(0.0, 3.0)] = 0.15
+    """Held, not hanging: a rod is this far from hanging [rad]."""
+    release_limit: Annotated[float, Limits(0.0, 3.0)] = 0.1
+    """Let go: a joint is this far from its hold [rad]."""
+    rest_limit: Annotated[float, Limits(0.0, 1.0)] = 0.01
     """At rest: both joints stay within this for 1 s, and both rods hang [rad]."""
-    longest: float = 60.0
+    longest: Annotated[float, Limits(0.0, 86400.0)] = 60.0
     """A trial ends after this, wherever the pendulum is [s]."""
-    silence: float = 5.0
-    """A trial goes on where samples are missing, but not for longer than this [s]."""
+    silence: Annotated[float, Limits(0.0, 60.0)] = 5.0
+    """A trial ends where samples are missing for longer [s]."""
 
 
 class SlidingRange:
@@ -90,8 +92,8 @@ class ReleaseDetector:
         if gap < 0 or (gap > _HOLD_SECONDS / 2 * 1e9 and self._is_near(inner, outer)):
             self._still_since += gap  # a hold goes on as if there had been no gap: it is still there, or time went back
             self._still_until += gap
-        if _range(self._ranges, stamp_ns, inner, outer) <= self._limits.hold:
-            if _from_hanging(inner, outer) <= self._limits.away:
+        if _range(self._ranges, stamp_ns, inner, outer) <= self._limits.hold_limit:
+            if _from_hanging(inner, outer) <= self._limits.away_limit:
                 self._place = None
                 return False
             if self._place is None:
@@ -110,7 +112,7 @@ class ReleaseDetector:
 
     def _is_near(self, inner: float, outer: float) -> bool:
         """Tell whether the pendulum is about where it was held."""
-        return self._place is not None and _moved(self._place, inner, outer) <= self._limits.release
+        return self._place is not None and _moved(self._place, inner, outer) <= self._limits.release_limit
 
 
 class EndDetector:
@@ -131,12 +133,12 @@ class EndDetector:
         if gap > self._limits.silence * 1e9:
             return End.SILENCE
         first = self._first = self._first or (inner, outer)
-        self._moved |= _moved(first, inner, outer) > self._limits.release
+        self._moved |= _moved(first, inner, outer) > self._limits.release_limit
         moved = _range(self._ranges, stamp_ns, inner, outer)
-        hangs = _from_hanging(inner, outer) < self._limits.away
-        if self._moved and moved <= self._limits.rest and hangs:
+        hangs = _from_hanging(inner, outer) < self._limits.away_limit
+        if self._moved and moved <= self._limits.rest_limit and hangs:
             return End.AT_REST
-        if self._moved and moved <= self._limits.hold and not hangs and self._ends_when_caught:
+        if self._moved and moved <= self._limits.hold_limit and not hangs and self._ends_when_caught:
             return End.CAUGHT
         return End.TIME_OUT if stamp_ns - self._start_ns > self._limits.longest * 1e9 else None
 

@@ -26,10 +26,12 @@ _LARGEST = 1e6
 class JointNames:
     """Which joints of a JointState are the pendulum's."""
 
-    cart: str = "cart_joint"
-    """Empty if the cart is not measured."""
-    inner: str = "inner_joint"
-    outer: str = "outer_joint"
+    cart_joint: str = "cart_joint"
+    """Name of the cart's joint; empty if it has no encoder."""
+    inner_joint: str = "inner_joint"
+    """Name of the joint between cart and inner rod."""
+    outer_joint: str = "outer_joint"
+    """Name of the joint between the rods."""
 
 
 @dataclass(frozen=True)
@@ -57,10 +59,10 @@ class PositionReader:
             layout = self._layout
             seconds, nanoseconds = layout.stamp.unpack_from(raw, STAMP_OFFSET)
             values = dict(zip(layout.names, layout.positions.unpack_from(raw, layout.offset), strict=True))
-            inner, outer = values[self._joints.inner], values[self._joints.outer]
+            inner, outer = values[self._joints.inner_joint], values[self._joints.outer_joint]
         except (ValueError, KeyError, struct.error):
             return None
-        cart = values.get(self._joints.cart)
+        cart = values.get(self._joints.cart_joint)
         if not all(abs(value) <= _LARGEST for value in (inner, outer, cart or 0.0)):
             return None
         return Position(seconds * NANOSECONDS + nanoseconds, inner, outer, cart)

@@ -178,8 +178,8 @@ class Recorder:
                 self._warned_of_joints = True
                 joints = self._options.joints
                 self._warn(
-                    f"a message on {message.topic} has no positions of {joints.inner} and {joints.outer}: it is "
-                    "recorded, but release and rest are not detected in it; set the parameters inner_joint and "
+                    f"a message on {message.topic} has no positions of {joints.inner_joint} and {joints.outer_joint}: "
+                    "it is recorded, but release and rest are not detected in it; set the parameters inner_joint and "
                     "outer_joint"
                 )
             return

@@ -7,12 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cdp_ident.rig.binary_codec import BinaryCodec
-from cdp_ident.rig.codec import Codec
+from cdp_ident.rig.codec import BinaryCodec, Codec, TextCodec
 from cdp_ident.rig.decoder import Decoder, Restart
 from cdp_ident.rig.emulator.device import Device, Encoders
 from cdp_ident.rig.records import CartCommand, Hello, Sample
-from cdp_ident.rig.text_codec import TextCodec
 
 
 def device(rate: float = 200.0, **options: float) -> Device:

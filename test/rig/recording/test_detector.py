@@ -126,15 +126,6 @@ def test_no_turning_point_of_a_swing_is_a_release(L: float, seed: float) -> None
     assert first_release(np.column_stack([samples[:, 1], samples[:, 2] - samples[:, 1]])) is None
 
 
-def test_a_pendulum_that_is_let_go_again_is_noticed_again() -> None:
-    swing = (Hold(1.5, 1.5, within=0.5), Wait(1.0), LetGo(), Wait(2.0))
-    detector, found = ReleaseDetector(TrialLimits()), []
-    for number, (inner, outer) in enumerate(joints(Wait(1.0), *swing, *swing)):
-        if detector.update(round(number * PERIOD * 1e9), inner, outer):
-            found.append(number * PERIOD)
-    assert found == pytest.approx([2.6, 6.1], abs=0.15)
-
-
 def seen(
     angles: NDArray[np.float64], missing: float = 0.0, jump: float = 0.0, at: float = 1.0
 ) -> list[tuple[int, float, float]]:

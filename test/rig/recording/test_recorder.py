@@ -21,7 +21,6 @@ from cdp_ident.errors import RigError
 from cdp_ident.model.parameters import NOMINAL, physical_coefficients
 from cdp_ident.rig.emulator.motion import Motion
 from cdp_ident.rig.emulator.script import Hold, LetGo, MoveCart, Wait
-from cdp_ident.rig.recording.detector import TrialLimits
 from cdp_ident.rig.recording.options import RecorderOptions
 from cdp_ident.rig.recording.recorder import ARMED, IDLE, RECORDING, Recorder, Surroundings
 from scenarios.device_messages import diagnostics
@@ -104,14 +103,6 @@ def test_an_armed_recorder_records_one_trial_from_before_the_release_to_the_rest
     assert np.ptp([angle for _, angle in recorded[-200:]]) <= 0.011
     assert facts["samples"] == str(len(recorded))
     assert facts["cart_at_rest"] == "true"
-
-
-def test_rearmed_it_records_trial_after_trial_and_never_overwrites(tmp_path: Path) -> None:
-    bench = Bench(tmp_path, *TRIAL, *TRIAL, *TRIAL, rearm=True)
-    bench.run(54.0)
-    assert len(set(bench.bags)) == 3
-    assert all(len(read(bag)) > 500 for bag in bench.bags)
-    assert bench.recorder.state == ARMED
 
 
 CATCHES = (Wait(1.0), *3 * (Hold(1.5, 1.5, 0.7), Wait(0.7), LetGo(), Wait(2.0)), Wait(15.0))
@@ -200,16 +191,6 @@ def test_a_bag_s_folder_is_told_absolutely(tmp_path: Path, monkeypatch: pytest.M
     assert bag.parent == tmp_path / "trials"
 
 
-def test_two_bags_of_one_second_have_two_names(tmp_path: Path) -> None:
-    bench = Bench(tmp_path)
-    bench.run(0.1)
-    folders = []
-    for _ in range(3):
-        folders.append(bench.recorder.start(EPOCH_NS))
-        bench.recorder.stop()
-    assert len(set(folders)) == 3
-
-
 def test_start_and_stop_by_hand_record_what_is_between_and_a_moment_before(tmp_path: Path) -> None:
     bench = Bench(tmp_path)
     bench.run(2.0)
@@ -243,13 +224,6 @@ def test_when_joint_states_stop_the_trial_ends(tmp_path: Path) -> None:
     assert custom_data(bench.bags[0])["ended"] == "no joint states came any more"
 
 
-def test_a_trial_ends_when_it_has_lasted_as_long_as_it_may(tmp_path: Path) -> None:
-    bench = Bench(tmp_path, limits=TrialLimits(longest=2.0))
-    bench.recorder.arm()
-    bench.run(8.0)
-    assert custom_data(bench.bags[0])["ended"] == "it lasted as long as it may"
-
-
 def test_what_cannot_be_done_now_is_refused_with_the_reason(tmp_path: Path) -> None:
     bench = Bench(tmp_path)
     with pytest.raises(RigError, match="nothing to stop"):
@@ -280,15 +254,6 @@ def test_joint_states_without_the_pendulums_joints_are_told_once(tmp_path: Path)
         bench.recorder.take("/joint_states", MESSAGE_TYPE, stamp, serialize_joint_state(["elbow"], [1.0], stamp))
     (warned,) = bench.warned
     assert "no positions of inner_joint and outer_joint" in warned
-
-
-def test_closing_completes_the_bag(tmp_path: Path) -> None:
-    bench = Bench(tmp_path)
-    bench.run(1.0)
-    bag = bench.recorder.start(bench.now_ns)
-    bench.run(0.5)
-    bench.recorder.close()
-    assert read(bag)[-1] == bench.sent[-1]
 
 
 def test_a_folder_that_is_none_is_told_at_once(tmp_path: Path) -> None:
@@ -396,17 +361,6 @@ def test_a_position_that_no_pendulum_has_changes_nothing(tmp_path: Path, positio
     assert len(bench.bags) == 1
 
 
-def test_a_clock_that_is_set_back_leaves_nothing_old_in_the_next_bag(tmp_path: Path) -> None:
-    bench = Bench(tmp_path)
-    bench.run(0.5)
-    bench.now_ns -= 3600 * 10**9
-    bench.recorder.arm()
-    bench.run(17.5)
-    (bag,) = bench.bags
-    stamps = [stamp for stamp, _ in read(bag)]
-    assert (max(stamps) - min(stamps)) * 1e-9 < 20
-
-
 @pytest.mark.parametrize("name", ["../x", "/x", "a/b", "..", "", "a\nb", "漢" * 70])
 def test_a_name_that_leads_out_of_the_folder_is_refused(tmp_path: Path, name: str) -> None:
     with pytest.raises(RigError, match="is no name for bags"):
@@ -436,14 +390,6 @@ def test_a_folder_that_nobody_may_enter_any_more_is_said(tmp_path: Path) -> None
     bench.run(17.5)
     assert bench.recorder.state == IDLE
     assert "Not a directory" in bench.recorder.problem
-
-
-def test_recorders_that_begin_in_the_same_second_have_bags_of_their_own(tmp_path: Path) -> None:
-    benches = [Bench(tmp_path, Wait(60)) for _ in range(3)]
-    for bench in benches:
-        bench.run(0.5)
-    folders = {bench.recorder.start(bench.now_ns) for bench in benches}
-    assert len(folders) == 3
 
 
 START = """
