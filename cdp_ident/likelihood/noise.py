@@ -20,6 +20,7 @@ _FREEDOM = 3.0
 _SURE, _LONGEST_MEMORY = 4.0, 0.99
 """Noise is taken to be remembered where its correlation is so many standard deviations; and the largest correlation."""
 _MM_STEPS = 50
+"""So many steps find errors of time; what is missing then, the next look at the residuals brings."""
 _REGULAR = 1.5
 """Noise is forgotten between readings that are further apart than so many usual steps."""
 
@@ -173,6 +174,7 @@ class Noise:
             new: (samples, 2) in the encoders' noise [rad].
             by_time: (samples, 2) or (2,) standard deviation of what errors of time add [rad].
         """
+        # Where times are right, noise that is not known yet is at least the usual size of what is left.
         usual = _PER_MEDIAN * np.median(np.abs(new[swing.counts[:, 0] > 0.0]), axis=0)
         beyond = np.abs(new) / (_OUTLIER * np.hypot(np.maximum(self.new, usual * (self.time == 0.0)), by_time))
         return np.asarray(np.sqrt(swing.counts / np.maximum(beyond, 1.0)) / self.new)

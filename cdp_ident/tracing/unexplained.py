@@ -48,7 +48,7 @@ def unexplained(final: FinalModel, whole: WholeSwings | None, noise: Array, iner
         worst = int(np.argmax(errors / noise))
         more = bool(np.any(errors > LARGER * noise))
         return Unexplained(more, JOINTS[worst], times, np.zeros(2), "what remains could not be examined")
-    over_noise = errors / _autocorrelated(noise, whole)
+    over_noise = errors / _noise_of_angles(noise, whole)
     worst = int(np.argmax(over_noise))
     missing = MissingTorque.of(whole)
     over_inertia = np.sqrt(np.mean(missing.torque**2 + missing.std**2, axis=0))
@@ -95,7 +95,7 @@ def _size(torque: float, inertia: Inertia) -> str:
     return f"{1e3 * inertia.value * torque:.2g} mN m"
 
 
-def _autocorrelated(noise: Array, whole: WholeSwings) -> Array:
+def _noise_of_angles(noise: Array, whole: WholeSwings) -> Array:
     """Return the noise (2,) of theta1 and theta2, with errors of time and what is remembered from node to node."""
     steps = float(np.median(np.concatenate([np.diff(swing.time) for swing in whole.recorded.swings])))
     lasts = -steps / np.log(np.clip(whole.noise.kept, 1e-9, 1.0 - 1e-9))

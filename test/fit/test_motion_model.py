@@ -59,7 +59,7 @@ def derivatives_of(model, values, start, window):
     return linear.residuals, by
 
 
-def assert_derivatives_are_differences(model, values, window, without=(), kinks=0):
+def assert_derivatives_are_differences(model, values, window, without=(), kinks=0, rounding=1e-12):
     """Compare derivatives by all directions; at as many samples as there are kinks, differences may be none."""
     states = model.states
     point = np.concatenate([model.initial_state(window.start), values])
@@ -72,7 +72,7 @@ def assert_derivatives_are_differences(model, values, window, without=(), kinks=
             sides.append(derivatives_of(model, moved[states:], moved[:states], window)[0])
         expected = (sides[0] - sides[1]) / (2 * size)
         away = np.sort(np.abs(sensitivity[:, :, direction] - expected).max(axis=1))
-        assert away[len(away) - 1 - kinks] <= 1e-4 * np.abs(expected).max() + 1e-9
+        assert away[len(away) - 1 - kinks] <= 1e-4 * np.abs(expected).max() + rounding
 
 
 @pytest.mark.parametrize("key", SENSORS)
@@ -82,7 +82,10 @@ def test_readings_of_an_encoder_s_effect_have_the_derivatives_of_differences(key
     # When counts were lost enters as a step, of which no derivative says anything.
     steps = [model.states + model.names.index(f"{key}.time")] if key.startswith("encoder_slip") else []
     # An encoder with play follows from one instant on to the next.
-    assert_derivatives_are_differences(model, values, window, without=steps, kinks=key.startswith("backlash"))
+    # What an oscillating encoder's state does is so little that differences of angles round it off.
+    rounding = 1e-9 if key.endswith("oscillating") else 1e-12
+    kinks = key.startswith("backlash")
+    assert_derivatives_are_differences(model, values, window, without=steps, kinks=kinks, rounding=rounding)
     start = model.initial_state(window.start)
     assert np.all(derivatives_of(model, values, start, window)[1][:, :, steps] == 0.0)
 

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, Literal
 
@@ -265,3 +265,21 @@ def in_joints(
 ) -> tuple[Effect, ...]:
     """Return the same effect of each joint."""
     return tuple(Effect(name, joint, description, law, tuple(parameters), source, **rest) for joint in JOINTS)
+
+
+def harmonic_in_joints(
+    name: str, description: str, law: Law, periods: int, size: EffectParameter, source: str
+) -> tuple[Effect, ...]:
+    """Return a harmonic of a turn of each joint: its law has `sine`, `cosine` and how many `periods` a turn has.
+
+    Args:
+        name: of all harmonics.
+        description: of this one.
+        law: the formulas.
+        periods: of a turn.
+        size: what `sine` and `cosine` are alike in.
+        source: where it is from.
+    """
+    of_turn = EffectParameter("periods", "1", float(periods), float(periods), float(periods))
+    parameters = (replace(size, name="sine"), replace(size, name="cosine"), of_turn)
+    return in_joints(name, description, law, parameters, source, variant=f"{periods} per turn", harmonic=True)

@@ -6,7 +6,7 @@ absolute angles.
 
 import math
 
-from cdp_ident.model.effects.effect import JOINTS, Effect, EffectParameter, Law, State, in_joints
+from cdp_ident.model.effects.effect import JOINTS, Effect, EffectParameter, Law, State, harmonic_in_joints, in_joints
 
 _BEND = (
     "sag*(L*alpha1/g - sin(theta1) + u*cos(theta1)/g)"
@@ -15,18 +15,13 @@ _BEND = (
 
 
 def _harmonic(periods: int) -> tuple[Effect, ...]:
-    return in_joints(
+    return harmonic_in_joints(
         "encoder_harmonic",
         f"an encoder's error that repeats {periods} times a turn",
         Law(reading="sine*sin(periods*angle) + cosine*cos(periods*angle)"),
-        [
-            EffectParameter("sine", "rad", -0.1, 0.1, 0.01),
-            EffectParameter("cosine", "rad", -0.1, 0.1, 0.01),
-            EffectParameter("periods", "1", float(periods), float(periods), float(periods)),
-        ],
+        periods,
+        EffectParameter("", "rad", -0.1, 0.1, 0.01),
         "a magnet or a scale that is not round, interpolation between poles: Hagiwara et al., IEEE TIM 41, 1992",
-        variant=f"{periods} per turn",
-        harmonic=True,
     )
 
 

@@ -2,7 +2,7 @@
 
 import math
 
-from cdp_ident.model.effects.effect import JOINTS, Effect, EffectParameter, Joint, Law, in_joints
+from cdp_ident.model.effects.effect import JOINTS, Effect, EffectParameter, Joint, Law, harmonic_in_joints, in_joints
 
 _PULSE = 0.01
 """Standard deviation in time of an impulse [s]."""
@@ -43,34 +43,24 @@ _STRIPS = Law(
 
 
 def _cogging(periods: int) -> tuple[Effect, ...]:
-    return in_joints(
+    return harmonic_in_joints(
         "cogging_torque",
         f"a torque that repeats {periods} times a turn",
         Law(torque="sine*sin(periods*angle) + cosine*cos(periods*angle)"),
-        [
-            EffectParameter("sine", "N m", -200.0, 200.0, 0.05, inertia_power=1),
-            EffectParameter("cosine", "N m", -200.0, 200.0, 0.05, inertia_power=1),
-            EffectParameter("periods", "1", float(periods), float(periods), float(periods)),
-        ],
+        periods,
+        EffectParameter("", "N m", -200.0, 200.0, 0.05, inertia_power=1),
         "detent torque of a motor or a magnet ring: Hendershot and Miller, 1994",
-        variant=f"{periods} per turn",
-        harmonic=True,
     )
 
 
 def _varying_viscosity(periods: int) -> tuple[Effect, ...]:
-    return in_joints(
+    return harmonic_in_joints(
         "varying_viscosity",
         f"viscous friction that varies {'once' if periods == 1 else 'twice'} a turn",
         Law(torque="-speed*(sine*sin(periods*angle) + cosine*cos(periods*angle))"),
-        [
-            EffectParameter("sine", "N m s", -50.0, 50.0, 0.01, inertia_power=1),
-            EffectParameter("cosine", "N m s", -50.0, 50.0, 0.01, inertia_power=1),
-            EffectParameter("periods", "1", float(periods), float(periods), float(periods)),
-        ],
+        periods,
+        EffectParameter("", "N m s", -50.0, 50.0, 0.01, inertia_power=1),
         "eddy currents beside a magnet, or a bent axle: Heald, Magnetic braking, Am. J. Phys. 56, 1988",
-        variant=f"{periods} per turn",
-        harmonic=True,
     )
 
 
