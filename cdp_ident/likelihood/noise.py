@@ -19,8 +19,9 @@ _FREEDOM = 3.0
 """Degrees of freedom of the distribution of unknown torques."""
 _SURE, _LONGEST_MEMORY = 4.0, 0.99
 """Noise is taken to be remembered where its correlation is so many standard deviations; and the largest correlation."""
-_MM_STEPS = 50
-"""So many steps find errors of time; what is missing then, the next look at the residuals brings."""
+_MM_STEPS, _CHANGES_LITTLE = 50, 1e-4
+"""So many steps find errors of time, or fewer if one changes no size by more than this share; what is missing then, the
+next look at the residuals brings."""
 _REGULAR = 1.5
 """Noise is forgotten between readings that are further apart than so many usual steps."""
 
@@ -188,26 +189,36 @@ class Noise:
     def with_errors_of_time(self, swings: Sequence[Swing], linear: Sequence[Linearised]) -> "Noise":
         """Return white noise and errors of time as the residuals show them, at the maximum of their likelihood.
 
-        Each step takes a sum of squares over what is expected of it, and does not lower the likelihood (Zhou, Hu, Zhou
-        and Lange, MM algorithms for variance components models, J. Comput. Graph. Stat. 28, 2019).
+        They are looked for where the score of their variance shows them. Each step takes a sum of squares over what is
+        expected of it, and does not lower the likelihood (Zhou, Hu, Zhou and Lange, MM algorithms for variance
+        components models, J. Comput. Graph. Stat. 28, 2019).
         """
         counted = [np.all(swing.counts > 0.0, axis=1) for swing in swings]
-        left, rates = (
-            np.concatenate([getattr(of, name)[kept] for of, kept in zip(linear, counted, strict=True)])
+        left, rates = (  # (2, samples)
+            np.concatenate([getattr(of, name)[kept].T for of, kept in zip(linear, counted, strict=True)], axis=1)
             for name in ("residuals", "rates")
         )
-        sizes = self.encoders
-        time = self.time or float(np.sqrt(np.sum(sizes**2) / np.sum(np.mean(rates**2, axis=0))))
+        sizes, time = self.encoders[:, None], self.time
+        if time == 0.0:
+            weighted = rates / sizes**2
+            expected = _products(weighted, rates)
+            more = np.sum(_products(weighted, left) ** 2 - expected) / np.sqrt(2.0 * np.sum(expected**2))
+            if more < _SURE:
+                return replace(self, time=0.0)
+            time = float(np.sqrt(np.sum(sizes**2) / np.sum(np.mean(rates**2, axis=1))))
         for _ in range(_MM_STEPS):
             weighted = rates / sizes**2
             # The inverse of the covariance is that of the encoders' noise less what errors of time take from it.
-            taken = weighted * (time**2 / (1.0 + time**2 * np.sum(weighted * rates, axis=1)))[:, None]
-            of_left = left / sizes**2 - taken * np.sum(weighted * left, axis=1)[:, None]
+            taken = weighted * (time**2 / (1.0 + time**2 * _products(weighted, rates)))
+            of_left = left / sizes**2 - taken * _products(weighted, left)
             inverse = sizes**-2.0 - taken * weighted
-            of_rates = weighted - taken * np.sum(weighted * rates, axis=1)[:, None]
-            time *= float(np.sqrt(np.sum(np.sum(rates * of_left, axis=1) ** 2) / np.sum(rates * of_rates)))
-            sizes = sizes * np.sqrt(np.sum(of_left**2, axis=0) / np.sum(inverse, axis=0))
-        return replace(self, new=sizes, time=time, kept=np.zeros(2), mixed=np.zeros(2))
+            of_rates = weighted - taken * _products(weighted, rates)
+            by_time = float(np.sqrt(np.sum(_products(rates, of_left) ** 2) / np.sum(rates * of_rates)))
+            by_sizes = np.sqrt(np.sum(of_left**2, axis=1) / np.sum(inverse, axis=1))[:, None]
+            time, sizes = time * by_time, sizes * by_sizes
+            if max(abs(by_time - 1.0), float(np.abs(by_sizes - 1.0).max())) < _CHANGES_LITTLE:
+                break
+        return replace(self, new=sizes[:, 0], time=time, kept=np.zeros(2), mixed=np.zeros(2))
 
     def remembering(self, swings: Sequence[Swing], linear: Sequence[Linearised]) -> "Noise":
         """Return the noise with as much memory as residuals show, as far as that is sure."""
@@ -227,6 +238,11 @@ class Noise:
         mixed = np.where(b > 0.0, 2.0 * b / (a + np.sqrt(np.maximum(a**2 - 4.0 * b**2, 0.0))), 0.0)
         found = replace(self, kept=kept, mixed=mixed, time=0.0)
         return replace(found, new=self.encoders / np.sqrt(found._gain))
+
+
+def _products(one: Array, other: Array) -> Array:
+    """Return the scalar products (samples,) of columns (2, samples)."""
+    return np.asarray(np.einsum("ij,ij->j", one, other))
 
 
 def _independent(shown: Array, by_time: Array) -> Array:

@@ -74,7 +74,7 @@ def reduced(
 
 def memory_for_rows(swing: Swing, estimated: int, directions: int) -> Array:
     """Return the memory that `backwards` needs."""
-    return np.empty((estimated + 3 + 2 * int(np.diff(swing.samples_at).max()), directions + 3))
+    return np.empty((directions + 3, estimated + 2 + 2 * int(np.diff(swing.samples_at).max())))
 
 
 def _with_start(

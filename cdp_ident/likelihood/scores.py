@@ -184,7 +184,7 @@ def _of_swing(
     deviations, spreads = np.empty((nodes, own)), np.empty((nodes, own, own))
     deviations[0], spreads[0] = part.first_node(change[linear.columns], covariance, linear.columns)
     torques = np.zeros((nodes, 2, 2))
-    forwards(whitened, rows, deviations, spreads, torques, np.empty((4, 2)), np.empty((2 * n + 3, own + 1)))
+    forwards(whitened, rows, deviations, spreads, torques, np.empty((4, 2)), np.empty((2 * n + 2, own + 1)))
     times = swing.begin + swing.node_times
     regained = np.zeros((nodes, 2)) if tails is None else found.noise.regained(tails)
     # A torque on the outer rod alone is one in both joints; where the base moves, either is a part of that.

@@ -86,39 +86,43 @@ def filter_rows(rows, right, new, follows, samples_at, kept, mixed, transitions,
 
 
 @part
-def triangularise(matrix, rows, pivots, columns):
+def triangularise(matrix, rows, pivots, upper, new):
     """Make the first pivots of a matrix's columns an upper triangle, by Householder's reflections of all columns.
 
-    The row after the last one is used up.
+    Args:
+        matrix: (columns, at least rows) its transpose, so that each column lies together in memory.
+        rows: how many it has.
+        pivots: how many of the columns.
+        upper: rows before this one are full.
+        new: rows from this one on are; those between are a triangle already.
     """
     for j in range(min(pivots, rows - 1)):
+        of, above, below = matrix[j], matrix[j, j + 1 : max(upper, j + 1)], matrix[j, max(new, j + 1) : rows]
         square = 0.0
-        for i in range(j, rows):
-            square += matrix[i, j] * matrix[i, j]
-        if square < _NOTHING:  # its square root times a number would be lost, and there is nothing to be divided by
-            for i in range(j, rows):
-                matrix[i, j] = 0.0
-            continue
-        norm = -math.sqrt(square) if matrix[j, j] > 0.0 else math.sqrt(square)
-        head = matrix[j, j] - norm
-        scale = -1.0 / (norm * head)
-        matrix[j, j] = norm
-        for k in range(j + 1, columns):
-            matrix[rows, k] = head * matrix[j, k]
-        for i in range(j + 1, rows):
-            below = matrix[i, j]
-            if below != 0.0:
-                for k in range(j + 1, columns):
-                    matrix[rows, k] += below * matrix[i, k]
-        for k in range(j + 1, columns):
-            matrix[rows, k] *= scale
-            matrix[j, k] -= head * matrix[rows, k]
-        for i in range(j + 1, rows):
-            below = matrix[i, j]
-            if below != 0.0:
-                for k in range(j + 1, columns):
-                    matrix[i, k] -= below * matrix[rows, k]
-                matrix[i, j] = 0.0
+        for i in range(len(above)):
+            square += above[i] * above[i]
+        for i in range(len(below)):
+            square += below[i] * below[i]
+        if square >= _NOTHING:  # of less a square root times a number would be lost, and by nothing nothing is divided
+            norm = -math.copysign(math.sqrt(of[j] * of[j] + square), of[j])
+            head = of[j] - norm
+            scale = 1.0 / (norm * head)
+            for k in range(j + 1, len(matrix)):
+                other, other_below = matrix[k, j + 1 : max(upper, j + 1)], matrix[k, max(new, j + 1) : rows]
+                along = head * matrix[k, j]
+                for i in range(len(above)):
+                    along += above[i] * other[i]
+                for i in range(len(below)):
+                    along += below[i] * other_below[i]
+                along *= scale
+                matrix[k, j] += along * head
+                for i in range(len(above)):
+                    other[i] += along * above[i]
+                for i in range(len(below)):
+                    other_below[i] += along * below[i]
+            of[j] = norm
+        above[:] = 0.0
+        below[:] = 0.0
 
 
 @compiled
@@ -132,7 +136,7 @@ def backwards(swing, impulses, triangles, others, matrix):
             estimated; the others are candidates.
         others: (nodes or 1, d + 1 - own, d + 1 - own) takes the products of what is left of candidates and readings,
             once the rest is estimated, from each node or the first one on.
-        matrix: memory for own + 3 + 2 times the most samples of a node rows, d + 3 columns.
+        matrix: memory (d + 3, own + 2 + 2 times the most samples of a node), a row for each column.
     """
     transitions, gaps, pushes = swing.transitions, swing.gaps, swing.pushes
     all_rows, right, samples_at, sizes = swing.rows, swing.right, swing.samples_at, swing.sizes
@@ -143,49 +147,48 @@ def backwards(swing, impulses, triangles, others, matrix):
         rows = 2
         for i in range(2):
             for j in range(d + 3):
-                matrix[i, j] = 0.0
+                matrix[j, i] = 0.0
             matrix[i, i] = 1.0 / sizes[k, i]
+        upper = 2
         if k < nodes - 1:
             triangle = triangles[k + 1]
             for i in range(own):
                 for torque in range(2):
-                    matrix[rows, torque] = (
+                    matrix[torque, rows] = (
                         triangle[i, _SPEEDS] * pushes[k, 0, torque] + triangle[i, _SPEEDS + 1] * pushes[k, 1, torque]
                     )
                 for j in range(d):
-                    total = triangle[i, j] if j >= n else 0.0
-                    for state in range(n):
-                        total += triangle[i, state] * transitions[k, state, j]
-                    matrix[rows, 2 + j] = total
-                total = triangle[i, d]
-                for state in range(n):
-                    total += triangle[i, state] * gaps[k, state]
-                matrix[rows, 2 + d] = total
+                    matrix[2 + j, rows] = triangle[i, j] if j >= n else 0.0
+                matrix[2 + d, rows] = triangle[i, d]
+                for state in range(n if i < n else 0):
+                    for j in range(d):
+                        matrix[2 + j, rows] += triangle[i, state] * transitions[k, state, j]
+                    matrix[2 + d, rows] += triangle[i, state] * gaps[k, state]
                 rows += 1
+            upper += n
+        new = rows
         for sample in range(samples_at[k], samples_at[k + 1]):
             for joint in range(2):
-                matrix[rows, 0], matrix[rows, 1] = 0.0, 0.0
+                matrix[0, rows], matrix[1, rows] = 0.0, 0.0
                 for j in range(d):
-                    matrix[rows, 2 + j] = all_rows[sample, joint, j]
-                matrix[rows, 2 + d] = right[sample, joint]
+                    matrix[2 + j, rows] = all_rows[sample, joint, j]
+                matrix[2 + d, rows] = right[sample, joint]
                 rows += 1
-        triangularise(matrix, rows, 2 + own, d + 3)
+        triangularise(matrix, rows, 2 + own, upper, new)
         for i in range(2):
             logarithm += 2.0 * math.log(abs(matrix[i, i]) * sizes[k, i])
             for j in range(d + 3):
-                impulses[k, i, j] = matrix[i, j]
+                impulses[k, i, j] = matrix[j, i]
         for i in range(own):
             for j in range(d + 1):
-                triangles[k, i, j] = matrix[2 + i, 2 + j] if 2 + i < rows else 0.0
+                triangles[k, i, j] = matrix[2 + j, 2 + i] if 2 + i < rows else 0.0
         at = k if len(others) == nodes else 0
         if 0 < at + 1 < len(others):
             others[at] = others[at + 1]
-        for row in range(2 + own, rows):
-            for i in range(d + 1 - own):
-                left = matrix[row, 2 + own + i]
-                if left != 0.0:
-                    for j in range(i + 1):
-                        others[at, i, j] += left * matrix[row, 2 + own + j]
+        for i in range(d + 1 - own):
+            for j in range(i + 1):
+                for row in range(2 + own, rows):
+                    others[at, i, j] += matrix[2 + own + i, row] * matrix[2 + own + j, row]
     for at in range(len(others)):
         for i in range(d + 1 - own):
             for j in range(i):
@@ -194,15 +197,21 @@ def backwards(swing, impulses, triangles, others, matrix):
 
 
 @part
-def _quadratic(spread, matrix, row):
-    """Return a row of a matrix times a symmetric matrix (d, d) times that row."""
+def _product(one, other):
+    """Return the scalar product of two rows."""
     total = 0.0
-    for i in range(len(spread)):
-        along = 0.5 * spread[i, i] * matrix[row, i]
-        for j in range(i):
-            along += spread[i, j] * matrix[row, j]
-        total += 2.0 * matrix[row, i] * along
+    for i in range(len(one)):  # a range over a length is made into vector instructions, others are not
+        total += one[i] * other[i]
     return total
+
+
+@part
+def _quadratic(spread, row):
+    """Return a row (d,) times a symmetric matrix (d, d) times that row."""
+    total = 0.0
+    for i in range(len(row)):
+        total += row[i] * (0.5 * spread[i, i] * row[i] + _product(spread[i, :i], row))
+    return 2.0 * total
 
 
 @compiled
@@ -218,7 +227,7 @@ def forwards(swing, impulses, deviations, spreads, torques, freedom, matrix):
         freedom: (4, 2) takes how many degrees of freedom the estimates took from each encoder's noise, how many each
             joint's impulses have, the sum of what readings decide of each, from 0 to 1, and the sum of squares of what
             is new in each encoder's noise, over its variance, and of the impulses.
-        matrix: memory for 2 n + 3 rows and own + 1 columns.
+        matrix: memory for 2 n + 2 rows and own + 1 columns.
     """
     transitions, gaps, pushes = swing.transitions, swing.gaps, swing.pushes
     rows, right, samples_at, sizes = swing.rows, swing.right, swing.samples_at, swing.sizes
@@ -226,16 +235,14 @@ def forwards(swing, impulses, deviations, spreads, torques, freedom, matrix):
     last += 2
     for i in range(4):
         freedom[i, 0], freedom[i, 1] = 0.0, 0.0
-    row, first_gain, second_gain, product = n, n + 1, n + 2, n + 3
+    first_gain, second_gain, product = n, n + 1, n + 2
     for k in range(nodes):
         deviation, spread = deviations[k], spreads[k]
         for sample in range(samples_at[k], samples_at[k + 1]):
             for joint in range(2):
-                left = right[sample, joint]
-                for j in range(d):
-                    matrix[row, j] = rows[sample, joint, j]
-                    left += matrix[row, j] * deviation[j]
-                freedom[0, joint] += _quadratic(spread, matrix, row)
+                of = rows[sample, joint, :d]
+                left = right[sample, joint] + _product(of, deviation)
+                freedom[0, joint] += _quadratic(spread, of)
                 freedom[2, joint] += left * left
         if k == nodes - 1:
             break
@@ -247,11 +254,10 @@ def forwards(swing, impulses, deviations, spreads, torques, freedom, matrix):
             matrix[second_gain, j] = -impulses[k, 1, place] * b
             matrix[first_gain, j] = -impulses[k, 0, place] * a - impulses[k, 1, place] * c
         for torque in range(2):
-            gain = n + 1 + torque
-            mean, square = matrix[gain, d], a * a + c * c if torque == 0 else b * b
-            for i in range(d):
-                mean += matrix[gain, i] * deviation[i]
-            square += _quadratic(spread, matrix, gain)
+            gain = first_gain + torque
+            of, square = matrix[gain, :d], a * a + c * c if torque == 0 else b * b
+            mean = matrix[gain, d] + _product(of, deviation)
+            square += _quadratic(spread, of)
             torques[k, 0, torque], torques[k, 1, torque] = mean, math.sqrt(max(square, 0.0))
             freedom[1, torque] += 1.0 - square / sizes[k, torque] ** 2
             freedom[3, torque] += (mean / sizes[k, torque]) ** 2
@@ -267,7 +273,7 @@ def forwards(swing, impulses, deviations, spreads, torques, freedom, matrix):
             for torque in range(2):
                 matrix[state, d] += pushes[k, rod, torque] * torques[k, 0, torque]
                 for j in range(d):
-                    matrix[state, j] += pushes[k, rod, torque] * matrix[n + 1 + torque, j]
+                    matrix[state, j] += pushes[k, rod, torque] * matrix[first_gain + torque, j]
         # The spread at the next node: T spread T' + what the independent ones add, T being rows of the state alone.
         later, spread_later = deviations[k + 1], spreads[k + 1]
         for j in range(d):
@@ -277,18 +283,13 @@ def forwards(swing, impulses, deviations, spreads, torques, freedom, matrix):
                 spread_later[i, j] = spread[i, j]
         for state in range(n):
             for j in range(d):
-                total = 0.0
-                for i in range(d):
-                    total += matrix[state, i] * spread[i, j]
-                matrix[product + state, j] = total
+                matrix[product + state, j] = _product(matrix[state, :d], spread[j])
         for state in range(n):
             for j in range(n, d):
                 spread_later[state, j] = matrix[product + state, j]
                 spread_later[j, state] = matrix[product + state, j]
             for j in range(state + 1):
-                total = 0.0
-                for i in range(d):
-                    total += matrix[product + state, i] * matrix[j, i]
+                total = _product(matrix[product + state, :d], matrix[j, :d])
                 if state >= _SPEEDS and j >= _SPEEDS and state < RODS_STATES:
                     one_a, other_a = pushes[k, state - _SPEEDS, 0], pushes[k, j - _SPEEDS, 0]
                     one_b, other_b = pushes[k, state - _SPEEDS, 1], pushes[k, j - _SPEEDS, 1]

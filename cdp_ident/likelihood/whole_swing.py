@@ -448,10 +448,13 @@ class _Search:
 
     def _look_at_residuals(self) -> None:
         """Let the noise have the memory, or the errors of time, that residuals show, if that is the more likely one."""
-        remembering = self._noise.remembering(self._swings, self._linear)
+        without = replace(self._noise, time=0.0)
+        remembering = without.remembering(self._swings, self._linear)
         late = self._noise.with_errors_of_time(self._swings, self._linear)
-        candidates = [(replace(self._noise, time=0.0), 0.0), (remembering, 0.0), (late, _SHOWN)]
-        self._noise = min(candidates, key=lambda one: self._misfit_with(one[0]) + one[1])[0]
+        others = [(remembering, 0.0)] * (not (without.is_white and remembering.is_white))
+        others += [(late, _SHOWN)] * (late.time > 0.0)
+        if others:
+            self._noise = min([(without, 0.0), *others], key=lambda one: self._misfit_with(one[0]) + one[1])[0]
 
     @cached_property
     def _known(self) -> Known:
@@ -470,7 +473,7 @@ class _Search:
             torques = np.zeros((nodes, 2, 2))
             deviations, spreads = np.empty((nodes, d)), np.empty((nodes, d, d))
             deviations[0], spreads[0] = part.first_node(change[linear.columns], covariance, linear.columns)
-            memory_for_rows = np.empty((2 * n + 3, d + 1))
+            memory_for_rows = np.empty((2 * n + 2, d + 1))
             forwards(part.swing, part.impulses, deviations, spreads, torques, freedom, memory_for_rows)
             all_states.append(states + deviations[:, : states.shape[1]])
             all_impulses.append(torques)

@@ -53,7 +53,7 @@ def swept(swing, own=None, all_nodes=False):
     triangles, impulses = np.full((nodes, own, d + 1), np.nan), np.full((nodes, 2, d + 3), np.nan)
     others = np.full((nodes if all_nodes else 1, d + 1 - own, d + 1 - own), np.nan)
     most = int(np.diff(swing.samples_at).max())
-    logarithm = backwards(swing, impulses, triangles, others, np.empty((own + 3 + 2 * most, d + 3)))
+    logarithm = backwards(swing, impulses, triangles, others, np.empty((d + 3, own + 2 + 2 * most)))
     deviations, spreads = np.full((nodes, own), np.nan), np.full((nodes, own, own), np.nan)
     inverse = np.linalg.inv(triangles[0, :, :own])
     deviations[0], spreads[0] = -inverse @ triangles[0, :, d], inverse @ inverse.T
