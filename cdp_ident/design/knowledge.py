@@ -81,7 +81,7 @@ class Knowledge:
         mechanism = replace(whole.model.mechanism, inertia=inertia)
         model, remain = replace(whole.model, mechanism=mechanism, zeros=()), ~whole.model.of_zeros
         found = cls(model, values[remain], covariance[np.ix_(remain, remain)], noise, sampling)
-        return found.with_weights(()).with_zeros_of_its_own(bool(whole.model.zeros))
+        return found.with_weights(()).with_zeros_of_its_own(whole.model.zero_joints if whole.model.zeros else ())
 
     def with_weights(self, weights: Iterable[Weight]) -> "Knowledge":
         """Return it with A22, and what weights of a next trial may be wrong by, among the unknowns.
@@ -102,11 +102,11 @@ class Knowledge:
         model = replace(model, inertia_free=True, weight_errors=(*known, *more))
         return replace(self, model=model, values=values, covariance=spread)
 
-    def with_zeros_of_its_own(self, has: bool) -> "Knowledge":
-        """Return it with zeros of the next trial's encoders among the unknowns, if it has such."""
-        if not has:
+    def with_zeros_of_its_own(self, joints: tuple[str, ...]) -> "Knowledge":
+        """Return it with zeros of the next trial's encoders in some joints among the unknowns."""
+        if not joints:
             return self
-        model, values = self.model.with_zeros(self.values, [NEW])
+        model, values = replace(self.model, zero_joints=joints).with_zeros(self.values, [NEW])
         spread = np.diag(np.full(len(values), np.inf))
         spread[np.ix_(~model.of_zeros, ~model.of_zeros)] = self.covariance
         return replace(self, model=model, values=values, covariance=spread)

@@ -122,14 +122,15 @@ def _zeros(found: Identification) -> Iterator[FitWarning]:
     if not model.zeros:
         return
     names = tuple(found.data.names[trial] for trial in model.zeros)
-    offsets = (np.degrees(values[model.zero_places(trial)]) for trial in model.zeros)
+    encoders = f"{' and '.join(model.zero_joints)} encoder{'s' * (len(model.zero_joints) > 1)}"
     words = ", ".join(
-        f"{inner:+.2g} and {outer:+.2g} in {name}" for name, (inner, outer) in zip(names, offsets, strict=True)
+        " and ".join(f"{zero:+.2g}" for zero in np.degrees(values[model.zero_places(trial)])) + f" in {name}"
+        for trial, name in zip(model.zeros, names, strict=True)
     )
     yield FitWarning(
         "zeros_by_trial",
         names,
-        f"the zeros of the inner and the outer encoder differ from trial to trial (degrees: {words}); each trial's "
+        f"the zeros of the {encoders} differ from trial to trial (degrees: {words}); each trial's "
         "are fitted along with it. Let the rods hang still when the zero is taken, or take it once for all trials",
     )
 

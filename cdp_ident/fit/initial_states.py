@@ -217,15 +217,16 @@ class _HeldValues:
         for trial in trials:
             those = [k for k, window in enumerate(self._windows) if window.trial == trial]
             rows = np.concatenate([self._beside_the_start(k) for k in those])
-            change = np.linalg.lstsq(rows[:, :2], rows[:, 2])[0]
-            if np.sum((rows[:, :2] @ change) ** 2) > _TOLERANCE * np.sum(self.costs[those]):
+            change = np.linalg.lstsq(rows[:, :-1], rows[:, -1])[0]
+            if np.sum((rows[:, :-1] @ change) ** 2) > _TOLERANCE * np.sum(self.costs[those]):
                 values[self._model.zero_places(trial)] += change
         return values
 
     def _beside_the_start(self, window: int) -> Array:
-        """Return rows (k, 3), derivatives by both encoders' zeros and residuals, less what initial states imitate."""
-        by_zeros = np.tile(np.tri(2), (len(self.residuals[window]), 1, 1))  # theta2 has both
-        of_zeros = self._windows[window].whitened(by_zeros).reshape(-1, 2)
+        """Return rows (k, zeros + 1): derivatives by these, and residuals, less what initial states imitate."""
+        by_zeros = np.tri(2) @ self._model.by_zeros  # theta2 has both
+        repeated = np.tile(by_zeros, (len(self.residuals[window]), 1, 1))
+        of_zeros = self._windows[window].whitened(repeated).reshape(-1, by_zeros.shape[1])
         rows = np.column_stack([of_zeros, self.residuals[window].ravel()])
         basis, _ = np.linalg.qr(self._slopes[window].reshape(len(rows), -1))
         return np.asarray(rows - basis @ (basis.T @ rows))

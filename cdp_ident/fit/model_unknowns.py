@@ -54,7 +54,9 @@ class ModelUnknowns:
     the variance of the angles' noise [rad^2]."""
     effects: tuple[ActiveEffect, ...] = ()
     zeros: tuple[int, ...] = ()
-    """Trials whose encoders have a zero of their own; none where the zeros are right, or the same for all trials."""
+    """Trials in which encoders have a zero of their own; none where zeros are right, or the same for all trials."""
+    zero_joints: tuple[str, ...] = JOINTS
+    """Whose encoders these are."""
 
     @cached_property
     def base_names(self) -> tuple[str, ...]:
@@ -94,6 +96,7 @@ class ModelUnknowns:
         for name, (value, std) in self._constants.items():
             place = self.base_names.index(name)
             centre[place], precision[place] = value, std**-2
+        precision[self.of_zeros] = 3.0 / _LARGEST_ZERO**2  # anywhere between the limits
         precision[self.places_of_motors] = [(p.width or np.sqrt(2.0) * self.torque_std) ** -2 for p in self.of_motors]
         return centre, precision
 
@@ -110,13 +113,13 @@ class ModelUnknowns:
         of_effects = (
             f"{k}.{p.name}" for k, active in zip(self.labels, self.effects, strict=True) for p in active.fitted
         )
-        of_zeros = (f"zero.{joint}.trial_{trial + 1}" for trial in self.zeros for joint in JOINTS)
+        of_zeros = (f"zero.{joint}.trial_{trial + 1}" for trial in self.zeros for joint in self.zero_joints)
         return (*self.base_names, *of_zeros, *of_effects)
 
     @cached_property
     def limits(self) -> tuple[Array, Array]:
         """Lowest and highest value of each unknown: inertias, moments and frictions are not negative."""
-        base, zeros = len(self.base_names), np.full(len(JOINTS) * len(self.zeros), _LARGEST_ZERO)
+        base, zeros = len(self.base_names), np.full(self._zeros, _LARGEST_ZERO)
         parameters = [p for active in self.effects for p in active.fitted]
         lower = np.concatenate([np.zeros(base), -zeros, [p.lower for p in parameters]])
         upper = np.concatenate([np.full(base, np.inf), zeros, [p.upper for p in parameters]])
@@ -163,8 +166,8 @@ class ModelUnknowns:
     def with_zeros(self: Model, values: Array, trials: Iterable[int]) -> tuple[Model, Array]:
         """Return this model and its values with encoders that have a zero of their own in more trials, 0 at first."""
         more = tuple(trial for trial in sorted(set(trials)) if trial not in self.zeros)
-        end = len(self.base_names) + len(JOINTS) * len(self.zeros)
-        added = np.zeros(len(JOINTS) * len(more))
+        end = len(self.base_names) + self._zeros
+        added = np.zeros(len(self.zero_joints) * len(more))
         return replace(self, zeros=self.zeros + more), np.concatenate([values[:end], added, values[end:]])
 
     def zero_places(self, trial: int) -> slice:
@@ -172,15 +175,25 @@ class ModelUnknowns:
         first = len(self.base_names)
         if trial not in self.zeros:
             return slice(first, first)
-        first += len(JOINTS) * self.zeros.index(trial)
-        return slice(first, first + len(JOINTS))
+        first += len(self.zero_joints) * self.zeros.index(trial)
+        return slice(first, first + len(self.zero_joints))
+
+    @cached_property
+    def by_zeros(self) -> Array:
+        """(2, zeros of a trial) derivatives of what both encoders show by the zeros of a trial that has its own."""
+        return np.eye(len(JOINTS))[:, [JOINTS.index(joint) for joint in self.zero_joints]]
+
+    @property
+    def _zeros(self) -> int:
+        """How many zeros there are."""
+        return len(self.zero_joints) * len(self.zeros)
 
     @property
     def of_zeros(self) -> npt.NDArray[np.bool_]:
         """Which of the unknowns are zeros of a trial."""
         first = len(self.base_names)
         of_zeros = np.zeros(len(self.names), dtype=bool)
-        of_zeros[first : first + len(JOINTS) * len(self.zeros)] = True
+        of_zeros[first : first + self._zeros] = True
         return of_zeros
 
     @property
@@ -203,7 +216,7 @@ class ModelUnknowns:
     @cached_property
     def _places(self) -> list[slice]:
         counts = [len(active.fitted) for active in self.effects]
-        ends = len(self.base_names) + len(JOINTS) * len(self.zeros) + np.cumsum(counts, dtype=int)
+        ends = len(self.base_names) + self._zeros + np.cumsum(counts, dtype=int)
         return [slice(int(end) - count, int(end)) for end, count in zip(ends, counts, strict=True)]
 
     def constants(self, values: Array) -> tuple[float, float]:

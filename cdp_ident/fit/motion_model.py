@@ -149,7 +149,8 @@ class MotionModel(ModelUnknowns):
         )
         # Both absolute angles contain the inner encoder's.
         place = self.zero_places(trial)
-        theta = np.cumsum(found.readings + (values[place] if place.start < place.stop else 0.0), axis=1)
+        of_zeros = self.by_zeros @ values[place] if place.start < place.stop else 0.0
+        theta = np.cumsum(found.readings + of_zeros, axis=1)
         return theta, np.cumsum(found.by, axis=1) if derive else np.empty((0, 2, 0)), found.bounds
 
     @cached_property

@@ -178,15 +178,15 @@ class Swing:
         n, columns = model.states, model.columns_in(self.trial)
         by, ends_by = found.by, found.ends_by
         zeros = model.zero_places(self.trial)
-        shown = found.readings + values[zeros] if zeros.stop > zeros.start else found.readings
+        shown = found.readings
         if weighted:
             of_rig, columns = weighted.by_rig[columns], np.arange(len(values))
             by = np.concatenate([by[..., :n], by[..., n:] @ of_rig], axis=-1)
             ends_by = np.concatenate([ends_by[..., :n], ends_by[..., n:] @ of_rig], axis=-1)
         if zeros.stop > zeros.start:
-            of_zeros = np.tile(np.eye(2), (len(by), 1, 1))
-            by = np.concatenate([by, of_zeros], axis=-1)
-            ends_by = np.concatenate([ends_by, np.zeros((*ends_by.shape[:2], 2))], axis=-1)
+            shown = shown + model.by_zeros @ values[zeros]
+            by = np.concatenate([by, np.tile(model.by_zeros, (len(by), 1, 1))], axis=-1)
+            ends_by = np.concatenate([ends_by, np.zeros((*ends_by.shape[:2], zeros.stop - zeros.start))], axis=-1)
             columns = np.append(columns, np.arange(zeros.start, zeros.stop))
             order = np.argsort(columns, kind="stable")
             columns, by = columns[order], np.concatenate([by[..., :n], by[..., n:][..., order]], axis=-1)

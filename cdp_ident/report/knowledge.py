@@ -64,7 +64,9 @@ def knowledge_of(report: Section) -> Knowledge | None:
         Noise(new, kept, mixed, torque, assumed["time_noise_s"], assumed["base_moves"]),
         Sampling(steps=_of_joints(assumed["step_rad"]), **{span: assumed[f"{span}_s"] for span in SPANS}),
     )
-    return known.with_weights(()).with_zeros_of_its_own(any(name.startswith("zero.") for name in names))
+    return known.with_weights(()).with_zeros_of_its_own(
+        tuple(joint for joint in JOINTS if any(name.startswith(f"zero.{joint}.") for name in names))
+    )
 
 
 def _of_joints(given: Section) -> Array:

@@ -8,6 +8,7 @@ gives, all evidence shrinks by itself.
 
 import math
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 from itertools import islice
 
 import numpy as np
@@ -24,6 +25,7 @@ from cdp_ident.likelihood.whole_swing import (
     likely_near,
 )
 from cdp_ident.machine.parallel import parallel_map
+from cdp_ident.model.effects.effect import JOINTS
 from cdp_ident.model.layout import RODS_STATES
 from cdp_ident.tracing.lost_counts import with_better_instants
 from cdp_ident.tracing.neighbours import Neighbour, additions, extended_models, replacements, simplifications
@@ -170,10 +172,11 @@ class ModelSearch:
         shows = any(active.effect.acts_as_zero for active in model.effects) or bool(np.any(self.best.leaves_more))
         if len(trials) < 2 or model.zeros or not shows:
             return False
-        with_zeros, values = model.with_zeros(self.best.values, sorted(trials))
-        return self._move(
-            self.best, [(Neighbour(with_zeros, values, ("zeros of each trial",)), None)], "added", must_explain=False
-        )
+        neighbours = []
+        for joints in ((JOINTS[0],), (JOINTS[1],), JOINTS):
+            begins = replace(model, zero_joints=joints).with_zeros(self.best.values, sorted(trials))
+            neighbours.append((Neighbour(*begins, (f"{' and '.join(joints)} zeros of each trial",)), None))
+        return self._move(self.best, neighbours, "added", must_explain=False)
 
     def _spell_out(self, before: WholeSwings) -> None:
         """Try named effects in the place of a nonparametric torque, and extended models of those that are."""
@@ -305,7 +308,7 @@ def _explains(before: WholeSwings, after: WholeSwings) -> bool:
 def _key(model: MotionModel) -> Key:
     """Return what a model is known by: its effects, in any order, and whether trials have zeros of their own."""
     effects = sorted((a.effect.key, -1 if a.trial is None else a.trial, a.bend) for a in model.effects)
-    return tuple(effects + [("zeros", len(model.zeros), 0.0)] * bool(model.zeros))
+    return tuple(effects + [(f"zero.{joint}", len(model.zeros), 0.0) for joint in model.zero_joints if model.zeros])
 
 
 def _states(origin: WholeSwings, model: MotionModel) -> list[Array]:

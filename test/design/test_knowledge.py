@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from cdp_ident.design.knowledge import NEW
+from cdp_ident.model.effects.effect import JOINTS
 from scenarios.next_swing import ALL_GROUPS, NOISE, swing
 from scenarios.weighted import WEIGHT
 
@@ -30,7 +31,7 @@ def test_the_information_is_the_inverse_of_the_covariance(known):
 
 
 def test_of_the_zeros_of_a_trial_that_is_not_there_yet_nothing_is_known(known):
-    with_zeros = known.with_zeros_of_its_own(True)
+    with_zeros = known.with_zeros_of_its_own(JOINTS)
     place = with_zeros.model.zero_places(NEW)
     assert np.all(np.isinf(np.diag(with_zeros.covariance)[place]))
     assert not np.any(information_in(with_zeros)[place])
@@ -47,7 +48,7 @@ def test_of_the_inertia_nothing_is_known_where_no_trial_shows_it(known):
 
 
 def test_a_weight_s_errors_are_known_to_be_within_their_standard_deviations(known):
-    with_weights = known.with_zeros_of_its_own(True).with_weights([WEIGHT, replace(WEIGHT, rod="inner")])
+    with_weights = known.with_zeros_of_its_own(JOINTS).with_weights([WEIGHT, replace(WEIGHT, rod="inner")])
     assert with_weights.model.names[6:9] == (
         "weight_error.mass.50 g",
         "weight_error.outer.300 mm",

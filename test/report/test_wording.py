@@ -71,7 +71,7 @@ def test_it_is_said_how_a_value_was_come_by(read_content):
             "exchanged air drag, outer, rotation for air drag, outer, strips",
         ),
         ("added gravity_tilt.base and encoder_offset.outer", "added gravity tilt, base and encoder offset, outer"),
-        ("added zeros of each trial", "added zeros of each trial"),
+        ("added inner zeros of each trial", "added inner zeros of each trial"),
     ],
 )
 def test_a_step_of_the_selection_is_in_words(action, words):

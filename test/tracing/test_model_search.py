@@ -144,10 +144,10 @@ def test_zeros_that_differ_from_trial_to_trial_are_found():
     trials = [measured(motion(start) + off, rng) for start, off in (((1.5, 1.2), 4e-3), ((1.4, 1.9), -4e-3))]
     search = begun(trials)
     search.run()
-    assert search.best.model.zeros == (0, 1)
-    assert "added zeros of each trial" in [step.action for step in search.steps]
+    assert (search.best.model.zeros, search.best.model.zero_joints) == ((0, 1), ("inner",))
+    assert "added inner zeros of each trial" in [step.action for step in search.steps]
     zeros = search.best.values[search.best.model.of_zeros]
-    assert zeros[[0, 2]] == pytest.approx([4e-3, -4e-3], abs=3e-4)
+    assert zeros == pytest.approx([4e-3, -4e-3], abs=3e-4)
     assert not search.best.model.effects
 
 

@@ -55,8 +55,9 @@ class EffectParameter:
 
     @property
     def prior_width(self) -> float:
-        """Standard deviation of its value before any trial is looked at."""
-        return self.width or (2.0 if self.shape else 100.0) * abs(self.typical)
+        """Standard deviation of its value before any trial is looked at: of a strength, as its limits let it be."""
+        uniform = (self.upper - self.lower) / math.sqrt(12.0)
+        return self.width or (2.0 * abs(self.typical) if self.shape else min(100.0 * abs(self.typical), uniform))
 
     def scale(self, inertia: float) -> float:
         """Return its physical value over its value in the fit, for the inertia A22 about the cart's joint [kg m^2]."""
