@@ -23,11 +23,11 @@ from cdp_ident.likelihood.whole_swing import WholeSwings
 from cdp_ident.model.parameters import CONSTANTS, GROUPS, INERTIA, PARAMETERS
 from cdp_ident.report.curves import Array
 from cdp_ident.report.expected import compared
+from cdp_ident.report.filling import Also, filled
 from cdp_ident.report.next_trial import next_trial_section
 from cdp_ident.report.outcome import Outcome
 from cdp_ident.report.provenance import versions
 from cdp_ident.report.schema import REPORT, SCHEMA, Section
-from cdp_ident.report.schema_terms import Also, filled
 from cdp_ident.report.verdict import effect_in_words, quantity, verdict
 from cdp_ident.tracing.found_effects import FoundEffect
 from cdp_ident.tracing.odds import log10_odds, unlikelihood

@@ -17,9 +17,9 @@ from cdp_ident.model.effects.effect import JOINTS
 from cdp_ident.model.parameters import GROUPS, INERTIA, INVERSE_INERTIA
 from cdp_ident.model.weights import Weight
 from cdp_ident.report.curves import Array
+from cdp_ident.report.filling import Also, filled
 from cdp_ident.report.outcome import Outcome
 from cdp_ident.report.schema import ADVICE, Section
-from cdp_ident.report.schema_terms import Also, filled
 
 SPANS = ("duration", "interval", "spacing", "half_width", "step")
 """Times that are assumed of a next trial, as `Sampling` names them."""
