@@ -3,11 +3,10 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+from cdp_ident.report.document import Chapter, Charts, Document, Table, print_chapter, wide_console
 from cdp_ident.report.figures.description import Figure
 from cdp_ident.report.folder import COMPARISON_PAGE, COMPARISON_TEXT, FIGURES, write_files
-from cdp_ident.report.parts import Chapter, Charts, Document, Table
 from cdp_ident.report.pictures import draw_comparison
-from cdp_ident.report.terminal import print_chapter, wide_console
 
 
 def show_comparison(heading: str, tables: Sequence[Table], figures: Sequence[Figure], out: Path | None) -> None:

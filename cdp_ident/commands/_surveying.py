@@ -13,9 +13,9 @@ from cdp_ident.errors import FitFailedError, OptionError, ReportError
 from cdp_ident.machine.parallel import core_count
 from cdp_ident.outside_text import shown
 from cdp_ident.pipeline.identifier import read_configuration
+from cdp_ident.report.document import print_chapter, wide_console
 from cdp_ident.report.folder import alone_in, check_folder, json_text, write_files
 from cdp_ident.report.schema import Section
-from cdp_ident.report.terminal import print_chapter, wide_console
 from cdp_ident.survey.contents import survey
 from cdp_ident.survey.identification import Finished
 from cdp_ident.survey.run import PIECES, Plan, conduct, plan

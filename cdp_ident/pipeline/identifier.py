@@ -20,9 +20,11 @@ from cdp_ident.outside_text import shown
 from cdp_ident.pipeline.interruption import GivenUpError, Interruption
 from cdp_ident.pipeline.job import load, load_with_weights, refuse_copies, run
 from cdp_ident.pipeline.progress import SearchDisplay
+from cdp_ident.report.chapters import document_of
 from cdp_ident.report.contents import report
 from cdp_ident.report.curves import Curves, curves
 from cdp_ident.report.curves_file import curves_npz
+from cdp_ident.report.document import print_document
 from cdp_ident.report.expected import expected_effects
 from cdp_ident.report.folder import (
     CURVES,
@@ -41,7 +43,6 @@ from cdp_ident.report.outcome import Job, LoadedJob, Outcome
 from cdp_ident.report.pictures import draw, write_pictures
 from cdp_ident.report.report_file import read_report
 from cdp_ident.report.schema import Section
-from cdp_ident.report.terminal import print_report
 from cdp_ident.search.genetic_search import Progress
 from cdp_ident.trial.trial import Trial
 from cdp_ident.user_input import user_path
@@ -250,7 +251,7 @@ class Identifier:
         if not outcome.trace.failure:
             self._latest = outcome
         result = Result(report(outcome, self._new_trials), curves(outcome), outcome.trace.failure)
-        print_report(self._output, result.report)
+        print_document(self._output, document_of(result.report))
         return result
 
     def write(self, result: Result) -> None:

@@ -7,8 +7,8 @@ from pathlib import Path
 
 from cdp_ident.errors import OptionError
 from cdp_ident.model.parameters import GROUPS
+from cdp_ident.report.document import Table
 from cdp_ident.report.folder import REPORT
-from cdp_ident.report.parts import Table
 from cdp_ident.report.report_file import read_report
 from cdp_ident.report.schema import Section
 from cdp_ident.report.wording import (

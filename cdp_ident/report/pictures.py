@@ -8,6 +8,7 @@ from cdp_ident.errors import ReportError
 from cdp_ident.report.chapters import document_of
 from cdp_ident.report.curves import Curves
 from cdp_ident.report.curves_file import read_curves
+from cdp_ident.report.document import Document, markdown
 from cdp_ident.report.folder import (
     COMPARISON_PAGE,
     COMPARISON_TEXT,
@@ -19,8 +20,6 @@ from cdp_ident.report.folder import (
     drawn_with,
     write_files,
 )
-from cdp_ident.report.markdown import markdown
-from cdp_ident.report.parts import Document
 from cdp_ident.report.report_file import read_report
 from cdp_ident.report.schema import Section
 
@@ -37,7 +36,7 @@ class Drawn(NamedTuple):
 def draw(report: Section, curves: Curves, for_paper: bool = False) -> Drawn:
     """Draw a report: page and text; only `for_paper` the figures as files, to which the text links then."""
     # Only who draws waits for what draws to be loaded.
-    from cdp_ident.report.page.rendering import report_html  # noqa: PLC0415
+    from cdp_ident.report.page import report_html  # noqa: PLC0415
 
     document = document_of(report, curves)
     return _drawn(TEXT, document, for_paper, PAGE, lambda: report_html(report, curves, document))
@@ -45,7 +44,7 @@ def draw(report: Section, curves: Curves, for_paper: bool = False) -> Drawn:
 
 def draw_comparison(document: Document) -> Drawn:
     """Draw a comparison: page, text and figures."""
-    from cdp_ident.report.page.rendering import render_page  # noqa: PLC0415
+    from cdp_ident.report.page import render_page  # noqa: PLC0415
 
     return _drawn(COMPARISON_TEXT, document, True, COMPARISON_PAGE, lambda: render_page(document))
 

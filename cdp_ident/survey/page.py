@@ -3,10 +3,10 @@
 import numpy as np
 
 from cdp_ident.diagnosis.identifiability import CONFIDENCE
+from cdp_ident.report.document import Document
 from cdp_ident.report.figures.description import Axis, Figure, Intervals, Line, Panel
 from cdp_ident.report.figures.palette import series
-from cdp_ident.report.page.rendering import render_page
-from cdp_ident.report.parts import Document
+from cdp_ident.report.page import render_page
 from cdp_ident.report.schema import Section
 from cdp_ident.report.wording import unit
 from cdp_ident.survey.tables import chapter, verdict

@@ -10,10 +10,10 @@ from cdp_ident.configuration.settings import Settings
 from cdp_ident.report.chapters import document_of
 from cdp_ident.report.comparison import Run, compare
 from cdp_ident.report.curves import Curves
+from cdp_ident.report.document import Chapter, Charts, Document
 from cdp_ident.report.figures.parameters import runs_compared
 from cdp_ident.report.folder import COMPARISON_PAGE, PAGE
-from cdp_ident.report.page.rendering import report_html
-from cdp_ident.report.parts import Chapter, Charts, Document
+from cdp_ident.report.page import report_html
 from cdp_ident.report.pictures import draw_comparison
 from cdp_ident.survey.contents import survey
 from cdp_ident.survey.page import survey_html

@@ -16,14 +16,14 @@ from cdp_ident.errors import ReportError
 from cdp_ident.model.acting import outer_rod_length
 from cdp_ident.report.chapters import base_parameters
 from cdp_ident.report.curves import Curves
+from cdp_ident.report.document import Document
 from cdp_ident.report.figures.for_page import Arrays, plotly_figure
 from cdp_ident.report.figures.motion import shown_samples
 from cdp_ident.report.figures.palette import DARK, LIGHT
-from cdp_ident.report.parts import Document
 from cdp_ident.report.schema import Section
 from cdp_ident.report.wording import models, nominal_value, role_words
 
-_LOADER = jinja2.PackageLoader("cdp_ident.report.page", "templates")
+_LOADER = jinja2.PackageLoader("cdp_ident.report", "templates")
 
 
 def report_html(report: Section, curves: Curves, document: Document) -> str:
