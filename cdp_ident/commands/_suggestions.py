@@ -2,9 +2,9 @@
 
 import argparse
 import math
+from collections.abc import Iterator
 
 from rich.console import Console
-from rich.table import Table
 
 from cdp_ident.design.knowledge import Knowledge
 from cdp_ident.design.starts import Grid
@@ -15,6 +15,7 @@ from cdp_ident.model.weight_settings import refuse_misplaced, weight_of
 from cdp_ident.model.weights import RODS, Rod, Weight
 from cdp_ident.report.advice import one_advice
 from cdp_ident.report.curves_file import read_curves
+from cdp_ident.report.document import Row, Table, print_table
 from cdp_ident.report.folder import CURVES, REPORT
 from cdp_ident.report.knowledge import knowledge_of, recorded_motion
 from cdp_ident.report.next_trial import (
@@ -53,16 +54,14 @@ def print_suggestions(options: argparse.Namespace) -> None:
             )
         console.print(one_advice(advice), highlight=False, markup=False, soft_wrap=True)
         if advice["names"]:
-            console.print(_table(advice))
+            print_table(console, Table("", ("", "standard deviation now", "then"), list(_deviations(advice))))
         console.print()
 
 
-def _table(advice: Section) -> Table:
-    table = Table("", "standard deviation now", "then", box=None, pad_edge=False, padding=(0, 3, 0, 0))
+def _deviations(advice: Section) -> Iterator[Row]:
     for name, *both in zip(advice["names"], advice["std_now"], advice["std_then"], strict=True):
-        shown = (f"{std:.3g}" if math.isfinite(std) else "not determined" for std in both)
-        table.add_row(f"  {name}", *shown)
-    return table
+        now, then = (f"{std:.3g}" if math.isfinite(std) else "not determined" for std in both)
+        yield f"  {name}", now, then
 
 
 def _used(report: Section) -> list[tuple[Weight, ...]]:

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 from rich.console import Console
-from rich.table import Table
 
 from cdp_ident.command_line import ArgumentParser, entry_point
 from cdp_ident.errors import OptionError
@@ -21,8 +20,6 @@ is a process of its own, on a ROS domain of the demonstration's own; at the end 
 
 _IDENTIFYING = 600.0
 """Longest wait for identify [s]: the first time it also compiles."""
-_WIDTH = 120
-"""Where there is no terminal."""
 
 
 @entry_point
@@ -38,13 +35,13 @@ def main(arguments: list[str]) -> int:
     from cdp_ident.demo.client_node import client_node  # noqa: PLC0415
     from cdp_ident.demo.processes import Nodes, own_domain  # noqa: PLC0415
     from cdp_ident.demo.recording import RIG, record_trials, swing_times  # noqa: PLC0415
+    from cdp_ident.report.document import wide_console  # noqa: PLC0415
 
     rig = options.rig or RIG
     swing_times(rig)  # refuses an unusable file before anything is made
     out = _new_folder(options.out)
     own_domain()
-    console = Console(highlight=False, markup=False)
-    console = console if console.is_terminal else Console(highlight=False, markup=False, width=_WIDTH)
+    console = wide_console()
     with Nodes(out / "logs") as nodes, client_node(nodes.check) as client:
         console.rule("1  Record three free swings of a rig, here an emulated one", align="left")
         console.print(
@@ -103,14 +100,14 @@ def _new_folder(asked: Path | None) -> Path:
 
 
 def _print_result(console: Console, report: dict[str, Any]) -> None:
+    from cdp_ident.report.document import Table, print_table  # noqa: PLC0415
     from cdp_ident.report.searches import shown_generations  # noqa: PLC0415
 
     history = report["search"]["history"]
     generations = shown_generations(len(history) - 1)
-    evolution = Table("generation", *map(str, generations), box=None, pad_edge=False)
-    evolution.add_row("E(Z) [rad²]", *(f"{history[generation]:.4g}" for generation in generations))
+    best = ("E(Z) [rad²]", *(f"{history[generation]:.4g}" for generation in generations))
     console.print(f"The improved genetic algorithm's best error, which {PAGE} draws as a curve:")
-    console.print(evolution)
+    print_table(console, Table("", ("generation", *map(str, generations)), [best]))
     console.print()
     before, after = (report[stage]["error"]["holdout"] for stage in ("before", "after"))
     console.print(report["verdict"])
@@ -125,15 +122,14 @@ def _print_result(console: Console, report: dict[str, Any]) -> None:
 
 def _print_comparison(console: Console, rig: Path, report: dict[str, Any]) -> None:
     from cdp_ident.demo.comparison import compare  # noqa: PLC0415
+    from cdp_ident.report.document import Table, print_table  # noqa: PLC0415
 
-    table = Table(box=None, pad_edge=False, padding=(0, 3, 0, 0))
-    for column in ("", "hidden in the rig", "found", "off by", "unit"):
-        table.add_column(column, no_wrap=True)
+    rows = []
     for name, unit, hidden, found in compare(rig, report):
         off = f"{100 * abs(found / hidden - 1):.2g} %" if hidden and found is not None else ""
-        table.add_row(name, *("nothing" if value is None else f"{value:.6g}" for value in (hidden, found)), off, unit)
+        rows.append((name, *("nothing" if value is None else f"{value:.6g}" for value in (hidden, found)), off, unit))
     console.print(f"identify did not read {rig}, which has the true values:", soft_wrap=True)
-    console.print(table)
+    print_table(console, Table("", ("", "hidden in the rig", "found", "off by", "unit"), rows))
     console.print(
         "\nTorques stand over A22 here, as the base parameters do: a free swing does not show by which factor all "
         "masses,\ninertias and torques are larger or smaller. In N m they are given for the masses nearest to the "

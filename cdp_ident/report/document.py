@@ -169,7 +169,7 @@ def print_chapter(console: Console, chapter: Chapter) -> None:
             console.print(Text(title, style="bold underline" if title is heading else "bold"))
         heading = ""
         if isinstance(part, Table):
-            console.print(_printed(part))
+            print_table(console, part)
             if part.note:
                 console.print(part.note)
         else:
@@ -178,11 +178,12 @@ def print_chapter(console: Console, chapter: Chapter) -> None:
         console.print()
 
 
-def _printed(part: Table) -> PrintedTable:
+def print_table(console: Console, part: Table) -> None:
+    """Print the columns and rows of a table."""
     table = PrintedTable(box=None, pad_edge=False, padding=(0, 3, 0, 0), show_header=any(part.columns))
     shown = [place for place, column in enumerate(part.columns) if column not in part.wide]
     for place in shown:
         table.add_column(Text(part.columns[place]), overflow="fold")
     for row in part.rows:
         table.add_row(*(Text(row[place]) for place in shown))
-    return table
+    console.print(table)
