@@ -88,7 +88,6 @@ def test_everything_is_drawn_without_complaint_and_without_network(opened, deskt
 
 def test_everything_is_drawn_for_a_phone_in_the_dark_and_for_printing(visit):
     visited = visit(viewport=PHONE, color_scheme="dark")
-    visited.draw_all()
     assert_everything_is_there(visited, PHONE["width"])
     assert visited.page.locator(".controls").is_visible()
     assert visited.page.inner_text("#play") == "Pause"  # it plays by itself
@@ -185,7 +184,6 @@ def test_a_drag_zooms_all_panels_and_a_double_click_shows_all_again(desktop):
     page = desktop.page
     plot = page.locator("[data-figure^=angles_1]")
     plot.scroll_into_view_if_needed()
-    plot.locator(".nsewdrag").first.wait_for(state="attached")
     (whole,) = ranges(plot)  # one axis for all panels
     box = plot.locator(".nsewdrag").first.bounding_box()
     middle = box["y"] + box["height"] / 2
@@ -208,7 +206,6 @@ def test_the_keyboard_zooms_a_chart(desktop):
     page = desktop.page
     plot = page.locator("[data-figure=parameters]")
     plot.scroll_into_view_if_needed()
-    plot.locator(".main-svg").first.wait_for(state="attached")
     before = ranges(plot)
     plot.focus()
     page.keyboard.press("+")
@@ -223,7 +220,6 @@ def test_the_keyboard_zooms_a_chart(desktop):
 def test_a_name_above_a_chart_hides_its_curves(desktop):
     page = desktop.page
     figure = page.locator("#figure-errors")
-    figure.locator(".bars path").first.wait_for(state="attached")
     bars = figure.locator(".bars .point").count()
     button = figure.get_by_role("button", name="before: the paper's model, fitted")
     button.click()
@@ -233,7 +229,6 @@ def test_a_name_above_a_chart_hides_its_curves(desktop):
 
 def test_charts_follow_the_theme(desktop):
     plot = desktop.page.locator("[data-figure=errors]")
-    plot.locator(".ytick text").first.wait_for(state="attached")
 
     def ink():
         return plot.locator(".ytick text").first.evaluate("text => getComputedStyle(text).fill")
@@ -299,7 +294,6 @@ def test_text_from_bags_and_files_stays_text(visit, read_content, shown_curves, 
     report = hostile(read_content)
     (tmp_path / PAGE).write_text(report_html(report, shown_curves, document_of(report, shown_curves)))
     visited = visit(tmp_path / PAGE)
-    visited.draw_all()
     visited.page.wait_for_timeout(200)
     assert visited.complaints == []
     assert visited.page.locator("img").count() == 0
@@ -332,7 +326,6 @@ def test_other_documents_are_pages_of_the_same_kind(visit, read_content, tmp_pat
     (tmp_path / "other.html").write_text(made(read_content))
     for viewport in (DESKTOP, PHONE):
         visited = visit(tmp_path / "other.html", viewport=viewport)
-        visited.draw_all()
         assert visited.complaints == []
         assert visited.page.evaluate("document.documentElement.scrollWidth") <= viewport["width"]
         assert visited.page.locator("img").count() == 0
