@@ -40,7 +40,7 @@ from cdp_ident.report.folder import (
     write_result,
 )
 from cdp_ident.report.outcome import Job, LoadedJob, Outcome
-from cdp_ident.report.pictures import draw, write_pictures
+from cdp_ident.report.pictures import draw
 from cdp_ident.report.report_file import read_report
 from cdp_ident.report.schema import Section
 from cdp_ident.search.genetic_search import Progress
@@ -272,7 +272,7 @@ class Identifier:
             raise
         if not result.failure:
             self._say(f"{folder / REPORT} and {FITTED} are written")
-        self._draw(folder, result.report, result.curves)
+        self._draw(folder)
         if result.failure:
             raise FitFailedError(f"{result.failure}; {folder / REPORT} tells more")
 
@@ -285,16 +285,14 @@ class Identifier:
         self._written.add(folder)
         return folder
 
-    def _draw(self, folder: Path, content: Section, drawn_from: Curves) -> None:
+    def _draw(self, folder: Path) -> None:
         """Draw the report; a failure is reported and does not affect the result."""
         try:
-            drawn = draw(content, drawn_from, self.request.figures)
-            write_pictures(folder, drawn.files)
+            page = draw(folder, self.request.figures) or f"{folder / PAGE} shows it all"
         except Exception as error:  # noqa: BLE001 - whatever it is, the parameters are to be served
             reason = shown(error) or type(error).__name__
             said = f"no pictures: {reason}; once that is mended, `ros2 run cdp_ident report {folder}` draws them"
         else:
-            page = drawn.problem or f"{folder / PAGE} shows it all"
             drawn_too = f"{folder / TEXT} and {FIGURES}/ are" if self.request.figures else f"{folder / TEXT} is"
             said = f"{page}; {drawn_too} for version control and papers"
         self._say(said)

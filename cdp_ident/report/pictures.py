@@ -1,12 +1,11 @@
 """Draws reports for people: page, text and figures, from `report.json` and `curves.npz` alone."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
 from cdp_ident.errors import ReportError
 from cdp_ident.report.chapters import document_of
-from cdp_ident.report.curves import Curves
 from cdp_ident.report.curves_file import read_curves
 from cdp_ident.report.document import Document, markdown
 from cdp_ident.report.folder import (
@@ -21,7 +20,6 @@ from cdp_ident.report.folder import (
     write_files,
 )
 from cdp_ident.report.report_file import read_report
-from cdp_ident.report.schema import Section
 
 
 class Drawn(NamedTuple):
@@ -33,13 +31,24 @@ class Drawn(NamedTuple):
     """Why there is no page, where there is none: the library that draws it may be missing."""
 
 
-def draw(report: Section, curves: Curves, for_paper: bool = False) -> Drawn:
-    """Draw a report: page and text; only `for_paper` the figures as files, to which the text links then."""
+def draw(folder: Path, for_paper: bool = False) -> str:
+    """Draw the report in a folder: page and text; only `for_paper` the figures as files, to which the text links then.
+
+    Page and figures that were drawn there before go. Returns why there is no page, where there is none.
+
+    Raises:
+        ReportError: there is no complete report in it.
+        OptionError: it cannot be written to.
+    """
     # Only who draws waits for what draws to be loaded.
     from cdp_ident.report.page import report_html  # noqa: PLC0415
 
+    report = read_report(folder / REPORT)
+    curves = read_curves(folder / CURVES, len(report["trials"]), len(report["effects"]))
     document = document_of(report, curves)
-    return _drawn(TEXT, document, for_paper, PAGE, lambda: report_html(report, curves, document))
+    drawn = _drawn(TEXT, document, for_paper, PAGE, lambda: report_html(report, curves, document))
+    write_files(folder, drawn.files, instead_of=(PAGE, *drawn_with(folder)))
+    return drawn.problem
 
 
 def draw_comparison(document: Document) -> Drawn:
@@ -60,26 +69,3 @@ def _drawn(text: str, document: Document, for_paper: bool, name: str, page: Call
         return Drawn({name: page(), **files})
     except ReportError as error:
         return Drawn(files, str(error))
-
-
-def write_pictures(folder: Path, files: Mapping[str, str | bytes]) -> None:
-    """Write what was drawn; page and figures that were drawn there before go.
-
-    Raises:
-        OptionError: the folder or a file cannot be written.
-    """
-    write_files(folder, files, instead_of=(PAGE, *drawn_with(folder)))
-
-
-def draw_again(folder: Path, for_paper: bool = False) -> str:
-    """Draw the report in a folder anew, `for_paper` with figures; return why there is no page, where there is none.
-
-    Raises:
-        ReportError: there is no complete report in it.
-        OptionError: it cannot be written to.
-    """
-    report = read_report(folder / REPORT)
-    curves = read_curves(folder / CURVES, len(report["trials"]), len(report["effects"]))
-    drawn = draw(report, curves, for_paper)
-    write_pictures(folder, drawn.files)
-    return drawn.problem

@@ -42,11 +42,14 @@ def _object(properties: dict[str, Schema], optional: tuple[str, ...] = ()) -> Sc
 
 def _options() -> Schema:
     """Return the schema of the settings; those that have no fixed value may be missing."""
-    finite_or_null = {"anyOf": [_KINDS["finite number"], {"type": "null"}]}
-    kinds = {bool: _KINDS["flag"], int: _KINDS["count"], float: finite_or_null, str: _KINDS["text"]}
+    kinds = {bool: _KINDS["flag"], int: _KINDS["count"], float: _KINDS["number"], str: _KINDS["text"]}
+    none = {"anyOf": [_KINDS["finite number"], {"type": "null"}]}
     required = (*(constant.symbol for constant in CONSTANTS), *(f"nominal.{symbol}" for symbol in SYMBOLS))
     weight = {"type": "array", "items": _KINDS["finite number"], "maxItems": 3}
-    values = {name: kinds[key.kind] | {"description": key.description} for name, key in KEYS.items()}
+    values = {
+        name: (none if key.default is None else kinds[key.kind]) | {"description": key.description}
+        for name, key in KEYS.items()
+    }
     options = _object(values, tuple(name for name in KEYS if name not in required))
     return options | {"patternProperties": {f"^{re.escape(WEIGHTS)}": weight}}
 
