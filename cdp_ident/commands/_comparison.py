@@ -5,7 +5,7 @@ from pathlib import Path
 
 from cdp_ident.report.document import Chapter, Charts, Document, Table, print_chapter, wide_console
 from cdp_ident.report.figures.description import Figure
-from cdp_ident.report.folder import COMPARISON_PAGE, COMPARISON_TEXT, FIGURES, write_files
+from cdp_ident.report.folder import COMPARISON_PAGE, COMPARISON_TEXT, FIGURES
 from cdp_ident.report.pictures import draw_comparison
 
 
@@ -20,7 +20,6 @@ def show_comparison(heading: str, tables: Sequence[Table], figures: Sequence[Fig
     chapter = Chapter("result", "", (first, Charts(figures), *others))
     print_chapter(console, chapter)
     if out:
-        drawn = draw_comparison(Document("Cart double pendulum, compared", heading, "", (chapter,)))
-        write_files(out, drawn.files)
-        console.print(drawn.problem or f"{out / COMPARISON_PAGE} is written", soft_wrap=True)
+        problem = draw_comparison(out, Document("Cart double pendulum, compared", heading, "", (chapter,)))
+        console.print(problem or f"{out / COMPARISON_PAGE} is written", soft_wrap=True)
         console.print(f"{out / COMPARISON_TEXT} and {FIGURES}/ are written", soft_wrap=True)

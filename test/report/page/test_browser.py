@@ -8,13 +8,12 @@ import pytest
 
 from cdp_ident.configuration.settings import Settings
 from cdp_ident.report.chapters import document_of
-from cdp_ident.report.comparison import Run, compare
+from cdp_ident.report.comparison import compare
 from cdp_ident.report.curves import Curves
 from cdp_ident.report.document import Chapter, Charts, Document
 from cdp_ident.report.figures.parameters import runs_compared
-from cdp_ident.report.folder import COMPARISON_PAGE, PAGE
-from cdp_ident.report.page import report_html
-from cdp_ident.report.pictures import draw_comparison
+from cdp_ident.report.folder import PAGE
+from cdp_ident.report.page import page_of
 from cdp_ident.survey.contents import survey
 from cdp_ident.survey.page import survey_html
 from scenarios.fleet import finished
@@ -265,7 +264,7 @@ def test_a_rig_that_lacks_nothing_has_a_page_too_and_all_of_it_is_printed(visit,
     trial = replace(shown_curves.trials[0], run_before=np.full_like(shown_curves.trials[0].measured, np.nan))
     after = replace(shown_curves.after, effects=shown_curves.after.effects[:0])
     curves = Curves((trial,), shown_curves.before, after)
-    (tmp_path / PAGE).write_text(report_html(report, curves, document_of(report, curves)))
+    (tmp_path / PAGE).write_text(page_of(document_of(report, curves), report, curves))
     visited = visit(tmp_path / PAGE)
     visited.page.evaluate("dispatchEvent(new Event('beforeprint'))")
     assert visited.page.locator(".plot:not([data-drawn])").count() == 0
@@ -292,7 +291,7 @@ def hostile(value, key=""):
 
 def test_text_from_bags_and_files_stays_text(visit, read_content, shown_curves, tmp_path):
     report = hostile(read_content)
-    (tmp_path / PAGE).write_text(report_html(report, shown_curves, document_of(report, shown_curves)))
+    (tmp_path / PAGE).write_text(page_of(document_of(report, shown_curves), report, shown_curves))
     visited = visit(tmp_path / PAGE)
     visited.page.wait_for_timeout(200)
     assert visited.complaints == []
@@ -304,9 +303,9 @@ def test_text_from_bags_and_files_stays_text(visit, read_content, shown_curves, 
 
 
 def comparison(read_content):
-    runs = [Run("worn", read_content), Run(f"oiled{EVIL}", hostile(read_content))]
+    runs = {"worn": read_content, f"oiled{EVIL}": hostile(read_content)}
     chapter = Chapter("result", "", [*compare(runs), Charts([runs_compared(runs)])])
-    return draw_comparison(Document("compared", f"worn, oiled{EVIL}", "", [chapter])).files[COMPARISON_PAGE]
+    return page_of(Document("compared", f"worn, oiled{EVIL}", "", [chapter]))
 
 
 def survey_of_rigs(read_content):
