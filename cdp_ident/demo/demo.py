@@ -20,6 +20,8 @@ is a process of its own, on a ROS domain of the demonstration's own; at the end 
 
 _IDENTIFYING = 600.0
 """Longest wait for identify [s]: the first time it also compiles."""
+_WIDTH = 120
+"""Where there is no terminal, as `identify` has it."""
 
 
 @entry_point
@@ -41,7 +43,7 @@ def main(arguments: list[str]) -> int:
     swing_times(rig)  # refuses an unusable file before anything is made
     out = _new_folder(options.out)
     own_domain()
-    console = wide_console()
+    console = wide_console(_WIDTH)
     with Nodes(out / "logs") as nodes, client_node(nodes.check) as client:
         console.rule("1  Record three free swings of a rig, here an emulated one", align="left")
         console.print(
