@@ -65,11 +65,7 @@ def _report(outcome: Outcome, new_trials: Sequence[NewTrialCheck]) -> Section:
         "search": _search(outcome),
         "stages": {stage: errors[stage] for stage in errors if stage != "effects"},
         "before": _fit(paper) | {"error": errors["refined"]},
-        "refinement": {
-            "steps": found.whole.steps,
-            "converged": found.whole.converged,
-            "windows": (len(found.data.fit), len(found.data.holdout)),
-        },
+        "refinement": Also(found.whole, {"windows": (len(found.data.fit), len(found.data.holdout))}),
         "effects": [_effect(outcome, effect) for effect in trace.effects],
         "after": _fit(completed) | {"error": errors["effects"]},
         "unexplained": trace.unexplained,
@@ -201,13 +197,12 @@ def _residuals(trace: Trace) -> Section:
 def _effect(outcome: Outcome, found: FoundEffect) -> Also:
     """Return one of the effects that were found."""
     trial = found.active.trial
-    evidence = {"rmse_holdout_before_rad": found.holdout_without, "rmse_holdout_after_rad": found.holdout_with}
     effect = {
         "trial": None if trial is None else outcome.identification.data.trials[trial].name,
         "summary": effect_in_words(found),
         "parameters": {parameter.description.name: quantity(parameter) for parameter in found.parameters},
         "curve": found.curve,
-        "evidence": Also(found, evidence),
+        "evidence": found,
         "certainty": found.certainty,
         "also_possible": found.also_possible,
     }

@@ -13,16 +13,13 @@ from cdp_ident.design.next_trial import NextTrial, Sharper
 from cdp_ident.design.starts import Grid, Survey
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.motion_model import MotionModel
-from cdp_ident.model.effects.effect import JOINTS
 from cdp_ident.model.parameters import GROUPS, INERTIA, INVERSE_INERTIA
 from cdp_ident.model.weights import Weight
 from cdp_ident.report.curves import Array
 from cdp_ident.report.filling import Also, filled
 from cdp_ident.report.outcome import Outcome
-from cdp_ident.report.schema import ADVICE, Section
+from cdp_ident.report.schema import ADVICE, REPORT, Section
 
-SPANS = ("duration", "interval", "spacing", "half_width", "step")
-"""Times that are assumed of a next trial, as `Sampling` names them."""
 NOISES = {"new_noise_rad": "new", "noise_kept": "kept", "noise_mixed": "mixed", "unknown_torque_over_A22": "torque"}
 """What is assumed of encoders and unknown torques, as `Noise` names it."""
 ALL = "all"
@@ -63,7 +60,8 @@ def next_trial_section(outcome: Outcome, failed: Callable[[str], None]) -> Secti
         questions = usual_questions(knowledge.model, possible)
         used = [trial.weights for trial in (*outcome.loaded.fit, *outcome.loaded.holdout)]
         advice = answers(knowledge, motion, questions, Grid.of(REPORT_SPACING), used)
-        return {"assumed": _assumed(knowledge), "advice": [section for section in advice if section]}
+        section = {"assumed": _assumed(knowledge), "advice": [one for one in advice if one]}
+        return dict(filled(REPORT["properties"]["next_trial"], section))
     except (IdentificationError, np.linalg.LinAlgError) as error:
         failed(f"which trial to record next: {error}")
         return None
@@ -174,12 +172,8 @@ def _advice(question: Question, best: Survey, told: Section, unit: float, most: 
     return dict(filled(ADVICE, Also(best, {**start, **told})))
 
 
-def _assumed(knowledge: Knowledge) -> Section:
-    sampling = knowledge.sampling
-    of_joints = {name: getattr(knowledge.noise, of) for name, of in NOISES.items()} | {"step_rad": sampling.steps}
-    return {
-        **{f"{span}_s": getattr(sampling, span) for span in SPANS},
-        **{name: dict(zip(JOINTS, of.tolist(), strict=True)) for name, of in of_joints.items()},
-        "time_noise_s": knowledge.noise.time,
-        "base_moves": knowledge.noise.of_base,
-    }
+def _assumed(knowledge: Knowledge) -> Also:
+    noise, sampling = knowledge.noise, knowledge.sampling
+    of_noise = {name: getattr(noise, of) for name, of in NOISES.items()}
+    also = {"step_rad": sampling.steps, "time_noise_s": noise.time, "base_moves": noise.of_base}
+    return Also(sampling, {**of_noise, **also})
