@@ -19,7 +19,7 @@ Start = Callable[..., Any]
         (["--speed", "0"], "not a number from 0.001 to 1000"),
         (["--seed", "-1"], "-1 is not a number from 0 to 4294967295"),
         (["--first-count", "2147483648"], "2147483648 is not a number from -2147483648 to 2147483647"),
-        ([], "is there and is no link"),
+        ([], "something else is there"),
     ],
 )
 def test_wrong_arguments_are_told_with_exit_code_2(
