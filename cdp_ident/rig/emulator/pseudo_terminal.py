@@ -36,7 +36,10 @@ class PseudoTerminal:
             link.parent.mkdir(parents=True, exist_ok=True)
             new = beside(link)
             new.symlink_to(port)
-            new.replace(link)
+            try:
+                new.replace(link)
+            finally:
+                new.unlink(missing_ok=True)
         except OSError as error:
             self.unplug()
             raise RigError(f"the link {link} cannot be made: {error.strerror}; give --link another name") from error

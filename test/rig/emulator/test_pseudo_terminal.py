@@ -82,5 +82,7 @@ def test_a_link_of_the_user_s_stays(tmp_path: Path) -> None:
 
 def test_a_link_that_cannot_be_made_is_told(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
-    with pytest.raises(RigError, match="cannot be made"):
-        PseudoTerminal(tmp_path / "file" / "tty")
+    for link in ("file/tty", "a" * 300):
+        with pytest.raises(RigError, match="cannot be made"):
+            PseudoTerminal(tmp_path / link)
+    assert [path.name for path in tmp_path.iterdir()] == ["file"]
