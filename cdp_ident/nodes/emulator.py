@@ -11,6 +11,7 @@ import rclpy.time
 from rosgraph_msgs.msg import Clock
 
 from cdp_ident.command_line import ArgumentParser, entry_point, within
+from cdp_ident.errors import CdpIdentError
 from cdp_ident.outside_text import shown
 from cdp_ident.rig.codec import CODECS
 from cdp_ident.rig.emulator.configuration import EmulatedRig, load_rig
@@ -43,6 +44,7 @@ class Emulator:
             self._clock = node.create_publisher(Clock, "/clock", 10)
             self._start = time.time()
             emulation.on_tick = self._publish_time
+        self._complain = node.get_logger().error
         node.get_logger().info(f"the rig is at {shown(emulation.link)}")
         self._thread = threading.Thread(target=self._run, name="emulation", daemon=True)
         self._thread.start()
@@ -53,10 +55,15 @@ class Emulator:
         self._thread.join(timeout=5.0)
 
     def _run(self) -> None:
+        code = 1
         try:
             self._emulation.run()
+            code = 0
+        except CdpIdentError as error:
+            self._complain(shown(error))
+            code = error.exit_code
         finally:
-            self.exit_code = 0 if self._emulation.stopped else 1
+            self.exit_code = code
 
     def _publish_time(self, now: float) -> None:
         self._clock.publish(Clock(clock=rclpy.time.Time(seconds=self._start + now).to_msg()))

@@ -33,6 +33,15 @@ def test_wrong_arguments_are_told_with_exit_code_2(
     assert (tmp_path / "tty").read_text() == "mine"
 
 
+def test_a_port_that_cannot_come_back_ends_it_in_one_line(start_emulator: Start, tmp_path: Path) -> None:
+    (tmp_path / "mine").write_text("mine")
+    emulator = start_emulator("--unplug-at", "0.1", "--unplugged-for", "0.1", "--replug-as", str(tmp_path / "mine"))
+    assert emulator.exit_code() == 2
+    assert "something else is there" in emulator.said
+    assert "Traceback" not in emulator.said
+    assert (tmp_path / "mine").read_text() == "mine"
+
+
 def test_help_tells_the_faults(start: Start) -> None:
     emulator = start("emulator", "--help")
     assert emulator.exit_code() == 0
