@@ -29,7 +29,6 @@ from cdp_ident.report.report_file import read_report
 from cdp_ident.report.schema import Section
 from cdp_ident.user_input import refuse_unknown
 
-_FINEST, _COARSEST = 5.0, 90.0
 _MASSES = ("m1", "m2", "m0")
 
 
@@ -96,11 +95,6 @@ def _numbers(text: str) -> list[float] | str:
 
 
 def _grid(spacing: float, most_inner: float, most_outer: float) -> Grid:
-    if not _FINEST <= spacing <= _COARSEST:
-        raise OptionError(f"--spacing is {spacing:g}°; it must be from {_FINEST:g} to {_COARSEST:g}")
-    for name, most in (("--most-inner", most_inner), ("--most-outer", most_outer)):
-        if not 0.0 <= most <= 180.0:
-            raise OptionError(f"{name} is {most:g}°; it must be from 0 to 180")
     if max(most_inner, most_outer) < spacing:
         raise OptionError(f"no rod may be led as far as one step of {spacing:g}°: give a smaller --spacing")
     return Grid.of(spacing, most_inner, most_outer)

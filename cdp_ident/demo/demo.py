@@ -10,6 +10,7 @@ from rich.console import Console
 
 from cdp_ident.command_line import ArgumentParser, entry_point
 from cdp_ident.errors import OptionError
+from cdp_ident.outside_text import shown
 from cdp_ident.report.folder import PAGE, REPORT
 
 DESCRIPTION = """\
@@ -67,7 +68,7 @@ def main(arguments: list[str]) -> int:
             "--out",
             str(out / "report"),
         ]
-        console.print(f"$ ros2 run cdp_ident identify {' '.join(command)} &\n", soft_wrap=True)
+        console.print(f"$ ros2 run cdp_ident identify {shown(' '.join(command))} &\n", soft_wrap=True)
         nodes.start("identify", *command, logged=False)
         states = client.hear("/identify/state")
         client.wait_for("the identification", lambda: any(state.startswith("ready") for state in states), _IDENTIFYING)
@@ -84,8 +85,8 @@ def main(arguments: list[str]) -> int:
     _print_result(console, report)
     console.rule("5  Now the rig's secrets are opened", align="left")
     _print_comparison(console, rig, report)
-    console.print(f"\nThe bags, the report and what each node said are in {out}. Open in a browser:")
-    console.print(str(out / "report" / PAGE), soft_wrap=True)
+    console.print(f"\nThe bags, the report and what each node said are in {shown(out)}. Open in a browser:")
+    console.print(shown(out / "report" / PAGE), soft_wrap=True)
     return 0
 
 
@@ -130,7 +131,7 @@ def _print_comparison(console: Console, rig: Path, report: dict[str, Any]) -> No
     for name, unit, hidden, found in compare(rig, report):
         off = f"{100 * abs(found / hidden - 1):.2g} %" if hidden and found is not None else ""
         rows.append((name, *("nothing" if value is None else f"{value:.6g}" for value in (hidden, found)), off, unit))
-    console.print(f"identify did not read {rig}, which has the true values:", soft_wrap=True)
+    console.print(f"identify did not read {shown(rig)}, which has the true values:", soft_wrap=True)
     print_table(console, Table("", ("", "hidden in the rig", "found", "off by", "unit"), rows))
     console.print(
         "\nTorques stand over A22 here, as the base parameters do: a free swing does not show by which factor all "

@@ -1,6 +1,7 @@
 """One identification from the command line's request to the files of its report, without ROS."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -251,7 +252,8 @@ class Identifier:
         if not outcome.trace.failure:
             self._latest = outcome
         result = Result(report(outcome, self._new_trials), curves(outcome), outcome.trace.failure)
-        print_document(self._output, document_of(result.report))
+        with self._going_on_without("the report cannot be printed"):
+            print_document(self._output, document_of(result.report))
         return result
 
     def write(self, result: Result) -> None:
@@ -286,13 +288,15 @@ class Identifier:
         return folder
 
     def _draw(self, folder: Path) -> None:
-        """Draw the report; a failure is reported and does not affect the result."""
-        try:
+        with self._going_on_without(f"no pictures, until `ros2 run cdp_ident report {folder}` can draw them"):
             page = draw(folder, self.request.figures) or f"{folder / PAGE} shows it all"
-        except Exception as error:  # noqa: BLE001 - whatever it is, the parameters are to be served
-            reason = shown(error) or type(error).__name__
-            said = f"no pictures: {reason}; once that is mended, `ros2 run cdp_ident report {folder}` draws them"
-        else:
             drawn_too = f"{folder / TEXT} and {FIGURES}/ are" if self.request.figures else f"{folder / TEXT} is"
-            said = f"{page}; {drawn_too} for version control and papers"
-        self._say(said)
+            self._say(f"{page}; {drawn_too} for version control and papers")
+
+    @contextmanager
+    def _going_on_without(self, what: str) -> Iterator[None]:
+        """Say what is missing where it fails, and why; whatever that is, the result is to be served and written."""
+        try:
+            yield
+        except Exception as error:  # noqa: BLE001
+            self._say(f"{what}: {shown(error) or type(error).__name__}")

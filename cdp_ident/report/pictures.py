@@ -35,20 +35,26 @@ def draw(folder: Path, for_paper: bool = False) -> str:
     report = read_report(folder / REPORT)
     curves = read_curves(folder / CURVES, len(report["trials"]), len(report["effects"]))
     document = document_of(report, curves)
-    return _draw(folder, document, (PAGE, TEXT), for_paper, drawn_with(folder), report, curves)
+    return _draw(folder, document, (PAGE, TEXT), for_paper, drawn_with(folder), True, report, curves)
 
 
-def draw_comparison(folder: Path, document: Document) -> str:
+def draw_comparison(folder: Path, document: Document, force: bool) -> str:
     """Draw a comparison into a folder: page, text and figures; return why there is no page, where there is none.
 
     Raises:
-        OptionError: the folder cannot be written.
+        OptionError: the folder cannot be written, or has such files without `force`.
     """
-    return _draw(folder, document, (COMPARISON_PAGE, COMPARISON_TEXT), True, ())
+    return _draw(folder, document, (COMPARISON_PAGE, COMPARISON_TEXT), True, (), force)
 
 
 def _draw(
-    folder: Path, document: Document, names: tuple[str, str], for_paper: bool, before: Iterable[str], *of_report: Any
+    folder: Path,
+    document: Document,
+    names: tuple[str, str],
+    for_paper: bool,
+    before: Iterable[str],
+    force: bool,
+    *of_report: Any,
 ) -> str:
     # Only who draws waits for what draws to be loaded.
     from cdp_ident.report.page import page_of  # noqa: PLC0415
@@ -65,5 +71,5 @@ def _draw(
         files = {page: page_of(document, *of_report), **files}
     except ReportError as error:
         problem = str(error)
-    write_files(folder, files, instead_of=(page, *before))
+    write_files(folder, files, (page, *before), force)
     return problem

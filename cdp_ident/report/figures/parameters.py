@@ -22,7 +22,7 @@ def against_nominal(report: Section) -> Figure:
         if quantity["std"] != 0.0  # as one that is given has
     }
     undetermined = [symbol for symbol, quantity in after["physical"].items() if not quantity["determined"]]
-    ratios = (f"{short_name(s)} {q['value'] / groups[s]:.4g}" for s, q in after["groups"].items())
+    ratios = (f"{short_name(s)} {q['value'] / groups[s]:.4g}" for s, q in after["groups"].items() if groups[s])
     return Figure(
         "parameters",
         "Parameters against nominal",
