@@ -53,7 +53,7 @@ setup(
     cmdclass={"build_py": compiling(build_py), "develop": compiling(develop)},
     version="0.1.0",
     packages=find_packages(include=[NAME, f"{NAME}.*"]),
-    package_data={NAME: ["py.typed", "demo/rig.yaml", "report/page/templates/*"]},
+    package_data={NAME: ["py.typed", "demo/rig.yaml", "report/schema.md", "report/templates/*"]},
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
         (f"share/{NAME}", ["package.xml"]),

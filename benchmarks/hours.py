@@ -33,7 +33,7 @@ from cdp_ident.report.curves import curves
 from cdp_ident.report.curves_file import curves_npz
 from cdp_ident.report.folder import CURVES, PAGE, REPORT, json_text, write_result
 from cdp_ident.report.outcome import Job, Outcome
-from cdp_ident.report.pictures import draw, write_pictures
+from cdp_ident.report.pictures import draw
 from cdp_ident.tracing.trace import trace
 from reference.dry_friction import DryFriction
 from reference.pendulum import TABLE_5
@@ -129,12 +129,12 @@ def cost(bags: Sequence[Path], out: Path) -> Cost:
 
     traced = trace(found, say)
     outcome = Outcome(loaded, found, traced, 0.0, 0.0)
-    content, drawn_from = report(outcome), curves(outcome)
+    content = report(outcome)
     shared = said.get("what was found is", time.monotonic())
     marks += [shared, time.monotonic()]
     out.mkdir()
-    write_result(out, {REPORT: json_text(content), CURVES: curves_npz(drawn_from)}, None)
-    write_pictures(out, draw(content, drawn_from, False).files)
+    write_result(out, {REPORT: json_text(content), CURVES: curves_npz(curves(outcome))}, None)
+    draw(out)
     marks.append(time.monotonic())
     read, fit, share, over_all, files = np.diff(marks).tolist()
     return Cost(

@@ -13,6 +13,8 @@ from cdp_ident.standard_streams import output_problem
 EXIT_BAD_INPUT = CdpIdentError.exit_code
 EXIT_INTERRUPTED = 130
 _LONGEST_ERROR = 2000
+_OF_SYSTEM = ("new thread", "null byte")
+"""Words by which errors that are of no kind of their own tell that the system refuses something."""
 
 
 class ArgumentParser(argparse.ArgumentParser):
@@ -34,6 +36,18 @@ class ArgumentParser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         """Raise `OptionError`, where argparse would print its usage and exit."""
         raise OptionError(f"{message} ({self.prog} --help tells more)")
+
+
+def within(least: float, most: float, kind: Callable[[str], float] = float) -> Callable[[str], float]:
+    """Return a reader of an option that is a number within limits."""
+
+    def number(text: str) -> float:
+        value = kind(text)
+        if not least <= value <= most:
+            raise argparse.ArgumentTypeError(f"{text} is not a number from {least:.10g} to {most:.10g}")
+        return value
+
+    return number
 
 
 def split_arguments(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
@@ -71,8 +85,9 @@ def entry_point(body: Callable[[list[str]], int]) -> Callable[[Sequence[str] | N
         except CdpIdentError as error:
             print(f"{name}: error: {shown(error, _LONGEST_ERROR)}", file=sys.stderr)
             return error.exit_code
-        except (OSError, UnicodeError, MemoryError, RuntimeError) as error:
-            if isinstance(error, RuntimeError) and "new thread" not in str(error):
+        except (OSError, ValueError, MemoryError, RuntimeError) as error:
+            of_system = isinstance(error, OSError | UnicodeError | MemoryError)
+            if not of_system and not any(words in str(error) for words in _OF_SYSTEM):
                 raise
             file = getattr(error, "filename", None)
             reason = f"{file}: {error.strerror}" if isinstance(error, OSError) and file is not None else error

@@ -8,10 +8,14 @@ from pathlib import Path
 from typing import Any
 
 from docutils import nodes
+from sphinx.util import logging
 from sphinx.util.docutils import SphinxDirective
 
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))
+LOGGER = logging.getLogger(__name__)
+MOST_WORDS = (120, 60)
+"""Of a paragraph, and of one in a list."""
 
 project = "cdp_ident"
 author = "cdp_ident maintainers"
@@ -46,6 +50,15 @@ class CommandHelp(SphinxDirective):
         return [nodes.literal_block(said, said, language="text")]
 
 
+def refuse_long(app: Any, document: nodes.document) -> None:
+    """Warn, which is an error in `make docs`, of paragraphs and list items with more words than people read at once."""
+    for paragraph in document.findall(nodes.paragraph):
+        words, most = len(paragraph.astext().split()), MOST_WORDS[type(paragraph.parent) is nodes.list_item]
+        if words > most:
+            LOGGER.warning("%d words together, more than %d: part them", words, most, location=paragraph)
+
+
 def setup(app: Any) -> None:
-    """Make the directive known."""
+    """Make the directive known, and count words."""
     app.add_directive("command-help", CommandHelp)
+    app.connect("doctree-read", refuse_long)

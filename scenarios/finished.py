@@ -11,7 +11,7 @@ from cdp_ident.report.curves import Curves, curves
 from cdp_ident.report.curves_file import curves_npz
 from cdp_ident.report.folder import CURVES, REPORT, json_text, write_files
 from cdp_ident.report.outcome import Job, LoadedJob, Outcome
-from cdp_ident.report.pictures import draw_again
+from cdp_ident.report.pictures import draw
 from cdp_ident.report.report_file import read_report
 from cdp_ident.report.schema import Section
 from scenarios.weighted import WEIGHT, dry_friction, plain_and_weighted
@@ -55,7 +55,7 @@ def curves_of(outcome: Outcome) -> Curves:
 def write_report(folder: Path, content: Section, shown: Curves) -> None:
     """Write a report and all its pictures into a folder."""
     write_files(folder, {REPORT: json_text(content), CURVES: curves_npz(shown)})
-    draw_again(folder, for_paper=True)
+    draw(folder, for_paper=True)
 
 
 def report_in(folder: Path) -> Section:

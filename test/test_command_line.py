@@ -58,6 +58,7 @@ def test_what_a_launch_file_s_node_appends_is_taken(main, capsys):
     ("error", "words"),
     [
         (RuntimeError("can't start new thread"), "can't start new thread"),
+        (ValueError("embedded null byte"), "embedded null byte"),
         (MemoryError(), "the memory does not suffice"),
         (MemoryError("Unable to allocate 8 GiB"), "Unable to allocate 8 GiB"),
         (OSError(24, "Too many open files", "a.yaml"), "a.yaml: Too many open files"),

@@ -3,25 +3,27 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+from cdp_ident.outside_text import shown
+from cdp_ident.report.document import Chapter, Charts, Document, Table, print_chapter, wide_console
 from cdp_ident.report.figures.description import Figure
-from cdp_ident.report.folder import COMPARISON_PAGE, COMPARISON_TEXT, FIGURES, write_files
-from cdp_ident.report.parts import Chapter, Charts, Document, Table
+from cdp_ident.report.folder import COMPARISON_PAGE, COMPARISON_TEXT, FIGURES
 from cdp_ident.report.pictures import draw_comparison
-from cdp_ident.report.terminal import print_chapter, wide_console
 
 
-def show_comparison(heading: str, tables: Sequence[Table], figures: Sequence[Figure], out: Path | None) -> None:
+def show_comparison(
+    heading: str, tables: Sequence[Table], figures: Sequence[Figure], out: Path | None, force: bool
+) -> None:
     """Print tables and, where a folder is given, write page, text and figures into it.
 
     Raises:
-        OptionError: the folder cannot be written.
+        OptionError: the folder cannot be written, or has such files without `force`.
     """
     console = wide_console()
     first, *others = tables
     chapter = Chapter("result", "", (first, Charts(figures), *others))
     print_chapter(console, chapter)
     if out:
-        drawn = draw_comparison(Document("Cart double pendulum, compared", heading, "", (chapter,)))
-        write_files(out, drawn.files)
-        console.print(drawn.problem or f"{out / COMPARISON_PAGE} is written", soft_wrap=True)
-        console.print(f"{out / COMPARISON_TEXT} and {FIGURES}/ are written", soft_wrap=True)
+        document = Document("Cart double pendulum, compared", heading, "", (chapter,))
+        problem, place = draw_comparison(out, document, force), shown(out)
+        console.print(problem or f"{place}/{COMPARISON_PAGE} is written", soft_wrap=True)
+        console.print(f"{place}/{COMPARISON_TEXT} and {FIGURES}/ are written", soft_wrap=True)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from datetime import datetime, timezone
 from pathlib import Path
 
-from cdp_ident.command_line import ArgumentParser
+from cdp_ident.command_line import ArgumentParser, within
 from cdp_ident.errors import OptionError
 from cdp_ident.trial.options import TrialOptions
 from cdp_ident.user_input import quoted
@@ -14,6 +14,7 @@ from cdp_ident.user_input import quoted
 TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "d": 86400.0}
 ANGLE_UNITS = {"rad": 1.0, "deg": math.pi / 180, "turns": 2 * math.pi}
 LENGTH_UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
+_POSITIVE = within(1e-9, 1e12)
 
 
 @dataclass(frozen=True)
@@ -51,21 +52,15 @@ example: markers on a film of 240 frames a second, in pixels, of a rig with 17 c
 def parse(arguments: list[str]) -> argparse.Namespace:
     """Return what the arguments say. Raises OptionError where they make no sense together."""
     options = _parser().parse_args(arguments)
-    if options.every < 1:
-        raise OptionError(f"--every is {options.every}: expected 1 or more")
     if options.delimiter is not None and len(options.delimiter) != 1:
         raise OptionError(f"--delimiter is {quoted(options.delimiter)}: expected one character")
-    for name in ("rate", "length", "counts_per_metre"):
-        value = getattr(options, name)
-        if value is not None and not 0 < value < math.inf:
-            raise OptionError(f"--{name.replace('_', '-')} is {value}: expected a positive number")
     counts = options.counts_per_turn or []
     if options.angle_unit != "counts" and counts:
         raise OptionError("--counts-per-turn goes with --angle-unit counts")
-    if options.angle_unit == "counts" and not (len(counts) in (1, 2) and all(0 < n < math.inf for n in counts)):
-        raise OptionError("--angle-unit counts needs --counts-per-turn with one or two positive numbers")
+    if options.angle_unit == "counts" and len(counts) not in (1, 2):
+        raise OptionError("--angle-unit counts needs --counts-per-turn with one or two numbers")
     if options.cart_unit == "counts" and not options.counts_per_metre:
-        raise OptionError("--cart-unit counts needs --counts-per-metre with a positive number")
+        raise OptionError("--cart-unit counts needs --counts-per-metre")
     if options.points is not None:
         if len(options.points) not in (0, 4, 6):
             raise OptionError(
@@ -99,14 +94,14 @@ def _parser() -> ArgumentParser:
     units = parser.add_argument_group("units (default: as the titles tell, else found and printed)")
     units.add_argument("--time-unit", choices=TIME_UNITS)
     units.add_argument(
-        "--rate", type=float, metavar="HZ", help="rows a second, for a file without times or with frame numbers"
+        "--rate", type=_POSITIVE, metavar="HZ", help="rows a second, for a file without times or with frame numbers"
     )
     units.add_argument("--angle-unit", choices=(*ANGLE_UNITS, "counts"))
     units.add_argument(
-        "--counts-per-turn", type=float, nargs="+", metavar="N", help="encoder counts, of both joints or of each"
+        "--counts-per-turn", type=_POSITIVE, nargs="+", metavar="N", help="encoder counts, of both joints or of each"
     )
     units.add_argument("--cart-unit", choices=(*LENGTH_UNITS, "counts"), help="(else: m)")
-    units.add_argument("--counts-per-metre", type=float, metavar="N", help="encoder counts of the cart")
+    units.add_argument("--counts-per-metre", type=_POSITIVE, metavar="N", help="encoder counts of the cart")
     units.add_argument("--points-unit", choices=("px", *LENGTH_UNITS), help="(else: px)")
     meaning = parser.add_argument_group("what the numbers mean")
     meaning.add_argument("--zero", choices=("upright", "hanging"), help="(default: upright)")
@@ -118,8 +113,12 @@ def _parser() -> ArgumentParser:
             f"--{joint}-scale", type=float, metavar="FACTOR", help="reading over angle, if counts per turn are wrong"
         )
     meaning.add_argument("--y-axis", choices=("down", "up"), help="of points (default: down in px, else up)")
-    meaning.add_argument("--lean", type=float, default=0.0, metavar="DEG", help="added to both angles: a camera's lean")
-    meaning.add_argument("--length", type=float, metavar="M", help="between the joints; checked against the motion [m]")
+    meaning.add_argument(
+        "--lean", type=within(-180, 180), default=0.0, metavar="DEG", help="added to both angles: a camera's lean"
+    )
+    meaning.add_argument(
+        "--length", type=_POSITIVE, metavar="M", help="between the joints; checked against the motion [m]"
+    )
     choice = parser.add_argument_group("what is taken")
     choice.add_argument(
         "--from", dest="start", type=float, default=-math.inf, metavar="S", help="file's time [s] to begin at"
@@ -127,7 +126,9 @@ def _parser() -> ArgumentParser:
     choice.add_argument(
         "--to", dest="stop", type=float, default=math.inf, metavar="S", help="file's time [s] to end at"
     )
-    choice.add_argument("--every", type=int, default=1, metavar="N", help="take every Nth sample (default: 1)")
+    choice.add_argument(
+        "--every", type=within(1, 10**9, int), default=1, metavar="N", help="take every Nth sample (default: 1)"
+    )
     choice.add_argument("--anyway", action="store_true", help="write the bag even if identify will refuse it")
     stamps = parser.add_argument_group("how it is written")
     stamps.add_argument(

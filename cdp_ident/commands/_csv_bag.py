@@ -48,7 +48,7 @@ def make_bag(options: argparse.Namespace, arguments: list[str]) -> None:
     _write(recording, options, arguments)
     stamps = recording.samples.stamps
     duration = elapsed(stamps)[-1]
-    print(f"{options.out}: {len(stamps)} samples over {duration:.3f} s on /{options.topic.lstrip('/')}")
+    print(f"{shown(options.out)}: {len(stamps)} samples over {duration:.3f} s on /{shown(options.topic.lstrip('/'))}")
     print(*said, sep="\n")
 
 

@@ -2,9 +2,9 @@
 
 import argparse
 import math
+from collections.abc import Iterator
 
 from rich.console import Console
-from rich.table import Table
 
 from cdp_ident.design.knowledge import Knowledge
 from cdp_ident.design.starts import Grid
@@ -15,6 +15,7 @@ from cdp_ident.model.weight_settings import refuse_misplaced, weight_of
 from cdp_ident.model.weights import RODS, Rod, Weight
 from cdp_ident.report.advice import one_advice
 from cdp_ident.report.curves_file import read_curves
+from cdp_ident.report.document import Row, Table, print_table
 from cdp_ident.report.folder import CURVES, REPORT
 from cdp_ident.report.knowledge import knowledge_of, recorded_motion
 from cdp_ident.report.next_trial import (
@@ -28,7 +29,6 @@ from cdp_ident.report.report_file import read_report
 from cdp_ident.report.schema import Section
 from cdp_ident.user_input import refuse_unknown
 
-_FINEST, _COARSEST = 5.0, 90.0
 _MASSES = ("m1", "m2", "m0")
 
 
@@ -53,16 +53,14 @@ def print_suggestions(options: argparse.Namespace) -> None:
             )
         console.print(one_advice(advice), highlight=False, markup=False, soft_wrap=True)
         if advice["names"]:
-            console.print(_table(advice))
+            print_table(console, Table("", ("", "standard deviation now", "then"), list(_deviations(advice))))
         console.print()
 
 
-def _table(advice: Section) -> Table:
-    table = Table("", "standard deviation now", "then", box=None, pad_edge=False, padding=(0, 3, 0, 0))
+def _deviations(advice: Section) -> Iterator[Row]:
     for name, *both in zip(advice["names"], advice["std_now"], advice["std_then"], strict=True):
-        shown = (f"{std:.3g}" if math.isfinite(std) else "not determined" for std in both)
-        table.add_row(f"  {name}", *shown)
-    return table
+        now, then = (f"{std:.3g}" if math.isfinite(std) else "not determined" for std in both)
+        yield f"  {name}", now, then
 
 
 def _used(report: Section) -> list[tuple[Weight, ...]]:
@@ -97,11 +95,6 @@ def _numbers(text: str) -> list[float] | str:
 
 
 def _grid(spacing: float, most_inner: float, most_outer: float) -> Grid:
-    if not _FINEST <= spacing <= _COARSEST:
-        raise OptionError(f"--spacing is {spacing:g}°; it must be from {_FINEST:g} to {_COARSEST:g}")
-    for name, most in (("--most-inner", most_inner), ("--most-outer", most_outer)):
-        if not 0.0 <= most <= 180.0:
-            raise OptionError(f"{name} is {most:g}°; it must be from 0 to 180")
     if max(most_inner, most_outer) < spacing:
         raise OptionError(f"no rod may be led as far as one step of {spacing:g}°: give a smaller --spacing")
     return Grid.of(spacing, most_inner, most_outer)

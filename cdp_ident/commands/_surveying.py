@@ -13,9 +13,9 @@ from cdp_ident.errors import FitFailedError, OptionError, ReportError
 from cdp_ident.machine.parallel import core_count
 from cdp_ident.outside_text import shown
 from cdp_ident.pipeline.identifier import read_configuration
+from cdp_ident.report.document import print_chapter, wide_console
 from cdp_ident.report.folder import alone_in, check_folder, json_text, write_files
 from cdp_ident.report.schema import Section
-from cdp_ident.report.terminal import print_chapter, wide_console
 from cdp_ident.survey.contents import survey
 from cdp_ident.survey.identification import Finished
 from cdp_ident.survey.run import PIECES, Plan, conduct, plan
@@ -67,9 +67,8 @@ def _conduct(planned: Plan, workers: AbstractContextManager[Executor], where: st
     console.print(f"{bags} bags in {total} pieces, {kept} of them kept from before", soft_wrap=True)
     if not planned.left:
         return []
-    console.print(
-        f"the others are identified by {where}; {planned.left[0].folder.parent} keeps what is finished", soft_wrap=True
-    )
+    place = shown(planned.left[0].folder.parent)
+    console.print(f"the others are identified by {where}; {place} keeps what is finished", soft_wrap=True)
     came: list[Finished] = []
     try:
         with workers as executor, Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
@@ -91,12 +90,11 @@ def _write(out: Path, content: Section, console: Console) -> None:
     write_files(out, {CONTENTS: json_text(content)}, instead_of=(CONTENTS, PAGE))
     from cdp_ident.survey.page import survey_html
 
+    place = shown(out)
     try:
         write_files(out, {PAGE: survey_html(content)})
     except ReportError as error:
-        console.print(f"{out / CONTENTS} is written; {shown(error)}", soft_wrap=True)
+        more = shown(error)
     else:
-        console.print(
-            f"{out / CONTENTS} is written; {out / PAGE} shows it all, {out / PIECES}/ has a report of each piece",
-            soft_wrap=True,
-        )
+        more = f"{place}/{PAGE} shows it all, {place}/{PIECES}/ has a report of each piece"
+    console.print(f"{place}/{CONTENTS} is written; {more}", soft_wrap=True)

@@ -27,6 +27,5 @@ def main(arguments: list[str]) -> int:
     if options.out:
         check_folder(options.out, options.force, (COMPARISON_PAGE, COMPARISON_TEXT))
     runs = read_runs(options.folders)
-    heading = ", ".join(run.name for run in runs)
-    show_comparison(heading, compare(runs), [runs_compared(runs)], options.out)
+    show_comparison(", ".join(runs), compare(runs), [runs_compared(runs)], options.out, options.force)
     return 0

@@ -3,8 +3,7 @@
 from functools import partial
 from pathlib import Path
 
-from cdp_ident.command_line import ArgumentParser, entry_point
-from cdp_ident.errors import OptionError
+from cdp_ident.command_line import ArgumentParser, entry_point, within
 from cdp_ident.report.folder import COMPARISON_PAGE, COMPARISON_TEXT, check_folder
 from cdp_ident.start import loading
 
@@ -28,23 +27,22 @@ def main(arguments: list[str]) -> int:
     parser.add_argument(
         "--bag", type=Path, nargs="+", required=True, metavar="DIR", help="rosbag2 bags, searched jointly"
     )
-    parser.add_argument("--seeds", type=int, default=10, metavar="N", help="searches by each algorithm (10)")
+    parser.add_argument(
+        "--seeds", type=within(1, 1000, int), default=10, metavar="N", help="searches by each algorithm (10)"
+    )
     parser.add_argument("--config", type=Path, metavar="FILE", help="ROS parameter file, as for identify")
     parser.add_argument("--out", type=Path, default=Path("searches"), metavar="DIR", help="where it goes (searches)")
     parser.add_argument("--force", action="store_true", help="replace a comparison that is there already")
     options = parser.parse_args(arguments)
-    if not 1 <= options.seeds <= 1000:
-        raise OptionError(f"--seeds is {options.seeds}: expected 1 to 1000")
     with loading("compare_searches"):
         from cdp_ident.commands._comparison import show_comparison
         from cdp_ident.configuration.settings import without_results
         from cdp_ident.pipeline.identifier import read_configuration
         from cdp_ident.pipeline.searches import search_by_both
-        from cdp_ident.report.figures.searches import search_figures
-        from cdp_ident.report.searches import search_tables
+        from cdp_ident.report.searches import search_figures, search_tables
     check_folder(options.out, options.force, (COMPARISON_PAGE, COMPARISON_TEXT))
     given, _ = without_results(read_configuration(options.config))
     found = search_by_both(options.bag, given, options.seeds, partial(print, flush=True))
     heading = f"TGA and IGA on {', '.join(found.trials)}"
-    show_comparison(heading, search_tables(found), list(search_figures(found)), options.out)
+    show_comparison(heading, search_tables(found), list(search_figures(found)), options.out, options.force)
     return 0

@@ -5,7 +5,8 @@ from pathlib import Path
 from cdp_ident.command_line import ArgumentParser, entry_point
 from cdp_ident.errors import OptionError
 from cdp_ident.model.equilibria import EQUILIBRIA
-from cdp_ident.report.folder import json_text, write_files
+from cdp_ident.outside_text import shown
+from cdp_ident.report.folder import check_folder, json_text, write_files
 from cdp_ident.start import loading
 
 DESCRIPTION = """\
@@ -25,8 +26,10 @@ docs/how_to/linear_model.md tells what the numbers mean; examples/lqr.py balance
 def main(arguments: list[str]) -> int:
     """Print and write a linear model."""
     options = _parser().parse_args(arguments)
-    if options.out is not None and options.out.exists() and not options.force:
-        raise OptionError(f"{options.out} is there already: give another --out, or --force to replace it")
+    if options.out is not None:
+        if options.out.is_dir():
+            raise OptionError(f"{options.out} is a folder: give --out the name of a file")
+        check_folder(options.out.parent, options.force, (options.out.name,))
     with loading("linearize"):
         from cdp_ident.commands._linear_model import linear_model_content, linear_model_text
         from cdp_ident.configuration.fitted_model import read_fitted_model
@@ -38,8 +41,8 @@ def main(arguments: list[str]) -> int:
     print(linear_model_text(model, options.at, left_out))
     if options.out is not None:
         text = json_text(linear_model_content(model, options.at, left_out))
-        write_files(options.out.parent, {options.out.name: text})
-        print(f"written to {options.out}")
+        write_files(options.out.parent, {options.out.name: text}, force=options.force)
+        print(f"written to {shown(options.out)}")
     return 0
 
 

@@ -20,9 +20,9 @@ def main(arguments: list[str]) -> int:
     parser.add_argument("--figures", action="store_true", help="draw the figures as PNG and SVG, too")
     options = parser.parse_args(arguments)
     with loading("report"):
-        from cdp_ident.report.pictures import draw_again
+        from cdp_ident.report.pictures import draw
     for folder in options.folders:
-        problem = draw_again(folder, options.figures)
+        problem = draw(folder, options.figures)
         place = shown(folder)
         print(problem or f"{place}/{PAGE} is drawn")
         print(f"{place}/{TEXT} and {FIGURES}/ are drawn" if options.figures else f"{place}/{TEXT} is drawn")

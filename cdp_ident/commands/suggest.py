@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from cdp_ident.command_line import ArgumentParser, entry_point
+from cdp_ident.command_line import ArgumentParser, entry_point, within
 from cdp_ident.start import loading
 
 DESCRIPTION = """\
@@ -59,7 +59,9 @@ def _parser() -> ArgumentParser:
         metavar="MASS,PLACE",
         help="how well mass and place of these weights are known, as added_std.ROD [kg, m] (1 %% of the mass, 1 mm)",
     )
-    parser.add_argument("--spacing", type=float, default=15.0, metavar="DEG", help="of the starts that are tried (15)")
-    parser.add_argument("--most-inner", type=float, default=180.0, metavar="DEG", help="furthest from hanging (180)")
-    parser.add_argument("--most-outer", type=float, default=180.0, metavar="DEG", help="furthest from hanging (180)")
+    parser.add_argument(
+        "--spacing", type=within(5, 90), default=15.0, metavar="DEG", help="of the starts that are tried (15)"
+    )
+    for most in ("--most-inner", "--most-outer"):
+        parser.add_argument(most, type=within(0, 180), default=180.0, metavar="DEG", help="furthest from hanging (180)")
     return parser

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from cdp_ident.command_line import ArgumentParser, entry_point
+from cdp_ident.command_line import ArgumentParser, entry_point, within
 from cdp_ident.errors import OptionError
 from cdp_ident.start import loading
 
@@ -33,8 +33,6 @@ def main(arguments: list[str]) -> int:
     options = _parser().parse_args(arguments)
     if options.scheduler and options.workers is not None:
         raise OptionError("--workers are on this machine, --scheduler has its own: give one of the two")
-    if options.workers is not None and options.workers < 1:
-        raise OptionError(f"--workers is {options.workers}: expected 1 or more")
     with loading("survey"):
         from cdp_ident.commands._surveying import conduct_survey
     conduct_survey(options)
@@ -45,7 +43,9 @@ def _parser() -> ArgumentParser:
     parser = ArgumentParser("survey", DESCRIPTION, EPILOG)
     parser.add_argument("folders", type=Path, nargs="+", metavar="DIR", help="folders with bags in them or below them")
     parser.add_argument("--by", choices=("day", "bag"), default="day", help="what is identified together (day)")
-    parser.add_argument("--workers", type=int, metavar="N", help="processes on this machine (one for each core)")
+    parser.add_argument(
+        "--workers", type=within(1, 1000, int), metavar="N", help="processes on this machine (one for each core)"
+    )
     parser.add_argument("--scheduler", metavar="ADDRESS", help="of a Dask cluster, such as tcp://10.0.0.1:8786")
     parser.add_argument("--out", type=Path, default=Path("survey"), metavar="DIR", help="where all of it goes (survey)")
     parser.add_argument("--force", action="store_true", help="identify every piece anew, those kept from before too")

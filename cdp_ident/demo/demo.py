@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from rich.console import Console
-from rich.table import Table
 
 from cdp_ident.command_line import ArgumentParser, entry_point
 from cdp_ident.errors import OptionError
+from cdp_ident.outside_text import shown
 from cdp_ident.report.folder import PAGE, REPORT
 
 DESCRIPTION = """\
@@ -22,7 +22,7 @@ is a process of its own, on a ROS domain of the demonstration's own; at the end 
 _IDENTIFYING = 600.0
 """Longest wait for identify [s]: the first time it also compiles."""
 _WIDTH = 120
-"""Where there is no terminal."""
+"""Where there is no terminal, as `identify` has it."""
 
 
 @entry_point
@@ -38,13 +38,13 @@ def main(arguments: list[str]) -> int:
     from cdp_ident.demo.client_node import client_node  # noqa: PLC0415
     from cdp_ident.demo.processes import Nodes, own_domain  # noqa: PLC0415
     from cdp_ident.demo.recording import RIG, record_trials, swing_times  # noqa: PLC0415
+    from cdp_ident.report.document import wide_console  # noqa: PLC0415
 
     rig = options.rig or RIG
     swing_times(rig)  # refuses an unusable file before anything is made
     out = _new_folder(options.out)
     own_domain()
-    console = Console(highlight=False, markup=False)
-    console = console if console.is_terminal else Console(highlight=False, markup=False, width=_WIDTH)
+    console = wide_console(_WIDTH)
     with Nodes(out / "logs") as nodes, client_node(nodes.check) as client:
         console.rule("1  Record three free swings of a rig, here an emulated one", align="left")
         console.print(
@@ -68,7 +68,7 @@ def main(arguments: list[str]) -> int:
             "--out",
             str(out / "report"),
         ]
-        console.print(f"$ ros2 run cdp_ident identify {' '.join(command)} &\n", soft_wrap=True)
+        console.print(f"$ ros2 run cdp_ident identify {shown(' '.join(command))} &\n", soft_wrap=True)
         nodes.start("identify", *command, logged=False)
         states = client.hear("/identify/state")
         client.wait_for("the identification", lambda: any(state.startswith("ready") for state in states), _IDENTIFYING)
@@ -85,8 +85,8 @@ def main(arguments: list[str]) -> int:
     _print_result(console, report)
     console.rule("5  Now the rig's secrets are opened", align="left")
     _print_comparison(console, rig, report)
-    console.print(f"\nThe bags, the report and what each node said are in {out}. Open in a browser:")
-    console.print(str(out / "report" / PAGE), soft_wrap=True)
+    console.print(f"\nThe bags, the report and what each node said are in {shown(out)}. Open in a browser:")
+    console.print(shown(out / "report" / PAGE), soft_wrap=True)
     return 0
 
 
@@ -103,14 +103,14 @@ def _new_folder(asked: Path | None) -> Path:
 
 
 def _print_result(console: Console, report: dict[str, Any]) -> None:
+    from cdp_ident.report.document import Table, print_table  # noqa: PLC0415
     from cdp_ident.report.searches import shown_generations  # noqa: PLC0415
 
     history = report["search"]["history"]
     generations = shown_generations(len(history) - 1)
-    evolution = Table("generation", *map(str, generations), box=None, pad_edge=False)
-    evolution.add_row("E(Z) [rad²]", *(f"{history[generation]:.4g}" for generation in generations))
+    best = ("E(Z) [rad²]", *(f"{history[generation]:.4g}" for generation in generations))
     console.print(f"The improved genetic algorithm's best error, which {PAGE} draws as a curve:")
-    console.print(evolution)
+    print_table(console, Table("", ("generation", *map(str, generations)), [best]))
     console.print()
     before, after = (report[stage]["error"]["holdout"] for stage in ("before", "after"))
     console.print(report["verdict"])
@@ -125,15 +125,14 @@ def _print_result(console: Console, report: dict[str, Any]) -> None:
 
 def _print_comparison(console: Console, rig: Path, report: dict[str, Any]) -> None:
     from cdp_ident.demo.comparison import compare  # noqa: PLC0415
+    from cdp_ident.report.document import Table, print_table  # noqa: PLC0415
 
-    table = Table(box=None, pad_edge=False, padding=(0, 3, 0, 0))
-    for column in ("", "hidden in the rig", "found", "off by", "unit"):
-        table.add_column(column, no_wrap=True)
+    rows = []
     for name, unit, hidden, found in compare(rig, report):
         off = f"{100 * abs(found / hidden - 1):.2g} %" if hidden and found is not None else ""
-        table.add_row(name, *("nothing" if value is None else f"{value:.6g}" for value in (hidden, found)), off, unit)
-    console.print(f"identify did not read {rig}, which has the true values:", soft_wrap=True)
-    console.print(table)
+        rows.append((name, *("nothing" if value is None else f"{value:.6g}" for value in (hidden, found)), off, unit))
+    console.print(f"identify did not read {shown(rig)}, which has the true values:", soft_wrap=True)
+    print_table(console, Table("", ("", "hidden in the rig", "found", "off by", "unit"), rows))
     console.print(
         "\nTorques stand over A22 here, as the base parameters do: a free swing does not show by which factor all "
         "masses,\ninertias and torques are larger or smaller. In N m they are given for the masses nearest to the "

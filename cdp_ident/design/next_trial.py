@@ -1,7 +1,7 @@
 """What a next trial would tell, start by start, under every criterion."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -26,7 +26,6 @@ _ALIKE = 1e-6
 class Sharper:
     """The trial that makes values surest."""
 
-    criterion: Criterion
     now: Array
     """(names,) standard deviations of the values asked for, as they are."""
     then: Array
@@ -35,19 +34,6 @@ class Sharper:
     """How uncertain they are together, as `Criterion.size` has it."""
     survey: Survey
     """With the load that is best; its losses are that size after a trial."""
-    unloaded: Survey | None
-    """The same without a weight, if that was asked for."""
-
-
-@dataclass(frozen=True)
-class Apart:
-    """The trial that distinguishes two effects best."""
-
-    alternative: Alternative
-    survey: Survey
-    """With the load that is best; its losses are deviations between the two, negative."""
-    unloaded: Survey | None
-    """The same without a weight, if that was asked for."""
 
 
 class NextTrial:
@@ -96,29 +82,25 @@ class NextTrial:
             return np.inf if rows is None else criterion.size(self.knowledge, np.concatenate([known, rows]))
 
         known = self.knowledge.rows
-        found, unloaded = self._survey(loss, loads, grid or self.grid)
+        found = self._survey(loss, loads, grid or self.grid)
         gained = self._information(found.trial)
         after = known if gained is None else np.concatenate([known, gained])
         return Sharper(
-            criterion,
             criterion.standard_deviations(self.knowledge, known),
             criterion.standard_deviations(self.knowledge, after),
             criterion.size(self.knowledge, known),
             found,
-            unloaded,
         )
 
-    def furthest_apart(self, alternative: Alternative, loads: Loads = UNLOADED) -> Apart:
-        """Return the trial that distinguishes an effect of the model from its alternative best."""
-        return Apart(alternative, *self._survey(lambda trial: -alternative.deviations(trial), loads, self.grid))
+    def furthest_apart(self, alternative: Alternative, loads: Loads = UNLOADED) -> Survey:
+        """Return by which trial an effect of the model differs most from its alternative [deviations, negative]."""
+        return self._survey(lambda trial: -alternative.deviations(trial), loads, self.grid)
 
-    def _survey(
-        self, loss: Callable[[CandidateTrial], float], loads: Loads, grid: Grid
-    ) -> tuple[Survey, Survey | None]:
-        """Return the survey with the load that is best, or without where that is hardly worse, and the one without."""
+    def _survey(self, loss: Callable[[CandidateTrial], float], loads: Loads, grid: Grid) -> Survey:
+        """Return the survey with the load that is best, or without where that is hardly worse."""
         surveys = [survey(loss, grid, load) for load in loads]
         unloaded = next((each for each in surveys if not each.weights), None)
         best = min(surveys, key=lambda each: each.expected)
         if unloaded and unloaded.expected <= best.expected + _WORTH_CLAMPING * abs(best.expected):
             best = unloaded
-        return best, unloaded
+        return replace(best, unloaded=unloaded)

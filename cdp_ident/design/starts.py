@@ -77,6 +77,8 @@ class Survey:
     """The largest of these."""
     weights: tuple[Weight, ...] = ()
     """On the rods, at each start."""
+    unloaded: "Survey | None" = None
+    """The same without a weight, where it was asked for."""
 
     @property
     def trial(self) -> CandidateTrial:

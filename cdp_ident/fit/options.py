@@ -12,6 +12,9 @@ from cdp_ident.fit.objective import PAPER_SPAN, SHORT_IGA
 from cdp_ident.fit.prior import Prior
 from cdp_ident.search.options import METHODS, GeneticOptions
 
+_SHORTEST_WINDOW = 0.001
+"""In a shorter one no trial has samples enough [s]."""
+
 
 @dataclass(frozen=True)
 class IdentifyOptions:
@@ -44,8 +47,10 @@ class IdentifyOptions:
     as suffices."""
 
     def __post_init__(self) -> None:
-        if not 0.0 <= self.window < math.inf:
-            raise OptionError(f"window is {self.window} s; it must be positive, or 0 for what suits the rig")
+        if self.window and not _SHORTEST_WINDOW <= self.window < math.inf:
+            raise OptionError(
+                f"window is {self.window} s; it must be at least {_SHORTEST_WINDOW} s, or 0 for what suits the rig"
+            )
         for name in ("length_std", "gravity_std", "torque_std"):
             std = getattr(self, name)
             if not std >= 0.0:

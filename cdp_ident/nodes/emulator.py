@@ -3,7 +3,6 @@
 import argparse
 import threading
 import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +10,8 @@ import numpy as np
 import rclpy.time
 from rosgraph_msgs.msg import Clock
 
-from cdp_ident.command_line import ArgumentParser, entry_point
+from cdp_ident.command_line import ArgumentParser, entry_point, within
+from cdp_ident.errors import CdpIdentError
 from cdp_ident.outside_text import shown
 from cdp_ident.rig.codec import CODECS
 from cdp_ident.rig.emulator.configuration import EmulatedRig, load_rig
@@ -44,6 +44,7 @@ class Emulator:
             self._clock = node.create_publisher(Clock, "/clock", 10)
             self._start = time.time()
             emulation.on_tick = self._publish_time
+        self._complain = node.get_logger().error
         node.get_logger().info(f"the rig is at {shown(emulation.link)}")
         self._thread = threading.Thread(target=self._run, name="emulation", daemon=True)
         self._thread.start()
@@ -54,10 +55,15 @@ class Emulator:
         self._thread.join(timeout=5.0)
 
     def _run(self) -> None:
+        code = 1
         try:
             self._emulation.run()
+            code = 0
+        except CdpIdentError as error:
+            self._complain(shown(error))
+            code = error.exit_code
         finally:
-            self.exit_code = 0 if self._emulation.stopped else 1
+            self.exit_code = code
 
     def _publish_time(self, now: float) -> None:
         self._clock.publish(Clock(clock=rclpy.time.Time(seconds=self._start + now).to_msg()))
@@ -100,11 +106,9 @@ def _parser() -> ArgumentParser:
     parser.add_argument("--link", type=Path, required=True, help="name of the serial port")
     parser.add_argument("--rig", type=Path, help="YAML file with physics, encoders and script")
     parser.add_argument("--codec", choices=tuple(CODECS), default="binary", help="how frames are written")
-    parser.add_argument(
-        "--speed", type=_within(1e-3, 1000.0), default=1.0, help="the rig's time against the wall's (1)"
-    )
-    parser.add_argument("--seed", type=_within(0, 2**32 - 1, int), default=0, help="of noise and faults (0)")
-    probability, seconds = _within(0.0, 1.0), _within(0.0, 1e9)
+    parser.add_argument("--speed", type=within(1e-3, 1000.0), default=1.0, help="the rig's time against the wall's (1)")
+    parser.add_argument("--seed", type=within(0, 2**32 - 1, int), default=0, help="of noise and faults (0)")
+    probability, seconds = within(0.0, 1.0), within(0.0, 1e9)
     faults = parser.add_argument_group("faults (none by default)")
     faults.add_argument("--flips", type=probability, default=0.0, help="probability of a flipped bit in a byte")
     faults.add_argument("--losses", type=probability, default=0.0, help="probability that a byte is lost")
@@ -118,23 +122,11 @@ def _parser() -> ArgumentParser:
     faults.add_argument("--replug-as", type=Path, help="name of the port after that")
     faults.add_argument(
         "--first-count",
-        type=_within(-(2**31), 2**31 - 1, int),
+        type=within(-(2**31), 2**31 - 1, int),
         default=0,
         help="counters begin here (2147483000: soon roll over)",
     )
     faults.add_argument(
-        "--first-time", type=_within(0, 2**32 - 1, int), default=0, help="device's clock begins here [us] (4290000000)"
+        "--first-time", type=within(0, 2**32 - 1, int), default=0, help="device's clock begins here [us] (4290000000)"
     )
     return parser
-
-
-def _within(least: float, most: float, kind: Callable[[str], float] = float) -> Callable[[str], float]:
-    """Return a reader of an option that is a number within limits."""
-
-    def number(text: str) -> float:
-        value = kind(text)
-        if not least <= value <= most:
-            raise argparse.ArgumentTypeError(f"{text} is not a number from {least:.10g} to {most:.10g}")
-        return value
-
-    return number

@@ -16,7 +16,7 @@ from cdp_ident.pipeline.identifier import BAGS, NODE_NAME, Identifier
 from cdp_ident.pipeline.interruption import Interruption
 from cdp_ident.report.outcome import LoadedJob
 from cdp_ident.report.schema import Section
-from cdp_ident.report.terminal import summary
+from cdp_ident.report.wording import summary
 from cdp_ident.rig.health import Health, Level
 from cdp_ident.ros.diagnostics import diagnose
 from cdp_ident.ros.node import run_node

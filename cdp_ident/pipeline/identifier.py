@@ -1,6 +1,7 @@
 """One identification from the command line's request to the files of its report, without ROS."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -20,9 +21,11 @@ from cdp_ident.outside_text import shown
 from cdp_ident.pipeline.interruption import GivenUpError, Interruption
 from cdp_ident.pipeline.job import load, load_with_weights, refuse_copies, run
 from cdp_ident.pipeline.progress import SearchDisplay
+from cdp_ident.report.chapters import document_of
 from cdp_ident.report.contents import report
 from cdp_ident.report.curves import Curves, curves
 from cdp_ident.report.curves_file import curves_npz
+from cdp_ident.report.document import print_document
 from cdp_ident.report.expected import expected_effects
 from cdp_ident.report.folder import (
     CURVES,
@@ -38,10 +41,9 @@ from cdp_ident.report.folder import (
     write_result,
 )
 from cdp_ident.report.outcome import Job, LoadedJob, Outcome
-from cdp_ident.report.pictures import draw, write_pictures
+from cdp_ident.report.pictures import draw
 from cdp_ident.report.report_file import read_report
 from cdp_ident.report.schema import Section
-from cdp_ident.report.terminal import print_report
 from cdp_ident.search.genetic_search import Progress
 from cdp_ident.trial.trial import Trial
 from cdp_ident.user_input import user_path
@@ -250,7 +252,8 @@ class Identifier:
         if not outcome.trace.failure:
             self._latest = outcome
         result = Result(report(outcome, self._new_trials), curves(outcome), outcome.trace.failure)
-        print_report(self._output, result.report)
+        with self._going_on_without("the report cannot be printed"):
+            print_document(self._output, document_of(result.report))
         return result
 
     def write(self, result: Result) -> None:
@@ -271,7 +274,7 @@ class Identifier:
             raise
         if not result.failure:
             self._say(f"{folder / REPORT} and {FITTED} are written")
-        self._draw(folder, result.report, result.curves)
+        self._draw(folder)
         if result.failure:
             raise FitFailedError(f"{result.failure}; {folder / REPORT} tells more")
 
@@ -284,16 +287,16 @@ class Identifier:
         self._written.add(folder)
         return folder
 
-    def _draw(self, folder: Path, content: Section, drawn_from: Curves) -> None:
-        """Draw the report; a failure is reported and does not affect the result."""
-        try:
-            drawn = draw(content, drawn_from, self.request.figures)
-            write_pictures(folder, drawn.files)
-        except Exception as error:  # noqa: BLE001 - whatever it is, the parameters are to be served
-            reason = shown(error) or type(error).__name__
-            said = f"no pictures: {reason}; once that is mended, `ros2 run cdp_ident report {folder}` draws them"
-        else:
-            page = drawn.problem or f"{folder / PAGE} shows it all"
+    def _draw(self, folder: Path) -> None:
+        with self._going_on_without(f"no pictures, until `ros2 run cdp_ident report {folder}` can draw them"):
+            page = draw(folder, self.request.figures) or f"{folder / PAGE} shows it all"
             drawn_too = f"{folder / TEXT} and {FIGURES}/ are" if self.request.figures else f"{folder / TEXT} is"
-            said = f"{page}; {drawn_too} for version control and papers"
-        self._say(said)
+            self._say(f"{page}; {drawn_too} for version control and papers")
+
+    @contextmanager
+    def _going_on_without(self, what: str) -> Iterator[None]:
+        """Say what is missing where it fails, and why; whatever that is, the result is to be served and written."""
+        try:
+            yield
+        except Exception as error:  # noqa: BLE001
+            self._say(f"{what}: {shown(error) or type(error).__name__}")

@@ -7,16 +7,21 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 from cdp_ident.model.parameters import CONSTANTS, GROUPS, INERTIA, PARAMETERS
-from cdp_ident.report.advice import advice_words
+from cdp_ident.report.advice import advice_map, advice_words
 from cdp_ident.report.curves import Curves
+from cdp_ident.report.document import Chapter, Charts, Code, Document, Parts, Row, Sentences, Table
 from cdp_ident.report.figures.description import Figure
-from cdp_ident.report.figures.errors import before_and_after, best_error, candidates, selection
+from cdp_ident.report.figures.errors import (
+    before_and_after,
+    best_error,
+    candidates,
+    prediction,
+    residual_correlation,
+    selection,
+)
 from cdp_ident.report.figures.motion import angles, continuous_runs
-from cdp_ident.report.figures.next_trial import next_trial
 from cdp_ident.report.figures.parameters import against_nominal, correlation, repeatability
 from cdp_ident.report.figures.torques import effects_through_residuals, missing_torques, nonparametric_torques
-from cdp_ident.report.figures.validation import prediction, residual_correlation
-from cdp_ident.report.parts import Chapter, Charts, Code, Document, Parts, Row, Sentences, Table
 from cdp_ident.report.schema import Section
 from cdp_ident.report.typesetting import Formula
 from cdp_ident.report.wording import (
@@ -284,7 +289,7 @@ def base_parameters(report: Section, short: bool = False) -> Table:
 
 def _next(report: Section) -> Parts:
     where = "Where to hold both rods before they are let go, in angles from hanging, positive towards +x"
-    return _sentences(advice_words(report), where), Charts(list(next_trial(report)))
+    return _sentences(advice_words(report), where), Charts(list(advice_map(report)))
 
 
 def _warnings(report: Section) -> Sentences:

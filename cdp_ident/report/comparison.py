@@ -3,12 +3,13 @@
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 
 from cdp_ident.errors import OptionError
 from cdp_ident.model.parameters import GROUPS
+from cdp_ident.report.document import Row, Table
 from cdp_ident.report.folder import REPORT
-from cdp_ident.report.parts import Table
 from cdp_ident.report.report_file import read_report
 from cdp_ident.report.schema import Section
 from cdp_ident.report.wording import (
@@ -24,14 +25,6 @@ from cdp_ident.report.wording import (
 CHANGED = 3.0
 """A difference of so many of its standard deviations is called a change."""
 _NONE = "–"
-
-
-@dataclass(frozen=True)
-class Run:
-    """One of the reports that are compared."""
-
-    name: str
-    report: Section
 
 
 @dataclass(frozen=True)
@@ -74,8 +67,8 @@ def effect_quantities(report: Section, of_trials: bool = True) -> dict[str, Quan
     return found
 
 
-def read_runs(folders: Sequence[Path]) -> list[Run]:
-    """Read the reports of several folders; their names are the shortest ends of the paths that differ.
+def read_runs(folders: Sequence[Path]) -> dict[str, Section]:
+    """Read the reports of several folders, by the shortest ends of the paths that differ.
 
     Raises:
         OptionError: there are fewer than two, or one is given twice.
@@ -90,52 +83,44 @@ def read_runs(folders: Sequence[Path]) -> list[Run]:
     length = 1
     while len({path[-length:] for path in paths}) < len(paths):
         length += 1
-    return [
-        Run("/".join(path[-length:]), read_report(folder / REPORT)) for path, folder in zip(paths, folders, strict=True)
-    ]
+    return {"/".join(path[-length:]): read_report(folder / REPORT) for path, folder in zip(paths, folders, strict=True)}
 
 
-def compare(runs: Sequence[Run]) -> list[Table]:
-    """Return what to put side by side: verdicts, errors, base parameters, effects and physical values."""
-    names = tuple(run.name for run in runs)
-    others = tuple(f"{name} − {names[0]}, in std" for name in names[1:])
-    groups = [(group_words(g), [fitted_quantity(run.report, "groups", g.symbol) for run in runs]) for g in GROUPS]
-    symbols = runs[0].report["after"]["physical"]
-    physical = [(symbol, [fitted_quantity(run.report, "physical", symbol) for run in runs]) for symbol in symbols]
+def compare(runs: Mapping[str, Section]) -> list[Table]:
+    """Return what to put side by side of reports, by name: verdicts, errors, parameters and effects."""
+    names, reports = tuple(runs), list(runs.values())
+    columns = (*names, *(f"{name} − {names[0]}, in std" for name in names[1:]))
+    effects = [effect_quantities(report) for report in reports]
+
+    def row(name: str, kind: str, symbol: str) -> Row:
+        return _row(name, [fitted_quantity(report, kind, symbol) for report in reports])
+
     differences = "A difference is in standard deviations of itself"
     return [
-        Table("Verdicts", ("run", "verdict"), tuple((run.name, run.report["verdict"]) for run in runs)),
-        Table("Errors", ("", *names), tuple(_errors(runs))),
+        Table("Verdicts", ("run", "verdict"), [(name, report["verdict"]) for name, report in runs.items()]),
+        Table("Errors", ("", *names), list(_errors(reports))),
         Table(
             "Base parameters, all that a free swing depends on",
-            ("base parameter", *names, *others),
-            tuple(_row(name, quantities) for name, quantities in groups),
+            ("base parameter", *columns),
+            [row(group_words(group), "groups", group.symbol) for group in GROUPS],
             f"{differences}; from {CHANGED:.0f} on it is marked as changed.",
         ),
         Table(
             "Effects",
-            ("effect", *names, *others),
-            tuple(_row(name, quantities) for name, quantities in _effects(runs).items()),
+            ("effect", *columns),
+            [_row(name, [of.get(name, Quantity(_NONE)) for of in effects]) for name in dict.fromkeys(chain(*effects))],
             f"{differences}, of torques over A22, which is all that a free swing shows of them.",
         ),
         Table(
             "Physical values",
-            ("parameter", *names, *others),
-            tuple(_row(name, quantities) for name, quantities in physical),
+            ("parameter", *columns),
+            [row(symbol, "physical", symbol) for symbol in reports[0]["after"]["physical"]],
             "Values that the trials do not determine lie nearest to the nominal ones: their differences say nothing.",
         ),
     ]
 
 
-def _effects(runs: Sequence[Run]) -> Mapping[str, list[Quantity]]:
-    found: dict[str, list[Quantity]] = {}
-    for index, run in enumerate(runs):
-        for name, quantity in effect_quantities(run.report).items():
-            found.setdefault(name, [Quantity(_NONE)] * len(runs))[index] = quantity
-    return found
-
-
-def _row(name: str, quantities: Sequence[Quantity]) -> tuple[str, ...]:
+def _row(name: str, quantities: Sequence[Quantity]) -> Row:
     first, *others = quantities
     return (name, *(quantity.text for quantity in quantities), *(_difference(first, other) for other in others))
 
@@ -148,11 +133,11 @@ def _difference(first: Quantity, other: Quantity) -> str:
     return f"{distance:+.1f}{' (changed)' if abs(distance) >= CHANGED else ''}"
 
 
-def _errors(runs: Sequence[Run]) -> Iterator[tuple[str, ...]]:
+def _errors(reports: Sequence[Section]) -> Iterator[Row]:
     for model, words in (("before", "the paper's model, fitted"), ("after", "with the effects found")):
         for where, said in (("holdout", "held out"), ("fit", "fitted motion")):
-            errors = [run.report[model]["error"][where]["rmse_rad"] for run in runs]
+            errors = [report[model]["error"][where]["rmse_rad"] for report in reports]
             yield f"{words}, {said} [mrad]", *(milliradians(error) for error in errors)
-    yield "the encoders' noise [mrad]", *(milliradians(noise_floor(run.report)) for run in runs)
-    squared = [run.report["after"]["error"]["holdout"]["sse_free_run"] for run in runs]
+    yield "the encoders' noise [mrad]", *(milliradians(noise_floor(report)) for report in reports)
+    squared = [report["after"]["error"]["holdout"]["sse_free_run"] for report in reports]
     yield "with the effects found, Eq. (10), held out [rad²]", *(f"{error:.4g}" for error in squared)

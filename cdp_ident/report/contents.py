@@ -23,11 +23,11 @@ from cdp_ident.likelihood.whole_swing import WholeSwings
 from cdp_ident.model.parameters import CONSTANTS, GROUPS, INERTIA, PARAMETERS
 from cdp_ident.report.curves import Array
 from cdp_ident.report.expected import compared
+from cdp_ident.report.filling import Also, filled
 from cdp_ident.report.next_trial import next_trial_section
 from cdp_ident.report.outcome import Outcome
 from cdp_ident.report.provenance import versions
 from cdp_ident.report.schema import REPORT, SCHEMA, Section
-from cdp_ident.report.schema_terms import Also, filled
 from cdp_ident.report.verdict import effect_in_words, quantity, verdict
 from cdp_ident.tracing.found_effects import FoundEffect
 from cdp_ident.tracing.odds import log10_odds, unlikelihood
@@ -65,11 +65,7 @@ def _report(outcome: Outcome, new_trials: Sequence[NewTrialCheck]) -> Section:
         "search": _search(outcome),
         "stages": {stage: errors[stage] for stage in errors if stage != "effects"},
         "before": _fit(paper) | {"error": errors["refined"]},
-        "refinement": {
-            "steps": found.whole.steps,
-            "converged": found.whole.converged,
-            "windows": (len(found.data.fit), len(found.data.holdout)),
-        },
+        "refinement": Also(found.whole, {"windows": (len(found.data.fit), len(found.data.holdout))}),
         "effects": [_effect(outcome, effect) for effect in trace.effects],
         "after": _fit(completed) | {"error": errors["effects"]},
         "unexplained": trace.unexplained,
@@ -201,13 +197,12 @@ def _residuals(trace: Trace) -> Section:
 def _effect(outcome: Outcome, found: FoundEffect) -> Also:
     """Return one of the effects that were found."""
     trial = found.active.trial
-    evidence = {"rmse_holdout_before_rad": found.holdout_without, "rmse_holdout_after_rad": found.holdout_with}
     effect = {
         "trial": None if trial is None else outcome.identification.data.trials[trial].name,
         "summary": effect_in_words(found),
         "parameters": {parameter.description.name: quantity(parameter) for parameter in found.parameters},
         "curve": found.curve,
-        "evidence": Also(found, evidence),
+        "evidence": found,
         "certainty": found.certainty,
         "also_possible": found.also_possible,
     }

@@ -6,8 +6,8 @@ import numpy as np
 
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.model.effects.catalogue import known_effects
+from cdp_ident.report.filling import Also
 from cdp_ident.report.schema import Section
-from cdp_ident.report.schema_terms import Also
 from cdp_ident.tracing.expected import ExpectedEffect
 from cdp_ident.tracing.found_effects import FoundEffect
 

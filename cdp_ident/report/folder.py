@@ -5,7 +5,7 @@ import json
 import math
 import os
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
 from typing import Any
@@ -36,9 +36,8 @@ def check_folder(folder: Path, force: bool, files: Sequence[str] = FILES) -> Non
     Raises:
         OptionError: it holds one of them and `force` is not given, or it cannot be written to.
     """
-    there = [name for name in files if (folder / name).exists()]
-    if there and not force:
-        raise OptionError(f"{folder} holds {' and '.join(there)} already: give another --out, or --force to replace")
+    if not force:
+        _refuse_to_replace(folder, files)
     existing = next(path for path in (folder, *folder.absolute().parents) if path.exists() or path.is_symlink())
     if not existing.is_dir():
         raise OptionError(f"{existing} is not a folder: give another --out")
@@ -48,6 +47,12 @@ def check_folder(folder: Path, force: bool, files: Sequence[str] = FILES) -> Non
         raise OptionError(f"{existing} cannot be written to ({error.strerror}): give another --out") from error
     if free < _LEAST_FREE:
         raise OptionError(f"only {free / 1e6:.0f} MB are free on the disk of {existing}: give another --out")
+
+
+def _refuse_to_replace(folder: Path, files: Iterable[str]) -> None:
+    """Raise OptionError where a folder holds one of the files, be it a link that leads nowhere."""
+    if there := [name for name in files if os.path.lexists(folder / name)]:
+        raise OptionError(f"{folder} holds {' and '.join(there)} already: give another --out, or --force to replace")
 
 
 @contextmanager
@@ -93,7 +98,9 @@ def write_result(folder: Path, contents: Mapping[str, str | bytes], seen: State)
         place = folder.parent / f"{folder.name}_{number}"
 
 
-def write_files(folder: Path, contents: Mapping[str, str | bytes], instead_of: Sequence[str] = ()) -> None:
+def write_files(
+    folder: Path, contents: Mapping[str, str | bytes], instead_of: Sequence[str] = (), force: bool = True
+) -> None:
     """Write files into a folder and those below it; earlier ones are replaced when all new ones are complete.
 
     Args:
@@ -101,11 +108,14 @@ def write_files(folder: Path, contents: Mapping[str, str | bytes], instead_of: S
         contents: what to write, by the files' names in the folder. The first file takes its place at once, without
             a moment at which there is none.
         instead_of: files that go when all new ones are complete, before any takes its place.
+        force: without it no file is replaced, be it one that another process wrote meanwhile.
 
     Raises:
-        OptionError: the folder or a file cannot be written.
+        OptionError: the folder or a file cannot be written, or is there without `force`.
     """
     with _writing(folder, contents):
+        if not force:
+            _refuse_to_replace(folder, contents)
         _replace(folder, contents, instead_of)
 
 

@@ -16,10 +16,12 @@ from cdp_ident.model.effects.effect import JOINTS
 from cdp_ident.model.parameters import GROUPS, INERTIA, INVERSE_INERTIA
 from cdp_ident.model.weights import Weight
 from cdp_ident.report.curves import NO_WINDOW, Array, Curves
-from cdp_ident.report.next_trial import NOISES, SPANS
+from cdp_ident.report.next_trial import NOISES
 from cdp_ident.report.schema import Section
 from cdp_ident.trial.trial import Trial
 
+_SPANS = ("duration", "interval", "spacing", "half_width", "step")
+"""Times that are assumed of a next trial, as `Sampling` names them."""
 _MOST_SAMPLES = 1_000_000
 """Of a trial that a report assumes."""
 
@@ -62,7 +64,7 @@ def knowledge_of(report: Section) -> Knowledge | None:
         values,
         _covariance(model, _standard_deviations(report, model), correlation),
         Noise(new, kept, mixed, torque, assumed["time_noise_s"], assumed["base_moves"]),
-        Sampling(steps=_of_joints(assumed["step_rad"]), **{span: assumed[f"{span}_s"] for span in SPANS}),
+        Sampling(steps=_of_joints(assumed["step_rad"]), **{span: assumed[f"{span}_s"] for span in _SPANS}),
     )
     return known.with_weights(()).with_zeros_of_its_own(
         tuple(joint for joint in JOINTS if any(name.startswith(f"zero.{joint}.") for name in names))
@@ -75,7 +77,7 @@ def _of_joints(given: Section) -> Array:
 
 def _refuse_endless(assumed: Section) -> None:
     """Raise `ReportError` where no trial as a report assumes it could be simulated: a report may come from anyone."""
-    shortest = min(assumed[f"{span}_s"] for span in SPANS)
+    shortest = min(assumed[f"{span}_s"] for span in _SPANS)
     endless = shortest <= 0.0 or not assumed["duration_s"] < _MOST_SAMPLES * shortest
     sizes = [_of_joints(assumed[name]) for name in ("new_noise_rad", "unknown_torque_over_A22")]
     late = assumed["time_noise_s"] < 0.0

@@ -8,21 +8,18 @@ import numpy as np
 
 from cdp_ident.design.discrimination import Alternative, RecordedMotion, alternatives, can_be_the_same
 from cdp_ident.design.knowledge import Knowledge
-from cdp_ident.design.loads import loads_of, telling_weight
-from cdp_ident.design.next_trial import Apart, NextTrial, Sharper
-from cdp_ident.design.starts import Grid
+from cdp_ident.design.loads import Loads, loads_of, telling_weight
+from cdp_ident.design.next_trial import NextTrial, Sharper
+from cdp_ident.design.starts import Grid, Survey
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.motion_model import MotionModel
-from cdp_ident.model.effects.effect import JOINTS
 from cdp_ident.model.parameters import GROUPS, INERTIA, INVERSE_INERTIA
 from cdp_ident.model.weights import Weight
 from cdp_ident.report.curves import Array
+from cdp_ident.report.filling import Also, filled
 from cdp_ident.report.outcome import Outcome
-from cdp_ident.report.schema import ADVICE, Section
-from cdp_ident.report.schema_terms import Also, filled
+from cdp_ident.report.schema import ADVICE, REPORT, Section
 
-SPANS = ("duration", "interval", "spacing", "half_width", "step")
-"""Times that are assumed of a next trial, as `Sampling` names them."""
 NOISES = {"new_noise_rad": "new", "noise_kept": "kept", "noise_mixed": "mixed", "unknown_torque_over_A22": "torque"}
 """What is assumed of encoders and unknown torques, as `Noise` names it."""
 ALL = "all"
@@ -63,7 +60,8 @@ def next_trial_section(outcome: Outcome, failed: Callable[[str], None]) -> Secti
         questions = usual_questions(knowledge.model, possible)
         used = [trial.weights for trial in (*outcome.loaded.fit, *outcome.loaded.holdout)]
         advice = answers(knowledge, motion, questions, Grid.of(REPORT_SPACING), used)
-        return {"assumed": _assumed(knowledge), "advice": [section for section in advice if section]}
+        section = {"assumed": _assumed(knowledge), "advice": [one for one in advice if one]}
+        return dict(filled(REPORT["properties"]["next_trial"], section))
     except (IdentificationError, np.linalg.LinAlgError) as error:
         failed(f"which trial to record next: {error}")
         return None
@@ -115,16 +113,16 @@ def answers(
     showing = loads if knowledge.shows_inertia else loads[1:] or ((telling_weight(knowledge),),)
     knowledge = knowledge.with_weights(weight for load in (*loads, *showing) for weight in load)
     trials = NextTrial(knowledge, grid)
-    of_inertia = grid if showing[0] in loads else grid.thinned
+    few = grid if showing[0] in loads else grid.thinned
     for question in questions:
         if question.against:
             alternative = _nearest_alternative(knowledge, motion(knowledge), question)
-            yield None if alternative is None else _apart(question, trials.furthest_apart(alternative, loads))
-        elif question.about == INERTIA.symbol:
-            yield _sharper(question, knowledge, trials.sharpest((INVERSE_INERTIA.symbol,), showing, of_inertia))
-        else:
-            names = _GROUPS if question.about == ALL else (question.about,)
-            yield _sharper(question, knowledge, trials.sharpest(names, loads))
+            yield _apart(question, alternative, trials, loads) if alternative else None
+            continue
+        of_inertia = question.about == INERTIA.symbol
+        names = _GROUPS if question.about == ALL else (INVERSE_INERTIA.symbol if of_inertia else question.about,)
+        how = (showing, few) if of_inertia else (loads, grid)
+        yield _sharper(question, knowledge, names, trials.sharpest(names, *how))
 
 
 def _nearest_alternative(knowledge: Knowledge, motion: RecordedMotion, question: Question) -> Alternative | None:
@@ -134,8 +132,7 @@ def _nearest_alternative(knowledge: Knowledge, motion: RecordedMotion, question:
     return None if nearest is None or can_be_the_same(nearest) else nearest
 
 
-def _sharper(question: Question, knowledge: Knowledge, found: Sharper) -> Section:
-    names = found.criterion.names
+def _sharper(question: Question, knowledge: Knowledge, names: tuple[str, ...], found: Sharper) -> Section:
     values = knowledge.values[knowledge.places(names)]
     inertia = question.about == INERTIA.symbol
     # Of A22 the unknown is the inverse: a small change of it is A22 squared times as large in A22.
@@ -147,19 +144,18 @@ def _sharper(question: Question, knowledge: Knowledge, found: Sharper) -> Sectio
         "deviations_now": np.inf,
     }
     if np.isfinite(found.size_now):
-        return _advice(question, found, told, 1.0 / found.size_now)
+        return _advice(question, found.survey, told, 1.0 / found.size_now)
     size = abs(float(values[0])) if len(names) == 1 else 0.0
-    return _advice(question, found, told, 1.0 / size if size else 0.0, _SHOWN)
+    return _advice(question, found.survey, told, 1.0 / size if size else 0.0, _SHOWN)
 
 
-def _apart(question: Question, found: Apart) -> Section:
-    told = {"names": [], "std_now": [], "std_then": [], "deviations_now": found.alternative.deviations_now}
-    return _advice(question, found, told, -1.0)
+def _apart(question: Question, alternative: Alternative, trials: NextTrial, loads: Loads) -> Section:
+    told = {"names": [], "std_now": [], "std_then": [], "deviations_now": alternative.deviations_now}
+    return _advice(question, trials.furthest_apart(alternative, loads), told, -1.0)
 
 
-def _advice(question: Question, found: Sharper | Apart, told: Section, unit: float, most: float = np.inf) -> Section:
+def _advice(question: Question, best: Survey, told: Section, unit: float, most: float = np.inf) -> Section:
     """Return the best start; losses are in a unit, and infinite beyond the most that a trial tells anything with."""
-    best, unloaded = found.survey, found.unloaded
 
     def read(losses: Array | float) -> Array:
         shown = unit * np.asarray(losses)
@@ -170,18 +166,14 @@ def _advice(question: Question, found: Sharper | Apart, told: Section, unit: flo
         "against": question.against or None,
         "expected": read(best.expected),
         "worst": read(best.worst),
-        "expected_unloaded": read(unloaded.expected) if unloaded and best.weights else np.inf,
+        "expected_unloaded": read(best.unloaded.expected) if best.unloaded and best.weights else np.inf,
         "map": Also(best.grid, {"values": read(best.losses)}),
     }
     return dict(filled(ADVICE, Also(best, {**start, **told})))
 
 
-def _assumed(knowledge: Knowledge) -> Section:
-    sampling = knowledge.sampling
-    of_joints = {name: getattr(knowledge.noise, of) for name, of in NOISES.items()} | {"step_rad": sampling.steps}
-    return {
-        **{f"{span}_s": getattr(sampling, span) for span in SPANS},
-        **{name: dict(zip(JOINTS, of.tolist(), strict=True)) for name, of in of_joints.items()},
-        "time_noise_s": knowledge.noise.time,
-        "base_moves": knowledge.noise.of_base,
-    }
+def _assumed(knowledge: Knowledge) -> Also:
+    noise, sampling = knowledge.noise, knowledge.sampling
+    of_noise = {name: getattr(noise, of) for name, of in NOISES.items()}
+    also = {"step_rad": sampling.steps, "time_noise_s": noise.time, "base_moves": noise.of_base}
+    return Also(sampling, {**of_noise, **also})

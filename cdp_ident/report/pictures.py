@@ -1,13 +1,13 @@
 """Draws reports for people: page, text and figures, from `report.json` and `curves.npz` alone."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Iterable
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any
 
 from cdp_ident.errors import ReportError
 from cdp_ident.report.chapters import document_of
-from cdp_ident.report.curves import Curves
 from cdp_ident.report.curves_file import read_curves
+from cdp_ident.report.document import Document, markdown
 from cdp_ident.report.folder import (
     COMPARISON_PAGE,
     COMPARISON_TEXT,
@@ -19,61 +19,14 @@ from cdp_ident.report.folder import (
     drawn_with,
     write_files,
 )
-from cdp_ident.report.markdown import markdown
-from cdp_ident.report.parts import Document
 from cdp_ident.report.report_file import read_report
-from cdp_ident.report.schema import Section
 
 
-class Drawn(NamedTuple):
-    """What was drawn."""
+def draw(folder: Path, for_paper: bool = False) -> str:
+    """Draw the report in a folder: page and text; only `for_paper` the figures as files, to which the text links then.
 
-    files: dict[str, str | bytes]
-    """Page, text and figures by their names in a folder."""
-    problem: str = ""
-    """Why there is no page, where there is none: the library that draws it may be missing."""
-
-
-def draw(report: Section, curves: Curves, for_paper: bool = False) -> Drawn:
-    """Draw a report: page and text; only `for_paper` the figures as files, to which the text links then."""
-    # Only who draws waits for what draws to be loaded.
-    from cdp_ident.report.page.rendering import report_html  # noqa: PLC0415
-
-    document = document_of(report, curves)
-    return _drawn(TEXT, document, for_paper, PAGE, lambda: report_html(report, curves, document))
-
-
-def draw_comparison(document: Document) -> Drawn:
-    """Draw a comparison: page, text and figures."""
-    from cdp_ident.report.page.rendering import render_page  # noqa: PLC0415
-
-    return _drawn(COMPARISON_TEXT, document, True, COMPARISON_PAGE, lambda: render_page(document))
-
-
-def _drawn(text: str, document: Document, for_paper: bool, name: str, page: Callable[[], str]) -> Drawn:
-    files: dict[str, str | bytes] = {text: markdown(document, for_paper)}
-    if for_paper:
-        from cdp_ident.report.figures.for_paper import png_and_svg  # noqa: PLC0415
-
-        for figure in document.figures:
-            files[f"{FIGURES}/{figure.name}.png"], files[f"{FIGURES}/{figure.name}.svg"] = png_and_svg(figure)
-    try:
-        return Drawn({name: page(), **files})
-    except ReportError as error:
-        return Drawn(files, str(error))
-
-
-def write_pictures(folder: Path, files: Mapping[str, str | bytes]) -> None:
-    """Write what was drawn; page and figures that were drawn there before go.
-
-    Raises:
-        OptionError: the folder or a file cannot be written.
-    """
-    write_files(folder, files, instead_of=(PAGE, *drawn_with(folder)))
-
-
-def draw_again(folder: Path, for_paper: bool = False) -> str:
-    """Draw the report in a folder anew, `for_paper` with figures; return why there is no page, where there is none.
+    Page and figures that were drawn there before go. Returns why there is no page, where there is none: the library
+    that draws it may be missing.
 
     Raises:
         ReportError: there is no complete report in it.
@@ -81,6 +34,42 @@ def draw_again(folder: Path, for_paper: bool = False) -> str:
     """
     report = read_report(folder / REPORT)
     curves = read_curves(folder / CURVES, len(report["trials"]), len(report["effects"]))
-    drawn = draw(report, curves, for_paper)
-    write_pictures(folder, drawn.files)
-    return drawn.problem
+    document = document_of(report, curves)
+    return _draw(folder, document, (PAGE, TEXT), for_paper, drawn_with(folder), True, report, curves)
+
+
+def draw_comparison(folder: Path, document: Document, force: bool) -> str:
+    """Draw a comparison into a folder: page, text and figures; return why there is no page, where there is none.
+
+    Raises:
+        OptionError: the folder cannot be written, or has such files without `force`.
+    """
+    return _draw(folder, document, (COMPARISON_PAGE, COMPARISON_TEXT), True, (), force)
+
+
+def _draw(
+    folder: Path,
+    document: Document,
+    names: tuple[str, str],
+    for_paper: bool,
+    before: Iterable[str],
+    force: bool,
+    *of_report: Any,
+) -> str:
+    # Only who draws waits for what draws to be loaded.
+    from cdp_ident.report.page import page_of  # noqa: PLC0415
+
+    page, text = names
+    files: dict[str, str | bytes] = {text: markdown(document, for_paper)}
+    if for_paper:
+        from cdp_ident.report.figures.for_paper import png_and_svg  # noqa: PLC0415
+
+        for figure in document.figures:
+            files[f"{FIGURES}/{figure.name}.png"], files[f"{FIGURES}/{figure.name}.svg"] = png_and_svg(figure)
+    problem = ""
+    try:
+        files = {page: page_of(document, *of_report), **files}
+    except ReportError as error:
+        problem = str(error)
+    write_files(folder, files, (page, *before), force)
+    return problem

@@ -10,8 +10,8 @@ from cdp_ident.model.effects.catalogue import known_effects
 from cdp_ident.model.parameters import INERTIA
 from cdp_ident.outside_text import shown
 from cdp_ident.regular_file import read_regular
+from cdp_ident.report.filling import filled
 from cdp_ident.report.schema import REPORT, SCHEMA, Section, problem
-from cdp_ident.report.schema_terms import filled
 from cdp_ident.user_input import refuse_unknown
 
 _LARGEST = 1 << 24

@@ -116,6 +116,12 @@ def _to_digits_of(deviation: float, value: float) -> str:
     return f"{value:.{max(0, 1 - math.floor(math.log10(deviation)))}f}"
 
 
+def summary(report: Section) -> str:
+    """Return a fit in one sentence."""
+    fitted = [trial["name"] for trial in report["trials"] if trial["role"] == "fit"]
+    return f"{', '.join(fitted)}: {report['verdict']}"
+
+
 class Model(NamedTuple):
     """One fitted model, as pictures name it."""
 

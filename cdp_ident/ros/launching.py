@@ -6,6 +6,7 @@ import os
 from ament_index_python.packages import PackageNotFoundError, get_package_prefix
 from launch import Condition, LaunchContext
 from launch.actions import DeclareLaunchArgument, OpaqueFunction, Shutdown
+from launch.events.process import ProcessExited
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
@@ -42,13 +43,18 @@ def value(context: LaunchContext, name: str) -> str:
 
 def node(executable: str, package: str = "cdp_ident", **options: object) -> Node:
     """Return a node without which the others are of no use: when it ends, so does the launch."""
+
+    def end(_event: ProcessExited, context: LaunchContext) -> Shutdown | None:
+        # A launch that ends already would tell of each further end as of an error.
+        return None if context.is_shutdown else Shutdown(reason=f"{executable} has ended")
+
     return Node(
         package=package,
         executable=executable,
         **{"namespace": LaunchConfiguration("namespace"), **options},
         ros_arguments=["--log-level", LaunchConfiguration("log_level")],
         output="screen",
-        on_exit=Shutdown(reason=f"{executable} has ended"),
+        on_exit=end,
     )
 
 

@@ -43,15 +43,6 @@ class Task:
 
 
 @dataclass(frozen=True)
-class Attempt:
-    """A worker's answer to a task."""
-
-    folder: Path
-    problem: str = ""
-    """Why there is no result; empty where there is one."""
-
-
-@dataclass(frozen=True)
 class Finished:
     """The result of a piece."""
 
@@ -65,15 +56,15 @@ class Finished:
     """Why its parameters mean nothing, or there are none."""
 
 
-def identify_piece(task: Task) -> Attempt:
-    """Identify a piece into its folder, in whatever process."""
+def identify_piece(task: Task) -> tuple[Path, str]:
+    """Identify a piece into its folder, in whatever process; return that, and why there is no result, if so."""
     try:
         _identify(task)
     except CdpIdentError as error:
-        return Attempt(task.folder, shown(error, _LONGEST_PROBLEM))
+        return task.folder, shown(error, _LONGEST_PROBLEM)
     except Exception as error:  # noqa: BLE001 - whatever it is, the other pieces go on
-        return Attempt(task.folder, shown(f"{type(error).__name__}: {error}", _LONGEST_PROBLEM))
-    return Attempt(task.folder)
+        return task.folder, shown(f"{type(error).__name__}: {error}", _LONGEST_PROBLEM)
+    return task.folder, ""
 
 
 def _identify(task: Task) -> None:

@@ -3,10 +3,10 @@
 import numpy as np
 
 from cdp_ident.diagnosis.identifiability import CONFIDENCE
+from cdp_ident.report.document import Document
 from cdp_ident.report.figures.description import Axis, Figure, Intervals, Line, Panel
 from cdp_ident.report.figures.palette import series
-from cdp_ident.report.page.rendering import render_page
-from cdp_ident.report.parts import Document
+from cdp_ident.report.page import page_of
 from cdp_ident.report.schema import Section
 from cdp_ident.report.wording import unit
 from cdp_ident.survey.tables import chapter, verdict
@@ -25,7 +25,7 @@ def survey_html(survey: Section) -> str:
     """
     names = ", ".join(rig["name"] for rig in survey["rigs"])
     about = f"Cart double pendulum, rigs surveyed by {survey['by']}"
-    return render_page(Document(about, names, verdict(survey), (chapter(survey, figures(survey)),)))
+    return page_of(Document(about, names, verdict(survey), (chapter(survey, figures(survey)),)))
 
 
 def figures(survey: Section) -> list[Figure]:

@@ -9,7 +9,7 @@ from typing import Any
 from cdp_ident.bag.folders import bags_below
 from cdp_ident.configuration.settings import Settings, given_for
 from cdp_ident.errors import BagError
-from cdp_ident.survey.identification import Attempt, Finished, Task, finished, identify_piece
+from cdp_ident.survey.identification import Finished, Task, finished, identify_piece
 from cdp_ident.survey.pieces import By, LeftOut, Piece, pieces_of, surveyed
 from cdp_ident.survey.workers import each
 from cdp_ident.user_input import refuse_unknown
@@ -67,13 +67,13 @@ def _task(piece: Piece, place: Path, given: Mapping[str, Any]) -> Task:
 def conduct(planned: Plan, executor: Executor) -> Iterator[Finished]:
     """Yield the result of each remaining piece when it is finished; it is on the disk then."""
     tasks = {task.folder: task for task in planned.left}
-    for attempt in each(executor, identify_piece, planned.left, _failed):
-        task = tasks[attempt.folder]
-        yield finished(task) or Finished(task.piece, task.folder, None, problem=attempt.problem or _not_here(task))
+    for folder, problem in each(executor, identify_piece, planned.left, _failed):
+        task = tasks[folder]
+        yield finished(task) or Finished(task.piece, folder, None, problem=problem or _not_here(task))
 
 
-def _failed(task: Task, reason: str) -> Attempt:
-    return Attempt(task.folder, f"it failed twice: {reason}")
+def _failed(task: Task, reason: str) -> tuple[Path, str]:
+    return task.folder, f"it failed twice: {reason}"
 
 
 def _not_here(task: Task) -> str:

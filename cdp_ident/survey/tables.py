@@ -4,8 +4,8 @@ from collections.abc import Iterator, Sequence
 
 from markupsafe import Markup
 
+from cdp_ident.report.document import Chapter, Charts, Row, Table
 from cdp_ident.report.figures.description import Figure
-from cdp_ident.report.parts import Chapter, Charts, Row, Table
 from cdp_ident.report.schema import Section
 from cdp_ident.report.wording import in_unit, milliradians, unit
 

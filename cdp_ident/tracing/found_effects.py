@@ -69,9 +69,9 @@ class FoundEffect:
     active: ActiveEffect
     parameters: tuple[FoundParameter, ...]
     """Of a curve, its largest torque and where that is."""
-    holdout_without: float
+    rmse_holdout_before: float
     """Error over what was held out, of the model without this effect [rad]."""
-    holdout_with: float
+    rmse_holdout_after: float
     """The same of the model with all effects [rad]."""
     log10_odds: float
     """Logarithm (base 10) of how many times as probable the model with all effects is as the one without this effect,
@@ -90,7 +90,7 @@ def found_effects(
     selection: Selection,
     final: FinalModel,
     fit: Fit,
-    holdout_without: Sequence[float],
+    rmse_holdout_before: Sequence[float],
     spread: Array,
     inertia: Inertia,
 ) -> tuple[FoundEffect, ...]:
@@ -100,7 +100,7 @@ def found_effects(
         selection: where it ended.
         final: its model with the effects, as it was judged.
         fit: the same with its final values.
-        holdout_without: error without each of them over what was held out [rad].
+        rmse_holdout_before: error without each of them over what was held out [rad].
         spread: (unknowns, unknowns) covariance of the fitted values.
         inertia: A22.
     """
@@ -113,8 +113,8 @@ def found_effects(
             FoundEffect(
                 active=active,
                 parameters=parameters,
-                holdout_without=holdout_without[index],
-                holdout_with=final.holdout.rmse(),
+                rmse_holdout_before=rmse_holdout_before[index],
+                rmse_holdout_after=final.holdout.rmse(),
                 log10_odds=_log10_odds(selection.without[index], selection.after),
                 probability=selection.probability[index],
                 certainty=selection.certainty[index],

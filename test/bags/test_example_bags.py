@@ -80,5 +80,5 @@ def test_identify_names_what_is_hidden_in_them_and_nothing_else(outcome):
     found = outcome.trace
     (effect,) = found.effects
     assert effect.active.effect.key == "coulomb_friction.outer"
-    assert effect.holdout_without > 10 * effect.holdout_with
+    assert effect.rmse_holdout_before > 10 * effect.rmse_holdout_after
     assert not found.unexplained.significant

@@ -65,6 +65,8 @@ def test_a_file_that_is_there_is_replaced_only_by_force(fitted, tmp_path, capsys
     assert out.read_text() == "mine"
     assert main([str(fitted), "--out", str(out), "--force"]) == 0
     assert json.loads(out.read_text())["schema"] == "cdp_ident/linear_model/1"
+    assert main([str(fitted), "--out", str(tmp_path), "--force"]) == 2
+    assert "is a folder" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

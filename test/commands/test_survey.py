@@ -121,7 +121,7 @@ def test_what_holds_no_trial_is_told_and_the_code_says_so(fleet, tmp_path, capsy
         (["nowhere"], "nowhere cannot be read"),
         (["."], "there is no bag in"),
         ([], "required"),
-        ([".", "--workers", "0"], "expected 1 or more"),
+        ([".", "--workers", "0"], "0 is not a number from 1 to 1000"),
         ([".", "--workers", "2", "--scheduler", "tcp://127.0.0.1:1"], "give one of the two"),
         ([".", "--config", "nowhere.yaml"], "cannot be read"),
     ],

@@ -79,10 +79,10 @@ def test_each_start_is_tried_with_each_load_and_the_best_is_taken(first):
     weighted_trials = NextTrial(knowledge, Grid.of(90.0))
     inertia = weighted_trials.sharpest(("one_over_A22",), loads[1:])
     assert inertia.survey.weights == (heavy,)
-    assert inertia.unloaded is None
+    assert inertia.survey.unloaded is None
     groups = weighted_trials.sharpest(ALL_GROUPS, loads)
     bare, *weighted = (weighted_trials.sharpest(ALL_GROUPS, (load,)).survey.expected for load in loads)
-    assert groups.unloaded.expected == bare
+    assert groups.survey.unloaded.expected == bare
     assert groups.survey.expected == (bare if bare <= 1.05 * min(weighted) else min(weighted))
 
 
@@ -90,7 +90,7 @@ def test_a_weight_that_brings_hardly_more_is_not_advised(first):
     light = Weight("inner", 1e-4, 0.1)
     found = NextTrial(first.knowledge, Grid.of(90.0)).sharpest(ALL_GROUPS, ((light,), ()))
     assert found.survey.weights == ()
-    assert found.survey is found.unloaded
+    assert found.survey.expected == found.survey.unloaded.expected
 
 
 def test_the_standard_deviations_then_are_those_of_the_values_asked_for(trials):

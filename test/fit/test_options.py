@@ -24,8 +24,8 @@ def test_without_method_the_search_is_short_and_with_one_the_paper_s():
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"window": -0.1}, "window is -0.1 s; it must be positive, or 0 for what suits the rig"),
-        ({"window": np.inf}, "window is inf s; it must be positive"),
+        ({"window": -0.1}, "window is -0.1 s; it must be at least 0.001 s, or 0 for what suits the rig"),
+        ({"window": np.inf}, "window is inf s; it must be at least 0.001 s"),
         ({"window": np.nan}, "window is nan s"),
         ({"method": "ga"}, "method is 'ga'; it must be one of iga, tga"),
     ],

@@ -19,7 +19,7 @@ Start = Callable[..., Any]
         (["--speed", "0"], "not a number from 0.001 to 1000"),
         (["--seed", "-1"], "-1 is not a number from 0 to 4294967295"),
         (["--first-count", "2147483648"], "2147483648 is not a number from -2147483648 to 2147483647"),
-        ([], "is there and is no link"),
+        ([], "something else is there"),
     ],
 )
 def test_wrong_arguments_are_told_with_exit_code_2(
@@ -31,6 +31,15 @@ def test_wrong_arguments_are_told_with_exit_code_2(
     assert line.startswith("emulator: error: ")
     assert words in line
     assert (tmp_path / "tty").read_text() == "mine"
+
+
+def test_a_port_that_cannot_come_back_ends_it_in_one_line(start_emulator: Start, tmp_path: Path) -> None:
+    (tmp_path / "mine").write_text("mine")
+    emulator = start_emulator("--unplug-at", "0.1", "--unplugged-for", "0.1", "--replug-as", str(tmp_path / "mine"))
+    assert emulator.exit_code() == 2
+    assert "something else is there" in emulator.said
+    assert "Traceback" not in emulator.said
+    assert (tmp_path / "mine").read_text() == "mine"
 
 
 def test_help_tells_the_faults(start: Start) -> None:

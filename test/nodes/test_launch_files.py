@@ -96,6 +96,7 @@ def launch(tmp_path):
         said = (tmp_path / "log").read_text()
         died = [line for line in said.splitlines() if "process has died" in line and "/lib/cdp_ident/" in line]
         assert not died, said
+        assert "Caught exception in launch" not in said.partition("user interrupted")[2], said
 
 
 @pytest.mark.parametrize("name", FILES)

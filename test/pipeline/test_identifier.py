@@ -48,6 +48,21 @@ def test_what_cannot_be_written_is_printed_all_the_same(tmp_path, capsys):
     assert printed.err.splitlines()[-1].startswith("identify: error: ")
 
 
+def test_a_report_that_cannot_be_printed_or_drawn_is_written_all_the_same(tmp_path, capsys, monkeypatch):
+    write_clean_bags(tmp_path, swing=6.0)
+
+    def fail(*_arguments):
+        raise ZeroDivisionError("float division by zero")
+
+    monkeypatch.setattr(module, "print_document", fail)
+    monkeypatch.setattr(module, "draw", fail)
+    assert main(["--bag", str(tmp_path / "swing_wide"), "--out", str(tmp_path / "out"), "--once"]) == 0
+    said = capsys.readouterr().out
+    assert "the report cannot be printed: float division by zero" in said
+    assert f"report {tmp_path / 'out'}` can draw them: float division by zero" in said
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {REPORT, FITTED, CURVES}
+
+
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_asked_to_end_when_the_search_is_over_it_writes_what_was_found(tmp_path, capsys, monkeypatch, number):
     write_clean_bags(tmp_path, swing=6.0)

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from cdp_ident.pipeline.searches import search_by_both
-from cdp_ident.report.figures.searches import search_figures
-from cdp_ident.report.searches import fitness, search_tables, shown_generations
+from cdp_ident.report.searches import fitness, search_figures, search_tables, shown_generations
 
 BAGS = Path(__file__).parents[2] / "bags"
 SHORT = {"search.population": 20, "search.generations": 25}

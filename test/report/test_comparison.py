@@ -6,7 +6,7 @@ import math
 import pytest
 
 from cdp_ident.errors import OptionError, ReportError
-from cdp_ident.report.comparison import Run, compare, fitted_quantity, read_runs
+from cdp_ident.report.comparison import compare, fitted_quantity, read_runs
 from cdp_ident.report.folder import REPORT, json_text
 
 
@@ -16,19 +16,19 @@ def table(runs, title):
 
 @pytest.fixture
 def runs(read_content):
-    return [Run("worn", read_content), Run("oiled", copy.deepcopy(read_content))]
+    return {"worn": read_content, "oiled": copy.deepcopy(read_content)}
 
 
 def test_a_change_is_told_in_units_of_its_deviation(runs):
     assert table(runs, "Base parameters")["c2/A22 = c2 / A22"][2] == "+0.0"
     assert table(runs, "Effects")["coulomb friction, outer: torque"][2] == "+0.0"
-    group = runs[1].report["after"]["groups"]["c2_over_A22"]
+    group = runs["oiled"]["after"]["groups"]["c2_over_A22"]
     group["value"] -= 5 * 2**0.5 * group["std"]
     assert table(runs, "Base parameters")["c2/A22 = c2 / A22"][2] == "-5.0 (changed)"
 
 
 def test_torques_differ_as_the_motion_shows_them_not_as_the_masses_are_known(runs):
-    torque = runs[1].report["effects"][0]["parameters"]["torque"]
+    torque = runs["oiled"]["effects"][0]["parameters"]["torque"]
     torque["value"] *= 0.9
     torque["as_fitted"]["value"] *= 0.9
     worn, oiled, difference = table(runs, "Effects")["coulomb friction, outer: torque"]
@@ -38,14 +38,14 @@ def test_torques_differ_as_the_motion_shows_them_not_as_the_masses_are_known(run
 
 
 def test_an_effect_that_only_one_has_stands_alone(runs):
-    runs[1].report["effects"] = []
+    runs["oiled"]["effects"] = []
     worn, oiled, difference = table(runs, "Effects")["coulomb friction, outer: torque"]
     assert worn.endswith(" N m)")
     assert (oiled, difference) == ("–", "–")
 
 
 def test_a_group_is_compared_even_where_it_is_hardly_seen(runs):
-    group = runs[1].report["after"]["groups"]["c1_over_A22"]
+    group = runs["oiled"]["after"]["groups"]["c1_over_A22"]
     group.update(value=0.0, std=0.02, determined=False)
     assert table(runs, "Base parameters")["c1/A22 = c1 / A22"][2].endswith("(changed)")
     group["std"] = math.inf
@@ -53,7 +53,7 @@ def test_a_group_is_compared_even_where_it_is_hardly_seen(runs):
 
 
 def test_three_runs_are_compared_with_the_first(runs):
-    runs.append(Run("third", runs[0].report))
+    runs["third"] = runs["worn"]
     groups = next(c for c in compare(runs) if c.title.startswith("Base parameters"))
     assert groups.columns[4:] == ("oiled − worn, in std", "third − worn, in std")
     assert all(len(row) == len(groups.columns) for row in groups.rows)
@@ -64,7 +64,7 @@ def test_runs_are_called_by_what_differs_in_their_paths(content, tmp_path):
         (tmp_path / name).mkdir(parents=True)
         (tmp_path / name / REPORT).write_text(json_text(content))
     both = read_runs([tmp_path / "a/report", tmp_path / "b/report"])
-    assert [run.name for run in both] == ["a/report", "b/report"]
+    assert list(both) == ["a/report", "b/report"]
     with pytest.raises(OptionError, match="is given twice"):
         read_runs([tmp_path / "a/report", tmp_path / "b/../a/report"])
     with pytest.raises(ReportError, match="there is no"):

@@ -7,11 +7,18 @@ import pytest
 from rich.console import Console
 
 from cdp_ident.report.chapters import document_of
+from cdp_ident.report.document import (
+    Chapter,
+    Charts,
+    Code,
+    Document,
+    Sentences,
+    Table,
+    markdown,
+    print_document,
+)
 from cdp_ident.report.figures.description import Figure
-from cdp_ident.report.markdown import markdown
-from cdp_ident.report.parts import Chapter, Charts, Code, Document, Sentences, Table
-from cdp_ident.report.terminal import print_report, summary
-from cdp_ident.report.wording import with_std
+from cdp_ident.report.wording import summary, with_std
 
 FIGURE = Figure("one", "Errors", "How large.", "Small.", ())
 NOTHING = {"interrupted": False, "looked_in_s": 0.0, "steps": [], "candidates": []}
@@ -72,7 +79,7 @@ def test_the_ten_best_of_what_else_was_looked_for_are_told(read_content):
 
 def printed(content):
     stream = io.StringIO()
-    print_report(Console(file=stream, width=150), content)
+    print_document(Console(file=stream, width=150), document_of(content))
     return stream.getvalue()
 
 

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 
 from cdp_ident.report.expected import compared, expected_effects
+from cdp_ident.report.filling import filled
 from cdp_ident.report.schema import REPORT
-from cdp_ident.report.schema_terms import filled
 from cdp_ident.report.wording import expected_in_words
 
 

@@ -43,6 +43,20 @@ def test_a_report_that_is_there_is_replaced_only_on_demand(tmp_path, name):
     check_folder(tmp_path, force=True)
 
 
+def test_a_link_that_leads_nowhere_is_there_too(tmp_path):
+    (tmp_path / REPORT).symlink_to("nowhere")
+    with pytest.raises(OptionError, match="--force"):
+        check_folder(tmp_path, force=False)
+
+
+def test_without_force_no_file_is_replaced_that_came_meanwhile(tmp_path):
+    check_folder(tmp_path, force=False)
+    write_files(tmp_path, {PAGE: "theirs"}, force=False)
+    with pytest.raises(OptionError, match="--force"):
+        write_files(tmp_path, {TEXT: "mine", PAGE: "mine"}, force=False)
+    assert {path.name: path.read_text() for path in tmp_path.iterdir()} == {PAGE: "theirs"}
+
+
 @pytest.mark.parametrize("out", ["file", "file/below", "dangling_link"])
 def test_what_is_no_folder_is_refused_before_any_work(tmp_path, out):
     (tmp_path / "file").write_text("")

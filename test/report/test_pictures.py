@@ -7,7 +7,7 @@ import pytest
 
 from cdp_ident.errors import ReportError
 from cdp_ident.report.folder import CURVES, FIGURES, PAGE, REPORT, TEXT
-from cdp_ident.report.pictures import draw_again
+from cdp_ident.report.pictures import draw
 
 PICTURES = {
     "errors", "candidates", "angles_1_swing_wide", "angles_2_swing_folded", "angles_3_swing_check",
@@ -39,14 +39,14 @@ def test_the_text_has_the_verdict_the_numbers_and_links_to_figures_that_are_ther
 def test_without_curves_nothing_is_drawn(report_folder, tmp_path):
     shutil.copy(report_folder / REPORT, tmp_path)
     with pytest.raises(ReportError, match=r"there is no .*curves\.npz"):
-        draw_again(tmp_path)
+        draw(tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == [REPORT]
 
 
 def test_without_being_asked_for_no_figures_are_drawn_and_the_text_links_to_none(report_folder, read_content, tmp_path):
     for name in (REPORT, CURVES):
         shutil.copy(report_folder / name, tmp_path / name)
-    draw_again(tmp_path)
+    draw(tmp_path)
     assert {path.name for path in tmp_path.iterdir()} == {REPORT, CURVES, PAGE, TEXT}
     assert (tmp_path / PAGE).read_bytes() == (report_folder / PAGE).read_bytes()
     text = (tmp_path / TEXT).read_text()

@@ -150,7 +150,7 @@ def test_an_effect_is_as_sure_as_the_models_with_it_are_probable(traced):
     assert effect.probability > 0.98
     assert effect.log10_odds > 10.0
     assert effect.also_possible == ()
-    assert effect.holdout_without > effect.holdout_with == traced.after.holdout.rmse()
+    assert effect.rmse_holdout_before > effect.rmse_holdout_after == traced.after.holdout.rmse()
 
 
 def test_a_disturbance_in_what_is_held_out_is_told_and_not_fitted(spoilt):

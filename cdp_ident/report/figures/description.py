@@ -111,6 +111,12 @@ class Axis:
     """Places with names, the first on top; where there are none, places are numbers."""
     limits: tuple[float, float] | None = None
 
+    @property
+    def ends(self) -> tuple[float, float]:
+        """The ends of an axis whose places have names, with room for what is around the first and the last."""
+        places = [place for place, _ in self.ticks]
+        return min(places) - 0.6, max(places) + 0.6
+
 
 def named(names: Iterable[str]) -> Axis:
     """Return an axis with names at the places 0, 1 and so on."""

@@ -121,9 +121,8 @@ def _trace(mark: Mark, panel: Panel, arrays: Arrays) -> Json:
             "hovertemplate": "%{text}",
         }  # fmt: skip
     if isinstance(mark, Level):
-        ends = [min(place for place, _ in panel.y.ticks) - 0.6, max(place for place, _ in panel.y.ticks) + 0.6]
         return trace | {
-            "mode": "lines", "x": [mark.value, mark.value], "y": ends, "hoverinfo": "name",
+            "mode": "lines", "x": [mark.value, mark.value], "y": list(panel.y.ends), "hoverinfo": "name",
             "line": {"color": _colour(mark.colour), "width": 2, "dash": "dot"},
         }  # fmt: skip
     return trace | _intervals(mark)
@@ -176,11 +175,10 @@ def _axis(axis: Axis, which: str) -> Json:
     if axis.limits:
         drawn["range"] = list(axis.limits)
     if axis.ticks:
-        places = [place for place, _ in axis.ticks]
-        ends = [min(places) - 0.6, max(places) + 0.6]
+        places, names = zip(*axis.ticks, strict=True)
         drawn |= {
-            "tickvals": places, "ticktext": [_literal(name) for _, name in axis.ticks], "zeroline": False,
-            "range": ends[::-1] if which == "y" else ends, "tickfont": {"size": 11, "color": _colour("ink")},
+            "tickvals": list(places), "ticktext": [*map(_literal, names)], "zeroline": False,
+            "range": sorted(axis.ends, reverse=which == "y"), "tickfont": {"size": 11, "color": _colour("ink")},
             "tickangle": 0, "showgrid": False,
         }  # fmt: skip
     return drawn

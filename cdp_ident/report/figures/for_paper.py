@@ -98,7 +98,7 @@ def _axis(axis: Axis, ax: Axes, which: str) -> None:
     if axis.ticks:
         places, names = zip(*axis.ticks, strict=True)
         getattr(ax, f"set_{which}ticks")(places, [_literal(name) for name in names], fontsize=7.5, linespacing=0.95)
-        getattr(ax, f"set_{which}lim")(*sorted((min(places) - 0.6, max(places) + 0.6), reverse=which == "y"))
+        getattr(ax, f"set_{which}lim")(*sorted(axis.ends, reverse=which == "y"))
 
 
 def _mark(mark: Mark, ax: Axes) -> None:

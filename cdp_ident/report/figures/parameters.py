@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 
 from cdp_ident.diagnosis.identifiability import CONFIDENCE
-from cdp_ident.report.comparison import Run
 from cdp_ident.report.figures.description import Axis, Figure, Heat, Intervals, Level, Panel, beside, named
 from cdp_ident.report.figures.errors import wrapped
 from cdp_ident.report.figures.palette import series
@@ -23,7 +22,7 @@ def against_nominal(report: Section) -> Figure:
         if quantity["std"] != 0.0  # as one that is given has
     }
     undetermined = [symbol for symbol, quantity in after["physical"].items() if not quantity["determined"]]
-    ratios = (f"{short_name(s)} {q['value'] / groups[s]:.4g}" for s, q in after["groups"].items())
+    ratios = (f"{short_name(s)} {q['value'] / groups[s]:.4g}" for s, q in after["groups"].items() if groups[s])
     return Figure(
         "parameters",
         "Parameters against nominal",
@@ -113,13 +112,13 @@ def repeatability(report: Section) -> Iterator[Figure]:
     )
 
 
-def runs_compared(runs: Sequence[Run]) -> Figure:
-    """Return the base parameters of several reports against those of the first."""
-    first = runs[0].name
+def runs_compared(runs: Mapping[str, Section]) -> Figure:
+    """Return the base parameters of several reports, by name, against those of the first."""
+    estimates = [(name, report["after"]["groups"]) for name, report in runs.items()]
+    first, joint = estimates[0]
     title = f"Base parameters against those of {first}"
     figure = Figure("compare_groups", title, "Of each final model, with 95 % intervals.", "", ())
-    estimates = [(run.name, run.report["after"]["groups"]) for run in runs]
-    return estimates_against(estimates, estimates[0][1], figure, f"difference from {first} [%]", "no difference")
+    return estimates_against(estimates, joint, figure, f"difference from {first} [%]", "no difference")
 
 
 def estimates_against(

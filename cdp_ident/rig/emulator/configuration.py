@@ -1,5 +1,6 @@
 """The YAML file that describes an emulated rig."""
 
+import math
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, TypeVar
@@ -18,7 +19,7 @@ from cdp_ident.rig.emulator.drive import Drive
 from cdp_ident.rig.emulator.effects import mapping, parse_effects
 from cdp_ident.rig.emulator.script import DEFAULT_SCRIPT, Command, MoveCart, WaitForCommand, parse_script
 from cdp_ident.rig.emulator.weights import with_weights
-from cdp_ident.user_input import number
+from cdp_ident.user_input import limits_of, number
 from cdp_ident.yaml_file import read_yaml
 
 _Part = TypeVar("_Part", Encoders, Drive)
@@ -74,11 +75,11 @@ def load_rig(path: Path) -> EmulatedRig:
         for symbol, value in mapping(content.get("parameters", {}), f"{path}: parameters", tuple(NOMINAL)).items()
     }
     script = parse_script(content["script"], f"{path}: script") if "script" in content else rig.script
-    drive = _of_fields(content["drive"], Drive(), f"{path}: drive", 1e-4, 1000.0) if "drive" in content else None
+    drive = _of_fields(content["drive"], Drive(), f"{path}: drive") if "drive" in content else None
     rig = replace(
         rig,
         parameters=rig.parameters | parameters,
-        encoders=_of_fields(content.get("encoders", {}), rig.encoders, f"{path}: encoders", 0.0, 2**31),
+        encoders=_of_fields(content.get("encoders", {}), rig.encoders, f"{path}: encoders"),
         rate=number(content.get("rate", rig.rate), f"{path}: rate", minimum=1.0, maximum=5000.0),
         clock_error=number(content.get("clock_error", 0.0), f"{path}: clock_error", minimum=-0.01, maximum=0.01),
         drive=drive,
@@ -99,8 +100,11 @@ def load_rig(path: Path) -> EmulatedRig:
     return replace(rig, effects=effects)
 
 
-def _of_fields(content: Any, defaults: _Part, where: str, least: float, most: float) -> _Part:
+def _of_fields(content: Any, defaults: _Part, where: str) -> _Part:
     """Return a part of the rig, with the numbers that a mapping gives by the names of its fields."""
     values = mapping(content, where, tuple(vars(defaults)))
-    given = {key: number(value, f"{where}: {key}", least, most) for key, value in values.items()}
+    limits, given = limits_of(type(defaults)), {}
+    for key, value in values.items():
+        least, most, _ = limits[key]
+        given[key] = number(value, f"{where}: {key}", least or 0.0, most or math.inf)
     return replace(defaults, **{key: type(getattr(defaults, key))(value) for key, value in given.items()})

@@ -3,6 +3,7 @@
 import math
 from contextlib import suppress
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 import numpy.typing as npt
@@ -10,6 +11,7 @@ import numpy.typing as npt
 from cdp_ident.rig.codec import Codec, FrameError
 from cdp_ident.rig.joints import HANGING
 from cdp_ident.rig.records import UNSIGNED_32, CartCommand, Hello, Sample, signed_32
+from cdp_ident.user_input import Limits
 
 Array = npt.NDArray[np.float64]
 
@@ -17,16 +19,17 @@ _LONGEST_COMMAND = 64
 """No command's frame is longer [bytes]."""
 _HELLO_EVERY = 1.0
 """Time between greetings [s]."""
+_Counts = Annotated[int, Limits(1, 2**31)]
 
 
 @dataclass(frozen=True)
 class Encoders:
     """The encoders of an emulated rig."""
 
-    metres_per_count: float = 1e-5
-    inner_counts_per_turn: int = 8000
-    outer_counts_per_turn: int = 8000
-    noise: float = 0.0
+    metres_per_count: Annotated[float, Limits(1e-9, 1.0)] = 1e-5
+    inner_counts_per_turn: _Counts = 8000
+    outer_counts_per_turn: _Counts = 8000
+    noise: Annotated[float, Limits(0.0, 1.0)] = 0.0
     """Standard deviation of a joint's angle before it is counted [rad]."""
 
 

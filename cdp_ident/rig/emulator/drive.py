@@ -2,26 +2,29 @@
 
 import math
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.rig.records import WATCHDOG_SECONDS
+from cdp_ident.user_input import Limits
 
 Array = npt.NDArray[np.float64]
+_Size = Annotated[float, Limits(1e-4, 1000.0)]
 
 
 @dataclass(frozen=True)
 class Drive:
     """What a cart's drive can do."""
 
-    lag: float = 0.01
+    lag: _Size = 0.01
     """Time constant with which the cart follows its set point [s]."""
-    acceleration: float = 20.0
+    acceleration: _Size = 20.0
     """The largest [m/s^2]."""
-    speed: float = 3.0
+    speed: _Size = 3.0
     """The highest [m/s]."""
-    rail: float = 0.5
+    rail: _Size = 0.5
     """The cart stays within so much of its zero [m]."""
 
 

@@ -1,5 +1,6 @@
 """The emulated cable's end at the computer: a pseudo-terminal behind a link."""
 
+import errno
 import fcntl
 import os
 import termios
@@ -22,22 +23,26 @@ class PseudoTerminal:
 
     def __init__(self, link: Path) -> None:
         """Make the port. Raises `RigError` where the link's place is taken by something else or not writable."""
-        if link.exists() and not link.is_symlink():
-            raise RigError(f"{link} is there and is no link: give --link another name")
         self.link = link
         self._device, self._computer = os.openpty()
+        port = Path(os.ttyname(self._computer))
         tty.setraw(self._computer)
         os.set_blocking(self._device, False)
         self._pending = b""
         self._taken = time.monotonic()
         try:
+            if os.path.lexists(link) and not (link.is_symlink() and link.readlink().parent == port.parent):
+                raise FileExistsError(errno.EEXIST, "something else is there")
             link.parent.mkdir(parents=True, exist_ok=True)
             new = beside(link)
-            new.symlink_to(os.ttyname(self._computer))
-            new.replace(link)
+            new.symlink_to(port)
+            try:
+                new.replace(link)
+            finally:
+                new.unlink(missing_ok=True)
         except OSError as error:
             self.unplug()
-            raise RigError(f"the link {link} cannot be made: {error.strerror}") from error
+            raise RigError(f"the link {link} cannot be made: {error.strerror}; give --link another name") from error
 
     def write(self, data: bytes) -> None:
         """Send bytes. What the computer takes too late is lost, as on a cable that nobody listens to."""

@@ -44,6 +44,9 @@ class WaitForCommand:
     """Leave everything as it is until the cart's drive obeys a command."""
 
 
+_LONGEST = 1e6
+"""Seconds, of a wait or a motion of the hand."""
+
 Command = Wait | Hold | LetGo | MoveCart | WaitForCommand
 
 DEFAULT_SCRIPT: tuple[Command, ...] = (
@@ -77,7 +80,7 @@ def _command(entry: Any, where: str) -> Command:
     ((name, value),) = entry.items()
     refuse_unknown([name], _NAMES, f"command in {where}")
     if name == "wait":
-        return Wait(number(value, f"{where}: wait", minimum=0.0))
+        return Wait(number(value, f"{where}: wait", minimum=0.0, maximum=_LONGEST))
     if name == "hold":
         values = _numbers(value, ("theta1", "theta2"), f"{where}: hold")
         return Hold(**values)
@@ -94,6 +97,6 @@ def _numbers(value: Any, needed: tuple[str, ...], where: str) -> dict[str, float
     if missing:
         raise OptionError(f"{where}: {', '.join(missing)} is missing")
     return {
-        name: number(entry, f"{where}: {name}", minimum=0.01 if name == "within" else -1000.0)
+        name: number(entry, f"{where}: {name}", *((0.01, _LONGEST) if name == "within" else (-1000.0, 1000.0)))
         for name, entry in value.items()
     }

@@ -33,8 +33,11 @@ def test_a_value_that_the_trials_do_not_show_at_all_has_no_end(read_content):
 
 
 def test_a_nominal_value_of_zero_is_left_out(read_content):
-    read_content["run"]["options"]["nominal.m0"] = 0.0
-    assert "m0" not in [name for _, name in against_nominal(read_content).panels[1].y.ticks]
+    read_content["run"]["options"] |= {"nominal.m0": 0.0, "nominal.c1": 0.0}
+    figure = against_nominal(read_content)
+    assert not {"m0", "c1"} & {name for _, name in figure.panels[1].y.ticks}
+    assert "c2/A22" in figure.alternative
+    assert "c1/A22" not in figure.alternative
 
 
 def test_correlations_are_of_the_final_model(read_content):

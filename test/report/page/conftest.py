@@ -39,19 +39,7 @@ class Visit:
         self.page.on("pageerror", lambda error: self.complaints.append(str(error)))
         self.page.on("dialog", lambda dialog: (self.complaints.append(dialog.message), dialog.dismiss()))
         self.page.on("request", lambda request: self.requests.append(request.url))
-        self.page.goto(path.as_uri())
-        self.page.locator("body[data-ready=true]").wait_for()
-
-    def draw_all(self):
-        """Scroll through the page, from each chart that is not drawn yet to the next, until every one is drawn."""
-        self.until(
-            """() => {
-          const next = [...document.querySelectorAll('.plot')].find((plot) => !plot.querySelector('.main-svg'));
-          next?.scrollIntoView({ behavior: 'instant' });
-          return !next;
-        }""",
-            pause=100,
-        )
+        self.page.goto(path.as_uri())  # which waits until it is loaded, charts and all
 
     def until(self, condition, argument=None, trying=lambda: None, pause=20):
         """Wait until a script returns something true, and try something every so many milliseconds until then.
@@ -100,7 +88,6 @@ def visit(browser, report_folder):
 def opened(browser, report_folder):
     """The report, opened and drawn once: a page takes a browser seconds. What went wrong then is kept."""
     visited = Visit(browser, report_folder / PAGE, DESKTOP)
-    visited.draw_all()
     visited.at_first = tuple(visited.complaints)
     yield visited
     visited.close()

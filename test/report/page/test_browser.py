@@ -8,13 +8,12 @@ import pytest
 
 from cdp_ident.configuration.settings import Settings
 from cdp_ident.report.chapters import document_of
-from cdp_ident.report.comparison import Run, compare
+from cdp_ident.report.comparison import compare
 from cdp_ident.report.curves import Curves
+from cdp_ident.report.document import Chapter, Charts, Document
 from cdp_ident.report.figures.parameters import runs_compared
-from cdp_ident.report.folder import COMPARISON_PAGE, PAGE
-from cdp_ident.report.page.rendering import report_html
-from cdp_ident.report.parts import Chapter, Charts, Document
-from cdp_ident.report.pictures import draw_comparison
+from cdp_ident.report.folder import PAGE
+from cdp_ident.report.page import page_of
 from cdp_ident.survey.contents import survey
 from cdp_ident.survey.page import survey_html
 from scenarios.fleet import finished
@@ -88,7 +87,6 @@ def test_everything_is_drawn_without_complaint_and_without_network(opened, deskt
 
 def test_everything_is_drawn_for_a_phone_in_the_dark_and_for_printing(visit):
     visited = visit(viewport=PHONE, color_scheme="dark")
-    visited.draw_all()
     assert_everything_is_there(visited, PHONE["width"])
     assert visited.page.locator(".controls").is_visible()
     assert visited.page.inner_text("#play") == "Pause"  # it plays by itself
@@ -185,7 +183,6 @@ def test_a_drag_zooms_all_panels_and_a_double_click_shows_all_again(desktop):
     page = desktop.page
     plot = page.locator("[data-figure^=angles_1]")
     plot.scroll_into_view_if_needed()
-    plot.locator(".nsewdrag").first.wait_for(state="attached")
     (whole,) = ranges(plot)  # one axis for all panels
     box = plot.locator(".nsewdrag").first.bounding_box()
     middle = box["y"] + box["height"] / 2
@@ -208,7 +205,6 @@ def test_the_keyboard_zooms_a_chart(desktop):
     page = desktop.page
     plot = page.locator("[data-figure=parameters]")
     plot.scroll_into_view_if_needed()
-    plot.locator(".main-svg").first.wait_for(state="attached")
     before = ranges(plot)
     plot.focus()
     page.keyboard.press("+")
@@ -223,7 +219,6 @@ def test_the_keyboard_zooms_a_chart(desktop):
 def test_a_name_above_a_chart_hides_its_curves(desktop):
     page = desktop.page
     figure = page.locator("#figure-errors")
-    figure.locator(".bars path").first.wait_for(state="attached")
     bars = figure.locator(".bars .point").count()
     button = figure.get_by_role("button", name="before: the paper's model, fitted")
     button.click()
@@ -233,7 +228,6 @@ def test_a_name_above_a_chart_hides_its_curves(desktop):
 
 def test_charts_follow_the_theme(desktop):
     plot = desktop.page.locator("[data-figure=errors]")
-    plot.locator(".ytick text").first.wait_for(state="attached")
 
     def ink():
         return plot.locator(".ytick text").first.evaluate("text => getComputedStyle(text).fill")
@@ -270,7 +264,7 @@ def test_a_rig_that_lacks_nothing_has_a_page_too_and_all_of_it_is_printed(visit,
     trial = replace(shown_curves.trials[0], run_before=np.full_like(shown_curves.trials[0].measured, np.nan))
     after = replace(shown_curves.after, effects=shown_curves.after.effects[:0])
     curves = Curves((trial,), shown_curves.before, after)
-    (tmp_path / PAGE).write_text(report_html(report, curves, document_of(report, curves)))
+    (tmp_path / PAGE).write_text(page_of(document_of(report, curves), report, curves))
     visited = visit(tmp_path / PAGE)
     visited.page.evaluate("dispatchEvent(new Event('beforeprint'))")
     assert visited.page.locator(".plot:not([data-drawn])").count() == 0
@@ -297,9 +291,8 @@ def hostile(value, key=""):
 
 def test_text_from_bags_and_files_stays_text(visit, read_content, shown_curves, tmp_path):
     report = hostile(read_content)
-    (tmp_path / PAGE).write_text(report_html(report, shown_curves, document_of(report, shown_curves)))
+    (tmp_path / PAGE).write_text(page_of(document_of(report, shown_curves), report, shown_curves))
     visited = visit(tmp_path / PAGE)
-    visited.draw_all()
     visited.page.wait_for_timeout(200)
     assert visited.complaints == []
     assert visited.page.locator("img").count() == 0
@@ -310,9 +303,9 @@ def test_text_from_bags_and_files_stays_text(visit, read_content, shown_curves, 
 
 
 def comparison(read_content):
-    runs = [Run("worn", read_content), Run(f"oiled{EVIL}", hostile(read_content))]
+    runs = {"worn": read_content, f"oiled{EVIL}": hostile(read_content)}
     chapter = Chapter("result", "", [*compare(runs), Charts([runs_compared(runs)])])
-    return draw_comparison(Document("compared", f"worn, oiled{EVIL}", "", [chapter])).files[COMPARISON_PAGE]
+    return page_of(Document("compared", f"worn, oiled{EVIL}", "", [chapter]))
 
 
 def survey_of_rigs(read_content):
@@ -332,7 +325,6 @@ def test_other_documents_are_pages_of_the_same_kind(visit, read_content, tmp_pat
     (tmp_path / "other.html").write_text(made(read_content))
     for viewport in (DESKTOP, PHONE):
         visited = visit(tmp_path / "other.html", viewport=viewport)
-        visited.draw_all()
         assert visited.complaints == []
         assert visited.page.evaluate("document.documentElement.scrollWidth") <= viewport["width"]
         assert visited.page.locator("img").count() == 0

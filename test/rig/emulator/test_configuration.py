@@ -141,6 +141,8 @@ def test_the_drive_that_the_example_file_names_is_the_default_one(tmp_path: Path
         ("effects: {cogging_torque: {inner: {sine: 0, cosine: 0, periods: 2.5}}}", "not in the catalogue"),
         ("effects: {time_offset: {outer: {delay: -0.01}}}", "delay is -0.01"),
         ("encoders: {noise: -1}", "noise is -1"),
+        ("encoders: {metres_per_count: 1.0e-300}", "metres_per_count is 1e-300"),
+        ("encoders: {inner_counts_per_turn: 0}", "inner_counts_per_turn is 0"),
         ("added: {outer: 0.05}", "added.outer is 0.05"),
         ("added: {outer: [-0.05, 0.3]}", "added.outer is -0.05"),
         ("added: {middle: [0.05, 0.3]}", "unknown key"),

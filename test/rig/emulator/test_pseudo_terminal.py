@@ -63,7 +63,7 @@ def test_a_port_whose_reader_was_killed_can_be_opened_again(tmp_path: Path) -> N
 
 def test_a_new_port_takes_the_place_of_a_link_left_behind_and_removes_only_its_own(tmp_path: Path) -> None:
     link = tmp_path / "tty"
-    link.symlink_to("/nowhere")
+    link.symlink_to("/dev/pts/99999")
     first = PseudoTerminal(link)
     second = PseudoTerminal(link)
     first.unplug()
@@ -73,7 +73,16 @@ def test_a_new_port_takes_the_place_of_a_link_left_behind_and_removes_only_its_o
     assert list(tmp_path.iterdir()) == []
 
 
+def test_a_link_of_the_user_s_stays(tmp_path: Path) -> None:
+    (tmp_path / "tty").symlink_to("ttyACM0")
+    with pytest.raises(RigError, match="something else is there"):
+        PseudoTerminal(tmp_path / "tty")
+    assert str((tmp_path / "tty").readlink()) == "ttyACM0"
+
+
 def test_a_link_that_cannot_be_made_is_told(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
-    with pytest.raises(RigError, match="cannot be made"):
-        PseudoTerminal(tmp_path / "file" / "tty")
+    for link in ("file/tty", "a" * 300):
+        with pytest.raises(RigError, match="cannot be made"):
+            PseudoTerminal(tmp_path / link)
+    assert [path.name for path in tmp_path.iterdir()] == ["file"]

@@ -16,31 +16,40 @@ from cdp_ident.errors import ReportError
 from cdp_ident.model.acting import outer_rod_length
 from cdp_ident.report.chapters import base_parameters
 from cdp_ident.report.curves import Curves
+from cdp_ident.report.document import Document
 from cdp_ident.report.figures.for_page import Arrays, plotly_figure
 from cdp_ident.report.figures.motion import shown_samples
 from cdp_ident.report.figures.palette import DARK, LIGHT
-from cdp_ident.report.parts import Document
 from cdp_ident.report.schema import Section
 from cdp_ident.report.wording import models, nominal_value, role_words
 
-_LOADER = jinja2.PackageLoader("cdp_ident.report.page", "templates")
+_LOADER = jinja2.PackageLoader("cdp_ident.report", "templates")
 
 
-def report_html(report: Section, curves: Curves, document: Document) -> str:
-    """Return `report.html`.
+def page_of(document: Document, report: Section | None = None, curves: Curves | None = None) -> str:
+    """Return a document as a page; that of a report has its pendulum, too, drawn from its curves.
 
     Raises:
-        ReportError: plotly is not installed.
+        ReportError: plotly, which draws the charts, is not installed.
     """
-    arrays = Arrays()
-    content = {
-        "report": report,
-        "models": models(report),
-        "role": role_words,
-        "base": base_parameters(report, short=True),
-    }
-    player = _player(report, curves, arrays)
-    return render_page(document, "report.html", content, {"player": player}, arrays, ("charts.js", "player.js"))
+    environment, plotly, arrays, scripts = _pages(), _plotly(), Arrays(), ["charts.js"]
+    data = {"themes": {"light": LIGHT, "dark": DARK}, "arrays": arrays.texts}
+    data["figures"] = {figure.name: plotly_figure(figure, arrays) for figure in document.figures}
+    content: dict[str, Any] = {"document": document}
+    if report and curves:
+        scripts.append("player.js")
+        data["player"] = _player(report, curves, arrays)
+        content |= {"report": report, "models": models(report), "role": role_words}
+        content["base"] = base_parameters(report, short=True)
+    return environment.get_template("report.html" if report else "document.html").render(
+        style=Markup(environment.get_template("style.css").render(light=LIGHT, dark=DARK)),
+        plotly=plotly,
+        packed=_packed(plotly),
+        scripts=[Markup(_LOADER.get_source(environment, name)[0]) for name in scripts],
+        digest=_digest,
+        data=data,
+        **content,
+    )
 
 
 def _player(report: Section, curves: Curves, arrays: Arrays) -> dict[str, Any]:
@@ -64,41 +73,6 @@ def _player(report: Section, curves: Curves, arrays: Arrays) -> dict[str, Any]:
             for curve in curves.trials
         ],
     }
-
-
-def render_page(
-    document: Document,
-    template: str = "document.html",
-    content: dict[str, Any] | None = None,
-    data: dict[str, Any] | None = None,
-    arrays: Arrays | None = None,
-    scripts: tuple[str, ...] = ("charts.js",),
-) -> str:
-    """Return a document as a page.
-
-    Args:
-        document: what it says.
-        template: its name.
-        content: what the template takes beside the document, by name.
-        data: what the scripts take beside the figures.
-        arrays: where the arrays of `data` are kept.
-        scripts: names of its own scripts.
-
-    Raises:
-        ReportError: plotly, which draws the charts, is not installed.
-    """
-    environment, plotly, arrays = _pages(), _plotly(), arrays or Arrays()
-    drawn = {figure.name: plotly_figure(figure, arrays) for figure in document.figures}
-    return environment.get_template(template).render(
-        document=document,
-        style=Markup(environment.get_template("style.css").render(light=LIGHT, dark=DARK)),
-        plotly=plotly,
-        packed=_packed(plotly),
-        scripts=[Markup(_LOADER.get_source(environment, name)[0]) for name in scripts],
-        digest=_digest,
-        data={"arrays": arrays.texts, "figures": drawn, "themes": {"light": LIGHT, "dark": DARK}, **(data or {})},
-        **(content or {}),
-    )
 
 
 @cache

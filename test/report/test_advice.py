@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from cdp_ident.report.figures.next_trial import next_trial
+from cdp_ident.report.advice import advice_map
 
 
 def test_the_map_has_each_start_and_at_the_one_to_take_a_dot_and_what_the_words_say(read_content):
-    (figure,) = next_trial(read_content)
+    (figure,) = advice_map(read_content)
     advice = read_content["next_trial"]["advice"][0]
     heat, dot = figure.panels[0].marks
     inner, outer = (int(place[0]) for place in (dot.x, dot.y))
@@ -23,7 +23,7 @@ def test_the_map_has_each_start_and_at_the_one_to_take_a_dot_and_what_the_words_
 
 def test_starts_without_a_motion_are_left_blank(read_content):
     read_content["next_trial"]["advice"][0]["map"]["values"][0] = [np.inf] * 8
-    (figure,) = next_trial(read_content)
+    (figure,) = advice_map(read_content)
     assert not np.isfinite(figure.panels[0].marks[0].matrix[:, 0]).any()
 
 
@@ -31,14 +31,14 @@ def test_two_effects_have_a_scale_of_their_own(read_content):
     advice = read_content["next_trial"]["advice"][0]
     advice["against"] = "air_drag.outer"
     advice["map"]["values"] = [[7.0] * 12 for _ in range(12)]
-    (figure,) = next_trial(read_content)
+    (figure,) = advice_map(read_content)
     assert figure.panels[0].marks[0].limits == (-7.0, 7.0)
 
 
 def test_what_no_trial_shows_yet_is_drawn_by_its_interval_then_and_starts_that_show_nothing_are_left_blank(
     read_content,
 ):
-    (figure,) = next_trial(read_content)
+    (figure,) = advice_map(read_content)
     advice, panel = read_content["next_trial"]["advice"][-1], figure.panels[-1]
     assert panel.title == "A22, with a weight [± %]"
     heat = panel.marks[0]

@@ -50,6 +50,15 @@
     plot.dataset.drawn = "true";
   };
 
+  // Who captures or prints the page waits until it has loaded, and it has not while an image is loading. So images that
+  // are none follow each other until all charts are drawn, or one cannot be.
+  let drawing = true;
+  const hold = () => {
+    const image = new Image();
+    image.onerror = () => drawing && hold();
+    image.src = "data:,";
+  };
+
   // plotly.js takes a second to start; the page is there before.
   const start = async () => {
     const packed = new Blob([bytes(document.getElementById("plotly").textContent)]);
@@ -58,8 +67,10 @@
     document.body.append(script);
     const next = () => {
       const plot = plots.find((one) => !one.dataset.drawn);
+      drawing = false;
       if (!plot) return;
       draw(plot);
+      drawing = true;
       setTimeout(next);
     };
     next();
@@ -72,7 +83,6 @@
       // Without a width of their own, charts keep the sheet's.
       again().forEach((plot) => Plotly.Plots.resize(plot));
     });
-    document.body.dataset.ready = "true";
   };
 
   const plots = [...document.querySelectorAll(".plot")];
@@ -125,5 +135,9 @@
       if (plot.dataset.drawn) draw(plot);
     });
   }
-  requestAnimationFrame(() => setTimeout(start));
+  hold();
+  requestAnimationFrame(() => setTimeout(() => start().catch((error) => {
+    drawing = false;
+    throw error;
+  })));
 })();

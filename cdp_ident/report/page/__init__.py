@@ -1,1 +1,0 @@
-"""The report as a page for a browser and as a text for version control."""
