@@ -36,6 +36,7 @@ _OTHERS = {
     b"#ROSBAG": "a bag of ROS 1: `rosbags-convert --src {path} --dst FOLDER` makes one of ROS 2, which identify takes",
     b"MATLAB": f"a file of MATLAB: {_IN_MATLAB}; without it, `scipy.io.loadmat` of Python reads plain arrays",
     b"\x89HDF": f"a file of MATLAB 7.3 (HDF5): {_IN_MATLAB}",
+    b"header:\n": "what `ros2 topic echo` prints: with --csv it prints a table",
     b"PK\x03\x04": "a spreadsheet or an archive: save the sheet as CSV",
 }
 """What files that are no text begin with, and what to do with them."""
@@ -63,6 +64,11 @@ class Table:
             line, cell = self.no_numbers[place]
             raise BagError(f"{self.path}, line {line}, column {place}: {cell[:40]!r} is not a number")
         return self.values[:, place]
+
+    def joint(self, place: int) -> str:
+        """Return what a joint is called whose angle stands in a column, and the column by its user."""
+        texts = [title.text for title in self.titles]
+        return texts[place] if texts and texts[place] and texts.count(texts[place]) == 1 else str(place)
 
     def unit(self, place: int) -> str:
         """Return the unit that a column's title states; empty where there is none."""
@@ -159,8 +165,8 @@ def _text(path: Path) -> str:
                 content = stream.read(_LARGEST + 1)
             if len(content) > _LARGEST:
                 raise BagError(f"{path} unfolds to more than {_LARGEST} bytes: it is not read as CSV")
-        if content[:2] in (b"\xff\xfe", b"\xfe\xff"):
-            return content.decode("utf-16")
+        if content[:2] in (b"\xff\xfe", b"\xfe\xff") or content[1:2] == b"\0":
+            return content.decode("utf-16" if content[1:2] != b"\0" else "utf-16-le")
         try:
             return content.decode("utf-8-sig")
         except UnicodeDecodeError:
@@ -172,7 +178,7 @@ def _text(path: Path) -> str:
 
 def _lines(path: Path, text: str) -> Iterator[Line]:
     """Yield the lines that are not blank; no copy of the text is made."""
-    for number, line in enumerate(re.finditer(r"[^\n]*(?:\n|$)", text), start=1):
+    for number, line in enumerate(re.finditer(r"[^\r\n]*(?:\r\n?|\n|$)", text), start=1):
         if line.end() - line.start() > _LONGEST_LINE:
             raise BagError(f"{path}, line {number} has more than {_LONGEST_LINE} letters: it is no row of a table")
         if line[0].strip():

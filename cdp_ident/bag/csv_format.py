@@ -17,7 +17,8 @@ _MISSING = {"", "na", "n/a", "#n/a", "nan", "null", "none", "-", "--", "?"}
 _NUMERIC = 0.5
 """Share of a column's cells that are numbers where the column is one of numbers."""
 _DATE = re.compile(
-    r"(?:(\d{4})-(\d\d)-(\d\d)[T ]|\d+([./])\d+\4\d+ )?(\d\d?):(\d\d):(\d\d(?:[.,]\d+)?)\s*(?:Z|([+-]\d\d):?(\d\d))?",
+    r"(?:(\d{4})-(\d\d)-(\d\d)[T ]|\d+([./])\d+\4\d+ )?(?:(\d\d?):)?(\d\d?):(\d\d(?:[.,:]\d+)?)\s*([AP]M)?"
+    r"(?:Z|([+-]\d\d):?(\d\d))?",
     re.IGNORECASE,
 )
 
@@ -113,8 +114,9 @@ def _seconds(cell: str) -> float | None:
     if match is None:
         return None
     # Of other dates the day and the month may be exchanged: their time of day is taken.
-    year, month, day, _, hour, minute, second, zone_hours, zone_minutes = match.groups()
-    of_day = 3600.0 * int(hour) + 60.0 * int(minute) + float(second.replace(",", "."))
+    year, month, day, _, hour, minute, second, half, zone_hours, zone_minutes = match.groups()
+    hours = int(hour or 0) % 12 + 12 * (half.upper() == "PM") if half else int(hour or 0)
+    of_day = 3600.0 * hours + 60.0 * int(minute) + float(re.sub("[,:]", ".", second))
     if year is None:
         return of_day
     try:

@@ -16,6 +16,8 @@ _UNITS = {
     "ns": ("ns", "nsec", "nanoseconds"),
     "rad": ("rad", "rads", "radian", "radians"),
     "deg": ("deg", "degs", "degree", "degrees", "°", "grad"),
+    "mrad": ("mrad", "milliradian", "milliradians"),
+    "gon": ("gon", "gons", "gradian", "gradians"),
     "turns": ("turn", "turns", "rev", "revs", "revolutions"),
     "counts": ("count", "counts", "ticks", "inc", "increments"),
     "m": ("m", "metre", "metres", "meter", "meters"),
@@ -27,7 +29,7 @@ _CANONICAL = {spelling: unit for unit, spellings in _UNITS.items() for spelling 
 _BRACKETS = re.compile(r"^(.*?)\s*[\[({<]\s*([^\])}>]*?)\s*[\])}>]\s*$")
 _SUFFIX = re.compile(r"^(.+?)(?:\s*/\s*|\s+in\s+|_|\s+)([^\W\d_]+|°)$")
 
-ANGLE_UNITS = ("rad", "deg", "turns", "counts")
+ANGLE_UNITS = ("rad", "deg", "mrad", "gon", "turns", "counts")
 
 _SECONDS, _NANOSECONDS = re.compile("(.*)secs?"), "{}nanosecs?|{}nsecs?"
 TIME, FRAME, INNER, OUTER, CART = "time", "frame", "inner", "outer", "cart"
@@ -80,7 +82,7 @@ class Title:
         """Understand a title such as `theta1 [deg]`, `theta1/deg`, `theta1_deg`; `unit` is what stands beneath it."""
         name, stated = text.strip(), unit.strip(" []()")
         match = _BRACKETS.match(name) or _SUFFIX.match(name)
-        if match and (match.re is _BRACKETS or is_unit(match[2])):
+        if match and (is_unit(match[2]) or (match.re is _BRACKETS and not match[2].isdigit())):
             name, stated = match[1].strip(), stated or match[2]
         stated = stated or (name if name.casefold() in _TIMES_BY_UNIT.split() else "")
         return cls(text.strip(), name, _CANONICAL.get(stated.casefold(), ""))

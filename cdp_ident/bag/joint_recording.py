@@ -32,7 +32,7 @@ _MOST_LAYOUTS = 1 << 14
 
 @dataclass(frozen=True)
 class JointRecording(Rows):
-    """The joint positions that a bag holds on one topic, in the order of their receipt."""
+    """The joint positions that a bag holds on one topic, in the order in which they are stored."""
 
     name: str
     """What people call the bag."""
@@ -40,7 +40,7 @@ class JointRecording(Rows):
     joints: tuple[str, ...]
     """Every joint that is named in any message."""
     stamps: Times
-    """(n,) of the messages' headers [ns since the epoch]; 0 where a message has none."""
+    """(n,) of the messages' headers [ns since the epoch]; 0 where a message has none, or one that is no time."""
     positions: Array
     """(n, joints) positions as recorded [rad or m]; NaN where a message does not name the joint."""
     notes: tuple[str, ...]
@@ -50,7 +50,7 @@ class JointRecording(Rows):
     efforts: Array | None = None
     """(n, joints) efforts as recorded [N m or N], NaN where a message has none; None where no message has any."""
     receipts: Times | None = None
-    """(n,) times of receipt, ascending [ns since the epoch]; None where nothing was received."""
+    """(n,) times of receipt [ns since the epoch]; None where nothing was received."""
 
 
 @dataclass
@@ -73,13 +73,12 @@ class _Alike:
         if not fits or len(raw) < end:
             return False
         seconds, nanoseconds = layout.stamp.unpack_from(raw, STAMP_OFFSET)
-        if seconds < 0 or nanoseconds >= NANOSECONDS:
-            raise ValueError("have a stamp that is no time")
         self.positions += raw[layout.offset : end]
         if efforts := layout.efforts(raw):
             self._fill_efforts()
             self.efforts += efforts
-        self.stamps.append(seconds * NANOSECONDS + nanoseconds)
+        is_time = seconds >= 0 and nanoseconds < NANOSECONDS
+        self.stamps.append(seconds * NANOSECONDS + nanoseconds if is_time else 0)
         self.rows.append(row)
         return True
 
@@ -161,7 +160,7 @@ class JointStates:
         return group
 
     def recording(self, name: str, topic: str, notes: list[str]) -> JointRecording:
-        """Return all messages as one recording, in the order of their receipt."""
+        """Return all messages as one recording, in the order in which they are stored."""
         joints = tuple(self._joints)
         column = {joint: i for i, joint in enumerate(joints)}
         positions = np.full((len(self._receipts), len(joints)), np.nan)
@@ -176,8 +175,7 @@ class JointStates:
                     table[rows[:, None], [column[joint] for joint in group.layout.names]] = values
         if self.dropped:
             notes = [*notes, f"of {topic} {self.dropped}"]
-        order = np.argsort(receipts, kind="stable")
-        return JointRecording(name, topic, joints, stamps, positions, tuple(notes), None, efforts, receipts)[order]
+        return JointRecording(name, topic, joints, stamps, positions, tuple(notes), None, efforts, receipts)
 
 
 def with_device(recording: JointRecording, devices: DeviceMessages) -> JointRecording:

@@ -40,8 +40,8 @@ def read_joint_states(bag: Path, topic: str) -> JointRecording:
     complete chunk is read, and of several files those that can be. Where the bag has `sensor_msgs/TimeReference`
     messages with the samples' stamps, they are the device's own times.
 
-    A topic without a leading `/` that the bag does not have stands for its one topic of joint states of that name in
-    a namespace.
+    `topic` may name several, with blanks between, as of joints that have a topic each. One without a leading `/` that
+    the bag does not have stands for its one topic of joint states of that name in a namespace.
 
     Raises BagError where something cannot be read or the topic holds no JointState that can be used.
     """
@@ -54,10 +54,9 @@ def read_joint_states(bag: Path, topic: str) -> JointRecording:
 
 def _read(bag: Path, asked: str) -> JointRecording:
     files, notes = _recorded_files(bag)
-    contents = _Contents(
-        f"/{asked.lstrip('/')}", JointStates(bag), DeviceMessages(), Budget(bag, sum(map(_size, files)))
-    )
-    topic, joints = contents.topic, contents.joints
+    topics = tuple(f"/{name.lstrip('/')}" for name in asked.split())
+    contents = _Contents(topics, JointStates(bag), DeviceMessages(), Budget(bag, sum(map(_size, files))))
+    topic, joints = " ".join(topics), contents.joints
     for file in files:
         try:
             with _uncompressed(file, contents.budget) as plain:
@@ -71,9 +70,10 @@ def _read(bag: Path, asked: str) -> JointRecording:
     if topic not in contents.types and len(in_namespaces) == 1:
         found = _read(bag, in_namespaces[0])
         return replace(found, notes=(f"joint states are those on {shown(in_namespaces[0])}", *found.notes))
+    others = [name for name in suitable if name not in topics and contents.counts[name]]
     if not len(joints):
-        others = [name for name in suitable if name != topic and contents.counts[name]]
         raise BagError("; ".join([_nothing(bag, contents, others), *map(shown, notes)]))
+    notes += [f"joint states on {shown(', '.join(others))} are not read"] if others else []
     return with_device(joints.recording(bag_name(bag), topic, notes), contents.devices)
 
 
@@ -164,7 +164,7 @@ def _uncompressed(file: Path, budget: Budget) -> Iterator[Path]:
 class _Contents:
     """What is read of a bag's files."""
 
-    topic: str
+    topics: tuple[str, ...]
     """Whose joint states are read."""
     joints: JointStates
     devices: DeviceMessages
@@ -200,9 +200,9 @@ class _Contents:
             self.devices.add(topic, message_type, data)
         elif message_type in _MESSAGE_TYPES:
             self.counts[topic] += 1
-            if topic == self.topic and encoding == "cdr":
+            if topic in self.topics and encoding == "cdr":
                 self.joints.add(receipt, data)
-            elif topic == self.topic:
+            elif topic in self.topics:
                 self.joints.drop(f"are encoded as {encoding[:20]}: expected cdr{_CONVERT.get(encoding, '')}")
 
 
@@ -215,7 +215,7 @@ def _size(file: Path) -> int:
 
 def _nothing(bag: Path, contents: _Contents, others: list[str]) -> str:
     """Say why there is no joint state on the topic, and which other topics have some."""
-    topic, types = contents.topic, contents.types
+    topic, types = contents.topics[0], contents.types
     if topic not in types:
         found = f"{bag} has no topic {topic}"
     elif types[topic] not in _MESSAGE_TYPES:
@@ -225,7 +225,9 @@ def _nothing(bag: Path, contents: _Contents, others: list[str]) -> str:
     else:
         found = f"there is no message on {topic} of {bag} (did its publisher offer another quality of service?)"
     if others:
-        return f"{found}; joint states are on {shown(', '.join(others))}: name that topic"
+        return (
+            f"{found}; joint states are on {shown(', '.join(others))}: name that topic, or several with blanks between"
+        )
     there = shown(", ".join(sorted(types))) or "no topics at all"
     return found if contents.counts[topic] else f"{found}; no topic of it holds joint states (it has {there})"
 

@@ -12,7 +12,7 @@ from cdp_ident.trial.options import TrialOptions
 from cdp_ident.user_input import quoted
 
 TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "d": 86400.0}
-ANGLE_UNITS = {"rad": 1.0, "deg": math.pi / 180, "turns": 2 * math.pi}
+ANGLE_UNITS = {"rad": 1.0, "deg": math.pi / 180, "mrad": 1e-3, "gon": math.pi / 200, "turns": 2 * math.pi}
 LENGTH_UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
 _POSITIVE = within(1e-9, 1e12)
 
@@ -26,7 +26,7 @@ class TypedOptions(TrialOptions):
 
     def called(self, option: str) -> str:
         """Return what an option is called there."""
-        name = {"start": "from", "stop": "to"}.get(option, option)
+        name = {"start": "from", "stop": "to", "inner_joint": "inner", "outer_joint": "outer"}.get(option, option)
         return f"--{name.replace('_', '-')}"
 
     def setting(self, option: str, value: object) -> str:
@@ -109,6 +109,9 @@ def _parser() -> ArgumentParser:
     for joint in ("inner", "outer", "cart"):
         meaning.add_argument(f"--{joint}-sign", type=int, choices=(1, -1), help="(default: 1, towards +x)")
     for joint in ("inner", "outer"):
+        meaning.add_argument(
+            f"--{joint}-offset", type=float, metavar="RAD", help="added to the angle: a zero elsewhere"
+        )
         meaning.add_argument(
             f"--{joint}-scale", type=float, metavar="FACTOR", help="reading over angle, if counts per turn are wrong"
         )

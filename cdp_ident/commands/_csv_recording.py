@@ -18,11 +18,15 @@ from cdp_ident.trial.joints import Samples, in_radians, select_joints
 from cdp_ident.trial.options import TrialOptions, Unit
 from cdp_ident.trial.units import found_units
 
-_FEWEST_DEGREES, _MOST_RADIANS = 7.0, 20.0
+_FEWEST_DEGREES, _MOST_RADIANS, _MOST_DEGREES = 7.0, 20.0, 500.0
 """Angles that state no unit are radians if they vary by less, and degrees by more if the motion does not tell."""
+_SHORT: dict[Unit, str] = {"radians": "rad", "degrees": "deg", "turns": "turns"}
 _TELLS = 0.3
 """Share of the acceleration that the right unit leaves unexplained at most, be a zero off or the camera lean."""
-_MEANINGS = ("zero", "outer_angle", "inner_sign", "outer_sign", "inner_scale", "outer_scale")
+_MEANINGS = (
+    *("zero", "outer_angle", "inner_sign", "outer_sign"),
+    *("inner_offset", "outer_offset", "inner_scale", "outer_scale"),
+)
 """What the user may say about angles, but not about points."""
 
 
@@ -80,8 +84,15 @@ def recording_of(table: Table, options: argparse.Namespace) -> Recording:
         asked = [f" --{name} {s:g} s" for name, s in (("from", options.start), ("to", options.stop)) if np.isfinite(s)]
         raise BagError(f"{table.path} has no row with a time{''.join(asked)}")
     numbers = rows.angles if rows.cart is None else np.column_stack([rows.angles, rows.cart])
-    names = ("inner_joint", "outer_joint", "cart_joint")[: numbers.shape[1]]
-    meaning = replace(rows.meaning, cart_joint="".join(names[2:]), cart_sign=options.cart_sign or 1)
+    lean = np.radians(options.lean)
+    meaning = replace(
+        rows.meaning,
+        cart_joint="cart_joint" if numbers.shape[1] > 2 else "",
+        cart_sign=options.cart_sign or 1,
+        inner_offset=rows.meaning.inner_offset + lean,
+        outer_offset=rows.meaning.outer_offset + lean * (rows.meaning.outer_angle == "absolute"),
+    )
+    names = (meaning.inner_joint, meaning.outer_joint, meaning.cart_joint)[: numbers.shape[1]]
     if efforts is not None:
         efforts = np.pad(efforts, ((0, 0), (0, len(names) - 2)))[wanted]
     stamps = stamps_of(time[wanted], table.path, options)
@@ -93,11 +104,9 @@ def recording_of(table: Table, options: argparse.Namespace) -> Recording:
         inner, outer = in_radians(np.array([samples.ranges]), units)[0].tolist()
         samples = replace(samples, angles=in_radians(samples.angles, units), ranges=(inner, outer))
         told = (units.inner_unit, units.outer_unit)
-        rows.columns = [f"{column}{unit[:3]} ({how})" for column, unit in zip(rows.columns, told, strict=True)]
+        rows.columns = [f"{column}{_SHORT[unit]} ({how})" for column, unit in zip(rows.columns, told, strict=True)]
     samples = in_right_ranges(samples, meaning)
-    lean = np.radians(options.lean) * np.array([meaning.inner_sign, meaning.outer_sign], dtype=float)
-    lean[1] *= meaning.outer_angle == "absolute"
-    samples = replace(samples, angles=np.unwrap(samples.angles, axis=0) + lean)
+    samples = replace(samples, angles=np.asarray(np.unwrap(samples.angles, axis=0)))
     columns += rows.columns
     length = rows.length or options.length
     return Recording(samples, meaning, length, bool(points), columns, [*table.notes, *rows.notes, *notes])
@@ -116,6 +125,7 @@ def _from_angles(table: Table, known: dict[str, int], used: set[int], options: a
     if places[0] == places[1]:
         raise OptionError(f"{table.path}: {table.name(places[0])} cannot be both angles: name them by --inner, --outer")
     said = {name: value for name in _MEANINGS if (value := getattr(options, name)) is not None}
+    said |= {"inner_joint": table.joint(places[0]), "outer_joint": table.joint(places[1])}
     factors, unit = _angle_factors(table, places, options)
     angles = np.column_stack([table.column(place) for place in places]) * factors
     columns = [f"{name} from {table.name(place)} in {unit}" for name, place in zip((INNER, OUTER), places, strict=True)]
@@ -163,7 +173,7 @@ def _cart_factor(table: Table, place: int, options: argparse.Namespace) -> tuple
 def _next_place(table: Table, used: set[int]) -> int:
     """Return the first column that is not used and may be an angle."""
     possible = may_be_angles(table.titles) if table.titles else range(table.values.shape[1])
-    left = [place for place in possible if place not in used]
+    left = [place for place in possible if place not in used and place not in table.no_numbers]
     if not left:
         raise BagError(
             f"{table.path}: two angles of rods are needed besides the time, and its titles tell fewer, as those of one "
@@ -216,11 +226,16 @@ def _angle_factors(table: Table, places: list[int], options: argparse.Namespace)
 def _with_units(samples: Samples, meaning: TrialOptions) -> tuple[TrialOptions, str]:
     """Find the units of angles that state none: those in which they move as a pendulum does, else by their size."""
     size = float(np.ptp(samples.angles, axis=0).max())
-    if size < _FEWEST_DEGREES:
+    found, before = found_units(samples, meaning)
+    if size < _FEWEST_DEGREES and found is before:
         return meaning, "not stated: a swing in degrees is wider"
-    found, _ = found_units(samples, meaning)
     if found and found.lumped.unexplained < _TELLS:
         how = f"not stated: {found.lumped.unexplained:.1%} of the motion is unexplained in it"
         return replace(meaning, inner_unit=found.meaning.inner_unit, outer_unit=found.meaning.outer_unit), how
+    if size > _MOST_DEGREES and np.all(samples.angles == np.round(samples.angles)):
+        raise OptionError(
+            f"the angles are whole numbers over a range of {size:.0f}, and no degrees by their motion: if an encoder "
+            "counts them, give --angle-unit counts and --counts-per-turn"
+        )
     unit: Unit = "degrees" if size > _MOST_RADIANS else "radians"
     return replace(meaning, inner_unit=unit, outer_unit=unit), "not stated: by their size"

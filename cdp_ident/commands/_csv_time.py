@@ -12,14 +12,13 @@ from cdp_ident.bag.csv_titles import FRAME, TIME, seconds_and_nanoseconds
 from cdp_ident.bag.joint_state import NANOSECONDS
 from cdp_ident.commands._csv_arguments import TIME_UNITS
 from cdp_ident.errors import BagError, OptionError
+from cdp_ident.trial.order import counted_on
 
 _ABSOLUTE = 1e9
 """Times [s] from here on, which is 2001, are taken as seconds since 1970."""
 _DEFAULT_START = datetime(2000, 1, 1, tzinfo=timezone.utc)
-_COUNTERS = {86400.0: "a time of day", 2.0**16: "a counter of 16 bits", 2.0**32: "a counter of 32 bits"}
-"""What times begin anew after."""
-_LIKE_OTHERS = 10.0
-"""Within how many usual steps of one they go on then."""
+_TO_AND_FRO = 0.2
+"""Share of steps back in what is no time; one that steps back now and then was set so."""
 _LONGEST_STEP, _SHORTEST_STEP = 0.05, 2e-6
 """Steps of a time [s] longer or shorter than these show no swing: the unit is another one."""
 _FIRST_OF_1970 = (719529.0, 25569.0)
@@ -51,10 +50,12 @@ def times(table: Table, options: argparse.Namespace, known: dict[str, int]) -> t
     if options.time is None and TIME not in known and (FRAME in known or width < 3):
         raise OptionError(f"{table.path} has no times: give --rate, or the column of the times by --time")
     place = table.place(options.time) if options.time else known.get(TIME, 0)
-    time, rolls_over = _counted_on(table.column(place))
+    time, counter = counted_on(table.column(place))
+    rolls_over = f" ({counter}, counted on where it rolls over)" if counter else ""
     steps = np.diff(time[np.isfinite(time)])
-    # Some logs begin with the newest row.
-    if len(steps) and np.mean(steps > 0) < 0.5 and not np.all(steps < 0):
+    forth, back = np.count_nonzero(steps > 0), np.count_nonzero(steps < 0)
+    # Some logs begin with the newest row, some round their times so that several rows have the same.
+    if not forth + back or 0 < min(forth, back) > _TO_AND_FRO * (forth + back):
         raise OptionError(
             f"{table.path}: {table.name(place)} does not increase as times do: name their column by --time, or give "
             "--rate if there is none"
@@ -69,24 +70,10 @@ def times(table: Table, options: argparse.Namespace, known: dict[str, int]) -> t
     return time * TIME_UNITS[unit], counted | {place}, [f"time from {table.name(place)} in {unit}{how}{rolls_over}"]
 
 
-def _counted_on(time: Array) -> tuple[Array, str]:
-    """Return times (n,) counted on where a counter of 16 or 32 bits rolls over, and that it does, in words."""
-    known = np.flatnonzero(np.isfinite(time))
-    steps = np.diff(time[known])
-    usual = np.median(steps[steps > 0.0]) if np.any(steps > 0.0) else 0.0
-    for turn, what in _COUNTERS.items():
-        # What is left of a step back, and a whole turn, is a step like others.
-        turns = (steps < 0.0) & (np.abs(steps + turn - usual) <= _LIKE_OTHERS * usual)
-        if np.any(turns) and np.all((time[known] >= 0.0) & (time[known] < turn)):
-            counted = time.copy()
-            counted[known[1:]] += turn * np.cumsum(turns)
-            return counted, f" ({what}, counted on where it rolls over)"
-    return time, ""
-
-
 def _time_unit(table: Table, steps: Array, place: int) -> tuple[str, str]:
     """Find the unit of a time that states none by its steps."""
-    step = float(np.median(np.abs(steps))) if len(steps) else 0.0
+    # Of rounded times several are the same.
+    step = float(np.median(np.abs(steps[steps != 0.0])) * np.mean(steps != 0.0))
     if step == 1 and np.all(steps == np.round(steps)):
         raise OptionError(
             f"{table.path}: {table.name(place)} counts 1, 2, 3: give --rate if these are frames, or --time-unit"

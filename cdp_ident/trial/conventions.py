@@ -5,25 +5,40 @@ others leave a tenth of the acceleration or more unexplained, the right one some
 not change the residual but the signs: gravity would act upwards, or the rods' coupling be negative.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
 
 from cdp_ident.errors import OtherMotionError, TrialError
-from cdp_ident.trial.encoder_scale import best_scale
-from cdp_ident.trial.meaning import EVIDENT, GOOD, MUCH_BETTER, Balance, Recorded, balance_of, best_of, outer_meanings
+from cdp_ident.trial.encoder_scale import TURNS, best_scale
+from cdp_ident.trial.meaning import (
+    EVIDENT,
+    GOOD,
+    MUCH_BETTER,
+    Balance,
+    Recorded,
+    balance_of,
+    best_of,
+    exchanged,
+    outer_meanings,
+    with_other_zeros,
+)
 from cdp_ident.trial.options import TrialOptions, Zero
-from cdp_ident.trial.other_motions import may_be_rods, still_joint, uncoupled
+from cdp_ident.trial.other_motions import may_be_rods, still_joint, too_far, uncoupled, weightless
 
 _LOOKED_AT = 0.005
 """Unexplained share from which it is looked whether readings are two or four times the angles."""
 _SETTINGS = (
+    "inner_joint",
+    "outer_joint",
     "inner_unit",
     "outer_unit",
     "outer_angle",
     "outer_sign",
     "zero",
+    "inner_offset",
+    "outer_offset",
     "inner_scale",
     "outer_scale",
     "scale_from",
@@ -49,18 +64,23 @@ def check_conventions(recorded: Recorded, options: TrialOptions) -> tuple[Balanc
     """
     if looks := still_joint(recorded, options):
         raise OtherMotionError(f"this is no double pendulum: {looks}")
+    if far := too_far(recorded, options):
+        raise TrialError(far)
     given = balance_of(recorded, options)
     if given is None:
         return None, ["there is too little motion to check the joints' conventions or to tell a hand from free motion"]
     fits = outer_meanings(recorded, options)
     best = best_of(fit for fit in fits if fit.meaning != options) or given
     contradiction = _contradiction(recorded, given, best)
-    looks = "" if contradiction or may_be_rods(given.lumped) else uncoupled(recorded.motions, fits)
+    looks = ""
+    if not (contradiction or may_be_rods(given.lumped)):
+        looks = uncoupled(recorded.motions, fits) or weightless(recorded, given)
     if looks:
         contradiction = f"this is no double pendulum: {looks}"
     contradiction = contradiction or _impossible(given)
     if contradiction and options.conventions == "refuse":
-        raise (OtherMotionError if looks else TrialError)(f"{contradiction}; {options.insist}")
+        is_other = looks or given.lumped.unexplained > EVIDENT
+        raise (OtherMotionError if is_other else TrialError)(f"{contradiction}; {options.insist}")
     return given, [contradiction] if contradiction else _doubts(given, best)
 
 
@@ -72,15 +92,32 @@ def _contradiction(recorded: Recorded, given: Balance, best: Balance) -> str:
     options, unexplained = given.meaning, given.lumped.unexplained
     least = min(unexplained, best.lumped.unexplained)
     if least > _LOOKED_AT:
-        from_zero = options.all_settable and options.zero == "upright" and options.scale_from == "hanging"
-        scaled = best_scale(recorded, options, any_factor=least > GOOD, from_zero=from_zero)
-        if scaled and scaled.lumped.unexplained < min(GOOD, MUCH_BETTER * least):
-            return instead(_scaled_words(options, scaled.meaning), options, scaled, given)
+        others = [_scaled(recorded, options, least), *_elsewhere(recorded, options, least)]
+        possible = [other for other in others if other and other.lumped.unexplained < min(GOOD, MUCH_BETTER * least)]
+        if possible:
+            other = min(possible, key=lambda other: other.lumped.unexplained + other.lumped.spread)
+            return instead(_other_words(options, other.meaning), options, other, given)
     most = unexplained * (MUCH_BETTER if given.lumped.turned is not None else 1.0)
-    if best is given or unexplained <= GOOD or best.lumped.unexplained >= min(most, EVIDENT):
+    is_other = best is not given and best.lumped.has_certain_signs
+    if not is_other or unexplained <= GOOD or best.lumped.unexplained >= min(most, EVIDENT):
         return ""
     said = [options.setting(name, getattr(options, name)) for name in ("outer_angle", "outer_sign")]
     return instead(f"the data contradict {' with '.join(said)}", options, best, given)
+
+
+def _scaled(recorded: Recorded, options: TrialOptions, least: float) -> Balance | None:
+    """Return the balance with the factor of readings that leaves less than `least`, if there is one."""
+    from_zero = options.all_settable and options.zero == "upright" and options.scale_from == "hanging"
+    return best_scale(recorded, options, any_factor=least > GOOD, from_zero=from_zero)
+
+
+def _elsewhere(recorded: Recorded, options: TrialOptions, least: float) -> Iterator[Balance | None]:
+    """Yield the balances with other zeros and with the joints exchanged, where much is left."""
+    if least > GOOD:
+        moved = with_other_zeros(recorded, outer_meanings(recorded, options))
+        yield best_of(other for other in moved if other.lumped.is_mechanism and may_be_rods(other.lumped))
+        turned = replace(options, inner_joint=options.outer_joint, outer_joint=options.inner_joint)
+        yield best_of(other for other in outer_meanings(exchanged(recorded), turned) if may_be_rods(other.lumped))
 
 
 def _impossible(given: Balance) -> str:
@@ -93,10 +130,11 @@ def _impossible(given: Balance) -> str:
             "angles: check columns, units and times; if a hand or motors move the rods for long, take the part without "
             f"them by {given.meaning.called('start')} and {given.meaning.called('stop')}"
         )
-    may_tell = lumped.turned is not None or lumped.unexplained > GOOD
+    A, _, _, _, G1, G2, *_ = lumped.values
+    # No half turns of zeros give such signs; inertias alone may be as wrong as a small swing tells little of them.
+    may_tell = lumped.turned is not None or lumped.unexplained > GOOD or A * G1 * G2 < 0
     if lumped.is_mechanism or not (lumped.has_certain_signs and may_tell):
         return ""
-    A, _, _, _, G1, G2, *_ = lumped.values
     evidence = f"gravity terms of the rods {G1:+.1f} and {G2:+.1f} 1/s^2, coupling {A:+.2f}; all must be positive"
     if lumped.turned == "both":
         zero = given.meaning.zero
@@ -155,12 +193,17 @@ def instead(wrong: str, options: TrialOptions, other: Balance, given: Balance | 
     ) + ("check the counts per turn, or set that" if "times the angle" in wrong else "set that")
 
 
-def _scaled_words(options: TrialOptions, other: TrialOptions) -> str:
-    """Say by which factor readings are larger than the angles."""
+def _other_words(options: TrialOptions, other: TrialOptions) -> str:
+    """Say what is wrong: which joint is which, the zeros, or the factor by which readings are larger than angles."""
+    if options.inner_joint != other.inner_joint:
+        return "the joints are exchanged"
+    if (options.inner_offset, options.outer_offset) != (other.inner_offset, other.outer_offset):
+        return "the joints' zeros are elsewhere"
     factors = {
         joint: f"{factor:.4g}"
         for joint in ("inner", "outer")
         if (factor := getattr(other, f"{joint}_scale")) != getattr(options, f"{joint}_scale")
     }
     whose = "the readings of both joints are" if len(factors) > 1 else f"the {''.join(factors)} joint's readings are"
-    return f"{whose} {' and '.join(dict.fromkeys(factors.values()))} times the angle"
+    turns = " (turns?)" if set(factors.values()) == {f"{TURNS:.4g}"} else ""
+    return f"{whose} {' and '.join(dict.fromkeys(factors.values()))} times the angle{turns}"

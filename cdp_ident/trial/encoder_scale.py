@@ -19,11 +19,13 @@ Misfit = Callable[[Joints, float], float]
 """What is left with the joints' readings over the exponential of a number; infinite where it cannot be computed."""
 
 _TOGETHER: tuple[Joints, ...] = (("inner",), ("outer",), ("inner", "outer"))
-_LIKELY = (0.25, 0.5, 2.0, 4.0)
-"""Factors by edges that are counted or not."""
+TURNS = 0.5 / np.pi
+"""The factor of readings in turns."""
+_LIKELY = (TURNS, 0.25, 0.5, 2.0, 4.0)
+"""Factors by edges that are counted or not, and that of turns."""
 _BETWEEN = 0.067
 """Distance of the others' logarithms that are tried first."""
-_LOGARITHMS = np.sort([*np.arange(-24, 25) * _BETWEEN, *np.log(_LIKELY)])
+_LOGARITHMS = np.sort([*np.arange(-24, 25) * _BETWEEN, *np.log(_LIKELY[1:])])
 _REFINED = 6
 """The best minima among them are refined: of fast motion the misfit has many."""
 _NONE = 1e30

@@ -11,7 +11,7 @@ beside the joint with the angle between the rods.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -40,6 +40,8 @@ _CERTAIN = 25.0
 _FEWEST_DIRECTIONS = 0.2
 """What an offset goes with (a cosine and a sine) varies by this standard deviation at least: over a shorter arc, what
 else changes the distance a little, as a lens does, would be a large offset."""
+_LEAST_STRETCH = 0.005
+"""A smaller distortion is left to `identify`: it turns angles by half of it [rad]."""
 _ROUNDS = 4
 _OUTLIER = 4.0
 """Distances further off than so many standard deviations do not count."""
@@ -61,18 +63,20 @@ class Film:
     """What was corrected and left out, in words."""
 
 
-def rods_on_film(points: Array, y_down: bool) -> Film:
+def rods_on_film(points: Array, y_down: bool, is_straight: bool = False) -> Film:
     """Find the angles of the rods from positions of the markers.
 
     Args:
         points: (n, 3, 2) x and y of pivot, joint and tip in each frame, or (n, 2, 2) of joint and tip if the pivot was
             not tracked; it is then the centre of the joint's circle. NaN where a marker was not found.
         y_down: whether y counts downwards, as in pictures.
+        is_straight: whether the picture is not distorted.
 
     Raises:
         TrialError: the joint is at no fixed distance from the pivot.
     """
     points = points * (1.0, -1.0 if y_down else 1.0)
+    as_seen = points.copy()
     seen = np.all(np.isfinite(points), axis=(1, 2))
     if not np.any(seen):
         raise TrialError("no frame has numbers for all markers")
@@ -108,10 +112,39 @@ def rods_on_film(points: Array, y_down: bool) -> Film:
         (lost, "in {} frames the joint is not where it can be: left out"),
     )
     notes += [words.format(np.count_nonzero(frames)) for frames, words in told if np.any(frames)]
+    straight, note = (None, "") if is_straight else _straightening(points[kept])
+    if straight is not None:
+        film = rods_on_film(as_seen @ straight, y_down=False, is_straight=True)
+        return replace(film, notes=(note, *film.notes))
     rods, put_right = without_offsets(points[kept])
     notes.extend(put_right)
     angles = np.arctan2(rods[:, :, 0], rods[:, :, 1])
     return Film(kept, angles, None if is_at_rest else points[kept, 0, 0], length, tuple(notes))
+
+
+def _straightening(points: Array) -> tuple[Array | None, str]:
+    """Return what takes a certain distortion (2, 2) out of markers (n, 3, 2), and that in words; None without one.
+
+    Where pixels are not square, or the camera looks from the side, the joint's circle is an ellipse: the inverse square
+    of its distance from the pivot varies with twice the rod's direction. A pivot that is off goes with the direction.
+    """
+    if len(points) < _FEWEST_FRAMES:
+        return None, ""
+    rods = points[:, 1] - points[:, 0]
+    lengths = np.linalg.norm(rods, axis=1)
+    x, y = (rods / lengths[:, None]).T
+    inverse, twice = (np.median(lengths) / lengths) ** 2, np.column_stack([x * x - y * y, 2.0 * x * y])
+    _, found = _certain_offsets(inverse, [np.column_stack([x, y]), twice])
+    c, s = found / np.median(inverse - twice @ found)
+    if not _LEAST_STRETCH < np.hypot(c, s) < 1.0:
+        return None, ""
+    values, axes = np.linalg.eigh([[1.0 + c, s], [s, 1.0 - c]])
+    straight = axes * np.sqrt(values / np.sqrt(values[0] * values[1])) @ axes.T
+    ratio = np.sqrt(values[1] / values[0])
+    return (
+        straight,
+        f"the picture is {ratio:.4g} times as long one way as across (pixels, a camera to one side?): put right",
+    )
 
 
 def _repeated(points: Array) -> Mask:

@@ -97,6 +97,9 @@ def _found(recorded: Recorded, by_motors: Sequence[Mask], gains: Array, options:
             f"from free motion: record a longer swing, or take the part without the hand by {options.called('start')} "
             f"and {options.called('stop')}"
         )
+    if balance is None and options.conventions == "refuse":
+        lasts = sum(part.duration for part in taken)
+        raise TrialError(f"{warnings[0]}: {lasts:.2f} s of {parts[-1].stop:.2f} s; {options.insist}")
     trial = joined([_stretch(recorded.pieces[part.motion], part, options) for part in taken])
     left_out = [outlier_words(trial.outliers, len(trial.time))] if trial.outliers else []
     notes = (*recorded.notes, *said, *left_out, *warnings, *cuts, *impulses)

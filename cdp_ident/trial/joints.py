@@ -8,12 +8,12 @@ from cdp_ident.arrays import Array, Mask, Rows, Times
 from cdp_ident.bag.joint_recording import JointRecording
 from cdp_ident.errors import TrialError
 from cdp_ident.trial.common_time import at_common_times
-from cdp_ident.trial.options import TrialOptions
+from cdp_ident.trial.options import UNITS, TrialOptions
 from cdp_ident.trial.order import elapsed, in_order
 from cdp_ident.trial.outliers import outlier_words, outliers
-from cdp_ident.trial.readings import continuous, new_readings, still_publisher
+from cdp_ident.trial.readings import check_publishers, continuous, new_readings, still_publisher
 
-_BELIEVED = 1e6
+_BELIEVED = 1e10
 """Largest position [rad or m] that is accepted as a measurement."""
 
 
@@ -57,12 +57,11 @@ def select_joints(recording: JointRecording, options: TrialOptions) -> tuple[Sam
     known[both[of_another]] = False
     notes += [note] if note else []
     ranges = [0.0, 0.0]
+    new, repeated = new_readings(readings, known)
     for place, (joint, column, has) in enumerate(zip(wanted, readings.T, known.T, strict=True)):
-        new, repeated = new_readings(column[has])
         column[has], ranges[place], wrapped = continuous(column[has])
-        has[has] = new
-        notes += [f"readings of {joint} {what}" for what in (repeated, wrapped) if what]
-    rows, angles, note = at_common_times(time, readings, known)
+        notes += [f"readings of {joint} {what}" for what in (repeated[place], wrapped) if what]
+    rows, angles, note = at_common_times(time, readings, new)
     notes += [note] if note else []
     if lacking and not note:
         notes.append(f"{lacking} of {len(known)} samples have no usable number for both rods and are dropped")
@@ -71,6 +70,7 @@ def select_joints(recording: JointRecording, options: TrialOptions) -> tuple[Sam
             f"no sample of {recording.topic} has a usable number for both {' and '.join(wanted)}: {lacking} of "
             f"{len(known)} lack one"
         )
+    check_publishers(angles, recording.topic)
     cart = None
     if options.cart_joint in recording.joints:
         position = positions[:, recording.joints.index(options.cart_joint)]
@@ -102,8 +102,7 @@ def _held(at: Array, time: Array, values: Array) -> Array:
 
 def in_radians(readings: Array, options: TrialOptions) -> Array:
     """Return readings of the inner and outer joint (n, 2) in radians."""
-    units = np.array([np.pi / 180 if unit == "degrees" else 1.0 for unit in (options.inner_unit, options.outer_unit)])
-    return np.asarray(readings * units)
+    return np.asarray(readings * [UNITS[options.inner_unit], UNITS[options.outer_unit]])
 
 
 def model_angles(angles: Array, options: TrialOptions) -> Array:
@@ -115,10 +114,11 @@ def model_angles(angles: Array, options: TrialOptions) -> Array:
         reading = sign * joint + offset
         return np.asarray(reading + (1.0 / scale - 1.0) * (reading - right_at))
 
-    theta1 = absolute(angles[:, 0], options.inner_sign, options.inner_scale)
+    theta1 = absolute(angles[:, 0], options.inner_sign, options.inner_scale) + options.inner_offset
+    theta2 = theta1 + options.outer_sign * angles[:, 1] / options.outer_scale
     if options.outer_angle == "absolute":
-        return np.column_stack([theta1, absolute(angles[:, 1], options.outer_sign, options.outer_scale)])
-    return np.column_stack([theta1, theta1 + options.outer_sign * angles[:, 1] / options.outer_scale])
+        theta2 = absolute(angles[:, 1], options.outer_sign, options.outer_scale)
+    return np.column_stack([theta1, theta2 + options.outer_offset])
 
 
 def _usable(values: Array) -> Mask:

@@ -11,7 +11,6 @@ from cdp_ident.trial.find import find_trial
 from cdp_ident.trial.gravity import in_right_ranges
 from cdp_ident.trial.joints import select_joints
 from cdp_ident.trial.options import TrialOptions
-from cdp_ident.trial.readings import check_publishers
 from cdp_ident.trial.sample_times import in_measured_time
 from cdp_ident.trial.trial import Trial
 from cdp_ident.trial.weights import recorded_weights
@@ -36,7 +35,6 @@ def load_trial(bag: Path, options: TrialOptions | None = None) -> Trial:
     recording, clock, clock_notes = in_device_time(recording)
     try:
         samples, notes = select_joints(recording, options)
-        check_publishers(samples.angles, recording.topic)
         trial = find_trial(in_right_ranges(samples, options), options).trial
     except TrialError as error:
         there = [f"joints: {shown(', '.join(recording.joints))}"] if isinstance(error, OtherMotionError) else []

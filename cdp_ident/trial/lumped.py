@@ -210,15 +210,18 @@ def _physical(sums: _Sums) -> Array:
     )
     for rotor, (columns, without) in enumerate(fits):
         # Errors of zeros leave no less than any three numbers in their place.
-        if score(_least_squares(sums, (*columns, *_FRICTION, *_OFFSETS)), rotor + 2) < least:
-            values = _with_offsets(sums, columns, without)
+        if score(free := _least_squares(sums, (*columns, *_FRICTION, *_OFFSETS)), rotor + 2) < least:
+            values = _with_offsets(sums, columns, free, without)
             least, best = min((least, best), (score(values, rotor + 2), values), key=lambda fit: fit[0])
     return best
 
 
-def _with_offsets(sums: _Sums, columns: Sequence[int], without: Array) -> Array:
-    """Fit errors of both zeros too; the values `without` them where they come out too large for first order."""
-    values = without
+def _with_offsets(sums: _Sums, columns: Sequence[int], free: Array, without: Array) -> Array:
+    """Fit errors of both zeros too, from numbers of which none is bound by another: `free`.
+
+    Return the values `without` errors where they come out too large for first order.
+    """
+    values = free
     errors = _OFFSETS[:2]
     basis = np.eye(len(COLUMNS))[:, : errors[-1] + 1]
     for _ in range(_OFFSET_ROUNDS):

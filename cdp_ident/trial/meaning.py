@@ -1,7 +1,7 @@
 """The balance of forces of recorded joints, under one meaning of their angles."""
 
 import itertools
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import get_args
 
@@ -11,7 +11,7 @@ from cdp_ident.arrays import Mask
 from cdp_ident.trial.balance import Windows, joined, windows
 from cdp_ident.trial.cleaning import Piece
 from cdp_ident.trial.joints import model_angles
-from cdp_ident.trial.lumped import Lumped, fit_lumped
+from cdp_ident.trial.lumped import Lumped, fit_lumped, gravity_directions
 from cdp_ident.trial.options import OuterAngle, TrialOptions
 from cdp_ident.trial.weak_form import Motion
 
@@ -21,6 +21,8 @@ EVIDENT = 0.1
 """Unexplained share up to which a meaning explains the motion, and wrong signs are evidence of a wrong zero."""
 MUCH_BETTER = 0.5
 """Another meaning must leave less than this share of the residual to speak against the one given."""
+_NO_OFFSET = 0.02
+"""A zero that is off by less [rad] is left to be found with a deviation."""
 _FEWEST_WINDOWS = 100
 """Windows that show motion, below which nothing can be said: five units of its time scale."""
 
@@ -77,6 +79,34 @@ def outer_meanings(recorded: Recorded, options: TrialOptions) -> list[Balance]:
     meanings = itertools.product(get_args(OuterAngle), (1, -1))
     tried = (balance_of(recorded, replace(options, outer_angle=angle, outer_sign=sign)) for angle, sign in meanings)
     return [balance for balance in tried if balance]
+
+
+def with_other_zeros(recorded: Recorded, balances: Iterable[Balance]) -> Iterator[Balance]:
+    """Yield the balances with the zeros of both angles where, under each meaning, gravity shows them to be."""
+    for balance in balances:
+        meaning = balance.meaning
+        inner, outer = gravity_directions(joined(balance.windows), np.concatenate(recorded.moving)).tolist()
+        outer -= inner * (meaning.outer_angle == "relative")
+        offsets = np.array([meaning.inner_offset + inner, meaning.outer_offset + outer])
+        offsets = np.angle(np.exp(1j * offsets))
+        inner, outer = np.where(np.abs(offsets) < _NO_OFFSET, 0.0, offsets).tolist()
+        if other := balance_of(recorded, replace(meaning, inner_offset=inner, outer_offset=outer)):
+            yield other
+
+
+def exchanged(recorded: Recorded) -> Recorded:
+    """Return a motion with each joint's readings as the other's."""
+    motions = [
+        replace(
+            motion,
+            angles=motion.angles[:, ::-1],
+            rates=motion.rates[:, ::-1],
+            angle_noise=motion.angle_noise[::-1],
+            torques=None if motion.torques is None else motion.torques[:, ::-1],
+        )
+        for motion in recorded.motions
+    ]
+    return replace(recorded, motions=tuple(motions))
 
 
 def best_of(balances: Iterable[Balance]) -> Balance | None:

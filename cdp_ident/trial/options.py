@@ -9,10 +9,13 @@ from cdp_ident.errors import OptionError
 OuterAngle = Literal["relative", "absolute"]
 Zero = Literal["upright", "hanging"]
 Time = Literal["auto", "stamps", "receipt"]
-Unit = Literal["radians", "degrees"]
+Unit = Literal["radians", "degrees", "turns"]
 ScaleFrom = Literal["hanging", "zero"]
 Conventions = Literal["refuse", "warn"]
 Input = Literal["auto", "none", "cart", "joints"]
+
+UNITS: dict[Unit, float] = {"radians": 1.0, "degrees": math.pi / 180, "turns": 2.0 * math.pi}
+"""Of readings [rad]."""
 
 
 @dataclass(frozen=True)
@@ -23,7 +26,8 @@ class TrialOptions:
     """
 
     topic: str = "joint_states"
-    """Topic of the sensor_msgs/JointState messages; without a leading `/`, one in a namespace will do."""
+    """Topic of the sensor_msgs/JointState messages, or several with blanks between; without a leading `/`, one in a
+    namespace will do."""
     time: Time = "auto"
     """What tells when samples were measured; auto: the stamps, or receipt where stamps are missing or useless."""
     inner_joint: str = "inner_joint"
@@ -47,6 +51,10 @@ class TrialOptions:
     """Unit of the inner joint's readings."""
     outer_unit: Unit = "radians"
     """Unit of the outer joint's readings."""
+    inner_offset: float = 0.0
+    """What is added to the inner joint's angle, where its zero is neither upright nor hanging [rad]."""
+    outer_offset: float = 0.0
+    """What is added to the outer joint's angle, absolute or relative as it is, likewise [rad]."""
     inner_scale: float = 1.0
     """What the inner joint's readings are over the angle that it turns by, where its counts per turn are wrong [1]."""
     outer_scale: float = 1.0
@@ -80,6 +88,9 @@ class TrialOptions:
         for name in ("inner_sign", "outer_sign", "cart_sign"):
             if getattr(self, name) not in (1, -1):
                 raise OptionError(f"{name} is {getattr(self, name)!r}: expected 1 or -1")
+        for name in ("inner_offset", "outer_offset"):
+            if not math.isfinite(getattr(self, name)):
+                raise OptionError(f"{name} is {getattr(self, name)!r}: expected an angle")
         for name in ("longest_gap", "shortest"):
             if not 0 <= getattr(self, name) < math.inf:
                 raise OptionError(f"{name} is {getattr(self, name)!r}: expected a positive number, or 0")
@@ -88,7 +99,7 @@ class TrialOptions:
                 raise OptionError(f"{name} is {getattr(self, name)!r}: expected a positive number")
         if not 0 <= self.start < self.stop:
             raise OptionError(f"start {self.start} s and stop {self.stop} s leave nothing: expected 0 <= start < stop")
-        if not (self.topic.strip("/") and self.inner_joint and self.outer_joint):
+        if not (self.topic.strip("/ ") and self.inner_joint and self.outer_joint):
             raise OptionError("topic, inner_joint and outer_joint must not be empty")
         joints = [self.inner_joint, self.outer_joint, self.cart_joint]
         if len(set(joints)) < len(joints):

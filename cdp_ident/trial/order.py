@@ -15,6 +15,14 @@ _NEAR = 3
 _MOST_RUNS = 20_000
 """Beyond so many runs of samples, an order that says anything of the clock is no longer looked for."""
 
+_COUNTERS = {
+    **{2.0**bits: f"a counter of {bits} bits" for bits in (8, 10, 12, 14, 16, 20, 24, 31, 32)},
+    **{60.0: "seconds of a minute", 3600.0: "a time of an hour", 86400.0: "a time of day"},
+}
+"""What times begin anew after."""
+_LIKE_OTHERS, _OFTEN = 10.0, 0.2
+"""Within how many usual steps of one, or what share of a turn, they go on then; and how often of all steps at most."""
+
 
 class _Run(NamedTuple):
     """Samples one after the other, without a gap between them: first and last stamp [ns], and which they are."""
@@ -48,19 +56,22 @@ def in_order(stamps: Indices) -> tuple[Indices, list[str]]:
         return np.argsort(stamps, kind="stable"), ["the samples are stored in no order: they are put in that of stamps"]
     runs = [_Run(int(stamps[a]), int(stamps[b - 1]), a, b) for a, b in pairwise(cuts) if b > a]
     parts: list[list[_Run]] = [[]]
-    late = dropped = 0
+    dropped = 0
     for number, run in enumerate(runs):
         latest = parts[-1][-1].end if parts[-1] else run.begin
         if run.begin >= latest:
             parts[-1].append(run)
         elif _belongs(run, parts[-1], near):
             parts[-1].insert(bisect(parts[-1], run), run)
-            late += int(np.count_nonzero(stamps[run.first : run.last] < latest))
         elif not run.is_long and (number + 1 == len(runs) or runs[number + 1].begin >= latest):
             dropped += run.last - run.first
         else:
             parts.append([run])
-    chosen = [np.concatenate([np.arange(run.first, run.last) for run in part]) for part in parts]
+    chosen = [
+        np.concatenate([np.arange(run.first, run.last) for run in sorted(part, key=lambda run: run.first)])
+        for part in _put_together(parts, near)
+    ]
+    late = sum(np.count_nonzero(stamps[part] < np.maximum.accumulate(stamps[part])) for part in chosen)
     order = np.concatenate([part[np.argsort(stamps[part], kind="stable")] for part in chosen])
     notes = [f"{late} samples that were stored late are put where their stamps belong"] if late else []
     if dropped:
@@ -73,6 +84,44 @@ def elapsed(stamps: Indices) -> Array:
     set_back = np.concatenate([[0], np.minimum(np.diff(stamps), 0)])
     # Differences of the integers first: a float of seconds since 1970 does not resolve nanoseconds.
     return np.asarray(stamps - stamps[0] - np.cumsum(set_back), dtype=float) * 1e-9
+
+
+def counted_on(time: Array) -> tuple[Array, str]:
+    """Return times (n,) in any unit, counted on where a counter of them rolls over, and which one that is, in words.
+
+    What is left of a step back and a whole turn is a step like others then, and there are no times beyond a turn.
+    """
+    known = np.flatnonzero(np.isfinite(time))
+    steps = np.diff(time[known])
+    forth, back = steps[steps > 0.0], steps[steps < 0.0]
+    if not 0 < len(back) < _OFTEN * len(forth):
+        return time, ""
+    usual, whole = float(np.median(forth)), float(max(np.ptp(time[known]), np.max(np.abs(time[known]))))
+    turns = [(10.0 ** (3 * m) * turn, what) for m in range(-3, 5) for turn, what in _COUNTERS.items()]
+    possible = [(float(np.max(np.abs(back + turn - usual))), turn, what) for turn, what in turns if turn >= whole]
+    off, turn, what = min(possible, default=(np.inf, 0.0, ""))
+    if off > min(_LIKE_OTHERS * usual, _OFTEN * turn):
+        return time, ""
+    counted = time.copy()
+    counted[known[1:]] += turn * np.cumsum(steps < 0.0)
+    return counted, what
+
+
+def _put_together(parts: list[list[_Run]], near: int) -> list[list[_Run]]:
+    """Return parts of which none goes on from another, or leads to it, as blocks do that are stored in no order."""
+    whole: list[list[_Run]] = []
+    for part in parts:
+        rest = part
+        for other in [*whole]:
+            joined = sorted([*other, *rest])
+            gaps = [(after.begin - before.end, before, after) for before, after in pairwise(joined)]
+            crosses = any(gap < 0 and before.is_long and after.is_long for gap, before, after in gaps)
+            meet = any(gap <= near and (before in other) != (after in other) for gap, before, after in gaps)
+            if meet and not crosses:
+                whole.remove(other)
+                rest = joined
+        whole.append(rest)
+    return sorted(whole, key=lambda part: min(run.first for run in part))
 
 
 def _belongs(run: _Run, others: list[_Run], near: int) -> bool:

@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from cdp_ident.arrays import Array, Mask
+from cdp_ident.model.effects.effect import JOINTS
 from cdp_ident.model.parameters import NOMINAL
 from cdp_ident.trial.balance import MOTORS, joined
 from cdp_ident.trial.lumped import Lumped
@@ -20,9 +21,15 @@ from cdp_ident.trial.weak_form import Motion, integrated
 
 _STILL = 0.01
 """A joint whose speed varies by less than this share of the other's does not swing."""
+_FASTEST = 50.0
+"""Beyond this speed [rad/s], readings are of another unit, and tell nothing of the other joint."""
+_FAR_OFTEN = 0.1
+"""Share of steps by more than a quarter of a turn that no swing has which is measured often enough."""
 _COUPLED = 0.02
 """Least coupling A23 / A22 of two rods: those that are known have 0.1 and more."""
 _SIGMAS = 3.0
+_WEIGHTLESS = 0.1
+"""Gravity's terms times the square of the motion's time scale; of rods, one of them is about 1."""
 _FOLLOWS = 0.95
 """Correlation of the joints' speeds from which one column is said to follow the other."""
 _TWICE = 0.05
@@ -44,8 +51,24 @@ def still_joint(recorded: Recorded, options: TrialOptions) -> str:
     _, apart = speed(
         [np.diff(in_model_angles(motion, options).rates, axis=1, prepend=0.0) for motion in recorded.motions]
     )
-    joint = "inner" if inner < _STILL * outer else "outer" if min(outer, apart) < _STILL * inner else ""
+    still = _STILL * np.minimum([outer, inner], _FASTEST)
+    joint = "inner" if inner < still[0] else "outer" if min(outer, apart) < still[1] else ""
     return joint and f"the {joint} joint does not turn while the other does: one pendulum, or a column that is no angle"
+
+
+def too_far(recorded: Recorded, options: TrialOptions) -> str:
+    """Return that readings cannot be of their unit, as a joint turns too far by them, in words; empty if none does."""
+    steps = [np.abs(np.diff(piece.angles, axis=0)) for piece in recorded.pieces]
+    far = np.mean(np.concatenate([np.zeros((1, 2)), *steps]) > np.pi / 2, axis=0)
+    for joint in np.array(JOINTS)[far > _FAR_OFTEN].tolist():
+        how = (
+            f"{joint}_scale to what it reads in a radian, and scale_from: zero" if options.all_settable else "its unit"
+        )
+        return (
+            f"the {joint} joint turns by more than a quarter of a turn from sample to sample: its readings are no "
+            f"{getattr(options, f'{joint}_unit')} (counts of an encoder?): set {how}"
+        )
+    return ""
 
 
 def uncoupled(motions: Sequence[Motion], balances: Collection[Balance]) -> str:
@@ -65,9 +88,18 @@ def uncoupled(motions: Sequence[Motion], balances: Collection[Balance]) -> str:
         f"the outer column follows the inner one (correlation {correlation:.2f}): one angle twice, measured and "
         "simulated or filtered"
         if is_twice or abs(correlation) > _FOLLOWS
-        else "one pendulum beside something else, such as a cart's position, or a measured and a simulated angle"
+        else "one pendulum beside something else, such as a cart's position, or a measured and a simulated angle, or "
+        "joints that motors drive"
     )
     return f"the two columns have nothing to do with each other as rods do ({apart[0]}): {looks}" if apart else looks
+
+
+def weightless(recorded: Recorded, given: Balance) -> str:
+    """Return that gravity acts on neither rod, in words; empty where it may, as it does on all that swings so fast."""
+    gravity = np.abs(given.lumped.values[4:6]) + _SIGMAS * np.sqrt(np.diag(given.lumped.covariance)[4:6])
+    if float(np.max(gravity)) * recorded.motions[0].scales.unit ** 2 > _WEIGHTLESS:
+        return ""
+    return "gravity acts on neither rod: a column that is no angle, such as a cart's position, or of an upright axis"
 
 
 def may_be_rods(fit: Lumped) -> bool:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from cdp_ident.arrays import Array, Mask
+from cdp_ident.arrays import Array, Indices, Mask
 from cdp_ident.errors import TrialError
 from cdp_ident.trial.differences import encoder_step
 
@@ -11,14 +11,16 @@ _FAST = 3.5
 _FEWEST = 20
 _REPEATED, _STEPS = 1.05, 100.0
 """Mean numbers of equal readings in fast motion between which they are repetitions; beyond, they are no angle's."""
-_AT_REST = 0.9
-"""At rest one of so many equal readings is kept as this quantile of their numbers in fast motion."""
+_ALIKE = 1.05
+"""Joints of which one repeats no more often than the other by this factor are read together."""
 _JUMP = 0.5
 """A change by more than this share of all that the readings go through is not motion."""
 _STAYS = 3
 """A jump back within so many samples is that of a spike."""
 _LIKE = 0.02
 """Share by which a wrap may seem to differ from a power of two of the encoder's steps, or from a turn."""
+_FEWEST_WRAPS = 5
+"""So many of the same size are wraps whatever it is."""
 _TURNS = 10
 """Turns of a second publisher before it is one."""
 _SHARE = 0.05
@@ -29,27 +31,53 @@ _FAR = 0.05
 """Distance from one motion to the other that is no noise [rad or degrees]."""
 _NEARER = 5.0
 """So many times nearer is a sample to one of the next few than to the next one, where two motions alternate."""
+_OFTEN = 0.15
+"""Share of the samples that do so where there is another motion; spikes are fewer."""
 _NEXT = 4
 
 
-def new_readings(readings: Array) -> tuple[Mask, str]:
-    """Return which readings (n,) are measured anew (n,), and in words what the others are; empty if all are.
+def new_readings(readings: Array, known: Mask) -> tuple[Mask, list[str]]:
+    """Return which of the `known` readings of joints (n, k) are measured anew (n, k), and of each in words why not all.
 
     An encoder that is read less often than it is published, or a film's repeated frame, gives the same reading again
-    in the midst of fast motion. At rest, where readings are the same anyway, as many are kept as in motion.
+    in the midst of fast motion. At rest, where readings are the same anyway, as many are kept as in motion. Joints that
+    are read together are new together.
     """
-    every = np.ones(len(readings), dtype=bool)
-    changes = np.flatnonzero(np.diff(readings)) + 1
-    starts = np.concatenate([[0], changes, [len(readings)]])
+    columns = [column[has] for column, has in zip(readings.T, known.T, strict=True)]
+    changed = [np.flatnonzero(np.diff(column)) + 1 for column in columns]
+    often = [_repeats(column, changes) for column, changes in zip(columns, changed, strict=True)]
+    if np.all(known == known[:, :1]) and max(often) < _ALIKE * min(often):
+        changed = [np.unique(np.concatenate(changed))] * len(changed)
+    new, notes = known.copy(), []
+    for has, column, changes, times in zip(new.T, columns, changed, often, strict=True):
+        if times > 1.0:
+            kept = _spread(len(column), changes, times)
+            has[has] = kept
+            left_out = np.count_nonzero(~kept)
+            notes.append(f"repeat {times:.2g} times in motion: {left_out} repetitions are left out")
+        else:
+            notes.append("")
+    return new, notes
+
+
+def _repeats(readings: Array, changes: Indices) -> float:
+    """Return how often readings (n,) repeat in fast motion on average; 1 where they do not."""
     fast = np.abs(np.diff(readings)[changes - 1]) > _FAST * encoder_step(readings)
-    lengths = np.diff(starts)
-    in_motion = lengths[1:-1][fast[:-1] & fast[1:]]
-    if len(in_motion) < _FEWEST or not _REPEATED <= np.mean(in_motion) < _STEPS:
-        return every, ""
-    keep = np.ceil(np.quantile(in_motion, _AT_REST))
-    new = (np.arange(len(readings)) - np.repeat(starts[:-1], lengths)) % keep == 0
-    note = f"repeat {np.mean(in_motion):.2g} times in motion: {np.count_nonzero(~new)} repetitions are left out"
-    return np.asarray(new), note
+    in_motion = np.diff(changes)[fast[:-1] & fast[1:]]
+    if len(in_motion) < _FEWEST or not _REPEATED <= (mean := float(np.mean(in_motion))) < _STEPS:
+        return 1.0
+    return mean
+
+
+def _spread(count: int, changes: Indices, times: float) -> Mask:
+    """Return which of `count` readings that change at some of them are kept (count,), evenly about one of so many."""
+    starts = np.concatenate([[0], changes])
+    lengths = np.diff(starts, append=count)
+    new = np.maximum(1, np.round((lengths - 0.5) / times)).astype(np.int64)
+    number = np.arange(new.sum()) - np.repeat(np.cumsum(new) - new, new)
+    kept = np.zeros(count, dtype=bool)
+    kept[np.repeat(starts, new) + number * np.repeat(lengths, new) // np.repeat(new, new)] = True
+    return kept
 
 
 def continuous(readings: Array) -> tuple[Array, float, str]:
@@ -61,26 +89,30 @@ def continuous(readings: Array) -> tuple[Array, float, str]:
     steps = np.diff(readings)
     if len(steps) <= _STAYS:
         return readings, 0.0, ""
-    sizes = []
+    sizes, jumps = [], []
     for at in np.flatnonzero(np.abs(steps) > _JUMP * np.ptp(readings)):
         back = steps[at + 1 : at + 1 + _STAYS]
         if 0 < at < len(steps) - 1 and not np.any(np.abs(back + steps[at]) < _JUMP * abs(steps[at])):
             sizes.append(abs(steps[at] - 0.5 * (steps[at - 1] + steps[at + 1])))
+            jumps.append(abs(steps[at]))
     if not sizes:
         return readings, 0.0, ""
     size = float(np.median(sizes))
     turns = size / (2.0 * np.pi)
     if round(turns) and abs(turns - round(turns)) < _LIKE:
         return readings, 0.0, ""
-    counts = size / step if (step := encoder_step(readings)) else 1.0
-    bits = round(np.log2(max(counts, 1.0)))
-    if bits >= 8 and abs(counts / 2**bits - 1.0) < _LIKE:
-        period = 2**bits * step
-        counted_on = np.asarray(np.unwrap(readings, period=period))
-        return counted_on, float(period), f"wrap after {2**bits} counts ({bits} bits): they are counted on"
     if abs(size / 360.0 - 1.0) < _LIKE:
         return np.asarray(np.unwrap(readings, period=360.0)), 0.0, "wrap after 360"
-    return readings, 0.0, ""
+    step = encoder_step(readings) or 1.0
+    counts = size / step
+    bits = round(np.log2(max(counts, 1.0)))
+    is_binary = bits >= 8 and abs(counts / 2**bits - 1.0) < _LIKE
+    if not is_binary and (len(sizes) < _FEWEST_WRAPS or np.ptp(sizes) > _LIKE * size):
+        return readings, 0.0, ""
+    # A whole number of steps from one reading to the next: so many billions of them would add up their rounding.
+    period = jumps[0] + step * round((size - jumps[0]) / step)
+    limit = f"{2**bits} counts ({bits} bits)" if is_binary else f"{period:.4g}"
+    return np.asarray(np.unwrap(readings, period=period)), float(period), f"wrap after {limit}: they are counted on"
 
 
 def still_publisher(readings: Array) -> tuple[Mask, str]:
@@ -109,8 +141,9 @@ def alternates(readings: Array) -> bool:
     if len(readings) < 4 * _NEXT:
         return False
     apart = [np.max(np.abs(readings[k:] - readings[:-k])[: len(readings) - _NEXT], axis=1) for k in range(1, _NEXT + 1)]
-    next_one, nearest = np.median(apart[0]), np.median(np.min(apart[1:], axis=0))
-    return bool(next_one > max(_FAR, _NEARER * nearest))
+    # The next ones are those of the other motion, too, where it is heard more often.
+    to_and_fro = apart[0] > np.maximum(_FAR, _NEARER * np.min(apart[1:], axis=0))
+    return bool(np.mean(to_and_fro) > _OFTEN)
 
 
 def check_publishers(readings: Array, topic: str) -> None:

@@ -15,7 +15,7 @@ from cdp_ident.bag.joint_recording import JointRecording
 from cdp_ident.trial.kinematics import CUBIC_AT_CENTRE, local_motion
 from cdp_ident.trial.lost_samples import counted
 from cdp_ident.trial.options import TrialOptions
-from cdp_ident.trial.order import elapsed, in_order
+from cdp_ident.trial.order import counted_on, elapsed, in_order
 
 _FEWEST = 30
 """Samples, below which nothing is said of their times."""
@@ -23,21 +23,31 @@ _SMOOTHER = 0.5
 """Other times are taken where the motion is rougher by stamps than this allows."""
 _ONCE, _AS_SMOOTH = 0.8, 1.2
 """The same for even times, where fewer samples than this share have a stamp of their own."""
-_NEAR = 4
-"""Samples before and after one that smooth motion is told by."""
+_NEAR, _NEAREST = 4, 2.5
+"""Samples before and after one that smooth motion is told by, and the fewest that tell it."""
 _FAST, _LOOKED_AT = 0.9, 2000
 """It is looked at where it is fast, at this quantile: at rest, all times are as good; and at so many samples."""
 _RATE = 0.02
 """Share by which durations by stamps and by receipt may differ, and beside it the rounding of stamps to seconds."""
+_OTHER_PACE = 0.05
+"""Share from which it is said."""
 _SECOND = 1_000_000_000
-_UNEVEN = 0.2
+_SHORTEST_STEP, _LONGEST_STEP = 1e-5, 0.5
+"""Samples that are nearer or farther apart [s] show no swing."""
+_UNEVEN = 0.03
 """Times that are off even ones by less than this share of their spacing (rms) are taken as they are."""
-_LONGEST_WAIT = 0.25
-"""No buffer waits for longer [s]."""
+_LONGEST_WAIT = 1.05
+"""No buffer waits for longer, and no clock shows less than seconds [s]."""
+_AT_REST = 0.1
+"""Motion of less [rad or degrees] tells nothing of times."""
+_FEW = 1.5
+"""With no more samples each, there are no bursts but times that jitter."""
 _REFITTED, _TYPICAL = 10, 2.5
 """Rounds of the fit of even times, and how far off burst may be in it, over the median."""
 _GAP = 2.5
 """Between bursts that are further apart than this, in usual distances, nothing is known of the count."""
+_MISCOUNTED = 0.9
+"""Samples are not lost where the motion is smoother without them by this factor."""
 _BURSTS = 1.5
 """Bursts on either side that smooth motion is told by."""
 
@@ -47,6 +57,10 @@ def in_measured_time(recording: JointRecording, options: TrialOptions) -> JointR
 
     By itself the time of receipt is taken only where stamps are missing, or the motion is far smoother by receipt.
     """
+    times, counter = counted_on(recording.stamps.astype(float))
+    if counter:
+        note = f"the stamps are {counter}: they are counted on where it rolls over"
+        recording = replace(recording, stamps=times.astype(np.int64), notes=(*recording.notes, note))
     stamps, receipts = recording.stamps, recording.receipts
     if receipts is None or not len(stamps):
         return recording
@@ -57,20 +71,33 @@ def in_measured_time(recording: JointRecording, options: TrialOptions) -> JointR
         why = f"the stamps {fault}: " if fault else ""
         notes = (*recording.notes, f"{why}the time of receipt is used, with its jitter")
         return replace(recording, stamps=receipts, device=None, notes=notes)
-    if not lacking:
-        return recording
-    return replace(recording[stamped], notes=(*recording.notes, f"{lacking} messages without a stamp are dropped"))
+    said = [
+        f"{lacking} messages without a stamp are dropped" if lacking else "",
+        _pace(stamps[stamped], receipts[stamped]),
+    ]
+    return replace(recording[stamped] if lacking else recording, notes=(*recording.notes, *filter(None, said)))
 
 
 def _fault(recording: JointRecording, options: TrialOptions) -> str:
     """Say what is wrong with stamps by which the motion is far rougher than by receipt; empty if nothing is."""
     stamps, receipts = recording.stamps, recording.receipts
     assert receipts is not None
+    if len(stamps) < _FEWEST:
+        return ""
+    steps, received = (1e-9 * np.diff(np.sort(times)) for times in (stamps, receipts))
+    too = "long" if np.median(steps) > _LONGEST_STEP else "short" if 0.0 < np.mean(steps) < _SHORTEST_STEP else ""
+    if too and _SHORTEST_STEP <= np.mean(received) <= _LONGEST_STEP:
+        return f"are {np.mean(steps):.3g} s apart, which is too {too} for a swing"
     joints = [recording.joints.index(j) for j in (options.inner_joint, options.outer_joint) if j in recording.joints]
-    by_stamp, by_receipt = (_rough(times, recording.positions[:, joints]) for times in (stamps, receipts))
+    by_stamp, by_receipt = (_columns(times, recording.positions[:, joints]) for times in (stamps, receipts))
+    of_both = (*by_stamp, *by_receipt)
+    spacing = max((float(np.mean(np.diff(time))) for time, _ in of_both if len(time) > 1), default=0.0)
+    rough = [
+        max((roughness(*of, _NEAR * spacing) for of in columns), default=np.inf) for columns in (by_stamp, by_receipt)
+    ]
     lasts = [elapsed(times)[-1] for times in (np.sort(stamps), receipts)]
-    is_other = np.isfinite(by_stamp) and abs(lasts[0] - lasts[1]) > 1.0 + _RATE * lasts[1]
-    if is_other or not by_receipt < _SMOOTHER * by_stamp:
+    is_other = np.isfinite(rough[0]) and abs(lasts[0] - lasts[1]) > 1.0 + _RATE * lasts[1]
+    if is_other or not rough[1] < _SMOOTHER * rough[0]:
         return ""
     largest = int(np.max(stamps % _SECOND))
     if largest == 0:
@@ -80,17 +107,29 @@ def _fault(recording: JointRecording, options: TrialOptions) -> str:
     return "are not the times of the samples, as the motion is smoother by receipt"
 
 
-def _rough(stamps: Indices, readings: Array) -> float:
-    """Return the roughness of joints' readings (n, k), each where it is known, with stamps in any order [ns]."""
+def _columns(stamps: Indices, readings: Array) -> list[tuple[Array, Array]]:
+    """Return times (m,) and values (m, 1) of joints' readings (n, k) with stamps in any order [ns]; gaps are closed."""
     order, _ = in_order(stamps)
-    found = []
+    time, found = elapsed(stamps[order]), []
+    time = np.cumsum(np.minimum(np.diff(time, prepend=time[:1]), _LONGEST_WAIT))
     for column in readings[order].T:
         known = np.isfinite(column)
-        if np.count_nonzero(known) < _FEWEST:
-            return np.inf
-        time, once = np.unique(elapsed(stamps[order][known]), return_index=True)
-        found.append(roughness(time, column[known][once, None], _NEAR * float(time[-1]) / len(time)))
-    return max(found, default=np.inf)
+        once, first = np.unique(time[known], return_index=True)
+        found.append((once, column[known][first, None]))
+    return found
+
+
+def _pace(stamps: Indices, receipts: Indices) -> str:
+    """Say that samples come evenly in another time by their stamps than by receipt; empty if they do not."""
+    if len(stamps) < _FEWEST:
+        return ""
+    steps = [1e-9 * np.diff(times) for times in (stamps, receipts)]
+    usual, whole = ([float(of(step)) for step in steps] for of in (np.median, np.sum))
+    if min(*usual, *whole) < _SHORTEST_STEP or max(usual) < (1.0 + _OTHER_PACE) * min(usual):
+        return ""
+    is_even = abs(usual[0] / usual[1] * whole[1] / whole[0] - 1.0) < _OTHER_PACE
+    by = " but ".join(f"{1e3 * step:.3g} ms by {how}" for step, how in zip(usual, ("stamps", "receipt"), strict=True))
+    return f"samples are {by} apart (played back at another rate?): time: receipt takes the latter" if is_even else ""
 
 
 def evened(time: Array, angles: Array, parts: Indices) -> tuple[Array, list[str]]:
@@ -107,8 +146,12 @@ def evened(time: Array, angles: Array, parts: Indices) -> tuple[Array, list[str]
     for part in np.split(np.arange(len(time)), parts):
         for stretch, between in _bursts(part, time[part]):
             continuous = np.asarray(np.unwrap(angles[stretch], axis=0))
-            index = counted(time[stretch], continuous, _ends(time[stretch], between))
-            even = _even(index, time[stretch], between)
+            if np.max(np.ptp(continuous, axis=0)) < _AT_REST:
+                continue
+            counts = [counted(time[stretch], continuous, _ends(time[stretch], between)), np.arange(len(stretch))]
+            evens = [_even(index, time[stretch], between) for index in counts]
+            with_lost, without = (_off(even, continuous, between) for even in evens)
+            index, even = list(zip(counts, evens, strict=True))[without < _MISCOUNTED * with_lost]
             if even is not None and _is_smoother(even, time[stretch], angles[stretch], between):
                 times[stretch] = even
                 lost += int(index[-1]) + 1 - len(index)
@@ -116,11 +159,11 @@ def evened(time: Array, angles: Array, parts: Indices) -> tuple[Array, list[str]
                     longest, wait, step = len(stretch), between, float(np.ptp(even) / index[-1])
     if not longest:
         return time, []
+    came = f"samples came in bursts of about {wait / step:.2g} every {1e3 * wait:.3g} ms (a latency timer, a buffer?)"
+    if wait < _FEW * step:
+        came = "the times of samples jitter"
     missing = f"; {lost} are missing among them" if lost else ""
-    return times, [
-        f"samples came in bursts of about {wait / step:.2g} every {1e3 * wait:.3g} ms (a latency timer, a buffer?): "
-        f"they are taken {1e3 * step:.4g} ms apart, as the motion is smoother so{missing}"
-    ]
+    return times, [f"{came}: they are taken {1e3 * step:.4g} ms apart, as the motion is smoother so{missing}"]
 
 
 def _bursts(part: Indices, time: Array) -> Iterator[tuple[Indices, float]]:
@@ -150,12 +193,22 @@ def _even(index: Indices, time: Array, wait: float, most: float = 1.0) -> Array 
         kept = off <= max(_TYPICAL * float(np.median(off)), 1e-9)
     even = np.mean(time) + step * (index - np.mean(index))
     off = time - even
-    return np.asarray(even) if np.std(off) > _UNEVEN * step and np.max(np.abs(off)) < most * wait else None
+    is_late = np.max(np.abs(off)) < most * max(wait, _FEW * step)
+    return np.asarray(even) if is_late and np.std(off) > _UNEVEN * step else None
 
 
 def _ends(time: Array, wait: float) -> Indices:
     """Return the last sample of each burst."""
     return np.flatnonzero(np.append(np.diff(time) > wait / 2, True))
+
+
+def _off(even: Array | None, angles: Array, wait: float) -> float:
+    """Return the roughness of motion in even times; infinite where there are none."""
+    return np.inf if even is None else roughness(even, angles, _width(even, wait))
+
+
+def _width(even: Array, wait: float) -> float:
+    return max(_BURSTS * wait, _NEAREST * float(even[-1] - even[0]) / len(even))
 
 
 def _is_smoother(even: Array, time: Array, angles: Array, wait: float) -> bool:
@@ -165,7 +218,7 @@ def _is_smoother(even: Array, time: Array, angles: Array, wait: float) -> bool:
     """
     once = np.concatenate([[True], np.diff(time) > 0])
     share = _SMOOTHER if np.mean(once) > _ONCE else _AS_SMOOTH
-    half_width = max(_BURSTS * wait, _NEAR * float(even[-1] - even[0]) / len(even))
+    half_width = _width(even, wait)
     return roughness(even, angles, half_width) < share * roughness(time[once], angles[once], half_width)
 
 

@@ -10,6 +10,7 @@ from cdp_ident.trial.conventions import instead
 from cdp_ident.trial.joints import Samples, in_radians
 from cdp_ident.trial.meaning import EVIDENT, GOOD, MUCH_BETTER, Balance, best_of, outer_meanings
 from cdp_ident.trial.options import TrialOptions, Unit
+from cdp_ident.trial.other_motions import too_far
 from cdp_ident.trial.recorded_motion import recorded_motion
 
 _WIDE = 4.0 * np.pi
@@ -19,17 +20,19 @@ _PART = 0.25
 
 
 def found_units(samples: Samples, options: TrialOptions) -> tuple[Balance | None, Balance | None]:
-    """Return the balance of forces with joints in degrees, if need be, and that with the units given.
+    """Return the balance of forces with joints in degrees or in turns, if need be, and that with the units given.
 
     Both are the same where no other units explain far more, and None where nothing can be told.
     """
     given = options.inner_unit, options.outer_unit
     wide = np.ptp(in_radians(samples.angles, options), axis=0) > _WIDE
-    # Both first: with one in the wrong unit, the other may pass for a pendulum, and leave nothing either.
-    choices: list[tuple[Unit, ...]] = [
-        ("degrees", unit) if is_wide else (unit,) for unit, is_wide in zip(given, wide, strict=True)
-    ]
     before, best = _best(samples, options), None
+    if before and before.lumped.unexplained <= GOOD and not np.any(wide):
+        return before, before
+    # Both first: with one in the wrong unit, the other may pass for a pendulum, and leave nothing either.
+    other: Unit = "degrees" if np.any(wide) else "turns"
+    may_be = wide if np.any(wide) else [True, True]
+    choices: list[tuple[Unit, ...]] = [(other, unit) if it else (unit,) for unit, it in zip(given, may_be, strict=True)]
     for inner, outer in itertools.product(*choices):
         meaning = replace(options, inner_unit=inner, outer_unit=outer)
         if meaning == options or not _swings_as_the_other(samples, meaning):
@@ -66,6 +69,7 @@ def _swings_as_the_other(samples: Samples, options: TrialOptions) -> bool:
 def _best(samples: Samples, options: TrialOptions) -> Balance | None:
     """Return the balance under the meaning of the outer angle that explains most; None where it cannot be told."""
     try:
-        return best_of(outer_meanings(recorded_motion(samples, options), options))
+        recorded = recorded_motion(samples, options)
     except TrialError:
         return None
+    return None if too_far(recorded, options) else best_of(outer_meanings(recorded, options))

@@ -97,6 +97,14 @@ def test_every_meaning_of_the_angles_ends_in_the_project_s(convert, angles, opti
     ("columns", "title", "options"),
     [
         ([TIME, np.degrees(RELATIVE)], "t [s],theta1 [deg],theta2 [deg]", []),
+        ([TIME, 1000 * RELATIVE], "t [s],theta1 [mrad],theta2 [mrad]", []),
+        ([TIME, RELATIVE * 200 / np.pi], "t [s],theta1 [gon],theta2 [gon]", []),
+        ([TIME, RELATIVE / (2 * np.pi)], "t,theta1,theta2", []),
+        (
+            [TIME, RELATIVE - RELATIVE[0]],
+            "t,theta1,theta2",
+            ["--inner-offset", str(THETA[0, 0]), "--outer-offset", "0.5"],
+        ),
         ([TIME, np.degrees(RELATIVE)], "t,theta1,theta2", []),
         ([1000 * TIME, np.degrees(RELATIVE)], "time_ms,theta1_deg,theta2_deg", []),
         ([1e6 * TIME, RELATIVE], "", []),
@@ -186,6 +194,24 @@ def test_a_right_recording_is_told_what_was_taken_for_granted_and_warned_of_noth
     assert "assumed: --zero upright, --outer-angle relative, --inner-sign 1, --outer-sign 1" in said
     assert "it holds with L = 0.4 " in said
     assert "warning" not in said
+
+
+def test_joints_that_are_exchanged_and_zeros_anywhere_are_said_with_the_options_that_put_them_right(refuse):
+    assert "exchanged: --inner b and --outer a leaves" in refuse([TIME, RELATIVE[:, ::-1]])
+    error = refuse([TIME, RELATIVE - RELATIVE[0]])
+    found = re.search(r"zeros are elsewhere: --inner-offset (\S+) and --outer-offset (\S+) leaves", error)
+    assert [float(offset) for offset in found.groups()] == pytest.approx(RELATIVE[0], abs=5e-3)
+
+
+def test_whole_numbers_that_are_no_degrees_are_asked_for_the_counts_of_a_turn(refuse):
+    assert "--angle-unit counts and --counts-per-turn" in refuse([TIME, np.round(RELATIVE * 4096 / (2 * np.pi))])
+
+
+@pytest.mark.parametrize("digits", [1, 2])
+def test_times_that_are_rounded_to_the_same_one_for_several_rows_are_made_even(convert, tmp_path, digits):
+    convert([np.floor(TIME * 10**digits + 1e-9) / 10**digits, RELATIVE], digits=9)
+    trial = load_trial(tmp_path / "bag")
+    assert np.diff(trial.time) == pytest.approx(0.005 * np.ones(len(trial.time) - 1), rel=1e-3)
 
 
 def test_the_cart_is_taken_in_metres(convert):
@@ -409,7 +435,7 @@ def test_columns_with_rows_of_their_own_are_joined_at_the_times_of_one(tmp_path,
 
 def test_rows_that_never_meet_are_counted(refuse):
     error = refuse([TIME, RELATIVE[:, 0], np.full(len(TIME), np.nan)], "--inner", "1", "--outer", "2")
-    assert f"has a usable number for both inner_joint and outer_joint: {len(TIME)} of {len(TIME)} lack one" in error
+    assert f"has a usable number for both a and b: {len(TIME)} of {len(TIME)} lack one" in error
 
 
 @pytest.mark.parametrize(

@@ -1,3 +1,5 @@
+import re
+
 import numpy as np
 import pytest
 
@@ -54,6 +56,26 @@ def test_the_refusal_carries_its_evidence(swing):
 def test_the_inner_zero_alone_half_a_turn_off_is_told_from_the_outer_s(swing):
     with pytest.raises(TrialError, match="the zero of the inner joint is half a turn"):
         check(swing, lambda joints: joints + np.array([np.pi, -np.pi]))
+
+
+@pytest.mark.parametrize(("inner", "outer"), [(0.7, 0.0), (0.0, -1.2), (np.pi / 2, 0.3), (-2.4, 2.9)])
+def test_zeros_that_are_anywhere_are_named_with_the_offsets_that_put_them_right(swing, inner, outer):
+    def moved(joints):
+        return joints - np.array([inner, outer])
+
+    with pytest.raises(TrialError, match="zeros are elsewhere: ") as refused:
+        check(swing, moved)
+    named = dict(re.findall(r"(inner_offset|outer_offset): (\S+)", str(refused.value)))
+    offsets = {name: float(value) for name, value in named.items()}
+    assert [offsets.get("inner_offset", 0.0), offsets.get("outer_offset", 0.0)] == pytest.approx(
+        [inner, outer], abs=2e-2
+    )
+    assert check(swing, moved, **offsets)[1] == []
+
+
+def test_joints_that_are_exchanged_are_said_to_be(swing):
+    with pytest.raises(TrialError, match="exchanged: inner_joint: outer_joint and outer_joint: inner_joint leaves"):
+        check(swing, lambda joints: joints[:, ::-1])
 
 
 def test_without_motion_nothing_can_be_said_and_that_is_said(recording):

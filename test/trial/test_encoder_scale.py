@@ -50,6 +50,21 @@ def test_readings_that_are_right_at_zero_are_told_from_those_that_are_right_wher
     assert mended.trial.theta == pytest.approx(find_trial(samples, TrialOptions()).trial.theta, abs=1e-9)
 
 
+@pytest.mark.parametrize("joints", [(1.0, 1.0), (1.0, 0.0), (0.0, 1.0)])
+def test_turns_are_told(samples, joints):
+    wrong = Samples(samples.stamps, samples.angles / (2 * np.pi) ** np.array(joints), None)
+    with pytest.raises(TrialError, match=r"0\.1592 times the angle \(turns\?\)"):
+        find_trial(wrong, TrialOptions())
+
+
+@pytest.mark.parametrize("per_radian", [1000.0, 4096 / (2 * np.pi), 18000 / np.pi])
+def test_readings_that_turn_too_far_are_in_another_unit(samples, per_radian):
+    for factors in ((per_radian, 1.0), (1.0, per_radian), (per_radian, per_radian)):
+        counts = np.round(samples.angles * np.array(factors))
+        with pytest.raises(TrialError, match="quarter of a turn from sample to sample: its readings are no radians"):
+            find_trial(Samples(samples.stamps, counts, None), TrialOptions())
+
+
 def test_any_other_factor_is_found_too(samples):
     with pytest.raises(TrialError, match=r"outer_scale: (2\.9\d+|3|3\.0\d+) leaves"):
         find_trial(read_as(samples, 1.0, 3.0), TrialOptions())

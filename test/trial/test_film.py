@@ -29,6 +29,20 @@ def test_positions_in_pixels_become_angles():
     assert film.notes == ()
 
 
+@pytest.mark.parametrize(("wide", "high"), [(1.0, 4 / 3), (1.09, 1.0), (1.0, 1.02)])
+def test_pixels_that_are_not_square_are_put_right(wide, high):
+    film = rods_on_film(markers() * (wide, high), y_down=True)
+    assert error(film) < 0.012
+    assert float(film.notes[0].split()[3]) == pytest.approx(max(wide, high), rel=0.01)
+
+
+def test_a_camera_that_looks_from_the_side_is_put_right_but_for_its_lean():
+    turn = np.array([[np.cos(0.6), np.sin(0.6)], [-np.sin(0.6), np.cos(0.6)]])
+    film = rods_on_film(markers() @ turn * (0.94, 1.0) @ turn.T, y_down=True)
+    off = np.angle(np.exp(1j * (film.angles - THETA[film.kept])))
+    assert np.std(off, axis=0) == pytest.approx([0.0, 0.0], abs=5e-3)
+
+
 def test_positions_in_metres_have_y_upwards():
     assert error(rods_on_film(markers() * (1e-3, -1e-3), y_down=False)) < 0.01
 

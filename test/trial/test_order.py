@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from cdp_ident.trial.order import elapsed, in_order
+from cdp_ident.trial.order import counted_on, elapsed, in_order
 
 
 def ordered(stamps):
@@ -49,3 +49,39 @@ def test_a_stamp_far_too_early_is_dropped_and_counted():
     order, notes = ordered([1000, 1005, 1010, 20, 1015, 1020])
     assert order == [0, 1, 2, 4, 5]
     assert "1 samples with stamps far from those before and after them are dropped" in notes
+
+
+def test_blocks_stored_in_no_order_are_put_in_that_of_their_stamps():
+    blocks = np.random.default_rng(1).permutation(np.arange(0, 13_000, 5).reshape(26, 100))
+    stored = blocks.ravel()
+    order, notes = ordered(stored)
+    assert np.array_equal(stored[order], np.sort(stored))
+    assert "that were stored late" in notes
+
+
+@pytest.mark.parametrize(
+    ("turn", "what"),
+    [
+        (2.0**8 * 1e-3, "a counter of 8 bits"),
+        (2.0**16 * 1e-6, "a counter of 16 bits"),
+        (2.0**24 * 1e-6, "a counter of 24 bits"),
+        (2.0**32 * 1e-6, "a counter of 32 bits"),
+        (60.0, "seconds of a minute"),
+        (86400.0, "a time of day"),
+    ],
+)
+@pytest.mark.parametrize("unit", [1.0, 1e3, 1e9])
+@pytest.mark.parametrize("signed", [False, True])
+def test_a_counter_that_rolls_over_is_counted_on_in_any_unit(turn, what, unit, signed):
+    time = np.arange(2600) * 0.005
+    rolling = np.mod(time + (turn / 2 if signed else turn) - 6.5, turn)
+    counted, said = counted_on(unit * (np.where(rolling < turn / 2, rolling, rolling - turn) if signed else rolling))
+    assert said == what
+    assert np.diff(counted) == pytest.approx(5e-3 * unit * np.ones(2599), rel=1e-4)
+
+
+@pytest.mark.parametrize("back", [0.3, 5.0, 100.0])
+def test_a_clock_that_is_set_back_is_no_counter(back):
+    time = np.arange(2600) * 0.005 + 1000.0
+    time[1300:] -= back
+    assert counted_on(time)[0] is time

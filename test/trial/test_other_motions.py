@@ -48,6 +48,34 @@ def samples(angles, torques=None, noise=1e-3):
     return Samples(stamps, angles + noise * np.random.default_rng(1).normal(size=(len(TIMES), 2)), None, torques)
 
 
+def cart_and_pole():
+    """Return the position of a cart that is free and the angle of its pendulum (n, 2), from upright."""
+
+    def rates(_, state):
+        _, angle, speed, omega = state
+        mass = [[1.3, 0.09 * np.cos(angle)], [0.09 * np.cos(angle), 0.0324]]
+        force = [0.09 * omega**2 * np.sin(angle) - 0.1 * speed, 0.883 * np.sin(angle) - 0.002 * omega]
+        return [speed, omega, *np.linalg.solve(mass, force)]
+
+    return solve_ivp(rates, (0, 15), [0, 2.2, 0, 0], t_eval=TIMES, rtol=1e-9, atol=1e-9).y[:2].T
+
+
+def furuta():
+    """Return the angles of an arm about an upright axis and of its pendulum (n, 2), from upright."""
+
+    def rates(_, state):
+        _, angle, turning, omega = state
+        s, c = np.sin(angle), np.cos(angle)
+        mass = [[0.014 + 0.00225 * s * s, 0.003 * c], [0.003 * c, 0.0029]]
+        force = [
+            -0.0045 * s * c * turning * omega + 0.003 * s * omega**2 - 0.003 * turning,
+            0.00225 * s * c * turning**2 + 0.147 * s - 0.0003 * omega,
+        ]
+        return [turning, omega, *np.linalg.solve(mass, force)]
+
+    return solve_ivp(rates, (0, 15), [0, 2.2, 0, 0], t_eval=TIMES, rtol=1e-9, atol=1e-9).y[:2].T
+
+
 ANGLE = pendulum()
 STEPS = np.floor(TIMES / 5.0)
 CASES = {
@@ -57,6 +85,8 @@ CASES = {
     "one angle twice": (np.column_stack([ANGLE, ANGLE]), "follows the inner one|does not turn"),
     "measured and simulated": (np.column_stack([ANGLE, pendulum(42.0, 0.25)]), "one pendulum beside something else"),
     "a cart and its pendulum": (np.column_stack([ANGLE, 0.1 * np.sin(1.3 * TIMES)]), "no double pendulum"),
+    "a cart that is free, and its pendulum": (cart_and_pole(), "no double pendulum|not that of a free"),
+    "an arm about an upright axis, and its pendulum": (furuta(), "no double pendulum|not that of a free"),
     "coordinates": (0.3 * np.column_stack([np.sin(ANGLE), -np.cos(ANGLE)]), "not that of a free double pendulum"),
     "a duty cycle": (np.column_stack([np.sign(np.sin(2 * TIMES)), ANGLE]), "no|not that of a free"),
 }
@@ -68,6 +98,12 @@ def test_what_is_no_double_pendulum_is_refused_whatever_the_angles_mean(case, ou
     angles, words = CASES[case]
     with pytest.raises(TrialError, match=words):
         find_trial(samples(angles), replace(HANGING, outer_angle=outer_angle))
+
+
+@pytest.mark.parametrize("angles", [cart_and_pole(), furuta()])
+def test_where_gravity_acts_on_no_rod_that_is_said(angles):
+    with pytest.raises(OtherMotionError, match="gravity acts on neither rod"):
+        find_trial(samples(angles), TrialOptions())
 
 
 def test_it_is_taken_all_the_same_where_the_user_insists():

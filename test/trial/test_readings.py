@@ -13,16 +13,28 @@ MOTION = np.column_stack([np.sin(5 * TIME), np.cos(7 * TIME)])
 
 @pytest.mark.parametrize("times", [2, 4, 7])
 def test_a_reading_that_is_repeated_in_motion_is_new_once(times):
-    new, note = new_readings(np.repeat(SWING[::times], times))
+    new, (note,) = new_readings(
+        np.repeat(SWING[::times], times)[:, None], np.ones((len(SWING[::times]) * times, 1), bool)
+    )
     assert np.array_equal(np.flatnonzero(new), np.arange(0, len(new), times))
     assert "repetitions are left out" in note
 
 
+@pytest.mark.parametrize("rate", [30.0, 60.0, 66.0, 133.0, 166.0])
+def test_readings_at_odd_rates_are_as_many_as_were_measured_in_motion_and_at_rest(rate):
+    at = np.floor(TIME * rate) / rate
+    slow = np.column_stack([np.interp(at, TIME, SWING), np.round(np.exp(-at) * np.sin(9 * at) / COUNT) * COUNT])
+    new, notes = new_readings(slow, np.ones(slow.shape, bool))
+    assert np.array_equal(new[:, 0], new[:, 1])
+    assert np.count_nonzero(new[:, 0]) == pytest.approx(rate * TIME[-1], rel=0.05)
+    assert all("repetitions are left out" in note for note in notes)
+
+
 @pytest.mark.parametrize("count", [COUNT, 20 * COUNT, 1e-9])
 def test_rounding_repeats_readings_in_slow_motion_and_all_are_new(count):
-    new, note = new_readings(np.round(SWING / count) * count)
+    new, notes = new_readings(np.round(SWING / count)[:, None] * count, np.ones((len(SWING), 1), bool))
     assert np.all(new)
-    assert note == ""
+    assert notes == [""]
 
 
 @pytest.mark.parametrize("bits", [8, 10, 11, 16])
@@ -32,6 +44,20 @@ def test_a_counter_of_few_bits_is_counted_on_and_known_up_to_its_range(bits):
     assert np.diff(readings) == pytest.approx(np.diff(SWING), abs=1e-9)
     assert size == pytest.approx(2**bits * COUNT)
     assert f"wrap after {2**bits} counts ({bits} bits)" in note
+
+
+@pytest.mark.parametrize("size", [np.pi, 0.9])
+def test_readings_that_wrap_after_anything_are_counted_on(size):
+    readings, found, note = continuous(2.0 * SWING % size)
+    assert np.diff(readings) == pytest.approx(np.diff(2.0 * SWING), abs=2 * COUNT)
+    assert found == pytest.approx(size, abs=2 * COUNT)
+    assert note.startswith("wrap after")
+
+
+def test_a_counter_of_32_bits_below_zero_adds_no_rounding():
+    readings, _, note = continuous(np.mod(np.round(SWING / COUNT) - 3900, 2.0**32) * COUNT)
+    assert np.diff(readings) == pytest.approx(np.diff(SWING), abs=1e-8)
+    assert "(32 bits)" in note
 
 
 def test_degrees_that_wrap_are_continuous_and_full_turns_and_spikes_stay():
@@ -68,5 +94,7 @@ def test_two_that_move_alternate_and_one_does_not():
     other = np.column_stack([2 + np.sin(4 * TIME), -1 + np.cos(3 * TIME)])
     mixed = np.stack([MOTION, other], axis=1).reshape(-1, 2)
     assert alternates(mixed)
+    still = np.random.default_rng(1).normal(0.0, 1e-3, (650, 2))
+    assert alternates(np.insert(MOTION, np.arange(0, len(MOTION), 4), still, axis=0))
     assert not alternates(MOTION)
     assert not alternates(np.repeat(MOTION, 3, axis=0))

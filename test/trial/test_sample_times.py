@@ -30,6 +30,8 @@ def recorded(stamps, receipts=RECEIPTS, angles=SWING):
         (np.full(2000, STAMPS[0]), "are not the times of the samples"),
         ((np.float32((STAMPS - STAMPS[0]) / 1e9 + 1e5).astype(float) * 1e9).astype(np.int64), "are not the times"),
         (np.zeros(2000, dtype=np.int64), "are missing"),
+        (STAMPS[0] + 1000 * (STAMPS - STAMPS[0]), "are 5 s apart, which is too long for a swing"),
+        (STAMPS[0] + (STAMPS - STAMPS[0]) // 10**6, "are 5e-09 s apart, which is too short for a swing"),
     ],
 )
 def test_useless_stamps_give_way_to_the_times_of_receipt_unless_they_are_asked_for(stamps, fault):
@@ -56,6 +58,11 @@ def test_good_stamps_are_used_whatever_the_times_of_receipt_are(stamps, receipts
     assert np.array_equal(found.stamps, stamps)
     assert found.notes == ()
     assert np.array_equal(in_measured_time(recorded(stamps, receipts), TrialOptions(time="receipt")).stamps, receipts)
+
+
+def test_it_is_said_where_stamps_go_evenly_at_another_pace():
+    found = in_measured_time(recorded(STAMPS[0] + 2 * (STAMPS - STAMPS[0])), TrialOptions())
+    assert found.notes[0].startswith("samples are 10 ms by stamps but 5 ms by receipt apart")
 
 
 def test_right_stamps_in_another_order_are_kept():
@@ -97,6 +104,12 @@ def test_samples_that_were_lost_within_bursts_leave_gaps(every, jitter):
     assert f"{np.count_nonzero(~kept)} are missing among them" in note
 
 
+def test_whole_seconds_are_made_even():
+    times, (note,) = evened(np.floor(TRUE + 0.4), SWING, NONE)
+    assert times - times.mean() == pytest.approx(TRUE - TRUE.mean(), abs=1e-3)
+    assert "every 1e+03 ms" in note
+
+
 def test_a_sample_lost_in_slow_motion_shows_in_all_later_bursts():
     slow = (SWING - NOISE) * (1.0 - np.exp(-(((TRUE - 3.0) / 0.5) ** 4)))[:, None] + NOISE
     kept = np.arange(2000) != 600
@@ -118,7 +131,16 @@ def test_what_is_published_twice_with_one_stamp_is_not_spread_out():
     assert evened(times, angles, NONE)[0] is times
 
 
-def test_jitter_gaps_and_rest_leave_times_as_they_are():
-    jitter = TRUE + np.random.default_rng(2).uniform(0.0, 2e-3, 2000)
-    for stamps, angles in ((jitter, SWING), (TRUE + 3.0 * (TRUE > 4.0), SWING), (arrivals(0.016, 0.0), 0.0 * SWING)):
+@pytest.mark.parametrize("most", [1e-3, 2e-3, 4e-3])
+def test_times_that_jitter_about_even_ones_are_made_even_where_samples_were_measured_so(most):
+    jitter = TRUE + np.random.default_rng(2).uniform(0.0, most, 2000)
+    times, (note,) = evened(jitter, SWING, NONE)
+    assert times - times.mean() == pytest.approx(TRUE - TRUE.mean(), abs=1e-4)
+    assert "the times of samples jitter: they are taken 5 ms apart" in note
+    measured = np.column_stack([np.sin(5 * jitter), 2 * np.cos(7 * jitter)]) + NOISE
+    assert evened(jitter, measured, NONE)[0] is jitter
+
+
+def test_gaps_and_rest_leave_times_as_they_are():
+    for stamps, angles in ((TRUE + 3.0 * (TRUE > 4.0), SWING), (arrivals(0.016, 0.0), 0.0 * SWING)):
         assert evened(stamps, angles, NONE)[0] is stamps
