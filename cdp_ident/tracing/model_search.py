@@ -23,6 +23,7 @@ from cdp_ident.likelihood.whole_swing import (
     WholeSwings,
     likelier_maximum,
     likely_near,
+    likely_without_torque,
 )
 from cdp_ident.machine.parallel import parallel_map
 from cdp_ident.model.effects.effect import JOINTS
@@ -102,7 +103,7 @@ class ModelSearch:
                 if self.best.model.effects[-1].effect.curve is not None:
                     self._spell_out(before)
                 self._simplify()
-            elif self._zeros() or self._enrich() or self._replace():
+            elif self._without_torque() or self._zeros() or self._enrich() or self._replace():
                 self._simplify()
             else:
                 return
@@ -165,6 +166,22 @@ class ModelSearch:
                 return
             before, self.best = self.best, simpler[0]
             self._note(f"dropped {' and '.join(simpler[1])}", before, tried)
+
+    def _without_torque(self) -> bool:
+        """Try additions to the model without unknown torques, in whose place noise is autocorrelated.
+
+        Where it is so indeed, unknown torques follow the noise, and what is added has nothing left to explain.
+        """
+        if not np.any(self.best.is_missing):
+            return False
+        try:
+            origin = likely_without_torque(self.best, CLOSE_ENOUGH, MOST_STEPS, np.inf)
+        except (IdentificationError, np.linalg.LinAlgError) as error:
+            self.failures.append(f"without unknown torques: {error}")
+            return False
+        promising, _ = additions(origin, self._named_only)
+        neighbours = [(replace(each, again=True), origin) for each in promising[:_TRIED]]
+        return self._move(origin, neighbours, "added")
 
     def _zeros(self) -> bool:
         """Try encoders whose zeros differ from trial to trial."""

@@ -166,16 +166,17 @@ def _by_name(found: WholeSwings, index: int) -> dict[str, float]:
 
 
 def extended_models(found: WholeSwings) -> Iterator[list[list[Neighbour]]]:
-    """Yield models that extend an effect in whose joint a torque is missing.
+    """Yield models that extend an effect in whose joint a torque is missing, or the encoder's noise is autocorrelated.
 
-    Its score says too little, if any: unknown torques follow what it has more.
+    Its score says too little, if any: unknown torques, or such noise, follow what it has more.
 
     For each effect there are its forms, and for each of these models that begin at different values.
     """
+    more = found.leaves_more | (found.noise.kept > 0.0)
     for index, active in enumerate(found.model.effects):
         joints = [JOINTS.index(active.effect.joint)] if active.effect.joint in JOINTS else [0, 1]
         forms = _extended([active.effect])
-        if not forms or not np.any(found.leaves_more[joints]):
+        if not forms or not np.any(more[joints]):
             continue
         yield [
             [
