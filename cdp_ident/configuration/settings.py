@@ -11,7 +11,7 @@ from cdp_ident.configuration.keys import KEYS, WEIGHTS, Key, Scalar, is_key, wei
 from cdp_ident.errors import OptionError
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.prior import Prior
-from cdp_ident.model.parameters import CONSTANTS, LARGEST, NOMINAL, SYMBOLS
+from cdp_ident.model.parameters import CONSTANTS, NOMINAL, SYMBOLS
 from cdp_ident.model.weight_settings import ADDED, ADDED_STD, NOTHING, settings_of, weights_of
 from cdp_ident.model.weights import RODS, Rod, Weight
 from cdp_ident.outside_text import shown
@@ -54,11 +54,6 @@ class Settings:
         prior["nominal"] |= {
             constant.symbol: values[constant.symbol] for constant in CONSTANTS if constant.symbol in values
         }
-        for constant in CONSTANTS:
-            if not 0 < values.get(constant.symbol, 1.0) <= LARGEST:
-                raise OptionError(
-                    f"{constant.symbol} is {values[constant.symbol]}; it must be a positive number, at most {LARGEST:g}"
-                )
         top: dict[str, Any] = {
             name: value for name, value in values.items() if name in IdentifyOptions.__dataclass_fields__
         }

@@ -11,7 +11,7 @@ import numpy as np
 import rclpy.time
 from rosgraph_msgs.msg import Clock
 
-from cdp_ident.command_line import ArgumentParser, entry_point, within
+from cdp_ident.command_line import ArgumentParser, entry_point, made_of, within
 from cdp_ident.configuration.field_documentation import field_documentation
 from cdp_ident.errors import CdpIdentError
 from cdp_ident.outside_text import shown
@@ -34,10 +34,6 @@ EXAMPLE = """\
 example:
   ros2 run cdp_ident emulator --link /tmp/rig --rig config/emulated_rig.yaml
   ros2 run cdp_ident driver --ros-args -p port:=/tmp/rig"""
-
-
-_PARTS = (Faults, Events)
-"""What options are made of, one for each field."""
 
 
 class Emulator:
@@ -90,9 +86,9 @@ def main(arguments: list[str]) -> int:
 
 
 def _emulation(rig: EmulatedRig, options: argparse.Namespace) -> Emulation:
-    faults, events = ({field.name: getattr(options, field.name) for field in fields(kind)} for kind in _PARTS)
     codec, generator = CODECS[options.codec](), np.random.default_rng(options.seed)
-    return Emulation(rig, options.link, codec, generator, Faults(**faults), Events(**events), options.speed)
+    faults, events = made_of(options, Faults), made_of(options, Events)
+    return Emulation(rig, options.link, codec, generator, faults, events, options.speed)
 
 
 def _parser() -> ArgumentParser:
@@ -103,7 +99,7 @@ def _parser() -> ArgumentParser:
     parser.add_argument("--speed", type=within(1e-3, 1000.0), default=1.0, help="the rig's time against the wall's (1)")
     parser.add_argument("--seed", type=within(0, 2**32 - 1, int), default=0, help="of noise and faults (0)")
     group = parser.add_argument_group("faults and events (none by default)")
-    for kind in _PARTS:
+    for kind in (Faults, Events):
         _add_fields(group, kind)
     return parser
 
