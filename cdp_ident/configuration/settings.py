@@ -18,7 +18,7 @@ from cdp_ident.outside_text import shown
 from cdp_ident.trial.options import TrialOptions
 from cdp_ident.user_input import quoted, refuse_unknown
 
-_BELIEVED = {int: (1, 2**63 - 1), float: (1e-12, 1e12)}
+_BELIEVED = {bool: (1, 1), int: (1, 2**63 - 1), float: (1e-12, 1e12)}
 """Smallest and largest number that somebody may mean, beside 0 and infinity."""
 _PRIOR = ("nominal", "lower", "upper", "known", "known_std")
 
@@ -143,9 +143,9 @@ def _checked(key: Key, value: Any) -> Scalar:
     if checked is None or (isinstance(checked, float) and math.isnan(checked)):
         kinds = {float: "a number", int: "a whole number", bool: "true or false", str: "text"}
         raise OptionError(f"{key.name} is {quoted(value)}: expected {kinds[key.kind]} ({key.description})")
-    if limits := _BELIEVED.get(type(checked)):
-        size = abs(float(checked))
-        if size and size != math.inf and not limits[0] <= size <= limits[1]:
+    if isinstance(checked, int | float) and checked and abs(checked) != math.inf:
+        smallest, largest = _BELIEVED[key.kind]
+        if not smallest <= abs(checked) <= largest:
             raise OptionError(f"{key.name} is {quoted(value)}: such a number is not believed")
     if key.choices and checked not in key.choices:
         raise OptionError(f"{key.name} is {quoted(value)}: expected one of {', '.join(map(repr, key.choices))}")
