@@ -18,7 +18,7 @@ from cdp_ident.outside_text import shown
 from cdp_ident.trial.options import TrialOptions
 from cdp_ident.user_input import quoted, refuse_unknown
 
-_BELIEVED = {bool: (1, 1), int: (1, 2**63 - 1), float: (1e-12, 1e12)}
+_BELIEVED: dict[type, tuple[float, float]] = {int: (1, 2**63 - 1), float: (1e-12, 1e12)}
 """Smallest and largest number that somebody may mean, beside 0 and infinity."""
 _PRIOR = ("nominal", "lower", "upper", "known", "known_std")
 
@@ -143,7 +143,7 @@ def _checked(key: Key, value: Any) -> Scalar:
     if checked is None or (isinstance(checked, float) and math.isnan(checked)):
         kinds = {float: "a number", int: "a whole number", bool: "true or false", str: "text"}
         raise OptionError(f"{key.name} is {quoted(value)}: expected {kinds[key.kind]} ({key.description})")
-    if isinstance(checked, int | float) and checked and abs(checked) != math.inf:
+    if key.kind in _BELIEVED and isinstance(checked, int | float) and checked and abs(checked) != math.inf:
         smallest, largest = _BELIEVED[key.kind]
         if not smallest <= abs(checked) <= largest:
             raise OptionError(f"{key.name} is {quoted(value)}: such a number is not believed")

@@ -89,11 +89,6 @@ class Emulation:
         self.end_of_script: float | None = None
         """The rig's time at which the script had come to its end [s], None before."""
 
-    @property
-    def stopped(self) -> bool:
-        """Whether `stop` was called."""
-        return self._stop.is_set()
-
     def stop(self) -> None:
         """Make `run` return."""
         self._stop.set()
