@@ -52,7 +52,7 @@ def within(least: float, most: float, kind: Callable[[str], float] = float) -> C
         value = kind(text)
         if not least <= value <= most:
             raise argparse.ArgumentTypeError(f"{text} is not a number from {least:.10g} to {most:.10g}")
-        return value
+        return value + 0  # -0.0 is 0.0
 
     return number
 

@@ -135,7 +135,7 @@ def _checked(key: Key, value: Any) -> Scalar:
     checked: Scalar | None = None
     if key.kind is float and not isinstance(value, bool):
         try:
-            checked = float(value)
+            checked = float(value) + 0.0  # -0.0 is 0.0
         except (TypeError, ValueError, OverflowError):
             checked = None
     elif type(value) is key.kind:
