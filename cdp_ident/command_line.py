@@ -4,7 +4,8 @@ import argparse
 import functools
 import sys
 from collections.abc import Callable, Sequence
-from typing import NoReturn
+from dataclasses import fields
+from typing import NoReturn, TypeVar
 
 from cdp_ident.errors import CdpIdentError, OptionError
 from cdp_ident.outside_text import shown
@@ -13,6 +14,7 @@ from cdp_ident.standard_streams import output_problem
 EXIT_BAD_INPUT = CdpIdentError.exit_code
 EXIT_INTERRUPTED = 130
 _LONGEST_ERROR = 2000
+_Kind = TypeVar("_Kind")
 _OF_SYSTEM = ("new thread", "null byte")
 """Words by which errors that are of no kind of their own tell that the system refuses something."""
 
@@ -38,6 +40,11 @@ class ArgumentParser(argparse.ArgumentParser):
         raise OptionError(f"{message} ({self.prog} --help tells more)")
 
 
+def made_of(options: argparse.Namespace, kind: type[_Kind]) -> _Kind:
+    """Return a dataclass whose fields are options of their names."""
+    return kind(**{field.name: getattr(options, field.name) for field in fields(kind)})  # type: ignore[arg-type]
+
+
 def within(least: float, most: float, kind: Callable[[str], float] = float) -> Callable[[str], float]:
     """Return a reader of an option that is a number within limits."""
 
@@ -45,7 +52,7 @@ def within(least: float, most: float, kind: Callable[[str], float] = float) -> C
         value = kind(text)
         if not least <= value <= most:
             raise argparse.ArgumentTypeError(f"{text} is not a number from {least:.10g} to {most:.10g}")
-        return value
+        return value + 0  # -0.0 is 0.0
 
     return number
 

@@ -43,7 +43,7 @@ def number(value: Any, where: str, minimum: float, maximum: float = math.inf) ->
     if not usable or not minimum <= value <= maximum:
         limit = f"at least {minimum:g}" if math.isinf(maximum) else f"{minimum:g} to {maximum:g}"
         raise OptionError(f"{where} is {quoted(value)}; expected a number, {limit}")
-    return float(value)
+    return float(value) + 0.0  # -0.0 is 0.0
 
 
 def user_path(text: str) -> Path:

@@ -1,10 +1,11 @@
 """Every executable answers its command line in the same way."""
 
 import importlib
+import math
 
 import pytest
 
-from cdp_ident.command_line import ArgumentParser, entry_point, split_arguments
+from cdp_ident.command_line import ArgumentParser, entry_point, split_arguments, within
 from cdp_ident.executables import EXECUTABLES
 
 MAINS = [pytest.param(importlib.import_module(module).main, id=name) for name, module in EXECUTABLES.items()]
@@ -70,6 +71,10 @@ def test_what_the_system_refuses_is_one_line_and_exit_code_2(error, words, capsy
 
     assert entry_point(body)([]) == 2
     assert capsys.readouterr().err.endswith(f": error: {words}\n")
+
+
+def test_a_number_within_limits_has_no_sign_that_nobody_sees():
+    assert math.copysign(1.0, within(0.0, 1.0)("-0")) == 1.0
 
 
 def test_an_error_of_the_program_is_none_of_the_system():

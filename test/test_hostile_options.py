@@ -148,6 +148,10 @@ NODE_CASES = [(name, option) for name in NODES for option in options_of(name)] +
 @example(("simulator", "source:="), "a//b")
 @example(("simulator", "--bag"), LONG)
 @example(("recorder", "folder:="), LONG)
+@example(("recorder", "folder:="), "")
+@example(("recorder", "added.inner:="), " ")
+@example(("driver", "baud:="), " ")
+@example(("simulator", "start.inner:="), " ")
 @example(("driver", "port:="), LONG)
 def test_a_node_starts_or_ends_with_a_code_and_one_line_whatever_it_is_told(place, capsys, case, text):
     name, option = case

@@ -11,14 +11,14 @@ from cdp_ident.configuration.keys import KEYS, WEIGHTS, Key, Scalar, is_key, wei
 from cdp_ident.errors import OptionError
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.prior import Prior
-from cdp_ident.model.parameters import CONSTANTS, LARGEST, NOMINAL, SYMBOLS
+from cdp_ident.model.parameters import CONSTANTS, NOMINAL, SYMBOLS
 from cdp_ident.model.weight_settings import ADDED, ADDED_STD, NOTHING, settings_of, weights_of
 from cdp_ident.model.weights import RODS, Rod, Weight
 from cdp_ident.outside_text import shown
 from cdp_ident.trial.options import TrialOptions
 from cdp_ident.user_input import quoted, refuse_unknown
 
-_BELIEVED = {int: (1, 2**63 - 1), float: (1e-12, 1e12)}
+_BELIEVED: dict[type, tuple[float, float]] = {int: (1, 2**63 - 1), float: (1e-12, 1e12)}
 """Smallest and largest number that somebody may mean, beside 0 and infinity."""
 _PRIOR = ("nominal", "lower", "upper", "known", "known_std")
 
@@ -54,11 +54,6 @@ class Settings:
         prior["nominal"] |= {
             constant.symbol: values[constant.symbol] for constant in CONSTANTS if constant.symbol in values
         }
-        for constant in CONSTANTS:
-            if not 0 < values.get(constant.symbol, 1.0) <= LARGEST:
-                raise OptionError(
-                    f"{constant.symbol} is {values[constant.symbol]}; it must be a positive number, at most {LARGEST:g}"
-                )
         top: dict[str, Any] = {
             name: value for name, value in values.items() if name in IdentifyOptions.__dataclass_fields__
         }
@@ -140,7 +135,7 @@ def _checked(key: Key, value: Any) -> Scalar:
     checked: Scalar | None = None
     if key.kind is float and not isinstance(value, bool):
         try:
-            checked = float(value)
+            checked = float(value) + 0.0  # -0.0 is 0.0
         except (TypeError, ValueError, OverflowError):
             checked = None
     elif type(value) is key.kind:
@@ -148,9 +143,9 @@ def _checked(key: Key, value: Any) -> Scalar:
     if checked is None or (isinstance(checked, float) and math.isnan(checked)):
         kinds = {float: "a number", int: "a whole number", bool: "true or false", str: "text"}
         raise OptionError(f"{key.name} is {quoted(value)}: expected {kinds[key.kind]} ({key.description})")
-    if limits := _BELIEVED.get(type(checked)):
-        size = abs(float(checked))
-        if size and size != math.inf and not limits[0] <= size <= limits[1]:
+    if key.kind in _BELIEVED and isinstance(checked, int | float) and checked and abs(checked) != math.inf:
+        smallest, largest = _BELIEVED[key.kind]
+        if not smallest <= abs(checked) <= largest:
             raise OptionError(f"{key.name} is {quoted(value)}: such a number is not believed")
     if key.choices and checked not in key.choices:
         raise OptionError(f"{key.name} is {quoted(value)}: expected one of {', '.join(map(repr, key.choices))}")

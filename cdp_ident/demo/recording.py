@@ -7,6 +7,7 @@ from pathlib import Path
 from cdp_ident.demo.client_node import ClientNode
 from cdp_ident.demo.processes import Nodes
 from cdp_ident.errors import OptionError
+from cdp_ident.outside_text import shown
 from cdp_ident.rig.emulator.configuration import load_rig
 from cdp_ident.rig.emulator.script import LetGo, Wait
 
@@ -48,7 +49,7 @@ def record_trials(nodes: Nodes, client: ClientNode, rig: Path, folder: Path, say
     for name, words in arguments.items():
         if name == "emulator":
             client.wait_for("the start of the recorder", lambda: "armed" in states)
-        say(f"$ ros2 run cdp_ident {name} {' '.join(words)} &")
+        say(f"$ ros2 run cdp_ident {name} {shown(' '.join(words))} &")
         nodes.start(name, *words)
     client.wait_for("the start of the rig", port.exists, _COMPILING)
     say(f"\n$ ros2 service call /driver/zero_hanging std_srvs/srv/Trigger\n{client.trigger('/driver/zero_hanging')}\n")
@@ -57,7 +58,7 @@ def record_trials(nodes: Nodes, client: ClientNode, rig: Path, folder: Path, say
         client.wait_for("a release", partial(_reached, states, "recording", number), patience)
         say(f"trial {number} of {len(swings)}: the hand has let go, the recorder noticed and records")
         client.wait_for("the end of a trial", partial(_reached, bags, "", number), patience)
-        say(f"trial {number} of {len(swings)} is {bags[-1]}")
+        say(f"trial {number} of {len(swings)} is {shown(bags[-1])}")
     for name in ("recorder", "driver", "emulator"):
         nodes.stop(name)
     return [Path(bag) for bag in bags]

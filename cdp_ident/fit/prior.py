@@ -47,7 +47,8 @@ class Prior:
             for symbol, value in values.items():
                 lowest_allowed = symbol in ("m0", "c1", "c2") or name == "lower"
                 if not 0 <= value <= LARGEST or (value == 0 and not lowest_allowed):
-                    raise OptionError(f"{name}.{symbol} is {value}; it must be a positive number, at most {LARGEST:g}")
+                    called = f"{name}.{symbol}" if symbol in SYMBOLS else symbol
+                    raise OptionError(f"{called} is {value}; it must be a positive number, at most {LARGEST:g}")
         if unmatched := sorted(set(self.known_std) - set(self.known)):
             raise OptionError(f"known_std.{unmatched[0]} is given, but known.{unmatched[0]} is not: give both")
         for symbol, low, high in zip(SYMBOLS, self.box[0], self.box[1], strict=True):

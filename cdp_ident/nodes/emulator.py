@@ -3,6 +3,7 @@
 import argparse
 import threading
 import time
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,8 @@ import numpy as np
 import rclpy.time
 from rosgraph_msgs.msg import Clock
 
-from cdp_ident.command_line import ArgumentParser, entry_point, within
+from cdp_ident.command_line import ArgumentParser, entry_point, made_of, within
+from cdp_ident.configuration.field_documentation import field_documentation
 from cdp_ident.errors import CdpIdentError
 from cdp_ident.outside_text import shown
 from cdp_ident.rig.codec import CODECS
@@ -19,6 +21,7 @@ from cdp_ident.rig.emulator.emulation import Emulation, Events
 from cdp_ident.rig.emulator.faults import Faults
 from cdp_ident.ros.node import parse_arguments, run_node
 from cdp_ident.ros.parameters import Parameters
+from cdp_ident.user_input import limits_of
 
 DESCRIPTION = """\
 Emulate a rig: a serial port (a pseudo-terminal behind --link) that speaks docs/reference/protocol.md like the rig's
@@ -83,22 +86,9 @@ def main(arguments: list[str]) -> int:
 
 
 def _emulation(rig: EmulatedRig, options: argparse.Namespace) -> Emulation:
-    return Emulation(
-        rig,
-        options.link,
-        CODECS[options.codec](),
-        np.random.default_rng(options.seed),
-        Faults(options.flips, options.losses, options.bursts, options.delay, options.stall_every, options.stall_for),
-        Events(
-            options.reset_at,
-            options.unplug_at,
-            options.unplugged_for,
-            options.replug_as,
-            options.first_count,
-            options.first_time,
-        ),
-        options.speed,
-    )
+    codec, generator = CODECS[options.codec](), np.random.default_rng(options.seed)
+    faults, events = made_of(options, Faults), made_of(options, Events)
+    return Emulation(rig, options.link, codec, generator, faults, events, options.speed)
 
 
 def _parser() -> ArgumentParser:
@@ -108,25 +98,22 @@ def _parser() -> ArgumentParser:
     parser.add_argument("--codec", choices=tuple(CODECS), default="binary", help="how frames are written")
     parser.add_argument("--speed", type=within(1e-3, 1000.0), default=1.0, help="the rig's time against the wall's (1)")
     parser.add_argument("--seed", type=within(0, 2**32 - 1, int), default=0, help="of noise and faults (0)")
-    probability, seconds = within(0.0, 1.0), within(0.0, 1e9)
-    faults = parser.add_argument_group("faults (none by default)")
-    faults.add_argument("--flips", type=probability, default=0.0, help="probability of a flipped bit in a byte")
-    faults.add_argument("--losses", type=probability, default=0.0, help="probability that a byte is lost")
-    faults.add_argument("--bursts", type=seconds, default=0.0, help="bursts of arbitrary bytes in a second")
-    faults.add_argument("--delay", type=seconds, default=0.0, help="batches come up to this late [s]")
-    faults.add_argument("--stall-every", type=seconds, default=0.0, help="time from stall to stall [s]")
-    faults.add_argument("--stall-for", type=seconds, default=0.5, help="length of a stall [s]")
-    faults.add_argument("--reset-at", type=seconds, nargs="+", default=[], help="the device is reset [s]")
-    faults.add_argument("--unplug-at", type=seconds, nargs="+", default=[], help="the cable is unplugged [s]")
-    faults.add_argument("--unplugged-for", type=seconds, default=2.0, help="until it is plugged in again [s]")
-    faults.add_argument("--replug-as", type=Path, help="name of the port after that")
-    faults.add_argument(
-        "--first-count",
-        type=within(-(2**31), 2**31 - 1, int),
-        default=0,
-        help="counters begin here (2147483000: soon roll over)",
-    )
-    faults.add_argument(
-        "--first-time", type=within(0, 2**32 - 1, int), default=0, help="device's clock begins here [us] (4290000000)"
-    )
+    group = parser.add_argument_group("faults and events (none by default)")
+    for kind in (Faults, Events):
+        _add_fields(group, kind)
     return parser
+
+
+def _add_fields(group: argparse._ArgumentGroup, kind: type[Faults | Events]) -> None:
+    """Add an option for each field of a dataclass: the words beneath it are its help, `Limits` limit it."""
+    words, limits = field_documentation(kind), limits_of(kind)
+    for field in fields(kind):
+        least, most, _ = limits[field.name]
+        number = int if isinstance(field.default, int) else float
+        group.add_argument(
+            f"--{field.name.replace('_', '-')}",
+            type=Path if least is None or most is None else within(least, most, number),
+            nargs="+" if field.default == () else None,
+            default=field.default,
+            help=words[field.name],
+        )

@@ -4,7 +4,7 @@ import importlib.util
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cdp_ident.command_line import ArgumentParser, entry_point
+from cdp_ident.command_line import ArgumentParser, entry_point, made_of
 from cdp_ident.errors import OptionError
 from cdp_ident.search.options import METHODS
 from cdp_ident.start import loading
@@ -54,20 +54,7 @@ def main(arguments: list[str]) -> int:
     with loading("identify"):
         from cdp_ident.pipeline.identifier import Identifier, Request
         from cdp_ident.pipeline.interruption import Interruption
-    request = Request(
-        tuple(options.bag),
-        tuple(options.holdout),
-        options.out,
-        options.method,
-        options.seed,
-        options.config,
-        options.force,
-        options.watch,
-        options.figures,
-        options.like,
-        options.effects,
-    )
-    identifier = Identifier(request, _console(), _console(stderr=True))
+    identifier = Identifier(made_of(options, Request), _console(), _console(stderr=True))
     if options.once and not uses_ros_arguments:
         loaded, interruption = identifier.load({}), Interruption()
         interruption.install()
@@ -100,6 +87,7 @@ def _parser() -> ArgumentParser:
     parser = ArgumentParser("identify", DESCRIPTION, EXAMPLE)
     parser.add_argument(
         "--bag",
+        dest="bags",
         type=Path,
         action="extend",
         nargs="+",
@@ -126,7 +114,10 @@ def _parser() -> ArgumentParser:
         "--like", type=Path, metavar="DIR", help="an earlier report of this rig: its effects are tried first"
     )
     parser.add_argument(
-        "--effects", metavar="FILE", help="YAML file of your own effects, to be looked for beside the catalogue's"
+        "--effects",
+        dest="effects_file",
+        metavar="FILE",
+        help="YAML file of your own effects, to be looked for beside the catalogue's",
     )
     parser.add_argument("--out", type=Path, metavar="DIR", help="where the report goes (identification/<bag name>)")
     parser.add_argument("--figures", action="store_true", help="draw the figures as PNG and SVG files, too")

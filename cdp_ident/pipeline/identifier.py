@@ -1,6 +1,6 @@
 """One identification from the command line's request to the files of its report, without ROS."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -70,8 +70,8 @@ class Result:
 class Request:
     """What the command line asks for."""
 
-    bags: tuple[Path, ...]
-    holdout: tuple[Path, ...]
+    bags: Sequence[Path]
+    holdout: Sequence[Path]
     out: Path | None
     method: str | None
     seed: int | None
@@ -130,7 +130,7 @@ class Identifier:
         }
         return Settings.of(values)
 
-    def take_bags(self, bags: tuple[Path, ...]) -> None:
+    def take_bags(self, bags: Sequence[Path]) -> None:
         """Identify from other bags the next time, into a folder of the first one's name unless one was asked for."""
         self.request, self._folder = replace(self.request, bags=bags), self.request.out
 
@@ -165,7 +165,7 @@ class Identifier:
             own_effects |= own.read_own_effects(user_path(file))
         own.use(own_effects, settings.identify.model.mechanism.inertia, file or "--like")
         expected = expected_effects(earlier) if earlier else ()
-        job = Job((*self.request.bags, *self._came), self.request.holdout, settings, expected, own_effects)
+        job = Job((*self.request.bags, *self._came), tuple(self.request.holdout), settings, expected, own_effects)
         loaded = load(job, more_to_come=self._watched is not None)
         name = self.request.watch.resolve().name if self.request.watch else loaded.fit[0].name
         self._folder = self._folder or DEFAULT_FOLDER / name

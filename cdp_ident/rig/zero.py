@@ -11,7 +11,7 @@ from cdp_ident.user_input import number
 from cdp_ident.whole_file import write_whole
 from cdp_ident.yaml_file import read_yaml
 
-_KEYS = {"cart_counts", "inner_counts", "outer_counts", "sequence", "taken_at_ns"}
+_KEYS = ("cart_counts", "inner_counts", "outer_counts", "sequence", "taken_at_ns")
 _LARGEST = 2.0**63
 
 
@@ -46,26 +46,18 @@ def load_zero(path: Path) -> Zero | None:
         return None
     except (OSError, ValueError) as error:
         raise RigError(f"the zero kept in {path} cannot be read: {error}; {_REMEDY}") from error
-    if not isinstance(content, dict) or set(content) != _KEYS:
-        raise RigError(f"the zero kept in {path} has not the keys {', '.join(sorted(_KEYS))}; {_REMEDY}")
+    if not isinstance(content, dict) or set(content) != set(_KEYS):
+        raise RigError(f"the zero kept in {path} has not the keys {', '.join(_KEYS)}; {_REMEDY}")
     try:
-        values = {key: number(value, key, minimum=-_LARGEST, maximum=_LARGEST) for key, value in content.items()}
+        cart, inner, outer, *_ = (number(content[key], key, minimum=-_LARGEST, maximum=_LARGEST) for key in _KEYS)
     except OptionError as error:
         raise RigError(f"the zero kept in {path} holds something that is not a number: {error}; {_REMEDY}") from error
-    counts = (values["cart_counts"], values["inner_counts"], values["outer_counts"])
-    return Zero(counts, int(content["sequence"]), int(content["taken_at_ns"]))
+    return Zero((cart, inner, outer), int(content["sequence"]), int(content["taken_at_ns"]))
 
 
 def save_zero(path: Path, zero: Zero) -> None:
     """Keep a zero in a file, which is replaced as a whole. Raises `RigError` where it cannot be written."""
-    cart, inner, outer = zero.counts
-    content = {
-        "cart_counts": cart,
-        "inner_counts": inner,
-        "outer_counts": outer,
-        "sequence": zero.sequence,
-        "taken_at_ns": zero.taken_at_ns,
-    }
+    content = dict(zip(_KEYS, (*zero.counts, zero.sequence, zero.taken_at_ns), strict=True))
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         write_whole({path: yaml.safe_dump(content, sort_keys=False).encode()})

@@ -102,5 +102,5 @@ def _refusal() -> Iterator[None]:
     """Turn what ROS raises about arguments and surroundings into an `OptionError`."""
     try:
         yield
-    except (RuntimeError, OSError, UnicodeEncodeError) as error:
+    except (RuntimeError, OSError, UnicodeEncodeError, rclpy.exceptions.ParameterException) as error:
         raise OptionError(f"ROS cannot start with these arguments and surroundings: {error}") from error

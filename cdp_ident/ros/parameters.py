@@ -68,9 +68,11 @@ class Parameters:
         """`of_ros` are ROS's own arguments of the node.
 
         Of a parameter file without a key for the node a warning tells: one file for a whole robot is the habit.
-        Raises `OptionError` where one cannot be read.
+        Raises `OptionError` where one cannot be read, or a parameter is given without a value (`-p "name:= "`).
         """
         self._node = node
+        if empty := [name for name, given in node._parameter_overrides.items() if given.value is None]:
+            raise OptionError(f"parameter {empty[0]!r} is given without a value")
         self._will_show: Callable[[str], bool] = lambda name: False
         # Clocks that change while a node runs would mix two times.
         node.set_descriptor("use_sim_time", Shown(False, "whether time comes from /clock").descriptor())

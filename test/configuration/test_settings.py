@@ -106,6 +106,7 @@ def test_a_whole_number_may_stand_for_a_real_one_and_a_number_in_text_too():
         ({"seed": 1.5}, "seed is 1.5: expected a whole number"),
         ({"seed": -1}, "seed is -1; it must be 0 or more"),
         ({"seed": 10**30}, "not believed"),
+        ({"seed": 10**400}, "not believed"),
         ({"trial.inner_scale": 1e-308}, "not believed"),
         ({"gravity_std": 1e-308}, "not believed"),
         ({"window": 1e-9}, "at least 0.001 s"),

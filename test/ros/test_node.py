@@ -108,6 +108,9 @@ def test_a_node_ends_by_itself_with_its_own_exit_code_and_keeps_parameters_from_
     [
         (["-p", "rat:=3.0"], ["'rat'", "did you mean 'rate'?"]),
         (["-p", "rate:=0.5"], ["'rate'", "0.5", "at least 1 and at most 1000 Hz", "how often"]),
+        (["-p", "rate:= "], ["'rate'", "without a value"]),
+        (["-p", "qos_overrides./joint_states.publisher.depth:= "], ["without a value"]),
+        (["-p", "use_sim_time:=maybe"], ["'use_sim_time'", "BOOL"]),
         (["-p", "rate:=fast"], ["'rate'", "like its default, 10.0"]),
         (["-p", "codec:=morse"], ["'codec'", "one of: binary, text"]),
         (["-p", "signs:=[1.0, 3.0]"], ["'signs'", "3.0", "at most 1"]),

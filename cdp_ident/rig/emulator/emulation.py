@@ -6,6 +6,7 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 
@@ -14,9 +15,10 @@ from cdp_ident.rig.emulator.configuration import EmulatedRig
 from cdp_ident.rig.emulator.device import Device
 from cdp_ident.rig.emulator.drive import DrivenCart
 from cdp_ident.rig.emulator.effects import Readings
-from cdp_ident.rig.emulator.faults import Faults, Line
+from cdp_ident.rig.emulator.faults import SECONDS, Faults, Line
 from cdp_ident.rig.emulator.motion import Motion
 from cdp_ident.rig.emulator.pseudo_terminal import PseudoTerminal
+from cdp_ident.user_input import Limits
 
 _TICK = 0.002
 """The loop wakes this often at most [s]; faster samples come in twos and more, as through USB."""
@@ -26,18 +28,20 @@ _AHEAD = 256
 
 @dataclass(frozen=True)
 class Events:
-    """What happens to the emulated rig at which time since its start [s]."""
+    """What happens to the emulated rig; times are since its start."""
 
-    resets: Sequence[float] = ()
-    """The microcontroller is reset."""
-    unplugs: Sequence[float] = ()
-    """The cable is unplugged, and plugged in again `unplugged_for` [s] later."""
-    unplugged_for: float = 2.0
+    reset_at: Annotated[Sequence[float], SECONDS] = ()
+    """The microcontroller is reset [s]."""
+    unplug_at: Annotated[Sequence[float], SECONDS] = ()
+    """The cable is unplugged [s]."""
+    unplugged_for: Annotated[float, SECONDS] = 2.0
+    """So much later it is plugged in again [s]."""
     replug_as: Path | None = None
-    """Name of the port after it was plugged in again, None for the same."""
-    first_count: int = 0
-    """Where the counters begin; likewise the device's clock [us]."""
-    first_time_us: int = 0
+    """Name of the port after that, if it is another one."""
+    first_count: Annotated[int, Limits(-(2**31), 2**31 - 1)] = 0
+    """The counters begin here (2147483000: they soon roll over)."""
+    first_time: Annotated[int, Limits(0, 2**32 - 1)] = 0
+    """The device's clock begins here (4290000000: it soon rolls over) [us]."""
 
 
 @dataclass
@@ -72,23 +76,18 @@ class Emulation:
             rig.rate,
             self.generator,
             self.events.first_count,
-            self.events.first_time_us,
+            self.events.first_time,
             rig.clock_error,
         )
         self._line = Line(self.faults, self.generator)
         self._terminal: PseudoTerminal | None = PseudoTerminal(self.link)
-        self._resets = deque(sorted(self.events.resets))
-        self._unplugs = deque(sorted(self.events.unplugs))
+        self._resets = deque(sorted(self.events.reset_at))
+        self._unplugs = deque(sorted(self.events.unplug_at))
         self._plug_at = 0.0
         self._stop = threading.Event()
         self._sent = 0
         self.end_of_script: float | None = None
         """The rig's time at which the script had come to its end [s], None before."""
-
-    @property
-    def stopped(self) -> bool:
-        """Whether `stop` was called."""
-        return self._stop.is_set()
 
     def stop(self) -> None:
         """Make `run` return."""

@@ -2,25 +2,31 @@
 
 from collections import deque
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
+
+from cdp_ident.user_input import Limits
+
+SECONDS = Limits(0.0, 1e9)
+_Probability = Annotated[float, Limits(0.0, 1.0)]
 
 
 @dataclass(frozen=True)
 class Faults:
     """How often what goes wrong; nothing by default."""
 
-    flips: float = 0.0
+    flips: _Probability = 0.0
     """Probability that a byte has one of its bits flipped."""
-    losses: float = 0.0
+    losses: _Probability = 0.0
     """Probability that a byte is lost."""
-    bursts: float = 0.0
-    """Bursts of up to 200 arbitrary bytes, a second on average [1/s]."""
-    delay: float = 0.0
+    bursts: Annotated[float, SECONDS] = 0.0
+    """Bursts of up to 200 arbitrary bytes, on average [1/s]."""
+    delay: Annotated[float, SECONDS] = 0.0
     """Bytes come in batches up to this late, as from USB adapters [s]."""
-    stall_every: float = 0.0
+    stall_every: Annotated[float, SECONDS] = 0.0
     """Time from one stall to the next [s], 0 for never."""
-    stall_for: float = 0.0
+    stall_for: Annotated[float, SECONDS] = 0.5
     """How long nothing comes in a stall; then all comes at once [s]."""
 
 

@@ -2,11 +2,20 @@
 
 from collections import deque
 from collections.abc import Iterator
-
-from cdp_ident.rig.recording.message import Message
+from typing import NamedTuple
 
 _MOST_BYTES = 64_000_000
 """A minute at 5 kHz has so many."""
+
+
+class Message(NamedTuple):
+    """A serialised message, as a recorder gets it."""
+
+    topic: str
+    message_type: str
+    received_ns: int
+    """Time of its receipt [ns since the epoch]."""
+    raw: bytes
 
 
 class PreTrigger:

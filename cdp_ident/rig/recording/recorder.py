@@ -15,9 +15,8 @@ from cdp_ident.model.weights import Weight
 from cdp_ident.rig.recording.bag_folder import BagFolder
 from cdp_ident.rig.recording.detector import End, EndDetector, ReleaseDetector
 from cdp_ident.rig.recording.facts import PositionReader, TrialFacts
-from cdp_ident.rig.recording.message import Message
 from cdp_ident.rig.recording.options import RecorderOptions
-from cdp_ident.rig.recording.pre_trigger import PreTrigger
+from cdp_ident.rig.recording.pre_trigger import Message, PreTrigger
 
 FLUSH_NS = 250_000_000
 """Messages older than this survive a kill of the process [ns]; a bag has one chunk for each such time."""

@@ -1,5 +1,6 @@
 """The emulated rig's YAML file."""
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -26,11 +27,13 @@ def test_an_empty_mapping_is_the_default_rig(tmp_path: Path) -> None:
 def test_what_is_given_replaces_only_itself(tmp_path: Path) -> None:
     path = tmp_path / "rig.yaml"
     path.write_text(
-        "parameters: {c1: 0.01}\nencoders: {inner_counts_per_turn: 4096}\nrate: 500\nrepeat: 2\nscript: [wait: 1]"
+        "parameters: {c1: 0.01}\nencoders: {inner_counts_per_turn: 4096, noise: -0.0}\n"
+        "rate: 500\nrepeat: 2\nscript: [wait: 1]"
     )
     rig = load_rig(path)
     assert rig.parameters == NOMINAL | {"c1": 0.01}
     assert rig.encoders.inner_counts_per_turn == 4096
+    assert math.copysign(1.0, rig.encoders.noise) == 1.0
     assert isinstance(rig.encoders.inner_counts_per_turn, int)
     assert rig.encoders.outer_counts_per_turn == 8000
     assert (rig.rate, len(rig.script)) == (500.0, 2)

@@ -68,7 +68,7 @@ DRIVEN = EmulatedRig(drive=Drive(acceleration=4.0, speed=0.5, rail=0.2), script=
 
 def test_a_reset_device_brakes_until_it_is_commanded_again(tmp_path: Path) -> None:
     codec = BinaryCodec()
-    with reading(tmp_path / "tty", codec, DRIVEN, Events(resets=[1.0])) as result:
+    with reading(tmp_path / "tty", codec, DRIVEN, Events(reset_at=[1.0])) as result:
         sequence = iter(range(1000000))
 
         def drive() -> bool:

@@ -2,8 +2,7 @@
 
 import pytest
 
-from cdp_ident.rig.recording.message import Message
-from cdp_ident.rig.recording.pre_trigger import PreTrigger
+from cdp_ident.rig.recording.pre_trigger import Message, PreTrigger
 
 
 def received_at(milliseconds: int, size: int = 10) -> Message:
