@@ -195,7 +195,8 @@ class McapScan:
             (self.orphaned_messages, "messages without a known topic are left out"),
             (self.loose_messages, "messages beside the chunks, without a checksum, are left out"),
         )
-        return ", ".join(f"{count} {what}" for count, what in found if count)
+        words = [f"{count} {what}" for count, what in found if count]
+        return ", ".join(words or ["it has no end (its recorder was killed?)"] * (not self._ended))
 
 
 def _uncompressed(chunk: Chunk, budget: Budget) -> bytes:

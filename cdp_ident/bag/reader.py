@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shutil
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -73,6 +73,8 @@ def _read(bag: Path, asked: str) -> JointRecording:
     others = [name for name in suitable if name not in topics and contents.counts[name]]
     if not len(joints):
         raise BagError("; ".join([_nothing(bag, contents, others), *map(shown, notes)]))
+    here, there = sum(contents.counts[name] for name in topics), _stated_count(bag, topics)
+    notes += [f"{there - here} of the {there} messages that {METADATA_FILE} counts are missing"] if here < there else []
     notes += [f"joint states on {shown(', '.join(others))} are not read"] if others else []
     return with_device(joints.recording(bag_name(bag), topic, notes), contents.devices)
 
@@ -132,6 +134,17 @@ def _recorded_files(bag: Path) -> tuple[list[Path], list[str]]:
     if others:
         notes.append(f"not read, as {METADATA_FILE} does not name it: {shown(', '.join(others))}")
     return recorded, notes
+
+
+def _stated_count(bag: Path, topics: Collection[str]) -> int:
+    """Return how many messages of some topics `metadata.yaml` counts; 0 where it does not say, or belongs to more."""
+    if not bag.is_dir() and bag.name != METADATA_FILE:
+        return 0
+    stated = read_information(bag)[0].get("topics_with_message_count")
+    try:
+        return sum(int(of["message_count"]) for of in stated or [] if of["topic_metadata"]["name"] in topics)
+    except (TypeError, KeyError, ValueError, OverflowError):
+        return 0
 
 
 @contextmanager

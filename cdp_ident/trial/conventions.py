@@ -92,7 +92,7 @@ def _contradiction(recorded: Recorded, given: Balance, best: Balance) -> str:
     options, unexplained = given.meaning, given.lumped.unexplained
     least = min(unexplained, best.lumped.unexplained)
     if least > _LOOKED_AT:
-        others = [_scaled(recorded, options, least), *_elsewhere(recorded, options, least)]
+        others = _others(recorded, options, least)
         possible = [other for other in others if other and other.lumped.unexplained < min(GOOD, MUCH_BETTER * least)]
         if possible:
             other = min(possible, key=lambda other: other.lumped.unexplained + other.lumped.spread)
@@ -105,14 +105,10 @@ def _contradiction(recorded: Recorded, given: Balance, best: Balance) -> str:
     return instead(f"the data contradict {' with '.join(said)}", options, best, given)
 
 
-def _scaled(recorded: Recorded, options: TrialOptions, least: float) -> Balance | None:
-    """Return the balance with the factor of readings that leaves less than `least`, if there is one."""
+def _others(recorded: Recorded, options: TrialOptions, least: float) -> Iterator[Balance | None]:
+    """Yield the balances with readings over a factor and, where much is left, with other zeros and joints exchanged."""
     from_zero = options.all_settable and options.zero == "upright" and options.scale_from == "hanging"
-    return best_scale(recorded, options, any_factor=least > GOOD, from_zero=from_zero)
-
-
-def _elsewhere(recorded: Recorded, options: TrialOptions, least: float) -> Iterator[Balance | None]:
-    """Yield the balances with other zeros and with the joints exchanged, where much is left."""
+    yield best_scale(recorded, options, any_factor=least > GOOD, from_zero=from_zero)
     if least > GOOD:
         moved = with_other_zeros(recorded, outer_meanings(recorded, options))
         yield best_of(other for other in moved if other.lumped.is_mechanism and may_be_rods(other.lumped))

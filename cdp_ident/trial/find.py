@@ -16,7 +16,6 @@ from cdp_ident.trial.options import Input, TrialOptions
 from cdp_ident.trial.other_motions import driven
 from cdp_ident.trial.outliers import outlier_words
 from cdp_ident.trial.recorded_motion import recorded_motion
-from cdp_ident.trial.scales import PER_UNIT
 from cdp_ident.trial.trial import Trial, joined
 from cdp_ident.trial.units import degrees_found
 from cdp_ident.trial.weak_form import WINDOW, Motion
@@ -24,8 +23,6 @@ from cdp_ident.trial.zero_input import Part, at_rest, cart_driven, choose_parts,
 
 _MOSTLY = 0.5
 """What drives more than this share of a motion that is nowhere free for long is its input."""
-_HANGING = 0.1
-"""Share of the largest angle from hanging up to which rods hang still that stay below it for half a unit of time."""
 
 
 @dataclass(frozen=True)
@@ -91,15 +88,12 @@ def _found(recorded: Recorded, by_motors: Sequence[Mask], gains: Array, options:
     balance, warnings = check_conventions(replace(recorded, moving=moving), options)
     parts, impulses = find_parts(motions, balance, by_motors, options)
     taken, cuts = choose_parts(parts, options.shortest or motions[0].scales.shortest)
-    if balance is None and _begins_hanging(motions[taken[0].motion], options):
-        raise TrialError(
-            "the rods hang still at first, so something moved them, and then swing for too short a time to tell a hand "
-            f"from free motion: record a longer swing, or take the part without the hand by {options.called('start')} "
-            f"and {options.called('stop')}"
-        )
     if balance is None and options.conventions == "refuse":
         lasts = sum(part.duration for part in taken)
-        raise TrialError(f"{warnings[0]}: {lasts:.2f} s of {parts[-1].stop:.2f} s; {options.insist}")
+        raise TrialError(
+            f"{warnings[0]}: {lasts:.2f} s of {parts[-1].stop:.2f} s; record a longer swing, or take the part without "
+            f"the hand by {options.called('start')} and {options.called('stop')}; {options.insist}"
+        )
     trial = joined([_stretch(recorded.pieces[part.motion], part, options) for part in taken])
     left_out = [outlier_words(trial.outliers, len(trial.time))] if trial.outliers else []
     notes = (*recorded.notes, *said, *left_out, *warnings, *cuts, *impulses)
@@ -126,12 +120,6 @@ def _refuse_unusable(motions: Sequence[Motion], gains: Array, options: TrialOpti
                 f"the efforts of the {joint} joint count against its angle: positive ones turn it backwards; record "
                 "them with the other sign, or set input: none to take free motion alone"
             )
-
-
-def _begins_hanging(motion: Motion, options: TrialOptions) -> bool:
-    """Return whether the rods hang still when a motion of the recorded joints begins."""
-    away = np.abs(np.angle(-np.exp(1j * model_angles(motion.angles, options))))
-    return bool(np.max(away[: PER_UNIT // 2]) < _HANGING * np.max(away))
 
 
 def _stretch(piece: Piece, part: Part, options: TrialOptions) -> Trial:

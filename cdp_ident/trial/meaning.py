@@ -96,16 +96,12 @@ def with_other_zeros(recorded: Recorded, balances: Iterable[Balance]) -> Iterato
 
 def exchanged(recorded: Recorded) -> Recorded:
     """Return a motion with each joint's readings as the other's."""
-    motions = [
-        replace(
-            motion,
-            angles=motion.angles[:, ::-1],
-            rates=motion.rates[:, ::-1],
-            angle_noise=motion.angle_noise[::-1],
-            torques=None if motion.torques is None else motion.torques[:, ::-1],
-        )
+    of_joints = ("angles", "rates", "angle_noise", "torques")
+    turned = [
+        {name: of[..., ::-1] for name in of_joints if (of := getattr(motion, name)) is not None}
         for motion in recorded.motions
     ]
+    motions = [replace(motion, **values) for motion, values in zip(recorded.motions, turned, strict=True)]
     return replace(recorded, motions=tuple(motions))
 
 

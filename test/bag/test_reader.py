@@ -158,6 +158,20 @@ def test_messages_stay_in_the_order_of_their_storage_where_the_clock_of_receipt_
     assert np.array_equal(recording.stamps, received)
 
 
+def test_what_the_metadata_counts_and_is_not_there_is_said(tmp_path):
+    bag = fill(tmp_path / "swing")
+    (file,) = bag.glob("*.mcap")
+    content = file.read_bytes()
+    ends = [at for at in range(len(content)) if content[at : at + 9] == struct.pack("<BQ", Opcode.MESSAGE_INDEX, 22)]
+    file.write_bytes(content[: ends[COUNT // 2]])
+    recording = read_joint_states(bag, "joint_states")
+    lost = COUNT - len(recording.stamps)
+    assert 0 < lost < COUNT
+    assert f"{lost} of the {COUNT} messages that metadata.yaml counts are missing" in recording.notes
+    (bag / "metadata.yaml").unlink()
+    assert read_joint_states(bag, "joint_states").notes == (f"{file.name}: it has no end (its recorder was killed?)",)
+
+
 def test_times_of_receipt_stand_beside_the_stamps(tmp_path):
     stamps = np.where(np.arange(COUNT) == 0, 0, STAMPS)
     recording = read_joint_states(fill(tmp_path / "swing", stamps), "joint_states")

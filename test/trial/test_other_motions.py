@@ -85,8 +85,6 @@ CASES = {
     "one angle twice": (np.column_stack([ANGLE, ANGLE]), "follows the inner one|does not turn"),
     "measured and simulated": (np.column_stack([ANGLE, pendulum(42.0, 0.25)]), "one pendulum beside something else"),
     "a cart and its pendulum": (np.column_stack([ANGLE, 0.1 * np.sin(1.3 * TIMES)]), "no double pendulum"),
-    "a cart that is free, and its pendulum": (cart_and_pole(), "no double pendulum|not that of a free"),
-    "an arm about an upright axis, and its pendulum": (furuta(), "no double pendulum|not that of a free"),
     "coordinates": (0.3 * np.column_stack([np.sin(ANGLE), -np.cos(ANGLE)]), "not that of a free double pendulum"),
     "a duty cycle": (np.column_stack([np.sign(np.sin(2 * TIMES)), ANGLE]), "no|not that of a free"),
 }
