@@ -267,6 +267,8 @@ def main(arguments: list[str]) -> int:
         parser.error(str(error))
     duration = PERIOD * (len(schedule.states) - 1)
     travel, fastest = np.ptp(schedule.states[:, 0]), np.abs(schedule.states[:, 3]).max()
+    for key in RodsMotion(fitted).left_out:
+        print(f"left out of the plan: {key}")
     print(f"planned: upright after {duration:.2f} s, the cart moves {travel:.3f} m, at most at {fastest:.2f} m/s")
 
     seconds = duration + AFTERWARDS
