@@ -1,7 +1,8 @@
 """The package as a user has it: trials and nominal values in, names and errors out. Nothing else here imports it."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 
@@ -61,9 +62,10 @@ def identified(truth: Truth) -> Identification:
     return identify(*_given(truth))
 
 
-def traced(truth: Truth) -> Trace:
-    """Identify a truth's rig from its first trials, and trace what is left to effects."""
-    return identify_and_trace(*_given(truth))[1]
+def traced(truth: Truth, method: Literal["iga", "tga"] | None = None) -> Trace:
+    """Identify a truth's rig from its first trials, by the paper's search or not, and trace what is left to effects."""
+    fit, holdout, options = _given(truth)
+    return identify_and_trace(fit, holdout, replace(options, method=method))[1]
 
 
 def found(truth: Truth) -> Found:

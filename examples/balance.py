@@ -2,19 +2,22 @@
 
     python3 $(ros2 pkg prefix --share cdp_ident)/examples/balance.py identification/one/fitted.yaml
     python3 $(ros2 pkg prefix --share cdp_ident)/examples/balance.py          # the model that /identify serves
+    python3 $(ros2 pkg prefix --share cdp_ident)/examples/balance.py found/fitted.yaml --follow swing_up.json
 
 Hold both rods upright: as soon as they are still, within `--begin` degrees of it, the controller takes over, so let go
-as the cart begins to move. It stops when a rod or the cart leaves its region, and then waits for rods that are held
-again. To stop is to send no more commands: the drive brakes, as it does when this program ends or the line is cut.
+as the cart begins to move. With `--follow` they hang, and are swung up as swing_up.py has planned it. It stops when a
+rod or the cart leaves its region, and then waits for rods that are held again. To stop is to send no more commands: the
+drive brakes, as it does when this program ends or the line is cut.
 """
 
 import gc
 import sys
+from argparse import Namespace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from lqr import FALLEN, PERIOD, Controller, upright
+from lqr import FALLEN, PERIOD, Controller, read_schedule, rods_shown, upright_schedule
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64
@@ -44,9 +47,8 @@ class Balance:
 
     exit_code: int | None = None
 
-    def __init__(self, node: Any, parameters: Parameters, fitted: Path | None, begin: float, seconds: float) -> None:
-        """`begin` is how far from upright [rad] it takes over; it ends when it has balanced for `seconds`."""
-        self._begin, self._seconds, self._say = begin, seconds, node.get_logger().info
+    def __init__(self, node: Any, parameters: Parameters, options: Namespace) -> None:
+        self._begin, self._seconds, self._say = np.radians(options.begin), options.seconds, node.get_logger().info
         own = Drive()
         self._drive = Drive(
             lag=parameters.declare("lag", own.lag, "time constant of the cart's drive", unit="s", minimum=1e-4),
@@ -56,6 +58,9 @@ class Balance:
             rail=parameters.declare("rail", 0.9 * own.rail, "it stops beyond this, from the cart's 0", unit="m"),
         )
         self._period = 1.0 / parameters.declare("rate", 1.0 / PERIOD, "of joint_states", unit="Hz", minimum=1.0)
+        self._delay = parameters.declare("delay", 1, "samples until a command acts", minimum=0, maximum=10)
+        self._friction = parameters.declare("friction", True, "whether the controller knows of dry friction")
+        self._follow = read_schedule(options.follow, self._period) if options.follow else None
         self._controller: Controller | None = None
         self._source: ParameterSource | None = None
         self._began_ns: int | None = None
@@ -65,8 +70,8 @@ class Balance:
         self._reader = PositionReader(JointNames())
         self._commands = node.create_publisher(Float64, "cart_command", QoSProfile(depth=1))
         self._subscription = Subscription(node, JointState, "joint_states", self._take)
-        if fitted:
-            self._take_model(read_parameter_file(fitted, "balance").taken(), str(fitted))
+        if options.fitted:
+            self._take_model(read_parameter_file(options.fitted, "balance").taken(), str(options.fitted))
         else:
             self._source = ParameterSource(node, "/identify", self._take_from_identify)
 
@@ -74,8 +79,11 @@ class Balance:
         """Nothing is to be ended: the drive brakes by itself."""
 
     def _take_model(self, values: dict[str, Any], where: str) -> None:
-        self._controller = Controller(upright(fitted_model(values, where)), self._period, self._drive)
-        self._say(f"hold the rods upright: within {np.degrees(self._begin):.1f} degrees the controller takes over")
+        fitted = fitted_model(values, where)
+        upright, _ = upright_schedule(fitted, self._period, self._drive, self._delay, self._friction)
+        self._controller = Controller(self._follow or upright, self._drive.acceleration, rods_shown(fitted))
+        how = "let the rods hang still" if self._follow else "hold the rods upright"
+        self._say(f"{how}: within {np.degrees(self._begin):.1f} degrees the controller takes over")
 
     def _take_from_identify(self, values: dict[str, Any]) -> None:
         if self._began_ns is not None or not NOMINAL.keys() <= values.keys():
@@ -100,13 +108,13 @@ class Balance:
             if not self._is_held(deviation):
                 return
             self._began_ns, self._farthest, samples = stamp_ns, 0.0, 0
-            self._controller.begin(deviation)
+            self._controller.begin(measured)
             self._say("balancing")
         elif why := self._why_not(deviation, samples):
             self._stop(f"stopped after {self._balanced():.2f} s: {why}", 3)
             return
-        self._farthest = max(self._farthest, float(np.abs(deviation[1:]).max()))
-        self._commands.publish(Float64(data=self._controller.command(deviation, samples)))
+        self._commands.publish(Float64(data=self._controller.command(measured, samples)))
+        self._farthest = max(self._farthest, float(np.abs(self._controller.deviation(measured)[1:]).max()))
         if self._balanced() >= self._seconds:
             degrees = np.degrees(self._farthest)
             self._stop(f"balanced for {self._balanced():.1f} s, never farther than {degrees:.1f} degrees", 0)
@@ -129,6 +137,8 @@ class Balance:
     def _stop(self, words: str, exit_code: int) -> None:
         self._say(words)
         self._began_ns, self._held = None, []
+        if self._controller:
+            self._controller.begin()
         if np.isfinite(self._seconds):
             self.exit_code = exit_code
 
@@ -139,12 +149,13 @@ def main(arguments: list[str]) -> int:
     parser.add_argument(
         "fitted", type=Path, nargs="?", help="fitted.yaml of identify (the model that /identify serves)"
     )
-    parser.add_argument("--begin", type=float, default=4.0, help="takes over within so much of upright [degrees] (4)")
+    parser.add_argument("--follow", type=Path, metavar="FILE", help="swing the rods up first: the file of swing_up.py")
+    parser.add_argument("--begin", type=float, default=4.0, help="takes over this near to the beginning [degrees] (4)")
     parser.add_argument("--seconds", type=float, default=np.inf, help="ends with 0 after so long, with 3 if it fell")
     options = parse_arguments(parser, arguments)
 
     def make(node: Any, parameters: Parameters) -> Balance:
-        return Balance(node, parameters, options.fitted, np.radians(options.begin), options.seconds)
+        return Balance(node, parameters, options)
 
     gc.freeze()  # to look through all that was loaded for garbage takes as long as five samples
     try:

@@ -55,20 +55,32 @@ def path(plant: Plant, start: Sequence[float] | Array, times: Array, tolerance: 
     Raises:
         ArithmeticError: the motion could not be followed.
     """
+    begin = np.zeros(STATES)
+    begin[:4] = start
+    out, happened = followed(system_of(plant), begin, np.asarray(times, dtype=float), tolerance)
+    return Path(times, out[:, :4], out[:, 8:], out[:, 4], happened[:, 0], happened[:, 1:].astype(np.int64))
+
+
+def system_of(plant: Plant) -> System:
+    """Return a plant as compiled code takes it."""
     frictions = (plant.inner, plant.outer)
-    system = (
+    return (
         plant.rig.array, table(plant.torques), np.array([friction.array for friction in frictions]),
         np.array([friction.any for friction in frictions]),
     )  # fmt: skip
-    begin = np.zeros(STATES)
-    begin[:4] = start
-    times = np.asarray(times, dtype=float)
+
+
+def followed(system: System, start: Array, times: Array, tolerance: float = TOLERANCE) -> tuple[Array, Array]:
+    """Return states and accelerations (n, 10) at times (n,), and events (m, 3), from a state (8,) at the first time.
+
+    Raises:
+        ArithmeticError: the motion could not be followed.
+    """
     out, events = np.empty((len(times), STATES + 2)), np.empty((_MOST_EVENTS, 3))
-    ended, count = _advance(system, begin, times, tolerance, out, events)
+    ended, count = _advance(system, start, times, tolerance, out, events)
     if ended != _DONE:
         raise ArithmeticError(_WRONG[ended])
-    happened = events[:count]
-    return Path(times, out[:, :4], out[:, 8:], out[:, 4], happened[:, 0], happened[:, 1:].astype(np.int64))
+    return out, events[:count]
 
 
 @compiled

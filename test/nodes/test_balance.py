@@ -3,7 +3,10 @@
 Its time runs slower than the wall's, that a busy machine be quick enough, but in the campaign.
 """
 
+import importlib.util
 import signal
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -16,7 +19,8 @@ from reference.pendulum import TABLE_5
 
 pytestmark = pytest.mark.waits
 
-EXAMPLE = (str(Path(__file__).parents[2] / "examples/balance.py"),)
+EXAMPLES = Path(__file__).parents[2] / "examples"
+EXAMPLE = (str(EXAMPLES / "balance.py"),)
 RIG = f"""
 parameters: {TABLE_5}
 effects: {{coulomb_friction: {{outer: {{torque: 0.002}}}}}}
@@ -32,10 +36,10 @@ Start = Callable[..., Any]
 def start_balance(start: Start, tmp_path: Path) -> Start:
     """Start the controller that is designed on a fitted model, by default the rig's own but for its friction."""
 
-    def start_one(*options: str, values: dict[str, float] = TABLE_5) -> Any:
-        (tmp_path / "fitted.yaml").write_text(parameter_file(values))
+    def start_one(*options: str, words: str = "hold the rods upright") -> Any:
+        (tmp_path / "fitted.yaml").write_text(parameter_file(TABLE_5))
         balance = start(str(tmp_path / "fitted.yaml"), *options, program=EXAMPLE)
-        balance.wait_until_it_says("hold the rods upright")
+        balance.wait_until_it_says(words)
         return balance
 
     return start_one
@@ -88,6 +92,30 @@ def test_a_lost_line_stops_cart_and_controller(
     assert balance.exit_code() == 3
     assert "samples are missing" in balance.said
     assert abs(wait_until_the_cart_rests(listener)) < 0.5
+
+
+@pytest.mark.skipif(importlib.util.find_spec("casadi") is None, reason="CasADi is not installed")
+def test_it_swings_hanging_rods_up_as_planned_and_stands(
+    start_driver: Start, start_emulator: Start, start_balance: Start, tmp_path: Path
+) -> None:
+    (tmp_path / "known.yaml").write_text(parameter_file(TABLE_5))
+    plan = tmp_path / "swing_up.json"
+    program = [sys.executable, str(EXAMPLES / "swing_up.py"), str(tmp_path / "known.yaml"), "--out", str(plan)]
+    subprocess.run(program, check=True, stdout=subprocess.DEVNULL)
+    start_driver("use_sim_time:=true")
+    balance = start_balance("--follow", str(plan), "--seconds", "5", words="let the rods hang")
+    led = "hold: {theta1: 2.5, theta2: 2.5, within: 1}, hold: {theta1: 3.14159, theta2: 3.14159, within: 2}"
+    rig = f"{{parameters: {TABLE_5}, drive: {{}}, script: [{led}, wait_for_command, let_go, wait: 1000]}}"
+    start_emulator(*SLOWLY, rig=rig)
+    assert balance.exit_code() == 0, balance.said
+
+
+def test_a_plan_that_is_none_is_one_line_and_exit_code_2(start: Start, tmp_path: Path) -> None:
+    for name, text in (("fitted.yaml", parameter_file(TABLE_5)), ("plan.json", "{}")):
+        (tmp_path / name).write_text(text)
+    balance = start(str(tmp_path / "fitted.yaml"), "--follow", str(tmp_path / "plan.json"), program=EXAMPLE)
+    assert balance.exit_code() == 2
+    assert "plan.json is no file of swing_up.py" in balance.said
 
 
 def test_a_file_that_is_no_model_is_one_line_and_exit_code_2(start: Start, tmp_path: Path) -> None:

@@ -85,7 +85,7 @@ def module_text(effects: Sequence[Effect], digest: str, paper: bool) -> str:
     for effect in effects:
         if effect.curve is not None:
             continue
-        rows_of = {"MOTION": _motion(effect), "READING": _reading(effect)}
+        rows_of = {"MOTION": motion_rows(effect), "READING": _reading(effect)}
         if effect.known_at_zero:
             rows_of |= {f"{table}_AT_ZERO": rows for table, rows in rows_of.items()}
         for table, rows in rows_of.items():
@@ -103,7 +103,7 @@ def module_text(effects: Sequence[Effect], digest: str, paper: bool) -> str:
     return "\n\n".join(functions)
 
 
-def _motion(effect: Effect) -> Mapping[int, str]:
+def motion_rows(effect: Effect) -> Mapping[int, str]:
     """Return the formulas of what a law adds to the motion, by row."""
     law = effect.law
     rows = {FRICTION: law.friction, CART: law.cart}
